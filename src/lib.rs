@@ -1,0 +1,10 @@
+//! Headwater: a headless Vulkan renderer that path traces real scenes with reservoir resampling
+//! and measures what every choice of speed costs in accuracy.
+//!
+//! The way of the data: [`scene`] → `gpu` → `tracing` → `render` → `image` → `metrics`.
+#![warn(missing_docs)]
+
+pub mod error;
+pub mod scene;
+
+pub use error::{Error, Result};

@@ -1,0 +1,130 @@
+//! What is to be rendered, on the CPU. Knows no Vulkan.
+//!
+//! Units are the file's own (glTF: metres); right-handed, +Y up; linear RGB radiance.
+
+use glam::{DAffine3, Vec3};
+
+/// A complete scene: meshes placed by instances, seen by cameras.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// The scene's name: a procedural name or the file's stem.
+    pub name: String,
+    /// Geometry in object space, shared by instances.
+    pub meshes: Vec<Mesh>,
+    /// Surface descriptions that [`Part::material`] points into.
+    pub materials: Vec<Material>,
+    /// Meshes placed in the world.
+    pub instances: Vec<Instance>,
+    /// Cameras in file order.
+    pub cameras: Vec<Camera>,
+    /// What was assumed or ignored while loading: one line each, for the user.
+    pub notices: Vec<String>,
+}
+
+/// Indexed triangles in object space.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    /// Name in the source file, possibly empty.
+    pub name: String,
+    /// Finite positions.
+    pub positions: Vec<Vec3>,
+    /// Unit shading normals, one a position; empty means flat shading by the geometric normal.
+    pub normals: Vec<Vec3>,
+    /// Corner indices into `positions`, counter-clockwise seen from the front.
+    pub triangles: Vec<[u32; 3]>,
+    /// Runs of triangles with one material each; together they cover `triangles` in order.
+    pub parts: Vec<Part>,
+}
+
+/// A run of triangles of a [`Mesh`] that share a material.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// Index of the run's first triangle.
+    pub first_triangle: u32,
+    /// Number of triangles in the run.
+    pub triangle_count: u32,
+    /// Index into [`Scene::materials`].
+    pub material: u32,
+}
+
+/// A mesh placed in the world.
+#[derive(Clone, Debug)]
+pub struct Instance {
+    /// Name of the node, possibly empty.
+    pub name: String,
+    /// Index into [`Scene::meshes`].
+    pub mesh: u32,
+    /// Object to world; may mirror and scale unevenly, in f64 until the scene is rebased.
+    pub object_to_world: DAffine3,
+}
+
+/// A metallic-roughness surface (glTF 2.0 with emissive strength, specular and ior).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// Name in the source file, possibly empty.
+    pub name: String,
+    /// Linear base colour, 0…1.
+    pub base_color: Vec3,
+    /// 0 dielectric … 1 metal.
+    pub metallic: f32,
+    /// Perceptual roughness, 0…1; GGX α is its square.
+    pub roughness: f32,
+    /// `KHR_materials_specular`'s factor, 0…1; 0 on a dielectric is pure Lambert.
+    pub specular: f32,
+    /// `KHR_materials_specular`'s colour factor, ≥ 0.
+    pub specular_color: Vec3,
+    /// Index of refraction of a dielectric, ≥ 1 (or 0, glTF's "F0 = 1" convention).
+    pub ior: f32,
+    /// Emitted radiance: emissive factor × emissive strength, ≥ 0.
+    pub emission: Vec3,
+    /// Whether both sides emit. (Every surface reflects on both sides.)
+    pub double_sided: bool,
+}
+
+impl Default for Material {
+    /// glTF's defaults: a white, fully rough metal; loaders set what their format says.
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            base_color: Vec3::ONE,
+            metallic: 1.0,
+            roughness: 1.0,
+            specular: 1.0,
+            specular_color: Vec3::ONE,
+            ior: 1.5,
+            emission: Vec3::ZERO,
+            double_sided: false,
+        }
+    }
+}
+
+impl Material {
+    /// A matte surface without any specular lobe: pure Lambert.
+    pub fn lambert(name: &str, albedo: Vec3) -> Self {
+        Self {
+            name: name.into(),
+            base_color: albedo,
+            metallic: 0.0,
+            specular: 0.0,
+            ..Self::default()
+        }
+    }
+
+    /// Whether the surface emits light.
+    pub fn is_emissive(&self) -> bool {
+        self.emission.max_element() > 0.0
+    }
+}
+
+/// A perspective camera that looks along its −Z with +Y up.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Camera {
+    /// Name of the node or camera, possibly empty.
+    pub name: String,
+    /// Camera to world: a rigid transform.
+    pub camera_to_world: DAffine3,
+    /// Full vertical field of view in radians, in (0, π).
+    pub vertical_fov: f64,
+    /// Width over height, where the file says.
+    pub aspect_ratio: Option<f64>,
+}
