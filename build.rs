@@ -1,1 +1,101 @@
-fn main() {}
+//! Compiles every shader of the table to SPIR-V and embeds the GLSL sources' compiled form.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+#[path = "src/gpu"]
+#[allow(dead_code)]
+mod gpu {
+    #[macro_use]
+    pub mod layout;
+    pub mod compiler;
+}
+#[path = "src/layouts.rs"]
+#[allow(dead_code)]
+mod layouts;
+#[path = "src/shaders.rs"]
+#[allow(dead_code)]
+mod shaders;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    for path in [
+        "build.rs",
+        "glsl",
+        "src/gpu/layout.rs",
+        "src/gpu/compiler.rs",
+        "src/layouts.rs",
+        "src/shaders.rs",
+    ] {
+        println!("cargo:rerun-if-changed={path}");
+    }
+    println!("cargo:rustc-env=HEADWATER_COMMIT={}", commit());
+    let out = PathBuf::from(std::env::var("OUT_DIR")?);
+    let mut sources = gpu::compiler::Sources::new();
+    read_folder(Path::new("glsl"), "", &mut sources)?;
+    sources.insert("layouts.glsl".into(), layouts::glsl());
+
+    let mut table = String::from("&[\n");
+    for pass in shaders::TRACING_PASSES {
+        for variant in shaders::Variant::ALL {
+            let key = variant.key(pass);
+            let file = format!("passes/{pass}.comp");
+            let source = sources
+                .get(&file)
+                .ok_or(format!("glsl/{file} is missing"))?;
+            let words = gpu::compiler::compile(&file, source, &sources, &variant.defines())?;
+            let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+            std::fs::write(out.join(format!("{key}.spv")), bytes)?;
+            writeln!(
+                table,
+                "    ({key:?}, include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{key}.spv\"))),"
+            )?;
+        }
+    }
+    table.push_str("]\n");
+    std::fs::write(out.join("shaders.rs"), table)?;
+
+    // The sources travel along for tests and tools that compile shaders of their own.
+    let mut listing = String::from("&[\n");
+    for name in sources.keys().filter(|name| *name != "layouts.glsl") {
+        let path = std::env::current_dir()?.join("glsl").join(name);
+        writeln!(listing, "    ({name:?}, include_str!({path:?})),")?;
+    }
+    listing.push_str("]\n");
+    std::fs::write(out.join("sources.rs"), listing)?;
+    Ok(())
+}
+
+/// Reads every file below `folder` into `sources`, named by its path from there.
+fn read_folder(
+    folder: &Path,
+    prefix: &str,
+    sources: &mut gpu::compiler::Sources,
+) -> std::io::Result<()> {
+    for entry in std::fs::read_dir(folder)? {
+        let entry = entry?;
+        let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
+        if entry.file_type()?.is_dir() {
+            read_folder(&entry.path(), &format!("{name}/"), sources)?;
+        } else {
+            sources.insert(name, std::fs::read_to_string(entry.path())?);
+        }
+    }
+    Ok(())
+}
+
+/// The commit this build is made from, for metadata; empty outside a checkout.
+fn commit() -> String {
+    for path in [".git/HEAD", ".git/refs/heads"] {
+        if Path::new(path).exists() {
+            println!("cargo:rerun-if-changed={path}");
+        }
+    }
+    std::process::Command::new("git")
+        .args(["rev-parse", "--short=12", "HEAD"])
+        .output()
+        .ok()
+        .filter(|output| output.status.success())
+        .and_then(|output| String::from_utf8(output.stdout).ok())
+        .map(|text| text.trim().to_owned())
+        .unwrap_or_default()
+}

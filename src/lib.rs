@@ -1,10 +1,15 @@
 //! Headwater: a headless Vulkan renderer that path traces real scenes with reservoir resampling
 //! and measures what every choice of speed costs in accuracy.
 //!
-//! The way of the data: [`scene`] → `gpu` → `tracing` → `render` → `image` → `metrics`.
+//! The way of the data: [`scene`] → [`gpu`] → [`tracing`] → [`render`] → `image` → `metrics`.
 #![warn(missing_docs)]
 
 pub mod error;
+pub mod gpu;
+pub mod layouts;
+pub mod render;
 pub mod scene;
+pub mod shaders;
+pub mod tracing;
 
 pub use error::{Error, Result};

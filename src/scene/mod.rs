@@ -2,6 +2,8 @@
 //!
 //! Units are the file's own (glTF: metres); right-handed, +Y up; linear RGB radiance.
 
+pub mod lights;
+
 use glam::{DAffine3, Vec3};
 
 /// A complete scene: meshes placed by instances, seen by cameras.

@@ -1,0 +1,46 @@
+// Emissive triangles: picking one, a point on it, and the densities of doing so.
+
+struct LightPoint {
+    uint light;
+    vec3 position;
+    // Bound of the position's rounding error, for each axis.
+    vec3 error;
+    vec3 normal;
+    vec3 emission;
+    // Density over the area of all lights.
+    float pdf_area;
+};
+
+// Picks a light by the alias table: two random words, no search (Walker; Vose).
+uint pick_light(uint count, uvec2 bits) {
+    uint high, low;
+    umulExtended(bits.x, count, high, low);
+    return bits.y < lights.at[high].keep_below ? high : lights.at[high].alias;
+}
+
+// What the light sends from its surface towards a side: nothing from the back of a one-sided one.
+vec3 light_emission(GpuLight light, float cosine) {
+    return cosine > 0.0 || light.double_sided != 0u ? light.emission : vec3(0.0);
+}
+
+float light_pdf_area(GpuLight light) { return light.probability / light.area; }
+
+// The same density seen from a point at this squared distance, under this cosine at the light.
+float area_to_solid_angle(float pdf_area, float distance_squared, float cosine) {
+    return pdf_area * distance_squared / max(abs(cosine), TINY);
+}
+
+// A uniform point on a picked light.
+LightPoint sample_light(uint count, uvec4 bits) {
+    LightPoint point;
+    point.light = pick_light(count, bits.xy);
+    GpuLight light = lights.at[point.light];
+    float root = sqrt(to_unit(bits.z));
+    float across = to_unit(bits.w) * root;
+    point.position = light.corner + (root - across) * light.edge1 + across * light.edge2;
+    point.error = 4.7683716e-7 * (abs(light.corner) + abs(light.edge1) + abs(light.edge2));
+    point.normal = light.normal;
+    point.emission = light.emission;
+    point.pdf_area = light_pdf_area(light);
+    return point;
+}

@@ -1,0 +1,60 @@
+// Small mathematics without a place of its own.
+
+const float PI = 3.14159265358979;
+// Smallest normal number: divisors are kept above it.
+const float TINY = 1.17549435e-38;
+
+float luminance(vec3 color) { return dot(color, vec3(0.2126, 0.7152, 0.0722)); }
+
+float max_component(vec3 v) { return max(v.x, max(v.y, v.z)); }
+
+float square(float x) { return x * x; }
+
+// The error of a rounded sum: a + b == two_sum(a, b) + low exactly (Knuth).
+vec3 two_sum(vec3 a, vec3 b, out vec3 low) {
+    precise vec3 sum = a + b;
+    precise vec3 part = sum - a;
+    precise vec3 rest = (a - (sum - part)) + (b - part);
+    low = rest;
+    return sum;
+}
+
+// Adds a value to an unevaluated pair high + low.
+void pair_add(inout vec3 high, inout vec3 low, vec3 value) {
+    vec3 rest;
+    vec3 sum = two_sum(high, value, rest);
+    precise vec3 tail = low + rest;
+    high = two_sum(sum, tail, low);
+}
+
+vec3 transform_point(vec3 columns[4], vec3 p) {
+    return columns[0] * p.x + columns[1] * p.y + columns[2] * p.z + columns[3];
+}
+
+vec3 transform_vector(vec3 columns[4], vec3 v) {
+    return columns[0] * v.x + columns[1] * v.y + columns[2] * v.z;
+}
+
+// A normal is carried by the inverse's transpose.
+vec3 transform_normal(vec3 inverse_columns[4], vec3 n) {
+    return vec3(dot(inverse_columns[0], n), dot(inverse_columns[1], n), dot(inverse_columns[2], n));
+}
+
+// Tangent frame without a branch on any axis but the sign of z (Duff et al. 2017).
+void tangent_frame(vec3 n, out vec3 tangent, out vec3 bitangent) {
+    float s = n.z >= 0.0 ? 1.0 : -1.0;
+    float a = -1.0 / (s + n.z);
+    float b = n.x * n.y * a;
+    tangent = vec3(1.0 + s * n.x * n.x * a, s * b, -s * n.x);
+    bitangent = vec3(b, s + n.y * n.y * a, -n.y);
+}
+
+// Unit vector from two 16-bit signed octahedral coordinates.
+vec3 unpack_octahedral(uint word) {
+    vec2 e = unpackSnorm2x16(word);
+    vec3 v = vec3(e, 1.0 - abs(e.x) - abs(e.y));
+    float fold = max(-v.z, 0.0);
+    v.x += v.x >= 0.0 ? -fold : fold;
+    v.y += v.y >= 0.0 ? -fold : fold;
+    return normalize(v);
+}

@@ -1,0 +1,32 @@
+#version 460
+// What the camera sees through each pixel's centre.
+#include "prelude.glsl"
+#include "geometry.glsl"
+#include "trace.glsl"
+#include "surface.glsl"
+#include "materials.glsl"
+#include "camera.glsl"
+#include "workgroups.glsl"
+
+layout(local_size_x = TILE * TILE) in;
+
+layout(scalar) uniform FrameBlock { FrameConstants at; } frame;
+layout(scalar) writeonly buffer PrimaryBlock { PrimarySurface at[]; } primary;
+
+void main() {
+    uvec2 pixel = tile_pixel(frame.at.width, frame.at.first_row, frame.at.interleave);
+    if (pixel.x >= frame.at.width || pixel.y >= min(frame.at.height, frame.at.first_row + frame.at.rows)) return;
+    uint index = pixel.y * frame.at.width + pixel.x;
+    Ray ray = camera_ray(frame.at.camera, vec2(pixel) + 0.5, vec2(frame.at.width, frame.at.height));
+    Hit hit = trace_closest(ray);
+    PrimarySurface seen = PrimarySurface(vec3(0.0), vec3(0.0), 0.0, NONE);
+    if (hit.instance != NONE) {
+        Surface surface = surface_at(hit, ray.direction);
+        float cosine = max(-dot(ray.direction, surface.shading_normal), 0.0);
+        Bsdf bsdf = make_bsdf(materials.at[surface.material], cosine);
+        vec3 specular = specular_fresnel(bsdf, cosine);
+        seen = PrimarySurface(bsdf.diffuse * diffuse_share(bsdf, cosine) + specular, surface.shading_normal,
+                              hit.t, instances.at[hit.instance].id);
+    }
+    primary.at[index] = seen;
+}

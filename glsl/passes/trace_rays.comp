@@ -1,0 +1,23 @@
+#version 460
+// Traces rays from a buffer: the tracers' tests and benchmarks.
+#include "prelude.glsl"
+#include "geometry.glsl"
+#include "trace.glsl"
+
+layout(local_size_x = RAYS_PER_GROUP) in;
+
+layout(scalar) readonly buffer RaysBlock { RayQuery at[]; } rays;
+layout(scalar) writeonly buffer AnswersBlock { RayAnswer at[]; } answers;
+layout(push_constant, scalar) uniform BatchBlock { RayBatch batch; };
+
+#include "workgroups.glsl"
+
+void main() {
+    uint index = interleaved_group(batch.interleave) * RAYS_PER_GROUP + gl_LocalInvocationIndex;
+    if (index >= batch.count) return;
+    RayQuery query = rays.at[index];
+    Hit hit = trace(Ray(query.origin, query.t_max, query.direction), query.any != 0u);
+    bool missed = hit.instance == NONE;
+    answers.at[index] = RayAnswer(missed ? -1.0 : hit.t, hit.instance, hit.primitive,
+                                  hit.barycentrics.x, hit.barycentrics.y);
+}

@@ -1,0 +1,12 @@
+// Extensions that every pass uses, and the shared declarations. Included first.
+#extension GL_EXT_scalar_block_layout : require
+#if GEOMETRY_ADDRESSES
+#extension GL_EXT_buffer_reference : require
+#extension GL_EXT_buffer_reference_uvec2 : require
+#endif
+#if TRACE_RAY_QUERY
+#extension GL_EXT_ray_query : require
+#endif
+
+#include "layouts.glsl"
+#include "math.glsl"

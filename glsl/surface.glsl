@@ -1,0 +1,66 @@
+// From a hit to the surface there.
+
+struct Surface {
+    vec3 position;
+    // Bound of the position's rounding error, for each axis.
+    vec3 error;
+    // Unit normals on the side the ray came from.
+    vec3 geometric_normal;
+    vec3 shading_normal;
+    uint material;
+    // NONE unless the triangle is a light.
+    uint light;
+    // Whether the ray came to the counter-clockwise side.
+    bool front;
+};
+
+Surface surface_at(Hit hit, vec3 direction) {
+    GpuInstance instance = instances.at[hit.instance];
+    uint triangle = instance.first_triangle + hit.primitive;
+    vec3 a, b, c;
+    triangle_corners(triangle, a, b, c);
+    vec2 weight = hit.barycentrics;
+    vec3 edge1 = b - a, edge2 = c - a;
+    vec3 p = a + weight.x * edge1 + weight.y * edge2;
+    Surface surface;
+    surface.position = transform_point(instance.object_to_world, p);
+    // Seven roundings, each half of 2^-23 of the largest term.
+    vec3 reach = max(abs(a), max(abs(b), abs(c)));
+    surface.error = 8.3446503e-7 * (abs(instance.object_to_world[0]) * reach.x
+        + abs(instance.object_to_world[1]) * reach.y
+        + abs(instance.object_to_world[2]) * reach.z + abs(instance.object_to_world[3]));
+
+    vec3 normal = normalize(transform_normal(instance.world_to_object, normalize(cross(edge1, edge2))));
+    surface.front = dot(normal, direction) < 0.0;
+    surface.geometric_normal = surface.front ? normal : -normal;
+    surface.shading_normal = surface.geometric_normal;
+    if (instance.first_normal != NONE) {
+        uvec3 corners = normals.at[instance.first_normal + hit.primitive];
+        vec3 n = (1.0 - weight.x - weight.y) * unpack_octahedral(corners.x)
+            + weight.x * unpack_octahedral(corners.y) + weight.y * unpack_octahedral(corners.z);
+        vec3 shading = transform_normal(instance.world_to_object, n);
+        float size = dot(shading, shading);
+        // Opposite corner normals can cancel.
+        if (size > TINY) shading *= inversesqrt(size);
+        else shading = normal;
+        surface.shading_normal = dot(shading, surface.geometric_normal) < 0.0 ? -shading : shading;
+    }
+
+    surface.material = instance.material;
+    uint rank = hit.primitive;
+    if (instance.first_part != NONE) {
+        uvec2 part = triangle_parts.at[instance.first_part + hit.primitive];
+        surface.material = part.x;
+        rank = part.y;
+    }
+    surface.light = instance.first_light == NONE || rank == NONE ? NONE : instance.first_light + rank;
+    return surface;
+}
+
+// A ray origin that is off the surface on the side of `direction`, by as much as rounding can have
+// moved the position: never a constant, which leaks in the small and floats in the large.
+vec3 offset_origin(vec3 position, vec3 error, vec3 geometric_normal, vec3 direction) {
+    float distance = 2.0 * dot(abs(geometric_normal), error);
+    vec3 moved = position + (dot(direction, geometric_normal) < 0.0 ? -distance : distance) * geometric_normal;
+    return moved;
+}

@@ -1,0 +1,178 @@
+// Body of the trace seam in compute: two levels of eight-wide compressed nodes.
+// Traversal after Ylitie, Karras and Laine, "Efficient Incoherent Ray Traversal on GPUs Through
+// Compressed Wide BVHs", HPG 2017; triangles after Woop, Benthin and Wald, "Watertight Ray/Triangle
+// Intersection", JCGT 2013.
+//
+// The stack holds groups (x, y). A group of nodes has y > LEAF_BITS: x is the first child's index,
+// the high byte of y the children still to visit in order, the low byte the parent's mask of inner
+// children. A group of leaves has y <= LEAF_BITS: x is the first primitive, y one bit for each.
+
+// Set to the depth that the scene's trees need.
+layout(constant_id = 0) const uint STACK_SIZE = 32u;
+
+const uint LEAF_BITS = 0x00FFFFFFu;
+// Rounding of a plane's distance, relative: four operations, each half of 2^-23.
+const float PLANE_ERROR = 4.76837158e-7;
+
+// A ray as one level of the tree sees it.
+struct LevelRay {
+    vec3 origin;
+    vec3 inverse;
+    // Flips child slots so that the nearest comes first, in each byte.
+    uint octant;
+    // Axis of the largest direction component, and the shear that makes it the ray's axis.
+    uint axis;
+    vec3 shear;
+};
+
+vec3 permute(vec3 v, uint axis) { return axis == 0u ? v.yzx : axis == 1u ? v.zxy : v.xyz; }
+
+LevelRay level_ray(vec3 origin, vec3 direction) {
+    vec3 size = abs(direction);
+    // A zero component would make 0 × ∞ in the slab test; relative, so that no scale is favoured.
+    float least = max_component(size) * 1e-18;
+    vec3 safe = mix(direction, vec3(least), lessThan(size, vec3(least)));
+    uint octant = (safe.x < 0.0 ? 0u : 4u) | (safe.y < 0.0 ? 0u : 2u) | (safe.z < 0.0 ? 0u : 1u);
+    uint axis = size.x > size.y ? (size.x > size.z ? 0u : 2u) : (size.y > size.z ? 1u : 2u);
+    vec3 d = permute(direction, axis);
+    return LevelRay(origin, 1.0 / safe, octant * 0x01010101u, axis, vec3(d.xy / d.z, 1.0 / d.z));
+}
+
+vec4 unpack_bytes(uint word) {
+    return vec4(word & 0xFFu, (word >> 8u) & 0xFFu, (word >> 16u) & 0xFFu, word >> 24u);
+}
+
+// Bits of the four children whose boxes the ray meets before t_max.
+uint child_hits(uint meta, uvec3 near, uvec3 far, vec3 scale, vec3 start, vec3 end, uint octant, float t_max) {
+    vec4 enter = max(unpack_bytes(near.x) * scale.x + start.x, unpack_bytes(near.y) * scale.y + start.y);
+    enter = max(max(enter, unpack_bytes(near.z) * scale.z + start.z), 0.0);
+    vec4 leave = min(unpack_bytes(far.x) * scale.x + end.x, unpack_bytes(far.y) * scale.y + end.y);
+    leave = min(min(leave, unpack_bytes(far.z) * scale.z + end.z), t_max);
+    bvec4 met = lessThanEqual(enter, leave * (1.0 + PLANE_ERROR));
+    // Inner children (bits 3 and 4 of their byte set) are ordered by the octant, leaves are not.
+    uint inner = ((meta & (meta << 1u)) & 0x10101010u) >> 4u;
+    uint place = (meta ^ (octant & (inner * 0xFFu))) & 0x1F1F1F1Fu;
+    uint bits = (meta >> 5u) & 0x07070707u;
+    uint hits = 0u;
+    if (met.x) hits |= (bits & 0xFFu) << (place & 0xFFu);
+    if (met.y) hits |= ((bits >> 8u) & 0xFFu) << ((place >> 8u) & 0xFFu);
+    if (met.z) hits |= ((bits >> 16u) & 0xFFu) << ((place >> 16u) & 0xFFu);
+    if (met.w) hits |= (bits >> 24u) << (place >> 24u);
+    return hits;
+}
+
+// Visits a node: replaces both groups by those of its children that the ray meets.
+void visit_node(uint node, LevelRay ray, float t_max, out uvec2 group, out uvec2 leaves) {
+    uvec4 head = nodes.at[5u * node];
+    uvec4 base = nodes.at[5u * node + 1u];
+    uvec4 x = nodes.at[5u * node + 2u];
+    uvec4 y = nodes.at[5u * node + 3u];
+    uvec4 z = nodes.at[5u * node + 4u];
+    uvec3 exponent = uvec3(head.w, head.w >> 8u, head.w >> 16u) & 0xFFu;
+    vec3 scale = uintBitsToFloat(exponent << 23u) * ray.inverse;
+    vec3 start = (uintBitsToFloat(head.xyz) - ray.origin) * ray.inverse;
+    // Boxes grow by what rounding may have cost, or grazing rays slip between neighbours.
+    vec3 slack = abs(start) * PLANE_ERROR;
+    vec3 end = start + slack;
+    start -= slack;
+    bvec3 flip = lessThan(ray.inverse, vec3(0.0));
+    uvec2 near_x = flip.x ? x.zw : x.xy, far_x = flip.x ? x.xy : x.zw;
+    uvec2 near_y = flip.y ? y.zw : y.xy, far_y = flip.y ? y.xy : y.zw;
+    uvec2 near_z = flip.z ? z.zw : z.xy, far_z = flip.z ? z.xy : z.zw;
+    uint hits = child_hits(base.z, uvec3(near_x.x, near_y.x, near_z.x), uvec3(far_x.x, far_y.x, far_z.x),
+                           scale, start, end, ray.octant, t_max)
+              | child_hits(base.w, uvec3(near_x.y, near_y.y, near_z.y), uvec3(far_x.y, far_y.y, far_z.y),
+                           scale, start, end, ray.octant, t_max);
+    group = uvec2(base.x, (hits & ~LEAF_BITS) | (head.w >> 24u));
+    leaves = uvec2(base.y, hits & LEAF_BITS);
+}
+
+// Edge functions are antisymmetric to the last bit, so two triangles never both miss a shared edge:
+// `precise` forbids the fused operations that would break this.
+bool meets_triangle(uint triangle, LevelRay ray, inout float t, out vec2 barycentrics) {
+    vec3 a, b, c;
+    triangle_corners(triangle, a, b, c);
+    a = permute(a - ray.origin, ray.axis);
+    b = permute(b - ray.origin, ray.axis);
+    c = permute(c - ray.origin, ray.axis);
+    precise vec2 a2 = a.xy - ray.shear.xy * a.z;
+    precise vec2 b2 = b.xy - ray.shear.xy * b.z;
+    precise vec2 c2 = c.xy - ray.shear.xy * c.z;
+    precise float u = c2.x * b2.y - c2.y * b2.x;
+    precise float v = a2.x * c2.y - a2.y * c2.x;
+    precise float w = b2.x * a2.y - b2.y * a2.x;
+    bool inside = min(u, min(v, w)) >= 0.0 || max(u, max(v, w)) <= 0.0;
+    precise float area = u + v + w;
+    precise float distance = (u * a.z + v * b.z + w * c.z) * ray.shear.z / area;
+    if (inside && area != 0.0 && distance > 0.0 && distance < t) {
+        t = distance;
+        barycentrics = vec2(v, w) / area;
+        return true;
+    }
+    return false;
+}
+
+Hit trace(Ray ray, bool any_hit) {
+    Hit hit = Hit(ray.t_max, NONE, 0u, vec2(0.0));
+    LevelRay level = level_ray(ray.origin, ray.direction);
+    uvec2 stack[STACK_SIZE];
+    uint depth = 0u;
+    // The instance being traversed, and the stack depth at which it was entered.
+    uint instance = NONE;
+    uint entered = 0u;
+    // The root is the only child of a group at node 0.
+    uvec2 group = uvec2(0u, 0x80000000u);
+    uvec2 leaves = uvec2(0u);
+    while (true) {
+        if (group.y > LEAF_BITS) {
+            uint bit = uint(findMSB(group.y));
+            uint mask = group.y;
+            group.y &= ~(1u << bit);
+            if (group.y > LEAF_BITS) stack[depth++] = group;
+            uint slot = (bit - 24u) ^ (level.octant & 0xFFu);
+            uint child = group.x + uint(bitCount(mask & ~(0xFFFFFFFFu << slot) & 0xFFu));
+            visit_node(child, level, hit.t, group, leaves);
+        } else {
+            leaves = group;
+            group = uvec2(0u);
+        }
+        while (leaves.y != 0u) {
+            uint bit = uint(findMSB(leaves.y));
+            leaves.y &= ~(1u << bit);
+            uint primitive = leaves.x + bit;
+            if (instance == NONE) {
+                if (group.y > LEAF_BITS) stack[depth++] = group;
+                if (leaves.y != 0u) stack[depth++] = leaves;
+                instance = top_instances.at[primitive];
+                entered = depth;
+                level = level_ray(transform_point(instances.at[instance].world_to_object, ray.origin),
+                                  transform_vector(instances.at[instance].world_to_object, ray.direction));
+                group = uvec2(instances.at[instance].root_node, 0x80000000u);
+                leaves.y = 0u;
+            } else {
+                vec2 barycentrics;
+                if (meets_triangle(primitive, level, hit.t, barycentrics)) {
+                    hit.instance = instance;
+                    hit.primitive = primitive;
+                    hit.barycentrics = barycentrics;
+                    if (any_hit) {
+                        leaves.y = 0u;
+                        group.y = 0u;
+                        depth = 0u;
+                        entered = 0u;
+                    }
+                }
+            }
+        }
+        if (group.y <= LEAF_BITS) {
+            if (instance != NONE && depth == entered) {
+                instance = NONE;
+                level = level_ray(ray.origin, ray.direction);
+            }
+            if (depth == 0u) break;
+            group = stack[--depth];
+        }
+    }
+    if (hit.instance != NONE) hit.primitive -= instances.at[hit.instance].first_triangle;
+    return hit;
+}

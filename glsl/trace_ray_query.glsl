@@ -1,0 +1,19 @@
+// Body of the trace seam on the driver's acceleration structures.
+
+uniform accelerationStructureEXT top_level;
+
+Hit trace(Ray ray, bool any_hit) {
+    uint flags = gl_RayFlagsOpaqueEXT | (any_hit ? gl_RayFlagsTerminateOnFirstHitEXT : 0u);
+    rayQueryEXT query;
+    rayQueryInitializeEXT(query, top_level, flags, 0xFFu, ray.origin, 0.0, ray.direction, ray.t_max);
+    while (rayQueryProceedEXT(query)) {
+    }
+    Hit hit = Hit(ray.t_max, NONE, 0u, vec2(0.0));
+    if (rayQueryGetIntersectionTypeEXT(query, true) != gl_RayQueryCommittedIntersectionNoneEXT) {
+        hit.t = rayQueryGetIntersectionTEXT(query, true);
+        hit.instance = rayQueryGetIntersectionInstanceCustomIndexEXT(query, true);
+        hit.primitive = rayQueryGetIntersectionPrimitiveIndexEXT(query, true);
+        hit.barycentrics = rayQueryGetIntersectionBarycentricsEXT(query, true);
+    }
+    return hit;
+}

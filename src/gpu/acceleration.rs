@@ -1,0 +1,201 @@
+//! The driver's acceleration structures: one for each mesh, one over the instances.
+
+use super::buffer::{Buffer, Usage};
+use super::device::Device;
+use super::recording::Recording;
+use crate::{Error, Result};
+use ash::{khr, vk};
+use glam::Vec3;
+use std::sync::Arc;
+
+/// An acceleration structure and the buffer it lies in.
+pub struct AccelerationStructure {
+    pub(super) raw: vk::AccelerationStructureKHR,
+    buffer: Buffer,
+}
+
+/// The triangles of one mesh: nine floats each, not indexed.
+#[derive(Clone, Copy)]
+pub struct BlasGeometry<'a> {
+    /// The positions of all meshes.
+    pub positions: &'a Buffer,
+    /// The mesh's first triangle in it.
+    pub first_triangle: u32,
+    /// Its number of triangles.
+    pub triangle_count: u32,
+}
+
+/// An instance of the top level.
+#[derive(Clone, Copy)]
+pub struct TlasInstance<'a> {
+    /// The mesh's structure.
+    pub blas: &'a AccelerationStructure,
+    /// Columns of the 3×4 object-to-world transform.
+    pub object_to_world: [Vec3; 4],
+    /// What `rayQueryGetIntersectionInstanceCustomIndexEXT` returns; 24 bits.
+    pub index: u32,
+}
+
+impl AccelerationStructure {
+    /// Builds the structure of one mesh, at once.
+    ///
+    /// # Errors
+    /// The device was opened without ray query, or has no memory left.
+    pub fn bottom(device: &Arc<Device>, name: &str, mesh: BlasGeometry<'_>) -> Result<Self> {
+        let start = mesh.positions.address()? + u64::from(mesh.first_triangle) * 36;
+        let triangles = vk::AccelerationStructureGeometryTrianglesDataKHR::default()
+            .vertex_format(vk::Format::R32G32B32_SFLOAT)
+            .vertex_data(vk::DeviceOrHostAddressConstKHR {
+                device_address: start,
+            })
+            .vertex_stride(12)
+            .max_vertex((mesh.triangle_count * 3).saturating_sub(1))
+            .index_type(vk::IndexType::NONE_KHR);
+        let geometry = vk::AccelerationStructureGeometryKHR::default()
+            .geometry_type(vk::GeometryTypeKHR::TRIANGLES)
+            .geometry(vk::AccelerationStructureGeometryDataKHR { triangles })
+            .flags(vk::GeometryFlagsKHR::OPAQUE);
+        Self::build(
+            device,
+            name,
+            vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL,
+            geometry,
+            mesh.triangle_count,
+        )
+    }
+
+    /// Builds the structure over the instances, at once.
+    ///
+    /// # Errors
+    /// More than 2²⁴ instances, or as [`AccelerationStructure::bottom`].
+    pub fn top(device: &Arc<Device>, name: &str, instances: &[TlasInstance<'_>]) -> Result<Self> {
+        if instances.len() > 1 << 24 {
+            return Err(Error::failed(format!(
+                "{} instances, but ray query counts only 16777216; use --tracer compute-bvh",
+                instances.len()
+            )));
+        }
+        // VkAccelerationStructureInstanceKHR: 12 floats, two packed words, an address.
+        let mut words: Vec<u32> = Vec::with_capacity(instances.len() * 16);
+        for instance in instances {
+            for row in 0..3 {
+                words.extend(instance.object_to_world.map(|column| column[row].to_bits()));
+            }
+            words.push(instance.index | 0xFF << 24);
+            words.push(vk::GeometryInstanceFlagsKHR::TRIANGLE_FACING_CULL_DISABLE.as_raw() << 24);
+            let address = instance.blas.address(device)?;
+            words.extend([address as u32, (address >> 32) as u32]);
+        }
+        let usage = Usage {
+            acceleration_input: true,
+            ..Usage::default()
+        };
+        let buffer = Buffer::from_slice(device, &format!("{name} (instances)"), &words, usage)?;
+        let data = vk::AccelerationStructureGeometryInstancesDataKHR::default().data(
+            vk::DeviceOrHostAddressConstKHR {
+                device_address: buffer.address()?,
+            },
+        );
+        let geometry = vk::AccelerationStructureGeometryKHR::default()
+            .geometry_type(vk::GeometryTypeKHR::INSTANCES)
+            .geometry(vk::AccelerationStructureGeometryDataKHR { instances: data });
+        Self::build(
+            device,
+            name,
+            vk::AccelerationStructureTypeKHR::TOP_LEVEL,
+            geometry,
+            instances.len() as u32,
+        )
+    }
+
+    /// Bytes the structure takes.
+    pub fn size(&self) -> u64 {
+        self.buffer.size()
+    }
+
+    fn build(
+        device: &Arc<Device>,
+        name: &str,
+        kind: vk::AccelerationStructureTypeKHR,
+        geometry: vk::AccelerationStructureGeometryKHR<'_>,
+        count: u32,
+    ) -> Result<Self> {
+        let functions = functions(device)?;
+        let geometries = [geometry];
+        let mut info = vk::AccelerationStructureBuildGeometryInfoKHR::default()
+            .ty(kind)
+            .flags(vk::BuildAccelerationStructureFlagsKHR::PREFER_FAST_TRACE)
+            .mode(vk::BuildAccelerationStructureModeKHR::BUILD)
+            .geometries(&geometries);
+        let mut sizes = vk::AccelerationStructureBuildSizesInfoKHR::default();
+        // SAFETY: `info` and the geometry live through the call.
+        unsafe {
+            functions.get_acceleration_structure_build_sizes(
+                vk::AccelerationStructureBuildTypeKHR::DEVICE,
+                &info,
+                &[count],
+                &mut sizes,
+            );
+        }
+        let usage = Usage {
+            acceleration_storage: true,
+            ..Usage::default()
+        };
+        let buffer = Buffer::new(device, name, sizes.acceleration_structure_size, usage)?;
+        let create = vk::AccelerationStructureCreateInfoKHR::default()
+            .buffer(buffer.raw)
+            .size(sizes.acceleration_structure_size)
+            .ty(kind);
+        // SAFETY: the buffer has the size and usage asked for and lives as long as the structure.
+        let raw = unsafe { functions.create_acceleration_structure(&create, None) }
+            .map_err(|e| device.failure(&format!("make {name}"), e))?;
+        let structure = Self { raw, buffer };
+        device.name(raw, name);
+        let alignment = device.scratch_alignment;
+        let scratch = Buffer::new(
+            device,
+            &format!("{name} (scratch)"),
+            sizes.build_scratch_size + alignment,
+            Usage::default(),
+        )?;
+        info = info
+            .dst_acceleration_structure(raw)
+            .scratch_data(vk::DeviceOrHostAddressKHR {
+                device_address: scratch.address()?.next_multiple_of(alignment),
+            });
+        let range = [vk::AccelerationStructureBuildRangeInfoKHR::default().primitive_count(count)];
+        let mut recording = Recording::new(device)?;
+        recording.barrier();
+        recording.begin(&format!("build {name}"));
+        // SAFETY: inputs, scratch and target live until `finish` has waited.
+        unsafe {
+            functions.cmd_build_acceleration_structures(recording.commands(), &[info], &[&range]);
+        }
+        recording.end();
+        recording.finish()?;
+        Ok(structure)
+    }
+
+    fn address(&self, device: &Device) -> Result<u64> {
+        let info = vk::AccelerationStructureDeviceAddressInfoKHR::default()
+            .acceleration_structure(self.raw);
+        // SAFETY: the structure is alive and belongs to this device.
+        Ok(unsafe { functions(device)?.get_acceleration_structure_device_address(&info) })
+    }
+}
+
+fn functions(device: &Device) -> Result<&khr::acceleration_structure::Device> {
+    device
+        .acceleration
+        .as_ref()
+        .ok_or_else(|| Error::failed("the device was opened without ray query"))
+}
+
+impl Drop for AccelerationStructure {
+    fn drop(&mut self) {
+        if let Some(functions) = &self.buffer.device.acceleration {
+            // SAFETY: recordings are waited for, so no command uses the structure any more.
+            unsafe { functions.destroy_acceleration_structure(self.raw, None) };
+        }
+    }
+}

@@ -1,0 +1,251 @@
+//! Buffers with memory of their own.
+
+use super::device::Device;
+use super::recording;
+use crate::{Error, Result};
+use ash::vk;
+use gpu_allocator::MemoryLocation;
+use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
+use std::sync::Arc;
+
+/// What a buffer is for, beyond storage and copies, which every buffer allows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Usage {
+    /// Input of an acceleration structure build.
+    pub acceleration_input: bool,
+    /// Holds an acceleration structure.
+    pub acceleration_storage: bool,
+    /// Bound as a uniform buffer.
+    pub uniform: bool,
+}
+
+/// A named buffer, freed when dropped.
+pub struct Buffer {
+    pub(super) raw: vk::Buffer,
+    pub(super) device: Arc<Device>,
+    allocation: Option<Allocation>,
+    size: u64,
+    name: String,
+}
+
+impl Buffer {
+    /// A buffer on the device, contents undefined. A size of 0 becomes 16 bytes, so that an empty
+    /// array can still be bound.
+    ///
+    /// # Errors
+    /// More bytes than the device allows in one buffer, or than it has free.
+    pub fn new(device: &Arc<Device>, name: &str, size: u64, usage: Usage) -> Result<Self> {
+        Self::with_location(device, name, size, usage, MemoryLocation::GpuOnly)
+    }
+
+    /// A buffer on the device that holds `data`.
+    ///
+    /// # Errors
+    /// As [`Buffer::new`].
+    pub fn from_slice<T: bytemuck::Pod>(
+        device: &Arc<Device>,
+        name: &str,
+        data: &[T],
+        usage: Usage,
+    ) -> Result<Self> {
+        let buffer = Self::new(device, name, size_of_val(data) as u64, usage)?;
+        buffer.write(data)?;
+        Ok(buffer)
+    }
+
+    pub(super) fn with_location(
+        device: &Arc<Device>,
+        name: &str,
+        size: u64,
+        usage: Usage,
+        location: MemoryLocation,
+    ) -> Result<Self> {
+        let size = size.max(16).next_multiple_of(4);
+        if size > device.info.max_buffer_size {
+            return Err(Error::failed(format!(
+                "{name} needs {size} bytes, but device '{}' allows {} in one buffer",
+                device.info.name, device.info.max_buffer_size
+            )));
+        }
+        let mut flags = vk::BufferUsageFlags::STORAGE_BUFFER
+            | vk::BufferUsageFlags::TRANSFER_SRC
+            | vk::BufferUsageFlags::TRANSFER_DST;
+        if device.features.buffer_addresses {
+            flags |= vk::BufferUsageFlags::SHADER_DEVICE_ADDRESS;
+        }
+        if usage.acceleration_input {
+            flags |= vk::BufferUsageFlags::ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_KHR;
+        }
+        if usage.acceleration_storage {
+            flags |= vk::BufferUsageFlags::ACCELERATION_STRUCTURE_STORAGE_KHR;
+        }
+        if usage.uniform {
+            flags |= vk::BufferUsageFlags::UNIFORM_BUFFER;
+        }
+        let info = vk::BufferCreateInfo::default().size(size).usage(flags);
+        // SAFETY: `info` lives through the call.
+        let raw = unsafe { device.raw.create_buffer(&info, None) }
+            .map_err(|e| device.failure(&format!("make buffer {name} of {size} bytes"), e))?;
+        let mut buffer = Self {
+            raw,
+            device: device.clone(),
+            allocation: None,
+            size,
+            name: name.to_owned(),
+        };
+        device.name(raw, name);
+        // SAFETY: plain query on the buffer just made.
+        let mut requirements = unsafe { device.raw.get_buffer_memory_requirements(raw) };
+        // Software drivers ask for less than scratch and acceleration structures need elsewhere.
+        requirements.alignment = requirements.alignment.max(256);
+        let allocation = device
+            .allocator
+            .lock()
+            .map_err(|_| Error::failed("the memory allocator broke in another thread"))?
+            .allocate(&AllocationCreateDesc {
+                name,
+                requirements,
+                location,
+                linear: true,
+                allocation_scheme: if size >= 1 << 24 {
+                    AllocationScheme::DedicatedBuffer(raw)
+                } else {
+                    AllocationScheme::GpuAllocatorManaged
+                },
+            })
+            .map_err(|e| {
+                Error::failed(format!(
+                    "{name} needs {size} bytes, which device '{}' does not have ({e})",
+                    device.info.name
+                ))
+            })?;
+        // SAFETY: the memory was allocated for this buffer's requirements and is bound once.
+        let bound = unsafe {
+            device
+                .raw
+                .bind_buffer_memory(raw, allocation.memory(), allocation.offset())
+        };
+        buffer.allocation = Some(allocation);
+        bound.map_err(|e| device.failure(&format!("bind memory of {name}"), e))?;
+        Ok(buffer)
+    }
+
+    /// Bytes asked for.
+    pub fn size(&self) -> u64 {
+        self.size
+    }
+
+    /// The name that tools and messages show.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Where the buffer lies on the device.
+    ///
+    /// # Errors
+    /// The device was opened without buffer addresses.
+    pub fn address(&self) -> Result<u64> {
+        if !self.device.features.buffer_addresses {
+            return Err(Error::failed(format!(
+                "the address of {} was asked for on a device opened without addresses",
+                self.name
+            )));
+        }
+        let info = vk::BufferDeviceAddressInfo::default().buffer(self.raw);
+        // SAFETY: the feature is on and the buffer was made with the address usage.
+        Ok(unsafe { self.device.raw.get_buffer_device_address(&info) })
+    }
+
+    /// Replaces the buffer's first bytes by `data`, at once.
+    ///
+    /// # Errors
+    /// The data are larger than the buffer, or the device fails.
+    pub fn write<T: bytemuck::Pod>(&self, data: &[T]) -> Result<()> {
+        let bytes: &[u8] = bytemuck::cast_slice(data);
+        self.check(bytes.len() as u64)?;
+        if bytes.is_empty() {
+            return Ok(());
+        }
+        // Large uploads go in pieces, so that staging memory stays small.
+        let piece = bytes.len().min(64 << 20);
+        let mut staging = Self::with_location(
+            &self.device,
+            "staging (upload)",
+            piece as u64,
+            Usage::default(),
+            MemoryLocation::CpuToGpu,
+        )?;
+        for (number, part) in bytes.chunks(piece).enumerate() {
+            staging.mapped()?[..part.len()].copy_from_slice(part);
+            recording::copy(
+                &self.device,
+                (&staging, 0),
+                (self, (number * piece) as u64),
+                part.len() as u64,
+            )?;
+        }
+        Ok(())
+    }
+
+    /// The buffer's first `count` values.
+    ///
+    /// # Errors
+    /// The buffer is smaller, or the device fails.
+    pub fn read<T: bytemuck::Pod>(&self, count: usize) -> Result<Vec<T>> {
+        let size = count * size_of::<T>();
+        self.check(size as u64)?;
+        let mut values = vec![T::zeroed(); count];
+        let piece = size.min(64 << 20);
+        if piece == 0 {
+            return Ok(values);
+        }
+        let mut staging = Self::with_location(
+            &self.device,
+            "staging (download)",
+            piece as u64,
+            Usage::default(),
+            MemoryLocation::GpuToCpu,
+        )?;
+        let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut values);
+        for (number, part) in bytes.chunks_mut(piece).enumerate() {
+            recording::copy(
+                &self.device,
+                (self, (number * piece) as u64),
+                (&staging, 0),
+                part.len() as u64,
+            )?;
+            let length = part.len();
+            part.copy_from_slice(&staging.mapped()?[..length]);
+        }
+        Ok(values)
+    }
+
+    fn check(&self, size: u64) -> Result<()> {
+        if size > self.size {
+            return Err(Error::failed(format!(
+                "{size} bytes do not fit {} of {} bytes",
+                self.name, self.size
+            )));
+        }
+        Ok(())
+    }
+
+    fn mapped(&mut self) -> Result<&mut [u8]> {
+        self.allocation
+            .as_mut()
+            .and_then(Allocation::mapped_slice_mut)
+            .ok_or_else(|| Error::failed(format!("{} is not visible to the host", self.name)))
+    }
+}
+
+impl Drop for Buffer {
+    fn drop(&mut self) {
+        if let (Some(allocation), Ok(mut allocator)) =
+            (self.allocation.take(), self.device.allocator.lock())
+        {
+            let _ = allocator.free(allocation);
+        }
+        // SAFETY: recordings are waited for, so no command uses the buffer any more.
+        unsafe { self.device.raw.destroy_buffer(self.raw, None) };
+    }
+}

@@ -1,0 +1,55 @@
+//! GLSL → SPIR-V with `shaderc`, at build time for the embedded shaders, at run time for those who
+//! edit shaders and for tests.
+//!
+//! This file is also compiled into the build script, so it knows nothing of the rest.
+
+use std::collections::BTreeMap;
+
+/// GLSL sources by the name that `#include` uses, such as `random.glsl` or `passes/primary.comp`.
+pub type Sources = BTreeMap<String, String>;
+
+/// Compiles one compute shader to SPIR-V 1.5 (Vulkan 1.2).
+///
+/// Names are kept and no optimiser runs: binding by name needs the names, and drivers optimise
+/// anyway. Bindings get their numbers automatically.
+///
+/// # Errors
+/// The compiler's own message, which names file and line.
+pub fn compile(
+    name: &str,
+    source: &str,
+    includes: &Sources,
+    defines: &[(&str, &str)],
+) -> Result<Vec<u32>, String> {
+    let compiler = shaderc::Compiler::new().map_err(|e| e.to_string())?;
+    let mut options = shaderc::CompileOptions::new().map_err(|e| e.to_string())?;
+    options.set_target_env(
+        shaderc::TargetEnv::Vulkan,
+        shaderc::EnvVersion::Vulkan1_2 as u32,
+    );
+    options.set_source_language(shaderc::SourceLanguage::GLSL);
+    options.set_auto_bind_uniforms(true);
+    options.set_warnings_as_errors();
+    for (key, value) in defines {
+        options.add_macro_definition(key, Some(value));
+    }
+    options.set_include_callback(|requested, _, from, _| {
+        let content = includes
+            .get(requested)
+            .ok_or_else(|| format!("{from} includes {requested}, which does not exist"))?;
+        Ok(shaderc::ResolvedInclude {
+            resolved_name: requested.to_owned(),
+            content: content.clone(),
+        })
+    });
+    let artifact = compiler
+        .compile_into_spirv(
+            source,
+            shaderc::ShaderKind::Compute,
+            name,
+            "main",
+            Some(&options),
+        )
+        .map_err(|e| e.to_string())?;
+    Ok(artifact.as_binary().to_vec())
+}

@@ -1,0 +1,178 @@
+//! The logical device: queue, memory, names.
+
+use super::instance::{DeviceInfo, Instance};
+use crate::{Error, Result};
+use ash::{ext, khr, vk};
+use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
+use std::ffi::CString;
+use std::mem::ManuallyDrop;
+use std::sync::{Arc, Mutex};
+
+/// Optional features, requested only when they are used.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Features {
+    /// Acceleration structures and ray queries (brings buffer addresses).
+    pub ray_query: bool,
+    /// Buffer device addresses.
+    pub buffer_addresses: bool,
+}
+
+/// An open device. Shared by everything made from it.
+pub struct Device {
+    /// What the device is and can do.
+    pub info: DeviceInfo,
+    /// The features it was opened with.
+    pub features: Features,
+    pub(super) raw: ash::Device,
+    pub(super) queue: vk::Queue,
+    pub(super) acceleration: Option<khr::acceleration_structure::Device>,
+    pub(super) debug: Option<ext::debug_utils::Device>,
+    /// Least alignment of an acceleration structure's scratch memory.
+    pub(super) scratch_alignment: u64,
+    pub(super) allocator: ManuallyDrop<Mutex<Allocator>>,
+    /// Serialises submissions: a queue is externally synchronised.
+    pub(super) queue_lock: Mutex<()>,
+    instance: Arc<Instance>,
+}
+
+impl Device {
+    /// Opens `info` with `features`.
+    ///
+    /// # Errors
+    /// The device lacks a feature, or the driver fails.
+    pub fn open(
+        instance: &Arc<Instance>,
+        info: DeviceInfo,
+        features: Features,
+    ) -> Result<Arc<Self>> {
+        if features.ray_query && !info.ray_query {
+            return Err(Error::input(format!(
+                "device '{}' has no ray query; use --tracer compute-bvh",
+                info.name
+            )));
+        }
+        let addresses = features.buffer_addresses || features.ray_query;
+        if addresses && !info.buffer_addresses {
+            return Err(Error::input(format!(
+                "device '{}' has no buffer addresses",
+                info.name
+            )));
+        }
+        let mut vulkan12 = vk::PhysicalDeviceVulkan12Features::default()
+            .scalar_block_layout(true)
+            .buffer_device_address(addresses);
+        let mut acceleration = vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default()
+            .acceleration_structure(true);
+        let mut ray_query = vk::PhysicalDeviceRayQueryFeaturesKHR::default().ray_query(true);
+        let mut extensions = Vec::new();
+        let priorities = [1.0];
+        let queues = [vk::DeviceQueueCreateInfo::default()
+            .queue_family_index(info.queue_family)
+            .queue_priorities(&priorities)];
+        let mut create = vk::DeviceCreateInfo::default()
+            .queue_create_infos(&queues)
+            .push_next(&mut vulkan12);
+        if features.ray_query {
+            extensions.extend([
+                khr::acceleration_structure::NAME.as_ptr(),
+                khr::ray_query::NAME.as_ptr(),
+                khr::deferred_host_operations::NAME.as_ptr(),
+            ]);
+            create = create
+                .push_next(&mut acceleration)
+                .push_next(&mut ray_query);
+        }
+        create = create.enabled_extension_names(&extensions);
+        // SAFETY: the features and extensions were found on this device; `create` lives through
+        // the call.
+        let raw = unsafe { instance.raw.create_device(info.raw, &create, None) }
+            .map_err(|e| Error::failed(format!("device '{}' does not open ({e})", info.name)))?;
+        // SAFETY: the queue family and queue 0 were requested above.
+        let queue = unsafe { raw.get_device_queue(info.queue_family, 0) };
+        let allocator = Allocator::new(&AllocatorCreateDesc {
+            instance: instance.raw.clone(),
+            device: raw.clone(),
+            physical_device: info.raw,
+            debug_settings: gpu_allocator::AllocatorDebugSettings::default(),
+            buffer_device_address: addresses,
+            allocation_sizes: gpu_allocator::AllocationSizes::default(),
+        });
+        let allocator = match allocator {
+            Ok(allocator) => allocator,
+            Err(e) => {
+                // SAFETY: nothing was made from the device yet.
+                unsafe { raw.destroy_device(None) };
+                return Err(Error::failed(format!("no memory allocator ({e})")));
+            }
+        };
+        let mut limits = vk::PhysicalDeviceAccelerationStructurePropertiesKHR::default();
+        if features.ray_query {
+            let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut limits);
+            // SAFETY: plain query; the chain lives through the call.
+            unsafe {
+                instance
+                    .raw
+                    .get_physical_device_properties2(info.raw, &mut properties);
+            }
+        }
+        Ok(Arc::new(Self {
+            acceleration: features
+                .ray_query
+                .then(|| khr::acceleration_structure::Device::new(&instance.raw, &raw)),
+            debug: instance
+                .debug
+                .as_ref()
+                .map(|_| ext::debug_utils::Device::new(&instance.raw, &raw)),
+            scratch_alignment: u64::from(
+                limits.min_acceleration_structure_scratch_offset_alignment,
+            )
+            .max(256),
+            allocator: ManuallyDrop::new(Mutex::new(allocator)),
+            queue_lock: Mutex::new(()),
+            info,
+            features: Features {
+                buffer_addresses: addresses,
+                ..features
+            },
+            raw,
+            queue,
+            instance: instance.clone(),
+        }))
+    }
+
+    /// Messages of the validation layers so far, for every device of the instance.
+    pub fn validation_messages(&self) -> Vec<String> {
+        self.instance.validation_messages()
+    }
+
+    /// Gives a Vulkan object the name that tools and messages show.
+    pub(super) fn name<T: vk::Handle>(&self, object: T, name: &str) {
+        if let (Some(debug), Ok(name)) = (&self.debug, CString::new(name)) {
+            let info = vk::DebugUtilsObjectNameInfoEXT::default()
+                .object_handle(object)
+                .object_name(&name);
+            // SAFETY: the object belongs to this device. A refused name is no failure.
+            let _ = unsafe { debug.set_debug_utils_object_name(&info) };
+        }
+    }
+
+    /// An error of a Vulkan call that failed while doing `what`.
+    pub(super) fn failure(&self, what: &str, cause: vk::Result) -> Error {
+        Error::failed(format!(
+            "device '{}' failed to {what} ({cause})",
+            self.info.name
+        ))
+    }
+}
+
+impl Drop for Device {
+    fn drop(&mut self) {
+        // SAFETY: everything made from the device holds it alive, so nothing is left; the
+        // allocator frees its memory before the device goes.
+        unsafe {
+            let _ = self.raw.device_wait_idle();
+            ManuallyDrop::drop(&mut self.allocator);
+            self.raw.destroy_device(None);
+        }
+    }
+}

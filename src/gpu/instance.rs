@@ -1,0 +1,439 @@
+//! The Vulkan instance, the devices it offers, and the choice among them.
+
+use crate::{Error, Result};
+use ash::{ext, khr, vk};
+use std::ffi::{CStr, c_void};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
+
+/// The loaded Vulkan library and its instance.
+pub struct Instance {
+    pub(super) raw: ash::Instance,
+    pub(super) debug: Option<DebugUtils>,
+    /// Keeps the loader's library open; dropped last.
+    _entry: ash::Entry,
+}
+
+/// Labels, names and messages.
+pub(super) struct DebugUtils {
+    instance: ext::debug_utils::Instance,
+    messenger: vk::DebugUtilsMessengerEXT,
+    /// The messages the callback gathers; boxed so that its address stays put.
+    log: Box<MessageLog>,
+}
+
+/// What the validation layers said.
+#[derive(Default)]
+struct MessageLog {
+    messages: Mutex<Vec<String>>,
+    count: AtomicUsize,
+}
+
+/// What a physical device is and can do.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct DeviceInfo {
+    /// Its position in the driver's list, as `--device` takes it.
+    pub index: usize,
+    /// The device's name.
+    pub name: String,
+    /// `discrete`, `integrated`, `virtual`, `cpu` or `other`.
+    pub kind: &'static str,
+    /// The driver's name and version.
+    pub driver: String,
+    /// Vulkan version, `major.minor.patch`.
+    pub vulkan: String,
+    /// Acceleration structures and ray queries in compute shaders.
+    pub ray_query: bool,
+    /// Buffer device addresses.
+    pub buffer_addresses: bool,
+    /// Lanes of a subgroup.
+    pub subgroup_size: u32,
+    /// Nanoseconds a timestamp tick; 0 if compute queues have no timestamps.
+    pub timestamp_period: f32,
+    /// Largest range of one storage-buffer descriptor, in bytes.
+    pub max_storage_buffer_range: u64,
+    /// Largest buffer, in bytes.
+    pub max_buffer_size: u64,
+    /// Memory on the device, in bytes.
+    pub device_memory: u64,
+    /// Why Headwater cannot use it, if it cannot.
+    pub unusable: Option<String>,
+    #[serde(skip)]
+    pub(super) raw: vk::PhysicalDevice,
+    #[serde(skip)]
+    pub(super) queue_family: u32,
+}
+
+impl DeviceInfo {
+    /// Whether the device computes on the CPU.
+    pub fn is_cpu(&self) -> bool {
+        self.kind == "cpu"
+    }
+
+    /// Threads that the driver gives fixed runs of workgroups: llvmpipe hands each thread an equal
+    /// run, and the one with the easier part of the image would idle.
+    pub fn interleave(&self) -> u32 {
+        match std::thread::available_parallelism() {
+            Ok(threads) if self.is_cpu() => threads.get() as u32,
+            _ => 1,
+        }
+    }
+}
+
+impl Instance {
+    /// Loads Vulkan. With `validation`, the Khronos layer is on with synchronization validation.
+    ///
+    /// # Errors
+    /// No Vulkan library, no instance, or no validation layer where it was asked for.
+    pub fn new(validation: bool) -> Result<Arc<Self>> {
+        // SAFETY: loading runs the loader's initialisers, which have no preconditions.
+        let entry = unsafe { ash::Entry::load() }.map_err(|e| {
+            Error::failed(format!(
+                "no Vulkan on this machine ({e}); install a driver and libvulkan1, or start through tools/run, which brings a software Vulkan"
+            ))
+        })?;
+        let layer = c"VK_LAYER_KHRONOS_validation";
+        // SAFETY: plain queries on a loaded entry.
+        let (layers, extensions) = unsafe {
+            (
+                entry
+                    .enumerate_instance_layer_properties()
+                    .unwrap_or_default(),
+                entry
+                    .enumerate_instance_extension_properties(None)
+                    .unwrap_or_default(),
+            )
+        };
+        if validation && !layers.iter().any(|l| l.layer_name_as_c_str() == Ok(layer)) {
+            return Err(Error::failed(
+                "validation was asked for (HEADWATER_VALIDATION) but VK_LAYER_KHRONOS_validation is not installed; unset it, or start through tools/run or tools/test",
+            ));
+        }
+        // The validation layer brings debug utilities of its own.
+        let has_debug = validation
+            || extensions
+                .iter()
+                .any(|e| e.extension_name_as_c_str() == Ok(ext::debug_utils::NAME));
+        let mut extension_names = Vec::new();
+        if has_debug {
+            extension_names.push(ext::debug_utils::NAME.as_ptr());
+        }
+        let mut layer_names = Vec::new();
+        let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
+        let mut features =
+            vk::ValidationFeaturesEXT::default().enabled_validation_features(&enabled);
+        let application = vk::ApplicationInfo::default()
+            .application_name(c"headwater")
+            .engine_name(c"headwater")
+            .api_version(vk::API_VERSION_1_2);
+        let mut info = vk::InstanceCreateInfo::default().application_info(&application);
+        if validation {
+            layer_names.push(layer.as_ptr());
+            extension_names.push(ext::validation_features::NAME.as_ptr());
+            info = info.push_next(&mut features);
+        }
+        info = info
+            .enabled_layer_names(&layer_names)
+            .enabled_extension_names(&extension_names);
+        // SAFETY: `info` and all it points to live through the call.
+        let raw = unsafe { entry.create_instance(&info, None) }.map_err(|e| {
+            Error::failed(format!(
+                "Vulkan is installed but gives no instance ({e}); check the driver with vulkaninfo, or start through tools/run"
+            ))
+        })?;
+        let debug = if has_debug {
+            Some(DebugUtils::new(&entry, &raw)?)
+        } else {
+            None
+        };
+        Ok(Arc::new(Self {
+            raw,
+            debug,
+            _entry: entry,
+        }))
+    }
+
+    /// Every device, usable or not, in the driver's order.
+    ///
+    /// # Errors
+    /// The driver's own failure.
+    pub fn devices(&self) -> Result<Vec<DeviceInfo>> {
+        // SAFETY: plain query on a live instance.
+        let devices = unsafe { self.raw.enumerate_physical_devices() }
+            .map_err(|e| Error::failed(format!("Vulkan lists no devices ({e})")))?;
+        Ok(devices
+            .into_iter()
+            .enumerate()
+            .map(|(index, device)| self.describe(index, device))
+            .collect())
+    }
+
+    /// Chooses a device and says why. `wanted` is a name (or part of one, whatever the case) or an
+    /// index; without it, discrete goes before integrated, virtual and CPU.
+    ///
+    /// # Errors
+    /// No usable device, or none that fits `wanted` (wrong input).
+    pub fn choose(&self, wanted: Option<&str>) -> Result<(DeviceInfo, String)> {
+        let devices = self.devices()?;
+        let listed = || {
+            devices
+                .iter()
+                .map(|d| format!("{} {}", d.index, d.name))
+                .collect::<Vec<_>>()
+                .join(", ")
+        };
+        if let Some(wanted) = wanted {
+            let fits = |d: &&DeviceInfo| match wanted.parse::<usize>() {
+                Ok(index) => d.index == index,
+                Err(_) => d.name.to_lowercase().contains(&wanted.to_lowercase()),
+            };
+            let device = devices.iter().find(fits).ok_or_else(|| {
+                Error::input(format!(
+                    "no device '{wanted}'; there are: {}",
+                    if devices.is_empty() {
+                        "none".into()
+                    } else {
+                        listed()
+                    }
+                ))
+            })?;
+            return match &device.unusable {
+                Some(reason) => Err(Error::input(format!(
+                    "device '{}' cannot be used: {reason}",
+                    device.name
+                ))),
+                None => Ok((device.clone(), format!("asked for as '{wanted}'"))),
+            };
+        }
+        let rank = |d: &DeviceInfo| match d.kind {
+            "discrete" => 0,
+            "integrated" => 1,
+            "virtual" => 2,
+            "cpu" => 3,
+            _ => 4,
+        };
+        devices
+            .iter()
+            .filter(|d| d.unusable.is_none())
+            .min_by_key(|d| (rank(d), d.index))
+            .map(|d| {
+                let others = devices.len() - 1;
+                let reason = if others == 0 {
+                    "the only device".to_owned()
+                } else {
+                    format!("the first {} device among {}", d.kind, devices.len())
+                };
+                (d.clone(), reason)
+            })
+            .ok_or_else(|| {
+                let reasons: Vec<String> = devices
+                    .iter()
+                    .filter_map(|d| Some(format!("{}: {}", d.name, d.unusable.as_ref()?)))
+                    .collect();
+                Error::failed(format!(
+                    "no usable Vulkan device ({}); install a driver, or start through tools/run, which brings a software Vulkan",
+                    if reasons.is_empty() { "none found".into() } else { reasons.join("; ") }
+                ))
+            })
+    }
+
+    /// Messages of the validation layers so far.
+    pub fn validation_messages(&self) -> Vec<String> {
+        match &self.debug {
+            Some(debug) => debug
+                .log
+                .messages
+                .lock()
+                .map(|messages| messages.clone())
+                .unwrap_or_default(),
+            None => Vec::new(),
+        }
+    }
+
+    /// Extensions a device offers.
+    pub(super) fn extensions(&self, device: vk::PhysicalDevice) -> Vec<vk::ExtensionProperties> {
+        // SAFETY: plain query on a device of this instance.
+        unsafe { self.raw.enumerate_device_extension_properties(device) }.unwrap_or_default()
+    }
+
+    fn describe(&self, index: usize, device: vk::PhysicalDevice) -> DeviceInfo {
+        let mut driver = vk::PhysicalDeviceDriverProperties::default();
+        let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
+        let mut maintenance3 = vk::PhysicalDeviceMaintenance3Properties::default();
+        // SAFETY: plain queries on a device of this instance; the chains live through the calls.
+        let (plain, families, memory) = unsafe {
+            let plain = self.raw.get_physical_device_properties(device);
+            if plain.api_version >= vk::API_VERSION_1_2 {
+                let mut properties = vk::PhysicalDeviceProperties2::default()
+                    .push_next(&mut driver)
+                    .push_next(&mut subgroup)
+                    .push_next(&mut maintenance3);
+                self.raw
+                    .get_physical_device_properties2(device, &mut properties);
+            }
+            (
+                plain,
+                self.raw.get_physical_device_queue_family_properties(device),
+                self.raw.get_physical_device_memory_properties(device),
+            )
+        };
+        let mut vulkan12 = vk::PhysicalDeviceVulkan12Features::default();
+        let mut acceleration = vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default();
+        let mut ray_query = vk::PhysicalDeviceRayQueryFeaturesKHR::default();
+        if plain.api_version >= vk::API_VERSION_1_2 {
+            let mut features = vk::PhysicalDeviceFeatures2::default()
+                .push_next(&mut vulkan12)
+                .push_next(&mut acceleration)
+                .push_next(&mut ray_query);
+            // SAFETY: as above; unknown structures of the chain are left untouched.
+            unsafe {
+                self.raw
+                    .get_physical_device_features2(device, &mut features)
+            };
+        }
+        let extensions = self.extensions(device);
+        let has = |name: &CStr| {
+            extensions
+                .iter()
+                .any(|e| e.extension_name_as_c_str() == Ok(name))
+        };
+        let queue_family = families
+            .iter()
+            .position(|f| f.queue_flags.contains(vk::QueueFlags::COMPUTE));
+        let unusable = if plain.api_version < vk::API_VERSION_1_2 {
+            Some("it has no Vulkan 1.2".to_owned())
+        } else if vulkan12.scalar_block_layout == 0 {
+            Some("it lacks scalarBlockLayout".to_owned())
+        } else if queue_family.is_none() {
+            Some("it has no compute queue".to_owned())
+        } else {
+            None
+        };
+        let queue_family = queue_family.unwrap_or(0);
+        let timestamps = families
+            .get(queue_family)
+            .is_some_and(|f| f.timestamp_valid_bits > 0);
+        let text = |s: std::result::Result<&CStr, _>| -> String {
+            s.map(|s| s.to_string_lossy().into_owned())
+                .unwrap_or_default()
+        };
+        DeviceInfo {
+            index,
+            name: text(plain.device_name_as_c_str()),
+            kind: match plain.device_type {
+                vk::PhysicalDeviceType::DISCRETE_GPU => "discrete",
+                vk::PhysicalDeviceType::INTEGRATED_GPU => "integrated",
+                vk::PhysicalDeviceType::VIRTUAL_GPU => "virtual",
+                vk::PhysicalDeviceType::CPU => "cpu",
+                _ => "other",
+            },
+            driver: format!(
+                "{} {}",
+                text(driver.driver_name_as_c_str()),
+                text(driver.driver_info_as_c_str())
+            )
+            .trim()
+            .to_owned(),
+            vulkan: format!(
+                "{}.{}.{}",
+                vk::api_version_major(plain.api_version),
+                vk::api_version_minor(plain.api_version),
+                vk::api_version_patch(plain.api_version)
+            ),
+            ray_query: acceleration.acceleration_structure != 0
+                && ray_query.ray_query != 0
+                && vulkan12.buffer_device_address != 0
+                && has(khr::acceleration_structure::NAME)
+                && has(khr::ray_query::NAME)
+                && has(khr::deferred_host_operations::NAME),
+            buffer_addresses: vulkan12.buffer_device_address != 0,
+            subgroup_size: subgroup.subgroup_size,
+            timestamp_period: if timestamps {
+                plain.limits.timestamp_period
+            } else {
+                0.0
+            },
+            max_storage_buffer_range: u64::from(plain.limits.max_storage_buffer_range),
+            max_buffer_size: maintenance3.max_memory_allocation_size,
+            device_memory: memory.memory_heaps[..memory.memory_heap_count as usize]
+                .iter()
+                .filter(|heap| heap.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL))
+                .map(|heap| heap.size)
+                .sum(),
+            unusable,
+            raw: device,
+            queue_family: queue_family as u32,
+        }
+    }
+}
+
+impl Drop for Instance {
+    fn drop(&mut self) {
+        // SAFETY: every device holds the instance alive, so none is left.
+        unsafe {
+            if let Some(debug) = &self.debug {
+                debug
+                    .instance
+                    .destroy_debug_utils_messenger(debug.messenger, None);
+            }
+            self.raw.destroy_instance(None);
+        }
+    }
+}
+
+impl DebugUtils {
+    fn new(entry: &ash::Entry, raw: &ash::Instance) -> Result<Self> {
+        let instance = ext::debug_utils::Instance::new(entry, raw);
+        let log = Box::<MessageLog>::default();
+        let info = vk::DebugUtilsMessengerCreateInfoEXT::default()
+            .message_severity(
+                vk::DebugUtilsMessageSeverityFlagsEXT::WARNING
+                    | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR,
+            )
+            .message_type(
+                vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION
+                    | vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE
+                    | vk::DebugUtilsMessageTypeFlagsEXT::GENERAL,
+            )
+            .pfn_user_callback(Some(on_message))
+            .user_data(std::ptr::from_ref::<MessageLog>(&log) as *mut c_void);
+        // SAFETY: the log outlives the messenger, which Instance::drop destroys first.
+        let messenger = unsafe { instance.create_debug_utils_messenger(&info, None) }
+            .map_err(|e| Error::failed(format!("Vulkan gives no debug messenger ({e})")))?;
+        Ok(Self {
+            instance,
+            messenger,
+            log,
+        })
+    }
+}
+
+/// Keeps every warning and error; drivers' general warnings are only logged.
+///
+/// # Safety
+/// Called by the loader with valid data and the `MessageLog` of [`DebugUtils::new`].
+unsafe extern "system" fn on_message(
+    severity: vk::DebugUtilsMessageSeverityFlagsEXT,
+    types: vk::DebugUtilsMessageTypeFlagsEXT,
+    data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
+    user: *mut c_void,
+) -> vk::Bool32 {
+    // SAFETY: the specification promises valid pointers during the call.
+    let (message, log) = unsafe {
+        let text = (*data).message_as_c_str().map(CStr::to_string_lossy);
+        (
+            text.map(|t| t.replace('\n', " ")).unwrap_or_default(),
+            &*(user as *const MessageLog),
+        )
+    };
+    log::debug!("Vulkan {severity:?} {types:?}: {message}");
+    if types.contains(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION)
+        && let Ok(mut messages) = log.messages.lock()
+    {
+        // A message in a loop must not fill the memory.
+        if log.count.fetch_add(1, Ordering::Relaxed) < 1000 {
+            messages.push(message);
+        }
+    }
+    vk::FALSE
+}

@@ -1,0 +1,158 @@
+//! One declaration for each structure that Rust and GLSL share.
+//!
+//! [`gpu_struct!`](crate::gpu_struct) declares a `#[repr(C)]` structure and knows its GLSL text;
+//! [`gpu_constants!`](crate::gpu_constants) does the same for numbers. Both sides use the scalar
+//! block layout, in which a member is aligned like its components: that is what `#[repr(C)]` gives
+//! to the types below, and why SIMD types (`Vec3A`, `Vec4`, matrices) are not among them.
+//!
+//! This file is also compiled into the build script, so it knows nothing of the rest.
+
+use std::fmt::Write;
+
+/// A Rust type that has a GLSL twin of the same size and alignment under the scalar layout.
+pub trait GlslType: bytemuck::Pod {
+    /// The GLSL type's name, without array brackets.
+    const GLSL: &'static str;
+    /// The array length, or 0 for a plain value.
+    const LENGTH: usize = 0;
+}
+
+macro_rules! glsl_types {
+    ($($rust:ty => $glsl:literal),* $(,)?) => {
+        $(impl GlslType for $rust { const GLSL: &'static str = $glsl; })*
+    };
+}
+glsl_types! {
+    f32 => "float", u32 => "uint", i32 => "int",
+    glam::Vec2 => "vec2", glam::Vec3 => "vec3",
+    glam::UVec2 => "uvec2", glam::UVec3 => "uvec3",
+}
+impl<T: GlslType, const N: usize> GlslType for [T; N]
+where
+    [T; N]: bytemuck::Pod,
+{
+    const GLSL: &'static str = T::GLSL;
+    const LENGTH: usize = N;
+}
+
+/// One member of a shared structure, as Rust lays it out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Member {
+    /// The member's name, the same on both sides.
+    pub name: &'static str,
+    /// GLSL type without brackets.
+    pub glsl: &'static str,
+    /// Array length, 0 for a plain value.
+    pub length: usize,
+    /// Byte offset in the structure.
+    pub offset: usize,
+}
+
+/// A structure declared by [`gpu_struct!`](crate::gpu_struct).
+#[derive(Clone, Copy, Debug)]
+pub struct StructLayout {
+    /// Its name, the same on both sides.
+    pub name: &'static str,
+    /// Size in bytes, also the stride in arrays.
+    pub size: usize,
+    /// Its members in order.
+    pub members: &'static [Member],
+}
+
+impl StructLayout {
+    /// The structure's GLSL declaration.
+    pub fn glsl(&self) -> String {
+        let mut text = format!("struct {} {{\n", self.name);
+        for member in self.members {
+            let _ = match member.length {
+                0 => writeln!(text, "    {} {};", member.glsl, member.name),
+                n => writeln!(text, "    {} {}[{n}];", member.glsl, member.name),
+            };
+        }
+        text.push_str("};\n");
+        text
+    }
+}
+
+/// A type declared by [`gpu_struct!`](crate::gpu_struct).
+pub trait GpuStruct: bytemuck::Pod {
+    /// Where its members lie.
+    const LAYOUT: StructLayout;
+}
+
+/// Declares a structure for both sides: the Rust type, and its layout for the GLSL text and the
+/// reflection check.
+#[macro_export]
+macro_rules! gpu_struct {
+    ($(#[$meta:meta])* pub struct $name:ident {
+        $($(#[$member_meta:meta])* pub $member:ident: $type:ty,)*
+    }) => {
+        $(#[$meta])*
+        #[repr(C)]
+        #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+        pub struct $name { $($(#[$member_meta])* pub $member: $type,)* }
+
+        impl $crate::gpu::layout::GpuStruct for $name {
+            const LAYOUT: $crate::gpu::layout::StructLayout = $crate::gpu::layout::StructLayout {
+                name: stringify!($name),
+                size: size_of::<$name>(),
+                members: &[$($crate::gpu::layout::Member {
+                    name: stringify!($member),
+                    glsl: <$type as $crate::gpu::layout::GlslType>::GLSL,
+                    length: <$type as $crate::gpu::layout::GlslType>::LENGTH,
+                    offset: std::mem::offset_of!($name, $member),
+                },)*],
+            };
+        }
+        impl $crate::gpu::layout::GlslType for $name {
+            const GLSL: &'static str = stringify!($name);
+        }
+    };
+}
+
+/// Declares `u32` and `f32` constants for both sides, and a function that lists their GLSL text.
+#[macro_export]
+macro_rules! gpu_constants {
+    ($($(#[$meta:meta])* pub const $name:ident: $type:ident = $value:expr;)*) => {
+        $($(#[$meta])* pub const $name: $type = $value;)*
+
+        /// The constants above as GLSL text.
+        pub fn constants_glsl() -> String {
+            let mut text = String::new();
+            $(text += &$crate::gpu::layout::constant_glsl(
+                stringify!($name),
+                <$type as $crate::gpu::layout::GlslType>::GLSL,
+                $crate::gpu::layout::Number::from($name),
+            );)*
+            text
+        }
+    };
+}
+
+/// The value of a shared constant.
+pub enum Number {
+    /// An unsigned integer.
+    Uint(u32),
+    /// A float, carried to GLSL by its bits.
+    Float(f32),
+}
+
+impl From<u32> for Number {
+    fn from(value: u32) -> Self {
+        Self::Uint(value)
+    }
+}
+
+impl From<f32> for Number {
+    fn from(value: f32) -> Self {
+        Self::Float(value)
+    }
+}
+
+/// One constant's GLSL declaration.
+pub fn constant_glsl(name: &str, glsl: &str, value: Number) -> String {
+    match value {
+        Number::Uint(value) => format!("const {glsl} {name} = {value}u;\n"),
+        Number::Float(value) => format!("const {glsl} {name} = {value:e};\n"),
+    }
+}

@@ -1,0 +1,233 @@
+//! One compute pass: a shader, and a structure whose fields are its bindings.
+
+use super::acceleration::AccelerationStructure;
+use super::buffer::Buffer;
+use super::device::Device;
+use super::reflection::{Interface, Kind, Reflection};
+use crate::{Error, Result};
+use ash::vk;
+use std::sync::Arc;
+
+/// Something a shader's binding can be given.
+#[derive(Clone, Copy)]
+pub enum Resource<'a> {
+    /// A storage buffer the shader only reads.
+    Read(&'a Buffer),
+    /// A storage buffer the shader may write.
+    Write(&'a Buffer),
+    /// A uniform buffer.
+    Uniform(&'a Buffer),
+    /// A top-level acceleration structure.
+    AccelerationStructure(&'a AccelerationStructure),
+}
+
+/// Resources under the names of a shader's bindings.
+pub trait Bindings<'a> {
+    /// The pass's own bindings: exactly the names that its shader uses.
+    fn own(&self) -> Vec<(&'static str, Resource<'a>)>;
+
+    /// What a group shared by many passes offers; a shader takes of it what it names.
+    fn offered(&self) -> Vec<(&'static str, Resource<'a>)> {
+        Vec::new()
+    }
+}
+
+/// Declares a structure whose fields are a pass's bindings: `read`, `write` or `uniform` before
+/// each; `[offers name: GROUP]` adds a group that is shared by many passes.
+#[macro_export]
+macro_rules! bindings {
+    ($(#[$meta:meta])* pub struct $name:ident {
+        $([offers $group:ident: $group_type:ty])?
+        $($access:ident $field:ident,)*
+    }) => {
+        $(#[$meta])*
+        pub struct $name<'a> {
+            $(#[allow(missing_docs)] pub $group: &'a $group_type,)?
+            $(#[allow(missing_docs)] pub $field: &'a $crate::gpu::Buffer,)*
+        }
+        impl<'a> $crate::gpu::Bindings<'a> for $name<'a> {
+            fn own(&self) -> Vec<(&'static str, $crate::gpu::Resource<'a>)> {
+                vec![$((stringify!($field), $crate::bindings!(@$access self.$field)),)*]
+            }
+            $(fn offered(&self) -> Vec<(&'static str, $crate::gpu::Resource<'a>)> {
+                self.$group.resources()
+            })?
+        }
+    };
+    (@read $buffer:expr) => { $crate::gpu::Resource::Read($buffer) };
+    (@write $buffer:expr) => { $crate::gpu::Resource::Write($buffer) };
+    (@uniform $buffer:expr) => { $crate::gpu::Resource::Uniform($buffer) };
+}
+
+/// A compute pipeline that is bound by name.
+pub struct ComputePass {
+    pub(super) device: Arc<Device>,
+    pub(super) pipeline: vk::Pipeline,
+    pub(super) layout: vk::PipelineLayout,
+    pub(super) set_layout: vk::DescriptorSetLayout,
+    pub(super) interface: Interface,
+    name: String,
+}
+
+fn descriptor_type(kind: Kind) -> vk::DescriptorType {
+    match kind {
+        Kind::Storage { .. } => vk::DescriptorType::STORAGE_BUFFER,
+        Kind::Uniform => vk::DescriptorType::UNIFORM_BUFFER,
+        Kind::AccelerationStructure => vk::DescriptorType::ACCELERATION_STRUCTURE_KHR,
+    }
+}
+
+impl ComputePass {
+    /// Makes the pipeline of a shader given as SPIR-V. `constants` are specialisation constants:
+    /// (id, value), four bytes each.
+    ///
+    /// # Errors
+    /// The shader's interface cannot be bound by name, or the driver refuses it.
+    pub fn new(
+        device: &Arc<Device>,
+        name: &str,
+        words: &[u32],
+        constants: &[(u32, u32)],
+    ) -> Result<Self> {
+        let interface = Reflection::new(words)?.interface()?;
+        let bindings: Vec<_> = interface
+            .bindings
+            .iter()
+            .map(|b| {
+                vk::DescriptorSetLayoutBinding::default()
+                    .binding(b.number)
+                    .descriptor_type(descriptor_type(b.kind))
+                    .descriptor_count(1)
+                    .stage_flags(vk::ShaderStageFlags::COMPUTE)
+            })
+            .collect();
+        let mut pass = Self {
+            device: device.clone(),
+            pipeline: vk::Pipeline::null(),
+            layout: vk::PipelineLayout::null(),
+            set_layout: vk::DescriptorSetLayout::null(),
+            interface,
+            name: name.to_owned(),
+        };
+        let fail = |e| device.failure(&format!("make pass {name}"), e);
+        let entries: Vec<_> = constants
+            .iter()
+            .enumerate()
+            .map(|(index, (id, _))| vk::SpecializationMapEntry {
+                constant_id: *id,
+                offset: 4 * index as u32,
+                size: 4,
+            })
+            .collect();
+        let values: Vec<u32> = constants.iter().map(|(_, value)| *value).collect();
+        let specialization = vk::SpecializationInfo::default()
+            .map_entries(&entries)
+            .data(bytemuck::cast_slice(&values));
+        let push = [vk::PushConstantRange {
+            stage_flags: vk::ShaderStageFlags::COMPUTE,
+            offset: 0,
+            size: pass.interface.push_constant_size,
+        }];
+        // SAFETY: every create-info and what it points to lives through its call; what was made
+        // before a failure is destroyed by Drop, which ignores null handles.
+        unsafe {
+            let raw = &device.raw;
+            let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
+            pass.set_layout = raw
+                .create_descriptor_set_layout(&info, None)
+                .map_err(fail)?;
+            let set_layouts = [pass.set_layout];
+            let mut info = vk::PipelineLayoutCreateInfo::default().set_layouts(&set_layouts);
+            if pass.interface.push_constant_size > 0 {
+                info = info.push_constant_ranges(&push);
+            }
+            pass.layout = raw.create_pipeline_layout(&info, None).map_err(fail)?;
+            let info = vk::ShaderModuleCreateInfo::default().code(words);
+            let module = raw.create_shader_module(&info, None).map_err(fail)?;
+            device.name(module, name);
+            let stage = vk::PipelineShaderStageCreateInfo::default()
+                .stage(vk::ShaderStageFlags::COMPUTE)
+                .module(module)
+                .name(c"main")
+                .specialization_info(&specialization);
+            let info = vk::ComputePipelineCreateInfo::default()
+                .stage(stage)
+                .layout(pass.layout);
+            let made = raw.create_compute_pipelines(vk::PipelineCache::null(), &[info], None);
+            raw.destroy_shader_module(module, None);
+            pass.pipeline = made.map_err(|(_, e)| fail(e))?[0];
+        }
+        device.name(pass.pipeline, name);
+        Ok(pass)
+    }
+
+    /// The name that labels, timings and messages show.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// What the shader asks for.
+    pub fn interface(&self) -> &Interface {
+        &self.interface
+    }
+
+    /// The resources in the order of the shader's bindings, checked by name, kind and access.
+    pub(super) fn resolve<'a>(&self, bindings: &dyn Bindings<'a>) -> Result<Vec<Resource<'a>>> {
+        let own = bindings.own();
+        let offered = bindings.offered();
+        let wrong = |what: String| Error::failed(format!("pass {}: {what}", self.name));
+        if let Some((name, _)) = own
+            .iter()
+            .find(|(name, _)| !self.interface.bindings.iter().any(|b| b.name == *name))
+        {
+            return Err(wrong(format!("the shader does not use '{name}'")));
+        }
+        self.interface
+            .bindings
+            .iter()
+            .map(|binding| {
+                let (name, resource) = own
+                    .iter()
+                    .chain(&offered)
+                    .find(|(name, _)| *name == binding.name)
+                    .ok_or_else(|| wrong(format!("nothing is bound to '{}'", binding.name)))?;
+                let fits = match (resource, binding.kind) {
+                    (Resource::Read(_), Kind::Storage { writes }) => !writes,
+                    (Resource::Write(_), Kind::Storage { writes }) => writes,
+                    (Resource::Uniform(_), Kind::Uniform) => true,
+                    (Resource::AccelerationStructure(_), Kind::AccelerationStructure) => true,
+                    _ => false,
+                };
+                if !fits {
+                    return Err(wrong(format!(
+                        "'{name}' is {:?} in the shader, bound as something else",
+                        binding.kind
+                    )));
+                }
+                let limit = self.device.info.max_storage_buffer_range;
+                match resource {
+                    Resource::Read(buffer) | Resource::Write(buffer) if buffer.size() > limit => {
+                        Err(wrong(format!(
+                            "'{name}' has {} bytes, but device '{}' binds at most {limit}",
+                            buffer.size(),
+                            self.device.info.name
+                        )))
+                    }
+                    _ => Ok(*resource),
+                }
+            })
+            .collect()
+    }
+}
+
+impl Drop for ComputePass {
+    fn drop(&mut self) {
+        // SAFETY: recordings are waited for, so no command uses these; null handles are ignored.
+        unsafe {
+            let raw = &self.device.raw;
+            raw.destroy_pipeline(self.pipeline, None);
+            raw.destroy_pipeline_layout(self.layout, None);
+            raw.destroy_descriptor_set_layout(self.set_layout, None);
+        }
+    }
+}

@@ -1,0 +1,299 @@
+//! What a compiled shader asks for: its bindings by name, its push constants, and the layout of its
+//! structures, read from the SPIR-V.
+
+use super::layout::StructLayout;
+use crate::{Error, Result};
+use rspirv::dr::{Instruction, Module, Operand};
+use rspirv::spirv::{Decoration, Op, StorageClass};
+use std::collections::HashMap;
+
+/// The kind of a binding.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A storage buffer; `writes` unless the shader declares it `readonly`.
+    Storage {
+        /// Whether the shader may write it.
+        writes: bool,
+    },
+    /// A uniform buffer.
+    Uniform,
+    /// A top-level acceleration structure.
+    AccelerationStructure,
+}
+
+/// One binding of a shader.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Binding {
+    /// The GLSL instance name.
+    pub name: String,
+    /// Its number in descriptor set 0.
+    pub number: u32,
+    /// What it binds.
+    pub kind: Kind,
+}
+
+/// What a shader asks for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Interface {
+    /// Bindings that code uses.
+    pub bindings: Vec<Binding>,
+    /// Bytes of push constants.
+    pub push_constant_size: u32,
+}
+
+/// A parsed shader.
+pub struct Reflection {
+    module: Module,
+    names: HashMap<u32, String>,
+}
+
+fn id(operand: &Operand) -> Option<u32> {
+    match operand {
+        Operand::IdRef(id) => Some(*id),
+        _ => None,
+    }
+}
+
+fn literal(operand: &Operand) -> Option<u32> {
+    match operand {
+        Operand::LiteralBit32(value) => Some(*value),
+        _ => None,
+    }
+}
+
+impl Reflection {
+    /// Parses SPIR-V words.
+    ///
+    /// # Errors
+    /// Words that are not SPIR-V.
+    pub fn new(words: &[u32]) -> Result<Self> {
+        let module = rspirv::dr::load_words(words)
+            .map_err(|e| Error::failed(format!("a shader's SPIR-V cannot be parsed ({e})")))?;
+        let names = module
+            .debug_names
+            .iter()
+            .filter(|i| i.class.opcode == Op::Name)
+            .filter_map(|i| match (&i.operands[0], &i.operands[1]) {
+                (Operand::IdRef(id), Operand::LiteralString(name)) => Some((*id, name.clone())),
+                _ => None,
+            })
+            .collect();
+        Ok(Self { module, names })
+    }
+
+    /// The bindings that code uses, and the push constants.
+    ///
+    /// # Errors
+    /// A binding outside set 0, without a name or number, or of a kind that has no meaning here.
+    pub fn interface(&self) -> Result<Interface> {
+        let mut interface = Interface {
+            bindings: Vec::new(),
+            push_constant_size: 0,
+        };
+        let variables = self.module.types_global_values.iter().filter_map(|i| {
+            match (i.class.opcode, i.operands.first()) {
+                (Op::Variable, Some(Operand::StorageClass(class))) => {
+                    Some((i.result_id?, i.result_type?, *class))
+                }
+                _ => None,
+            }
+        });
+        for (variable, pointer, class) in variables {
+            let Some(pointee) = self.instruction(pointer).and_then(|p| id(&p.operands[1])) else {
+                continue;
+            };
+            if class == StorageClass::PushConstant {
+                interface.push_constant_size = self.struct_size(pointee);
+                continue;
+            }
+            let kind = match class {
+                StorageClass::StorageBuffer => Kind::Storage {
+                    writes: !self.read_only(variable, pointee),
+                },
+                StorageClass::Uniform => Kind::Uniform,
+                StorageClass::UniformConstant => Kind::AccelerationStructure,
+                _ => continue,
+            };
+            if !self.is_used(variable) {
+                continue;
+            }
+            let name = self.names.get(&variable).cloned().unwrap_or_default();
+            if name.is_empty() {
+                return Err(Error::failed(
+                    "a shader's block has no instance name to bind by; name it",
+                ));
+            }
+            let number = self.decoration(variable, Decoration::Binding);
+            let set = self.decoration(variable, Decoration::DescriptorSet);
+            match (number, set.unwrap_or(0)) {
+                (Some(number), 0) => interface.bindings.push(Binding { name, number, kind }),
+                _ => {
+                    return Err(Error::failed(format!(
+                        "binding '{name}' has no number in set 0"
+                    )));
+                }
+            }
+        }
+        interface.bindings.sort_by_key(|b| b.number);
+        Ok(interface)
+    }
+
+    /// Checks every member's offset and every array stride of the structures that the shader
+    /// shares with Rust. Returns the names of those it found in memory.
+    ///
+    /// # Errors
+    /// The first difference.
+    pub fn check_layouts(&self, layouts: &[StructLayout]) -> Result<Vec<&'static str>> {
+        let mut found = Vec::new();
+        for layout in layouts {
+            for (structure, name) in &self.names {
+                let is_struct = self
+                    .instruction(*structure)
+                    .is_some_and(|i| i.class.opcode == Op::TypeStruct);
+                // The compiler keeps a second, offset-less copy for local variables.
+                if name != layout.name || !is_struct || self.offset(*structure, 0).is_none() {
+                    continue;
+                }
+                found.push(layout.name);
+                self.check_struct(*structure, layout)?;
+            }
+        }
+        Ok(found)
+    }
+
+    fn check_struct(&self, structure: u32, layout: &StructLayout) -> Result<()> {
+        let differs = |what: String| Err(Error::failed(format!("struct {}: {what}", layout.name)));
+        let members = self.instruction(structure).map_or(0, |i| i.operands.len());
+        if members != layout.members.len() {
+            return differs(format!(
+                "{members} members in the shader, {} in Rust",
+                layout.members.len()
+            ));
+        }
+        for (index, member) in layout.members.iter().enumerate() {
+            let name = self.member_name(structure, index as u32).unwrap_or("");
+            let offset = self.offset(structure, index as u32);
+            if name != member.name || offset != Some(member.offset as u32) {
+                return differs(format!(
+                    "member {index} is {name} at {offset:?} in the shader, {} at {} in Rust",
+                    member.name, member.offset
+                ));
+            }
+        }
+        for array in &self.module.types_global_values {
+            let is_array = matches!(array.class.opcode, Op::TypeArray | Op::TypeRuntimeArray)
+                && id(&array.operands[0]) == Some(structure);
+            if let (true, Some(array)) = (is_array, array.result_id) {
+                let stride = self.decoration(array, Decoration::ArrayStride);
+                if stride.is_some_and(|s| s as usize != layout.size) {
+                    return differs(format!(
+                        "stride {stride:?} in the shader, {} in Rust",
+                        layout.size
+                    ));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn instruction(&self, result: u32) -> Option<&Instruction> {
+        self.module
+            .types_global_values
+            .iter()
+            .find(|i| i.result_id == Some(result))
+    }
+
+    fn decoration(&self, target: u32, wanted: Decoration) -> Option<u32> {
+        self.module
+            .annotations
+            .iter()
+            .find(|i| {
+                i.class.opcode == Op::Decorate
+                    && id(&i.operands[0]) == Some(target)
+                    && i.operands[1] == Operand::Decoration(wanted)
+            })
+            .and_then(|i| i.operands.get(2).map_or(Some(0), literal))
+    }
+
+    fn member_decoration(&self, target: u32, member: u32, wanted: Decoration) -> Option<u32> {
+        self.module
+            .annotations
+            .iter()
+            .find(|i| {
+                i.class.opcode == Op::MemberDecorate
+                    && id(&i.operands[0]) == Some(target)
+                    && literal(&i.operands[1]) == Some(member)
+                    && i.operands[2] == Operand::Decoration(wanted)
+            })
+            .and_then(|i| i.operands.get(3).map_or(Some(0), literal))
+    }
+
+    fn offset(&self, structure: u32, member: u32) -> Option<u32> {
+        self.member_decoration(structure, member, Decoration::Offset)
+    }
+
+    fn member_name(&self, structure: u32, member: u32) -> Option<&str> {
+        self.module.debug_names.iter().find_map(|i| {
+            let is_it = i.class.opcode == Op::MemberName
+                && id(&i.operands[0]) == Some(structure)
+                && literal(&i.operands[1]) == Some(member);
+            match (is_it, i.operands.get(2)) {
+                (true, Some(Operand::LiteralString(name))) => Some(name.as_str()),
+                _ => None,
+            }
+        })
+    }
+
+    fn read_only(&self, variable: u32, block: u32) -> bool {
+        let members = self.instruction(block).map_or(0, |i| i.operands.len()) as u32;
+        self.decoration(variable, Decoration::NonWritable).is_some()
+            || (members > 0
+                && (0..members).all(|member| {
+                    self.member_decoration(block, member, Decoration::NonWritable)
+                        .is_some()
+                }))
+    }
+
+    fn is_used(&self, variable: u32) -> bool {
+        self.module.functions.iter().any(|function| {
+            function.blocks.iter().any(|block| {
+                block
+                    .instructions
+                    .iter()
+                    .any(|i| i.operands.iter().any(|o| id(o) == Some(variable)))
+            })
+        })
+    }
+
+    /// Size of a type under the scalar layout, for push constants.
+    fn struct_size(&self, type_id: u32) -> u32 {
+        let Some(instruction) = self.instruction(type_id) else {
+            return 0;
+        };
+        let operand = |index: usize| instruction.operands.get(index);
+        match instruction.class.opcode {
+            Op::TypeStruct => {
+                let last = instruction.operands.len().saturating_sub(1);
+                let offset = self.offset(type_id, last as u32).unwrap_or(0);
+                offset
+                    + operand(last)
+                        .and_then(id)
+                        .map_or(0, |t| self.struct_size(t))
+            }
+            Op::TypeVector => operand(1).and_then(literal).unwrap_or(0) * 4,
+            Op::TypeArray => {
+                let length = operand(1)
+                    .and_then(id)
+                    .and_then(|c| self.instruction(c))
+                    .and_then(|c| c.operands.first())
+                    .and_then(literal)
+                    .unwrap_or(0);
+                length
+                    * self
+                        .decoration(type_id, Decoration::ArrayStride)
+                        .unwrap_or(0)
+            }
+            _ => 4,
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! The directional albedo of the specular lobe, which energy compensation divides by.
+
+use crate::layouts::{ALBEDO_CELLS, MIRROR_ROUGHNESS};
+use glam::DVec2;
+
+/// Samples a side of the square that each table entry integrates over.
+const SAMPLES: u32 = 64;
+
+/// Directional albedo of GGX with height-correlated Smith masking under Schlick's Fresnel: the part
+/// scaled by F0, and the part scaled by F90. Their sum is the albedo of a lobe that reflects all.
+///
+/// `cosine` is the outgoing direction's, in 0…1; `roughness` is perceptual. Integrated over visible
+/// normals (Heitz 2018), where the integrand is G2/G1 × Fresnel, smooth and at most 1.
+pub fn specular_albedo(cosine: f64, roughness: f64) -> DVec2 {
+    let alpha = (roughness * roughness).max(1e-6);
+    let cosine = cosine.clamp(1e-5, 1.0);
+    let sine = (1.0 - cosine * cosine).sqrt();
+    let lambda = |c: f64| 0.5 * ((1.0 + alpha * alpha * (1.0 - c * c) / (c * c)).sqrt() - 1.0);
+    let stretched = DVec2::new(alpha * sine, cosine).normalize();
+    let mut sum = DVec2::ZERO;
+    for i in 0..SAMPLES {
+        for j in 0..SAMPLES {
+            let phi = std::f64::consts::TAU * (f64::from(i) + 0.5) / f64::from(SAMPLES);
+            let u = (f64::from(j) + 0.5) / f64::from(SAMPLES);
+            let z = (1.0 - u) * (1.0 + stretched.y) - stretched.y;
+            let r = (1.0 - z * z).max(0.0).sqrt();
+            let (hx, hy, hz) = (
+                alpha * (r * phi.cos() + stretched.x),
+                alpha * r * phi.sin(),
+                (z + stretched.y).max(0.0),
+            );
+            let length = (hx * hx + hy * hy + hz * hz).sqrt();
+            if length == 0.0 {
+                continue;
+            }
+            let along = (hx * sine + hz * cosine) / length;
+            let incoming = 2.0 * along * hz / length - cosine;
+            if incoming <= 0.0 {
+                continue;
+            }
+            let seen = (1.0 + lambda(cosine)) / (1.0 + lambda(cosine) + lambda(incoming));
+            let grazing = (1.0 - along).clamp(0.0, 1.0).powi(5);
+            sum += seen * DVec2::new(1.0 - grazing, grazing);
+        }
+    }
+    sum / f64::from(SAMPLES * SAMPLES)
+}
+
+/// The table that shaders look up: (ALBEDO_CELLS + 1)² nodes, roughness-major, the cosine at
+/// squared parameters, because the albedo bends most at grazing angles.
+pub fn albedo_table() -> Vec<[f32; 2]> {
+    let nodes = 0..=ALBEDO_CELLS;
+    nodes
+        .clone()
+        .flat_map(|row| nodes.clone().map(move |column| (row, column)))
+        .map(|(row, column)| {
+            let at = |index: u32| f64::from(index) / f64::from(ALBEDO_CELLS);
+            let roughness = at(row).max(f64::from(MIRROR_ROUGHNESS));
+            let cosine = at(column).powi(2);
+            specular_albedo(cosine, roughness).as_vec2().to_array()
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_smooth_lobe_reflects_all_and_a_rough_one_less() {
+        let total = |cosine, roughness| specular_albedo(cosine, roughness).element_sum();
+        assert!((total(0.7, 0.02) - 1.0).abs() < 1e-3);
+        for cosine in [0.05, 0.2, 0.5, 1.0] {
+            let albedos: Vec<f64> = [0.2, 0.5, 0.8, 1.0].map(|r| total(cosine, r)).to_vec();
+            assert!(albedos.iter().all(|a| *a <= 1.0));
+            assert!(
+                albedos.windows(2).all(|w| w[1] < w[0]),
+                "{cosine}: {albedos:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn the_table_interpolates_the_integral() {
+        let table = albedo_table();
+        let side = ALBEDO_CELLS as usize + 1;
+        let mut worst: f64 = 0.0;
+        for row in 0..ALBEDO_CELLS as usize {
+            for column in 1..ALBEDO_CELLS as usize {
+                let corner = |r: usize, c: usize| {
+                    let [a, b] = table[(row + r) * side + column + c];
+                    f64::from(a) + f64::from(b)
+                };
+                let middle = (corner(0, 0) + corner(0, 1) + corner(1, 0) + corner(1, 1)) / 4.0;
+                let at = |index: usize| (index as f64 + 0.5) / f64::from(ALBEDO_CELLS);
+                let exact = specular_albedo(at(column).powi(2), at(row)).element_sum();
+                worst = worst.max((middle / exact - 1.0).abs());
+            }
+        }
+        assert!(worst < 0.004, "worst relative error {worst}");
+    }
+}

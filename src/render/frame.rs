@@ -1,0 +1,237 @@
+//! The frame: which passes run, in which order, on which buffers.
+
+use super::camera::gpu_camera;
+use super::energy;
+use super::settings::{Energy, Heuristic, Settings};
+use crate::Result;
+use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
+use crate::layouts::{
+    COUNTER_REJECTED, COUNTERS, FrameConstants, HEURISTIC_BALANCE, HEURISTIC_POWER, PixelSums,
+    PrimarySurface, TILE,
+};
+use crate::scene::Camera;
+use crate::tracing::{GpuScene, shaders};
+use std::sync::Arc;
+
+/// Specialisation constant: whether energy is compensated.
+const ENERGY_COMPENSATED: u32 = 1;
+
+/// What is seen: a camera, the image's size, and how rays are drawn.
+#[derive(Clone, Debug)]
+pub struct View {
+    /// The camera in the scene's world.
+    pub camera: Camera,
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// The run's seed.
+    pub seed: u32,
+    /// Scattering events at most.
+    pub bounces: u32,
+    /// Rays over the whole pixel instead of through its centre.
+    pub jitter: bool,
+}
+
+crate::bindings! {
+    /// What the pass `path_trace` is bound to.
+    pub struct PathTrace {
+        [offers scene: Offered]
+        uniform frame,
+        write sums,
+        write counters,
+    }
+}
+
+crate::bindings! {
+    /// What the pass `primary` is bound to.
+    pub struct Primary {
+        [offers scene: Offered]
+        uniform frame,
+        write primary,
+    }
+}
+
+/// The scene's resources and the tables that materials look up.
+pub struct Offered {
+    scene: Arc<GpuScene>,
+    specular_albedo: Buffer,
+}
+
+impl Offered {
+    fn resources(&self) -> Vec<(&'static str, crate::gpu::Resource<'_>)> {
+        let mut resources = self.scene.resources();
+        let table = crate::gpu::Resource::Read(&self.specular_albedo);
+        resources.push(("specular_albedo", table));
+        resources
+    }
+}
+
+/// Renders one view of a scene; each pixel's samples add up over calls.
+pub struct Renderer {
+    device: Arc<Device>,
+    constants: FrameConstants,
+    offered: Offered,
+    path_trace: ComputePass,
+    primary: Option<ComputePass>,
+    frame: Buffer,
+    sums: Buffer,
+    counters: Buffer,
+}
+
+impl Renderer {
+    /// Makes the passes and buffers that `settings` need.
+    ///
+    /// # Errors
+    /// More memory than the device has, or a shader that it refuses.
+    pub fn new(
+        device: &Arc<Device>,
+        scene: Arc<GpuScene>,
+        view: &View,
+        settings: &Settings,
+    ) -> Result<Self> {
+        let compensated = settings.energy == Energy::Compensated;
+        let special = [(ENERGY_COMPENSATED, u32::from(compensated))];
+        let table = if compensated {
+            energy::albedo_table()
+        } else {
+            Vec::new()
+        };
+        let pixels = u64::from(view.width) * u64::from(view.height);
+        let plain = Usage::default();
+        let uniform = Usage {
+            uniform: true,
+            ..plain
+        };
+        let constants = FrameConstants {
+            camera: gpu_camera(&view.camera, scene.origin, view.width, view.height),
+            width: view.width,
+            height: view.height,
+            first_row: 0,
+            rows: view.height,
+            interleave: device.info.interleave(),
+            seed: view.seed,
+            first_sample: 0,
+            samples: 1,
+            bounces: view.bounces,
+            jitter: view.jitter.into(),
+            heuristic: match settings.heuristic {
+                Heuristic::Balance => HEURISTIC_BALANCE,
+                Heuristic::Power => HEURISTIC_POWER,
+            },
+            lights: scene.light_count,
+            roulette_start: settings.roulette.start,
+            roulette_floor: settings.roulette.floor,
+        };
+        let renderer = Self {
+            path_trace: shaders::tracing_pass(device, "path_trace", &scene, &special)?,
+            primary: None,
+            frame: Buffer::new(device, "frame", size_of::<FrameConstants>() as u64, uniform)?,
+            sums: Buffer::new(
+                device,
+                "sums",
+                pixels * size_of::<PixelSums>() as u64,
+                plain,
+            )?,
+            counters: Buffer::new(device, "counters", u64::from(COUNTERS) * 4, plain)?,
+            offered: Offered {
+                specular_albedo: Buffer::from_slice(device, "specular_albedo", &table, plain)?,
+                scene,
+            },
+            constants,
+            device: device.clone(),
+        };
+        let mut recording = Recording::new(device)?;
+        recording.clear(&renderer.sums);
+        recording.clear(&renderer.counters);
+        recording.finish()?;
+        Ok(renderer)
+    }
+
+    /// Adds `samples` samples, numbered from `first`, to every pixel.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn add_samples(&mut self, first: u32, samples: u32) -> Result<Vec<PassTime>> {
+        self.constants.first_sample = first;
+        self.constants.samples = samples;
+        self.frame.write(&[self.constants])?;
+        let bindings = PathTrace {
+            scene: &self.offered,
+            frame: &self.frame,
+            sums: &self.sums,
+            counters: &self.counters,
+        };
+        let mut recording = Recording::new(&self.device)?;
+        recording.pass(&self.path_trace, &bindings, &(), self.groups())?;
+        recording.finish()
+    }
+
+    /// What the camera sees through each pixel's centre, row by row from the top.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn primary_surfaces(&mut self, settings: &Settings) -> Result<Vec<PrimarySurface>> {
+        if self.primary.is_none() {
+            let compensated = settings.energy == Energy::Compensated;
+            let special = [(ENERGY_COMPENSATED, u32::from(compensated))];
+            let scene = &self.offered.scene;
+            self.primary = Some(shaders::tracing_pass(
+                &self.device,
+                "primary",
+                scene,
+                &special,
+            )?);
+        }
+        let pixels = self.constants.width as usize * self.constants.height as usize;
+        let size = (pixels * size_of::<PrimarySurface>()) as u64;
+        let primary = Buffer::new(&self.device, "primary", size, Usage::default())?;
+        self.frame.write(&[self.constants])?;
+        let groups = self.groups();
+        if let Some(pass) = &self.primary {
+            let bindings = Primary {
+                scene: &self.offered,
+                frame: &self.frame,
+                primary: &primary,
+            };
+            let mut recording = Recording::new(&self.device)?;
+            recording.pass(pass, &bindings, &(), groups)?;
+            recording.finish()?;
+        }
+        primary.read(pixels)
+    }
+
+    /// Each pixel's sums, row by row from the top.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn sums(&self) -> Result<Vec<PixelSums>> {
+        self.sums
+            .read(self.constants.width as usize * self.constants.height as usize)
+    }
+
+    /// Replaces each pixel's sums by those of an earlier run.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn set_sums(&self, sums: &[PixelSums]) -> Result<()> {
+        self.sums.write(sums)
+    }
+
+    /// Values refused so far because they were NaN, infinite or negative.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn rejected(&self) -> Result<u32> {
+        let counters: Vec<u32> = self.counters.read(COUNTERS as usize)?;
+        Ok(counters[COUNTER_REJECTED as usize])
+    }
+
+    fn groups(&self) -> [u32; 3] {
+        [
+            self.constants.width.div_ceil(TILE),
+            self.constants.rows.div_ceil(TILE),
+            1,
+        ]
+    }
+}

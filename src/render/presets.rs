@@ -1,0 +1,91 @@
+//! Presets: sparse differences from the default settings, as files.
+
+use super::settings::{Settings, nearest};
+use crate::{Error, Result};
+use serde_json::Value;
+
+/// A named set of changes.
+#[derive(Clone, Copy, Debug)]
+pub struct Preset {
+    /// Its name on the command line.
+    pub name: &'static str,
+    /// The file's text, TOML; its first comment says what the preset is for.
+    pub text: &'static str,
+}
+
+/// Every preset.
+pub const PRESETS: &[Preset] = &[Preset {
+    name: "path-tracing",
+    text: include_str!("presets/path-tracing.toml"),
+}];
+
+/// The preset taken when none is named.
+pub const DEFAULT: &str = "path-tracing";
+
+impl Preset {
+    /// The preset of that name.
+    ///
+    /// # Errors
+    /// There is none; the message names those that exist.
+    pub fn named(name: &str) -> Result<&'static Self> {
+        PRESETS.iter().find(|p| p.name == name).ok_or_else(|| {
+            let names: Vec<_> = PRESETS.iter().map(|p| p.name).collect();
+            let hint = nearest(name, names.iter().copied())
+                .map_or(String::new(), |n| format!(", did you mean '{n}'?"));
+            Error::input(format!(
+                "no preset '{name}'{hint}; there are: {}",
+                names.join(", ")
+            ))
+        })
+    }
+
+    /// What the preset is for: the file's leading comment.
+    pub fn purpose(&self) -> String {
+        self.text
+            .lines()
+            .map_while(|line| line.strip_prefix("# "))
+            .collect::<Vec<_>>()
+            .join(" ")
+    }
+
+    /// The default settings with this preset's changes.
+    ///
+    /// # Errors
+    /// Never with the presets of this build; a test says so.
+    pub fn settings(&self) -> Result<Settings> {
+        Settings::default().with(&parse_toml(self.name, self.text)?)
+    }
+}
+
+/// TOML text as a sparse tree, for [`Settings::with`].
+///
+/// # Errors
+/// Text that is not TOML; the message names `origin`.
+pub fn parse_toml(origin: &str, text: &str) -> Result<Value> {
+    toml::from_str(text).map_err(|e| {
+        let line = e
+            .span()
+            .map_or(1, |s| text[..s.start].lines().count().max(1));
+        Error::input(format!("{origin}, line {line}: {}", e.message()))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_preset_is_valid_and_says_what_it_is_for() {
+        for preset in PRESETS {
+            preset.settings().unwrap();
+            assert!(!preset.purpose().is_empty(), "{}", preset.name);
+        }
+        Preset::named(DEFAULT).unwrap();
+    }
+
+    #[test]
+    fn an_unknown_preset_names_the_nearest() {
+        let error = Preset::named("path-trcing").unwrap_err().to_string();
+        assert!(error.contains("path-tracing"), "{error}");
+    }
+}

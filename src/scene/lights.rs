@@ -1,0 +1,158 @@
+//! Emissive triangles and the table that picks among them.
+
+use super::{Material, Scene};
+use glam::DVec3;
+
+/// Share of all picks that is spread evenly over the lights, so that no light's probability falls
+/// below what 32 random bits resolve, however dim it is beside the brightest.
+pub const UNIFORM_SHARE: f64 = 0.1;
+
+/// An emissive triangle in world space.
+#[derive(Clone, Copy, Debug)]
+pub struct LightTriangle {
+    /// Index into [`Scene::instances`].
+    pub instance: u32,
+    /// Index into the triangles of the instance's mesh.
+    pub triangle: u32,
+    /// Index into [`Scene::materials`].
+    pub material: u32,
+    /// Corners in the scene's units.
+    pub corners: [DVec3; 3],
+    /// Unit normal of the counter-clockwise side, which is the one that emits.
+    pub normal: DVec3,
+    /// Area in squared scene units.
+    pub area: f64,
+}
+
+/// The scene's lights: by instance, and within it by the mesh's own order of triangles.
+pub fn light_triangles(scene: &Scene) -> Vec<LightTriangle> {
+    let mut lights = Vec::new();
+    for (number, instance) in scene.instances.iter().enumerate() {
+        let mesh = &scene.meshes[instance.mesh as usize];
+        let place = instance.object_to_world;
+        // Facing is decided in object space, so a mirroring transform turns the world's winding.
+        let side = place.matrix3.determinant().signum();
+        for part in &mesh.parts {
+            if !scene.materials[part.material as usize].is_emissive() {
+                continue;
+            }
+            for triangle in part.first_triangle..part.first_triangle + part.triangle_count {
+                let corners = mesh.triangles[triangle as usize]
+                    .map(|i| place.transform_point3(mesh.positions[i as usize].as_dvec3()));
+                let cross = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+                lights.push(LightTriangle {
+                    instance: number as u32,
+                    triangle,
+                    material: part.material,
+                    corners,
+                    normal: cross.normalize_or_zero() * side,
+                    area: 0.5 * cross.length(),
+                });
+            }
+        }
+    }
+    lights
+}
+
+/// How often a light should be picked, before the uniform share: area × luminance, twice for a
+/// light that emits on both sides.
+pub fn power(light: &LightTriangle, material: &Material) -> f64 {
+    let sides = if material.double_sided { 2.0 } else { 1.0 };
+    let weights = DVec3::new(0.2126, 0.7152, 0.0722);
+    sides * light.area * material.emission.as_dvec3().dot(weights)
+}
+
+/// One column of an alias table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AliasColumn {
+    /// The column's own entry is taken if 32 random bits are below this.
+    pub keep_below: u32,
+    /// Else this entry is taken.
+    pub alias: u32,
+}
+
+/// Picks entry i with a probability near `weights[i]` / Σ, mixed with the uniform share, in
+/// constant time (Walker 1977; Vose 1991).
+#[derive(Clone, Debug)]
+pub struct AliasTable {
+    /// One column an entry.
+    pub columns: Vec<AliasColumn>,
+    /// What the table's integers really give each entry: an estimator divides by exactly this.
+    pub probabilities: Vec<f64>,
+}
+
+impl AliasTable {
+    /// A table for finite weights ≥ 0; if all are 0, every entry is as likely as the next.
+    pub fn new(weights: &[f64], uniform_share: f64) -> Self {
+        let count = weights.len();
+        let total: f64 = weights.iter().sum();
+        let share = if total > 0.0 { uniform_share } else { 1.0 };
+        // Heights average 1: what a column lacks is filled by one that has too much.
+        let mut heights: Vec<f64> = weights
+            .iter()
+            .map(|w| {
+                let own = if total > 0.0 { w / total } else { 0.0 };
+                (1.0 - share) * own * count as f64 + share
+            })
+            .collect();
+        let mut columns: Vec<AliasColumn> = (0..count as u32)
+            .map(|alias| AliasColumn {
+                keep_below: u32::MAX,
+                alias,
+            })
+            .collect();
+        let (mut low, mut high): (Vec<usize>, Vec<usize>) =
+            (0..count).partition(|&i| heights[i] < 1.0);
+        while let (Some(&small), Some(&large)) = (low.last(), high.last()) {
+            low.pop();
+            columns[small] = AliasColumn {
+                keep_below: (heights[small] * 2_f64.powi(32)) as u32,
+                alias: large as u32,
+            };
+            heights[large] -= 1.0 - heights[small];
+            if heights[large] < 1.0 {
+                high.pop();
+                low.push(large);
+            }
+        }
+        let mut probabilities = vec![0.0; count];
+        for (own, column) in columns.iter().enumerate() {
+            let kept = f64::from(column.keep_below) / 2_f64.powi(32);
+            probabilities[own] += kept / count as f64;
+            probabilities[column.alias as usize] += (1.0 - kept) / count as f64;
+        }
+        Self {
+            columns,
+            probabilities,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_gives_each_entry_its_weight_and_sums_to_one() {
+        let weights = [0.0, 1.0, 2.0, 5.0, 1e-30, 100.0, 3.0];
+        let table = AliasTable::new(&weights, UNIFORM_SHARE);
+        let total: f64 = weights.iter().sum();
+        assert!((table.probabilities.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        for (weight, got) in weights.iter().zip(&table.probabilities) {
+            let wanted =
+                (1.0 - UNIFORM_SHARE) * weight / total + UNIFORM_SHARE / weights.len() as f64;
+            assert!((got - wanted).abs() < 1e-9, "{weight}: {got} {wanted}");
+        }
+    }
+
+    #[test]
+    fn weights_that_are_all_zero_are_picked_evenly() {
+        let table = AliasTable::new(&[0.0; 5], UNIFORM_SHARE);
+        assert!(table.probabilities.iter().all(|p| (p - 0.2).abs() < 1e-9));
+    }
+
+    #[test]
+    fn an_empty_table_is_empty() {
+        assert!(AliasTable::new(&[], UNIFORM_SHARE).columns.is_empty());
+    }
+}

@@ -1,0 +1,147 @@
+//! A scene's meshes as flat arrays of triangles, in the order that the tracer wants.
+
+use super::compute_bvh::Tree;
+use crate::layouts::NONE;
+use crate::scene::{Mesh, Scene};
+use glam::{DVec3, UVec2, UVec3, Vec2, Vec3};
+use obvhs::cwbvh::node::CwBvhNode;
+
+/// Where one mesh lies in the arrays, and how its object space was moved.
+#[derive(Clone, Copy, Debug)]
+pub struct MeshPlace {
+    /// First triangle in [`Geometry::positions`].
+    pub first_triangle: u32,
+    /// Number of triangles.
+    pub triangle_count: u32,
+    /// First triangle in [`Geometry::normals`], or NONE.
+    pub first_normal: u32,
+    /// First triangle in [`Geometry::parts`], or NONE.
+    pub first_part: u32,
+    /// Root in [`Geometry::nodes`].
+    pub root_node: u32,
+    /// Number of emissive triangles.
+    pub lights: u32,
+    /// What was subtracted from every position.
+    pub centre: DVec3,
+    /// Bounds of the moved positions.
+    pub bounds: (Vec3, Vec3),
+}
+
+/// Every mesh's triangles, one mesh after the other.
+#[derive(Default)]
+pub struct Geometry {
+    /// Corner positions.
+    pub positions: Vec<[Vec3; 3]>,
+    /// Octahedral corner normals of smooth meshes.
+    pub normals: Vec<UVec3>,
+    /// Material and emissive rank of each triangle, for meshes of several parts or with lights.
+    pub parts: Vec<UVec2>,
+    /// Eight-wide nodes; empty where the driver builds its own.
+    pub nodes: Vec<CwBvhNode>,
+    /// One place a mesh.
+    pub meshes: Vec<MeshPlace>,
+    /// Levels of the deepest tree.
+    pub depth: u32,
+}
+
+impl Geometry {
+    /// Lays out every mesh. With `trees`, triangles stand in leaf order and nodes begin at
+    /// `first_node`; else they keep the mesh's order.
+    pub fn new(scene: &Scene, trees: bool, first_node: u32) -> Self {
+        let mut geometry = Self::default();
+        for mesh in &scene.meshes {
+            geometry.push(scene, mesh, trees, first_node);
+        }
+        geometry
+    }
+
+    fn push(&mut self, scene: &Scene, mesh: &Mesh, trees: bool, first_node: u32) {
+        let (low, high) = bounds(mesh.positions.iter().copied());
+        let extent = (high - low).max_element();
+        let centre = low * 0.5 + high * 0.5;
+        // A mesh far from its own origin is moved there: f32 then resolves it as finely as its
+        // size deserves. The others keep their positions to the bit.
+        let centre = if centre.abs().max_element() > extent {
+            centre
+        } else {
+            Vec3::ZERO
+        };
+        let corners: Vec<[Vec3; 3]> = mesh
+            .triangles
+            .iter()
+            .map(|t| t.map(|i| mesh.positions[i as usize] - centre))
+            .collect();
+        let mut place = MeshPlace {
+            first_triangle: self.positions.len() as u32,
+            triangle_count: corners.len() as u32,
+            first_normal: NONE,
+            first_part: NONE,
+            root_node: 0,
+            lights: 0,
+            centre: centre.as_dvec3(),
+            bounds: (low - centre, high - centre),
+        };
+        let order: Vec<u32> = if trees {
+            let tree = Tree::over_triangles(&corners);
+            place.root_node = first_node + self.nodes.len() as u32;
+            self.nodes
+                .extend(tree.placed(place.root_node, place.first_triangle));
+            self.depth = self.depth.max(tree.depth);
+            tree.order
+        } else {
+            (0..corners.len() as u32).collect()
+        };
+        self.positions
+            .extend(order.iter().map(|&t| corners[t as usize]));
+        if !mesh.normals.is_empty() {
+            place.first_normal = self.normals.len() as u32;
+            self.normals.extend(order.iter().map(|&t| {
+                UVec3::from_array(
+                    mesh.triangles[t as usize].map(|i| pack_octahedral(mesh.normals[i as usize])),
+                )
+            }));
+        }
+        let emissive = |material: u32| scene.materials[material as usize].is_emissive();
+        if mesh.parts.len() > 1 || mesh.parts.iter().any(|p| emissive(p.material)) {
+            // The rank counts emissive triangles in the mesh's own order, which no tracer changes:
+            // so a light keeps its number, and random numbers pick the same one on both.
+            let mut of_triangle = vec![UVec2::new(0, NONE); corners.len()];
+            for part in &mesh.parts {
+                let end = part.first_triangle + part.triangle_count;
+                for entry in &mut of_triangle[part.first_triangle as usize..end as usize] {
+                    entry.x = part.material;
+                    if emissive(part.material) {
+                        entry.y = place.lights;
+                        place.lights += 1;
+                    }
+                }
+            }
+            place.first_part = self.parts.len() as u32;
+            self.parts
+                .extend(order.iter().map(|&t| of_triangle[t as usize]));
+        }
+        self.meshes.push(place);
+    }
+}
+
+/// Least and greatest coordinates; a point at the origin if there are none.
+fn bounds(positions: impl Iterator<Item = Vec3>) -> (Vec3, Vec3) {
+    positions
+        .map(|p| (p, p))
+        .reduce(|(low, high), (p, _)| (low.min(p), high.max(p)))
+        .unwrap_or_default()
+}
+
+/// Two signed 16-bit octahedral coordinates of a unit vector (Cigolle et al., JCGT 2014).
+pub fn pack_octahedral(normal: Vec3) -> u32 {
+    let n = normal / normal.abs().element_sum();
+    let folded = if n.z >= 0.0 {
+        Vec2::new(n.x, n.y)
+    } else {
+        let sign = Vec2::new(1_f32.copysign(n.x), 1_f32.copysign(n.y));
+        (Vec2::ONE - Vec2::new(n.y, n.x).abs()) * sign
+    };
+    let quantised = (folded.clamp(-Vec2::ONE, Vec2::ONE) * 32767.0).round();
+    let word = |value: f32| u32::from(value as i16 as u16);
+    word(quantised.x) | word(quantised.y) << 16
+}

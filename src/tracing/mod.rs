@@ -1,0 +1,13 @@
+//! The two ways to trace: ray queries on the driver's acceleration structures, and an eight-wide
+//! BVH traversed in compute. Both see the same triangles, instances and transforms.
+
+pub mod compute_bvh;
+pub mod geometry;
+pub mod ray_query;
+pub mod rays;
+pub mod scene;
+pub mod selection;
+pub mod shaders;
+
+pub use crate::shaders::{GeometryAccess, Tracer, Variant};
+pub use scene::GpuScene;

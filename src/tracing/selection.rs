@@ -1,0 +1,98 @@
+//! Which tracer and which geometry accessor a device gets: by rule from what the device is, never
+//! by a timing, so that the same command on the same machine always does the same.
+
+use super::{GeometryAccess, Tracer, Variant};
+use crate::gpu::{DeviceInfo, Features};
+use crate::{Error, Result};
+
+/// The tracer as the user asks for it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum TracerChoice {
+    /// By rule from the device.
+    #[default]
+    Auto,
+    /// The driver's acceleration structures.
+    RayQuery,
+    /// The BVH traversed in compute.
+    ComputeBvh,
+}
+
+/// A variant and the reasons for it.
+#[derive(Clone, Debug)]
+pub struct Selection {
+    /// What the shaders are compiled for.
+    pub variant: Variant,
+    /// Why this tracer.
+    pub tracer_reason: &'static str,
+    /// Why this geometry access.
+    pub geometry_reason: &'static str,
+}
+
+impl Selection {
+    /// The features the device must be opened with.
+    pub fn features(&self) -> Features {
+        Features {
+            ray_query: self.variant.tracer == Tracer::RayQuery,
+            buffer_addresses: self.variant.geometry == GeometryAccess::BufferAddresses,
+        }
+    }
+}
+
+/// The rule. A CPU device traces in compute: its ray query is the slower one by far. Addresses are
+/// used where the device has them and they pay.
+///
+/// # Errors
+/// Ray query was asked for on a device that has none.
+pub fn select(device: &DeviceInfo, wanted: TracerChoice) -> Result<Selection> {
+    let (tracer, tracer_reason) = match wanted {
+        TracerChoice::RayQuery if !device.ray_query => {
+            return Err(Error::input(format!(
+                "device '{}' has no ray query; use --tracer compute-bvh or auto",
+                device.name
+            )));
+        }
+        TracerChoice::RayQuery => (Tracer::RayQuery, "asked for"),
+        TracerChoice::ComputeBvh => (Tracer::ComputeBvh, "asked for"),
+        TracerChoice::Auto if !device.ray_query => {
+            (Tracer::ComputeBvh, "the device has no ray query")
+        }
+        TracerChoice::Auto if device.is_cpu() => (
+            Tracer::ComputeBvh,
+            "ray query on a CPU device is slower than compute",
+        ),
+        TracerChoice::Auto => (Tracer::RayQuery, "the device has ray query"),
+    };
+    let (geometry, geometry_reason) = if !device.buffer_addresses {
+        (
+            GeometryAccess::StorageBuffers,
+            "the device has no buffer addresses",
+        )
+    } else if old_llvmpipe(device) {
+        (
+            GeometryAccess::StorageBuffers,
+            "buffer addresses are slow in this driver",
+        )
+    } else {
+        (
+            GeometryAccess::BufferAddresses,
+            "the device has buffer addresses",
+        )
+    };
+    Ok(Selection {
+        variant: Variant { tracer, geometry },
+        tracer_reason,
+        geometry_reason,
+    })
+}
+
+/// llvmpipe before Mesa 23 reads addresses 3.5 to 4 times slower than descriptors.
+fn old_llvmpipe(device: &DeviceInfo) -> bool {
+    device.name.contains("llvmpipe")
+        && device
+            .driver
+            .split("Mesa ")
+            .nth(1)
+            .and_then(|version| version.split('.').next()?.parse::<u32>().ok())
+            .is_some_and(|major| major < 23)
+}

@@ -1,0 +1,141 @@
+//! The embedded shaders, and those compiled from disk for people who edit them.
+
+use super::{GpuScene, Variant};
+use crate::gpu::compiler::{self, Sources};
+use crate::gpu::{ComputePass, Device};
+use crate::{Error, Result, layouts};
+use std::path::Path;
+use std::sync::Arc;
+
+/// SPIR-V by variant key.
+const EMBEDDED: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
+
+/// GLSL by file name.
+const SOURCES: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/sources.rs"));
+
+/// Specialisation constant: entries of the compute traversal's stack.
+const STACK_SIZE: u32 = 0;
+
+/// Makes the variant of `glsl/passes/NAME.comp` that fits a scene. `constants` are specialisation
+/// constants beside those of tracing.
+///
+/// # Errors
+/// `HEADWATER_GLSL` names a folder whose shader does not compile, or the driver refuses the shader.
+pub fn tracing_pass(
+    device: &Arc<Device>,
+    name: &str,
+    scene: &GpuScene,
+    constants: &[(u32, u32)],
+) -> Result<ComputePass> {
+    let mut all = vec![(STACK_SIZE, scene.stack_size)];
+    all.extend_from_slice(constants);
+    ComputePass::new(device, name, &spirv(name, scene.variant)?, &all)
+}
+
+/// A variant's SPIR-V: embedded, or compiled from the folder that `HEADWATER_GLSL` names.
+///
+/// # Errors
+/// The folder's shader does not exist or does not compile.
+pub fn spirv(name: &str, variant: Variant) -> Result<Vec<u32>> {
+    if let Some(folder) = std::env::var_os("HEADWATER_GLSL") {
+        let sources = read_sources(Path::new(&folder))?;
+        let file = format!("passes/{name}.comp");
+        let source = sources.get(&file).ok_or_else(|| {
+            Error::input(format!(
+                "HEADWATER_GLSL={} has no {file}; name a copy of the folder glsl",
+                folder.display()
+            ))
+        })?;
+        return compiler::compile(&file, source, &sources, &variant.defines())
+            .map_err(|e| Error::input(e.replace('\n', "; ")));
+    }
+    let key = variant.key(name);
+    let (_, bytes) = EMBEDDED
+        .iter()
+        .find(|(embedded, _)| *embedded == key)
+        .ok_or_else(|| Error::failed(format!("no shader '{key}' is embedded")))?;
+    Ok(bytemuck::pod_collect_to_vec(bytes))
+}
+
+/// The project's GLSL sources with the declarations that Rust shares: for compiling shaders of
+/// one's own against them, as tests do.
+pub fn sources() -> Sources {
+    let mut sources: Sources = SOURCES
+        .iter()
+        .map(|(name, text)| ((*name).to_owned(), (*text).to_owned()))
+        .collect();
+    sources.insert("layouts.glsl".into(), layouts::glsl());
+    sources
+}
+
+/// Reads `folder` and `folder/passes`.
+fn read_sources(folder: &Path) -> Result<Sources> {
+    let mut sources = Sources::new();
+    for (name, _) in SOURCES {
+        let path = folder.join(name);
+        let text = std::fs::read_to_string(&path).map_err(|e| Error::reading(&path, e))?;
+        sources.insert((*name).to_owned(), text);
+    }
+    sources.insert("layouts.glsl".into(), layouts::glsl());
+    Ok(sources)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::reflection::Reflection;
+    use crate::layouts::STRUCTS;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn every_shared_structure_lies_in_every_shader_as_it_does_in_rust() {
+        let mut seen = BTreeSet::new();
+        for (key, bytes) in EMBEDDED {
+            let words: Vec<u32> = bytemuck::pod_collect_to_vec(bytes);
+            let reflection = Reflection::new(&words).unwrap();
+            seen.extend(
+                reflection
+                    .check_layouts(STRUCTS)
+                    .unwrap_or_else(|e| panic!("{key}: {e}")),
+            );
+        }
+        for layout in STRUCTS {
+            assert!(
+                seen.contains(layout.name),
+                "{} is in no shader",
+                layout.name
+            );
+        }
+    }
+
+    #[test]
+    fn a_planted_layout_mismatch_is_found() {
+        let words: Vec<u32> = bytemuck::pod_collect_to_vec(EMBEDDED[0].1);
+        let reflection = Reflection::new(&words).unwrap();
+        let layout = STRUCTS
+            .iter()
+            .find(|l| {
+                reflection
+                    .check_layouts(&[**l])
+                    .is_ok_and(|f| !f.is_empty())
+            })
+            .unwrap();
+        let mut members = layout.members.to_vec();
+        members[1].offset += 4;
+        let planted = crate::gpu::layout::StructLayout {
+            members: members.leak(),
+            ..*layout
+        };
+        assert!(reflection.check_layouts(&[planted]).is_err());
+    }
+
+    #[test]
+    fn every_shader_binds_by_name() {
+        for (key, bytes) in EMBEDDED {
+            let words: Vec<u32> = bytemuck::pod_collect_to_vec(bytes);
+            let interface = Reflection::new(&words).unwrap().interface();
+            let interface = interface.unwrap_or_else(|e| panic!("{key}: {e}"));
+            assert!(!interface.bindings.is_empty(), "{key}");
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! What the integration tests share.
+#![allow(dead_code)] // Each test binary uses its own part.
+
+use glam::{DAffine3, DVec3, Vec3};
+use headwater::gpu::{Device, Instance};
+use headwater::render::{Renderer, Settings, View};
+use headwater::scene::{Camera, Instance as Placed, Material, Mesh, Part, Scene};
+use headwater::tracing::selection::{self, Selection, TracerChoice};
+use headwater::tracing::{GpuScene, Variant};
+use std::sync::Arc;
+
+/// The device that `HEADWATER_DEVICE` names, or else the CPU device, opened for `variant` or, with
+/// none, for what the rule chooses. Tests without a device fail and say what to install.
+pub fn open_device(variant: Option<Variant>) -> (Arc<Device>, Selection) {
+    let validation = std::env::var_os("HEADWATER_VALIDATION").is_some_and(|v| v != "0");
+    let instance = Instance::new(validation).unwrap_or_else(|e| panic!("{e}"));
+    let named = std::env::var("HEADWATER_DEVICE").ok();
+    let info = match named {
+        Some(name) => instance.choose(Some(&name)).map(|(info, _)| info),
+        None => {
+            let devices = instance.devices().unwrap_or_else(|e| panic!("{e}"));
+            let cpu = devices.into_iter().find(|d| d.is_cpu());
+            cpu.ok_or_else(|| headwater::Error::failed(
+                "no CPU device; install mesa-vulkan-drivers, or run tools/test, which brings one",
+            ))
+        }
+    };
+    let info = info.unwrap_or_else(|e| panic!("{e}"));
+    let mut selection = selection::select(&info, TracerChoice::Auto).unwrap();
+    if let Some(variant) = variant {
+        selection.variant = variant;
+    }
+    let device = Device::open(&instance, info, selection.features()).unwrap();
+    (device, selection)
+}
+
+/// Fails if the validation layers said anything.
+pub fn assert_no_messages(device: &Device) {
+    let messages = device.validation_messages();
+    assert!(messages.is_empty(), "validation: {messages:#?}");
+}
+
+/// A scene of separate triangles lists, each with a material, in world space.
+pub fn scene_of(parts: &[(Material, Vec<[Vec3; 3]>)]) -> Scene {
+    let mut scene = Scene::default();
+    for (number, (material, triangles)) in parts.iter().enumerate() {
+        let count = triangles.len() as u32;
+        scene.meshes.push(Mesh {
+            positions: triangles.iter().flatten().copied().collect(),
+            triangles: (0..count).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect(),
+            parts: vec![Part {
+                first_triangle: 0,
+                triangle_count: count,
+                material: number as u32,
+            }],
+            ..Mesh::default()
+        });
+        scene.materials.push(material.clone());
+        scene.instances.push(Placed {
+            name: material.name.clone(),
+            mesh: number as u32,
+            object_to_world: DAffine3::IDENTITY,
+        });
+    }
+    scene
+}
+
+/// Two triangles: corner, corner + u, corner + u + v, corner + v; the front is the side of u × v.
+pub fn quad(corner: Vec3, u: Vec3, v: Vec3) -> Vec<[Vec3; 3]> {
+    vec![
+        [corner, corner + u, corner + u + v],
+        [corner, corner + u + v, corner + v],
+    ]
+}
+
+/// A camera at `eye` that looks at `target`.
+pub fn look_at(eye: DVec3, target: DVec3, up: DVec3, vertical_fov: f64) -> Camera {
+    let back = (eye - target).normalize();
+    let right = up.cross(back).normalize();
+    Camera {
+        name: String::new(),
+        camera_to_world: DAffine3::from_cols(right, back.cross(right), back, eye),
+        vertical_fov,
+        aspect_ratio: None,
+    }
+}
+
+/// Mean radiance and squared standard error of each pixel and channel.
+pub struct Rendered {
+    /// Means, row by row from the top.
+    pub mean: Vec<[f64; 3]>,
+    /// Squared standard errors of the means.
+    pub error_squared: Vec<[f64; 3]>,
+}
+
+/// Renders `samples` samples a pixel.
+pub fn render(
+    device: &Arc<Device>,
+    scene: &Scene,
+    variant: Variant,
+    view: &View,
+    settings: &Settings,
+    samples: u32,
+) -> Rendered {
+    let origin = view.camera.camera_to_world.translation;
+    let uploaded = Arc::new(GpuScene::new(device, scene, origin, variant).unwrap());
+    let mut renderer = Renderer::new(device, uploaded, view, settings).unwrap();
+    renderer.add_samples(0, samples).unwrap();
+    assert_eq!(renderer.rejected().unwrap(), 0, "values were rejected");
+    let n = f64::from(samples);
+    let (mut mean, mut error_squared) = (Vec::new(), Vec::new());
+    for pixel in renderer.sums().unwrap() {
+        let m = (pixel.sum.as_dvec3() + pixel.sum_low.as_dvec3()) / n;
+        let square = (pixel.square.as_dvec3() + pixel.square_low.as_dvec3()) / n;
+        mean.push(m.to_array());
+        error_squared.push(((square - m * m).max(DVec3::ZERO) / (n - 1.0).max(1.0)).to_array());
+    }
+    Rendered {
+        mean,
+        error_squared,
+    }
+}
