@@ -2,30 +2,44 @@
 #![allow(dead_code)] // Each test binary uses its own part.
 
 use glam::{DAffine3, DVec3, Vec3};
-use headwater::gpu::{Device, Instance};
+use headwater::gpu::{Device, DeviceInfo, Instance};
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::{Camera, Instance as Placed, Material, Mesh, Part, Scene};
 use headwater::tracing::selection::{self, Selection, TracerChoice};
 use headwater::tracing::{GpuScene, Variant};
 use std::sync::Arc;
 
-/// The device that `HEADWATER_DEVICE` names, or else the CPU device, opened for `variant` or, with
-/// none, for what the rule chooses. Tests without a device fail and say what to install.
-pub fn open_device(variant: Option<Variant>) -> (Arc<Device>, Selection) {
+fn open_instance() -> Arc<Instance> {
     let validation = std::env::var_os("HEADWATER_VALIDATION").is_some_and(|v| v != "0");
-    let instance = Instance::new(validation).unwrap_or_else(|e| panic!("{e}"));
-    let named = std::env::var("HEADWATER_DEVICE").ok();
-    let info = match named {
-        Some(name) => instance.choose(Some(&name)).map(|(info, _)| info),
-        None => {
+    Instance::new(validation).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// The device that `HEADWATER_DEVICE` names, or else the CPU device. Tests without a device fail
+/// and say what to install.
+fn choose(instance: &Instance) -> DeviceInfo {
+    let info = match std::env::var("HEADWATER_DEVICE") {
+        Ok(name) => instance.choose(Some(&name)).map(|(info, _)| info),
+        Err(_) => {
             let devices = instance.devices().unwrap_or_else(|e| panic!("{e}"));
-            let cpu = devices.into_iter().find(|d| d.is_cpu());
-            cpu.ok_or_else(|| headwater::Error::failed(
-                "no CPU device; install mesa-vulkan-drivers, or run tools/test, which brings one",
-            ))
+            devices.into_iter().find(DeviceInfo::is_cpu).ok_or_else(|| {
+                headwater::Error::failed(
+                    "no CPU device; install mesa-vulkan-drivers, or run tools/test, which brings one",
+                )
+            })
         }
     };
-    let info = info.unwrap_or_else(|e| panic!("{e}"));
+    info.unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// What the tests' device is and can do.
+pub fn device_info() -> DeviceInfo {
+    choose(&open_instance())
+}
+
+/// The tests' device, opened for `variant` or, with none, for what the rule chooses.
+pub fn open_device(variant: Option<Variant>) -> (Arc<Device>, Selection) {
+    let instance = open_instance();
+    let info = choose(&instance);
     let mut selection = selection::select(&info, TracerChoice::Auto).unwrap();
     if let Some(variant) = variant {
         selection.variant = variant;
