@@ -18,7 +18,7 @@ crate::gpu_constants! {
     /// exceed what f32 half-vectors resolve.
     pub const MIRROR_ROUGHNESS: f32 = 0.01;
     /// Cells a side of the directional albedo table (cosine × roughness).
-    pub const ALBEDO_CELLS: u32 = 32;
+    pub const ALBEDO_CELLS: u32 = 64;
     /// Material flag: emits on both sides.
     pub const MATERIAL_DOUBLE_SIDED: u32 = 1;
     /// Next-event estimation weighs by the balance heuristic.

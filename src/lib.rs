@@ -5,7 +5,9 @@
 #![warn(missing_docs)]
 
 pub mod error;
+pub mod files;
 pub mod gpu;
+pub mod image;
 pub mod layouts;
 pub mod render;
 pub mod scene;

@@ -1,0 +1,138 @@
+//! Pictures: named channels in memory, EXR and PNG on disk.
+
+mod exr;
+mod png;
+
+use crate::{Error, Result};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// One channel's values, row by row from the top.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Samples {
+    /// 32-bit floats.
+    F32(Vec<f32>),
+    /// 32-bit unsigned integers, such as instance numbers.
+    U32(Vec<u32>),
+}
+
+/// A picture of named channels, such as `R`, `stderr.G` or `instance.id`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Image {
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// Channels by name; each has width × height values, row 0 at the top.
+    pub channels: BTreeMap<String, Samples>,
+    /// Text that travels with an EXR.
+    pub metadata: BTreeMap<String, String>,
+}
+
+/// A file format for pictures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// OpenEXR: every channel, 32 bits, and the metadata.
+    Exr,
+    /// PNG: the picture alone, exposed, tone-mapped, sRGB, 8 bits.
+    Png,
+}
+
+impl Format {
+    /// The format that a path's extension names.
+    ///
+    /// # Errors
+    /// No extension or an unknown one.
+    pub fn of(path: &Path) -> Result<Self> {
+        let extension = path.extension().map(|e| e.to_ascii_lowercase());
+        match extension.as_deref().and_then(|e| e.to_str()) {
+            Some("exr") => Ok(Self::Exr),
+            Some("png") => Ok(Self::Png),
+            _ => Err(Error::input(format!(
+                "'{}' has no known format; pictures end in .exr or .png",
+                path.display()
+            ))),
+        }
+    }
+}
+
+/// Checks before long work that a picture could be written to `path`.
+///
+/// # Errors
+/// An unknown format, or a folder that takes no files.
+pub fn check_output(path: &Path) -> Result<()> {
+    Format::of(path)?;
+    crate::files::check_writable(path)
+}
+
+impl Image {
+    /// A picture without channels.
+    pub fn new(width: u32, height: u32) -> Self {
+        Self {
+            width,
+            height,
+            ..Self::default()
+        }
+    }
+
+    /// Number of pixels.
+    pub fn pixels(&self) -> usize {
+        self.width as usize * self.height as usize
+    }
+
+    /// Sets the channels `PREFIX` + each of `names` from vectors, one a pixel.
+    pub fn set_vectors(&mut self, prefix: &str, names: [&str; 3], values: &[[f32; 3]]) {
+        for (axis, name) in names.iter().enumerate() {
+            let samples = values.iter().map(|value| value[axis]).collect();
+            self.channels
+                .insert(format!("{prefix}{name}"), Samples::F32(samples));
+        }
+    }
+
+    /// The float channel of that name.
+    pub fn floats(&self, name: &str) -> Option<&[f32]> {
+        match self.channels.get(name) {
+            Some(Samples::F32(values)) => Some(values),
+            _ => None,
+        }
+    }
+
+    /// The picture itself: `R`, `G`, `B` of each pixel.
+    ///
+    /// # Errors
+    /// A channel is missing.
+    pub fn rgb(&self) -> Result<Vec<[f32; 3]>> {
+        let channel = |name: &str| {
+            self.floats(name)
+                .ok_or_else(|| Error::input(format!("the picture has no channel {name}")))
+        };
+        let (r, g, b) = (channel("R")?, channel("G")?, channel("B")?);
+        Ok(r.iter()
+            .zip(g)
+            .zip(b)
+            .map(|((r, g), b)| [*r, *g, *b])
+            .collect())
+    }
+
+    /// Writes the picture in the format that the path names. `exposure` counts for PNG only.
+    ///
+    /// # Errors
+    /// An unknown format, or a disk that does not take the file.
+    pub fn write(&self, path: &Path, exposure: f32) -> Result<()> {
+        match Format::of(path)? {
+            Format::Exr => exr::write(self, path),
+            Format::Png => png::write(self, path, exposure),
+        }
+    }
+
+    /// Reads an EXR with all its channels, or a PNG as linear `R`, `G`, `B`.
+    ///
+    /// # Errors
+    /// An unknown format, or a file that is not what its name says.
+    pub fn read(path: &Path) -> Result<Self> {
+        match Format::of(path)? {
+            Format::Exr => exr::read(path),
+            Format::Png => png::read(path),
+        }
+    }
+}

@@ -1,0 +1,165 @@
+//! White furnace: a surface of albedo 1 in a uniformly bright room must vanish.
+
+mod support;
+
+use glam::{DVec3, Vec3};
+use headwater::render::{Renderer, Settings, View};
+use headwater::scene::{Material, Scene};
+use headwater::tracing::GpuScene;
+use std::sync::Arc;
+
+const ROUGHNESS: [f32; 13] = [
+    0.0, 0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0,
+];
+/// Two-sided 99.9 % of the normal distribution.
+const Z: f64 = 3.29;
+
+/// Albedo of one plate, and the 99.9 % half-width of its interval.
+struct Measured {
+    kind: &'static str,
+    roughness: f32,
+    albedo: f64,
+    half_width: f64,
+}
+
+/// A row of white metal plates and a row of white dielectric ones, flat on the ground, lengthened
+/// so that a camera whose direction makes `cosine` with their normal sees squares.
+fn plates(cosine: f32) -> Scene {
+    let length = 1.0 / cosine;
+    let mut parts = Vec::new();
+    for (row, metallic) in [1.0, 0.0].into_iter().enumerate() {
+        for (column, roughness) in ROUGHNESS.into_iter().enumerate() {
+            let corner = Vec3::new(
+                (column as f32 - 6.5) * 1.2,
+                0.0,
+                (row as f32 - 1.0) * 1.2 * length + 1.1 * length,
+            );
+            let material = Material {
+                metallic,
+                roughness,
+                ..Material::default()
+            };
+            parts.push((material, support::quad(corner, Vec3::X, -Vec3::Z * length)));
+        }
+    }
+    let bright = Material {
+        emission: Vec3::ONE,
+        ..Material::lambert("room", Vec3::ZERO)
+    };
+    let r = 400.0;
+    let mut room = Vec::new();
+    for axis in 0..3 {
+        for side in [-1.0_f32, 1.0] {
+            let normal = Vec3::AXES[axis] * side;
+            let (u, v) = (
+                Vec3::AXES[(axis + 1) % 3] * side,
+                Vec3::AXES[(axis + 2) % 3],
+            );
+            // u × v points outwards, so the inward face takes them in the other order.
+            room.extend(support::quad(
+                (normal - u - v) * r,
+                v * 2.0 * r,
+                u * 2.0 * r,
+            ));
+        }
+    }
+    parts.push((bright, room));
+    support::scene_of(&parts)
+}
+
+fn measure(energy: &str, cosine: f64, samples: u32) -> Vec<Measured> {
+    let (device, selection) = support::open_device(None);
+    let scene = plates(cosine as f32);
+    let direction = DVec3::new(0.0, cosine, (1.0 - cosine * cosine).sqrt());
+    let view = View {
+        camera: support::look_at(direction * 100.0, DVec3::ZERO, -DVec3::Z, 0.0258),
+        width: 400,
+        height: 64,
+        seed: 11,
+        bounces: 1,
+        jitter: false,
+    };
+    let change = Settings::parse_change(&format!("energy={energy}")).unwrap();
+    let settings = Settings::default().with(&change).unwrap();
+    let origin = view.camera.camera_to_world.translation;
+    let uploaded = GpuScene::new(&device, &scene, origin, selection.variant).unwrap();
+    let mut renderer = Renderer::new(&device, Arc::new(uploaded), &view, &settings).unwrap();
+    renderer.add_samples(0, samples).unwrap();
+    assert_eq!(renderer.rejected().unwrap(), 0);
+    let surfaces = renderer.primary_surfaces(&settings).unwrap();
+    let sums = renderer.sums().unwrap();
+    support::assert_no_messages(&device);
+    let n = f64::from(samples);
+    (0..2 * ROUGHNESS.len())
+        .map(|plate| {
+            let (mut total, mut variance, mut pixels) = (0.0, 0.0, 0.0);
+            for (surface, sum) in surfaces.iter().zip(&sums) {
+                if surface.instance == plate as u32 {
+                    let mean = f64::from(sum.sum.x) / n;
+                    total += mean;
+                    variance += (f64::from(sum.square.x) / n - mean * mean).max(0.0) / (n - 1.0);
+                    pixels += 1.0;
+                }
+            }
+            assert!(pixels > 200.0, "plate {plate} covers {pixels} pixels");
+            Measured {
+                kind: if plate < ROUGHNESS.len() {
+                    "metal"
+                } else {
+                    "dielectric"
+                },
+                roughness: ROUGHNESS[plate % ROUGHNESS.len()],
+                albedo: total / pixels,
+                half_width: Z * variance.sqrt() / pixels,
+            }
+        })
+        .collect()
+}
+
+#[test]
+fn compensated_surfaces_keep_all_light_at_every_roughness_and_angle() {
+    // The noise is highest at grazing angles.
+    for (cosine, samples) in [(0.1, 1200), (0.4, 900), (0.95, 900)] {
+        for plate in measure("compensated", cosine, samples) {
+            let Measured {
+                kind,
+                roughness,
+                albedo,
+                half_width,
+            } = plate;
+            println!(
+                "compensated {kind} r={roughness} cos={cosine}: {albedo:.4} ± {half_width:.4}"
+            );
+            assert!(
+                half_width <= 0.002,
+                "{kind} r={roughness} cos={cosine}: ± {half_width}"
+            );
+            assert!(
+                (albedo - 1.0).abs() <= 0.005,
+                "{kind} r={roughness} cos={cosine}: {albedo}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_plain_model_loses_and_gains_what_is_known_of_it() {
+    let plates = measure("gltf", 0.1, 200);
+    let albedo = |kind: &str, roughness: f32| {
+        let plate = plates
+            .iter()
+            .find(|p| p.kind == kind && p.roughness == roughness)
+            .unwrap();
+        println!(
+            "gltf {kind} r={roughness} cos=0.1: {:.4} ± {:.4}",
+            plate.albedo, plate.half_width
+        );
+        plate.albedo
+    };
+    for roughness in ROUGHNESS {
+        albedo("metal", roughness);
+        albedo("dielectric", roughness);
+    }
+    assert!(albedo("metal", 1.0) < 0.8);
+    assert!((albedo("dielectric", 0.3) - 1.28).abs() < 0.03);
+}
