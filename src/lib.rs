@@ -7,6 +7,7 @@
 pub mod error;
 pub mod gpu;
 pub mod layouts;
+pub mod metrics;
 pub mod render;
 pub mod scene;
 pub mod shaders;
