@@ -9,6 +9,7 @@ pub mod files;
 pub mod gpu;
 pub mod image;
 pub mod layouts;
+pub mod metrics;
 pub mod render;
 pub mod scene;
 pub mod shaders;

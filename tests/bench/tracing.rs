@@ -39,7 +39,11 @@ impl CpuTree {
             .flat_map(|mesh| {
                 mesh.triangles.iter().map(|t| {
                     let [a, b, c] = t.map(|i| Vec3A::from(mesh.positions[i as usize]));
-                    Triangle { v0: a, v1: b, v2: c }
+                    Triangle {
+                        v0: a,
+                        v1: b,
+                        v2: c,
+                    }
                 })
             })
             .collect();
@@ -51,7 +55,10 @@ impl CpuTree {
         let tree = build_cwbvh_from_tris(&triangles, params, &mut Duration::default());
         let order = &tree.primitive_indices;
         Self {
-            triangles: order.iter().map(|&i| (&triangles[i as usize]).into()).collect(),
+            triangles: order
+                .iter()
+                .map(|&i| (&triangles[i as usize]).into())
+                .collect(),
             tree,
             threads: std::thread::available_parallelism().map_or(1, Into::into),
         }
@@ -80,7 +87,9 @@ impl CpuTree {
                 for query in &rays[first..rays.len().min(first + 256)] {
                     hits += usize::from(if query.any == 1 {
                         let ray = cpu_ray(query);
-                        !self.tree.ray_traverse_miss(ray, |ray, id| self.triangles[id].intersect(ray))
+                        !self
+                            .tree
+                            .ray_traverse_miss(ray, |ray, id| self.triangles[id].intersect(ray))
                     } else {
                         self.closest(query).is_some()
                     });
@@ -91,12 +100,20 @@ impl CpuTree {
             let threads: Vec<_> = (0..self.threads).map(|_| scope.spawn(work)).collect();
             threads.into_iter().map(|t| t.join().unwrap()).collect()
         });
-        (results.iter().map(|r| r.0).sum(), results.iter().map(|r| r.1).collect())
+        (
+            results.iter().map(|r| r.0).sum(),
+            results.iter().map(|r| r.1).collect(),
+        )
     }
 }
 
 fn cpu_ray(query: &RayQuery) -> Ray {
-    Ray::new(query.origin.into(), query.direction.into(), 0.0, query.t_max)
+    Ray::new(
+        query.origin.into(),
+        query.direction.into(),
+        0.0,
+        query.t_max,
+    )
 }
 
 /// A rolling height field of about `triangles` triangles, 100 units wide, and a sun.
@@ -106,7 +123,10 @@ fn terrain(triangles: usize) -> Scene {
         (0..6).fold(0.0, |sum: f32, octave| {
             let f = 0.08 * 2_f32.powi(octave);
             let turn = octave as f32 * 0.7;
-            let (u, v) = (x * turn.cos() - z * turn.sin(), x * turn.sin() + z * turn.cos());
+            let (u, v) = (
+                x * turn.cos() - z * turn.sin(),
+                x * turn.sin() + z * turn.cos(),
+            );
             sum + 4.0 * 0.45_f32.powi(octave) * (u * f).sin() * (v * f * 1.1).cos()
         })
     };
@@ -165,11 +185,21 @@ fn batches(cpu: &CpuTree) -> Vec<(&'static str, Vec<RayQuery>)> {
             let n = if n.dot(query.direction) > 0.0 { -n } else { n };
             let origin = query.origin + query.direction * t + n * 1e-3;
             let sun = Vec3::new(30.0, 25.0, 10.0) + 4.0 * Vec3::new(random(), random(), random());
-            shadow.push(RayQuery { origin, t_max: 1.0, direction: sun - origin, any: 1 });
+            shadow.push(RayQuery {
+                origin,
+                t_max: 1.0,
+                direction: sun - origin,
+                any: 1,
+            });
             let (z, turn) = (1.0 - 2.0 * random(), std::f32::consts::TAU * random());
             let r = (1.0 - z * z).sqrt();
             let direction = (n * 1.001 + Vec3::new(r * turn.cos(), r * turn.sin(), z)).normalize();
-            bounce.push(RayQuery { origin, t_max: 1e30, direction, any: 0 });
+            bounce.push(RayQuery {
+                origin,
+                t_max: 1e30,
+                direction,
+                any: 0,
+            });
         }
     }
     vec![("primary", primary), ("shadow", shadow), ("bounce", bounce)]
@@ -192,24 +222,46 @@ fn median(mut values: Vec<f64>) -> f64 {
 }
 
 fn main() {
-    let counts: Vec<usize> = std::env::args().skip(1).filter_map(|a| a.parse().ok()).collect();
-    let counts = if counts.is_empty() { vec![100_000, 1_000_000] } else { counts };
+    let counts: Vec<usize> = std::env::args()
+        .skip(1)
+        .filter_map(|a| a.parse().ok())
+        .collect();
+    let counts = if counts.is_empty() {
+        vec![100_000, 1_000_000]
+    } else {
+        counts
+    };
     let only_cpu_bvh = std::env::var_os("HEADWATER_BENCH_NO_RAY_QUERY").is_some();
     for count in counts {
         let scene = terrain(count);
         let cpu = CpuTree::new(&scene);
         let batches = batches(&cpu);
         let mut variants = vec![
-            ("compute-bvh/buffer-addresses", Tracer::ComputeBvh, GeometryAccess::BufferAddresses),
-            ("compute-bvh/storage-buffers", Tracer::ComputeBvh, GeometryAccess::StorageBuffers),
+            (
+                "compute-bvh/buffer-addresses",
+                Tracer::ComputeBvh,
+                GeometryAccess::BufferAddresses,
+            ),
+            (
+                "compute-bvh/storage-buffers",
+                Tracer::ComputeBvh,
+                GeometryAccess::StorageBuffers,
+            ),
         ];
         if !only_cpu_bvh {
-            variants.push(("ray-query", Tracer::RayQuery, GeometryAccess::BufferAddresses));
+            variants.push((
+                "ray-query",
+                Tracer::RayQuery,
+                GeometryAccess::BufferAddresses,
+            ));
         }
         let opened: Vec<_> = variants
             .iter()
             .filter_map(|(name, tracer, geometry)| {
-                let variant = Variant { tracer: *tracer, geometry: *geometry };
+                let variant = Variant {
+                    tracer: *tracer,
+                    geometry: *geometry,
+                };
                 let info = support::device_info();
                 let able = (*tracer == Tracer::ComputeBvh || info.ray_query)
                     && (*geometry == GeometryAccess::StorageBuffers || info.buffer_addresses);
@@ -223,9 +275,7 @@ fn main() {
         for (kind, rays) in &batches {
             let tracers: Vec<_> = opened
                 .iter()
-                .map(|(name, device, scene)| {
-                    (*name, RayTracer::new(device, scene, rays).unwrap())
-                })
+                .map(|(name, device, scene)| (*name, RayTracer::new(device, scene, rays).unwrap()))
                 .collect();
             let mut cpu_rates = Vec::new();
             let mut results = vec![(Vec::new(), Vec::new(), Vec::new()); tracers.len()];
@@ -253,7 +303,8 @@ fn main() {
                 }
                 if round > 0 {
                     cpu_rates.push(cpu_rate);
-                    let times: Vec<String> = times.iter().map(|t| format!("{:.1}", t * 1e3)).collect();
+                    let times: Vec<String> =
+                        times.iter().map(|t| format!("{:.1}", t * 1e3)).collect();
                     threads = times.join("+");
                 }
             }

@@ -1,6 +1,8 @@
 //! What the integration tests share.
 #![allow(dead_code)] // Each test binary uses its own part.
 
+pub mod brute_force;
+
 use glam::{DAffine3, DVec3, Vec3};
 use headwater::gpu::{Device, DeviceInfo, Instance};
 use headwater::render::{Renderer, Settings, View};

@@ -1,0 +1,3 @@
+//! What images and numbers say about each other. Knows no scene and no Vulkan.
+
+pub mod statistics;

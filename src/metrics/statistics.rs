@@ -1,0 +1,283 @@
+//! Intervals and tests: how far a difference is from chance.
+
+use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
+
+/// From this many degrees of freedom Student's distribution is taken as the normal one: their
+/// quantiles differ by about z²/4ν, less than 1e-5 of themselves.
+const NORMAL_FROM: f64 = 1e6;
+
+/// Expected counts below this are pooled before a χ² test (Cochran 1954).
+const LEAST_EXPECTED: f64 = 5.0;
+
+/// A mean that was estimated from independent samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// The mean.
+    pub mean: f64,
+    /// Its standard error, ≥ 0.
+    pub standard_error: f64,
+    /// Samples that went into it, ≥ 1; their number less one are the degrees of freedom.
+    pub samples: u64,
+}
+
+impl Estimate {
+    /// The mean of `values` with the standard error s/√n; NaN without values.
+    pub fn of(values: &[f64]) -> Self {
+        let n = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / n;
+        let squares: f64 = values.iter().map(|v| (v - mean) * (v - mean)).sum();
+        Self {
+            mean,
+            standard_error: (squares / (n - 1.0).max(1.0) / n).sqrt(),
+            samples: values.len() as u64,
+        }
+    }
+
+    /// Half the width of Student's interval that covers the true mean with probability
+    /// `confidence`, in (0, 1); infinite from fewer than two samples.
+    pub fn t_interval_half_width(&self, confidence: f64) -> f64 {
+        if self.samples < 2 {
+            return f64::INFINITY;
+        }
+        self.standard_error * t_quantile(0.5 + 0.5 * confidence, self.samples as f64 - 1.0)
+    }
+
+    /// The difference `self` − `other` of independent estimates. Its degrees of freedom are
+    /// Welch's and Satterthwaite's, rounded down.
+    pub fn minus(&self, other: &Self) -> Self {
+        Self {
+            mean: self.mean - other.mean,
+            standard_error: self.standard_error.hypot(other.standard_error),
+            samples: welch_degrees(self, other) as u64 + 1,
+        }
+    }
+}
+
+/// Two-sided p-value of Welch's test that two independent estimates have the same true mean
+/// (Welch, "The generalization of 'Student's' problem when several different population variances
+/// are involved", 1947).
+///
+/// Without any error in either, 1 for equal means and else 0. NaN where an estimate is NaN.
+pub fn welch_p_value(a: &Estimate, b: &Estimate) -> f64 {
+    let difference = (a.mean - b.mean).abs();
+    let error = a.standard_error.hypot(b.standard_error);
+    if error == 0.0 {
+        return match difference {
+            0.0 => 1.0,
+            d if d.is_nan() => d,
+            _ => 0.0,
+        };
+    }
+    2.0 * t_tail(difference / error, welch_degrees(a, b))
+}
+
+/// Degrees of freedom of a difference, by Welch and Satterthwaite; at least 1.
+fn welch_degrees(a: &Estimate, b: &Estimate) -> f64 {
+    let squares = [a, b].map(|e| e.standard_error * e.standard_error);
+    let total = squares[0] + squares[1];
+    let spent: f64 = [a, b]
+        .iter()
+        .zip(squares)
+        .filter(|(_, s)| *s > 0.0)
+        .map(|(e, s)| (s / total).powi(2) / (e.samples as f64 - 1.0).max(1.0))
+        .sum();
+    if spent > 0.0 {
+        (1.0 / spent).max(1.0)
+    } else {
+        ((a.samples + b.samples) as f64 - 2.0).max(1.0)
+    }
+}
+
+fn t_quantile(probability: f64, degrees: f64) -> f64 {
+    match StudentsT::new(0.0, 1.0, degrees) {
+        Ok(student) if degrees < NORMAL_FROM => student.inverse_cdf(probability),
+        _ => Normal::standard().inverse_cdf(probability),
+    }
+}
+
+fn t_tail(t: f64, degrees: f64) -> f64 {
+    if t.is_nan() {
+        return t;
+    }
+    match StudentsT::new(0.0, 1.0, degrees) {
+        Ok(student) if degrees < NORMAL_FROM => student.sf(t),
+        _ => Normal::standard().sf(t),
+    }
+}
+
+/// Holm's adjusted p-values, in the order given: rejecting those below a level keeps the chance of
+/// any false rejection below it, however the tests depend on each other (Holm, "A simple
+/// sequentially rejective multiple test procedure", 1979).
+///
+/// A NaN counts as 0, so that what could not be tested is seen.
+pub fn holm(p_values: &[f64]) -> Vec<f64> {
+    let known = |p: f64| if p.is_nan() { 0.0 } else { p };
+    let mut order: Vec<usize> = (0..p_values.len()).collect();
+    order.sort_by(|&a, &b| known(p_values[a]).total_cmp(&known(p_values[b])));
+    let mut adjusted = vec![0.0; p_values.len()];
+    let mut largest = 0.0_f64;
+    for (rank, &index) in order.iter().enumerate() {
+        let scaled = known(p_values[index]) * (p_values.len() - rank) as f64;
+        largest = largest.max(scaled.min(1.0));
+        adjusted[index] = largest;
+    }
+    adjusted
+}
+
+/// P-value of Pearson's χ² test that `observed` counts come from a distribution with the
+/// `expected` counts (Pearson 1900), which add up to the same.
+///
+/// Bins with fewer than 5 expected are pooled, and the pool, if it is still short, goes to the
+/// least of the other bins. Anything seen where nothing can be gives 0; with fewer than two bins
+/// nothing can be said, which gives 1.
+///
+/// # Panics
+/// The slices differ in length.
+pub fn chi_square_p_value(observed: &[u64], expected: &[f64]) -> f64 {
+    assert_eq!(observed.len(), expected.len());
+    let mut bins: Vec<(f64, f64)> = Vec::new();
+    let mut pool = (0.0, 0.0);
+    for (&seen, &wanted) in observed.iter().zip(expected) {
+        if wanted <= 0.0 && seen > 0 {
+            return 0.0;
+        }
+        if wanted >= LEAST_EXPECTED {
+            bins.push((seen as f64, wanted));
+        } else {
+            pool = (pool.0 + seen as f64, pool.1 + wanted);
+        }
+    }
+    if pool.1 >= LEAST_EXPECTED {
+        bins.push(pool);
+    } else if let Some(least) = bins.iter_mut().min_by(|a, b| a.1.total_cmp(&b.1)) {
+        *least = (least.0 + pool.0, least.1 + pool.1);
+    }
+    if bins.len() < 2 {
+        return 1.0;
+    }
+    let statistic: f64 = bins
+        .iter()
+        .map(|(seen, wanted)| (seen - wanted).powi(2) / wanted)
+        .sum();
+    ChiSquared::new(bins.len() as f64 - 1.0).map_or(f64::NAN, |d| d.sf(statistic))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn near(got: f64, wanted: f64, relative: f64) {
+        assert!(
+            (got - wanted).abs() <= relative * wanted.abs(),
+            "{got}, not {wanted}"
+        );
+    }
+
+    fn estimate(mean: f64, standard_error: f64, samples: u64) -> Estimate {
+        Estimate {
+            mean,
+            standard_error,
+            samples,
+        }
+    }
+
+    #[test]
+    fn an_estimate_has_the_sample_mean_and_its_error() {
+        let e = Estimate::of(&[1.0, 2.0, 3.0, 4.0]);
+        assert_eq!((e.mean, e.samples), (2.5, 4));
+        near(e.standard_error, (5.0 / 3.0_f64 / 4.0).sqrt(), 1e-15);
+    }
+
+    #[test]
+    fn intervals_follow_the_tables_of_student() {
+        // NIST/SEMATECH e-Handbook of Statistical Methods, 1.3.6.7.2.
+        for (degrees, confidence, wanted) in [
+            (1, 0.95, 12.706),
+            (10, 0.95, 2.228),
+            (10, 0.998, 4.144),
+            (63, 0.99, 2.656),
+            (100, 0.998, 3.174),
+        ] {
+            let e = estimate(7.0, 1.0, degrees + 1);
+            near(e.t_interval_half_width(confidence), wanted, 3e-4);
+        }
+        let normal = estimate(0.0, 1.0, 1_000_000_000).t_interval_half_width(0.999);
+        near(normal, 3.290_526_731, 1e-8);
+        let below = estimate(0.0, 1.0, NORMAL_FROM as u64).t_interval_half_width(0.999);
+        near(below, normal, 1e-5);
+        assert_eq!(
+            estimate(0.0, 1.0, 1).t_interval_half_width(0.9),
+            f64::INFINITY
+        );
+    }
+
+    #[test]
+    fn welch_agrees_with_worked_examples() {
+        // Of equal sizes and errors it is Student's test: t = 2.228139 with 10 degrees.
+        let p = welch_p_value(
+            &estimate(2.228_138_852 * 2.0_f64.sqrt(), 1.0, 6),
+            &estimate(0.0, 1.0, 6),
+        );
+        near(p, 0.05, 1e-6);
+        // An exact side leaves Student's test of the other.
+        near(
+            welch_p_value(&estimate(4.143_7, 1.0, 11), &estimate(0.0, 0.0, 1)),
+            0.002,
+            1e-3,
+        );
+        // The normal limit.
+        let p = welch_p_value(
+            &estimate(3.0, 1.0, 4_000_000),
+            &estimate(0.0, 1e-9, 4_000_000),
+        );
+        near(p, 0.002_699_796, 1e-6);
+        // Unequal: ν = (1 + 4)² / (1/4 + 16/9) = 12.32…
+        let difference = estimate(0.0, 1.0, 5).minus(&estimate(0.0, 2.0, 10));
+        assert_eq!(difference.samples, 13);
+        near(difference.standard_error, 5.0_f64.sqrt(), 1e-15);
+        let exact = |m| welch_p_value(&estimate(m, 0.0, 5), &estimate(1.0, 0.0, 5));
+        assert_eq!((exact(1.0), exact(1.5)), (1.0, 0.0));
+        assert!(exact(f64::NAN).is_nan());
+    }
+
+    #[test]
+    fn holm_steps_down() {
+        assert_eq!(
+            holm(&[0.01, 0.04, 0.03, 0.005]),
+            vec![0.03, 0.06, 0.06, 0.02]
+        );
+        assert_eq!(holm(&[0.9, f64::NAN]), vec![0.9, 0.0]);
+        assert_eq!(holm(&[0.8, 0.6]), vec![1.0, 1.0]);
+        assert!(holm(&[]).is_empty());
+    }
+
+    #[test]
+    fn chi_square_follows_the_table_and_pools() {
+        // A die cast 60 times; 11.070 is the table's 5 % for 5 degrees, here 13.4 gives 1.99 %.
+        let p = chi_square_p_value(&[5, 8, 9, 8, 10, 20], &[10.0; 6]);
+        near(p, 0.019_905, 1e-4);
+        // χ² of 4 with one degree: 4.55 %.
+        near(
+            chi_square_p_value(&[60, 40], &[50.0, 50.0]),
+            0.045_500_264,
+            1e-7,
+        );
+        // Pooled to two bins each time: into their own, or into the least.
+        for (observed, expected) in [
+            (vec![60, 20, 20], vec![50.0, 50.0, 0.0]),
+            (vec![60, 39, 1], vec![50.0, 49.0, 1.0]),
+        ] {
+            let p = chi_square_p_value(&observed, &expected);
+            let wanted = if expected[2] == 0.0 {
+                0.0
+            } else {
+                0.045_500_264
+            };
+            near(p, wanted, 1e-7);
+        }
+        let many: Vec<f64> = [50.0].into_iter().chain([2.5; 20]).collect();
+        let seen: Vec<u64> = [60].into_iter().chain([2; 20]).collect();
+        near(chi_square_p_value(&seen, &many), 0.045_500_264, 1e-7);
+        assert_eq!(chi_square_p_value(&[3], &[3.0]), 1.0);
+    }
+}
