@@ -145,7 +145,10 @@ Hit trace(Ray ray, bool any_hit) {
                 if (leaves.y != 0u) stack[depth++] = leaves;
                 instance = top_instances.at[primitive];
                 entered = depth;
-                level = level_ray(transform_point(instances.at[instance].world_to_object, ray.origin),
+                // Moved, then turned: the difference is exact where the ray is near the instance,
+                // while a sum of large terms would cancel.
+                vec3 moved = ray.origin - instances.at[instance].object_to_world[3];
+                level = level_ray(transform_vector(instances.at[instance].world_to_object, moved),
                                   transform_vector(instances.at[instance].world_to_object, ray.direction));
                 group = uvec2(instances.at[instance].root_node, 0x80000000u);
                 leaves.y = 0u;

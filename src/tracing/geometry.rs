@@ -38,6 +38,8 @@ pub struct Geometry {
     pub parts: Vec<UVec2>,
     /// Eight-wide nodes; empty where the driver builds its own.
     pub nodes: Vec<CwBvhNode>,
+    /// Each triangle's number in its mesh.
+    pub order: Vec<u32>,
     /// One place a mesh.
     pub meshes: Vec<MeshPlace>,
     /// Levels of the deepest tree.
@@ -120,6 +122,7 @@ impl Geometry {
             self.parts
                 .extend(order.iter().map(|&t| of_triangle[t as usize]));
         }
+        self.order.extend(order);
         self.meshes.push(place);
     }
 }

@@ -1,0 +1,417 @@
+//! The tracers against an f64 oracle, on random, grazing and edge-aimed rays.
+
+mod support;
+
+use glam::{DAffine3, DMat3, DVec3, Quat, Vec3};
+use headwater::layouts::{NONE, RayAnswer, RayQuery};
+use headwater::scene::{Instance, Material, Scene};
+use headwater::tracing::geometry::Geometry;
+use headwater::tracing::rays::RayTracer;
+use headwater::tracing::{GeometryAccess, GpuScene, Tracer, Variant};
+use support::brute_force;
+
+const RAYS: usize = 100_000;
+/// A disagreement is excused only this close to an edge, relative to the coordinates there.
+const NEAR_EDGE: f64 = 1e-5;
+
+/// PCG's output function on a counter: enough for placing rays.
+struct Random(u64);
+
+impl Random {
+    fn unit(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        let word =
+            ((self.0 >> ((self.0 >> 59) + 5)) ^ self.0).wrapping_mul(12_605_985_483_714_917_081);
+        ((word >> 43) ^ word) as f64 / 2_f64.powi(64)
+    }
+
+    fn index(&mut self, count: usize) -> usize {
+        ((self.unit() * count as f64) as usize).min(count - 1)
+    }
+
+    fn direction(&mut self) -> DVec3 {
+        let z = 1.0 - 2.0 * self.unit();
+        let (sin, cos) = (std::f64::consts::TAU * self.unit()).sin_cos();
+        let r = (1.0 - z * z).max(0.0).sqrt();
+        DVec3::new(r * cos, r * sin, z)
+    }
+}
+
+/// World-space corners of a triangle.
+fn corners(scene: &Scene, instance: u32, triangle: u32) -> [DVec3; 3] {
+    let placed = &scene.instances[instance as usize];
+    let mesh = &scene.meshes[placed.mesh as usize];
+    mesh.triangles[triangle as usize].map(|i| {
+        placed
+            .object_to_world
+            .transform_point3(mesh.positions[i as usize].as_dvec3())
+    })
+}
+
+fn bounds(scene: &Scene) -> (DVec3, DVec3) {
+    let mut bounds = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for (number, placed) in scene.instances.iter().enumerate() {
+        for triangle in 0..scene.meshes[placed.mesh as usize].triangles.len() {
+            for p in corners(scene, number as u32, triangle as u32) {
+                bounds = (bounds.0.min(p), bounds.1.max(p));
+            }
+        }
+    }
+    bounds
+}
+
+/// A third each: anywhere to anywhere; nearly along a triangle's plane; at a triangle's edge, from
+/// a millionth to a thousandth of the coordinates' size beside it. Every seventh asks for any hit.
+fn rays(scene: &Scene, seed: u64) -> Vec<RayQuery> {
+    let mut random = Random(seed);
+    let (low, high) = bounds(scene);
+    let size = (high - low).max_element();
+    let mut triangles = Vec::new();
+    for (number, placed) in scene.instances.iter().enumerate() {
+        let count = scene.meshes[placed.mesh as usize].triangles.len();
+        triangles.extend((0..count as u32).map(|t| (number as u32, t)));
+    }
+    (0..RAYS)
+        .map(|ray| {
+            let mut anywhere = || {
+                let p = DVec3::new(random.unit(), random.unit(), random.unit());
+                low + (high - low) * p
+            };
+            let (mut origin, mut target) = (anywhere(), anywhere());
+            let (instance, triangle) = triangles[random.index(triangles.len())];
+            let [a, b, c] = corners(scene, instance, triangle);
+            match ray % 3 {
+                0 => {}
+                1 => {
+                    let normal = (b - a).cross(c - a).normalize();
+                    let along = (b - a).normalize() * (random.unit() - 0.5)
+                        + (c - a).normalize() * (random.unit() - 0.5);
+                    let (u, v) = (random.unit() * 0.5, random.unit() * 0.5);
+                    target = a + (b - a) * u + (c - a) * v;
+                    // Shallower, the triangle is so thin a line that it is all edge.
+                    let thinnest = 1e-4 * a.length().max(size * 0.3) / (b - a).length();
+                    let rise = thinnest.min(0.1).powf(random.unit()) * 0.1_f64.powf(random.unit());
+                    origin = target + (along.normalize() + normal * rise) * size * 0.3;
+                }
+                _ => {
+                    let at = random.unit();
+                    // Closer than f32 resolves the coordinates, the answer is a matter of rounding.
+                    let beside = 10_f64.powf(-3.0 - 3.0 * random.unit());
+                    let scale = a.length().max((a - origin).length());
+                    let offset = random.direction() * scale * beside;
+                    target = a + (b - a) * at + offset;
+                }
+            }
+            let any = ray % 7 == 0;
+            let direction = target - origin;
+            RayQuery {
+                origin: origin.as_vec3(),
+                t_max: if any { 0.9 } else { 1e30 },
+                direction: (if any {
+                    direction
+                } else {
+                    direction.normalize()
+                })
+                .as_vec3(),
+                any: any.into(),
+            }
+        })
+        .collect()
+}
+
+/// Distance of a line to the nearest edge of a triangle, relative to the coordinates there.
+fn edge_distance(origin: DVec3, direction: DVec3, corners: [DVec3; 3]) -> f64 {
+    let d = direction.normalize();
+    (0..3)
+        .map(|i| {
+            let (p, q) = (corners[i], corners[(i + 1) % 3]);
+            // Closest points of the line and the segment, in the plane across the line.
+            let across = |v: DVec3| v - d * v.dot(d);
+            let (from, edge) = (across(p - origin), across(q - p));
+            let s = (-from.dot(edge) / edge.length_squared().max(1e-300)).clamp(0.0, 1.0);
+            let at = p + (q - p) * s;
+            (from + edge * s).length() / at.length().max((at - origin).length())
+        })
+        .fold(f64::INFINITY, f64::min)
+}
+
+struct Outcome {
+    hits: usize,
+    /// Rays whose hit point differs, excused by an edge.
+    excused: usize,
+    /// Descriptions of rays that differ without excuse.
+    wrong: Vec<String>,
+}
+
+/// Compares answers with the oracle. `orders` maps leaf positions to triangles of the mesh.
+fn compare(
+    scene: &Scene,
+    oracle: &brute_force::Tracer,
+    rays: &[RayQuery],
+    answers: &[RayAnswer],
+    triangle_of: impl Fn(u32, u32) -> u32,
+) -> Outcome {
+    let mut outcome = Outcome {
+        hits: 0,
+        excused: 0,
+        wrong: Vec::new(),
+    };
+    for (ray, answer) in rays.iter().zip(answers) {
+        let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+        let truth = oracle.closest(origin, direction, f64::from(ray.t_max));
+        let found = (answer.t >= 0.0).then(|| {
+            assert_ne!(answer.instance, NONE);
+            (
+                answer.instance,
+                triangle_of(answer.instance, answer.primitive),
+            )
+        });
+        outcome.hits += usize::from(found.is_some());
+        let mut involved = Vec::new();
+        let agrees = match (&truth, found) {
+            (None, None) => true,
+            (Some(_), Some(_)) if ray.any == 1 => true,
+            (Some(t), Some((instance, triangle))) => {
+                // The hit as a point of the triangle found, seen from the ray.
+                let [a, b, c] = corners(scene, instance, triangle);
+                let (u, v) = (f64::from(answer.u), f64::from(answer.v));
+                let point = a + (b - a) * u + (c - a) * v;
+                let scale = point.length().max((point - origin).length());
+                let beside = (point - origin).cross(direction.normalize()).length() / scale;
+                involved = vec![(t.instance, t.triangle), (instance, triangle)];
+                let gap = (origin + direction * t.t - point).length() / scale;
+                beside < 1e-5 && ((t.instance, t.triangle) == (instance, triangle) || gap < 1e-5)
+            }
+            (Some(t), None) => {
+                involved = vec![(t.instance, t.triangle)];
+                false
+            }
+            (None, Some(found)) => {
+                involved = vec![found];
+                false
+            }
+        };
+        if agrees {
+            continue;
+        }
+        let nearest = involved
+            .iter()
+            .map(|&(i, t)| edge_distance(origin, direction, corners(scene, i, t)))
+            .fold(f64::INFINITY, f64::min);
+        if nearest <= NEAR_EDGE {
+            outcome.excused += 1;
+        } else {
+            outcome.wrong.push(format!(
+                "{ray:?} {answer:?} truth {truth:?} edge {nearest:e}"
+            ));
+        }
+    }
+    outcome
+}
+
+/// Checks both tracers, with `origin` moved to zero as the renderer moves its camera there.
+fn check(name: &str, scene: &Scene, origin: DVec3) {
+    let mut near = scene.clone();
+    for instance in &mut near.instances {
+        instance.object_to_world = DAffine3::from_translation(-origin) * instance.object_to_world;
+    }
+    let oracle = brute_force::Tracer::new(&near);
+    let rays = rays(&near, 7);
+    let leaf_order = Geometry::new(scene, true, 0);
+    for tracer in [Tracer::ComputeBvh, Tracer::RayQuery] {
+        if tracer == Tracer::RayQuery && !support::device_info().ray_query {
+            continue;
+        }
+        let answers = [
+            GeometryAccess::StorageBuffers,
+            GeometryAccess::BufferAddresses,
+        ]
+        .map(|geometry| {
+            let variant = Variant { tracer, geometry };
+            let (device, _) = support::open_device(Some(variant));
+            let uploaded = GpuScene::new(&device, scene, origin, variant).unwrap();
+            let tracer = RayTracer::new(&device, &uploaded, &rays).unwrap();
+            tracer.run().unwrap();
+            support::assert_no_messages(&device);
+            tracer.answers().unwrap()
+        });
+        let bits = |a: &[RayAnswer]| bytemuck::cast_slice::<_, u8>(a).to_vec();
+        assert!(
+            bits(&answers[0]) == bits(&answers[1]),
+            "{name}: the accessors differ"
+        );
+        let outcome = compare(&near, &oracle, &rays, &answers[0], |instance, primitive| {
+            let mesh = scene.instances[instance as usize].mesh as usize;
+            match tracer {
+                Tracer::ComputeBvh => {
+                    let first = leaf_order.meshes[mesh].first_triangle;
+                    leaf_order.order[(first + primitive) as usize]
+                }
+                Tracer::RayQuery => primitive,
+            }
+        });
+        let share = outcome.excused as f64 / RAYS as f64;
+        println!(
+            "{name} {}: {} hits, {} differ at an edge ({share:.1e}), {} elsewhere",
+            tracer.name(),
+            outcome.hits,
+            outcome.excused,
+            outcome.wrong.len()
+        );
+        for text in outcome.wrong.iter().take(5) {
+            println!("  {text}");
+        }
+        assert!(
+            outcome.wrong.is_empty(),
+            "{name} {}: wrong hits",
+            tracer.name()
+        );
+        assert!(
+            outcome.hits > RAYS / 5,
+            "{name}: too few hits to mean anything"
+        );
+        assert!(
+            share <= 1e-4,
+            "{name} {}: {share:e} of the rays differ",
+            tracer.name()
+        );
+    }
+}
+
+/// A bumpy closed sphere of triangles.
+fn bumpy_sphere(rings: u32, radius: f32) -> Vec<[Vec3; 3]> {
+    let at = |i: u32, j: u32| {
+        let (theta, phi) = (
+            std::f32::consts::PI * i as f32 / rings as f32,
+            std::f32::consts::TAU * (j % (2 * rings)) as f32 / (2 * rings) as f32,
+        );
+        let (i, j) = (if i == 0 || i == rings { 0 } else { i }, j % (2 * rings));
+        let bump = 1.0 + 0.1 * ((i * 7 + j * 13) % 5) as f32 / 5.0 * f32::from(i > 0);
+        radius
+            * bump
+            * Vec3::new(
+                theta.sin() * phi.cos(),
+                theta.cos(),
+                theta.sin() * phi.sin(),
+            )
+    };
+    let mut faces = Vec::new();
+    for i in 0..rings {
+        for j in 0..2 * rings {
+            let (a, b, c, d) = (at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
+            if i + 1 < rings {
+                faces.push([a, b, c]);
+            }
+            if i > 0 {
+                faces.push([a, c, d]);
+            }
+        }
+    }
+    faces
+}
+
+/// One mesh in many places: turned, mirrored, sheared, scaled.
+fn placed(offset: DVec3, scale: f64) -> Scene {
+    let mut scene = support::scene_of(&[
+        (Material::default(), bumpy_sphere(12, 1.0)),
+        (
+            Material::default(),
+            support::quad(
+                Vec3::new(-20.0, -3.0, 20.0),
+                Vec3::X * 40.0,
+                -Vec3::Z * 40.0,
+            ),
+        ),
+    ]);
+    let shear = DMat3::from_cols(DVec3::X, DVec3::new(0.7, 1.0, 0.2), DVec3::Z);
+    for i in 0..40_u32 {
+        let f = f64::from(i);
+        let turn = DMat3::from_quat(Quat::from_rotation_y(i as f32 * 0.7).as_dquat());
+        let mirror = if i % 3 == 0 { -1.0 } else { 1.0 };
+        let size = DMat3::from_diagonal(DVec3::new(mirror, 0.5 + f * 0.02, 1.3));
+        let matrix = if i % 4 == 0 {
+            shear * turn * size
+        } else {
+            turn * size
+        };
+        let position = DVec3::new(
+            (f * 2.4).sin() * (3.0 + f * 0.3),
+            (f * 1.7).cos() * 2.0,
+            (f * 2.4).cos() * (3.0 + f * 0.3),
+        );
+        scene.instances.push(Instance {
+            name: String::new(),
+            mesh: 0,
+            object_to_world: DAffine3::from_mat3_translation(matrix, position),
+        });
+    }
+    for instance in &mut scene.instances {
+        instance.object_to_world = DAffine3::from_translation(offset)
+            * DAffine3::from_scale(DVec3::splat(scale))
+            * instance.object_to_world;
+    }
+    scene
+}
+
+#[test]
+fn instances_turned_mirrored_and_sheared() {
+    check("instances", &placed(DVec3::ZERO, 1.0), DVec3::ZERO);
+}
+
+#[test]
+fn a_scene_far_from_the_origin() {
+    let far = DVec3::new(3e6, -2e6, 5e6);
+    check("far", &placed(far, 1.0), far + DVec3::new(1.0, 2.0, 3.0));
+}
+
+#[test]
+fn a_tiny_and_a_huge_scene() {
+    check("tiny", &placed(DVec3::ZERO, 1e-4), DVec3::ZERO);
+    check("huge", &placed(DVec3::ZERO, 1e5), DVec3::ZERO);
+}
+
+/// From inside a closed mesh, a ray straight at an edge or a corner must hit: whichever triangle
+/// takes it, none may leave it to the other.
+#[test]
+fn closed_meshes_are_watertight_at_their_edges_and_corners() {
+    for offset in [Vec3::ZERO, Vec3::new(0.3, -0.7, 0.9), Vec3::splat(50.0)] {
+        let faces: Vec<[Vec3; 3]> = bumpy_sphere(24, 1.0)
+            .into_iter()
+            .map(|f| f.map(|p| p + offset))
+            .collect();
+        let mut random = Random(3);
+        let rays: Vec<RayQuery> = (0..RAYS)
+            .map(|ray| {
+                let face = faces[random.index(faces.len())];
+                let at = if ray % 2 == 0 {
+                    0.0
+                } else {
+                    random.unit() as f32
+                };
+                let origin = offset + (random.direction() * 0.5).as_vec3();
+                let target = face[0] + (face[1] - face[0]) * at;
+                RayQuery {
+                    origin,
+                    t_max: 1e30,
+                    direction: target - origin,
+                    any: 0,
+                }
+            })
+            .collect();
+        let scene = support::scene_of(&[(Material::default(), faces)]);
+        let (device, selection) = support::open_device(None);
+        let uploaded = GpuScene::new(&device, &scene, DVec3::ZERO, selection.variant).unwrap();
+        let tracer = RayTracer::new(&device, &uploaded, &rays).unwrap();
+        tracer.run().unwrap();
+        let misses = tracer
+            .answers()
+            .unwrap()
+            .iter()
+            .filter(|a| a.t < 0.0)
+            .count();
+        assert_eq!(misses, 0, "of {RAYS} rays from inside, at offset {offset}");
+    }
+}
