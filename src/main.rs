@@ -1,3 +1,8 @@
 //! Arguments → one command.
 
-fn main() {}
+use headwater::commands;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    commands::main()
+}

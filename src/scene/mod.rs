@@ -4,7 +4,22 @@
 
 pub mod lights;
 
+use crate::Result;
 use glam::{DAffine3, Vec3};
+use std::path::Path;
+
+/// The scene that a procedural name or a file's path stands for.
+///
+/// # Errors
+/// Neither a procedural scene nor a file that can be read.
+pub fn open(name: &str) -> Result<Scene> {
+    let path = Path::new(name);
+    // A bare word is a name; a file of the same name can still be reached as ./NAME.
+    if path.extension().is_none() && path.components().count() == 1 && !name.starts_with('.') {
+        return procedural::generate(name, &[]);
+    }
+    load::load(path)
+}
 
 /// A complete scene: meshes placed by instances, seen by cameras.
 #[derive(Clone, Debug, Default)]

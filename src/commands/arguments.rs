@@ -1,0 +1,177 @@
+//! Options that several commands share.
+
+use crate::render::presets::{self, Preset};
+use crate::render::settings::Settings;
+use crate::scene::Camera;
+use crate::scene::camera::look_at;
+use crate::tracing::selection::TracerChoice;
+use crate::{Error, Result};
+use glam::DVec3;
+use std::path::{Path, PathBuf};
+
+/// Largest number of pixels of an image.
+const MOST_PIXELS: u64 = 1 << 28;
+
+/// What is rendered and how it is seen.
+#[derive(clap::Args)]
+pub struct SceneArgs {
+    /// A procedural scene's name, or a file: .gltf, .glb, .obj
+    pub scene: String,
+    /// Image width in pixels; with neither width nor height: 1280
+    #[arg(long)]
+    pub width: Option<u32>,
+    /// Image height in pixels; given one side, the other follows the camera's aspect
+    #[arg(long)]
+    pub height: Option<u32>,
+    /// Seed of all random numbers
+    #[arg(long, default_value_t = 0)]
+    pub seed: u32,
+    /// Scattering events at most; 0 = emission only, 1 = direct light
+    #[arg(long, default_value_t = 5)]
+    pub bounces: u32,
+    /// Draw rays over the whole pixel (box filter) instead of through its centre
+    #[arg(long)]
+    pub jitter: bool,
+    /// The scene's camera, by name or index
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub camera: Option<String>,
+    /// A camera of one's own: eye, target and optionally the vertical field of view in degrees
+    #[arg(
+        long,
+        value_name = "EX,EY,EZ,TX,TY,TZ[,DEGREES]",
+        allow_hyphen_values = true
+    )]
+    pub look_at: Option<String>,
+    /// Settings to begin with; see 'headwater presets'
+    #[arg(long, default_value = presets::DEFAULT)]
+    pub preset: String,
+    /// Settings from a TOML file, over the preset's
+    #[arg(long, value_name = "FILE.toml")]
+    pub config: Option<PathBuf>,
+    /// One setting, over all others; repeatable
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// How rays are traced
+    #[arg(long, value_enum, default_value_t)]
+    pub tracer: TracerChoice,
+    /// The device, by name, part of a name, or index
+    #[arg(long, value_name = "NAME|INDEX", env = "HEADWATER_DEVICE")]
+    pub device: Option<String>,
+    /// Further channels: albedo, normal, depth, instance
+    #[arg(long, value_delimiter = ',', value_enum)]
+    pub aov: Vec<Aov>,
+    /// Exposure of PNG files, in stops
+    #[arg(
+        long,
+        default_value_t = 0.0,
+        allow_hyphen_values = true,
+        value_name = "EV"
+    )]
+    pub exposure: f32,
+    /// Write what was done, and how long it took, as JSON
+    #[arg(long, value_name = "FILE.json")]
+    pub report: Option<PathBuf>,
+}
+
+/// An output beside the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Aov {
+    /// Diffuse and specular albedo.
+    Albedo,
+    /// World-space shading normal.
+    Normal,
+    /// Distance along the ray; 0 where nothing was hit.
+    Depth,
+    /// Number of the instance.
+    Instance,
+}
+
+impl SceneArgs {
+    /// Preset, file and single settings, in this order.
+    ///
+    /// # Errors
+    /// An unknown preset, key or value, or a file that cannot be read.
+    pub fn settings(&self) -> Result<Settings> {
+        let mut settings = Preset::named(&self.preset)?.settings()?;
+        if let Some(path) = &self.config {
+            let text = std::fs::read_to_string(path).map_err(|e| Error::reading(path, e))?;
+            settings = settings.with(&presets::parse_toml(&path.display().to_string(), &text)?)?;
+        }
+        for change in &self.set {
+            settings = settings.with(&Settings::parse_change(change)?)?;
+        }
+        Ok(settings)
+    }
+
+    /// Width and height for a camera's aspect ratio.
+    ///
+    /// # Errors
+    /// A side of 0, or more pixels than Headwater takes.
+    pub fn size(&self, camera: &Camera) -> Result<(u32, u32)> {
+        let aspect = camera.aspect_ratio.unwrap_or(16.0 / 9.0);
+        let side = |pixels: f64| (pixels.round().min(f64::from(u32::MAX)) as u32).max(1);
+        let (width, height) = match (self.width, self.height) {
+            (Some(width), Some(height)) => (width, height),
+            (Some(width), None) => (width, side(f64::from(width) / aspect)),
+            (None, Some(height)) => (side(f64::from(height) * aspect), height),
+            (None, None) => (1280, side(1280.0 / aspect)),
+        };
+        let pixels = u64::from(width) * u64::from(height);
+        if pixels == 0 {
+            return Err(Error::input(format!(
+                "an image of {width} × {height} has no pixels; --width and --height begin at 1"
+            )));
+        }
+        if pixels > MOST_PIXELS {
+            return Err(Error::input(format!(
+                "an image of {width} × {height} has {pixels} pixels; at most {MOST_PIXELS} are possible"
+            )));
+        }
+        if !self.exposure.is_finite() {
+            return Err(Error::input("--exposure takes a finite number of stops"));
+        }
+        Ok((width, height))
+    }
+
+    /// The camera of `--look-at`, if it was given.
+    ///
+    /// # Errors
+    /// Not six or seven finite numbers, eye and target in one place, or a field of view outside
+    /// 0…180 degrees.
+    pub fn look_at_camera(&self) -> Result<Option<Camera>> {
+        let Some(text) = &self.look_at else {
+            return Ok(None);
+        };
+        let numbers: Option<Vec<f64>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
+        let numbers = numbers
+            .filter(|n| (n.len() == 6 || n.len() == 7) && n.iter().all(|value| value.is_finite()));
+        let numbers = numbers.ok_or_else(|| {
+            Error::input(format!(
+                "--look-at '{text}' is not EX,EY,EZ,TX,TY,TZ or EX,EY,EZ,TX,TY,TZ,DEGREES"
+            ))
+        })?;
+        let eye = DVec3::from_slice(&numbers[..3]);
+        let target = DVec3::from_slice(&numbers[3..6]);
+        let degrees = numbers.get(6).copied().unwrap_or(45.0);
+        if eye == target {
+            return Err(Error::input("--look-at: eye and target are the same point"));
+        }
+        if !(degrees > 0.0 && degrees < 180.0) {
+            return Err(Error::input(format!(
+                "--look-at: a field of view of {degrees} degrees; it lies between 0 and 180"
+            )));
+        }
+        Ok(Some(look_at(eye, target, degrees.to_radians())))
+    }
+}
+
+/// Checks every output path before long work begins.
+///
+/// # Errors
+/// An unknown format (wrong input), or a folder that cannot be written (failed work).
+pub fn check_outputs(paths: &[PathBuf], report: Option<&Path>) -> Result<()> {
+    for path in paths {
+        crate::image::check_output(path)?;
+    }
+    report.map_or(Ok(()), crate::files::check_writable)
+}

@@ -1,0 +1,88 @@
+//! `info`: devices, and what Headwater would do with each.
+
+use crate::gpu::Instance;
+use crate::tracing::selection::{self, TracerChoice};
+use crate::{Error, Result};
+use serde_json::json;
+
+/// Arguments of `info`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+    /// The device that would be taken, by name, part of a name, or index
+    #[arg(long, value_name = "NAME|INDEX", env = "HEADWATER_DEVICE")]
+    device: Option<String>,
+}
+
+/// Lists the devices.
+///
+/// # Errors
+/// No Vulkan, or no usable device.
+pub fn run(args: &Args) -> Result<()> {
+    let instance = Instance::new(false)?;
+    let devices = instance.devices()?;
+    let (chosen, reason) = instance.choose(args.device.as_deref())?;
+    let mut list = Vec::new();
+    for device in &devices {
+        let selection = selection::select(device, TracerChoice::Auto)?;
+        let taken = device.index == chosen.index;
+        if args.json {
+            let mut entry = serde_json::to_value(device)
+                .map_err(|e| Error::failed(format!("device as JSON: {e}")))?;
+            entry["tracer"] = json!(selection.variant.tracer.name());
+            entry["tracer_reason"] = json!(selection.tracer_reason);
+            entry["geometry"] = json!(selection.variant.geometry.name());
+            entry["geometry_reason"] = json!(selection.geometry_reason);
+            entry["chosen"] = json!(taken);
+            list.push(entry);
+            continue;
+        }
+        println!("{} {}", device.index, device.name);
+        println!(
+            "  kind       {}, Vulkan {}, {}",
+            device.kind, device.vulkan, device.driver
+        );
+        println!(
+            "  ray query  {}; buffer addresses {}; subgroups of {}; timestamps {}",
+            yes(device.ray_query),
+            yes(device.buffer_addresses),
+            device.subgroup_size,
+            yes(device.timestamp_period > 0.0)
+        );
+        println!(
+            "  memory     {} MiB; one buffer {} MiB, one binding {} MiB",
+            device.device_memory >> 20,
+            device.max_buffer_size >> 20,
+            device.max_storage_buffer_range >> 20
+        );
+        match &device.unusable {
+            Some(why) => println!("  unusable   {why}"),
+            None => {
+                let (tracer, geometry) = (selection.variant.tracer, selection.variant.geometry);
+                println!(
+                    "  tracer     {}: {}",
+                    tracer.name(),
+                    selection.tracer_reason
+                );
+                println!(
+                    "  geometry   {}: {}",
+                    geometry.name(),
+                    selection.geometry_reason
+                );
+            }
+        }
+        if taken {
+            println!("  chosen     {reason}");
+        }
+    }
+    if args.json {
+        println!("{:#}", json!({ "devices": list, "chosen_reason": reason }));
+    }
+    Ok(())
+}
+
+fn yes(value: bool) -> &'static str {
+    if value { "yes" } else { "no" }
+}

@@ -1,0 +1,90 @@
+//! The command line: one file a command, each thin.
+
+pub mod arguments;
+pub mod info;
+pub mod interrupt;
+pub mod presets;
+pub mod progress;
+pub mod reference;
+pub mod render;
+pub mod scene;
+pub mod session;
+
+use crate::Result;
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// A headless Vulkan renderer that measures what its speed costs in accuracy.
+#[derive(Parser)]
+#[command(name = "headwater", version, about, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Devices, what each supports, and which tracer it would take and why.
+    Info(info::Args),
+    /// Procedural scenes, and what is in a file.
+    #[command(subcommand)]
+    Scene(scene::Command),
+    /// Render frames; write the last, or the mean of all.
+    Render(Box<render::Args>),
+    /// MIS path tracing with its standard error, for comparing against.
+    Reference(Box<reference::Args>),
+    /// The presets, and every setting with its doc.
+    Presets(presets::Args),
+}
+
+/// Runs the command that the process's arguments name.
+pub fn main() -> ExitCode {
+    env_logger::Builder::from_env(env_logger::Env::default().filter_or("HEADWATER_LOG", "off"))
+        .init();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return wrong_arguments(&error),
+    };
+    match run(cli.command) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("headwater: {error}");
+            ExitCode::from(error.exit_status())
+        }
+    }
+}
+
+fn run(command: Command) -> Result<()> {
+    match command {
+        Command::Info(args) => info::run(&args),
+        Command::Scene(command) => scene::run(&command),
+        Command::Render(args) => render::run(&args),
+        Command::Reference(args) => reference::run(&args),
+        Command::Presets(args) => presets::run(&args),
+    }
+}
+
+/// Help and version go to stdout as they are; an error becomes one line on stderr.
+fn wrong_arguments(error: &clap::Error) -> ExitCode {
+    if !error.use_stderr() {
+        // A closed pipe is no failure of this program.
+        let _ = error.print();
+        return ExitCode::SUCCESS;
+    }
+    let text = error.render().to_string();
+    let lines: Vec<&str> = text
+        .lines()
+        .map(str::trim)
+        .take_while(|line| !line.starts_with("Usage:") && !line.starts_with("For more"))
+        .filter(|line| !line.is_empty())
+        .collect();
+    let message = lines.join(" ");
+    let message = message.trim_start_matches("error: ");
+    eprintln!("headwater: {message}; see 'headwater --help'");
+    ExitCode::from(2)
+}
+
+/// One line for the user about something assumed or ignored.
+pub fn notice(text: &str) {
+    eprintln!("headwater: note: {text}");
+}

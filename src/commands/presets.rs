@@ -1,0 +1,63 @@
+//! `presets`: the presets, and every setting with its doc.
+
+use crate::render::presets::{DEFAULT, PRESETS, Preset};
+use crate::render::settings::Settings;
+use crate::{Error, Result};
+use serde_json::json;
+
+/// Arguments of `presets`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// The preset to show; without it, all presets and all settings
+    name: Option<String>,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// Prints presets and settings.
+///
+/// # Errors
+/// An unknown preset.
+pub fn run(args: &Args) -> Result<()> {
+    let (shown, settings) = match &args.name {
+        Some(name) => {
+            let preset = Preset::named(name)?;
+            (vec![preset], preset.settings()?)
+        }
+        None => (PRESETS.iter().collect(), Settings::default()),
+    };
+    let described = settings.describe()?;
+    if args.json {
+        let presets: Vec<_> = shown
+            .iter()
+            .map(
+                |p| json!({ "name": p.name, "purpose": p.purpose(), "default": p.name == DEFAULT }),
+            )
+            .collect();
+        let settings = serde_json::to_value(&described)
+            .map_err(|e| Error::failed(format!("settings as JSON: {e}")))?;
+        println!("{:#}", json!({ "presets": presets, "settings": settings }));
+        return Ok(());
+    }
+    for preset in shown {
+        let default = if preset.name == DEFAULT {
+            " (default)"
+        } else {
+            ""
+        };
+        println!("{}{default}\n    {}", preset.name, preset.purpose());
+    }
+    println!();
+    for setting in described {
+        let value = setting
+            .value
+            .as_str()
+            .map_or_else(|| setting.value.to_string(), str::to_owned);
+        println!(
+            "{} = {value}    [{}]\n    {}",
+            setting.key, setting.values, setting.doc
+        );
+    }
+    Ok(())
+}

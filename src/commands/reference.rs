@@ -1,0 +1,245 @@
+//! `reference`: MIS path tracing with its standard error; can be stopped and resumed.
+
+use super::arguments::{SceneArgs, check_outputs};
+use super::interrupt::Interrupt;
+use super::progress::Progress;
+use super::render::write_report;
+use super::session::Session;
+use crate::image::{Format, Image};
+use crate::layouts::PixelSums;
+use crate::{Error, Result};
+use glam::{DVec3, Vec3};
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+/// Between saves of an unfinished reference: what a crash can cost.
+const SAVE_EVERY: Duration = Duration::from_secs(20);
+
+/// Samples that a stop by error waits for: with fewer, the fireflies that make the error are
+/// missing themselves.
+const LEAST_SAMPLES: u32 = 64;
+
+/// Arguments of `reference`.
+#[derive(clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Where the picture goes: an .exr first, which can be resumed; may repeat
+    #[arg(short, long, value_name = "FILE.exr", required = true)]
+    output: Vec<PathBuf>,
+    /// Samples a pixel [default: 256, or no limit with --target-error or --time]
+    #[arg(long)]
+    spp: Option<u32>,
+    /// Stop when √mean(stderr²) is below this share of the image's mean
+    #[arg(long, value_name = "E")]
+    target_error: Option<f64>,
+    /// Stop after this many seconds
+    #[arg(long, value_name = "SECONDS")]
+    time: Option<f64>,
+    /// Continue the first output file
+    #[arg(long)]
+    resume: bool,
+}
+
+/// Renders, saves now and then, and writes.
+///
+/// # Errors
+/// Wrong arguments or input, a device or disk that fails, or a signal, after which the file holds
+/// all complete samples.
+pub fn run(args: &Args) -> Result<()> {
+    let limit = sample_limit(args)?;
+    check_outputs(&args.output, args.scene.report.as_deref())?;
+    let interrupt = Interrupt::watch()?;
+    let mut session = Session::open(&args.scene)?;
+    let mut done = if args.resume {
+        resume(args, &mut session)?
+    } else {
+        0
+    };
+    let started = Instant::now();
+    let mut saved = Instant::now();
+    let progress = Progress::new(u64::from(limit), "samples a pixel");
+    let mut checked = done;
+    while done < limit {
+        if let Some(error) = interrupt.pending() {
+            save(args, &mut session, done)?;
+            return Err(error);
+        }
+        if args
+            .time
+            .is_some_and(|seconds| done > 0 && started.elapsed().as_secs_f64() >= seconds)
+        {
+            break;
+        }
+        // Error is looked at at fixed sample counts, so that where a run stops is no matter of
+        // speed.
+        let next_check = match args.target_error {
+            Some(_) => (checked * 5 / 4).max(LEAST_SAMPLES),
+            None => limit,
+        };
+        done += session.add_samples(done, next_check.min(limit) - done)?;
+        progress.at(u64::from(done));
+        if let Some(target) = args.target_error
+            && done == next_check
+        {
+            checked = done;
+            if relative_error(&session.renderer.sums()?, done) <= target {
+                break;
+            }
+        }
+        if saved.elapsed() >= SAVE_EVERY {
+            save(args, &mut session, done)?;
+            saved = Instant::now();
+        }
+    }
+    progress.finish();
+    let sums = save(args, &mut session, done)?;
+    println!(
+        "{done} samples a pixel, relative standard error {:.4}",
+        relative_error(&sums, done)
+    );
+    write_report(&session, done, args.scene.report.as_ref())
+}
+
+/// The number of samples to stop at.
+fn sample_limit(args: &Args) -> Result<u32> {
+    let positive = |value: Option<f64>, name: &str| match value {
+        Some(v) if !(v > 0.0 && v.is_finite()) => Err(Error::input(format!(
+            "--{name} {v}: it takes a positive number"
+        ))),
+        _ => Ok(()),
+    };
+    positive(args.target_error, "target-error")?;
+    positive(args.time, "time")?;
+    if args.output.first().map(|p| Format::of(p)).transpose()? != Some(Format::Exr) {
+        return Err(Error::input(
+            "a reference's first output is an .exr: only that keeps its standard error",
+        ));
+    }
+    match args.spp {
+        Some(0) => Err(Error::input("--spp 0 renders nothing; samples begin at 1")),
+        Some(spp) => Ok(spp),
+        None if args.target_error.is_some() || args.time.is_some() => Ok(u32::MAX),
+        None => Ok(256),
+    }
+}
+
+/// Writes every output with what resuming needs, and returns the sums written.
+fn save(args: &Args, session: &mut Session, samples: u32) -> Result<Vec<PixelSums>> {
+    let sums = session.renderer.sums()?;
+    let mut image = session.picture(&sums, samples, &args.scene.aov)?;
+    let errors: Vec<[f32; 3]> = sums
+        .iter()
+        .map(|pixel| {
+            error_squared(pixel, samples)
+                .map(f64::sqrt)
+                .as_vec3()
+                .to_array()
+        })
+        .collect();
+    let rgb = ["R", "G", "B"];
+    image.set_vectors("stderr.", rgb, &errors);
+    for (name, part) in PARTS {
+        let values: Vec<[f32; 3]> = sums.iter().map(|p| part(p).to_array()).collect();
+        image.set_vectors(&format!("resume.{name}."), rgb, &values);
+    }
+    for path in &args.output {
+        image.write(path, args.scene.exposure)?;
+    }
+    Ok(sums)
+}
+
+/// The sums' parts under the names of their channels.
+const PARTS: [(&str, fn(&PixelSums) -> Vec3); 4] = [
+    ("sum", |p| p.sum),
+    ("sum_low", |p| p.sum_low),
+    ("square", |p| p.square),
+    ("square_low", |p| p.square_low),
+];
+
+/// Takes up the first output file and returns its number of samples.
+fn resume(args: &Args, session: &mut Session) -> Result<u32> {
+    let path = &args.output[0];
+    let earlier = Image::read(path)?;
+    let wrong = |what: String| {
+        Error::input(format!(
+            "cannot resume {}: {what}; give the same arguments, or start anew without --resume",
+            path.display()
+        ))
+    };
+    if (earlier.width, earlier.height) != (session.view.width, session.view.height) {
+        return Err(wrong(format!(
+            "it is {} × {}",
+            earlier.width, earlier.height
+        )));
+    }
+    // The same picture without a sample says what must agree.
+    let fresh = session.renderer.sums()?;
+    let wanted = session.picture(&fresh, 0, &[])?.metadata;
+    for (key, value) in &wanted {
+        if key != "headwater.samples" && earlier.metadata.get(key) != Some(value) {
+            return Err(wrong(format!(
+                "{key} was '{}' and is now '{value}'",
+                earlier.metadata.get(key).map_or("missing", String::as_str)
+            )));
+        }
+    }
+    let samples = earlier
+        .metadata
+        .get("headwater.samples")
+        .and_then(|s| s.parse().ok());
+    let samples = samples.ok_or_else(|| wrong("it does not say its samples".into()))?;
+    let part = |name: &str| {
+        let channel = |axis: &str| {
+            let name = format!("resume.{name}.{axis}");
+            let values = earlier.floats(&name);
+            values.ok_or_else(|| wrong(format!("it has no channel {name}")))
+        };
+        let (r, g, b) = (channel("R")?, channel("G")?, channel("B")?);
+        let pixels = r.iter().zip(g).zip(b);
+        Ok::<_, Error>(
+            pixels
+                .map(|((r, g), b)| Vec3::new(*r, *g, *b))
+                .collect::<Vec<_>>(),
+        )
+    };
+    let (sum, sum_low) = (part("sum")?, part("sum_low")?);
+    let (square, square_low) = (part("square")?, part("square_low")?);
+    let sums: Vec<PixelSums> = (0..earlier.pixels())
+        .map(|i| PixelSums {
+            sum: sum[i],
+            sum_low: sum_low[i],
+            square: square[i],
+            square_low: square_low[i],
+        })
+        .collect();
+    session.renderer.set_sums(&sums)?;
+    Ok(samples)
+}
+
+/// Squared standard error of a pixel's mean, for each channel.
+fn error_squared(pixel: &PixelSums, samples: u32) -> DVec3 {
+    let n = f64::from(samples);
+    let mean = (pixel.sum.as_dvec3() + pixel.sum_low.as_dvec3()) / n;
+    let square = (pixel.square.as_dvec3() + pixel.square_low.as_dvec3()) / n;
+    (square - mean * mean).max(DVec3::ZERO) / (n - 1.0).max(1.0)
+}
+
+/// √mean(stderr²) over the image's mean; 0 for a black picture.
+fn relative_error(sums: &[PixelSums], samples: u32) -> f64 {
+    let count = sums.len() as f64 * 3.0;
+    let error: f64 = sums
+        .iter()
+        .map(|p| error_squared(p, samples).element_sum())
+        .sum();
+    let total: DVec3 = sums
+        .iter()
+        .map(|p| p.sum.as_dvec3() + p.sum_low.as_dvec3())
+        .sum();
+    let mean = total.element_sum() / f64::from(samples) / count;
+    if mean > 0.0 {
+        (error / count).sqrt() / mean
+    } else {
+        0.0
+    }
+}

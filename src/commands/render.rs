@@ -1,0 +1,69 @@
+//! `render`: the real-time pipeline for a number of frames.
+
+use super::arguments::{SceneArgs, check_outputs};
+use super::interrupt::Interrupt;
+use super::session::Session;
+use crate::files::write_atomically;
+use crate::{Error, Result};
+use std::io::Write;
+use std::path::PathBuf;
+
+/// Arguments of `render`.
+#[derive(clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Where the picture goes: .exr or .png; may repeat
+    #[arg(short, long, value_name = "FILE", required = true)]
+    output: Vec<PathBuf>,
+    /// Number of frames; they count from 0
+    #[arg(long, default_value_t = 1)]
+    frames: u32,
+    /// Write the mean of all frames instead of the last
+    #[arg(long)]
+    accumulate: bool,
+}
+
+/// Renders and writes.
+///
+/// # Errors
+/// Wrong arguments or input, a device or disk that fails, or a signal.
+pub fn run(args: &Args) -> Result<()> {
+    if args.frames == 0 {
+        return Err(Error::input(
+            "--frames 0 renders nothing; frames begin at 1",
+        ));
+    }
+    check_outputs(&args.output, args.scene.report.as_deref())?;
+    let interrupt = Interrupt::watch()?;
+    let mut session = Session::open(&args.scene)?;
+    // A path-traced frame knows nothing of those before it, so only those are made that are shown.
+    let first = if args.accumulate { 0 } else { args.frames - 1 };
+    let progress = super::progress::Progress::new(u64::from(args.frames - first), "frames");
+    let mut done = first;
+    while done < args.frames {
+        if let Some(error) = interrupt.pending() {
+            return Err(error);
+        }
+        done += session.add_samples(done, args.frames - done)?;
+        progress.at(u64::from(done - first));
+    }
+    progress.finish();
+    let samples = args.frames - first;
+    let sums = session.renderer.sums()?;
+    let image = session.picture(&sums, samples, &args.scene.aov)?;
+    for path in &args.output {
+        image.write(path, args.scene.exposure)?;
+    }
+    write_report(&session, samples, args.scene.report.as_ref())
+}
+
+/// Writes `--report`, if it was asked for.
+///
+/// # Errors
+/// The disk does not take it.
+pub fn write_report(session: &Session, samples: u32, path: Option<&PathBuf>) -> Result<()> {
+    let Some(path) = path else { return Ok(()) };
+    let report = session.report(samples)?;
+    write_atomically(path, |file| writeln!(file, "{report:#}"))
+}

@@ -1,0 +1,258 @@
+//! From arguments to a scene on an open device, ready to be rendered.
+
+use super::arguments::{Aov, SceneArgs};
+use super::notice;
+use crate::gpu::{Device, Instance, PassTime};
+use crate::image::{Image, Samples};
+use crate::layouts::PixelSums;
+use crate::render::{Renderer, Settings, View};
+use crate::scene::camera::framing_camera;
+use crate::scene::{self, Camera, Scene};
+use crate::tracing::GpuScene;
+use crate::tracing::selection::{self, Selection};
+use crate::{Error, Result};
+use glam::DVec3;
+use serde_json::{Value, json};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// How long one submission should take: short enough that a signal is noticed soon and that no
+/// driver thinks the device hangs.
+const SUBMISSION: Duration = Duration::from_millis(300);
+
+/// A scene on an open device, and what its picture is made with.
+pub struct Session {
+    /// The settings after preset, file and single changes.
+    pub settings: Settings,
+    /// What is seen.
+    pub view: View,
+    /// The passes and buffers.
+    pub renderer: Renderer,
+    device: Arc<Device>,
+    gpu_scene: Arc<GpuScene>,
+    selection: Selection,
+    scene_hash: String,
+    rejected: u32,
+    times: Vec<PassTime>,
+    opened: Instant,
+    samples_a_submission: u32,
+}
+
+impl Session {
+    /// Loads the scene, opens the device, uploads.
+    ///
+    /// # Errors
+    /// Wrong arguments or input, or a device that fails.
+    pub fn open(args: &SceneArgs) -> Result<Self> {
+        let opened = Instant::now();
+        let settings = args.settings()?;
+        let own_camera = args.look_at_camera()?;
+        let scene = scene::open(&args.scene)?;
+        for text in &scene.notices {
+            notice(text);
+        }
+        let camera = match own_camera {
+            Some(camera) => camera,
+            None => choose_camera(&scene, args.camera.as_deref())?,
+        };
+        let (width, height) = args.size(&camera)?;
+        if scene.emissive_triangle_count() == 0 {
+            notice("the scene has no light, so the picture is black");
+        }
+        let validation = std::env::var_os("HEADWATER_VALIDATION").is_some_and(|v| v != "0");
+        let instance = Instance::new(validation)?;
+        let (info, reason) = instance.choose(args.device.as_deref())?;
+        log::info!("device {}: {reason}", info.name);
+        let selection = selection::select(&info, args.tracer)?;
+        let device = Device::open(&instance, info, selection.features())?;
+        let origin = camera.camera_to_world.translation;
+        let gpu_scene = Arc::new(GpuScene::new(&device, &scene, origin, selection.variant)?);
+        let view = View {
+            camera,
+            width,
+            height,
+            seed: args.seed,
+            bounces: args.bounces,
+            jitter: args.jitter,
+        };
+        let renderer = Renderer::new(&device, gpu_scene.clone(), &view, &settings)?;
+        Ok(Self {
+            settings,
+            view,
+            renderer,
+            device,
+            gpu_scene,
+            selection,
+            scene_hash: scene.content_hash(),
+            rejected: 0,
+            times: Vec::new(),
+            opened,
+            samples_a_submission: 1,
+        })
+    }
+
+    /// Adds up to `samples` samples to every pixel, in one submission whose length follows from the
+    /// time that earlier ones took. Returns how many were added. The split changes no bit.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn add_samples(&mut self, first: u32, samples: u32) -> Result<u32> {
+        let samples = samples.min(self.samples_a_submission);
+        let start = Instant::now();
+        self.times = self.renderer.add_samples(first, samples)?;
+        let each = start.elapsed().as_secs_f64() / f64::from(samples);
+        // The first submission holds the shader's compilation; growth is bounded for its sake.
+        let fitting = (SUBMISSION.as_secs_f64() / each.max(1e-9)) as u32;
+        self.samples_a_submission = fitting.clamp(1, self.samples_a_submission * 4);
+        Ok(samples)
+    }
+
+    /// The picture of `samples` samples a pixel with its metadata and the AOVs asked for.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn picture(&mut self, sums: &[PixelSums], samples: u32, aovs: &[Aov]) -> Result<Image> {
+        let mut image = Image::new(self.view.width, self.view.height);
+        let count = f64::from(samples.max(1));
+        let mean = |p: &PixelSums| (p.sum.as_dvec3() + p.sum_low.as_dvec3()) / count;
+        let values: Vec<_> = sums.iter().map(|p| mean(p).as_vec3().to_array()).collect();
+        image.set_vectors("", ["R", "G", "B"], &values);
+        if !aovs.is_empty() {
+            self.add_aovs(&mut image, aovs)?;
+        }
+        self.rejected = self.renderer.rejected()?;
+        if self.rejected > 0 {
+            notice(&format!(
+                "{} values were refused because they were not finite or negative",
+                self.rejected
+            ));
+        }
+        let settings = self.settings.to_value()?.to_string();
+        let info = &self.device.info;
+        for (key, value) in [
+            ("scene", self.scene_hash.clone()),
+            ("settings", settings),
+            ("device", info.name.clone()),
+            ("driver", info.driver.clone()),
+            ("tracer", self.selection.variant.tracer.name().into()),
+            ("commit", env!("HEADWATER_COMMIT").into()),
+            ("seed", self.view.seed.to_string()),
+            ("bounces", self.view.bounces.to_string()),
+            ("jitter", self.view.jitter.to_string()),
+            ("camera", camera_text(&self.view.camera)),
+            ("samples", samples.to_string()),
+        ] {
+            image.metadata.insert(format!("headwater.{key}"), value);
+        }
+        Ok(image)
+    }
+
+    fn add_aovs(&mut self, image: &mut Image, aovs: &[Aov]) -> Result<()> {
+        let surfaces = self.renderer.primary_surfaces(&self.settings)?;
+        for aov in aovs {
+            match aov {
+                Aov::Albedo => {
+                    let values: Vec<_> = surfaces.iter().map(|s| s.albedo.to_array()).collect();
+                    image.set_vectors("albedo.", ["R", "G", "B"], &values);
+                }
+                Aov::Normal => {
+                    let values: Vec<_> = surfaces.iter().map(|s| s.normal.to_array()).collect();
+                    image.set_vectors("normal.", ["X", "Y", "Z"], &values);
+                }
+                Aov::Depth => {
+                    let values = surfaces.iter().map(|s| s.depth).collect();
+                    image
+                        .channels
+                        .insert("depth.Z".into(), Samples::F32(values));
+                }
+                Aov::Instance => {
+                    let values = surfaces.iter().map(|s| s.instance).collect();
+                    image
+                        .channels
+                        .insert("instance.id".into(), Samples::U32(values));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// What was done, for `--report`.
+    ///
+    /// # Errors
+    /// Never with finite settings.
+    pub fn report(&self, samples: u32) -> Result<Value> {
+        let info = &self.device.info;
+        let memory: serde_json::Map<String, Value> = self
+            .gpu_scene
+            .memory()
+            .into_iter()
+            .map(|(name, bytes)| (name.to_owned(), json!(bytes)))
+            .collect();
+        Ok(json!({
+            "version": 1,
+            "scene": self.scene_hash,
+            "settings": self.settings.to_value()?,
+            "device": info.name,
+            "driver": info.driver,
+            "tracer": self.selection.variant.tracer.name(),
+            "tracer_reason": self.selection.tracer_reason,
+            "geometry": self.selection.variant.geometry.name(),
+            "geometry_reason": self.selection.geometry_reason,
+            "width": self.view.width,
+            "height": self.view.height,
+            "seed": self.view.seed,
+            "bounces": self.view.bounces,
+            "samples": samples,
+            "rejected_values": self.rejected,
+            "seconds": self.opened.elapsed().as_secs_f64(),
+            "last_submission": self.times,
+            "scene_bytes": memory,
+        }))
+    }
+}
+
+/// The camera that `wanted` names; without it the first; without any one that frames the scene.
+fn choose_camera(scene: &Scene, wanted: Option<&str>) -> Result<Camera> {
+    let Some(wanted) = wanted else {
+        return Ok(scene.cameras.first().cloned().unwrap_or_else(|| {
+            notice(
+                "the scene has no camera, so one was made that frames it; --look-at sets another",
+            );
+            framing_camera(scene)
+        }));
+    };
+    let by_index = wanted
+        .parse::<usize>()
+        .ok()
+        .and_then(|i| scene.cameras.get(i));
+    let by_name = || scene.cameras.iter().find(|c| c.name == wanted);
+    by_index.or_else(by_name).cloned().ok_or_else(|| {
+        let listed: Vec<String> = scene
+            .cameras
+            .iter()
+            .enumerate()
+            .map(|(i, c)| format!("{i} '{}'", c.name))
+            .collect();
+        Error::input(format!(
+            "no camera '{wanted}'; the scene has: {}",
+            if listed.is_empty() {
+                "none".into()
+            } else {
+                listed.join(", ")
+            }
+        ))
+    })
+}
+
+/// A camera as text that tells any two apart.
+fn camera_text(camera: &Camera) -> String {
+    let place = camera.camera_to_world;
+    let text = |v: DVec3| format!("{:?} {:?} {:?}", v.x, v.y, v.z);
+    format!(
+        "eye {}; back {}; up {}; vertical fov {:?}",
+        text(place.translation),
+        text(place.matrix3.z_axis),
+        text(place.matrix3.y_axis),
+        camera.vertical_fov
+    )
+}

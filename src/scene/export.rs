@@ -1,0 +1,215 @@
+//! Scenes as binary glTF 2.0.
+
+use super::{Material, Mesh, Scene};
+use crate::files::write_atomically;
+use crate::{Error, Result};
+use serde_json::{Map, Value, json};
+use std::io::Write;
+use std::path::Path;
+
+const FLOAT: u32 = 5126;
+const UNSIGNED_INT: u32 = 5125;
+const ARRAY_BUFFER: u32 = 34962;
+const ELEMENT_ARRAY_BUFFER: u32 = 34963;
+
+/// Writes a scene to `path` as .glb: meshes with a primitive for each part, instances as nodes,
+/// cameras.
+///
+/// # Errors
+/// More than the 4 GiB that the format holds, or a disk that does not take the file.
+pub fn write_glb(scene: &Scene, path: &Path) -> Result<()> {
+    let mut binary = Binary::default();
+    let document = document(scene, &mut binary);
+    let mut text = document.to_string().into_bytes();
+    text.resize(text.len().next_multiple_of(4), b' ');
+    let total = 12 + 8 + text.len() as u64 + 8 + binary.bytes.len() as u64;
+    let too_large = |_| {
+        Error::failed(format!(
+            "cannot write {}: {total} bytes, but .glb holds at most 4294967295",
+            path.display()
+        ))
+    };
+    let length = u32::try_from(total).map_err(too_large)?;
+    write_atomically(path, |file| {
+        let words = |words: &[u32]| words.iter().flat_map(|w| w.to_le_bytes()).collect::<Vec<u8>>();
+        file.write_all(b"glTF")?;
+        file.write_all(&words(&[2, length, text.len() as u32]))?;
+        file.write_all(b"JSON")?;
+        file.write_all(&text)?;
+        file.write_all(&words(&[binary.bytes.len() as u32]))?;
+        file.write_all(b"BIN\0")?;
+        file.write_all(&binary.bytes)
+    })
+}
+
+/// The binary chunk and the views and accessors into it.
+#[derive(Default)]
+struct Binary {
+    bytes: Vec<u8>,
+    views: Vec<Value>,
+    accessors: Vec<Value>,
+}
+
+impl Binary {
+    /// Appends values and returns their accessor. Every value is of four-byte components, so that
+    /// all stays aligned.
+    fn push<T: bytemuck::Pod>(&mut self, values: &[T], target: u32, mut accessor: Value) -> usize {
+        let bytes: &[u8] = bytemuck::cast_slice(values);
+        self.views.push(json!({
+            "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len(), "target": target,
+        }));
+        self.bytes.extend_from_slice(bytes);
+        accessor["bufferView"] = json!(self.views.len() - 1);
+        self.accessors.push(accessor);
+        self.accessors.len() - 1
+    }
+}
+
+fn document(scene: &Scene, binary: &mut Binary) -> Value {
+    let meshes: Vec<Value> = scene.meshes.iter().map(|m| mesh(m, binary)).collect();
+    let materials: Vec<Value> = scene.materials.iter().map(material).collect();
+    let mut nodes = Vec::new();
+    for instance in &scene.instances {
+        let matrix = glam::DMat4::from(instance.object_to_world).to_cols_array();
+        nodes.push(json!({ "name": instance.name, "mesh": instance.mesh, "matrix": matrix }));
+    }
+    let mut cameras = Vec::new();
+    for camera in &scene.cameras {
+        let matrix = glam::DMat4::from(camera.camera_to_world).to_cols_array();
+        nodes.push(json!({ "name": camera.name, "camera": cameras.len(), "matrix": matrix }));
+        let mut perspective = json!({ "yfov": camera.vertical_fov, "znear": 0.01 });
+        if let Some(aspect) = camera.aspect_ratio {
+            perspective["aspectRatio"] = json!(aspect);
+        }
+        cameras.push(json!({ "type": "perspective", "perspective": perspective }));
+    }
+    let mut used = Vec::new();
+    for name in materials.iter().filter_map(|m| m["extensions"].as_object()).flat_map(Map::keys) {
+        if !used.contains(name) {
+            used.push(name.clone());
+        }
+    }
+    let mut document = json!({
+        "asset": { "version": "2.0", "generator": "Headwater" },
+        "scene": 0,
+        "scenes": [{ "name": scene.name, "nodes": (0..nodes.len()).collect::<Vec<_>>() }],
+    });
+    // glTF forbids empty arrays.
+    for (key, values) in [
+        ("nodes", nodes),
+        ("meshes", meshes),
+        ("materials", materials),
+        ("cameras", cameras),
+        ("accessors", std::mem::take(&mut binary.accessors)),
+        ("bufferViews", std::mem::take(&mut binary.views)),
+        ("extensionsUsed", used.into_iter().map(Value::String).collect()),
+    ] {
+        if !values.is_empty() {
+            document[key] = Value::Array(values);
+        }
+    }
+    if !binary.bytes.is_empty() {
+        document["buffers"] = json!([{ "byteLength": binary.bytes.len() }]);
+    }
+    document
+}
+
+fn mesh(mesh: &Mesh, binary: &mut Binary) -> Value {
+    let low = mesh.positions.iter().copied().reduce(glam::Vec3::min).unwrap_or_default();
+    let high = mesh.positions.iter().copied().reduce(glam::Vec3::max).unwrap_or_default();
+    let positions = json!({
+        "componentType": FLOAT, "type": "VEC3", "count": mesh.positions.len(),
+        "min": low.to_array(), "max": high.to_array(),
+    });
+    let mut attributes = json!({ "POSITION": binary.push(&mesh.positions, ARRAY_BUFFER, positions) });
+    if !mesh.normals.is_empty() {
+        let normals = json!({ "componentType": FLOAT, "type": "VEC3", "count": mesh.normals.len() });
+        attributes["NORMAL"] = json!(binary.push(&mesh.normals, ARRAY_BUFFER, normals));
+    }
+    let primitives: Vec<Value> = mesh
+        .parts
+        .iter()
+        .map(|part| {
+            let first = part.first_triangle as usize;
+            let triangles = &mesh.triangles[first..first + part.triangle_count as usize];
+            let indices = json!({
+                "componentType": UNSIGNED_INT, "type": "SCALAR", "count": 3 * triangles.len(),
+            });
+            json!({
+                "attributes": attributes,
+                "indices": binary.push(triangles, ELEMENT_ARRAY_BUFFER, indices),
+                "material": part.material,
+            })
+        })
+        .collect();
+    json!({ "name": mesh.name, "primitives": primitives })
+}
+
+fn material(material: &Material) -> Value {
+    let mut value = json!({
+        "name": material.name,
+        "pbrMetallicRoughness": {
+            "baseColorFactor": material.base_color.extend(1.0).to_array(),
+            "metallicFactor": material.metallic,
+            "roughnessFactor": material.roughness,
+        },
+    });
+    if material.double_sided {
+        value["doubleSided"] = json!(true);
+    }
+    let mut extensions = Map::new();
+    if material.is_emissive() {
+        // A factor beyond 1 goes into the strength.
+        let strength = material.emission.max_element().max(1.0);
+        value["emissiveFactor"] = json!((material.emission / strength).to_array());
+        if strength > 1.0 {
+            extensions.insert(
+                "KHR_materials_emissive_strength".into(),
+                json!({ "emissiveStrength": strength }),
+            );
+        }
+    }
+    if material.specular != 1.0 || material.specular_color != glam::Vec3::ONE {
+        extensions.insert(
+            "KHR_materials_specular".into(),
+            json!({
+                "specularFactor": material.specular,
+                "specularColorFactor": material.specular_color.to_array(),
+            }),
+        );
+    }
+    if material.ior != 1.5 {
+        extensions.insert("KHR_materials_ior".into(), json!({ "ior": material.ior }));
+    }
+    if !extensions.is_empty() {
+        value["extensions"] = Value::Object(extensions);
+    }
+    value
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{load, procedural};
+
+    #[test]
+    fn what_is_written_is_read_again() {
+        let folder = tempfile::tempdir().unwrap();
+        for procedural in procedural::list() {
+            let scene = procedural::generate(procedural.name, &[]).unwrap();
+            let path = folder.path().join(format!("{}.glb", procedural.name));
+            write_glb(&scene, &path).unwrap();
+            let back = load::load(&path).unwrap();
+            assert_eq!(back.notices, Vec::<String>::new());
+            assert_eq!(back.triangle_count(), scene.triangle_count());
+            assert_eq!(back.emissive_triangle_count(), scene.emissive_triangle_count());
+            assert_eq!(back.instances.len(), scene.instances.len());
+            assert_eq!(back.cameras.len(), scene.cameras.len());
+            for (a, b) in back.materials.iter().zip(&scene.materials) {
+                let emission = (a.emission - b.emission).length();
+                assert!(emission <= 1e-6 * b.emission.length(), "{}", b.name);
+                assert_eq!((a.roughness, a.metallic, a.specular), (b.roughness, b.metallic, b.specular));
+            }
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! Procedural scenes: made from a name and a few parameters, the same every time.
+
+mod cornell;
+mod furnace;
+mod night_city;
+mod parameters;
+mod shapes;
+mod terrain;
+
+use super::Scene;
+use crate::{Error, Result};
+pub use parameters::{Parameter, Range};
+use parameters::{Values, nearest};
+
+/// A scene that can be generated.
+#[derive(Clone, Copy, Debug, serde::Serialize)]
+pub struct Procedural {
+    /// Its name on the command line.
+    pub name: &'static str,
+    /// What it shows.
+    pub description: &'static str,
+    /// What can be set.
+    pub parameters: &'static [Parameter],
+    #[serde(skip)]
+    make: fn(&Values) -> Scene,
+}
+
+const SCENES: &[Procedural] = &[
+    Procedural {
+        name: "cornell",
+        description: "The box: matte red, green and white walls, two blocks, one lamp",
+        parameters: &[],
+        make: cornell::matte,
+    },
+    Procedural {
+        name: "cornell-glossy",
+        description: "The box with metal spheres of roughness .1, .3 and .6 and a dielectric block",
+        parameters: cornell::GLOSSY_PARAMETERS,
+        make: cornell::glossy,
+    },
+    Procedural {
+        name: "furnace",
+        description: "A bright, non-reflecting room around one convex body: what keeps all light vanishes",
+        parameters: furnace::PARAMETERS,
+        make: furnace::make,
+    },
+    Procedural {
+        name: "night-city",
+        description: "A wet street at night: thousands of lamps, windows and signs",
+        parameters: night_city::PARAMETERS,
+        make: night_city::make,
+    },
+    Procedural {
+        name: "terrain",
+        description: "A height field under a low sun, of any number of triangles",
+        parameters: terrain::PARAMETERS,
+        make: terrain::make,
+    },
+];
+
+/// Every procedural scene.
+pub fn list() -> &'static [Procedural] {
+    SCENES
+}
+
+/// Makes a scene; `settings` are parameters by name, the others keep their defaults.
+///
+/// # Errors
+/// An unknown scene or parameter, or a value out of range.
+pub fn generate(name: &str, settings: &[(String, String)]) -> Result<Scene> {
+    let procedural = SCENES.iter().find(|s| s.name == name).ok_or_else(|| {
+        Error::input(format!(
+            "no scene '{name}'{}; 'headwater scene list' names the procedural ones, a file ends in .gltf, .glb or .obj",
+            nearest(name, SCENES.iter().map(|s| s.name))
+        ))
+    })?;
+    let values = Values::new(procedural, settings)?;
+    let mut scene = (procedural.make)(&values);
+    scene.name = name.to_owned();
+    scene.validate()?;
+    Ok(scene)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_scene_is_valid_as_it_is_made() {
+        for procedural in list() {
+            let scene = generate(procedural.name, &[]).unwrap();
+            assert_eq!(scene.notices, Vec::<String>::new(), "{}", procedural.name);
+            assert_eq!(scene.cameras.len(), 1, "{}", procedural.name);
+            assert!(scene.emissive_triangle_count() > 0, "{}", procedural.name);
+        }
+    }
+
+    #[test]
+    fn the_same_parameters_make_the_same_scene() {
+        for procedural in list() {
+            let hash = || generate(procedural.name, &[]).unwrap().content_hash();
+            assert_eq!(hash(), hash(), "{}", procedural.name);
+        }
+    }
+
+    #[test]
+    fn wrong_names_and_values_are_told_apart() {
+        let message = |name: &str, key: &str, value: &str| {
+            let settings = [(key.to_owned(), value.to_owned())];
+            let error = generate(name, &settings).unwrap_err();
+            assert_eq!(error.exit_status(), 2);
+            error.to_string()
+        };
+        assert!(message("cornel", "x", "1").contains("cornell"));
+        assert!(message("terrain", "triangle", "8").contains("triangles"));
+        assert!(message("terrain", "triangles", "0").contains("2 to 50000000"));
+        assert!(message("terrain", "triangles", "many").contains("triangles"));
+        assert!(message("furnace", "roughness", "NaN").contains("roughness"));
+        assert!(message("furnace", "body", "cow").contains("box | sphere"));
+    }
+
+    #[test]
+    fn the_city_has_its_lights_and_the_terrain_its_triangles() {
+        assert!(generate("night-city", &[]).unwrap().emissive_triangle_count() >= 3000);
+        let settings = [("triangles".to_owned(), "20000".to_owned())];
+        let ground = generate("terrain", &settings).unwrap();
+        assert_eq!(ground.meshes[0].triangles.len(), 20000);
+    }
+}

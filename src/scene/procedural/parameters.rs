@@ -1,0 +1,112 @@
+//! Parameters of procedural scenes: their declaration, parsing and checking.
+
+use super::Procedural;
+use crate::{Error, Result};
+use serde::Serialize;
+use std::fmt;
+
+/// The values a parameter takes.
+#[derive(Clone, Copy, Debug)]
+pub enum Range {
+    /// Whole numbers between two bounds, both included.
+    Whole(u64, u64),
+    /// Numbers between two bounds, both included.
+    Real(f64, f64),
+    /// One of some words.
+    Words(&'static [&'static str]),
+}
+
+impl fmt::Display for Range {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Whole(low, high) => write!(f, "{low} to {high}"),
+            Self::Real(low, high) => write!(f, "{low} to {high}"),
+            Self::Words(words) => write!(f, "{}", words.join(" | ")),
+        }
+    }
+}
+
+impl Serialize for Range {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+impl Range {
+    fn holds(&self, text: &str) -> bool {
+        match self {
+            Self::Whole(low, high) => text.parse::<u64>().is_ok_and(|v| (*low..=*high).contains(&v)),
+            Self::Real(low, high) => text.parse::<f64>().is_ok_and(|v| (*low..=*high).contains(&v)),
+            Self::Words(words) => words.contains(&text),
+        }
+    }
+}
+
+/// A parameter of a procedural scene.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Parameter {
+    /// Its name.
+    pub name: &'static str,
+    /// What it does.
+    pub doc: &'static str,
+    /// The value it has if none is given.
+    pub default: &'static str,
+    /// The values it takes.
+    pub values: Range,
+}
+
+/// Checked values of a scene's parameters.
+pub(super) struct Values(Vec<(&'static str, String)>);
+
+impl Values {
+    pub(super) fn new(scene: &Procedural, settings: &[(String, String)]) -> Result<Self> {
+        let mut values: Vec<_> = scene
+            .parameters
+            .iter()
+            .map(|p| (p.name, p.default.to_owned()))
+            .collect();
+        for (key, value) in settings {
+            let place = scene.parameters.iter().position(|p| p.name == key);
+            let place = place.ok_or_else(|| {
+                Error::input(format!(
+                    "scene {} has no parameter '{key}'{}; 'headwater scene list' names them all",
+                    scene.name,
+                    nearest(key, scene.parameters.iter().map(|p| p.name))
+                ))
+            })?;
+            let range = scene.parameters[place].values;
+            if !range.holds(value) {
+                return Err(Error::input(format!(
+                    "scene {}: {key}={value} is not valid; it takes {range}",
+                    scene.name
+                )));
+            }
+            values[place].1.clone_from(value);
+        }
+        Ok(Self(values))
+    }
+
+    pub(super) fn text(&self, name: &str) -> &str {
+        let found = self.0.iter().find(|(key, _)| *key == name);
+        found.map_or("", |(_, value)| value)
+    }
+
+    /// A checked number; 0 for a name that no scene declares.
+    pub(super) fn real(&self, name: &str) -> f32 {
+        self.text(name).parse().unwrap_or(0.0)
+    }
+
+    /// A checked whole number; 0 for a name that no scene declares.
+    pub(super) fn whole(&self, name: &str) -> u64 {
+        self.text(name).parse().unwrap_or(0)
+    }
+}
+
+/// ", did you mean 'X'?" if one of `names` is close.
+pub(super) fn nearest<'a>(wanted: &str, names: impl Iterator<Item = &'a str>) -> String {
+    names
+        .map(|name| (strsim::jaro_winkler(wanted, name), name))
+        .filter(|(likeness, _)| *likeness > 0.7)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map_or(String::new(), |(_, name)| format!(", did you mean '{name}'?"))
+}

@@ -1,0 +1,262 @@
+//! Shapes, and a scene that is put together from them.
+
+use crate::scene::camera::look_at;
+use crate::scene::{Camera, Instance, Material, Mesh, Part, Scene};
+use glam::{DAffine3, DVec3, Vec3};
+
+/// Triangles that share no corners; flat unless they come with normals.
+#[derive(Clone, Default)]
+pub(super) struct Shape {
+    positions: Vec<Vec3>,
+    normals: Vec<Vec3>,
+}
+
+impl Shape {
+    /// A parallelogram; its front is the side of u × v.
+    pub(super) fn quad(corner: Vec3, u: Vec3, v: Vec3) -> Self {
+        let [a, b, c, d] = [corner, corner + u, corner + u + v, corner + v];
+        Self {
+            positions: vec![a, b, c, a, c, d],
+            normals: Vec::new(),
+        }
+    }
+
+    /// A box between two corners, faces outwards.
+    pub(super) fn block(low: Vec3, high: Vec3) -> Self {
+        let size = high - low;
+        let mut shape = Self::default();
+        for axis in 0..3 {
+            let u = Vec3::AXES[(axis + 1) % 3] * size;
+            let v = Vec3::AXES[(axis + 2) % 3] * size;
+            let across = Vec3::AXES[axis] * size;
+            shape.add(Self::quad(low + across, u, v));
+            shape.add(Self::quad(low, v, u));
+        }
+        shape
+    }
+
+    /// A sphere of unit radius around the origin: an icosahedron whose faces are split
+    /// `subdivisions` times, with smooth normals.
+    pub(super) fn sphere(subdivisions: u32) -> Self {
+        let g = (1.0 + 5_f32.sqrt()) / 2.0;
+        let mut points = Vec::new();
+        for (a, b) in [(1.0, g), (-1.0, g), (1.0, -g), (-1.0, -g)] {
+            points.extend([Vec3::new(0.0, a, b), Vec3::new(a, b, 0.0), Vec3::new(b, 0.0, a)]);
+        }
+        let points: Vec<Vec3> = points.into_iter().map(Vec3::normalize).collect();
+        // Its faces are the triples of mutual neighbours, turned outwards.
+        let near = |a: Vec3, b: Vec3| (a - b).length() < 1.06;
+        let mut faces = Vec::new();
+        for (i, &a) in points.iter().enumerate() {
+            for (j, &b) in points.iter().enumerate().skip(i + 1) {
+                for &c in &points[j + 1..] {
+                    if near(a, b) && near(b, c) && near(a, c) {
+                        let outwards = (b - a).cross(c - a).dot(a) > 0.0;
+                        faces.push(if outwards { [a, b, c] } else { [a, c, b] });
+                    }
+                }
+            }
+        }
+        for _ in 0..subdivisions {
+            faces = faces
+                .into_iter()
+                .flat_map(|[a, b, c]| {
+                    let middle = |p: Vec3, q: Vec3| (p + q).normalize();
+                    let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+                    [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+                })
+                .collect();
+        }
+        let positions: Vec<Vec3> = faces.into_iter().flatten().collect();
+        Self {
+            normals: positions.clone(),
+            positions,
+        }
+    }
+
+    /// An upright cylinder with caps, flat sides.
+    pub(super) fn cylinder(foot: Vec3, radius: f32, height: f32, sides: u32) -> Self {
+        let rim = |i: u32| {
+            let turn = std::f32::consts::TAU * (i % sides) as f32 / sides as f32;
+            foot + radius * Vec3::new(turn.cos(), 0.0, turn.sin())
+        };
+        let up = Vec3::Y * height;
+        let mut shape = Self::default();
+        for i in 0..sides {
+            let (a, b) = (rim(i), rim(i + 1));
+            shape.positions.extend([b, a, a + up, b, a + up, b + up]);
+            shape.positions.extend([foot + up, b + up, a + up, foot, a, b]);
+        }
+        shape
+    }
+
+    /// Adds another shape's triangles.
+    pub(super) fn add(&mut self, other: Self) {
+        self.positions.extend(other.positions);
+        self.normals.extend(other.normals);
+    }
+
+    /// The shape without smooth normals.
+    pub(super) fn flat(mut self) -> Self {
+        self.normals.clear();
+        self
+    }
+
+    /// The shape seen from the other side.
+    pub(super) fn inside_out(mut self) -> Self {
+        for triangle in self.positions.chunks_exact_mut(3) {
+            triangle.swap(1, 2);
+        }
+        self.normals.clear();
+        self
+    }
+
+    /// The shape moved by a function of its points (normals are left as they are).
+    pub(super) fn map(mut self, f: impl Fn(Vec3) -> Vec3) -> Self {
+        for p in &mut self.positions {
+            *p = f(*p);
+        }
+        self
+    }
+
+    /// Number of triangles.
+    #[cfg(test)]
+    pub(super) fn triangle_count(&self) -> usize {
+        self.positions.len() / 3
+    }
+
+    /// Six times the enclosed volume, positive if faces look outwards.
+    #[cfg(test)]
+    pub(super) fn signed_volume(&self) -> f32 {
+        let faces = self.positions.chunks_exact(3);
+        faces.map(|f| f[0].dot(f[1].cross(f[2]))).sum()
+    }
+}
+
+/// Puts a scene together.
+#[derive(Default)]
+pub(super) struct Builder(pub(super) Scene);
+
+impl Builder {
+    /// A mesh of one material, not yet placed.
+    pub(super) fn mesh(&mut self, material: Material, shape: Shape) -> u32 {
+        let triangles = (shape.positions.len() / 3) as u32;
+        self.0.meshes.push(Mesh {
+            name: material.name.clone(),
+            triangles: (0..triangles).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect(),
+            positions: shape.positions,
+            normals: shape.normals,
+            parts: vec![Part {
+                first_triangle: 0,
+                triangle_count: triangles,
+                material: self.0.materials.len() as u32,
+            }],
+        });
+        self.0.materials.push(material);
+        self.0.meshes.len() as u32 - 1
+    }
+
+    /// Places a mesh.
+    pub(super) fn place(&mut self, name: &str, mesh: u32, object_to_world: DAffine3) {
+        self.0.instances.push(Instance {
+            name: name.into(),
+            mesh,
+            object_to_world,
+        });
+    }
+
+    /// A mesh that stands where its shape is, once.
+    pub(super) fn stand(&mut self, material: Material, shape: Shape) {
+        let name = material.name.clone();
+        let mesh = self.mesh(material, shape);
+        self.place(&name, mesh, DAffine3::IDENTITY);
+    }
+
+    /// The camera; the field of view is vertical, in degrees.
+    pub(super) fn camera(&mut self, eye: DVec3, target: DVec3, degrees: f64, aspect: f64) {
+        let camera = look_at(eye, target, degrees.to_radians());
+        self.0.cameras.push(Camera {
+            name: "camera".into(),
+            aspect_ratio: Some(aspect),
+            ..camera
+        });
+    }
+}
+
+/// A glossy surface without metal.
+pub(super) fn dielectric(name: &str, color: Vec3, roughness: f32) -> Material {
+    Material {
+        name: name.into(),
+        base_color: color,
+        metallic: 0.0,
+        roughness,
+        ..Material::default()
+    }
+}
+
+/// A metal.
+pub(super) fn metal(name: &str, color: Vec3, roughness: f32) -> Material {
+    Material {
+        name: name.into(),
+        base_color: color,
+        roughness,
+        ..Material::default()
+    }
+}
+
+/// A lamp: emits, and reflects as a grey wall does.
+pub(super) fn lamp(name: &str, radiance: Vec3) -> Material {
+    Material {
+        emission: radiance,
+        ..Material::lambert(name, Vec3::splat(0.5))
+    }
+}
+
+/// Random numbers that are the same on every machine (PCG, O'Neill 2014).
+pub(super) struct Random(u64);
+
+impl Random {
+    pub(super) fn new(seed: u64) -> Self {
+        let mut random = Self(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15));
+        random.bits();
+        random
+    }
+
+    fn bits(&mut self) -> u32 {
+        let state = self.0;
+        self.0 = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        let word = (((state >> 18) ^ state) >> 27) as u32;
+        word.rotate_right((state >> 59) as u32)
+    }
+
+    /// In [0, 1).
+    pub(super) fn unit(&mut self) -> f32 {
+        (self.bits() >> 8) as f32 / 16_777_216.0
+    }
+
+    /// Between two bounds.
+    pub(super) fn between(&mut self, low: f32, high: f32) -> f32 {
+        low + (high - low) * self.unit()
+    }
+
+    /// One of several things.
+    pub(super) fn pick<T: Copy>(&mut self, things: &[T]) -> T {
+        things[(self.unit() * things.len() as f32) as usize % things.len()]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn closed_shapes_look_outwards_and_have_their_triangles() {
+        assert!(Shape::block(-Vec3::ONE, Vec3::ONE).signed_volume() > 0.0);
+        assert!(Shape::cylinder(Vec3::ZERO, 1.0, 2.0, 7).signed_volume() > 0.0);
+        let sphere = Shape::sphere(2);
+        assert_eq!(sphere.triangle_count(), 20 * 16);
+        let volume = sphere.signed_volume() / 6.0;
+        assert!((volume - 4.19).abs() < 0.2, "{volume}");
+        assert!(sphere.inside_out().signed_volume() < 0.0);
+    }
+}
