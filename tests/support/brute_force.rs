@@ -235,22 +235,31 @@ impl Tracer {
         let inverse = DVec3::new(safe(direction.x), safe(direction.y), safe(direction.z)).recip();
         let mut best = None;
         let mut t_max = t_max;
-        let mut stack = [0_u32; 64];
-        let mut height = usize::from(!self.nodes.is_empty());
+        let enter = |n: u32, t_max: f64| self.nodes[n as usize].entered(origin, inverse, t_max);
+        let mut stack = [(0_u32, 0.0); 64];
+        let mut height = 0;
+        if !self.nodes.is_empty() && enter(0, t_max) < f64::INFINITY {
+            height = 1;
+        }
         while height > 0 {
             height -= 1;
-            let node = &self.nodes[stack[height] as usize];
-            if !node.meets(origin, inverse, t_max) {
+            let (number, entered) = stack[height];
+            if entered > t_max {
                 continue;
             }
+            let node = &self.nodes[number as usize];
             if node.count == 0 {
-                let (left, right) = (node.first, node.first + 1);
-                // The child further along the ray waits.
-                let middle = |n: u32| self.nodes[n as usize].low + self.nodes[n as usize].high;
-                let swap = (middle(right) - middle(left)).dot(direction) < 0.0;
-                stack[height] = if swap { left } else { right };
-                stack[height + 1] = if swap { right } else { left };
-                height += 2;
+                let mut near = (node.first, enter(node.first, t_max));
+                let mut far = (node.first + 1, enter(node.first + 1, t_max));
+                if far.1 < near.1 {
+                    (near, far) = (far, near);
+                }
+                for child in [far, near] {
+                    if child.1 < f64::INFINITY {
+                        stack[height] = child;
+                        height += 1;
+                    }
+                }
                 continue;
             }
             for index in node.first as usize..(node.first + node.count) as usize {
@@ -490,14 +499,19 @@ impl Triangle {
 }
 
 impl Node {
-    fn meets(&self, origin: DVec3, inverse: DVec3, t_max: f64) -> bool {
+    /// Where a ray comes in, before `t_max`; infinite if it does not.
+    fn entered(&self, origin: DVec3, inverse: DVec3, t_max: f64) -> f64 {
         let (to_low, to_high) = (
             (self.low - origin) * inverse,
             (self.high - origin) * inverse,
         );
         let enter = to_low.min(to_high).max_element().max(0.0);
         let leave = to_low.max(to_high).min_element().min(t_max);
-        enter <= leave * (1.0 + 1e-12)
+        if enter * (1.0 - 1e-12) <= leave {
+            enter * (1.0 - 1e-12)
+        } else {
+            f64::INFINITY
+        }
     }
 }
 
