@@ -2,6 +2,16 @@
 //!
 //! Units are the file's own (glTF: metres); right-handed, +Y up; linear RGB radiance.
 
+mod bounds;
+pub mod camera;
+mod content_hash;
+mod mend;
+mod notices;
+pub mod requirements;
+pub mod validate;
+
+pub use bounds::Bounds;
+
 use glam::{DAffine3, Vec3};
 
 /// A complete scene: meshes placed by instances, seen by cameras.
