@@ -5,8 +5,12 @@
 mod bounds;
 pub mod camera;
 mod content_hash;
+mod gltf;
+pub mod load;
 mod mend;
 mod notices;
+mod obj;
+mod polygon;
 pub mod requirements;
 pub mod validate;
 

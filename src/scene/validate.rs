@@ -312,7 +312,8 @@ mod tests {
 
     #[test]
     fn faults_are_named() {
-        let faults: [(fn(&mut Scene), &str); 24] = [
+        type Fault = (fn(&mut Scene), &'static str);
+        let faults: [Fault; 24] = [
             (
                 |s| s.materials[0].base_color.x = f32::NAN,
                 "material 0 \"green\": base colour",
