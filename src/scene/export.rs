@@ -31,7 +31,12 @@ pub fn write_glb(scene: &Scene, path: &Path) -> Result<()> {
     };
     let length = u32::try_from(total).map_err(too_large)?;
     write_atomically(path, |file| {
-        let words = |words: &[u32]| words.iter().flat_map(|w| w.to_le_bytes()).collect::<Vec<u8>>();
+        let words = |words: &[u32]| {
+            words
+                .iter()
+                .flat_map(|w| w.to_le_bytes())
+                .collect::<Vec<u8>>()
+        };
         file.write_all(b"glTF")?;
         file.write_all(&words(&[2, length, text.len() as u32]))?;
         file.write_all(b"JSON")?;
@@ -84,7 +89,11 @@ fn document(scene: &Scene, binary: &mut Binary) -> Value {
         cameras.push(json!({ "type": "perspective", "perspective": perspective }));
     }
     let mut used = Vec::new();
-    for name in materials.iter().filter_map(|m| m["extensions"].as_object()).flat_map(Map::keys) {
+    for name in materials
+        .iter()
+        .filter_map(|m| m["extensions"].as_object())
+        .flat_map(Map::keys)
+    {
         if !used.contains(name) {
             used.push(name.clone());
         }
@@ -102,7 +111,10 @@ fn document(scene: &Scene, binary: &mut Binary) -> Value {
         ("cameras", cameras),
         ("accessors", std::mem::take(&mut binary.accessors)),
         ("bufferViews", std::mem::take(&mut binary.views)),
-        ("extensionsUsed", used.into_iter().map(Value::String).collect()),
+        (
+            "extensionsUsed",
+            used.into_iter().map(Value::String).collect(),
+        ),
     ] {
         if !values.is_empty() {
             document[key] = Value::Array(values);
@@ -115,15 +127,27 @@ fn document(scene: &Scene, binary: &mut Binary) -> Value {
 }
 
 fn mesh(mesh: &Mesh, binary: &mut Binary) -> Value {
-    let low = mesh.positions.iter().copied().reduce(glam::Vec3::min).unwrap_or_default();
-    let high = mesh.positions.iter().copied().reduce(glam::Vec3::max).unwrap_or_default();
+    let low = mesh
+        .positions
+        .iter()
+        .copied()
+        .reduce(glam::Vec3::min)
+        .unwrap_or_default();
+    let high = mesh
+        .positions
+        .iter()
+        .copied()
+        .reduce(glam::Vec3::max)
+        .unwrap_or_default();
     let positions = json!({
         "componentType": FLOAT, "type": "VEC3", "count": mesh.positions.len(),
         "min": low.to_array(), "max": high.to_array(),
     });
-    let mut attributes = json!({ "POSITION": binary.push(&mesh.positions, ARRAY_BUFFER, positions) });
+    let mut attributes =
+        json!({ "POSITION": binary.push(&mesh.positions, ARRAY_BUFFER, positions) });
     if !mesh.normals.is_empty() {
-        let normals = json!({ "componentType": FLOAT, "type": "VEC3", "count": mesh.normals.len() });
+        let normals =
+            json!({ "componentType": FLOAT, "type": "VEC3", "count": mesh.normals.len() });
         attributes["NORMAL"] = json!(binary.push(&mesh.normals, ARRAY_BUFFER, normals));
     }
     let primitives: Vec<Value> = mesh
@@ -202,13 +226,19 @@ mod tests {
             let back = load::load(&path).unwrap();
             assert_eq!(back.notices, Vec::<String>::new());
             assert_eq!(back.triangle_count(), scene.triangle_count());
-            assert_eq!(back.emissive_triangle_count(), scene.emissive_triangle_count());
+            assert_eq!(
+                back.emissive_triangle_count(),
+                scene.emissive_triangle_count()
+            );
             assert_eq!(back.instances.len(), scene.instances.len());
             assert_eq!(back.cameras.len(), scene.cameras.len());
             for (a, b) in back.materials.iter().zip(&scene.materials) {
                 let emission = (a.emission - b.emission).length();
                 assert!(emission <= 1e-6 * b.emission.length(), "{}", b.name);
-                assert_eq!((a.roughness, a.metallic, a.specular), (b.roughness, b.metallic, b.specular));
+                assert_eq!(
+                    (a.roughness, a.metallic, a.specular),
+                    (b.roughness, b.metallic, b.specular)
+                );
             }
         }
     }

@@ -2,7 +2,22 @@
 //!
 //! Units are the file's own (glTF: metres); right-handed, +Y up; linear RGB radiance.
 
+mod bounds;
+pub mod camera;
+mod content_hash;
+pub mod export;
+mod gltf;
 pub mod lights;
+pub mod load;
+mod mend;
+mod notices;
+mod obj;
+mod polygon;
+pub mod procedural;
+pub mod requirements;
+pub mod validate;
+
+pub use bounds::Bounds;
 
 use crate::Result;
 use glam::{DAffine3, Vec3};

@@ -23,11 +23,22 @@ fn room() -> Builder {
     room.stand(wall("ceiling", white), Shape::quad(low + y, x, z));
     room.stand(wall("back wall", white), Shape::quad(low, x, y));
     room.stand(wall("red wall", [0.65, 0.05, 0.05]), Shape::quad(low, y, z));
-    room.stand(wall("green wall", [0.12, 0.45, 0.15]), Shape::quad(low + x, z, y));
+    room.stand(
+        wall("green wall", [0.12, 0.45, 0.15]),
+        Shape::quad(low + x, z, y),
+    );
     let lamp_corner = Vec3::new(-0.25, 1.99, -0.25);
     let light = lamp("lamp", Vec3::new(17.0, 12.0, 7.0));
-    room.stand(light, Shape::quad(lamp_corner, Vec3::X * 0.5, Vec3::Z * 0.5));
-    room.camera(DVec3::new(0.0, 1.0, 4.4), DVec3::new(0.0, 1.0, 0.0), 35.0, 1.0);
+    room.stand(
+        light,
+        Shape::quad(lamp_corner, Vec3::X * 0.5, Vec3::Z * 0.5),
+    );
+    room.camera(
+        DVec3::new(0.0, 1.0, 4.4),
+        DVec3::new(0.0, 1.0, 0.0),
+        35.0,
+        1.0,
+    );
     room
 }
 
@@ -47,8 +58,16 @@ fn unit_cube() -> Shape {
 pub(super) fn matte(_: &Values) -> Scene {
     let mut room = room();
     let block = room.mesh(Material::lambert("block", Vec3::splat(0.73)), unit_cube());
-    room.place("tall block", block, on_floor(-0.36, -0.3, DVec3::new(0.6, 1.2, 0.6), 18.0));
-    room.place("short block", block, on_floor(0.36, 0.3, DVec3::new(0.6, 0.6, 0.6), -16.0));
+    room.place(
+        "tall block",
+        block,
+        on_floor(-0.36, -0.3, DVec3::new(0.6, 1.2, 0.6), 18.0),
+    );
+    room.place(
+        "short block",
+        block,
+        on_floor(0.36, 0.3, DVec3::new(0.6, 0.6, 0.6), -16.0),
+    );
     room.0
 }
 
@@ -72,7 +91,14 @@ pub(super) fn glossy(values: &Values) -> Scene {
         );
         room.place(&name, mesh, place);
     }
-    let glazed = room.mesh(dielectric("glazed block", Vec3::new(0.2, 0.35, 0.6), 0.2), unit_cube());
-    room.place("glazed block", glazed, on_floor(0.1, -0.45, DVec3::new(0.7, 1.1, 0.5), 24.0));
+    let glazed = room.mesh(
+        dielectric("glazed block", Vec3::new(0.2, 0.35, 0.6), 0.2),
+        unit_cube(),
+    );
+    room.place(
+        "glazed block",
+        glazed,
+        on_floor(0.1, -0.45, DVec3::new(0.7, 1.1, 0.5), 24.0),
+    );
     room.0
 }

@@ -121,7 +121,12 @@ mod tests {
 
     #[test]
     fn the_city_has_its_lights_and_the_terrain_its_triangles() {
-        assert!(generate("night-city", &[]).unwrap().emissive_triangle_count() >= 3000);
+        assert!(
+            generate("night-city", &[])
+                .unwrap()
+                .emissive_triangle_count()
+                >= 3000
+        );
         let settings = [("triangles".to_owned(), "20000".to_owned())];
         let ground = generate("terrain", &settings).unwrap();
         assert_eq!(ground.meshes[0].triangles.len(), 20000);

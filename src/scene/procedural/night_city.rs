@@ -59,7 +59,12 @@ fn building(heap: &mut Heap, random: &mut Random, side: f32, z: f32) -> f32 {
     let width = random.between(7.0, 12.0);
     let floors = random.between(4.0, 13.0) as u32;
     let height = 4.2 + floors as f32 * 3.2;
-    let wall = random.pick(&[[0.32, 0.22, 0.17], [0.25, 0.26, 0.30], [0.36, 0.32, 0.26], [0.20, 0.17, 0.17]]);
+    let wall = random.pick(&[
+        [0.32, 0.22, 0.17],
+        [0.25, 0.26, 0.30],
+        [0.36, 0.32, 0.26],
+        [0.20, 0.17, 0.17],
+    ]);
     let wall = Material::lambert("wall", Vec3::from(wall));
     let deep = 12.0;
     let middle = Vec3::new(side * (FRONT + deep / 2.0), height / 2.0, z - width / 2.0);
@@ -94,23 +99,39 @@ fn building(heap: &mut Heap, random: &mut Random, side: f32, z: f32) -> f32 {
     }
     shop(heap, random, side, z, width);
     if random.unit() < 0.75 {
-        neon(heap, random, side, z - random.between(0.2, 0.8) * width, height);
+        let at = z - random.between(0.2, 0.8) * width;
+        neon(heap, random, side, at, height);
     }
     width
 }
 
 /// A bright shop window under an awning.
 fn shop(heap: &mut Heap, random: &mut Random, side: f32, z: f32, width: f32) {
-    let light = random.pick(&[Vec3::new(3.0, 2.3, 1.5), Vec3::new(1.6, 2.4, 2.8), Vec3::new(3.2, 1.5, 1.9)]);
+    let light = random.pick(&[
+        Vec3::new(3.0, 2.3, 1.5),
+        Vec3::new(1.6, 2.4, 2.8),
+        Vec3::new(3.2, 1.5, 1.9),
+    ]);
     let panes = 3;
     for pane in 0..panes {
         let step = (width - 1.2) / panes as f32;
         let at = z - width + 0.6 + pane as f32 * step;
-        heap.add(&lamp("shop window", light), on_front(side, 0.04, at + 0.1, 0.6, step - 0.2, 2.1));
+        heap.add(
+            &lamp("shop window", light),
+            on_front(side, 0.04, at + 0.1, 0.6, step - 0.2, 2.1),
+        );
     }
-    let cloth = random.pick(&[[0.5, 0.06, 0.06], [0.06, 0.25, 0.16], [0.08, 0.12, 0.4], [0.45, 0.38, 0.2]]);
+    let cloth = random.pick(&[
+        [0.5, 0.06, 0.06],
+        [0.06, 0.25, 0.16],
+        [0.08, 0.12, 0.4],
+        [0.45, 0.38, 0.2],
+    ]);
     let middle = Vec3::new(side * (FRONT - 0.7), 3.1, z - width / 2.0);
-    heap.add(&Material::lambert("awning", Vec3::from(cloth)), chunk(middle, Vec3::new(1.4, 0.08, width - 0.8)));
+    heap.add(
+        &Material::lambert("awning", Vec3::from(cloth)),
+        chunk(middle, Vec3::new(1.4, 0.08, width - 0.8)),
+    );
 }
 
 /// A sign that stands out from the front: a dark board with rows of glowing bars.
@@ -126,7 +147,10 @@ fn neon(heap: &mut Heap, random: &mut Random, side: f32, z: f32, height: f32) {
     let tall = random.between(3.0, 5.5).min(height - 5.0);
     let foot = random.between(4.6, (height - tall).max(4.7));
     let board = Vec3::new(side * (FRONT - 0.9), foot + tall / 2.0, z);
-    heap.add(&metal("sign board", Vec3::splat(0.08), 0.5), chunk(board, Vec3::new(1.3, tall, 0.18)));
+    heap.add(
+        &metal("sign board", Vec3::splat(0.08), 0.5),
+        chunk(board, Vec3::new(1.3, tall, 0.18)),
+    );
     let light = lamp("neon", Vec3::from(color));
     let bars = (tall / 0.55) as u32;
     for bar in 0..bars {
@@ -145,11 +169,21 @@ fn ground(heap: &mut Heap, end: f32) {
     let strip = |x: f32, width: f32, y: f32| {
         Shape::quad(Vec3::new(x, y, end), Vec3::Z * length, Vec3::X * width)
     };
-    heap.add(&dielectric("wet road", Vec3::splat(0.035), 0.22), strip(-KERB, 2.0 * KERB, 0.0));
+    heap.add(
+        &dielectric("wet road", Vec3::splat(0.035), 0.22),
+        strip(-KERB, 2.0 * KERB, 0.0),
+    );
     let paint = dielectric("road marking", Vec3::splat(0.55), 0.4);
     let mut z = START;
     while z > end {
-        heap.add(&paint, Shape::quad(Vec3::new(-0.07, 0.006, z - 2.0), Vec3::Z * 2.0, Vec3::X * 0.14));
+        heap.add(
+            &paint,
+            Shape::quad(
+                Vec3::new(-0.07, 0.006, z - 2.0),
+                Vec3::Z * 2.0,
+                Vec3::X * 0.14,
+            ),
+        );
         z -= 5.0;
     }
     let stone = dielectric("pavement", Vec3::new(0.17, 0.165, 0.16), 0.45);
@@ -158,7 +192,14 @@ fn ground(heap: &mut Heap, end: f32) {
         heap.add(&stone, chunk(middle, Vec3::new(FRONT - KERB, 0.14, length)));
     }
     let far = Material::lambert("city floor", Vec3::splat(0.05));
-    heap.add(&far, Shape::quad(Vec3::new(-300.0, -0.3, end - 300.0), Vec3::Z * (length + 400.0), Vec3::X * 600.0));
+    heap.add(
+        &far,
+        Shape::quad(
+            Vec3::new(-300.0, -0.3, end - 300.0),
+            Vec3::Z * (length + 400.0),
+            Vec3::X * 600.0,
+        ),
+    );
 }
 
 /// Street lamps: one pole and one bulb, placed many times.
@@ -170,14 +211,20 @@ fn street_lamps(scene: &mut Builder, end: f32) {
     let post = scene.mesh(iron, post);
     let bulb = scene.mesh(
         lamp("bulb", Vec3::new(190.0, 135.0, 70.0)),
-        Shape::sphere(1).flat().map(|p| p * 0.17 + Vec3::new(1.15, 4.95, 0.0)),
+        Shape::sphere(1)
+            .flat()
+            .map(|p| p * 0.17 + Vec3::new(1.15, 4.95, 0.0)),
     );
     let mut z = START - 5.0;
     let mut number = 0;
     while z > end {
         let side = if number % 2 == 0 { -1.0 } else { 1.0 };
         // A half turn on the right, so that every arm reaches over the road.
-        let turn = if side < 0.0 { 0.0 } else { std::f64::consts::PI };
+        let turn = if side < 0.0 {
+            0.0
+        } else {
+            std::f64::consts::PI
+        };
         let place = DAffine3::from_rotation_translation(
             DQuat::from_rotation_y(turn),
             DVec3::new(f64::from(side * (KERB + 0.5)), 0.14, f64::from(z)),
@@ -192,12 +239,23 @@ fn street_lamps(scene: &mut Builder, end: f32) {
 /// Parked cars and one that comes along the road.
 fn cars(scene: &mut Builder, random: &mut Random, end: f32) {
     let mut meshes = Vec::new();
-    for paint in [[0.35, 0.02, 0.03], [0.03, 0.07, 0.22], [0.5, 0.5, 0.52], [0.03, 0.03, 0.035]] {
+    for paint in [
+        [0.35, 0.02, 0.03],
+        [0.03, 0.07, 0.22],
+        [0.5, 0.5, 0.52],
+        [0.03, 0.03, 0.035],
+    ] {
         let paint = dielectric("car paint", Vec3::from(paint), 0.15);
         let mut body = chunk(Vec3::new(0.0, 0.55, 0.0), Vec3::new(1.75, 0.5, 4.2));
         let roof = chunk(Vec3::new(0.0, 1.05, 0.15), Vec3::new(1.5, 0.55, 2.1));
         // The cabin narrows upwards.
-        body.add(roof.map(|p| if p.y > 1.0 { p * Vec3::new(0.82, 1.0, 0.7) } else { p }));
+        body.add(roof.map(|p| {
+            if p.y > 1.0 {
+                p * Vec3::new(0.82, 1.0, 0.7)
+            } else {
+                p
+            }
+        }));
         meshes.push(scene.mesh(paint, body));
     }
     let mut tyres = Shape::default();
@@ -209,13 +267,22 @@ fn cars(scene: &mut Builder, random: &mut Random, end: f32) {
     let pair = |z: f32, size: f32| {
         let mut pair = Shape::default();
         for x in [-0.6, 0.6] {
-            pair.add(chunk(Vec3::new(x, 0.62, z), Vec3::new(size * 2.0, size, 0.06)));
+            pair.add(chunk(
+                Vec3::new(x, 0.62, z),
+                Vec3::new(size * 2.0, size, 0.06),
+            ));
         }
         pair
     };
-    let head = scene.mesh(lamp("head lights", Vec3::new(60.0, 56.0, 46.0)), pair(2.11, 0.13));
-    let tail = scene.mesh(lamp("tail lights", Vec3::new(9.0, 0.35, 0.25)), pair(-2.11, 0.12));
-    let mut park = |scene: &mut Builder, x: f32, z: f32, turn: f64, lit: bool, random: &mut Random| {
+    let head = scene.mesh(
+        lamp("head lights", Vec3::new(60.0, 56.0, 46.0)),
+        pair(2.11, 0.13),
+    );
+    let tail = scene.mesh(
+        lamp("tail lights", Vec3::new(9.0, 0.35, 0.25)),
+        pair(-2.11, 0.12),
+    );
+    let park = |scene: &mut Builder, x: f32, z: f32, turn: f64, lit: bool, random: &mut Random| {
         let place = DAffine3::from_rotation_translation(
             DQuat::from_rotation_y(turn),
             DVec3::new(f64::from(x), 0.0, f64::from(z)),
@@ -231,7 +298,14 @@ fn cars(scene: &mut Builder, random: &mut Random, end: f32) {
     let mut z = -4.0;
     while z > end {
         if random.unit() < 0.7 {
-            park(scene, KERB - 1.1, z + random.between(-0.5, 0.5), std::f64::consts::PI, random.unit() < 0.25, random);
+            park(
+                scene,
+                KERB - 1.1,
+                z + random.between(-0.5, 0.5),
+                std::f64::consts::PI,
+                random.unit() < 0.25,
+                random,
+            );
         }
         z -= 6.5;
     }
@@ -256,7 +330,10 @@ pub(super) fn make(values: &Values) -> Scene {
     // A tower that closes the view, with a crown of light.
     let wall = Material::lambert("tower", Vec3::new(0.16, 0.17, 0.22));
     let foot = Vec3::new(2.0, 0.0, end - 28.0);
-    heap.add(&wall, chunk(foot + Vec3::Y * 26.0, Vec3::new(16.0, 52.0, 12.0)));
+    heap.add(
+        &wall,
+        chunk(foot + Vec3::Y * 26.0, Vec3::new(16.0, 52.0, 12.0)),
+    );
     let crown = lamp("crown", Vec3::new(1.0, 3.2, 4.2));
     for ring in 0..4 {
         let middle = foot + Vec3::Y * (42.0 + ring as f32 * 2.6);
@@ -265,7 +342,8 @@ pub(super) fn make(values: &Values) -> Scene {
     for floor in 0..12 {
         for column in 0..9 {
             if random.unit() < 0.5 {
-                let corner = foot + Vec3::new(-7.4 + column as f32 * 1.65, 3.0 + floor as f32 * 3.1, 6.04);
+                let corner =
+                    foot + Vec3::new(-7.4 + column as f32 * 1.65, 3.0 + floor as f32 * 3.1, 6.04);
                 let warm = lamp("tower window", Vec3::new(2.2, 1.6, 0.9));
                 heap.add(&warm, Shape::quad(corner, Vec3::X * 1.1, Vec3::Y * 1.6));
             }
@@ -276,6 +354,11 @@ pub(super) fn make(values: &Values) -> Scene {
     }
     street_lamps(&mut scene, end);
     cars(&mut scene, &mut random, end);
-    scene.camera(DVec3::new(-2.6, 1.75, 9.0), DVec3::new(0.6, 3.4, -14.0), 52.0, 16.0 / 9.0);
+    scene.camera(
+        DVec3::new(-2.6, 1.75, 9.0),
+        DVec3::new(0.6, 3.4, -14.0),
+        52.0,
+        16.0 / 9.0,
+    );
     scene.0
 }

@@ -27,7 +27,10 @@ impl fmt::Display for Range {
 }
 
 impl Serialize for Range {
-    fn serialize<S: serde::Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+    fn serialize<S: serde::Serializer>(
+        &self,
+        serializer: S,
+    ) -> std::result::Result<S::Ok, S::Error> {
         serializer.collect_str(self)
     }
 }
@@ -35,8 +38,12 @@ impl Serialize for Range {
 impl Range {
     fn holds(&self, text: &str) -> bool {
         match self {
-            Self::Whole(low, high) => text.parse::<u64>().is_ok_and(|v| (*low..=*high).contains(&v)),
-            Self::Real(low, high) => text.parse::<f64>().is_ok_and(|v| (*low..=*high).contains(&v)),
+            Self::Whole(low, high) => text
+                .parse::<u64>()
+                .is_ok_and(|v| (*low..=*high).contains(&v)),
+            Self::Real(low, high) => text
+                .parse::<f64>()
+                .is_ok_and(|v| (*low..=*high).contains(&v)),
             Self::Words(words) => words.contains(&text),
         }
     }
@@ -108,5 +115,7 @@ pub(super) fn nearest<'a>(wanted: &str, names: impl Iterator<Item = &'a str>) ->
         .map(|name| (strsim::jaro_winkler(wanted, name), name))
         .filter(|(likeness, _)| *likeness > 0.7)
         .max_by(|a, b| a.0.total_cmp(&b.0))
-        .map_or(String::new(), |(_, name)| format!(", did you mean '{name}'?"))
+        .map_or(String::new(), |(_, name)| {
+            format!(", did you mean '{name}'?")
+        })
 }

@@ -41,7 +41,11 @@ impl Shape {
         let g = (1.0 + 5_f32.sqrt()) / 2.0;
         let mut points = Vec::new();
         for (a, b) in [(1.0, g), (-1.0, g), (1.0, -g), (-1.0, -g)] {
-            points.extend([Vec3::new(0.0, a, b), Vec3::new(a, b, 0.0), Vec3::new(b, 0.0, a)]);
+            points.extend([
+                Vec3::new(0.0, a, b),
+                Vec3::new(a, b, 0.0),
+                Vec3::new(b, 0.0, a),
+            ]);
         }
         let points: Vec<Vec3> = points.into_iter().map(Vec3::normalize).collect();
         // Its faces are the triples of mutual neighbours, turned outwards.
@@ -85,7 +89,9 @@ impl Shape {
         for i in 0..sides {
             let (a, b) = (rim(i), rim(i + 1));
             shape.positions.extend([b, a, a + up, b, a + up, b + up]);
-            shape.positions.extend([foot + up, b + up, a + up, foot, a, b]);
+            shape
+                .positions
+                .extend([foot + up, b + up, a + up, foot, a, b]);
         }
         shape
     }
@@ -143,7 +149,9 @@ impl Builder {
         let triangles = (shape.positions.len() / 3) as u32;
         self.0.meshes.push(Mesh {
             name: material.name.clone(),
-            triangles: (0..triangles).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect(),
+            triangles: (0..triangles)
+                .map(|t| [3 * t, 3 * t + 1, 3 * t + 2])
+                .collect(),
             positions: shape.positions,
             normals: shape.normals,
             parts: vec![Part {
@@ -224,7 +232,9 @@ impl Random {
 
     fn bits(&mut self) -> u32 {
         let state = self.0;
-        self.0 = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        self.0 = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
         let word = (((state >> 18) ^ state) >> 27) as u32;
         word.rotate_right((state >> 59) as u32)
     }

@@ -25,7 +25,9 @@ const WIDTH: f32 = 100.0;
 
 /// A random number in −1…1 at a lattice point.
 fn lattice(x: i32, z: i32, seed: u32) -> f32 {
-    let mut h = (x as u32).wrapping_mul(0x8DA6_B343) ^ (z as u32).wrapping_mul(0xD816_3841) ^ seed.wrapping_mul(0xCB1A_B31F);
+    let mut h = (x as u32).wrapping_mul(0x8DA6_B343)
+        ^ (z as u32).wrapping_mul(0xD816_3841)
+        ^ seed.wrapping_mul(0xCB1A_B31F);
     h = (h ^ (h >> 15)).wrapping_mul(0x2C1B_3C6D);
     h = (h ^ (h >> 12)).wrapping_mul(0x297A_2D39);
     (h ^ (h >> 15)) as f32 / 2_147_483_648.0 - 1.0
@@ -85,7 +87,10 @@ pub(super) fn make(values: &Values) -> Scene {
             triangles.extend([[a, b, c], [a, c, d]]);
         }
     }
-    scene.0.materials.push(Material::lambert("ground", Vec3::new(0.42, 0.36, 0.28)));
+    scene
+        .0
+        .materials
+        .push(Material::lambert("ground", Vec3::new(0.42, 0.36, 0.28)));
     scene.0.meshes.push(Mesh {
         name: "ground".into(),
         parts: vec![Part {
@@ -106,7 +111,10 @@ pub(super) fn make(values: &Values) -> Scene {
     let sun = Vec3::new(-140.0, 95.0, -10.0);
     let u = Vec3::Z * 24.0;
     let v = sun.cross(u).normalize() * 24.0;
-    scene.stand(lamp("sun", Vec3::new(150.0, 120.0, 85.0)), Shape::quad(sun - (u + v) / 2.0, v, u));
+    scene.stand(
+        lamp("sun", Vec3::new(150.0, 120.0, 85.0)),
+        Shape::quad(sun - (u + v) / 2.0, v, u),
+    );
     let sky = Vec3::new(-400.0, 220.0, -400.0);
     scene.stand(
         lamp("sky", Vec3::new(0.25, 0.36, 0.55)),

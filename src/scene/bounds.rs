@@ -1,0 +1,112 @@
+//! Where a scene lies in the world.
+
+use super::{Instance, Mesh, Scene};
+use glam::DVec3;
+
+/// An axis-aligned box in the world.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Bounds {
+    /// The least coordinates.
+    pub min: DVec3,
+    /// The greatest coordinates.
+    pub max: DVec3,
+}
+
+impl Bounds {
+    /// The middle of the box.
+    pub fn center(&self) -> DVec3 {
+        self.min * 0.5 + self.max * 0.5
+    }
+
+    /// The box's edge lengths.
+    pub fn size(&self) -> DVec3 {
+        self.max - self.min
+    }
+
+    /// The box's eight corners.
+    pub fn corners(&self) -> impl Iterator<Item = DVec3> {
+        let (min, max) = (self.min, self.max);
+        (0..8).map(move |i| {
+            DVec3::new(
+                if i & 1 == 0 { min.x } else { max.x },
+                if i & 2 == 0 { min.y } else { max.y },
+                if i & 4 == 0 { min.z } else { max.z },
+            )
+        })
+    }
+
+    /// The smallest box around some points; none if there are none.
+    pub fn of(points: impl Iterator<Item = DVec3>) -> Option<Self> {
+        points.fold(None, |bounds: Option<Self>, point| {
+            Some(match bounds {
+                None => Self {
+                    min: point,
+                    max: point,
+                },
+                Some(bounds) => Self {
+                    min: bounds.min.min(point),
+                    max: bounds.max.max(point),
+                },
+            })
+        })
+    }
+}
+
+impl Mesh {
+    /// The box around the mesh's positions in object space.
+    pub fn bounds(&self) -> Option<Bounds> {
+        Bounds::of(self.positions.iter().map(|p| p.as_dvec3()))
+    }
+}
+
+impl Scene {
+    /// The tight box around all instances; none if nothing is placed.
+    pub fn bounds(&self) -> Option<Bounds> {
+        Bounds::of(
+            self.instances
+                .iter()
+                .filter_map(|instance| self.instance_bounds(instance))
+                .flat_map(|bounds| [bounds.min, bounds.max]),
+        )
+    }
+
+    fn instance_bounds(&self, instance: &Instance) -> Option<Bounds> {
+        let mesh = &self.meshes[instance.mesh as usize];
+        Bounds::of(
+            mesh.positions
+                .iter()
+                .map(|p| instance.object_to_world.transform_point3(p.as_dvec3())),
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{DAffine3, Vec3};
+
+    #[test]
+    fn boxes_follow_the_instances() {
+        let mut scene = Scene {
+            meshes: vec![Mesh {
+                positions: vec![Vec3::ZERO, Vec3::new(1.0, 2.0, 3.0)],
+                ..Mesh::default()
+            }],
+            ..Scene::default()
+        };
+        assert_eq!(scene.bounds(), None);
+        for x in [-1.0, 2.0] {
+            scene.instances.push(Instance {
+                name: String::new(),
+                mesh: 0,
+                object_to_world: DAffine3::from_scale(DVec3::new(x, 1.0, 1.0)),
+            });
+        }
+        let bounds = scene.bounds().unwrap();
+        assert_eq!(bounds.min, DVec3::new(-1.0, 0.0, 0.0));
+        assert_eq!(bounds.max, DVec3::new(2.0, 2.0, 3.0));
+        assert_eq!(bounds.center(), DVec3::new(0.5, 1.0, 1.5));
+        assert_eq!(bounds.size(), DVec3::new(3.0, 2.0, 3.0));
+        assert_eq!(bounds.corners().count(), 8);
+    }
+}

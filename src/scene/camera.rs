@@ -1,0 +1,140 @@
+//! Cameras that no file gives: looking from here to there, and framing a whole scene.
+
+use super::{Camera, Scene};
+use glam::{DAffine3, DMat3, DVec3};
+
+/// The vertical field of view of [`framing_camera`]: 40°.
+const FRAMING_FOV: f64 = 40.0 * std::f64::consts::PI / 180.0;
+
+/// Free room around the scene in [`framing_camera`], relative to the distance.
+const FRAMING_MARGIN: f64 = 1.05;
+
+/// A camera at `eye` that looks to `target` with +Y up and the vertical field of view `yfov` in
+/// radians. Looking straight up or down, the top of the picture is −Z or +Z; with `eye` at
+/// `target` it looks along −Z.
+pub fn look_at(eye: DVec3, target: DVec3, yfov: f64) -> Camera {
+    Camera {
+        name: String::new(),
+        camera_to_world: DAffine3::from_mat3_translation(axes(eye - target), eye),
+        vertical_fov: yfov,
+        aspect_ratio: None,
+    }
+}
+
+/// A camera that sees the whole scene from the front, right and above, in every picture that is
+/// at least as wide as high. An empty scene gets a camera at (0, 0, 5).
+pub fn framing_camera(scene: &Scene) -> Camera {
+    let Some(bounds) = scene.bounds() else {
+        return look_at(DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO, FRAMING_FOV);
+    };
+    let back = DVec3::new(0.6, 0.4, 1.0).normalize();
+    let axes = axes(back);
+    let slope = (FRAMING_FOV / 2.0).tan();
+    // Every corner within the field of view: |x| and |y| at most slope × (distance − z).
+    let distance = bounds
+        .corners()
+        .map(|corner| {
+            let seen = axes.transpose() * (corner - bounds.center());
+            seen.z + seen.x.abs().max(seen.y.abs()) / slope
+        })
+        .fold(0.0, f64::max);
+    let distance = if distance > 0.0 { distance } else { 1.0 };
+    let eye = bounds.center() + back * distance * FRAMING_MARGIN;
+    look_at(eye, bounds.center(), FRAMING_FOV)
+}
+
+/// The camera's axes as columns, `back` being opposite to where it looks.
+fn axes(back: DVec3) -> DMat3 {
+    // Scaled before it is normalised: the square of a tiny or huge length leaves f64.
+    let z = (back / back.abs().max_element())
+        .try_normalize()
+        .unwrap_or(DVec3::Z);
+    let up = if z.x.hypot(z.z) > 1e-9 {
+        DVec3::Y
+    } else if z.y > 0.0 {
+        DVec3::NEG_Z
+    } else {
+        DVec3::Z
+    };
+    let x = up.cross(z).normalize();
+    DMat3::from_cols(x, z.cross(x), z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Instance, Mesh};
+    use super::*;
+    use glam::{DQuat, Vec3};
+
+    fn is_rotation(m: DMat3) -> bool {
+        (m.transpose() * m).abs_diff_eq(DMat3::IDENTITY, 1e-12) && m.determinant() > 0.0
+    }
+
+    #[test]
+    fn looks_at_the_target_with_the_sky_up() {
+        let eye = DVec3::new(3.0, 4.0, -5.0);
+        let target = DVec3::new(-1.0, 0.5, 2.0);
+        let camera = look_at(eye, target, 0.5);
+        let m = camera.camera_to_world;
+        assert!(is_rotation(m.matrix3));
+        assert_eq!(m.translation, eye);
+        let seen = m.inverse().transform_point3(target);
+        assert!(seen.x.abs() < 1e-12 && seen.y.abs() < 1e-12 && seen.z < 0.0);
+        assert!(m.matrix3.y_axis.y > 0.0 && m.matrix3.x_axis.y.abs() < 1e-12);
+    }
+
+    #[test]
+    fn every_direction_gives_a_rotation() {
+        for target in [
+            DVec3::Y,
+            DVec3::NEG_Y,
+            DVec3::ZERO,
+            DVec3::Z,
+            DVec3::splat(1e200),
+            DVec3::splat(1e-200),
+        ] {
+            let m = look_at(DVec3::ZERO, target, 1.0).camera_to_world.matrix3;
+            assert!(is_rotation(m), "{target}: {m}");
+        }
+    }
+
+    #[test]
+    fn frames_every_corner() {
+        for size in [Vec3::new(1.0, 1.0, 1.0), Vec3::new(100.0, 0.1, 3.0)] {
+            let scene = Scene {
+                meshes: vec![Mesh {
+                    positions: vec![-size, size, Vec3::new(size.x, -size.y, size.z)],
+                    triangles: vec![[0, 1, 2]],
+                    ..Mesh::default()
+                }],
+                instances: vec![Instance {
+                    name: String::new(),
+                    mesh: 0,
+                    object_to_world: DAffine3::from_rotation_translation(
+                        DQuat::from_rotation_y(0.7),
+                        DVec3::new(1e6, -20.0, 3.0),
+                    ),
+                }],
+                ..Scene::default()
+            };
+            let camera = framing_camera(&scene);
+            let slope = (camera.vertical_fov / 2.0).tan();
+            let mut widest: f64 = 0.0;
+            for corner in scene.bounds().unwrap().corners() {
+                let seen = camera.camera_to_world.inverse().transform_point3(corner);
+                assert!(seen.z < 0.0);
+                let side = seen.x.abs().max(seen.y.abs()) / (slope * -seen.z);
+                assert!(side < 1.0);
+                widest = widest.max(side);
+            }
+            assert!(widest > 0.8, "fills the picture: {widest}");
+        }
+    }
+
+    #[test]
+    fn an_empty_scene_has_a_camera_too() {
+        assert!(is_rotation(
+            framing_camera(&Scene::default()).camera_to_world.matrix3
+        ));
+    }
+}

@@ -1,0 +1,180 @@
+//! A fingerprint of what a scene looks like.
+
+use super::{Camera, Instance, Material, Mesh, Scene};
+use glam::DAffine3;
+
+impl Scene {
+    /// The hash, in hexadecimal, of all that affects the picture: geometry, materials, placement
+    /// and cameras. Names, notices and the path the scene came from are left out.
+    pub fn content_hash(&self) -> String {
+        // Destructured in full, so that a new field cannot be forgotten here.
+        let Self {
+            name: _,
+            meshes,
+            materials,
+            instances,
+            cameras,
+            notices: _,
+        } = self;
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(b"headwater scene 1\0");
+        count(&mut hasher, meshes.len());
+        meshes.iter().for_each(|mesh| hash_mesh(&mut hasher, mesh));
+        count(&mut hasher, materials.len());
+        for material in materials {
+            hash_material(&mut hasher, material);
+        }
+        count(&mut hasher, instances.len());
+        for instance in instances {
+            let Instance {
+                name: _,
+                mesh,
+                object_to_world,
+            } = instance;
+            hasher.update(&mesh.to_le_bytes());
+            hash_affine(&mut hasher, object_to_world);
+        }
+        count(&mut hasher, cameras.len());
+        for camera in cameras {
+            let Camera {
+                name: _,
+                camera_to_world,
+                vertical_fov,
+                aspect_ratio,
+            } = camera;
+            hash_affine(&mut hasher, camera_to_world);
+            // 0 is no aspect ratio's value.
+            doubles(&mut hasher, &[*vertical_fov, aspect_ratio.unwrap_or(0.0)]);
+        }
+        hasher.finalize().to_hex().to_string()
+    }
+}
+
+fn hash_mesh(hasher: &mut blake3::Hasher, mesh: &Mesh) {
+    let Mesh {
+        name: _,
+        positions,
+        normals,
+        triangles,
+        parts,
+    } = mesh;
+    count(hasher, positions.len());
+    hasher.update(bytemuck::cast_slice(positions));
+    count(hasher, normals.len());
+    hasher.update(bytemuck::cast_slice(normals));
+    count(hasher, triangles.len());
+    hasher.update(bytemuck::cast_slice(triangles));
+    count(hasher, parts.len());
+    for part in parts {
+        let numbers = [part.first_triangle, part.triangle_count, part.material];
+        hasher.update(bytemuck::bytes_of(&numbers));
+    }
+}
+
+fn hash_material(hasher: &mut blake3::Hasher, material: &Material) {
+    let Material {
+        name: _,
+        base_color,
+        metallic,
+        roughness,
+        specular,
+        specular_color,
+        ior,
+        emission,
+        double_sided,
+    } = material;
+    for color in [base_color, specular_color, emission] {
+        hasher.update(bytemuck::bytes_of(color));
+    }
+    hasher.update(bytemuck::bytes_of(&[
+        *metallic, *roughness, *specular, *ior,
+    ]));
+    hasher.update(&[u8::from(*double_sided)]);
+}
+
+fn hash_affine(hasher: &mut blake3::Hasher, transform: &DAffine3) {
+    doubles(hasher, &transform.to_cols_array());
+}
+
+fn doubles(hasher: &mut blake3::Hasher, numbers: &[f64]) {
+    hasher.update(bytemuck::cast_slice(numbers));
+}
+
+fn count(hasher: &mut blake3::Hasher, count: usize) {
+    hasher.update(&(count as u64).to_le_bytes());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Part;
+    use super::*;
+    use glam::{DVec3, Vec3};
+
+    fn scene() -> Scene {
+        Scene {
+            name: "one".into(),
+            meshes: vec![Mesh {
+                name: "m".into(),
+                positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+                normals: vec![],
+                triangles: vec![[0, 1, 2]],
+                parts: vec![Part {
+                    first_triangle: 0,
+                    triangle_count: 1,
+                    material: 0,
+                }],
+            }],
+            materials: vec![Material::default()],
+            instances: vec![Instance {
+                name: "i".into(),
+                mesh: 0,
+                object_to_world: DAffine3::IDENTITY,
+            }],
+            cameras: vec![super::super::camera::look_at(DVec3::Z, DVec3::ZERO, 1.0)],
+            notices: vec![],
+        }
+    }
+
+    #[test]
+    fn names_do_not_count() {
+        let mut other = scene();
+        other.name = "two".into();
+        other.meshes[0].name.clear();
+        other.materials[0].name = "x".into();
+        other.instances[0].name.clear();
+        other.cameras[0].name = "c".into();
+        other.notices.push("n".into());
+        assert_eq!(scene().content_hash(), other.content_hash());
+        assert_eq!(scene().content_hash().len(), 64);
+    }
+
+    #[test]
+    fn every_value_counts() {
+        let changes: [fn(&mut Scene); 14] = [
+            |s| s.meshes[0].positions[1].x = 2.0,
+            |s| s.meshes[0].normals = vec![Vec3::Z; 3],
+            |s| s.meshes[0].triangles[0] = [1, 2, 0],
+            |s| s.meshes[0].parts[0].material = 1,
+            |s| s.materials[0].base_color.y = 0.5,
+            |s| s.materials[0].metallic = 0.5,
+            |s| s.materials[0].roughness = 0.5,
+            |s| s.materials[0].specular = 0.5,
+            |s| s.materials[0].ior = 1.2,
+            |s| s.materials[0].emission.z = 1.0,
+            |s| s.materials[0].double_sided = true,
+            |s| s.instances[0].object_to_world.translation.x = 1.0,
+            |s| s.cameras[0].aspect_ratio = Some(1.0),
+            |s| s.cameras.clear(),
+        ];
+        let mut seen = vec![scene().content_hash()];
+        for change in changes {
+            let mut scene = scene();
+            change(&mut scene);
+            seen.push(scene.content_hash());
+        }
+        seen.sort();
+        let all = seen.len();
+        seen.dedup();
+        assert_eq!(seen.len(), all);
+    }
+}

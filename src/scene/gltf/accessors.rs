@@ -1,0 +1,270 @@
+//! Elements of accessors. Every range is checked, in arithmetic that cannot overflow, before the
+//! first byte is read; nothing is allocated by a count that a file merely claims.
+
+use super::damaged;
+use super::document::{Accessor, Document};
+use crate::{Error, Result};
+use glam::Vec3;
+use std::borrow::Cow;
+
+/// The largest element read: three floats.
+const ZEROS: [u8; 12] = [0; 12];
+
+/// The document with the bytes its accessors read.
+pub struct Accessors<'a> {
+    pub document: &'a Document,
+    pub buffers: &'a [Cow<'a, [u8]>],
+}
+
+/// An accessor's elements, all of them readable.
+pub struct Elements<'a> {
+    pub count: u64,
+    component: Component,
+    size: usize,
+    dense: Option<Strided<'a>>,
+    sparse: Option<Replaced<'a>>,
+}
+
+struct Strided<'a> {
+    bytes: &'a [u8],
+    stride: usize,
+}
+
+/// The elements that a sparse accessor replaces: indices increase.
+struct Replaced<'a> {
+    indices: Vec<u64>,
+    values: Strided<'a>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Component {
+    U8,
+    U16,
+    U32,
+    F32,
+}
+
+impl Component {
+    /// glTF's codes, as far as geometry has use for them.
+    fn of(code: u64) -> Option<Self> {
+        match code {
+            5121 => Some(Self::U8),
+            5123 => Some(Self::U16),
+            5125 => Some(Self::U32),
+            5126 => Some(Self::F32),
+            _ => None,
+        }
+    }
+
+    fn size(self) -> usize {
+        match self {
+            Self::U8 => 1,
+            Self::U16 => 2,
+            Self::U32 | Self::F32 => 4,
+        }
+    }
+
+    fn index(self, bytes: &[u8]) -> u64 {
+        match (self, bytes) {
+            (Self::U8, &[a, ..]) => u64::from(a),
+            (Self::U16, &[a, b, ..]) => u64::from(u16::from_le_bytes([a, b])),
+            (_, &[a, b, c, d, ..]) => u64::from(u32::from_le_bytes([a, b, c, d])),
+            _ => unreachable!("an element is as long as its component"),
+        }
+    }
+}
+
+impl<'a> Accessors<'a> {
+    /// An accessor of three floats an element, such as positions and normals.
+    pub fn vectors(&self, index: u64, used_as: &str) -> Result<Elements<'a>> {
+        let (what, accessor) = self.accessor(index, used_as)?;
+        if accessor.kind != "VEC3" || Component::of(accessor.component_type) != Some(Component::F32)
+        {
+            return Err(wrong_type(&what, accessor, "VEC3 of floats (5126)"));
+        }
+        self.elements(&what, accessor, Component::F32, 12)
+    }
+
+    /// An accessor of vertex indices.
+    pub fn indices(&self, index: u64, used_as: &str) -> Result<Elements<'a>> {
+        let (what, accessor) = self.accessor(index, used_as)?;
+        match Component::of(accessor.component_type) {
+            Some(component) if accessor.kind == "SCALAR" && component != Component::F32 => {
+                self.elements(&what, accessor, component, component.size())
+            }
+            _ => Err(wrong_type(
+                &what,
+                accessor,
+                "SCALAR of unsigned integers (5121, 5123 or 5125)",
+            )),
+        }
+    }
+
+    fn accessor(&self, index: u64, used_as: &str) -> Result<(String, &'a Accessor)> {
+        let what = format!("accessor {index} ({used_as})");
+        match get(&self.document.accessors, index) {
+            Some(accessor) => Ok((what, accessor)),
+            None => Err(damaged(format!(
+                "{what} is out of range, there are {}",
+                self.document.accessors.len()
+            ))),
+        }
+    }
+
+    fn elements(
+        &self,
+        what: &str,
+        accessor: &'a Accessor,
+        component: Component,
+        size: usize,
+    ) -> Result<Elements<'a>> {
+        let Accessor {
+            byte_offset, count, ..
+        } = *accessor;
+        let dense = match accessor.buffer_view {
+            Some(view) => Some(self.range(what, view, byte_offset, count, size, true)?),
+            None => None,
+        };
+        let sparse = match &accessor.sparse {
+            None => None,
+            Some(sparse) => {
+                let part = format!("{what}, sparse indices");
+                let code = sparse.indices.component_type;
+                let Some(kind) = Component::of(code).filter(|&c| c != Component::F32) else {
+                    return Err(damaged(format!(
+                        "{part}: component type {code} is no unsigned integer"
+                    )));
+                };
+                let (view, offset) = (sparse.indices.buffer_view, sparse.indices.byte_offset);
+                let found = self.range(&part, view, offset, sparse.count, kind.size(), false)?;
+                let part = format!("{what}, sparse values");
+                let (view, offset) = (sparse.values.buffer_view, sparse.values.byte_offset);
+                let values = self.range(&part, view, offset, sparse.count, size, false)?;
+                // The range just checked holds this many.
+                let indices: Vec<u64> = (0..sparse.count as usize)
+                    .map(|i| kind.index(found.element(i, kind.size())))
+                    .collect();
+                let increase = indices.windows(2).all(|pair| pair[0] < pair[1]);
+                if !increase || indices.last().is_some_and(|&last| last >= count) {
+                    return Err(damaged(format!(
+                        "{what}: its sparse indices do not increase within its count {count}"
+                    )));
+                }
+                Some(Replaced { indices, values })
+            }
+        };
+        Ok(Elements {
+            count,
+            component,
+            size,
+            dense,
+            sparse,
+        })
+    }
+
+    /// The bytes of `count` elements from `offset` in a buffer view.
+    fn range(
+        &self,
+        what: &str,
+        view: u64,
+        offset: u64,
+        count: u64,
+        size: usize,
+        strided: bool,
+    ) -> Result<Strided<'a>> {
+        let views = &self.document.buffer_views;
+        let Some(found) = get(views, view) else {
+            return Err(damaged(format!(
+                "{what}: bufferView {view} is out of range, there are {}",
+                views.len()
+            )));
+        };
+        let Some(buffer) = get(self.buffers, found.buffer) else {
+            return Err(damaged(format!(
+                "bufferView {view}: buffer {} is out of range, there are {}",
+                found.buffer,
+                self.buffers.len()
+            )));
+        };
+        let end = u128::from(found.byte_offset) + u128::from(found.byte_length);
+        if end > buffer.len() as u128 {
+            return Err(damaged(format!(
+                "bufferView {view} ends at byte {end}, but buffer {} has {}",
+                found.buffer,
+                buffer.len()
+            )));
+        }
+        let bytes = &buffer[found.byte_offset as usize..end as usize];
+        let stride = match found.byte_stride {
+            Some(stride) if strided => stride,
+            _ => size as u64,
+        };
+        if stride < size as u64 || stride > 252 {
+            return Err(damaged(format!(
+                "{what}: bufferView {view} has the byteStride {stride}; it must be from {size} to 252"
+            )));
+        }
+        let end = match count {
+            0 => 0,
+            _ => u128::from(offset) + u128::from(count - 1) * u128::from(stride) + size as u128,
+        };
+        if end > bytes.len() as u128 {
+            return Err(damaged(format!(
+                "{what}: its {count} elements end at byte {end}, but bufferView {view} has {}",
+                bytes.len()
+            )));
+        }
+        Ok(Strided {
+            bytes: bytes.get(offset as usize..).unwrap_or_default(),
+            stride: stride as usize,
+        })
+    }
+}
+
+impl Strided<'_> {
+    fn element(&self, index: usize, size: usize) -> &[u8] {
+        let start = index * self.stride;
+        &self.bytes[start..start + size]
+    }
+}
+
+impl Elements<'_> {
+    /// Element `index` as a vertex index.
+    pub fn index(&self, index: u64) -> u64 {
+        self.component.index(self.element(index as usize))
+    }
+
+    /// Element `index` as three floats.
+    pub fn vector(&self, index: u64) -> Vec3 {
+        let bytes = self.element(index as usize);
+        let float =
+            |i: usize| f32::from_le_bytes([bytes[i], bytes[i + 1], bytes[i + 2], bytes[i + 3]]);
+        Vec3::new(float(0), float(4), float(8))
+    }
+
+    fn element(&self, index: usize) -> &[u8] {
+        debug_assert!((index as u64) < self.count);
+        if let Some(sparse) = &self.sparse
+            && let Ok(place) = sparse.indices.binary_search(&(index as u64))
+        {
+            return sparse.values.element(place, self.size);
+        }
+        match &self.dense {
+            Some(dense) => dense.element(index, self.size),
+            None => &ZEROS[..self.size],
+        }
+    }
+}
+
+/// An item by an index from the file.
+pub fn get<T>(items: &[T], index: u64) -> Option<&T> {
+    items.get(usize::try_from(index).ok()?)
+}
+
+fn wrong_type(what: &str, accessor: &Accessor, wanted: &str) -> Error {
+    Error::input(format!(
+        "{what}: is {} of component type {}, it must be {wanted}; export it without quantization",
+        crate::scene::notices::quoted(&accessor.kind),
+        accessor.component_type,
+    ))
+}

@@ -1,0 +1,236 @@
+//! Where a glTF file's bytes are: its two chunks, files beside it, data URIs.
+
+use super::damaged;
+use super::document::Document;
+use crate::scene::notices::quoted;
+use crate::{Error, Result};
+use std::borrow::Cow;
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+/// The JSON and the binary chunk of a glTF file; a `.gltf` is all JSON.
+pub fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>)> {
+    if !bytes.starts_with(b"glTF") {
+        return Ok((bytes, None));
+    }
+    let Some((header, _)) = bytes.split_first_chunk::<12>() else {
+        return Err(damaged("the GLB header is cut off"));
+    };
+    let version = word(&header[4..]);
+    if version != 2 {
+        return Err(Error::input(format!(
+            "GLB version {version} is not supported; export it as glTF 2.0"
+        )));
+    }
+    let length = word(&header[8..]) as usize;
+    if length > bytes.len() || length < 12 {
+        return Err(damaged(format!(
+            "the GLB header tells of {length} bytes, the file has {}",
+            bytes.len()
+        )));
+    }
+    let mut rest = &bytes[12..length];
+    let mut chunks = [None, None];
+    // First the JSON, then maybe the binary chunk, then maybe chunks of extensions.
+    for (index, (chunk, kind)) in chunks.iter_mut().zip([b"JSON", b"BIN\0"]).enumerate() {
+        let Some((header, after)) = rest.split_first_chunk::<8>() else {
+            if rest.is_empty() {
+                break;
+            }
+            return Err(damaged(format!(
+                "the header of GLB chunk {index} is cut off"
+            )));
+        };
+        let length = word(header) as usize;
+        if length > after.len() {
+            return Err(damaged(format!(
+                "GLB chunk {index} tells of {length} bytes, {} follow",
+                after.len()
+            )));
+        }
+        if header[4..] == *kind {
+            *chunk = Some(&after[..length]);
+            rest = &after[length..];
+        }
+    }
+    match chunks {
+        [Some(json), binary] => Ok((json, binary)),
+        [None, _] => Err(damaged("GLB chunk 0 is not JSON")),
+    }
+}
+
+fn word(bytes: &[u8]) -> u32 {
+    u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])
+}
+
+/// The bytes of all buffers, each exactly as long as it says. Only what is in other files, or
+/// encoded, is copied.
+pub fn load<'a>(
+    document: &Document,
+    binary: Option<&'a [u8]>,
+    folder: &Path,
+) -> Result<Vec<Cow<'a, [u8]>>> {
+    let mut buffers = Vec::new();
+    for (index, buffer) in document.buffers.iter().enumerate() {
+        let what = format!("buffer {index}");
+        let length = buffer.byte_length;
+        let mut bytes = match (&buffer.uri, binary) {
+            (Some(uri), _) => Cow::Owned(match uri.strip_prefix("data:") {
+                Some(data) => decode_data_uri(data)
+                    .ok_or_else(|| damaged(format!("{what}: its data URI is not base64")))?,
+                None => read_file(&what, uri, length, folder)?,
+            }),
+            (None, Some(binary)) if index == 0 => Cow::Borrowed(binary),
+            (None, _) => {
+                return Err(damaged(format!(
+                    "{what} has no uri, and there is no binary chunk for it"
+                )));
+            }
+        };
+        if (bytes.len() as u64) < length {
+            let source = match &buffer.uri {
+                Some(uri) if !uri.starts_with("data:") => format!(" in {}", quoted(uri)),
+                _ => String::new(),
+            };
+            return Err(damaged(format!(
+                "{what} should have {length} bytes, there are {}{source}",
+                bytes.len()
+            )));
+        }
+        match &mut bytes {
+            Cow::Borrowed(bytes) => *bytes = &bytes[..length as usize],
+            Cow::Owned(bytes) => bytes.truncate(length as usize),
+        }
+        buffers.push(bytes);
+    }
+    Ok(buffers)
+}
+
+/// At most `length` bytes of a file beside the glTF file: never more than it has.
+fn read_file(what: &str, uri: &str, length: u64, folder: &Path) -> Result<Vec<u8>> {
+    if uri.contains("://") {
+        return Err(Error::input(format!(
+            "{what}: the uri {} is not a file beside the scene; download it and name it there",
+            quoted(uri)
+        )));
+    }
+    let name = decode_percent(uri).ok_or_else(|| {
+        damaged(format!(
+            "{what}: the uri {} is not percent-encoded UTF-8",
+            quoted(uri)
+        ))
+    })?;
+    let path = folder.join(name);
+    let unreadable = |cause: &dyn std::fmt::Display| {
+        Error::input(format!(
+            "{what}: cannot read {}: {cause}; put the file where the scene expects it",
+            quoted(&path.to_string_lossy())
+        ))
+    };
+    let file = File::open(&path).map_err(|cause| unreadable(&cause))?;
+    let found = file.metadata().map_err(|cause| unreadable(&cause))?;
+    if !found.is_file() {
+        return Err(unreadable(&"it is not a file"));
+    }
+    let length = length.min(found.len());
+    let mut bytes = Vec::with_capacity(length as usize);
+    file.take(length)
+        .read_to_end(&mut bytes)
+        .map_err(|cause| unreadable(&cause))?;
+    Ok(bytes)
+}
+
+/// The bytes of `data:` URI content: `[type];base64,…`.
+fn decode_data_uri(data: &str) -> Option<Vec<u8>> {
+    let (kind, content) = data.split_once(',')?;
+    kind.ends_with(";base64").then_some(())?;
+    if content.contains('%') {
+        return decode_base64(&decode_percent(content)?);
+    }
+    decode_base64(content)
+}
+
+/// Base64 of the usual alphabet, with or without padding.
+fn decode_base64(text: &str) -> Option<Vec<u8>> {
+    let digits = text.trim_end_matches('=').as_bytes();
+    if text.len() - digits.len() > 2 || digits.len() % 4 == 1 {
+        return None;
+    }
+    let mut bytes = Vec::with_capacity(digits.len() / 4 * 3 + 2);
+    for group in digits.chunks(4) {
+        let mut bits = 0;
+        for &digit in group {
+            bits = bits << 6
+                | match digit {
+                    b'A'..=b'Z' => u32::from(digit - b'A'),
+                    b'a'..=b'z' => u32::from(digit - b'a') + 26,
+                    b'0'..=b'9' => u32::from(digit - b'0') + 52,
+                    b'+' => 62,
+                    b'/' => 63,
+                    _ => return None,
+                };
+        }
+        bits <<= 6 * (4 - group.len());
+        bytes.extend_from_slice(&bits.to_be_bytes()[1..group.len()]);
+    }
+    Some(bytes)
+}
+
+fn decode_percent(text: &str) -> Option<String> {
+    let mut decoded = Vec::with_capacity(text.len());
+    let mut rest = text.bytes();
+    while let Some(byte) = rest.next() {
+        if byte != b'%' {
+            decoded.push(byte);
+            continue;
+        }
+        let mut digit = || char::from(rest.next()?).to_digit(16);
+        decoded.push((digit()? * 16 + digit()?) as u8);
+    }
+    String::from_utf8(decoded).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_with_and_without_padding() {
+        for (text, bytes) in [
+            ("", &b""[..]),
+            ("Zg==", b"f"),
+            ("Zg", b"f"),
+            ("Zm8=", b"fo"),
+            ("Zm9v", b"foo"),
+            ("Zm9vYmE", b"fooba"),
+            ("/+8A", &[0xff, 0xef, 0]),
+        ] {
+            assert_eq!(decode_base64(text).as_deref(), Some(bytes), "{text}");
+        }
+        for wrong in ["Z", "Zm9vZ", "Zm9*", "Zg===", "Zg==Zg==", "é"] {
+            assert_eq!(decode_base64(wrong), None, "{wrong}");
+        }
+    }
+
+    #[test]
+    fn data_uris_name_their_encoding() {
+        let decoded = decode_data_uri("application/octet-stream;base64,Zm9v");
+        assert_eq!(decoded.as_deref(), Some(&b"foo"[..]));
+        assert_eq!(
+            decode_data_uri(";base64,Zg%3D%3D").as_deref(),
+            Some(&b"f"[..])
+        );
+        for wrong in ["text/plain,foo", ";base64", "", ",", ";base64,%"] {
+            assert_eq!(decode_data_uri(wrong), None, "{wrong}");
+        }
+    }
+
+    #[test]
+    fn percent_signs_are_decoded() {
+        assert_eq!(decode_percent("a%20b%C3%A4").as_deref(), Some("a bä"));
+        for wrong in ["%", "%2", "%zz", "%+1", "%ff"] {
+            assert_eq!(decode_percent(wrong), None, "{wrong}");
+        }
+    }
+}

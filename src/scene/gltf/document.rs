@@ -1,0 +1,234 @@
+//! The JSON of a glTF file, as far as Headwater reads it. Indices are taken as they stand, in 64
+//! bits: whoever follows one checks it. What is not listed here is ignored, or only noticed.
+
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+use std::collections::BTreeMap;
+
+/// The root of a glTF file.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub struct Document {
+    pub asset: Asset,
+    pub extensions_used: Vec<String>,
+    pub extensions_required: Vec<String>,
+    pub scene: Option<u64>,
+    pub scenes: Vec<Roots>,
+    pub nodes: Vec<Node>,
+    pub cameras: Vec<Camera>,
+    pub meshes: Vec<Mesh>,
+    pub materials: Vec<Material>,
+    pub accessors: Vec<Accessor>,
+    pub buffer_views: Vec<BufferView>,
+    pub buffers: Vec<Buffer>,
+    pub animations: Vec<IgnoredAny>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub struct Asset {
+    pub version: String,
+    pub min_version: Option<String>,
+}
+
+/// A glTF `scene`: the nodes its trees grow from.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct Roots {
+    pub nodes: Vec<u64>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct Node {
+    pub name: String,
+    pub children: Vec<u64>,
+    pub mesh: Option<u64>,
+    pub camera: Option<u64>,
+    pub skin: Option<u64>,
+    pub matrix: Option<[f64; 16]>,
+    pub translation: Option<[f64; 3]>,
+    pub rotation: Option<[f64; 4]>,
+    pub scale: Option<[f64; 3]>,
+}
+
+#[derive(Debug, Deserialize)]
+pub struct Camera {
+    #[serde(default)]
+    pub name: String,
+    #[serde(rename = "type")]
+    pub kind: String,
+    pub perspective: Option<Perspective>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct Perspective {
+    pub yfov: f64,
+    pub aspect_ratio: Option<f64>,
+}
+
+#[derive(Debug, Deserialize)]
+pub struct Mesh {
+    #[serde(default)]
+    pub name: String,
+    pub primitives: Vec<Primitive>,
+}
+
+#[derive(Debug, Deserialize)]
+pub struct Primitive {
+    pub attributes: BTreeMap<String, u64>,
+    pub indices: Option<u64>,
+    pub material: Option<u64>,
+    pub mode: Option<u64>,
+    #[serde(default)]
+    pub targets: Vec<IgnoredAny>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub struct Material {
+    pub name: String,
+    pub pbr_metallic_roughness: MetallicRoughness,
+    pub normal_texture: Option<IgnoredAny>,
+    pub occlusion_texture: Option<IgnoredAny>,
+    pub emissive_texture: Option<IgnoredAny>,
+    pub emissive_factor: [f64; 3],
+    pub alpha_mode: Option<String>,
+    pub double_sided: bool,
+    pub extensions: MaterialExtensions,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub struct MetallicRoughness {
+    pub base_color_factor: [f64; 4],
+    pub base_color_texture: Option<IgnoredAny>,
+    pub metallic_factor: f64,
+    pub roughness_factor: f64,
+    pub metallic_roughness_texture: Option<IgnoredAny>,
+}
+
+impl Default for MetallicRoughness {
+    fn default() -> Self {
+        Self {
+            base_color_factor: [1.0; 4],
+            base_color_texture: None,
+            metallic_factor: 1.0,
+            roughness_factor: 1.0,
+            metallic_roughness_texture: None,
+        }
+    }
+}
+
+/// The material extensions that Headwater follows.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct MaterialExtensions {
+    #[serde(rename = "KHR_materials_emissive_strength")]
+    pub emissive_strength: EmissiveStrength,
+    #[serde(rename = "KHR_materials_specular")]
+    pub specular: Specular,
+    #[serde(rename = "KHR_materials_ior")]
+    pub ior: Ior,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub struct EmissiveStrength {
+    pub emissive_strength: f64,
+}
+
+impl Default for EmissiveStrength {
+    fn default() -> Self {
+        Self {
+            emissive_strength: 1.0,
+        }
+    }
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub struct Specular {
+    pub specular_factor: f64,
+    pub specular_texture: Option<IgnoredAny>,
+    pub specular_color_factor: [f64; 3],
+    pub specular_color_texture: Option<IgnoredAny>,
+}
+
+impl Default for Specular {
+    fn default() -> Self {
+        Self {
+            specular_factor: 1.0,
+            specular_texture: None,
+            specular_color_factor: [1.0; 3],
+            specular_color_texture: None,
+        }
+    }
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(default)]
+pub struct Ior {
+    pub ior: f64,
+}
+
+impl Default for Ior {
+    fn default() -> Self {
+        Self { ior: 1.5 }
+    }
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct Accessor {
+    pub buffer_view: Option<u64>,
+    #[serde(default)]
+    pub byte_offset: u64,
+    pub component_type: u64,
+    pub count: u64,
+    #[serde(rename = "type")]
+    pub kind: String,
+    pub sparse: Option<Sparse>,
+}
+
+#[derive(Debug, Deserialize)]
+pub struct Sparse {
+    pub count: u64,
+    pub indices: SparseIndices,
+    pub values: SparseValues,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct SparseIndices {
+    pub buffer_view: u64,
+    #[serde(default)]
+    pub byte_offset: u64,
+    pub component_type: u64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct SparseValues {
+    pub buffer_view: u64,
+    #[serde(default)]
+    pub byte_offset: u64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct BufferView {
+    pub buffer: u64,
+    #[serde(default)]
+    pub byte_offset: u64,
+    pub byte_length: u64,
+    pub byte_stride: Option<u64>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct Buffer {
+    pub uri: Option<String>,
+    pub byte_length: u64,
+}

@@ -1,0 +1,285 @@
+//! Meshes: primitives merged, strips and fans unrolled, vertices that nobody uses left out.
+
+use super::accessors::{Accessors, Elements, get};
+use super::damaged;
+use super::document::{Mesh as FileMesh, Primitive};
+use crate::scene::notices::{Tally, label};
+use crate::scene::{Mesh, Part};
+use crate::{Error, Result};
+use glam::Vec3;
+
+/// Geometry may unfold to this many bytes per byte of the file, and [`FREE_BYTES`]: primitives
+/// that share accessors are copied, and a small file could else ask for any amount.
+const UNFOLDING: u64 = 64;
+
+/// Geometry that may be made from any file.
+const FREE_BYTES: u64 = 1 << 30;
+
+/// How three corners follow from a primitive's indices.
+#[derive(Clone, Copy)]
+enum Topology {
+    List,
+    Strip,
+    Fan,
+}
+
+impl Topology {
+    fn triangle_count(self, corners: u64) -> u64 {
+        match self {
+            Self::List => corners / 3,
+            Self::Strip | Self::Fan => corners.saturating_sub(2),
+        }
+    }
+
+    /// The corners of triangle `i`, counter-clockwise.
+    fn corners(self, i: u64) -> [u64; 3] {
+        match self {
+            Self::List => [3 * i, 3 * i + 1, 3 * i + 2],
+            Self::Strip => [i, i + 1 + i % 2, i + 2 - i % 2],
+            Self::Fan => [i + 1, i + 2, 0],
+        }
+    }
+}
+
+/// Reads a file's meshes one after another.
+pub struct Meshes<'a> {
+    accessors: Accessors<'a>,
+    /// The material of primitives that name none.
+    default_material: u32,
+    /// Whether that was needed.
+    pub default_material_used: bool,
+    bytes_left: u64,
+    /// For each vertex of the primitive at hand its place in the mesh, or `u32::MAX`.
+    places: Vec<u32>,
+}
+
+impl<'a> Meshes<'a> {
+    /// A reader of the file's meshes, of which the buffers and the JSON have `file_bytes`.
+    pub fn new(accessors: Accessors<'a>, file_bytes: u64) -> Self {
+        Self {
+            default_material: accessors.document.materials.len() as u32,
+            default_material_used: false,
+            bytes_left: FREE_BYTES.saturating_add(file_bytes.saturating_mul(UNFOLDING)),
+            places: Vec::new(),
+            accessors,
+        }
+    }
+
+    /// Reads a mesh; its triangles may be none.
+    pub fn read(&mut self, index: usize, source: &FileMesh, tally: &mut Tally) -> Result<Mesh> {
+        let mut mesh = Mesh {
+            name: source.name.clone(),
+            ..Mesh::default()
+        };
+        for (i, primitive) in source.primitives.iter().enumerate() {
+            let what = format!("{} primitive {i}", label("mesh", index, &source.name));
+            self.append(&what, primitive, &mut mesh, tally)?;
+        }
+        if !mesh.normals.is_empty() {
+            // Normals of zero length are missing ones: validation makes them geometric.
+            mesh.normals.resize(mesh.positions.len(), Vec3::ZERO);
+        }
+        Ok(mesh)
+    }
+
+    fn append(
+        &mut self,
+        what: &str,
+        primitive: &Primitive,
+        mesh: &mut Mesh,
+        tally: &mut Tally,
+    ) -> Result<()> {
+        let topology = match primitive.mode {
+            None | Some(4) => Topology::List,
+            Some(5) => Topology::Strip,
+            Some(6) => Topology::Fan,
+            Some(0..=3) => {
+                tally.add("points and lines are skipped", || what.into());
+                return Ok(());
+            }
+            Some(mode) => {
+                return Err(damaged(format!("{what}: mode {mode} is none of 0 to 6")));
+            }
+        };
+        let Some(&positions) = primitive.attributes.get("POSITION") else {
+            tally.add("primitives without positions are skipped", || what.into());
+            return Ok(());
+        };
+        let positions = self
+            .accessors
+            .vectors(positions, &format!("POSITION of {what}"))?;
+        let normals = match primitive.attributes.get("NORMAL") {
+            Some(&normals) => {
+                let used_as = format!("NORMAL of {what}");
+                let found = self.accessors.vectors(normals, &used_as)?;
+                if found.count != positions.count {
+                    return Err(damaged(format!(
+                        "accessor {normals} ({used_as}): has {} normals for {} positions",
+                        found.count, positions.count
+                    )));
+                }
+                Some(found)
+            }
+            None => None,
+        };
+        let indices = match primitive.indices {
+            Some(indices) => Some(
+                self.accessors
+                    .indices(indices, &format!("indices of {what}"))?,
+            ),
+            None => None,
+        };
+        let material = self.material(what, primitive)?;
+        notice_ignored(what, primitive, tally);
+
+        let corners = indices.as_ref().map_or(positions.count, |i| i.count);
+        let count = topology.triangle_count(corners);
+        if matches!(topology, Topology::List) && corners % 3 != 0 {
+            tally.add("corners that make no whole triangle are ignored", || {
+                what.into()
+            });
+        }
+        self.reserve(what, &positions, corners, count)?;
+        let first_triangle = index_of(what, mesh.triangles.len())?;
+        let source = Source {
+            what,
+            positions,
+            normals,
+            indices,
+        };
+        self.copy(&source, topology, count, mesh)?;
+        mesh.parts.push(Part {
+            first_triangle,
+            triangle_count: index_of(what, mesh.triangles.len())? - first_triangle,
+            material,
+        });
+        Ok(())
+    }
+
+    fn material(&mut self, what: &str, primitive: &Primitive) -> Result<u32> {
+        let Some(material) = primitive.material else {
+            self.default_material_used = true;
+            return Ok(self.default_material);
+        };
+        let materials = &self.accessors.document.materials;
+        match get(materials, material) {
+            Some(_) => Ok(material as u32),
+            None => Err(damaged(format!(
+                "{what}: material {material} is out of range, there are {}",
+                materials.len()
+            ))),
+        }
+    }
+
+    /// Refuses what would take unreasonably more memory than the file.
+    fn reserve(
+        &mut self,
+        what: &str,
+        positions: &Elements,
+        corners: u64,
+        count: u64,
+    ) -> Result<()> {
+        let table = positions.count.saturating_sub(self.places.len() as u64);
+        let needed = u128::from(count) * 12
+            + u128::from(corners.min(positions.count)) * 24
+            + u128::from(table) * 4;
+        match u64::try_from(needed)
+            .ok()
+            .and_then(|needed| self.bytes_left.checked_sub(needed))
+        {
+            Some(left) => self.bytes_left = left,
+            None => {
+                return Err(Error::input(format!(
+                    "{what}: the file's geometry unfolds to more than {UNFOLDING} times its size; split the file"
+                )));
+            }
+        }
+        self.places
+            .resize(self.places.len() + table as usize, u32::MAX);
+        Ok(())
+    }
+
+    /// Copies the triangles and the vertices they use, in the order of their use.
+    fn copy(
+        &mut self,
+        source: &Source,
+        topology: Topology,
+        count: u64,
+        mesh: &mut Mesh,
+    ) -> Result<()> {
+        let what = source.what;
+        let mut used = Vec::new();
+        mesh.triangles.reserve(count as usize);
+        for i in 0..count {
+            let mut triangle = [0; 3];
+            for (corner, at) in triangle.iter_mut().zip(topology.corners(i)) {
+                let vertex = source.indices.as_ref().map_or(at, |i| i.index(at));
+                if vertex >= source.positions.count {
+                    return Err(damaged(format!(
+                        "{what}: index {at} is {vertex}, but there are {} positions",
+                        source.positions.count
+                    )));
+                }
+                let place = &mut self.places[vertex as usize];
+                if *place == u32::MAX {
+                    *place = index_of(what, mesh.positions.len())?;
+                    used.push(vertex);
+                    source.copy_vertex(vertex, mesh)?;
+                }
+                *corner = *place;
+            }
+            mesh.triangles.push(triangle);
+        }
+        for vertex in used {
+            self.places[vertex as usize] = u32::MAX;
+        }
+        Ok(())
+    }
+}
+
+struct Source<'a> {
+    what: &'a str,
+    positions: Elements<'a>,
+    normals: Option<Elements<'a>>,
+    indices: Option<Elements<'a>>,
+}
+
+impl Source<'_> {
+    fn copy_vertex(&self, vertex: u64, mesh: &mut Mesh) -> Result<()> {
+        let finite = |kind: &str, value: Vec3| {
+            if value.is_finite() {
+                return Ok(value);
+            }
+            Err(Error::input(format!(
+                "{}: {kind} {vertex} is {value}; it must be finite",
+                self.what
+            )))
+        };
+        if let Some(normals) = &self.normals {
+            mesh.normals.resize(mesh.positions.len(), Vec3::ZERO);
+            mesh.normals.push(finite("normal", normals.vector(vertex))?);
+        }
+        mesh.positions
+            .push(finite("position", self.positions.vector(vertex))?);
+        Ok(())
+    }
+}
+
+fn notice_ignored(what: &str, primitive: &Primitive, tally: &mut Tally) {
+    if !primitive.targets.is_empty() {
+        tally.add("morph targets are ignored", || what.into());
+    }
+    if primitive.attributes.keys().any(|k| k.starts_with("COLOR_")) {
+        tally.add("vertex colours are ignored", || what.into());
+    }
+}
+
+fn index_of(what: &str, count: usize) -> Result<u32> {
+    // u32::MAX itself marks the absence of a place.
+    match u32::try_from(count) {
+        Ok(index) if index < u32::MAX => Ok(index),
+        _ => Err(Error::input(format!(
+            "{what}: the mesh has more than 2³² vertices or triangles; split it"
+        ))),
+    }
+}

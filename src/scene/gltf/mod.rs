@@ -1,0 +1,191 @@
+//! glTF 2.0: `.gltf` and `.glb`.
+//!
+//! The JSON is read into [`document`]'s own few types rather than by the `gltf` crate, whose
+//! validation and traversal panic or recurse for ever on some broken files. Indices are followed
+//! by checked look-ups, accessors' ranges are checked before they are read.
+
+mod accessors;
+mod buffers;
+mod document;
+mod materials;
+mod meshes;
+mod nodes;
+
+use super::notices::{Tally, label};
+use super::{Instance, Material, Scene};
+use crate::{Error, Result};
+use accessors::{Accessors, get};
+use document::Document;
+use meshes::Meshes;
+use std::path::Path;
+
+/// The extensions whose factors are followed.
+const EXTENSIONS: [&str; 3] = [
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_specular",
+];
+
+/// Reads a glTF file from its bytes; files it names lie in `folder`. Errors name the element, not
+/// the file. The scene is not validated yet.
+pub(super) fn read(bytes: &[u8], folder: &Path) -> Result<Scene> {
+    let (json, binary) = buffers::split(bytes)?;
+    let document = parse(json)?;
+    check_extensions(&document)?;
+    let mut tally = Tally::default();
+    notice_ignored(&document, &mut tally);
+
+    let placed = nodes::placed(&document)?;
+    let materials = materials::read(&document, &mut tally);
+    let buffers = buffers::load(&document, binary, folder)?;
+    let buffer_bytes: u64 = buffers.iter().map(|buffer| buffer.len() as u64).sum();
+    let mut meshes = Meshes::new(
+        Accessors {
+            document: &document,
+            buffers: &buffers,
+        },
+        buffer_bytes + json.len() as u64,
+    );
+
+    let mut scene = Scene {
+        materials,
+        ..Scene::default()
+    };
+    let mut cameras = Vec::new();
+    // Where in the scene each of the file's meshes is, once it has been read.
+    let mut read: Vec<Option<u32>> = vec![None; document.meshes.len()];
+    for place in &placed {
+        if let Some(index) = place.node.camera {
+            let Some(source) = get(&document.cameras, index) else {
+                return Err(out_of_range(
+                    &place.label(),
+                    "camera",
+                    index,
+                    document.cameras.len(),
+                ));
+            };
+            if let Some(camera) = nodes::camera(place, index, source, &mut tally)? {
+                cameras.push((index, camera));
+            }
+        }
+        if let Some(index) = place.node.mesh {
+            let Some(source) = get(&document.meshes, index) else {
+                return Err(out_of_range(
+                    &place.label(),
+                    "mesh",
+                    index,
+                    document.meshes.len(),
+                ));
+            };
+            if place.node.skin.is_some() {
+                tally.add("skins are ignored, the mesh stands as modelled", || {
+                    place.label()
+                });
+            }
+            let index = index as usize;
+            let mesh = match read[index] {
+                Some(mesh) => mesh,
+                None => {
+                    scene.meshes.push(meshes.read(index, source, &mut tally)?);
+                    scene.meshes.len() as u32 - 1
+                }
+            };
+            read[index] = Some(mesh);
+            scene.instances.push(Instance {
+                name: place.node.name.clone(),
+                mesh,
+                object_to_world: place.to_world,
+            });
+        }
+    }
+    if meshes.default_material_used {
+        scene.materials.push(Material::default());
+    }
+    cameras.sort_by_key(|(index, _)| *index);
+    scene.cameras = cameras.into_iter().map(|(_, camera)| camera).collect();
+    scene.notices.extend(tally.into_lines());
+    Ok(scene)
+}
+
+fn parse(json: &[u8]) -> Result<Document> {
+    let not_json = |cause: serde_json::Error| {
+        damaged(format!(
+            "its JSON cannot be read: {}",
+            cause.to_string().replace('\n', " ")
+        ))
+    };
+    let document: Document = match serde_json::from_slice(json) {
+        Ok(document) => document,
+        Err(cause) => {
+            // glTF 1.0 has other types throughout: say that rather than where they differ first.
+            #[derive(serde::Deserialize)]
+            struct Probe {
+                asset: document::Asset,
+            }
+            if let Ok(probe) = serde_json::from_slice::<Probe>(json) {
+                check_version(&probe.asset)?;
+            }
+            return Err(not_json(cause));
+        }
+    };
+    check_version(&document.asset)?;
+    Ok(document)
+}
+
+fn check_version(asset: &document::Asset) -> Result<()> {
+    let wanted = asset.min_version.as_ref().unwrap_or(&asset.version);
+    let supported = match &asset.min_version {
+        Some(minimum) => minimum == "2.0",
+        None => asset.version.starts_with("2."),
+    };
+    if supported {
+        return Ok(());
+    }
+    Err(Error::input(format!(
+        "asset version {} is not supported; export it as glTF 2.0",
+        super::notices::quoted(wanted)
+    )))
+}
+
+fn check_extensions(document: &Document) -> Result<()> {
+    match document
+        .extensions_required
+        .iter()
+        .find(|name| !EXTENSIONS.contains(&name.as_str()))
+    {
+        None => Ok(()),
+        Some(name) => Err(Error::input(format!(
+            "requires the extension {}, which is not supported; export it without",
+            super::notices::quoted(name)
+        ))),
+    }
+}
+
+fn notice_ignored(document: &Document, tally: &mut Tally) {
+    let ignored: Vec<String> = document
+        .extensions_used
+        .iter()
+        .filter(|name| !EXTENSIONS.contains(&name.as_str()))
+        .map(|name| name.escape_debug().to_string())
+        .collect();
+    if !ignored.is_empty() {
+        tally.add("extensions that are not supported are ignored", || {
+            ignored.join(", ")
+        });
+    }
+    let animations = document.animations.len();
+    tally.add_many("animations are ignored", animations, || {
+        label("animation", 0, "")
+    });
+}
+
+fn out_of_range(what: &str, kind: &str, index: u64, count: usize) -> Error {
+    damaged(format!(
+        "{what}: {kind} {index} is out of range, there are {count}"
+    ))
+}
+
+/// An error that no one but the file's writer can mend.
+fn damaged(fault: impl std::fmt::Display) -> Error {
+    Error::input(format!("{fault}; the file is damaged, export it again"))
+}

@@ -1,0 +1,205 @@
+//! The node hierarchy: checked to be trees, walked without recursion, composed in f64.
+
+use super::accessors::get;
+use super::damaged;
+use super::document::{Camera as FileCamera, Document, Node};
+use crate::scene::Camera;
+use crate::scene::notices::{Tally, label};
+use crate::{Error, Result};
+use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, DVec4};
+
+/// A node of the scene with its transform to the world.
+pub struct Placed<'a> {
+    pub index: usize,
+    pub node: &'a Node,
+    pub to_world: DAffine3,
+}
+
+impl Placed<'_> {
+    /// How messages name the node.
+    pub fn label(&self) -> String {
+        label("node", self.index, &self.node.name)
+    }
+}
+
+/// All nodes of the default scene, parents before their children, in the file's order.
+pub fn placed(document: &Document) -> Result<Vec<Placed<'_>>> {
+    let parents = parents(document)?;
+    let mut waiting: Vec<(usize, DAffine3)> = roots(document, &parents)?
+        .into_iter()
+        .map(|root| (root, DAffine3::IDENTITY))
+        .collect();
+    waiting.reverse();
+    let mut placed = Vec::new();
+    // Every node has one parent and no root has any, so this comes to each node at most once.
+    while let Some((index, parent_to_world)) = waiting.pop() {
+        let node = &document.nodes[index];
+        let what = || label("node", index, &node.name);
+        let to_world = parent_to_world * local_transform(node, what)?;
+        if !to_world.is_finite() {
+            return Err(Error::input(format!(
+                "{}: its transform is not finite; mend it in the modelling tool",
+                what()
+            )));
+        }
+        let children = node.children.iter().rev();
+        waiting.extend(children.map(|&child| (child as usize, to_world)));
+        placed.push(Placed {
+            index,
+            node,
+            to_world,
+        });
+    }
+    Ok(placed)
+}
+
+/// Each node's parent. Two parents are an error, and so is a cycle.
+fn parents(document: &Document) -> Result<Vec<Option<usize>>> {
+    let nodes = &document.nodes;
+    let mut parents = vec![None; nodes.len()];
+    for (index, node) in nodes.iter().enumerate() {
+        let what = || label("node", index, &node.name);
+        for &child in &node.children {
+            let Some(parent) = usize::try_from(child).ok().and_then(|c| parents.get_mut(c)) else {
+                return Err(damaged(format!(
+                    "{}: child {child} is out of range, there are {} nodes",
+                    what(),
+                    nodes.len()
+                )));
+            };
+            if let Some(other) = *parent {
+                return Err(damaged(format!(
+                    "{}: its child, node {child}, is also a child of node {other}",
+                    what()
+                )));
+            }
+            *parent = Some(index);
+        }
+    }
+    // Up from every node until where an earlier walk has been: each node is passed once.
+    let mut walk = vec![usize::MAX; nodes.len()];
+    for start in 0..nodes.len() {
+        let mut at = Some(start);
+        while let Some(index) = at.filter(|&index| walk[index] == usize::MAX) {
+            walk[index] = start;
+            at = parents[index];
+        }
+        if let Some(index) = at.filter(|&index| walk[index] == start) {
+            return Err(damaged(format!(
+                "{}: is among its own descendants, the nodes form a cycle",
+                label("node", index, &nodes[index].name)
+            )));
+        }
+    }
+    Ok(parents)
+}
+
+/// The roots of the default scene, or of the first, or without scenes all nodes without parent.
+fn roots(document: &Document, parents: &[Option<usize>]) -> Result<Vec<usize>> {
+    let chosen = document.scene.unwrap_or(0);
+    let Some(scene) = get(&document.scenes, chosen) else {
+        if document.scene.is_some() {
+            return Err(damaged(format!(
+                "scene {chosen} is out of range, there are {}",
+                document.scenes.len()
+            )));
+        }
+        return Ok((0..parents.len())
+            .filter(|&index| parents[index].is_none())
+            .collect());
+    };
+    let mut seen = vec![false; parents.len()];
+    for &root in &scene.nodes {
+        let wrong = |fault: String| Err(damaged(format!("scene {chosen}: node {root} {fault}")));
+        let index = usize::try_from(root).unwrap_or(usize::MAX);
+        match parents.get(index) {
+            None => {
+                return wrong(format!("is out of range, there are {}", parents.len()));
+            }
+            Some(Some(parent)) => {
+                return wrong(format!("is a root and also a child of node {parent}"));
+            }
+            Some(None) if seen[index] => return wrong("is listed twice".into()),
+            Some(None) => seen[index] = true,
+        }
+    }
+    Ok(scene.nodes.iter().map(|&root| root as usize).collect())
+}
+
+fn local_transform(node: &Node, what: impl Fn() -> String) -> Result<DAffine3> {
+    let wrong = |fault: &str| Err(Error::input(format!("{}: {fault}", what())));
+    if let Some(matrix) = &node.matrix {
+        let matrix = DMat4::from_cols_array(matrix);
+        if matrix.row(3) != DVec4::W {
+            return wrong("the last row of its matrix is not 0 0 0 1; make it affine");
+        }
+        return Ok(DAffine3::from_mat4(matrix));
+    }
+    let rotation = DQuat::from_array(node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]));
+    let length = rotation.length();
+    if !(length > 1e-6 && length.is_finite()) {
+        return wrong(
+            "its rotation is no quaternion of unit length; mend it in the modelling tool",
+        );
+    }
+    Ok(DAffine3::from_scale_rotation_translation(
+        DVec3::from_array(node.scale.unwrap_or([1.0; 3])),
+        rotation.normalize(),
+        DVec3::from_array(node.translation.unwrap_or([0.0; 3])),
+    ))
+}
+
+/// A node's camera, if it can be rendered: a perspective one with a direction.
+pub fn camera(
+    placed: &Placed,
+    index: u64,
+    camera: &FileCamera,
+    tally: &mut Tally,
+) -> Result<Option<Camera>> {
+    let name = [&placed.node.name, &camera.name]
+        .into_iter()
+        .find(|name| !name.is_empty())
+        .cloned()
+        .unwrap_or_default();
+    let what = format!("camera {index} of {}", placed.label());
+    let perspective = match (camera.kind.as_str(), &camera.perspective) {
+        ("perspective", Some(perspective)) => perspective,
+        ("orthographic", _) => {
+            tally.add("orthographic cameras are skipped", || what);
+            return Ok(None);
+        }
+        _ => {
+            return Err(damaged(format!(
+                "{what}: is neither perspective nor orthographic"
+            )));
+        }
+    };
+    let wrong = |fault: String| Err(Error::input(format!("{what}: {fault}")));
+    let fov = perspective.yfov;
+    if !(fov > 0.0 && fov < std::f64::consts::PI) {
+        return wrong(format!("yfov is {fov}; it must be within 0 and π radians"));
+    }
+    if let Some(aspect) = perspective.aspect_ratio
+        && !(aspect > 0.0 && aspect.is_finite())
+    {
+        return wrong(format!("aspectRatio is {aspect}; it must be positive"));
+    }
+    let Some(axes) = rigid(placed.to_world.matrix3) else {
+        tally.add("cameras scaled to nothing are skipped", || what);
+        return Ok(None);
+    };
+    Ok(Some(Camera {
+        name,
+        camera_to_world: DAffine3::from_mat3_translation(axes, placed.to_world.translation),
+        vertical_fov: fov,
+        aspect_ratio: perspective.aspect_ratio,
+    }))
+}
+
+/// The rotation in a transform: it keeps where the camera looks, and +Y as near as can be.
+fn rigid(matrix: DMat3) -> Option<DMat3> {
+    let unit = |axis: DVec3| (axis / axis.abs().max_element()).try_normalize();
+    let z = unit(matrix.z_axis)?;
+    let x = unit(unit(matrix.y_axis)?.cross(z))?;
+    Some(DMat3::from_cols(x, z.cross(x), z))
+}

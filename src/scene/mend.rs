@@ -1,0 +1,231 @@
+//! Mends a mesh without changing what it shows: no triangles without area, unit normals, no
+//! vertices that nobody uses.
+
+use super::Mesh;
+use super::notices::{Tally, label};
+use glam::{DVec3, Vec3};
+
+/// A normal whose squared length is off by more is made unit.
+const UNIT_TOLERANCE: f64 = 1e-6;
+
+/// A normal whose squared length is off by more is worth a notice.
+const NOTICED_TOLERANCE: f64 = 1e-2;
+
+impl Mesh {
+    /// Mends a mesh whose indices are in range and whose numbers are finite.
+    pub(super) fn mend(&mut self, index: usize, tally: &mut Tally) {
+        let name = self.name.clone();
+        let place = || label("mesh", index, &name);
+        let flat = self.drop_degenerate_triangles();
+        tally.add_many("triangles without area are removed", flat, place);
+        if !self.normals.is_empty() {
+            let odd = self.normalize_normals();
+            tally.add_many(
+                "normals that were not of unit length are made so",
+                odd,
+                place,
+            );
+            let missing = self.fill_missing_normals();
+            tally.add_many(
+                "vertices without a usable normal take the geometric one",
+                missing,
+                place,
+            );
+        }
+        self.drop_unused_vertices();
+    }
+
+    /// The normal of a triangle's plane, not of unit length: 0 where the triangle has no area.
+    fn area_vector(&self, triangle: [u32; 3]) -> DVec3 {
+        let [a, b, c] = triangle.map(|i| self.positions[i as usize].as_dvec3());
+        (b - a).cross(c - a)
+    }
+
+    fn drop_degenerate_triangles(&mut self) -> usize {
+        let before = self.triangles.len();
+        let mut kept = 0;
+        let mut parts = std::mem::take(&mut self.parts);
+        for part in &mut parts {
+            let first = part.first_triangle as usize;
+            part.first_triangle = kept as u32;
+            for i in first..first + part.triangle_count as usize {
+                if self.area_vector(self.triangles[i]) != DVec3::ZERO {
+                    self.triangles[kept] = self.triangles[i];
+                    kept += 1;
+                }
+            }
+            part.triangle_count = kept as u32 - part.first_triangle;
+        }
+        parts.retain(|part| part.triangle_count > 0);
+        self.parts = parts;
+        self.triangles.truncate(kept);
+        before - kept
+    }
+
+    /// Makes all normals unit but those of zero length; tells how many were far from it.
+    fn normalize_normals(&mut self) -> usize {
+        let mut odd = 0;
+        for normal in &mut self.normals {
+            let n = normal.as_dvec3();
+            let off = (n.length_squared() - 1.0).abs();
+            if off > UNIT_TOLERANCE && n != DVec3::ZERO {
+                *normal = n.normalize().as_vec3();
+                odd += usize::from(off > NOTICED_TOLERANCE);
+            }
+        }
+        odd
+    }
+
+    /// Gives vertices with a normal of zero length the geometric normal of their triangle; those
+    /// on an edge between planes are doubled. Tells how many there were.
+    fn fill_missing_normals(&mut self) -> usize {
+        let is_missing: Vec<bool> = self.normals.iter().map(|&n| n == Vec3::ZERO).collect();
+        let missing = is_missing.iter().filter(|&&m| m).count();
+        if missing == is_missing.len() {
+            self.normals.clear();
+        }
+        if missing == 0 || self.normals.is_empty() {
+            return missing;
+        }
+        for i in 0..self.triangles.len() {
+            let triangle = self.triangles[i];
+            let normal = self.area_vector(triangle).normalize().as_vec3();
+            for (corner, vertex) in triangle.into_iter().enumerate() {
+                let vertex = vertex as usize;
+                if !is_missing[vertex] || self.normals[vertex] == normal {
+                    continue;
+                }
+                if self.normals[vertex] == Vec3::ZERO {
+                    self.normals[vertex] = normal;
+                    continue;
+                }
+                let Ok(copy) = u32::try_from(self.positions.len()) else {
+                    continue; // no index is left for a copy: the neighbour's normal serves
+                };
+                self.positions.push(self.positions[vertex]);
+                self.normals.push(normal);
+                self.triangles[i][corner] = copy;
+            }
+        }
+        missing
+    }
+
+    fn drop_unused_vertices(&mut self) {
+        let mut moved = vec![u32::MAX; self.positions.len()];
+        for &vertex in self.triangles.as_flattened() {
+            moved[vertex as usize] = 0;
+        }
+        if !moved.contains(&u32::MAX) {
+            return;
+        }
+        let mut kept = 0;
+        for (vertex, place) in moved.iter_mut().enumerate() {
+            if *place == u32::MAX {
+                continue;
+            }
+            *place = kept as u32;
+            self.positions[kept] = self.positions[vertex];
+            if !self.normals.is_empty() {
+                self.normals[kept] = self.normals[vertex];
+            }
+            kept += 1;
+        }
+        self.positions.truncate(kept);
+        self.normals.truncate(kept);
+        for vertex in self.triangles.as_flattened_mut() {
+            *vertex = moved[*vertex as usize];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Part;
+    use super::*;
+
+    fn part(first_triangle: u32, triangle_count: u32, material: u32) -> Part {
+        Part {
+            first_triangle,
+            triangle_count,
+            material,
+        }
+    }
+
+    /// Two triangles that meet at an edge, one facing +Z, one +X.
+    fn roof() -> Mesh {
+        Mesh {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            parts: vec![part(0, 2, 0)],
+            ..Mesh::default()
+        }
+    }
+
+    fn mend(mesh: &mut Mesh) -> Vec<String> {
+        let mut tally = Tally::default();
+        mesh.mend(4, &mut tally);
+        tally.into_lines().collect()
+    }
+
+    #[test]
+    fn triangles_without_area_go_and_parts_follow() {
+        let mut mesh = roof();
+        mesh.positions.push(Vec3::new(2.0, 0.0, 0.0));
+        mesh.triangles = vec![[0, 1, 4], [0, 1, 2], [1, 1, 2], [0, 2, 3], [3, 3, 3]];
+        mesh.parts = vec![part(0, 2, 0), part(2, 1, 1), part(3, 2, 2)];
+        assert_eq!(
+            mend(&mut mesh),
+            ["triangles without area are removed: 3 times, first mesh 4"]
+        );
+        assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
+        assert_eq!(mesh.parts, [part(0, 1, 0), part(1, 1, 2)]);
+        assert_eq!(mesh.positions.len(), 4, "the unused vertex went");
+        assert!(mend(&mut mesh).is_empty());
+    }
+
+    #[test]
+    fn the_smallest_triangle_has_an_area() {
+        let tiny = f32::from_bits(1);
+        let mut mesh = roof();
+        for p in &mut mesh.positions {
+            *p *= tiny;
+        }
+        assert!(mend(&mut mesh).is_empty());
+        assert_eq!(mesh.triangles.len(), 2);
+    }
+
+    #[test]
+    fn normals_become_unit() {
+        let mut mesh = roof();
+        mesh.normals = vec![Vec3::Z * 1e-30, Vec3::Z * 3.0, Vec3::Z * 1.0001, Vec3::X];
+        assert_eq!(mend(&mut mesh).len(), 1);
+        assert_eq!(mesh.normals, [Vec3::Z, Vec3::Z, Vec3::Z, Vec3::X]);
+    }
+
+    #[test]
+    fn missing_normals_are_the_planes_own() {
+        let mut mesh = roof();
+        mesh.normals = vec![Vec3::ZERO, Vec3::Z, Vec3::ZERO, Vec3::Y];
+        assert_eq!(
+            mend(&mut mesh),
+            ["vertices without a usable normal take the geometric one: 2 times, first mesh 4"]
+        );
+        assert_eq!(mesh.positions.len(), 6);
+        let shown: Vec<[Vec3; 3]> = mesh
+            .triangles
+            .iter()
+            .map(|t| t.map(|i| mesh.normals[i as usize]))
+            .collect();
+        assert_eq!(shown, [[Vec3::Z; 3], [Vec3::X, Vec3::X, Vec3::Y]]);
+        assert!(mend(&mut mesh).is_empty());
+    }
+
+    #[test]
+    fn without_any_usable_normal_a_mesh_is_flat() {
+        let mut mesh = roof();
+        mesh.normals = vec![Vec3::ZERO; 4];
+        mend(&mut mesh);
+        assert!(mesh.normals.is_empty());
+        assert_eq!(mesh.positions.len(), 4);
+    }
+}

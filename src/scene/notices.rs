@@ -1,0 +1,84 @@
+//! Collects what was assumed or ignored, so that a thousand like cases make one line.
+
+/// Notices by kind: the first case of each is named, the others are counted.
+#[derive(Debug, Default)]
+pub(super) struct Tally {
+    kinds: Vec<Kind>,
+}
+
+#[derive(Debug)]
+struct Kind {
+    what: String,
+    first: String,
+    count: usize,
+}
+
+impl Tally {
+    /// Counts one case of `what`; `place` is asked for its name if it is the first.
+    pub fn add(&mut self, what: &str, place: impl FnOnce() -> String) {
+        self.add_many(what, 1, place);
+    }
+
+    /// Counts `count` cases of `what` in one place.
+    pub fn add_many(&mut self, what: &str, count: usize, place: impl FnOnce() -> String) {
+        if count == 0 {
+            return;
+        }
+        match self.kinds.iter_mut().find(|kind| kind.what == what) {
+            Some(kind) => kind.count += count,
+            None => self.kinds.push(Kind {
+                what: what.into(),
+                first: place(),
+                count,
+            }),
+        }
+    }
+
+    /// One line a kind.
+    pub fn into_lines(self) -> impl Iterator<Item = String> {
+        self.kinds.into_iter().map(|kind| match kind.count {
+            1 => format!("{}: {}", kind.what, kind.first),
+            n => format!("{}: {n} times, first {}", kind.what, kind.first),
+        })
+    }
+}
+
+/// How a message names an element: `mesh 3 "Lamp"`. The name is kept on the line and short.
+pub(super) fn label(kind: &str, index: usize, name: &str) -> String {
+    if name.is_empty() {
+        return format!("{kind} {index}");
+    }
+    format!("{kind} {index} {}", quoted(name))
+}
+
+/// A text from a file as messages show it: quoted, on one line, at most 60 characters.
+pub(super) fn quoted(text: &str) -> String {
+    if text.chars().nth(60).is_some() {
+        let start: String = text.chars().take(57).collect();
+        format!("{:?}", start + "...")
+    } else {
+        format!("{text:?}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn like_cases_make_one_line() {
+        let mut tally = Tally::default();
+        tally.add("skipped", || "a".into());
+        tally.add("ignored", || "x".into());
+        tally.add_many("skipped", 2, || "b".into());
+        let lines: Vec<String> = tally.into_lines().collect();
+        assert_eq!(lines, ["skipped: 3 times, first a", "ignored: x"]);
+    }
+
+    #[test]
+    fn names_stay_on_the_line() {
+        assert_eq!(label("mesh", 1, ""), "mesh 1");
+        assert_eq!(label("mesh", 1, "a\nb"), "mesh 1 \"a\\nb\"");
+        assert!(label("mesh", 1, &"ä".repeat(5000)).chars().count() < 80);
+    }
+}

@@ -1,0 +1,153 @@
+//! Lines of OBJ and MTL files: a keyword and words.
+
+use crate::scene::notices::quoted;
+use crate::{Error, Result};
+use std::io::BufRead;
+
+/// Reads statements one after another into the same memory. A backslash at a line's end joins it
+/// with the next; `#` begins a comment.
+pub struct Lines<R> {
+    source: R,
+    bytes: Vec<u8>,
+    text: String,
+    number: usize,
+}
+
+/// A statement.
+pub struct Line<'a> {
+    number: usize,
+    /// The first word.
+    pub keyword: &'a str,
+    /// All that follows it, without the spaces around.
+    pub rest: &'a str,
+}
+
+impl<R: BufRead> Lines<R> {
+    /// The statements of a file.
+    pub fn new(source: R) -> Self {
+        Self {
+            source,
+            bytes: Vec::new(),
+            text: String::new(),
+            number: 0,
+        }
+    }
+
+    /// The next line that is not empty.
+    pub fn next(&mut self) -> Result<Option<Line<'_>>> {
+        loop {
+            self.bytes.clear();
+            let mut number = 0;
+            loop {
+                let read = self.source.read_until(b'\n', &mut self.bytes);
+                let count = read.map_err(|cause| {
+                    Error::input(format!(
+                        "cannot be read after line {}: {cause}",
+                        self.number
+                    ))
+                })?;
+                if count == 0 && self.bytes.is_empty() {
+                    return Ok(None);
+                }
+                self.number += usize::from(count > 0);
+                number = if number == 0 { self.number } else { number };
+                let content = self.bytes.trim_ascii_end().len();
+                if count == 0 || !self.bytes[..content].ends_with(b"\\") {
+                    break;
+                }
+                self.bytes.truncate(content - 1);
+                self.bytes.push(b' ');
+            }
+            self.text.clear();
+            self.text.push_str(&String::from_utf8_lossy(&self.bytes));
+            let content = self.text.split('#').next().unwrap_or_default().trim();
+            if content.is_empty() {
+                continue;
+            }
+            // Found again in the text itself: the borrow above must not outlive the loop.
+            let start = content.as_ptr() as usize - self.text.as_ptr() as usize;
+            let end = start + content.len();
+            let content = &self.text[start..end];
+            let (keyword, rest) = content
+                .split_once(char::is_whitespace)
+                .unwrap_or((content, ""));
+            return Ok(Some(Line {
+                number,
+                keyword,
+                rest: rest.trim_start(),
+            }));
+        }
+    }
+}
+
+impl<'a> Line<'a> {
+    /// The words after the keyword.
+    pub fn words(&self) -> impl Iterator<Item = &'a str> + use<'a> {
+        self.rest.split_whitespace()
+    }
+
+    /// The first three words as finite numbers.
+    pub fn floats(&self) -> Result<[f32; 3]> {
+        let mut words = self.words();
+        let mut floats = [0.0; 3];
+        for float in &mut floats {
+            let word = words
+                .next()
+                .ok_or_else(|| self.wrong("three numbers are needed"))?;
+            *float = self.float(word)?;
+        }
+        Ok(floats)
+    }
+
+    /// A word as a finite number.
+    pub fn float(&self, word: &str) -> Result<f32> {
+        word.parse()
+            .ok()
+            .filter(|number: &f32| number.is_finite())
+            .ok_or_else(|| self.wrong(&format!("{} is no finite number", quoted(word))))
+    }
+
+    /// How messages name the line.
+    pub fn place(&self) -> String {
+        format!("line {}", self.number)
+    }
+
+    /// An error in this line.
+    pub fn wrong(&self, fault: &str) -> Error {
+        Error::input(format!(
+            "line {}, {}: {fault}",
+            self.number,
+            quoted(self.keyword)
+        ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn statements_without_comments_and_joined() {
+        let text = b"# head\n\n  v 1 2 \\\r\n 3 # x\r\no a  b\nf\n \\\n\xff\n\\";
+        let mut lines = Lines::new(&text[..]);
+        let mut found = Vec::new();
+        while let Some(line) = lines.next().unwrap() {
+            let words: Vec<&str> = line.words().collect();
+            found.push(format!(
+                "{} {} {}",
+                line.place(),
+                line.keyword,
+                words.join(",")
+            ));
+        }
+        assert_eq!(
+            found,
+            [
+                "line 3 v 1,2,3",
+                "line 5 o a,b",
+                "line 6 f ",
+                "line 7 \u{fffd} "
+            ]
+        );
+    }
+}

@@ -1,0 +1,350 @@
+//! Wavefront OBJ: polygons in objects and groups, with materials from MTL files.
+//!
+//! Read here rather than by the `tobj` crate, which panics on short colours, mixes up normals
+//! where only some faces have them, and cannot say in which line a fault is.
+//!
+//! Each `o` or `g` begins a mesh; its materials become parts. Polygons are cut by
+//! [`super::polygon`], concave ones too. Free-form curves and surfaces are skipped.
+
+mod lines;
+mod mtl;
+
+use super::notices::{Tally, quoted};
+use super::polygon::triangulate;
+use super::{Instance, Material, Mesh, Part, Scene};
+use crate::{Error, Result};
+use glam::{DAffine3, Vec3};
+use lines::{Line, Lines};
+use std::collections::HashMap;
+use std::io::BufRead;
+use std::path::Path;
+
+/// What faces without a material look like.
+const GREY: Vec3 = Vec3::splat(0.8);
+
+/// A corner without a normal.
+const NO_NORMAL: u32 = u32::MAX;
+
+/// Reads an OBJ file; the MTL files it names lie in `folder`. Errors name the line, not the file.
+/// The scene is not validated yet.
+pub(super) fn read(source: impl BufRead, folder: &Path) -> Result<Scene> {
+    let mut reader = Reader::new(folder);
+    let mut lines = Lines::new(source);
+    let mut unknown = None;
+    let mut known = false;
+    while let Some(line) = lines.next()? {
+        if reader.statement(&line)? {
+            known = true;
+        } else if unknown.is_none() {
+            unknown = Some(line.wrong("is not a statement of OBJ; give an OBJ file"));
+        }
+    }
+    match unknown {
+        Some(error) if !known => Err(error),
+        _ => Ok(reader.finish()),
+    }
+}
+
+struct Reader<'a> {
+    folder: &'a Path,
+    positions: Vec<Vec3>,
+    normals: Vec<Vec3>,
+    scene: Scene,
+    materials: HashMap<String, u32>,
+    /// The material of the faces to come; none is grey.
+    material: Option<u32>,
+    grey: Option<u32>,
+    mesh: Building,
+    tally: Tally,
+    /// The corners and points of the face at hand, kept for their memory.
+    corners: Vec<(u32, u32)>,
+    points: Vec<Vec3>,
+    textures: Vec<String>,
+}
+
+/// The mesh at hand.
+#[derive(Default)]
+struct Building {
+    mesh: Mesh,
+    /// The vertex of each position and normal used so far.
+    places: HashMap<(u32, u32), u32>,
+    has_normals: bool,
+}
+
+impl<'a> Reader<'a> {
+    fn new(folder: &'a Path) -> Self {
+        Self {
+            folder,
+            positions: Vec::new(),
+            normals: Vec::new(),
+            scene: Scene::default(),
+            materials: HashMap::new(),
+            material: None,
+            grey: None,
+            mesh: Building::default(),
+            tally: Tally::default(),
+            corners: Vec::new(),
+            points: Vec::new(),
+            textures: Vec::new(),
+        }
+    }
+
+    /// Follows a statement; false if OBJ knows none such.
+    fn statement(&mut self, line: &Line) -> Result<bool> {
+        match line.keyword {
+            "v" => {
+                let [x, y, z] = line.floats()?;
+                self.positions.push(Vec3::new(x, y, z));
+                if line.words().count() >= 6 {
+                    self.tally
+                        .add("vertex colours are ignored", || line.place());
+                }
+            }
+            "vn" => {
+                let [x, y, z] = line.floats()?;
+                self.normals.push(Vec3::new(x, y, z));
+            }
+            "f" | "fo" => self.face(line)?,
+            "o" | "g" => {
+                self.finish_mesh();
+                self.mesh.mesh.name = line.rest.to_owned();
+            }
+            "usemtl" => self.use_material(line),
+            "mtllib" => self.material_library(line)?,
+            "p" | "l" => self
+                .tally
+                .add("points and lines are skipped", || line.place()),
+            "curv" | "curv2" | "surf" => self
+                .tally
+                .add("free-form curves and surfaces are skipped", || line.place()),
+            "vt" | "vp" | "s" | "mg" | "cstype" | "deg" | "bmat" | "step" | "parm" | "trim"
+            | "hole" | "scrv" | "sp" | "end" | "con" | "bevel" | "c_interp" | "d_interp"
+            | "lod" | "shadow_obj" | "trace_obj" | "ctech" | "stech" | "usemap" | "maplib" => {}
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    fn face(&mut self, line: &Line) -> Result<()> {
+        self.corners.clear();
+        self.points.clear();
+        for word in line.words() {
+            let mut numbers = word.split('/');
+            let position = numbers.next().unwrap_or_default();
+            let normal = numbers.nth(1).unwrap_or_default();
+            let position = index(line, "vertex", position, self.positions.len())?;
+            let normal = match normal {
+                "" => NO_NORMAL,
+                _ => index(line, "normal", normal, self.normals.len())?,
+            };
+            self.points.push(self.positions[position as usize]);
+            self.corners.push((position, normal));
+        }
+        if self.corners.len() < 3 {
+            return Err(line.wrong("a face needs three corners"));
+        }
+        let material = match self.material {
+            Some(material) => material,
+            None => self.grey(),
+        };
+        let Self {
+            corners,
+            points,
+            normals,
+            mesh,
+            ..
+        } = self;
+        let vertices = mesh.mesh.positions.len() + corners.len();
+        if vertices.max(mesh.mesh.triangles.len() + corners.len()) >= u32::MAX as usize {
+            return Err(line.wrong("the object has more than 2³² vertices; split it"));
+        }
+        for &corner in corners.iter() {
+            mesh.has_normals |= corner.1 != NO_NORMAL;
+        }
+        triangulate(points, |triangle| {
+            let triangle = triangle.map(|i| mesh.vertex(corners[i], points[i], normals));
+            mesh.push(triangle, material);
+        });
+        Ok(())
+    }
+
+    fn use_material(&mut self, line: &Line) {
+        self.material = self.materials.get(line.rest).copied();
+        if self.material.is_none() {
+            self.tally
+                .add("materials that no MTL file has are grey (0.8)", || {
+                    format!("{}: {}", line.place(), quoted(line.rest))
+                });
+        }
+    }
+
+    fn material_library(&mut self, line: &Line) -> Result<()> {
+        // A name may contain spaces, and there may be several names.
+        let names = if self.folder.join(line.rest).is_file() {
+            vec![line.rest]
+        } else {
+            line.words().collect()
+        };
+        for name in names {
+            let file = [name.to_owned(), name.replace('\\', "/")]
+                .iter()
+                .find_map(|name| {
+                    let path = self.folder.join(name);
+                    path.is_file().then(|| std::fs::File::open(path).ok())?
+                });
+            let Some(file) = file else {
+                self.tally
+                    .add("MTL files that cannot be read are left out", || {
+                        format!("{}: {}", line.place(), quoted(name))
+                    });
+                continue;
+            };
+            let library = mtl::read(std::io::BufReader::new(file))
+                .map_err(|fault| Error::input(format!("{}, {fault}", quoted(name))))?;
+            for texture in library.textures {
+                if !self.textures.contains(&texture) {
+                    self.textures.push(texture);
+                }
+            }
+            for material in library.transparent {
+                self.tally
+                    .add("transparency is not supported, surfaces are opaque", || {
+                        format!("material {}", quoted(&material))
+                    });
+            }
+            for material in library.materials {
+                let index = self.scene.materials.len() as u32;
+                self.materials.insert(material.name.clone(), index);
+                self.scene.materials.push(material);
+            }
+        }
+        Ok(())
+    }
+
+    /// The material of faces that have none.
+    fn grey(&mut self) -> u32 {
+        *self.grey.get_or_insert_with(|| {
+            self.scene.materials.push(Material::lambert("", GREY));
+            self.scene.materials.len() as u32 - 1
+        })
+    }
+
+    /// Puts the mesh at hand into the scene, if it has triangles.
+    fn finish_mesh(&mut self) {
+        let Building {
+            mut mesh,
+            has_normals,
+            ..
+        } = std::mem::take(&mut self.mesh);
+        if mesh.triangles.is_empty() {
+            return;
+        }
+        if !has_normals {
+            mesh.normals = Vec::new();
+        }
+        join_parts(&mut mesh);
+        self.scene.instances.push(Instance {
+            name: mesh.name.clone(),
+            mesh: self.scene.meshes.len() as u32,
+            object_to_world: DAffine3::IDENTITY,
+        });
+        self.scene.meshes.push(mesh);
+    }
+
+    fn finish(mut self) -> Scene {
+        self.finish_mesh();
+        if self.grey.is_some() {
+            self.tally
+                .add("faces without a material are given one", || {
+                    "grey Lambert (0.8)".to_owned()
+                });
+        }
+        if !self.textures.is_empty() {
+            let list = self.textures.join(", ");
+            self.tally.add(
+                "textures are not supported yet, the plain factors are used",
+                || list,
+            );
+        }
+        self.scene.notices.extend(self.tally.into_lines());
+        self.scene
+    }
+}
+
+impl Building {
+    /// The mesh's vertex for a corner: shared by all corners of the same position and normal.
+    fn vertex(&mut self, corner: (u32, u32), position: Vec3, normals: &[Vec3]) -> u32 {
+        let mesh = &mut self.mesh;
+        *self.places.entry(corner).or_insert_with(|| {
+            mesh.positions.push(position);
+            // A normal of zero length is a missing one: validation makes it geometric.
+            let normal = normals.get(corner.1 as usize).copied();
+            mesh.normals.push(normal.unwrap_or(Vec3::ZERO));
+            mesh.positions.len() as u32 - 1
+        })
+    }
+
+    fn push(&mut self, triangle: [u32; 3], material: u32) {
+        let first_triangle = self.mesh.triangles.len() as u32;
+        self.mesh.triangles.push(triangle);
+        match self.mesh.parts.last_mut() {
+            Some(part) if part.material == material => part.triangle_count += 1,
+            _ => self.mesh.parts.push(Part {
+                first_triangle,
+                triangle_count: 1,
+                material,
+            }),
+        }
+    }
+}
+
+/// Brings the triangles of each material together, in the order of their first use.
+fn join_parts(mesh: &mut Mesh) {
+    let mut order: HashMap<u32, usize> = HashMap::new();
+    for part in &mesh.parts {
+        let next = order.len();
+        order.entry(part.material).or_insert(next);
+    }
+    if order.len() == mesh.parts.len() {
+        return;
+    }
+    let mut parts = mesh.parts.clone();
+    parts.sort_by_key(|part| order[&part.material]);
+    let mut triangles = Vec::with_capacity(mesh.triangles.len());
+    mesh.parts.clear();
+    for part in parts {
+        let first = part.first_triangle as usize;
+        let first_triangle = triangles.len() as u32;
+        triangles.extend_from_slice(&mesh.triangles[first..][..part.triangle_count as usize]);
+        match mesh.parts.last_mut() {
+            Some(last) if last.material == part.material => {
+                last.triangle_count += part.triangle_count;
+            }
+            _ => mesh.parts.push(Part {
+                first_triangle,
+                ..part
+            }),
+        }
+    }
+    mesh.triangles = triangles;
+}
+
+/// An index of OBJ: from 1, or negative back from the last.
+fn index(line: &Line, kind: &str, word: &str, count: usize) -> Result<u32> {
+    let number: i64 = word
+        .parse()
+        .map_err(|_| line.wrong(&format!("{} is no {kind} index", quoted(word))))?;
+    let index = match number {
+        1.. => number - 1,
+        _ => number.saturating_add(count as i64),
+    };
+    if number == 0 || !(0..count as i64).contains(&index) {
+        return Err(line.wrong(&format!(
+            "{kind} {number} is out of range, there are {count} so far"
+        )));
+    }
+    u32::try_from(index)
+        .ok()
+        .filter(|&index| index != NO_NORMAL)
+        .ok_or_else(|| line.wrong(&format!("{kind} {number} is beyond 32 bits")))
+}

@@ -1,0 +1,170 @@
+//! What a scene asks of the renderer. Scanned once; shaders and buffers exist only for it.
+
+use super::{Material, Mesh, Scene};
+
+/// Below this roughness a specular lobe is so narrow (α < 10⁻⁴) that reservoirs cannot hold it.
+pub const NEAR_DELTA_ROUGHNESS: f32 = 0.01;
+
+/// What a scene contains, as far as it decides what the renderer must be able to do. Materials
+/// count only where an instance shows them; counts are over instances.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
+pub struct Requirements {
+    /// Triangles in the world.
+    pub triangles: u64,
+    /// Triangles that emit light.
+    pub emissive_triangles: u64,
+    /// Meshes placed in the world.
+    pub instances: u64,
+    /// Whether some emitter shines from both sides.
+    pub double_sided_emitters: bool,
+    /// Whether some surface has a specular lobe (else all is Lambert).
+    pub specular: bool,
+    /// Whether some specular lobe is too narrow for reservoirs (see [`NEAR_DELTA_ROUGHNESS`]).
+    pub near_delta: bool,
+    /// Whether some mesh has shading normals.
+    pub smooth_normals: bool,
+    /// Whether some mesh has more than one material.
+    pub multi_part_meshes: bool,
+    /// Whether some mesh is placed more than once.
+    pub shared_meshes: bool,
+    /// Whether some instance is mirrored: its triangles turn the other way round.
+    pub mirrored_instances: bool,
+}
+
+impl Requirements {
+    /// Scans a valid scene.
+    pub fn of(scene: &Scene) -> Self {
+        let mut required = Self {
+            triangles: scene.triangle_count(),
+            emissive_triangles: scene.emissive_triangle_count(),
+            instances: scene.instances.len() as u64,
+            ..Self::default()
+        };
+        let mut placed = vec![false; scene.meshes.len()];
+        for instance in &scene.instances {
+            let seen = &mut placed[instance.mesh as usize];
+            required.shared_meshes |= *seen;
+            *seen = true;
+            required.mirrored_instances |= instance.object_to_world.matrix3.determinant() < 0.0;
+        }
+        for (mesh, _) in scene.meshes.iter().zip(&placed).filter(|(_, seen)| **seen) {
+            required.smooth_normals |= !mesh.normals.is_empty();
+            required.multi_part_meshes |= mesh.parts.len() > 1;
+            for part in mesh.parts.iter().filter(|part| part.triangle_count > 0) {
+                let material = &scene.materials[part.material as usize];
+                required.double_sided_emitters |= material.is_emissive() && material.double_sided;
+                required.specular |= material.has_specular_lobe();
+                required.near_delta |=
+                    material.has_specular_lobe() && material.roughness < NEAR_DELTA_ROUGHNESS;
+            }
+        }
+        required
+    }
+}
+
+impl Material {
+    /// Whether the surface has a specular lobe; else it is pure Lambert.
+    pub fn has_specular_lobe(&self) -> bool {
+        self.metallic > 0.0 || self.specular > 0.0
+    }
+}
+
+impl Scene {
+    /// Triangles in the world: each mesh's, as often as it is placed.
+    pub fn triangle_count(&self) -> u64 {
+        self.count_triangles(|mesh| mesh.triangles.len() as u64)
+    }
+
+    /// Triangles in the world whose material emits.
+    pub fn emissive_triangle_count(&self) -> u64 {
+        self.count_triangles(|mesh| {
+            mesh.parts
+                .iter()
+                .filter(|part| self.materials[part.material as usize].is_emissive())
+                .map(|part| u64::from(part.triangle_count))
+                .sum()
+        })
+    }
+
+    fn count_triangles(&self, of_mesh: impl Fn(&Mesh) -> u64) -> u64 {
+        let counts: Vec<u64> = self.meshes.iter().map(of_mesh).collect();
+        self.instances
+            .iter()
+            .map(|instance| counts[instance.mesh as usize])
+            .sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Instance, Part};
+    use super::*;
+    use glam::{DAffine3, DVec3, Vec3};
+
+    fn mesh(materials: &[u32]) -> Mesh {
+        Mesh {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+            triangles: vec![[0, 1, 2]; materials.len()],
+            parts: (0..)
+                .zip(materials)
+                .map(|(first_triangle, &material)| Part {
+                    first_triangle,
+                    triangle_count: 1,
+                    material,
+                })
+                .collect(),
+            ..Mesh::default()
+        }
+    }
+
+    fn instance(mesh: u32, x_scale: f64) -> Instance {
+        Instance {
+            name: String::new(),
+            mesh,
+            object_to_world: DAffine3::from_scale(DVec3::new(x_scale, 1.0, 1.0)),
+        }
+    }
+
+    #[test]
+    fn nothing_requires_nothing() {
+        assert_eq!(Requirements::of(&Scene::default()), Requirements::default());
+    }
+
+    #[test]
+    fn only_what_is_placed_counts() {
+        let emissive = Material {
+            emission: Vec3::ONE,
+            double_sided: true,
+            roughness: 0.0,
+            ..Material::default()
+        };
+        let mut scene = Scene {
+            meshes: vec![mesh(&[0]), mesh(&[0, 1])],
+            materials: vec![Material::lambert("", Vec3::ONE), emissive],
+            instances: vec![instance(0, 1.0)],
+            ..Scene::default()
+        };
+        let plain = Requirements {
+            triangles: 1,
+            instances: 1,
+            ..Requirements::default()
+        };
+        assert_eq!(Requirements::of(&scene), plain);
+        scene.meshes[1].normals = vec![Vec3::Z; 3];
+        scene.instances.push(instance(1, 1.0));
+        scene.instances.push(instance(1, -1.0));
+        let all = Requirements {
+            triangles: 5,
+            emissive_triangles: 2,
+            instances: 3,
+            double_sided_emitters: true,
+            specular: true,
+            near_delta: true,
+            smooth_normals: true,
+            multi_part_meshes: true,
+            shared_meshes: true,
+            mirrored_instances: true,
+        };
+        assert_eq!(Requirements::of(&scene), all);
+    }
+}

@@ -1,0 +1,439 @@
+//! What every scene must keep to, whether read from a file or made by a procedure.
+
+use super::notices::{Tally, label};
+use super::{Bounds, Camera, Instance, Material, Mesh, Scene};
+use crate::{Error, Result};
+use glam::{DAffine3, DMat3, Vec3};
+
+/// The largest world coordinate: beyond it, squared distances leave the range of f32.
+pub const LARGEST_COORDINATE: f64 = 1e18;
+
+/// An instance is flat when its volume scale is below this, relative to its axes' lengths.
+const SINGULAR: f64 = 1e-15;
+
+impl Scene {
+    /// Checks the scene and mends what can be mended without changing what it shows.
+    ///
+    /// An error names what the renderer cannot take: indices out of range, numbers that are not
+    /// finite, parts that do not cover their triangles, material factors outside their range, a
+    /// camera without a picture. What is mended leaves a notice: a base colour outside 0…1 is
+    /// clamped, triangles without area, flat instances and empty meshes are dropped (indices of
+    /// meshes move up), normals are made unit, missing ones replaced by the geometric normal.
+    /// Afterwards every vertex belongs to a triangle, and checking again changes nothing. A scene
+    /// with nothing in it is legal.
+    pub fn validate(&mut self) -> Result<()> {
+        let mut tally = Tally::default();
+        for (index, material) in self.materials.iter_mut().enumerate() {
+            check_material(index, material, &mut tally)?;
+        }
+        for (index, mesh) in self.meshes.iter_mut().enumerate() {
+            check_mesh(index, mesh, self.materials.len())?;
+            mesh.mend(index, &mut tally);
+        }
+        self.check_instances(&mut tally)?;
+        self.drop_empty_meshes(&mut tally);
+        for (index, camera) in self.cameras.iter().enumerate() {
+            check_camera(index, camera)?;
+        }
+        self.notices.extend(tally.into_lines());
+        Ok(())
+    }
+
+    fn check_instances(&mut self, tally: &mut Tally) -> Result<()> {
+        let boxes: Vec<Option<Bounds>> = self.meshes.iter().map(Mesh::bounds).collect();
+        let mut flat = vec![false; self.instances.len()];
+        for (index, instance) in self.instances.iter().enumerate() {
+            let what = label("instance", index, &instance.name);
+            let Some(bounds) = boxes.get(instance.mesh as usize) else {
+                return Err(Error::input(format!(
+                    "{what}: mesh {} is out of range, there are {}",
+                    instance.mesh,
+                    boxes.len()
+                )));
+            };
+            check_placement(&what, instance, bounds.as_ref())?;
+            flat[index] = is_singular(instance.object_to_world.matrix3);
+            if flat[index] {
+                tally.add("instances scaled to nothing are skipped", || what);
+            }
+        }
+        let mut flat = flat.into_iter();
+        self.instances.retain(|_| !flat.next().unwrap_or(false));
+        Ok(())
+    }
+
+    fn drop_empty_meshes(&mut self, tally: &mut Tally) {
+        let mut kept = 0;
+        let moved: Vec<Option<u32>> = self
+            .meshes
+            .iter()
+            .enumerate()
+            .map(|(index, mesh)| {
+                if mesh.triangles.is_empty() {
+                    tally.add("meshes without triangles are skipped", || {
+                        label("mesh", index, &mesh.name)
+                    });
+                    return None;
+                }
+                kept += 1;
+                Some(kept - 1)
+            })
+            .collect();
+        if kept as usize == self.meshes.len() {
+            return;
+        }
+        self.meshes.retain(|mesh| !mesh.triangles.is_empty());
+        self.instances
+            .retain_mut(|instance| match moved[instance.mesh as usize] {
+                Some(mesh) => {
+                    instance.mesh = mesh;
+                    true
+                }
+                None => false,
+            });
+    }
+}
+
+fn check_material(index: usize, material: &mut Material, tally: &mut Tally) -> Result<()> {
+    let what = label("material", index, &material.name);
+    let Material {
+        name: _,
+        base_color,
+        metallic,
+        roughness,
+        specular,
+        specular_color,
+        ior,
+        emission,
+        double_sided: _,
+    } = material;
+    let wrong = |factor: &str, value: &dyn std::fmt::Display, range: &str| {
+        Err(Error::input(format!(
+            "{what}: {factor} is {value}; it must be {range}"
+        )))
+    };
+    if !base_color.is_finite() {
+        return wrong("base colour", base_color, "finite");
+    }
+    for (factor, value) in [
+        ("metallic", *metallic),
+        ("roughness", *roughness),
+        ("specular", *specular),
+    ] {
+        if !(0.0..=1.0).contains(&value) {
+            return wrong(factor, &value, "within 0 and 1");
+        }
+    }
+    for (factor, value) in [
+        ("specular colour", &*specular_color),
+        ("emission", &*emission),
+    ] {
+        if !value.is_finite() || value.min_element() < 0.0 {
+            return wrong(factor, value, "finite and not negative");
+        }
+    }
+    if !ior.is_finite() || (*ior != 0.0 && *ior < 1.0) {
+        return wrong("index of refraction", ior, "finite and at least 1 (or 0)");
+    }
+    let clamped = base_color.clamp(Vec3::ZERO, Vec3::ONE);
+    if clamped != *base_color {
+        *base_color = clamped;
+        tally.add("base colours outside 0…1 are clamped", || what);
+    }
+    Ok(())
+}
+
+fn check_mesh(index: usize, mesh: &Mesh, materials: usize) -> Result<()> {
+    let what = label("mesh", index, &mesh.name);
+    let wrong = |fault: String| Err(Error::input(format!("{what}: {fault}")));
+    let vertices = mesh.positions.len();
+    if u32::try_from(vertices.max(mesh.triangles.len())).is_err() {
+        return wrong(format!(
+            "{vertices} vertices and {} triangles are more than 32 bits can count; split it",
+            mesh.triangles.len()
+        ));
+    }
+    if let Some(i) = mesh.positions.iter().position(|p| !p.is_finite()) {
+        return wrong(format!(
+            "position {i} is {}; it must be finite",
+            mesh.positions[i]
+        ));
+    }
+    if !mesh.normals.is_empty() && mesh.normals.len() != vertices {
+        return wrong(format!(
+            "{} normals for {vertices} positions; give one each, or none",
+            mesh.normals.len()
+        ));
+    }
+    if let Some(i) = mesh.normals.iter().position(|n| !n.is_finite()) {
+        return wrong(format!(
+            "normal {i} is {}; it must be finite",
+            mesh.normals[i]
+        ));
+    }
+    let out_of_range = |t: &[u32; 3]| t.iter().any(|&i| i as usize >= vertices);
+    if let Some(i) = mesh.triangles.iter().position(out_of_range) {
+        return wrong(format!(
+            "triangle {i} has the corners {:?}, but there are {vertices} positions",
+            mesh.triangles[i]
+        ));
+    }
+    let mut next = 0;
+    for (i, part) in mesh.parts.iter().enumerate() {
+        if part.material as usize >= materials {
+            return wrong(format!(
+                "part {i} has material {}, but there are {materials}",
+                part.material
+            ));
+        }
+        if u64::from(part.first_triangle) != next {
+            return wrong(format!(
+                "part {i} begins at triangle {}, not at {next} where the part before it ends",
+                part.first_triangle
+            ));
+        }
+        next += u64::from(part.triangle_count);
+    }
+    if next != mesh.triangles.len() as u64 {
+        return wrong(format!(
+            "its parts cover {next} triangles of {}",
+            mesh.triangles.len()
+        ));
+    }
+    Ok(())
+}
+
+fn check_placement(what: &str, instance: &Instance, bounds: Option<&Bounds>) -> Result<()> {
+    let transform = &instance.object_to_world;
+    if !transform.is_finite() {
+        return Err(Error::input(format!(
+            "{what}: its transform is not finite; mend it in the modelling tool"
+        )));
+    }
+    let reach = bounds
+        .into_iter()
+        .flat_map(Bounds::corners)
+        .map(|corner| transform.transform_point3(corner).abs().max_element())
+        .fold(0.0, f64::max);
+    if reach > LARGEST_COORDINATE {
+        return Err(Error::input(format!(
+            "{what}: reaches {reach:.3e} from the origin, and {LARGEST_COORDINATE:e} is as far as can be rendered; scale the scene down"
+        )));
+    }
+    Ok(())
+}
+
+/// Whether a transform makes everything flat, so that normals are lost.
+fn is_singular(matrix: DMat3) -> bool {
+    // Axes are scaled to one before the determinant is taken: their lengths' product may leave f64.
+    let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| {
+        let largest = axis.abs().max_element();
+        axis / if largest > 0.0 { largest } else { 1.0 }
+    });
+    let [x, y, z] = axes;
+    DMat3::from_cols(x, y, z).determinant().abs() <= SINGULAR
+}
+
+fn check_camera(index: usize, camera: &Camera) -> Result<()> {
+    let what = label("camera", index, &camera.name);
+    let wrong = |fault: String| Err(Error::input(format!("{what}: {fault}")));
+    let fov = camera.vertical_fov;
+    if !(fov > 0.0 && fov < std::f64::consts::PI) {
+        return wrong(format!(
+            "its vertical field of view is {fov} radians; it must be within 0 and π"
+        ));
+    }
+    if let Some(aspect) = camera.aspect_ratio
+        && !(aspect > 0.0 && aspect.is_finite())
+    {
+        return wrong(format!(
+            "its aspect ratio is {aspect}; it must be positive and finite"
+        ));
+    }
+    if !is_rigid(&camera.camera_to_world) {
+        return wrong("its transform is not a rotation and a finite translation".into());
+    }
+    if camera.camera_to_world.translation.abs().max_element() > LARGEST_COORDINATE {
+        return wrong(format!(
+            "it stands further than {LARGEST_COORDINATE:e} from the origin; scale the scene down"
+        ));
+    }
+    Ok(())
+}
+
+fn is_rigid(transform: &DAffine3) -> bool {
+    let m = transform.matrix3;
+    transform.is_finite()
+        && (m.transpose() * m).abs_diff_eq(DMat3::IDENTITY, 1e-6)
+        && m.determinant() > 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Part;
+    use super::super::camera::look_at;
+    use super::*;
+    use glam::DVec3;
+
+    /// One triangle of one material, placed once, seen by one camera.
+    fn scene() -> Scene {
+        Scene {
+            meshes: vec![Mesh {
+                name: "leaf".into(),
+                positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+                normals: vec![],
+                triangles: vec![[0, 1, 2]],
+                parts: vec![Part {
+                    first_triangle: 0,
+                    triangle_count: 1,
+                    material: 0,
+                }],
+            }],
+            materials: vec![Material::lambert("green", Vec3::ONE)],
+            instances: vec![Instance {
+                name: "branch".into(),
+                mesh: 0,
+                object_to_world: DAffine3::IDENTITY,
+            }],
+            cameras: vec![look_at(DVec3::Z, DVec3::ZERO, 1.0)],
+            ..Scene::default()
+        }
+    }
+
+    #[test]
+    fn good_and_empty_scenes_pass_unchanged() {
+        for mut scene in [scene(), Scene::default()] {
+            let before = scene.content_hash();
+            scene.validate().unwrap();
+            assert_eq!(scene.content_hash(), before);
+            assert!(scene.notices.is_empty());
+        }
+    }
+
+    #[test]
+    fn faults_are_named() {
+        type Fault = (fn(&mut Scene), &'static str);
+        let faults: [Fault; 24] = [
+            (
+                |s| s.materials[0].base_color.x = f32::NAN,
+                "material 0 \"green\": base colour",
+            ),
+            (|s| s.materials[0].metallic = 1.5, "metallic is 1.5"),
+            (|s| s.materials[0].roughness = -0.1, "roughness is -0.1"),
+            (|s| s.materials[0].specular = f32::NAN, "specular is NaN"),
+            (
+                |s| s.materials[0].specular_color.x = -1.0,
+                "specular colour",
+            ),
+            (|s| s.materials[0].ior = 0.5, "index of refraction is 0.5"),
+            (
+                |s| s.materials[0].ior = f32::INFINITY,
+                "index of refraction",
+            ),
+            (|s| s.materials[0].emission.y = -1.0, "emission"),
+            (|s| s.materials[0].emission.y = f32::INFINITY, "emission"),
+            (
+                |s| s.meshes[0].positions[1].x = f32::NAN,
+                "mesh 0 \"leaf\": position 1",
+            ),
+            (
+                |s| s.meshes[0].normals = vec![Vec3::Z],
+                "1 normals for 3 positions",
+            ),
+            (
+                |s| s.meshes[0].normals = vec![Vec3::NAN; 3],
+                "normal 0 is [NaN, NaN, NaN]",
+            ),
+            (|s| s.meshes[0].triangles[0][2] = 3, "triangle 0"),
+            (
+                |s| s.meshes[0].parts[0].material = 7,
+                "part 0 has material 7",
+            ),
+            (|s| s.meshes[0].parts[0].first_triangle = 1, "part 0 begins"),
+            (
+                |s| s.meshes[0].parts[0].triangle_count = u32::MAX,
+                "cover 4294967295 triangles of 1",
+            ),
+            (|s| s.meshes[0].parts.clear(), "cover 0 triangles of 1"),
+            (|s| s.instances[0].mesh = 9, "instance 0 \"branch\": mesh 9"),
+            (
+                |s| s.instances[0].object_to_world.translation.x = f64::NAN,
+                "transform is not finite",
+            ),
+            (
+                |s| s.instances[0].object_to_world.translation.x = 1e30,
+                "scale the scene down",
+            ),
+            (|s| s.cameras[0].vertical_fov = 0.0, "camera 0"),
+            (|s| s.cameras[0].vertical_fov = f64::NAN, "field of view"),
+            (|s| s.cameras[0].aspect_ratio = Some(0.0), "aspect ratio"),
+            (
+                |s| s.cameras[0].camera_to_world.matrix3 *= 2.0,
+                "not a rotation",
+            ),
+        ];
+        for (fault, named) in faults {
+            let mut scene = scene();
+            fault(&mut scene);
+            let error = scene.validate().unwrap_err();
+            assert_eq!(error.exit_status(), 2);
+            let text = error.to_string();
+            assert!(text.contains(named), "{text:?} names {named:?}");
+            assert!(!text.contains('\n'));
+        }
+    }
+
+    #[test]
+    fn base_colours_are_clamped() {
+        let mut scene = scene();
+        scene.materials[0].base_color = Vec3::new(-0.5, 0.5, 1.5);
+        scene.validate().unwrap();
+        assert_eq!(scene.materials[0].base_color, Vec3::new(0.0, 0.5, 1.0));
+        assert_eq!(
+            scene.notices,
+            ["base colours outside 0…1 are clamped: material 0 \"green\""]
+        );
+    }
+
+    #[test]
+    fn flat_instances_go_and_small_ones_stay() {
+        let mut scene = scene();
+        for scale in [
+            DVec3::new(1.0, 0.0, 1.0),
+            DVec3::new(-1e-9, 1e9, 1e-12),
+            DVec3::splat(1e-120),
+        ] {
+            scene.instances.push(Instance {
+                name: "twig".into(),
+                mesh: 0,
+                object_to_world: DAffine3::from_scale(scale),
+            });
+        }
+        scene.validate().unwrap();
+        assert_eq!(scene.instances.len(), 3);
+        assert_eq!(
+            scene.notices,
+            ["instances scaled to nothing are skipped: instance 1 \"twig\""]
+        );
+    }
+
+    #[test]
+    fn empty_meshes_go_and_indices_follow() {
+        let mut scene = scene();
+        scene.meshes.insert(0, Mesh::default());
+        scene.instances[0].mesh = 1;
+        scene.instances.push(Instance {
+            name: String::new(),
+            mesh: 0,
+            object_to_world: DAffine3::IDENTITY,
+        });
+        scene.validate().unwrap();
+        assert_eq!(scene.meshes.len(), 1);
+        assert_eq!(scene.instances.len(), 1);
+        assert_eq!(scene.instances[0].mesh, 0);
+        assert_eq!(
+            scene.notices,
+            ["meshes without triangles are skipped: mesh 0"]
+        );
+    }
+}

@@ -1,0 +1,213 @@
+//! Files made for the tests.
+
+use headwater::scene::Scene;
+use headwater::scene::load::load;
+use serde_json::{Value, json};
+use std::path::PathBuf;
+use tempfile::TempDir;
+
+/// A folder of scene files that goes with the test.
+pub struct Folder(TempDir);
+
+impl Folder {
+    pub fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    pub fn write(&self, name: &str, content: impl AsRef<[u8]>) -> PathBuf {
+        let path = self.path(name);
+        std::fs::write(&path, content).unwrap();
+        path
+    }
+
+    /// Writes and loads a scene that must load.
+    pub fn load(&self, name: &str, content: impl AsRef<[u8]>) -> Scene {
+        load(&self.write(name, content)).unwrap()
+    }
+
+    /// Writes and loads a scene that must not: the message, which is checked for its form.
+    pub fn refuse(&self, name: &str, content: impl AsRef<[u8]>) -> String {
+        let error = load(&self.write(name, content)).expect_err(name);
+        let text = error.to_string();
+        assert_eq!(error.exit_status(), 2, "{text}");
+        assert_eq!(text.lines().count(), 1, "{text}");
+        assert!(text.contains(name), "{text:?} names the file");
+        text
+    }
+}
+
+/// A glTF file: its JSON and its binary chunk.
+#[derive(Clone)]
+pub struct Gltf {
+    pub json: Value,
+    pub binary: Vec<u8>,
+}
+
+impl Gltf {
+    /// A triangle in z = 0 with normals, 16-bit indices, a material, a node and a camera.
+    ///
+    /// Accessors: 0 positions, 1 normals, 2 indices. Nodes: 0 "root" has the mesh, 1 the camera.
+    pub fn triangle() -> Self {
+        let mut file = Self {
+            json: json!({
+                "asset": { "version": "2.0" },
+                "scene": 0,
+                "scenes": [{ "nodes": [0, 1] }],
+                "nodes": [
+                    { "name": "root", "mesh": 0 },
+                    { "name": "eye", "camera": 0, "translation": [0, 0, 5] },
+                ],
+                "cameras": [{
+                    "type": "perspective",
+                    "perspective": { "yfov": 0.8, "aspectRatio": 1.5, "znear": 0.1 },
+                }],
+                "materials": [{ "name": "paint" }],
+                "meshes": [{
+                    "name": "leaf",
+                    "primitives": [{
+                        "attributes": { "POSITION": 0, "NORMAL": 1 },
+                        "indices": 2,
+                        "material": 0,
+                    }],
+                }],
+                "accessors": [],
+                "bufferViews": [],
+                "buffers": [{ "byteLength": 0 }],
+            }),
+            binary: vec![],
+        };
+        file.add_vectors(&[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+        file.add_vectors(&[[0.0, 0.0, 1.0]; 3]);
+        file.add_indices(5123, &[0, 1, 2]);
+        file
+    }
+
+    /// Appends bytes as a buffer view; its index.
+    pub fn add_view(&mut self, bytes: &[u8]) -> usize {
+        let views = self.json["bufferViews"].as_array_mut().unwrap();
+        views.push(json!({
+            "buffer": 0,
+            "byteOffset": self.binary.len(),
+            "byteLength": bytes.len(),
+        }));
+        let index = views.len() - 1;
+        self.binary.extend_from_slice(bytes);
+        self.binary.resize(self.binary.len().next_multiple_of(4), 0);
+        self.json["buffers"][0]["byteLength"] = self.binary.len().into();
+        index
+    }
+
+    /// Appends an accessor; its index.
+    pub fn add_accessor(&mut self, accessor: Value) -> usize {
+        let accessors = self.json["accessors"].as_array_mut().unwrap();
+        accessors.push(accessor);
+        accessors.len() - 1
+    }
+
+    pub fn add_vectors(&mut self, vectors: &[[f32; 3]]) -> usize {
+        let view = self.add_view(&floats(vectors));
+        self.add_accessor(json!({
+            "bufferView": view, "componentType": 5126, "count": vectors.len(), "type": "VEC3",
+        }))
+    }
+
+    pub fn add_indices(&mut self, component: u32, indices: &[u32]) -> usize {
+        let bytes: Vec<u8> = indices
+            .iter()
+            .flat_map(|i| {
+                let size = [1, 2, 4][match component {
+                    5121 => 0,
+                    5123 => 1,
+                    _ => 2,
+                }];
+                i.to_le_bytes().into_iter().take(size)
+            })
+            .collect();
+        let view = self.add_view(&bytes);
+        self.add_accessor(json!({
+            "bufferView": view, "componentType": component, "count": indices.len(),
+            "type": "SCALAR",
+        }))
+    }
+
+    /// The same with a change to its JSON.
+    pub fn with(&self, change: impl FnOnce(&mut Value)) -> Self {
+        let mut file = self.clone();
+        change(&mut file.json);
+        file
+    }
+
+    pub fn primitive(&mut self) -> &mut Value {
+        &mut self.json["meshes"][0]["primitives"][0]
+    }
+
+    /// As `.glb`.
+    pub fn glb(&self) -> Vec<u8> {
+        glb(self.json.to_string().as_bytes(), &self.binary)
+    }
+
+    /// As `.gltf` with its buffer at `uri`.
+    pub fn with_uri(&self, uri: &str) -> String {
+        let file = self.with(|json| json["buffers"][0]["uri"] = uri.into());
+        file.json.to_string()
+    }
+}
+
+pub fn glb(json: &[u8], binary: &[u8]) -> Vec<u8> {
+    let mut json = json.to_vec();
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let mut file = b"glTF".to_vec();
+    let word = |file: &mut Vec<u8>, word: usize| file.extend((word as u32).to_le_bytes());
+    word(&mut file, 2);
+    word(&mut file, 12 + 8 + json.len() + 8 + binary.len());
+    word(&mut file, json.len());
+    file.extend(b"JSON");
+    file.extend(json);
+    word(&mut file, binary.len());
+    file.extend(b"BIN\0");
+    file.extend(binary);
+    file
+}
+
+pub fn floats(vectors: &[[f32; 3]]) -> Vec<u8> {
+    vectors
+        .as_flattened()
+        .iter()
+        .flat_map(|f| f.to_le_bytes())
+        .collect()
+}
+
+pub fn base64(bytes: &[u8]) -> String {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::new();
+    for group in bytes.chunks(3) {
+        let mut word = [0; 4];
+        word[1..=group.len()].copy_from_slice(group);
+        let bits = u32::from_be_bytes(word);
+        for digit in 0..4 {
+            text.push(if digit > group.len() {
+                '='
+            } else {
+                DIGITS[(bits >> (18 - 6 * digit)) as usize & 63] as char
+            });
+        }
+    }
+    text
+}
+
+/// Deterministic noise (splitmix64).
+pub struct Random(pub u64);
+
+impl Random {
+    pub fn below(&mut self, end: usize) -> usize {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) % end as u64) as usize
+    }
+}
