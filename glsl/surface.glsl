@@ -43,7 +43,12 @@ Surface surface_at(Hit hit, vec3 direction) {
         // Opposite corner normals can cancel.
         if (size > TINY) shading *= inversesqrt(size);
         else shading = normal;
-        surface.shading_normal = dot(shading, surface.geometric_normal) < 0.0 ? -shading : shading;
+        if (dot(shading, surface.geometric_normal) < 0.0) shading = -shading;
+        // At a silhouette the interpolated normal may look away from the eye, which would leave
+        // black specks there: it is bent until it just faces the eye.
+        float facing = -dot(shading, direction) / length(direction);
+        if (facing < LEAST_FACING) shading = normalize(shading - (LEAST_FACING - facing) * normalize(direction));
+        surface.shading_normal = shading;
     }
 
     surface.material = instance.material;

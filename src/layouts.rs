@@ -17,6 +17,8 @@ crate::gpu_constants! {
     /// Perceptual roughness below which a specular lobe is a perfect mirror: its GGX peak would
     /// exceed what f32 half-vectors resolve.
     pub const MIRROR_ROUGHNESS: f32 = 0.01;
+    /// Least cosine between a shading normal and the direction to the eye.
+    pub const LEAST_FACING: f32 = 0.01;
     /// Cells a side of the directional albedo table (cosine × roughness).
     pub const ALBEDO_CELLS: u32 = 64;
     /// Material flag: emits on both sides.

@@ -1,6 +1,7 @@
 //! The command line: one file a command, each thin.
 
 pub mod arguments;
+pub mod compare;
 pub mod info;
 pub mod interrupt;
 pub mod presets;
@@ -33,6 +34,8 @@ enum Command {
     Render(Box<render::Args>),
     /// MIS path tracing with its standard error, for comparing against.
     Reference(Box<reference::Args>),
+    /// One picture against a reference, with checks.
+    Compare(compare::Args),
     /// The presets, and every setting with its doc.
     Presets(presets::Args),
 }
@@ -60,6 +63,7 @@ fn run(command: Command) -> Result<()> {
         Command::Scene(command) => scene::run(&command),
         Command::Render(args) => render::run(&args),
         Command::Reference(args) => reference::run(&args),
+        Command::Compare(args) => compare::run(&args),
         Command::Presets(args) => presets::run(&args),
     }
 }

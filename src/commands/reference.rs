@@ -12,8 +12,9 @@ use glam::{DVec3, Vec3};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// Between saves of an unfinished reference: what a crash can cost.
-const SAVE_EVERY: Duration = Duration::from_secs(20);
+/// Seconds between saves of an unfinished reference: what a crash can cost.
+/// `HEADWATER_SAVE_SECONDS` sets another time.
+const SAVE_SECONDS: u64 = 20;
 
 /// Samples that a stop by error waits for: with fewer, the fireflies that make the error are
 /// missing themselves.
@@ -56,6 +57,10 @@ pub fn run(args: &Args) -> Result<()> {
     } else {
         0
     };
+    let save_every = std::env::var("HEADWATER_SAVE_SECONDS")
+        .ok()
+        .and_then(|s| s.parse().ok());
+    let save_every = Duration::from_secs(save_every.unwrap_or(SAVE_SECONDS));
     let started = Instant::now();
     let mut saved = Instant::now();
     let progress = Progress::new(u64::from(limit), "samples a pixel");
@@ -87,7 +92,7 @@ pub fn run(args: &Args) -> Result<()> {
                 break;
             }
         }
-        if saved.elapsed() >= SAVE_EVERY {
+        if saved.elapsed() >= save_every {
             save(args, &mut session, done)?;
             saved = Instant::now();
         }
@@ -149,8 +154,11 @@ fn save(args: &Args, session: &mut Session, samples: u32) -> Result<Vec<PixelSum
     Ok(sums)
 }
 
+/// One part of a pixel's sums.
+type Part = fn(&PixelSums) -> Vec3;
+
 /// The sums' parts under the names of their channels.
-const PARTS: [(&str, fn(&PixelSums) -> Vec3); 4] = [
+const PARTS: [(&str, Part); 4] = [
     ("sum", |p| p.sum),
     ("sum_low", |p| p.sum_low),
     ("square", |p| p.square),

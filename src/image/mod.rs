@@ -1,7 +1,7 @@
 //! Pictures: named channels in memory, EXR and PNG on disk.
 
 mod exr;
-mod png;
+pub(crate) mod png;
 
 use crate::{Error, Result};
 use std::collections::BTreeMap;

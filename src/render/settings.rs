@@ -229,7 +229,7 @@ fn in_range(pointer: &str, value: &Value) -> Result<bool> {
 
 fn flatten(prefix: &str, value: &Value, out: &mut Vec<(String, Value)>) {
     match value {
-        Value::Object(map) if !(map.is_empty() && !prefix.is_empty()) => {
+        Value::Object(map) if !map.is_empty() || prefix.is_empty() => {
             for (key, value) in map {
                 let key = if prefix.is_empty() {
                     key.clone()

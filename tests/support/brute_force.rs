@@ -371,7 +371,13 @@ impl Tracer {
             let [a, b, c] = triangle.corners;
             let position = a * (1.0 - u - v) + b * u + c * v;
             let geometric = triangle.normal * if facing < 0.0 { -1.0 } else { 1.0 };
-            let frame = Frame::new(triangle.shading_normal(geometric, u, v), geometric);
+            let mut shading = triangle.shading_normal(geometric, u, v);
+            // A normal that looks away from the eye is bent until its cosine is a hundredth.
+            let facing = -shading.dot(direction);
+            if facing < 0.01 {
+                shading = (shading - (0.01 - facing) * direction).normalize();
+            }
+            let frame = Frame::new(shading, geometric);
             let outgoing = frame.to_local(-direction);
             if outgoing.z <= 0.0 {
                 break;

@@ -74,9 +74,9 @@ fn building(heap: &mut Heap, random: &mut Random, side: f32, z: f32) -> f32 {
 
     let glass = dielectric("dark window", Vec3::splat(0.02), 0.1);
     let tints = [
-        Vec3::new(3.4, 2.1, 1.0),
-        Vec3::new(2.6, 2.0, 1.3),
-        Vec3::new(1.5, 1.9, 2.4),
+        Vec3::new(1.3, 0.72, 0.26),
+        Vec3::new(1.1, 0.8, 0.42),
+        Vec3::new(0.5, 0.75, 1.0),
     ];
     let columns = (width / 1.7) as u32;
     let step = width / columns as f32;
@@ -108,9 +108,9 @@ fn building(heap: &mut Heap, random: &mut Random, side: f32, z: f32) -> f32 {
 /// A bright shop window under an awning.
 fn shop(heap: &mut Heap, random: &mut Random, side: f32, z: f32, width: f32) {
     let light = random.pick(&[
-        Vec3::new(3.0, 2.3, 1.5),
-        Vec3::new(1.6, 2.4, 2.8),
-        Vec3::new(3.2, 1.5, 1.9),
+        Vec3::new(1.5, 1.0, 0.5),
+        Vec3::new(0.6, 1.1, 1.4),
+        Vec3::new(1.5, 0.5, 0.8),
     ]);
     let panes = 3;
     for pane in 0..panes {
@@ -239,6 +239,7 @@ fn street_lamps(scene: &mut Builder, end: f32) {
 /// Parked cars and one that comes along the road.
 fn cars(scene: &mut Builder, random: &mut Random, end: f32) {
     let mut meshes = Vec::new();
+    let mut cabin = Shape::default();
     for paint in [
         [0.35, 0.02, 0.03],
         [0.03, 0.07, 0.22],
@@ -248,16 +249,18 @@ fn cars(scene: &mut Builder, random: &mut Random, end: f32) {
         let paint = dielectric("car paint", Vec3::from(paint), 0.15);
         let mut body = chunk(Vec3::new(0.0, 0.55, 0.0), Vec3::new(1.75, 0.5, 4.2));
         let roof = chunk(Vec3::new(0.0, 1.05, 0.15), Vec3::new(1.5, 0.55, 2.1));
-        // The cabin narrows upwards.
-        body.add(roof.map(|p| {
+        // The cabin narrows upwards, under a roof of the body's paint.
+        body.add(chunk(Vec3::new(0.0, 1.34, 0.1), Vec3::new(1.26, 0.05, 1.5)));
+        cabin = roof.map(|p| {
             if p.y > 1.0 {
                 p * Vec3::new(0.82, 1.0, 0.7)
             } else {
                 p
             }
-        }));
+        });
         meshes.push(scene.mesh(paint, body));
     }
+    let cabin = scene.mesh(dielectric("car windows", Vec3::splat(0.02), 0.08), cabin);
     let mut tyres = Shape::default();
     for (x, z) in [(-0.8, -1.3), (0.8, -1.3), (-0.8, 1.3), (0.8, 1.3)] {
         let wheel = Shape::cylinder(Vec3::ZERO, 0.33, 0.22, 16);
@@ -289,6 +292,7 @@ fn cars(scene: &mut Builder, random: &mut Random, end: f32) {
         );
         let mesh = random.pick(&meshes);
         scene.place("car", mesh, place);
+        scene.place("cabin", cabin, place);
         scene.place("tyres", tyres, place);
         if lit {
             scene.place("head lights", head, place);
@@ -344,14 +348,12 @@ pub(super) fn make(values: &Values) -> Scene {
             if random.unit() < 0.5 {
                 let corner =
                     foot + Vec3::new(-7.4 + column as f32 * 1.65, 3.0 + floor as f32 * 3.1, 6.04);
-                let warm = lamp("tower window", Vec3::new(2.2, 1.6, 0.9));
+                let warm = lamp("tower window", Vec3::new(1.2, 0.8, 0.35));
                 heap.add(&warm, Shape::quad(corner, Vec3::X * 1.1, Vec3::Y * 1.6));
             }
         }
     }
-    for (material, shape) in heap.0 {
-        scene.stand(material, shape);
-    }
+    scene.stand_together("buildings and street", heap.0);
     street_lamps(&mut scene, end);
     cars(&mut scene, &mut random, end);
     scene.camera(

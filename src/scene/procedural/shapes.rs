@@ -180,6 +180,30 @@ impl Builder {
         self.place(&name, mesh, DAffine3::IDENTITY);
     }
 
+    /// One mesh of many materials, flat: boxes that overlap cost less in one tree than in many.
+    pub(super) fn stand_together(&mut self, name: &str, shapes: Vec<(Material, Shape)>) {
+        let mut mesh = Mesh {
+            name: name.into(),
+            ..Mesh::default()
+        };
+        for (material, shape) in shapes {
+            let first = mesh.triangles.len() as u32;
+            let corners = mesh.positions.len() as u32;
+            let count = shape.positions.len() as u32 / 3;
+            mesh.triangles
+                .extend((0..count).map(|t| [0, 1, 2].map(|i| corners + 3 * t + i)));
+            mesh.positions.extend(shape.positions);
+            mesh.parts.push(Part {
+                first_triangle: first,
+                triangle_count: count,
+                material: self.0.materials.len() as u32,
+            });
+            self.0.materials.push(material);
+        }
+        self.0.meshes.push(mesh);
+        self.place(name, self.0.meshes.len() as u32 - 1, DAffine3::IDENTITY);
+    }
+
     /// The camera; the field of view is vertical, in degrees.
     pub(super) fn camera(&mut self, eye: DVec3, target: DVec3, degrees: f64, aspect: f64) {
         let camera = look_at(eye, target, degrees.to_radians());

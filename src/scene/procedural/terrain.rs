@@ -115,10 +115,16 @@ pub(super) fn make(values: &Values) -> Scene {
         lamp("sun", Vec3::new(150.0, 120.0, 85.0)),
         Shape::quad(sun - (u + v) / 2.0, v, u),
     );
-    let sky = Vec3::new(-400.0, 220.0, -400.0);
+    let sky = Shape::block(
+        Vec3::new(-400.0, -100.0, -400.0),
+        Vec3::new(400.0, 220.0, 400.0),
+    );
     scene.stand(
-        lamp("sky", Vec3::new(0.25, 0.36, 0.55)),
-        Shape::quad(sky, Vec3::X * 800.0, Vec3::Z * 800.0),
+        Material {
+            base_color: Vec3::ZERO,
+            ..lamp("sky", Vec3::new(0.25, 0.36, 0.55))
+        },
+        sky.inside_out(),
     );
     let eye = DVec3::new(8.0, 15.0, 52.0);
     scene.camera(eye, DVec3::new(-4.0, 3.0, 0.0), 40.0, 16.0 / 9.0);

@@ -1,0 +1,66 @@
+//! How far one picture is from another, over linear RGB.
+
+/// Errors of a picture against a reference.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Errors {
+    /// Root of the mean squared difference.
+    pub rmse: f64,
+    /// The same after both are clamped to 0…1: what a display shows of it.
+    pub rmse_clamped: f64,
+    /// Mean of (a − b)² / (b² + 0.01): differences in the dark count as much as in the light.
+    pub relmse: f64,
+    /// Mean of the picture over mean of the reference; 1 if both are black.
+    pub mean_ratio: f64,
+}
+
+impl Errors {
+    /// Compares two pictures of the same size, one pixel an entry.
+    pub fn between(picture: &[[f32; 3]], reference: &[[f32; 3]]) -> Self {
+        let (mut squared, mut clamped, mut relative) = (0.0, 0.0, 0.0);
+        let (mut total, mut reference_total) = (0.0, 0.0);
+        let values = picture.iter().flatten().zip(reference.iter().flatten());
+        for (a, b) in values {
+            let (a, b) = (f64::from(*a), f64::from(*b));
+            squared += (a - b).powi(2);
+            clamped += (a.clamp(0.0, 1.0) - b.clamp(0.0, 1.0)).powi(2);
+            relative += (a - b).powi(2) / (b * b + 0.01);
+            total += a;
+            reference_total += b;
+        }
+        let count = (picture.len() * 3).max(1) as f64;
+        Self {
+            rmse: (squared / count).sqrt(),
+            rmse_clamped: (clamped / count).sqrt(),
+            relmse: relative / count,
+            mean_ratio: if total == reference_total {
+                1.0
+            } else {
+                total / reference_total
+            },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_are_what_a_hand_computes() {
+        let errors = Errors::between(&[[1.0, 2.0, 0.0]], &[[0.0, 4.0, 0.0]]);
+        assert!((errors.rmse - (5.0_f64 / 3.0).sqrt()).abs() < 1e-12);
+        assert!((errors.rmse_clamped - (1.0_f64 / 3.0).sqrt()).abs() < 1e-12);
+        assert!((errors.relmse - (100.0 + 4.0 / 16.01) / 3.0).abs() < 1e-9);
+        assert_eq!(errors.mean_ratio, 0.75);
+    }
+
+    #[test]
+    fn black_pictures_agree() {
+        let black = [[0.0; 3]; 4];
+        let errors = Errors::between(&black, &black);
+        assert_eq!(
+            (errors.rmse, errors.relmse, errors.mean_ratio),
+            (0.0, 0.0, 1.0)
+        );
+    }
+}

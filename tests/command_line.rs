@@ -1,0 +1,387 @@
+//! The command line's contract: exit statuses, one-line errors, no half-written files, equal bits.
+
+use headwater::image::{Image, Samples};
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+fn headwater(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_headwater"));
+    command.args(arguments).env_remove("HEADWATER_VALIDATION");
+    command
+}
+
+fn run(arguments: &[&str]) -> Output {
+    headwater(arguments).output().unwrap()
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+/// Runs, expects success, and returns what it printed on stderr.
+fn succeed(arguments: &[&str]) -> String {
+    let output = run(arguments);
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{arguments:?}: {errors}");
+    errors
+}
+
+/// Runs, expects a status and exactly one line on stderr, and returns the line.
+fn fail(arguments: &[&str], status: i32) -> String {
+    let output = run(arguments);
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(
+        output.status.code(),
+        Some(status),
+        "{arguments:?}: {errors}"
+    );
+    assert_eq!(
+        errors.trim_end().lines().count(),
+        1,
+        "{arguments:?}: {errors}"
+    );
+    assert!(!errors.contains("panicked"), "{errors}");
+    errors
+}
+
+#[test]
+fn wrong_arguments_are_one_line_and_status_2() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("a.exr");
+    let out = text(&out);
+    for (arguments, said) in [
+        (vec!["render", "cornell"], "--output"),
+        (
+            vec!["render", "cornell", "-o", out, "--no-such-option"],
+            "--no-such-option",
+        ),
+        (vec!["render", "cornel", "-o", out], "cornell"),
+        (
+            vec!["render", "no/such/file.glb", "-o", out],
+            "no/such/file.glb",
+        ),
+        (
+            vec![
+                "render", "cornell", "-o", out, "--width", "100000", "--height", "100000",
+            ],
+            "10000000000 pixels",
+        ),
+        (
+            vec!["render", "cornell", "-o", out, "--width", "0"],
+            "no pixels",
+        ),
+        (
+            vec!["render", "cornell", "-o", out, "--frames", "0"],
+            "--frames 0",
+        ),
+        (
+            vec!["render", "cornell", "-o", out, "--device", "no such device"],
+            "no such device",
+        ),
+        (
+            vec!["render", "cornell", "-o", out, "--camera", "7"],
+            "no camera '7'",
+        ),
+        (
+            vec!["render", "cornell", "-o", out, "--set", "roulete.start=1"],
+            "roulette.start",
+        ),
+        (
+            vec!["render", "cornell", "-o", out, "--set", "roulette.floor=7"],
+            "0.001 to 1",
+        ),
+        (
+            vec!["render", "cornell", "-o", out, "--preset", "pathtracing"],
+            "path-tracing",
+        ),
+        (
+            vec!["render", "cornell", "-o", out, "--look-at", "1,2,3"],
+            "EX,EY,EZ",
+        ),
+        (
+            vec!["render", "cornell", "-o", out, "--look-at", "1,2,3,1,2,3"],
+            "same point",
+        ),
+        (
+            vec!["render", "cornell", "-o", out, "--look-at", "0,0,1,0,0,0,0"],
+            "field of view",
+        ),
+        (vec!["render", "cornell", "-o", "a.gif"], ".exr or .png"),
+        (vec!["reference", "cornell", "-o", "a.png"], ".exr"),
+        (
+            vec!["reference", "cornell", "-o", out, "--spp", "0"],
+            "--spp 0",
+        ),
+        (
+            vec!["reference", "cornell", "-o", out, "--target-error", "-1"],
+            "positive",
+        ),
+        (vec!["scene", "generate", "terrain", "-o", "a.obj"], ".glb"),
+        (vec!["presets", "fast-and-good"], "path-tracing"),
+    ] {
+        let line = fail(&arguments, 2);
+        assert!(line.contains(said), "{arguments:?}: {line}");
+    }
+    assert_eq!(
+        std::fs::read_dir(folder.path()).unwrap().count(),
+        0,
+        "files were left"
+    );
+}
+
+#[test]
+fn what_cannot_be_written_is_status_1() {
+    fail(&["render", "cornell", "-o", "no/such/folder/a.exr"], 1);
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("a.exr");
+    // A file-size limit stands for a full disk: the write fails half way.
+    let command = format!(
+        "ulimit -f 4; trap '' XFSZ; exec '{}' render cornell --width 64 --height 64 -o '{}'",
+        env!("CARGO_BIN_EXE_headwater"),
+        text(&out)
+    );
+    let mut shell = Command::new("bash");
+    // The shader cache would meet the limit too, and is none of this test's business.
+    let shell = shell
+        .args(["-c", &command])
+        .env("MESA_SHADER_CACHE_DISABLE", "true");
+    let output = shell.output().unwrap();
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{errors}");
+    assert_eq!(
+        std::fs::read_dir(folder.path()).unwrap().count(),
+        0,
+        "{errors}"
+    );
+}
+
+#[test]
+fn without_vulkan_it_says_so() {
+    for (key, value) in [("VK_DRIVER_FILES", "/nowhere.json")] {
+        let output = headwater(&["info"])
+            .env(key, value)
+            .env("VK_ICD_FILENAMES", value)
+            .env_remove("VK_ADD_DRIVER_FILES")
+            .output()
+            .unwrap();
+        let errors = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{errors}");
+        assert!(errors.contains("Vulkan"), "{errors}");
+    }
+}
+
+#[test]
+fn assumptions_are_one_notice_and_status_0() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mesh, out) = (folder.path().join("a.obj"), folder.path().join("a.exr"));
+    std::fs::write(
+        &mesh,
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 1 2 2\n",
+    )
+    .unwrap();
+    let said = succeed(&["render", text(&mesh), "-o", text(&out), "--width", "32"]);
+    for part in ["no camera", "no light", "without area"] {
+        assert_eq!(said.matches(part).count(), 1, "{part}: {said}");
+    }
+    let image = Image::read(&out).unwrap();
+    assert!(image.rgb().unwrap().iter().flatten().all(|v| *v == 0.0));
+}
+
+#[test]
+fn json_is_one_object_and_help_is_no_error() {
+    for arguments in [
+        vec!["info", "--json"],
+        vec!["presets", "--json"],
+        vec!["scene", "list", "--json"],
+        vec!["scene", "inspect", "cornell", "--json"],
+    ] {
+        let output = run(&arguments);
+        assert!(output.status.success());
+        let value: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert!(value.is_object());
+    }
+    assert!(run(&["--help"]).status.success());
+}
+
+#[test]
+fn a_generated_scene_renders_with_every_aov() {
+    let folder = tempfile::tempdir().unwrap();
+    let (glb, exr, png, report) = (
+        folder.path().join("a.glb"),
+        folder.path().join("a.exr"),
+        folder.path().join("a.png"),
+        folder.path().join("a.json"),
+    );
+    succeed(&["scene", "generate", "cornell", "-o", text(&glb)]);
+    succeed(&[
+        "render",
+        text(&glb),
+        "-o",
+        text(&exr),
+        "-o",
+        text(&png),
+        "--width",
+        "48",
+        "--aov",
+        "albedo,normal,depth,instance",
+        "--report",
+        text(&report),
+    ]);
+    let image = Image::read(&exr).unwrap();
+    assert_eq!((image.width, image.height), (48, 48));
+    for channel in ["R", "albedo.G", "normal.X", "normal.Z", "depth.Z"] {
+        assert!(image.floats(channel).is_some(), "{channel}");
+    }
+    let Some(Samples::U32(ids)) = image.channels.get("instance.id") else {
+        panic!("no instance ids");
+    };
+    assert!(ids.contains(&0) && ids.contains(&u32::MAX));
+    // The floor lies at the bottom: row 0 is the top.
+    let normals = image.floats("normal.Y").unwrap();
+    assert!(normals[44 * 48 + 24] > 0.9, "{}", normals[44 * 48 + 24]);
+    assert_eq!(Image::read(&png).unwrap().width, 48);
+    let report: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(report).unwrap()).unwrap();
+    assert_eq!(report["rejected_values"], 0);
+}
+
+#[test]
+fn the_same_seed_gives_the_same_file_with_one_thread_and_with_all() {
+    let folder = tempfile::tempdir().unwrap();
+    let make = |name: &str, threads: Option<&str>, seed: &str| {
+        let path = folder.path().join(name);
+        let mut command = headwater(&[
+            "render",
+            "cornell-glossy",
+            "-o",
+            text(&path),
+            "--width",
+            "64",
+            "--seed",
+            seed,
+            "--accumulate",
+            "--frames",
+            "3",
+            "--jitter",
+        ]);
+        if let Some(threads) = threads {
+            command
+                .env("LP_NUM_THREADS", threads)
+                .env("RAYON_NUM_THREADS", threads);
+        }
+        assert!(command.status().unwrap().success());
+        std::fs::read(path).unwrap()
+    };
+    let all = make("all.exr", None, "5");
+    assert!(all == make("again.exr", None, "5"), "two runs differ");
+    assert!(all == make("one.exr", Some("1"), "5"), "one thread differs");
+    assert!(all != make("other.exr", None, "6"), "the seed does nothing");
+}
+
+const REFERENCE: [&str; 8] = [
+    "reference",
+    "cornell",
+    "--width",
+    "96",
+    "--spp",
+    "200",
+    "--seed",
+    "3",
+];
+
+#[test]
+fn a_reference_that_was_stopped_resumes_to_the_same_bits() {
+    let folder = tempfile::tempdir().unwrap();
+    let (whole, parts) = (
+        folder.path().join("whole.exr"),
+        folder.path().join("parts.exr"),
+    );
+    succeed(&[&REFERENCE[..], &["-o", text(&whole)]].concat());
+    let arguments = [&REFERENCE[..], &["-o", text(&parts)]].concat();
+    let mut child = headwater(&arguments)
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(Duration::from_millis(1500));
+    // SAFETY: a signal to the child just started.
+    unsafe { libc::kill(child.id() as i32, libc::SIGINT) };
+    let status = child.wait().unwrap();
+    let done = |path: &Path| {
+        let image = Image::read(path).unwrap();
+        image.metadata["headwater.samples"].parse::<u32>().unwrap()
+    };
+    // A fast machine may have finished first; then there is nothing to resume, which is fine too.
+    if status.code() == Some(130) {
+        assert!(done(&parts) < 200);
+        succeed(&[&arguments[..], &["--resume"]].concat());
+    }
+    assert_eq!(done(&parts), 200);
+    assert!(
+        std::fs::read(&whole).unwrap() == std::fs::read(&parts).unwrap(),
+        "bits differ"
+    );
+    let other = [
+        &REFERENCE[..6],
+        &["--seed", "4", "-o", text(&parts), "--resume"],
+    ]
+    .concat();
+    assert!(fail(&other, 2).contains("headwater.seed"));
+}
+
+#[test]
+fn a_killed_reference_leaves_its_last_complete_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.exr");
+    let arguments = [
+        "reference",
+        "cornell",
+        "--width",
+        "32",
+        "--spp",
+        "1000000",
+        "-o",
+        text(&path),
+    ];
+    let mut child = headwater(&arguments)
+        .env("HEADWATER_SAVE_SECONDS", "1")
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let start = Instant::now();
+    while !path.exists() && start.elapsed() < Duration::from_secs(60) {
+        std::thread::sleep(Duration::from_millis(100));
+    }
+    std::thread::sleep(Duration::from_millis(500));
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let image = Image::read(&path).unwrap();
+    assert!(image.floats("stderr.R").is_some());
+}
+
+#[test]
+fn compare_measures_and_checks() {
+    let folder = tempfile::tempdir().unwrap();
+    let paths = ["a.exr", "b.exr", "small.exr", "diff.png"].map(|n| folder.path().join(n));
+    let [a, b, small, diff] = paths.each_ref().map(|p| text(p));
+    for (path, value, side) in [(a, 0.5_f32, 16), (b, 0.4, 16), (small, 0.4, 8)] {
+        let mut image = Image::new(side, side);
+        image.set_vectors("", ["R", "G", "B"], &vec![[value; 3]; image.pixels()]);
+        image.write(Path::new(path), 0.0).unwrap();
+    }
+    let output = run(&["compare", a, b, "--json", "--diff", diff]);
+    let value: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!((value["rmse"].as_f64().unwrap() - 0.1).abs() < 1e-6);
+    assert!((value["mean_ratio"].as_f64().unwrap() - 1.25).abs() < 1e-6);
+    assert!(Path::new(diff).exists());
+    assert!(fail(&["compare", a, b, "--max-rmse", "0.05"], 1).contains("rmse"));
+    assert!(
+        run(&["compare", a, b, "--max-rmse", "0.2"])
+            .status
+            .success()
+    );
+    assert!(fail(&["compare", a, small], 2).contains("8 × 8"));
+    assert!(fail(&["compare", a, b, "--max-rmse", "NaN"], 2).contains("max-rmse"));
+    assert!(fail(&["compare", a, "none.exr"], 2).contains("none.exr"));
+}
