@@ -1,7 +1,7 @@
 //! Output files: written beside their target and renamed, so that no one ever sees half a file.
 
 use crate::{Error, Result};
-use std::io::{BufWriter, Seek, Write};
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 /// What [`write_atomically`] hands to its caller.
@@ -17,6 +17,17 @@ pub fn write_atomically(
     write: impl FnOnce(&mut Output) -> std::io::Result<()>,
 ) -> Result<()> {
     let failed = |e: std::io::Error| Error::writing(path, e);
+    // A device such as /dev/full is written as it is: a rename would replace it.
+    if std::fs::metadata(path).is_ok_and(|m| !m.is_file() && !m.is_dir()) {
+        let file = std::fs::File::options()
+            .write(true)
+            .open(path)
+            .map_err(failed)?;
+        let mut output = BufWriter::new(file);
+        return write(&mut output)
+            .and_then(|()| output.flush())
+            .map_err(failed);
+    }
     let temporary = tempfile::Builder::new()
         .prefix(".headwater-")
         .make_in(folder(path), |name| {
@@ -31,7 +42,6 @@ pub fn write_atomically(
         .map_err(failed)?;
     // A full disk may only be noticed now.
     output.get_mut().sync_all().map_err(failed)?;
-    output.get_mut().rewind().map_err(failed)?;
     drop(output);
     name.persist(path).map_err(|e| failed(e.error))
 }

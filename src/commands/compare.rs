@@ -31,16 +31,16 @@ pub struct Args {
     )]
     exposure: f32,
     /// Fail above this root mean square error
-    #[arg(long, value_name = "E")]
+    #[arg(long, value_name = "E", allow_negative_numbers = true)]
     max_rmse: Option<f64>,
     /// Fail above this relative mean square error
-    #[arg(long, value_name = "E")]
+    #[arg(long, value_name = "E", allow_negative_numbers = true)]
     max_relmse: Option<f64>,
     /// Fail above this mean FLIP error
-    #[arg(long, value_name = "E")]
+    #[arg(long, value_name = "E", allow_negative_numbers = true)]
     max_flip: Option<f64>,
     /// Fail if the ratio of the means is further from 1 than this
-    #[arg(long, value_name = "E")]
+    #[arg(long, value_name = "E", allow_negative_numbers = true)]
     max_mean_deviation: Option<f64>,
 }
 

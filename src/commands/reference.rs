@@ -32,10 +32,10 @@ pub struct Args {
     #[arg(long)]
     spp: Option<u32>,
     /// Stop when √mean(stderr²) is below this share of the image's mean
-    #[arg(long, value_name = "E")]
+    #[arg(long, value_name = "E", allow_negative_numbers = true)]
     target_error: Option<f64>,
     /// Stop after this many seconds
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     time: Option<f64>,
     /// Continue the first output file
     #[arg(long)]

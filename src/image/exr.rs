@@ -8,6 +8,9 @@ use std::io::Cursor;
 use std::panic::catch_unwind;
 use std::path::Path;
 
+/// The attribute that holds the metadata, as JSON.
+const METADATA: &str = "headwater";
+
 /// Largest picture that is read, in pixels: a damaged header must not ask for all memory.
 const MOST_PIXELS: usize = 1 << 30;
 
@@ -26,9 +29,11 @@ pub(super) fn write(image: &Image, path: &Path) -> crate::Result<()> {
         })
         .collect();
     let mut attributes = LayerAttributes::default();
-    for (key, value) in &image.metadata {
-        let value = AttributeValue::Text(value.as_str().into());
-        attributes.other.insert(key.as_str().into(), value);
+    if !image.metadata.is_empty() {
+        // One attribute: the library keeps several in an order that changes from run to run.
+        let text = serde_json::to_string(&image.metadata).map_err(|e| Error::writing(path, e))?;
+        let value = AttributeValue::Text(text.as_str().into());
+        attributes.other.insert(METADATA.into(), value);
     }
     let layer = Layer::new(
         size,
@@ -87,10 +92,8 @@ fn decode(bytes: &[u8]) -> std::result::Result<Image, String> {
         };
         image.channels.insert(channel.name.to_string(), samples);
     }
-    for (key, value) in layer.attributes.other {
-        if let AttributeValue::Text(text) = value {
-            image.metadata.insert(key.to_string(), text.to_string());
-        }
+    if let Some(AttributeValue::Text(text)) = layer.attributes.other.get(&Text::from(METADATA)) {
+        image.metadata = serde_json::from_str(&text.to_string()).unwrap_or_default();
     }
     Ok(image)
 }
@@ -108,7 +111,13 @@ mod tests {
         image
             .channels
             .insert("instance.id".into(), Samples::U32(ids));
-        image.metadata.insert("headwater.seed".into(), "7".into());
+        for (key, value) in [
+            ("headwater.seed", "7"),
+            ("headwater.scene", "\"a\""),
+            ("x", "é"),
+        ] {
+            image.metadata.insert(key.into(), value.into());
+        }
         image
     }
 
