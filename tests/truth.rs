@@ -114,7 +114,7 @@ fn by_brute_force(scene: &Scene, camera: &Camera, size: [u32; 2], options: &Opti
     Picture {
         mean: image.mean,
         error_squared: image.error_squared,
-        samples: options.samples.into(),
+        samples: image.groups.into(),
     }
 }
 
