@@ -114,7 +114,7 @@ fn by_brute_force(scene: &Scene, camera: &Camera, size: [u32; 2], options: &Opti
     Picture {
         mean: image.mean,
         error_squared: image.error_squared,
-        samples: options.samples.into(),
+        samples: image.groups.into(),
     }
 }
 
@@ -396,6 +396,13 @@ fn a_white_furnace_is_one_by_brute_force() {
     // Σ ρⁿ (1 − ρ), with the last of n scattering events missing, where the glow reflects too.
     let (scene, camera) = furnace(0.5, 0.5);
     let all: Vec<usize> = (0..256).collect();
+    // What is missing is some 1e-6, from paths that stay in the white box, whose bottom is open; by
+    // chance alone the noise is below that.
+    let whole = Estimate {
+        mean: 1.0,
+        standard_error: 1e-5,
+        samples: 1 << 40,
+    };
     let mut comparisons = Vec::new();
     for nee in [false, true] {
         let options = Options {
@@ -409,7 +416,7 @@ fn a_white_furnace_is_one_by_brute_force() {
             comparisons.push(Comparison {
                 what: format!("nee {nee}, channel {channel}"),
                 one: picture.mean_of(&all, channel),
-                other: exact(1.0),
+                other: whole,
                 sharp: true,
             });
         }

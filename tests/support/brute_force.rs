@@ -4,8 +4,11 @@
 //! glTF 2.0, appendix B, the tree, the sampling and the random numbers are its own, and no roulette
 //! is played; where both agree, neither has it wrong by accident.
 
+mod random;
+
 use glam::{DMat3, DVec3};
 use headwater::scene::{Camera, Material, Scene};
+use random::Draws;
 use std::f64::consts::{PI, TAU};
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -21,7 +24,8 @@ const LEAF: usize = 2;
 pub struct Options {
     /// 0: emission only; n: up to n scattering events.
     pub bounces: u32,
-    /// Paths a pixel, all through its centre.
+    /// Paths a pixel, all through its centre; stratified in groups of the largest power of two
+    /// that divides them, so powers of two are best.
     pub samples: u32,
     /// Seed of the random numbers.
     pub seed: u64,
@@ -36,6 +40,8 @@ pub struct Image {
     pub mean: Vec<[f64; 3]>,
     /// Squared standard errors of the means.
     pub error_squared: Vec<[f64; 3]>,
+    /// Independent groups of paths that each pixel's error comes from.
+    pub groups: u32,
 }
 
 /// The closest crossing of a ray and a triangle.
@@ -287,6 +293,7 @@ impl Tracer {
         let mut image = Image {
             mean: vec![[0.0; 3]; count],
             error_squared: vec![[0.0; 3]; count],
+            groups: options.samples / Draws::group(options.samples),
         };
         let next_row = AtomicU32::new(0);
         let threads = std::thread::available_parallelism().map_or(1, |n| n.get());
@@ -324,16 +331,25 @@ impl Tracer {
         options: &Options,
     ) -> (DVec3, DVec3) {
         let (origin, direction) = camera_ray(camera, [x, y], [width, height]);
-        let mut random = Random::new(options.seed, u64::from(y * width + x));
-        // Welford's running mean and sum of squared deviations.
+        let group = Draws::group(options.samples);
+        let groups = options.samples / group;
+        let mut random = Draws::new(options.seed, u64::from(y * width + x), group);
+        // Welford's running mean and sum of squared deviations, over groups: the paths of one are
+        // not independent.
         let (mut mean, mut spread) = (DVec3::ZERO, DVec3::ZERO);
-        for n in 1..=options.samples {
-            let value = self.path(origin, direction, options, &mut random);
+        for n in 1..=groups {
+            random.deal();
+            let mut value = DVec3::ZERO;
+            for path in 0..group {
+                random.path(path);
+                value += self.path(origin, direction, options, &mut random);
+            }
+            value /= f64::from(group);
             let before = value - mean;
             mean += before / f64::from(n);
             spread += before * (value - mean);
         }
-        let n = f64::from(options.samples);
+        let n = f64::from(groups);
         (mean, spread / (n * (n - 1.0).max(1.0)))
     }
 
@@ -343,7 +359,7 @@ impl Tracer {
         mut origin: DVec3,
         mut direction: DVec3,
         options: &Options,
-        random: &mut Random,
+        random: &mut Draws,
     ) -> DVec3 {
         let mut radiance = DVec3::ZERO;
         let mut throughput = DVec3::ONE;
@@ -411,7 +427,7 @@ impl Tracer {
         position: DVec3,
         frame: &Frame,
         outgoing: DVec3,
-        random: &mut Random,
+        random: &mut Draws,
     ) -> DVec3 {
         let pick = random.unit();
         let picked = self.lights.partition_point(|l| l.cumulative <= pick);
@@ -689,7 +705,7 @@ impl Surface {
         pdf
     }
 
-    fn sample(&self, outgoing: DVec3, random: &mut Random) -> Option<Sampled> {
+    fn sample(&self, outgoing: DVec3, random: &mut Draws) -> Option<Sampled> {
         let chance = self.specular_probability(outgoing);
         let (lobe, u, v) = (random.unit(), random.unit(), random.unit());
         let direction = if lobe < chance {
@@ -737,30 +753,5 @@ impl Surface {
         let z = (1.0 - x * x - y * y).max(0.0).sqrt();
         let normal = across * x + up * y + view * z;
         (normal * alpha).with_z(normal.z.max(0.0)).normalize()
-    }
-}
-
-/// SplitMix64 (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators", 2014).
-struct Random(u64);
-
-impl Random {
-    fn new(seed: u64, stream: u64) -> Self {
-        let mut start = Self(stream);
-        let mixed = start.next() ^ seed;
-        start.0 = mixed;
-        Self(start.next())
-    }
-
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    /// In [0, 1), 53 bits.
-    fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 * (-53_f64).exp2()
     }
 }
