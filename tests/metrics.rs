@@ -81,3 +81,10 @@ fn flip_sees_what_a_display_shows() {
     assert_eq!(shown(0.0), 0.0);
     close(shown(-2.0), grey_flip(1.0, 0.5, 1), "two stops down");
 }
+
+#[test]
+fn flip_of_a_large_picture_keeps_its_figures() {
+    // One grey against another has the same error everywhere, so the size must not matter.
+    let small = grey_flip(0.4, 0.5, 16);
+    close(grey_flip(0.4, 0.5, 1600), small, "1600 × 1600");
+}
