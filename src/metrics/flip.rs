@@ -2,7 +2,7 @@
 //! 2020, for displays of limited range).
 
 use crate::image::png::to_srgb;
-use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageRgb8, FlipPool};
+use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageRgb8};
 
 /// The outcome of a comparison.
 pub struct Flip {
@@ -24,8 +24,11 @@ pub fn flip(picture: &[[f32; 3]], reference: &[[f32; 3]], size: (u32, u32), expo
         FlipImageRgb8::with_data(size.0, size.1, &bytes)
     };
     let errors = nv_flip::flip(shown(reference), shown(picture), DEFAULT_PIXELS_PER_DEGREE);
+    // Not FlipPool's mean: it sums in 32 bits, which large pictures outgrow.
+    let values = errors.to_vec();
+    let sum: f64 = values.iter().copied().map(f64::from).sum();
     Flip {
-        mean: f64::from(FlipPool::from_image(&errors).mean()),
+        mean: sum / values.len().max(1) as f64,
         map: errors.apply_color_lut(&nv_flip::magma_lut()).to_vec(),
     }
 }
