@@ -181,24 +181,6 @@ pub fn floats(vectors: &[[f32; 3]]) -> Vec<u8> {
         .collect()
 }
 
-pub fn base64(bytes: &[u8]) -> String {
-    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::new();
-    for group in bytes.chunks(3) {
-        let mut word = [0; 4];
-        word[1..=group.len()].copy_from_slice(group);
-        let bits = u32::from_be_bytes(word);
-        for digit in 0..4 {
-            text.push(if digit > group.len() {
-                '='
-            } else {
-                DIGITS[(bits >> (18 - 6 * digit)) as usize & 63] as char
-            });
-        }
-    }
-    text
-}
-
 /// Deterministic noise (splitmix64).
 pub struct Random(pub u64);
 

@@ -1,6 +1,7 @@
 //! What is read from good glTF files.
 
-use crate::files::{Folder, Gltf, base64, floats};
+use crate::files::{Folder, Gltf, floats};
+use base64::prelude::{BASE64_STANDARD, Engine};
 use glam::{DVec3, Vec3};
 use headwater::scene::{Material, Scene};
 use serde_json::json;
@@ -54,7 +55,7 @@ fn buffers_may_be_inside_beside_or_in_the_uri() {
     assert_eq!(beside.content_hash(), expected);
     let uri = format!(
         "data:application/octet-stream;base64,{}",
-        base64(&file.binary)
+        BASE64_STANDARD.encode(&file.binary)
     );
     let inside = folder.load("b.gltf", file.with_uri(&uri));
     assert_eq!(inside.content_hash(), expected);

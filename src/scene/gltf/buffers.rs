@@ -4,10 +4,20 @@ use super::damaged;
 use super::document::Document;
 use crate::scene::notices::quoted;
 use crate::{Error, Result};
+use base64::Engine;
+use base64::alphabet;
+use base64::engine::general_purpose::{GeneralPurpose, PAD_INDIFFERENT};
+use percent_encoding::percent_decode_str;
 use std::borrow::Cow;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
+
+/// The usual alphabet, as browsers read it: padding may miss, bits left over are dropped.
+const BASE64: GeneralPurpose = GeneralPurpose::new(
+    &alphabet::STANDARD,
+    PAD_INDIFFERENT.with_decode_allow_trailing_bits(true),
+);
 
 /// The JSON and the binary chunk of a glTF file; a `.gltf` is all JSON.
 pub fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>)> {
@@ -121,7 +131,7 @@ fn read_file(what: &str, uri: &str, length: u64, folder: &Path) -> Result<Vec<u8
             quoted(uri)
         ))
     })?;
-    let path = folder.join(name);
+    let path = folder.join(&*name);
     let unreadable = |cause: &dyn std::fmt::Display| {
         Error::input(format!(
             "{what}: cannot read {}: {cause}; put the file where the scene expects it",
@@ -145,50 +155,20 @@ fn read_file(what: &str, uri: &str, length: u64, folder: &Path) -> Result<Vec<u8
 fn decode_data_uri(data: &str) -> Option<Vec<u8>> {
     let (kind, content) = data.split_once(',')?;
     kind.ends_with(";base64").then_some(())?;
-    if content.contains('%') {
-        return decode_base64(&decode_percent(content)?);
-    }
-    decode_base64(content)
+    BASE64.decode(&*decode_percent(content)?).ok()
 }
 
-/// Base64 of the usual alphabet, with or without padding.
-fn decode_base64(text: &str) -> Option<Vec<u8>> {
-    let digits = text.trim_end_matches('=').as_bytes();
-    if text.len() - digits.len() > 2 || digits.len() % 4 == 1 {
+/// The text without its percent signs, if each of them begins a code and the codes make UTF-8.
+fn decode_percent(text: &str) -> Option<Cow<'_, str>> {
+    // The crate lets a `%` without its two digits stand: here that is damage.
+    let is_code = |rest: &str| {
+        let digits = rest.as_bytes().first_chunk::<2>();
+        digits.is_some_and(|digits| digits.iter().all(u8::is_ascii_hexdigit))
+    };
+    if !text.split('%').skip(1).all(is_code) {
         return None;
     }
-    let mut bytes = Vec::with_capacity(digits.len() / 4 * 3 + 2);
-    for group in digits.chunks(4) {
-        let mut bits = 0;
-        for &digit in group {
-            bits = bits << 6
-                | match digit {
-                    b'A'..=b'Z' => u32::from(digit - b'A'),
-                    b'a'..=b'z' => u32::from(digit - b'a') + 26,
-                    b'0'..=b'9' => u32::from(digit - b'0') + 52,
-                    b'+' => 62,
-                    b'/' => 63,
-                    _ => return None,
-                };
-        }
-        bits <<= 6 * (4 - group.len());
-        bytes.extend_from_slice(&bits.to_be_bytes()[1..group.len()]);
-    }
-    Some(bytes)
-}
-
-fn decode_percent(text: &str) -> Option<String> {
-    let mut decoded = Vec::with_capacity(text.len());
-    let mut rest = text.bytes();
-    while let Some(byte) = rest.next() {
-        if byte != b'%' {
-            decoded.push(byte);
-            continue;
-        }
-        let mut digit = || char::from(rest.next()?).to_digit(16);
-        decoded.push((digit()? * 16 + digit()?) as u8);
-    }
-    String::from_utf8(decoded).ok()
+    percent_decode_str(text).decode_utf8().ok()
 }
 
 #[cfg(test)]
@@ -201,15 +181,16 @@ mod tests {
             ("", &b""[..]),
             ("Zg==", b"f"),
             ("Zg", b"f"),
+            ("Zh", b"f"),
             ("Zm8=", b"fo"),
             ("Zm9v", b"foo"),
             ("Zm9vYmE", b"fooba"),
             ("/+8A", &[0xff, 0xef, 0]),
         ] {
-            assert_eq!(decode_base64(text).as_deref(), Some(bytes), "{text}");
+            assert_eq!(BASE64.decode(text).as_deref(), Ok(bytes), "{text}");
         }
         for wrong in ["Z", "Zm9vZ", "Zm9*", "Zg===", "Zg==Zg==", "é"] {
-            assert_eq!(decode_base64(wrong), None, "{wrong}");
+            assert!(BASE64.decode(wrong).is_err(), "{wrong}");
         }
     }
 
@@ -229,7 +210,7 @@ mod tests {
     #[test]
     fn percent_signs_are_decoded() {
         assert_eq!(decode_percent("a%20b%C3%A4").as_deref(), Some("a bä"));
-        for wrong in ["%", "%2", "%zz", "%+1", "%ff"] {
+        for wrong in ["%", "%2", "%é", "%zz", "%+1", "%%41", "%ff"] {
             assert_eq!(decode_percent(wrong), None, "{wrong}");
         }
     }
