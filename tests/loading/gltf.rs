@@ -162,6 +162,32 @@ fn nodes_are_composed_and_share_meshes() {
 }
 
 #[test]
+fn places_far_from_the_origin_keep_their_digits() {
+    let far = DVec3::new(5_000_000.123, -4_999_999.877, 0.1);
+    let file = Gltf::triangle().with(|json| {
+        json["nodes"][0]["translation"] = json!(far.to_array());
+        json["nodes"][1] = json!({
+            "camera": 0, "matrix": [1,0,0,0, 0,1,0,0, 0,0,1,0, far.x, far.y, far.z, 1],
+        });
+    });
+    let scene = load(&file);
+    assert_eq!(scene.instances[0].object_to_world.translation, far);
+    assert_eq!(scene.cameras[0].camera_to_world.translation, far);
+}
+
+#[test]
+fn what_is_ignored_may_be_anything() {
+    let plain = load(&Gltf::triangle()).content_hash();
+    let file = Gltf::triangle().with(|json| {
+        json["animations"] = json!([{ "channels": [{ "target": { "path": "pointer" } }] }]);
+        json["samplers"] = json!([{ "magFilter": -1 }]);
+        json["skins"] = json!({});
+        json["extras"] = json!([null]);
+    });
+    assert_eq!(load(&file).content_hash(), plain);
+}
+
+#[test]
 fn flat_nodes_are_skipped() {
     let file = Gltf::triangle().with(|json| {
         json["nodes"][0]["scale"] = json!([1, 0, 1]);

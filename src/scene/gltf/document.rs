@@ -1,5 +1,10 @@
 //! The JSON of a glTF file, as far as Headwater reads it. Indices are taken as they stand, in 64
 //! bits: whoever follows one checks it. What is not listed here is ignored, or only noticed.
+//!
+//! `gltf-json` (1.4) has these types too, but loses what matters here: node transforms are in f32,
+//! half a unit apart at 5·10⁶ units from the origin; an index is cut to 32 bits unseen, so a
+//! damaged one names another element; invalid values are dropped, so no message can tell them; and
+//! good files are refused for details of what is ignored, such as animations.
 
 use serde::Deserialize;
 use serde::de::IgnoredAny;
