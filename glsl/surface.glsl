@@ -8,6 +8,8 @@ struct Surface {
     vec3 geometric_normal;
     vec3 shading_normal;
     uint material;
+    // Number of the instance in the scene.
+    uint instance;
     // NONE unless the triangle is a light.
     uint light;
     // Whether the ray came to the counter-clockwise side.
@@ -52,11 +54,13 @@ Surface surface_at(Hit hit, vec3 direction) {
     }
 
     surface.material = instance.material;
+    surface.instance = instance.id;
     uint rank = hit.primitive;
     if (instance.first_part != NONE) {
-        uvec2 part = triangle_parts.at[instance.first_part + hit.primitive];
+        uvec3 part = triangle_parts.at[instance.first_part + hit.primitive];
         surface.material = part.x;
         rank = part.y;
+        surface.instance += part.z;
     }
     surface.light = instance.first_light == NONE || rank == NONE ? NONE : instance.first_light + rank;
     return surface;

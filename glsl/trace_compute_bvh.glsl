@@ -42,13 +42,33 @@ vec4 unpack_bytes(uint word) {
     return vec4(word & 0xFFu, (word >> 8u) & 0xFFu, (word >> 16u) & 0xFFu, word >> 24u);
 }
 
-// Bits of the four children whose boxes the ray meets before t_max.
-uint child_hits(uint meta, uvec3 near, uvec3 far, vec3 scale, vec3 start, vec3 end, uint octant, float t_max) {
-    vec4 enter = max(unpack_bytes(near.x) * scale.x + start.x, unpack_bytes(near.y) * scale.y + start.y);
-    enter = max(max(enter, unpack_bytes(near.z) * scale.z + start.z), 0.0);
-    vec4 leave = min(unpack_bytes(far.x) * scale.x + end.x, unpack_bytes(far.y) * scale.y + end.y);
-    leave = min(min(leave, unpack_bytes(far.z) * scale.z + end.z), t_max);
-    bvec4 met = lessThanEqual(enter, leave * (1.0 + PLANE_ERROR));
+// How far along the ray a node's planes lie: byte × scale + start for those it enters by, byte ×
+// far_scale + end for those it leaves by.
+struct Slabs {
+    vec3 scale;
+    vec3 start;
+    vec3 far_scale;
+    vec3 end;
+};
+
+// The highest bit that is set in bits > 0 of at most 24: the exponent of the number, which takes
+// llvmpipe a tenth of its findMSB.
+uint highest_bit(uint bits) { return (floatBitsToUint(float(int(bits))) >> 23u) - 127u; }
+
+// Distances of four planes, as bits.
+ivec4 plane(uint bytes, float scale, float start) {
+    return floatBitsToInt(fma(unpack_bytes(bytes), vec4(scale), vec4(start)));
+}
+
+// Bits of the four children whose boxes the ray meets before t_max. Distances are compared as the
+// integers that their bits are, one operation where floats that may be NaN take three: the order is
+// the same among those that are not negative, and a negative end is a miss either way.
+uint child_hits(uint meta, uvec3 near, uvec3 far, Slabs slabs, uint octant, float t_max) {
+    ivec4 enter = max(plane(near.x, slabs.scale.x, slabs.start.x), plane(near.y, slabs.scale.y, slabs.start.y));
+    enter = max(max(enter, plane(near.z, slabs.scale.z, slabs.start.z)), 0);
+    ivec4 leave = min(plane(far.x, slabs.far_scale.x, slabs.end.x), plane(far.y, slabs.far_scale.y, slabs.end.y));
+    leave = min(min(leave, plane(far.z, slabs.far_scale.z, slabs.end.z)), floatBitsToInt(t_max));
+    bvec4 met = lessThanEqual(enter, leave);
     // Inner children (bits 3 and 4 of their byte set) are ordered by the octant, leaves are not.
     uint inner = ((meta & (meta << 1u)) & 0x10101010u) >> 4u;
     uint place = (meta ^ (octant & (inner * 0xFFu))) & 0x1F1F1F1Fu;
@@ -63,26 +83,26 @@ uint child_hits(uint meta, uvec3 near, uvec3 far, vec3 scale, vec3 start, vec3 e
 
 // Visits a node: replaces both groups by those of its children that the ray meets.
 void visit_node(uint node, LevelRay ray, float t_max, out uvec2 group, out uvec2 leaves) {
-    uvec4 head = nodes.at[5u * node];
-    uvec4 base = nodes.at[5u * node + 1u];
-    uvec4 x = nodes.at[5u * node + 2u];
-    uvec4 y = nodes.at[5u * node + 3u];
-    uvec4 z = nodes.at[5u * node + 4u];
+    uvec4 head = texelFetch(nodes, int(5u * node));
+    uvec4 base = texelFetch(nodes, int(5u * node + 1u));
+    uvec4 x = texelFetch(nodes, int(5u * node + 2u));
+    uvec4 y = texelFetch(nodes, int(5u * node + 3u));
+    uvec4 z = texelFetch(nodes, int(5u * node + 4u));
     uvec3 exponent = uvec3(head.w, head.w >> 8u, head.w >> 16u) & 0xFFu;
     vec3 scale = uintBitsToFloat(exponent << 23u) * ray.inverse;
     vec3 start = (uintBitsToFloat(head.xyz) - ray.origin) * ray.inverse;
     // Boxes grow by what rounding may have cost, or grazing rays slip between neighbours.
     vec3 slack = abs(start) * PLANE_ERROR;
-    vec3 end = start + slack;
-    start -= slack;
+    Slabs slabs = Slabs(scale, start - slack, scale * (1.0 + PLANE_ERROR), (start + slack) * (1.0 + PLANE_ERROR));
     bvec3 flip = lessThan(ray.inverse, vec3(0.0));
     uvec2 near_x = flip.x ? x.zw : x.xy, far_x = flip.x ? x.xy : x.zw;
     uvec2 near_y = flip.y ? y.zw : y.xy, far_y = flip.y ? y.xy : y.zw;
     uvec2 near_z = flip.z ? z.zw : z.xy, far_z = flip.z ? z.xy : z.zw;
+    float limit = t_max * (1.0 + PLANE_ERROR);
     uint hits = child_hits(base.z, uvec3(near_x.x, near_y.x, near_z.x), uvec3(far_x.x, far_y.x, far_z.x),
-                           scale, start, end, ray.octant, t_max)
+                           slabs, ray.octant, limit)
               | child_hits(base.w, uvec3(near_x.y, near_y.y, near_z.y), uvec3(far_x.y, far_y.y, far_z.y),
-                           scale, start, end, ray.octant, t_max);
+                           slabs, ray.octant, limit);
     group = uvec2(base.x, (hits & ~LEAF_BITS) | (head.w >> 24u));
     leaves = uvec2(base.y, hits & LEAF_BITS);
 }
@@ -125,7 +145,7 @@ Hit trace(Ray ray, bool any_hit) {
     uvec2 leaves = uvec2(0u);
     while (true) {
         if (group.y > LEAF_BITS) {
-            uint bit = uint(findMSB(group.y));
+            uint bit = 24u + highest_bit(group.y >> 24u);
             uint mask = group.y;
             group.y &= ~(1u << bit);
             if (group.y > LEAF_BITS) stack[depth++] = group;
@@ -137,7 +157,7 @@ Hit trace(Ray ray, bool any_hit) {
             group = uvec2(0u);
         }
         while (leaves.y != 0u) {
-            uint bit = uint(findMSB(leaves.y));
+            uint bit = highest_bit(leaves.y);
             leaves.y &= ~(1u << bit);
             uint primitive = leaves.x + bit;
             if (instance == NONE) {

@@ -36,14 +36,11 @@ crate::gpu_constants! {
 crate::gpu_struct! {
     /// Where the geometry lies, for shaders that read it by address.
     pub struct SceneAddresses {
-        /// Triangle corner positions, nine floats a triangle, in leaf order.
-        pub positions: UVec2,
         /// Corner normals, three packed octahedral words a triangle.
         pub normals: UVec2,
-        /// Two words a triangle of a mesh of several parts: material, emissive rank.
+        /// Three words a triangle of a mesh of several parts: material, emissive rank, and what its
+        /// part adds to the instance's number.
         pub triangle_parts: UVec2,
-        /// Eight-wide nodes: those over the instances, then those of every mesh.
-        pub nodes: UVec2,
         /// Instances in the order of the top level's leaves.
         pub top_instances: UVec2,
         /// Instances.

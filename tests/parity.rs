@@ -4,10 +4,13 @@ mod support;
 
 use glam::{DAffine3, DMat3, DVec3, Quat, Vec3};
 use headwater::layouts::{NONE, RayAnswer, RayQuery};
+use headwater::render::{Renderer, Settings, View};
 use headwater::scene::{Instance, Material, Scene};
+use headwater::tracing::gather::gather;
 use headwater::tracing::geometry::Geometry;
 use headwater::tracing::rays::RayTracer;
 use headwater::tracing::{GeometryAccess, GpuScene, Tracer, Variant};
+use std::sync::Arc;
 use support::brute_force;
 
 const RAYS: usize = 100_000;
@@ -220,7 +223,7 @@ fn check(name: &str, scene: &Scene, origin: DVec3) {
     }
     let oracle = brute_force::Tracer::new(&near);
     let rays = rays(&near, 7);
-    let leaf_order = Geometry::new(scene, true, 0);
+    let leaf_order = Geometry::new(&gather(scene, origin), true);
     for tracer in [Tracer::ComputeBvh, Tracer::RayQuery] {
         if tracer == Tracer::RayQuery && !support::device_info().ray_query {
             continue;
@@ -414,4 +417,71 @@ fn closed_meshes_are_watertight_at_their_edges_and_corners() {
             .count();
         assert_eq!(misses, 0, "of {RAYS} rays from inside, at offset {offset}");
     }
+}
+
+/// The same scene with a mesh of its own for every instance, so that all are gathered.
+fn unshared(scene: &Scene) -> Scene {
+    let mut copied = scene.clone();
+    copied.meshes = scene
+        .instances
+        .iter()
+        .map(|instance| scene.meshes[instance.mesh as usize].clone())
+        .collect();
+    for (number, instance) in copied.instances.iter_mut().enumerate() {
+        instance.mesh = number as u32;
+    }
+    copied
+}
+
+#[test]
+fn gathered_meshes() {
+    let copied = unshared(&placed(DVec3::ZERO, 1.0));
+    check("gathered", &gather(&copied, DVec3::ZERO).scene, DVec3::ZERO);
+}
+
+/// Gathering moves no surface, turns none over, and keeps each instance's number and material.
+#[test]
+fn gathered_meshes_look_as_they_did() {
+    let mut shared = placed(DVec3::new(1e4, 0.0, -2e4), 1.0);
+    // A lamp among them, and smooth meshes beside flat ones.
+    shared.materials[0].emission = Vec3::new(1.0, 2.0, 3.0);
+    let mesh = &mut shared.meshes[0];
+    mesh.normals = mesh.positions.iter().map(|p| p.normalize()).collect();
+    let copied = unshared(&shared);
+    let eye = DVec3::new(1e4, 9.0, -2e4 + 18.0);
+    let target = DVec3::new(1e4, 0.0, -2e4);
+    let view = View {
+        camera: support::look_at(eye, target, DVec3::Y, 0.9),
+        width: 320,
+        height: 240,
+        seed: 1,
+        bounces: 0,
+        jitter: false,
+    };
+    let [(one, lit_one), (other, lit_other)] = [&shared, &copied].map(|scene| {
+        let (device, selection) = support::open_device(None);
+        let uploaded = GpuScene::new(&device, scene, eye, selection.variant).unwrap();
+        let settings = Settings::default();
+        let mut renderer = Renderer::new(&device, Arc::new(uploaded), &view, &settings).unwrap();
+        renderer.add_samples(0, 1).unwrap();
+        let surfaces = renderer.primary_surfaces(&settings).unwrap();
+        (surfaces, renderer.sums().unwrap())
+    });
+    let pixels = one.len();
+    let same = |i: &usize| {
+        let (a, b) = (&one[*i], &other[*i]);
+        a.instance == b.instance
+            && (a.depth - b.depth).abs() <= 1e-4 * a.depth
+            // Corner normals are of unit length before a shear or after it: their mean differs.
+            && a.normal.distance(b.normal) < 0.1
+            && a.albedo == b.albedo
+            && lit_one[*i].sum == lit_other[*i].sum
+    };
+    let agree = (0..pixels).filter(same).count();
+    // Silhouettes may fall on either side of a pixel's centre.
+    assert!(pixels - agree <= pixels / 500, "{agree} of {pixels} agree");
+    let seen: std::collections::BTreeSet<u32> = one.iter().map(|s| s.instance).collect();
+    assert!(seen.len() > 30, "{} instances are seen", seen.len());
+    let lit = lit_one.iter().filter(|s| s.sum.x > 0.0).count();
+    assert!(lit > pixels / 20, "{lit} pixels show a lamp");
 }

@@ -26,7 +26,7 @@ void main() {
         Bsdf bsdf = make_bsdf(materials.at[surface.material], cosine);
         vec3 specular = specular_fresnel(bsdf, cosine);
         seen = PrimarySurface(bsdf.diffuse * diffuse_share(bsdf, cosine) + specular, surface.shading_normal,
-                              hit.t, instances.at[hit.instance].id);
+                              hit.t, surface.instance);
     }
     primary.at[index] = seen;
 }

@@ -17,11 +17,18 @@ pub struct Usage {
     pub acceleration_storage: bool,
     /// Bound as a uniform buffer.
     pub uniform: bool,
+    /// Read as texels of four `uint`s.
+    pub texels: bool,
 }
+
+/// Bytes of a texel: four `uint`s.
+const TEXEL: u64 = 16;
 
 /// A named buffer, freed when dropped.
 pub struct Buffer {
     pub(super) raw: vk::Buffer,
+    /// What a shader reads texels through; null without that usage.
+    pub(super) view: vk::BufferView,
     pub(super) device: Arc<Device>,
     allocation: Option<Allocation>,
     size: u64,
@@ -60,7 +67,8 @@ impl Buffer {
         usage: Usage,
         location: MemoryLocation,
     ) -> Result<Self> {
-        let size = size.max(16).next_multiple_of(4);
+        // Whole texels, so that the last words can be read as such.
+        let size = size.max(TEXEL).next_multiple_of(TEXEL);
         if size > device.info.max_buffer_size {
             return Err(Error::failed(format!(
                 "{name} needs {size} bytes, but device '{}' allows {} in one buffer",
@@ -82,12 +90,24 @@ impl Buffer {
         if usage.uniform {
             flags |= vk::BufferUsageFlags::UNIFORM_BUFFER;
         }
+        if usage.texels {
+            flags |= vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER;
+            let limit = device.info.max_texels;
+            if size / TEXEL > u64::from(limit) {
+                return Err(Error::failed(format!(
+                    "{name} needs {size} bytes, but device '{}' reads at most {} as texels",
+                    device.info.name,
+                    TEXEL * u64::from(limit)
+                )));
+            }
+        }
         let info = vk::BufferCreateInfo::default().size(size).usage(flags);
         // SAFETY: `info` lives through the call.
         let raw = unsafe { device.raw.create_buffer(&info, None) }
             .map_err(|e| device.failure(&format!("make buffer {name} of {size} bytes"), e))?;
         let mut buffer = Self {
             raw,
+            view: vk::BufferView::null(),
             device: device.clone(),
             allocation: None,
             size,
@@ -127,6 +147,17 @@ impl Buffer {
         };
         buffer.allocation = Some(allocation);
         bound.map_err(|e| device.failure(&format!("bind memory of {name}"), e))?;
+        if usage.texels {
+            let info = vk::BufferViewCreateInfo::default()
+                .buffer(raw)
+                .format(vk::Format::R32G32B32A32_UINT)
+                .range(vk::WHOLE_SIZE);
+            // SAFETY: the buffer has the usage and its memory; the format is one of those that
+            // every device reads texels in.
+            buffer.view = unsafe { device.raw.create_buffer_view(&info, None) }
+                .map_err(|e| device.failure(&format!("read {name} as texels"), e))?;
+            device.name(buffer.view, name);
+        }
         Ok(buffer)
     }
 
@@ -245,7 +276,11 @@ impl Drop for Buffer {
         {
             let _ = allocator.free(allocation);
         }
-        // SAFETY: recordings are waited for, so no command uses the buffer any more.
-        unsafe { self.device.raw.destroy_buffer(self.raw, None) };
+        // SAFETY: recordings are waited for, so no command uses the buffer any more; a null view is
+        // ignored.
+        unsafe {
+            self.device.raw.destroy_buffer_view(self.view, None);
+            self.device.raw.destroy_buffer(self.raw, None);
+        }
     }
 }

@@ -52,6 +52,8 @@ pub struct DeviceInfo {
     pub timestamp_period: f32,
     /// Largest range of one storage-buffer descriptor, in bytes.
     pub max_storage_buffer_range: u64,
+    /// Texels in one buffer.
+    pub max_texels: u32,
     /// Largest buffer, in bytes.
     pub max_buffer_size: u64,
     /// Memory on the device, in bytes.
@@ -354,6 +356,7 @@ impl Instance {
                 0.0
             },
             max_storage_buffer_range: u64::from(plain.limits.max_storage_buffer_range),
+            max_texels: plain.limits.max_texel_buffer_elements,
             max_buffer_size: maintenance3.max_memory_allocation_size,
             device_memory: memory.memory_heaps[..memory.memory_heap_count as usize]
                 .iter()

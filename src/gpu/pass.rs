@@ -17,6 +17,8 @@ pub enum Resource<'a> {
     Write(&'a Buffer),
     /// A uniform buffer.
     Uniform(&'a Buffer),
+    /// A buffer read as texels of four `uint`s.
+    Texels(&'a Buffer),
     /// A top-level acceleration structure.
     AccelerationStructure(&'a AccelerationStructure),
 }
@@ -73,6 +75,7 @@ fn descriptor_type(kind: Kind) -> vk::DescriptorType {
     match kind {
         Kind::Storage { .. } => vk::DescriptorType::STORAGE_BUFFER,
         Kind::Uniform => vk::DescriptorType::UNIFORM_BUFFER,
+        Kind::Texels => vk::DescriptorType::UNIFORM_TEXEL_BUFFER,
         Kind::AccelerationStructure => vk::DescriptorType::ACCELERATION_STRUCTURE_KHR,
     }
 }
@@ -195,6 +198,7 @@ impl ComputePass {
                     (Resource::Read(_), Kind::Storage { writes }) => !writes,
                     (Resource::Write(_), Kind::Storage { writes }) => writes,
                     (Resource::Uniform(_), Kind::Uniform) => true,
+                    (Resource::Texels(_), Kind::Texels) => true,
                     (Resource::AccelerationStructure(_), Kind::AccelerationStructure) => true,
                     _ => false,
                 };

@@ -278,6 +278,7 @@ impl<'a> Recording<'a> {
         let mut sizes = vec![
             size(vk::DescriptorType::STORAGE_BUFFER),
             size(vk::DescriptorType::UNIFORM_BUFFER),
+            size(vk::DescriptorType::UNIFORM_TEXEL_BUFFER),
         ];
         if self.device.features.ray_query {
             sizes.push(size(vk::DescriptorType::ACCELERATION_STRUCTURE_KHR));
@@ -326,6 +327,11 @@ impl<'a> Recording<'a> {
                     write
                         .descriptor_type(vk::DescriptorType::UNIFORM_BUFFER)
                         .buffer_info(&whole(buffer)),
+                ),
+                (Resource::Texels(buffer), _) => update(
+                    write
+                        .descriptor_type(vk::DescriptorType::UNIFORM_TEXEL_BUFFER)
+                        .texel_buffer_view(&[buffer.view]),
                 ),
                 (Resource::Read(buffer) | Resource::Write(buffer), Kind::Storage { .. }) => update(
                     write

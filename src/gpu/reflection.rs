@@ -17,6 +17,8 @@ pub enum Kind {
     },
     /// A uniform buffer.
     Uniform,
+    /// A buffer of texels that the shader only reads.
+    Texels,
     /// A top-level acceleration structure.
     AccelerationStructure,
 }
@@ -111,7 +113,10 @@ impl Reflection {
                     writes: !self.read_only(variable, pointee),
                 },
                 StorageClass::Uniform => Kind::Uniform,
-                StorageClass::UniformConstant => Kind::AccelerationStructure,
+                StorageClass::UniformConstant => match self.instruction(pointee) {
+                    Some(i) if i.class.opcode == Op::TypeImage => Kind::Texels,
+                    _ => Kind::AccelerationStructure,
+                },
                 _ => continue,
             };
             if !self.is_used(variable) {

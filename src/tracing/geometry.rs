@@ -1,9 +1,10 @@
 //! A scene's meshes as flat arrays of triangles, in the order that the tracer wants.
 
 use super::compute_bvh::Tree;
+use super::gather::Gathered;
 use crate::layouts::NONE;
 use crate::scene::{Mesh, Scene};
-use glam::{DVec3, UVec2, UVec3, Vec2, Vec3};
+use glam::{DVec3, UVec3, Vec2, Vec3};
 use obvhs::cwbvh::node::CwBvhNode;
 
 /// Where one mesh lies in the arrays, and how its object space was moved.
@@ -34,8 +35,9 @@ pub struct Geometry {
     pub positions: Vec<[Vec3; 3]>,
     /// Octahedral corner normals of smooth meshes.
     pub normals: Vec<UVec3>,
-    /// Material and emissive rank of each triangle, for meshes of several parts or with lights.
-    pub parts: Vec<UVec2>,
+    /// Material, emissive rank and instance number of each triangle, for meshes of several parts or
+    /// with lights; the number adds to that of the instance.
+    pub parts: Vec<UVec3>,
     /// Eight-wide nodes; empty where the driver builds its own.
     pub nodes: Vec<CwBvhNode>,
     /// Each triangle's number in its mesh.
@@ -47,17 +49,16 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// Lays out every mesh. With `trees`, triangles stand in leaf order and nodes begin at
-    /// `first_node`; else they keep the mesh's order.
-    pub fn new(scene: &Scene, trees: bool, first_node: u32) -> Self {
+    /// Lays out every mesh. With `trees`, triangles stand in leaf order; else they keep the mesh's.
+    pub fn new(gathered: &Gathered<'_>, trees: bool) -> Self {
         let mut geometry = Self::default();
-        for mesh in &scene.meshes {
-            geometry.push(scene, mesh, trees, first_node);
+        for (mesh, ids) in gathered.scene.meshes.iter().zip(&gathered.part_ids) {
+            geometry.push(&gathered.scene, mesh, ids, trees);
         }
         geometry
     }
 
-    fn push(&mut self, scene: &Scene, mesh: &Mesh, trees: bool, first_node: u32) {
+    fn push(&mut self, scene: &Scene, mesh: &Mesh, part_ids: &[u32], trees: bool) {
         let (low, high) = bounds(mesh.positions.iter().copied());
         let extent = (high - low).max_element();
         let centre = low * 0.5 + high * 0.5;
@@ -85,7 +86,7 @@ impl Geometry {
         };
         let order: Vec<u32> = if trees {
             let tree = Tree::over_triangles(&corners);
-            place.root_node = first_node + self.nodes.len() as u32;
+            place.root_node = self.nodes.len() as u32;
             self.nodes
                 .extend(tree.placed(place.root_node, place.first_triangle));
             self.depth = self.depth.max(tree.depth);
@@ -104,14 +105,18 @@ impl Geometry {
             }));
         }
         let emissive = |material: u32| scene.materials[material as usize].is_emissive();
-        if mesh.parts.len() > 1 || mesh.parts.iter().any(|p| emissive(p.material)) {
+        if mesh.parts.len() > 1
+            || !part_ids.is_empty()
+            || mesh.parts.iter().any(|p| emissive(p.material))
+        {
             // The rank counts emissive triangles in the mesh's own order, which no tracer changes:
             // so a light keeps its number, and random numbers pick the same one on both.
-            let mut of_triangle = vec![UVec2::new(0, NONE); corners.len()];
-            for part in &mesh.parts {
+            let mut of_triangle = vec![UVec3::new(0, NONE, 0); corners.len()];
+            for (number, part) in mesh.parts.iter().enumerate() {
                 let end = part.first_triangle + part.triangle_count;
                 for entry in &mut of_triangle[part.first_triangle as usize..end as usize] {
                     entry.x = part.material;
+                    entry.z = part_ids.get(number).copied().unwrap_or(0);
                     if emissive(part.material) {
                         entry.y = place.lights;
                         place.lights += 1;

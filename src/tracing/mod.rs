@@ -2,6 +2,7 @@
 //! BVH traversed in compute. Both see the same triangles, instances and transforms.
 
 pub mod compute_bvh;
+pub mod gather;
 pub mod geometry;
 pub mod ray_query;
 pub mod rays;

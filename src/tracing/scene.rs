@@ -1,6 +1,7 @@
 //! A scene on the device: what every shader that traces rays or reads surfaces is bound to.
 
 use super::compute_bvh::Tree;
+use super::gather::gather;
 use super::geometry::{Geometry, MeshPlace};
 use super::ray_query::RayQueryScene;
 use super::{GeometryAccess, Tracer, Variant};
@@ -56,7 +57,9 @@ impl GpuScene {
         }
         let trees = variant.tracer == Tracer::ComputeBvh;
         // The tree over the instances stands first; its size is known once it is built.
-        let mut geometry = Geometry::new(scene, trees, 0);
+        let gathered = gather(scene, origin);
+        let mut geometry = Geometry::new(&gathered, trees);
+        let scene = &gathered.scene;
         let (instances, mut light_count) = (Vec::with_capacity(scene.instances.len()), 0);
         let mut instances = instances;
         let mut boxes = Vec::with_capacity(scene.instances.len());
@@ -75,7 +78,7 @@ impl GpuScene {
                 root_node: place.root_node,
                 material: mesh.parts.first().map_or(0, |p| p.material),
                 first_light: if place.lights > 0 { light_count } else { NONE },
-                id: number as u32,
+                id: gathered.instance_ids[number],
             });
             light_count += place.lights;
             boxes.push(world_box(&object_to_world, place));
@@ -96,9 +99,13 @@ impl GpuScene {
         let lights = gpu_lights(scene, origin);
         let materials: Vec<GpuMaterial> = scene.materials.iter().map(gpu_material).collect();
         let plain = Usage::default();
+        let texels = Usage {
+            texels: true,
+            ..plain
+        };
         let input = Usage {
             acceleration_input: variant.tracer == Tracer::RayQuery,
-            ..plain
+            ..texels
         };
         let positions = Buffer::from_slice(device, "positions", &geometry.positions, input)?;
         let ray_query = match variant.tracer {
@@ -118,7 +125,7 @@ impl GpuScene {
             positions,
             normals: Buffer::from_slice(device, "normals", &geometry.normals, plain)?,
             triangle_parts: Buffer::from_slice(device, "triangle_parts", &geometry.parts, plain)?,
-            nodes: Buffer::from_slice(device, "nodes", &nodes, plain)?,
+            nodes: Buffer::from_slice(device, "nodes", &nodes, texels)?,
             top_instances: Buffer::from_slice(device, "top_instances", &top.order, plain)?,
             instances: Buffer::from_slice(device, "instances", &instances, plain)?,
             materials: Buffer::from_slice(device, "materials", &materials, plain)?,
@@ -143,14 +150,14 @@ impl GpuScene {
         let mut offered = vec![
             ("materials", Resource::Read(&self.materials)),
             ("lights", Resource::Read(&self.lights)),
+            ("nodes", Resource::Texels(&self.nodes)),
+            ("positions", Resource::Texels(&self.positions)),
         ];
         match &self.addresses {
             Some(addresses) => offered.push(("scene_addresses", Resource::Uniform(addresses))),
             None => offered.extend([
-                ("positions", Resource::Read(&self.positions)),
                 ("normals", Resource::Read(&self.normals)),
                 ("triangle_parts", Resource::Read(&self.triangle_parts)),
-                ("nodes", Resource::Read(&self.nodes)),
                 ("top_instances", Resource::Read(&self.top_instances)),
                 ("instances", Resource::Read(&self.instances)),
             ]),
@@ -187,10 +194,8 @@ impl GpuScene {
             Ok::<_, Error>(UVec2::new(address as u32, (address >> 32) as u32))
         };
         Ok(SceneAddresses {
-            positions: address(&self.positions)?,
             normals: address(&self.normals)?,
             triangle_parts: address(&self.triangle_parts)?,
-            nodes: address(&self.nodes)?,
             top_instances: address(&self.top_instances)?,
             instances: address(&self.instances)?,
         })
