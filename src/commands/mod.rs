@@ -13,6 +13,8 @@ pub mod session;
 
 use crate::Result;
 use clap::{Parser, Subcommand};
+use std::io::Write;
+use std::path::Path;
 use std::process::ExitCode;
 
 /// A headless Vulkan renderer that measures what its speed costs in accuracy.
@@ -86,6 +88,20 @@ fn wrong_arguments(error: &clap::Error) -> ExitCode {
     let message = message.trim_start_matches("error: ");
     eprintln!("headwater: {message}; see 'headwater --help'");
     ExitCode::from(2)
+}
+
+/// Prints one line of the command's outcome on stdout.
+///
+/// # Errors
+/// Stdout takes nothing, as on a full disk. A reader that has closed its pipe wants no more: that
+/// is no error.
+pub fn print(text: impl std::fmt::Display) -> crate::Result<()> {
+    match writeln!(std::io::stdout().lock(), "{text}") {
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(crate::Error::writing(Path::new("the output"), e))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// One line for the user about something assumed or ignored.

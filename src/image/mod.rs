@@ -2,6 +2,7 @@
 
 mod exr;
 pub(crate) mod png;
+pub mod tonemap;
 
 use crate::{Error, Result};
 use std::collections::BTreeMap;
@@ -14,6 +15,21 @@ pub enum Samples {
     F32(Vec<f32>),
     /// 32-bit unsigned integers, such as instance numbers.
     U32(Vec<u32>),
+}
+
+impl Samples {
+    /// Number of values.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::F32(values) => values.len(),
+            Self::U32(values) => values.len(),
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
 }
 
 /// A picture of named channels, such as `R`, `stderr.G` or `instance.id`.
@@ -117,12 +133,33 @@ impl Image {
     /// Writes the picture in the format that the path names. `exposure` counts for PNG only.
     ///
     /// # Errors
-    /// An unknown format, or a disk that does not take the file.
+    /// An unknown format, a picture that is none, or a disk that does not take the file.
     pub fn write(&self, path: &Path, exposure: f32) -> Result<()> {
+        self.check().map_err(|e| Error::writing(path, e))?;
         match Format::of(path)? {
             Format::Exr => exr::write(self, path),
             Format::Png => png::write(self, path, exposure),
         }
+    }
+
+    /// A picture has pixels, and each channel has a value for each of them.
+    fn check(&self) -> std::result::Result<(), String> {
+        if self.pixels() == 0 {
+            return Err("the picture has no pixels".into());
+        }
+        if self.channels.is_empty() {
+            return Err("the picture has no channels".into());
+        }
+        for (name, samples) in &self.channels {
+            if samples.len() != self.pixels() {
+                return Err(format!(
+                    "channel {name} has {} values for {} pixels",
+                    samples.len(),
+                    self.pixels()
+                ));
+            }
+        }
+        Ok(())
     }
 
     /// Reads an EXR with all its channels, or a PNG as linear `R`, `G`, `B`.

@@ -9,34 +9,48 @@ pub struct Errors {
     pub rmse_clamped: f64,
     /// Mean of (a − b)² / (b² + 0.01): differences in the dark count as much as in the light.
     pub relmse: f64,
-    /// Mean of the picture over mean of the reference; 1 if both are black.
+    /// Mean of the picture over mean of the reference, over all channels; 1 if both are black, and
+    /// infinite if only the reference is.
     pub mean_ratio: f64,
+    /// The picture's mean of each channel.
+    pub mean: [f64; 3],
+    /// The reference's.
+    pub reference_mean: [f64; 3],
 }
 
 impl Errors {
     /// Compares two pictures of the same size, one pixel an entry.
+    ///
+    /// # Panics
+    /// The sizes differ.
     pub fn between(picture: &[[f32; 3]], reference: &[[f32; 3]]) -> Self {
+        assert_eq!(picture.len(), reference.len(), "pictures of one size");
         let (mut squared, mut clamped, mut relative) = (0.0, 0.0, 0.0);
-        let (mut total, mut reference_total) = (0.0, 0.0);
-        let values = picture.iter().flatten().zip(reference.iter().flatten());
-        for (a, b) in values {
-            let (a, b) = (f64::from(*a), f64::from(*b));
-            squared += (a - b).powi(2);
-            clamped += (a.clamp(0.0, 1.0) - b.clamp(0.0, 1.0)).powi(2);
-            relative += (a - b).powi(2) / (b * b + 0.01);
-            total += a;
-            reference_total += b;
+        let (mut sum, mut reference_sum) = ([0.0; 3], [0.0; 3]);
+        for (a, b) in picture.iter().zip(reference) {
+            for axis in 0..3 {
+                let (a, b) = (f64::from(a[axis]), f64::from(b[axis]));
+                squared += (a - b).powi(2);
+                clamped += (a.clamp(0.0, 1.0) - b.clamp(0.0, 1.0)).powi(2);
+                relative += (a - b).powi(2) / (b * b + 0.01);
+                sum[axis] += a;
+                reference_sum[axis] += b;
+            }
         }
-        let count = (picture.len() * 3).max(1) as f64;
+        let pixels = picture.len().max(1) as f64;
+        let total: f64 = sum.iter().sum();
+        let reference_total: f64 = reference_sum.iter().sum();
         Self {
-            rmse: (squared / count).sqrt(),
-            rmse_clamped: (clamped / count).sqrt(),
-            relmse: relative / count,
+            rmse: (squared / (3.0 * pixels)).sqrt(),
+            rmse_clamped: (clamped / (3.0 * pixels)).sqrt(),
+            relmse: relative / (3.0 * pixels),
             mean_ratio: if total == reference_total {
                 1.0
             } else {
                 total / reference_total
             },
+            mean: sum.map(|v| v / pixels),
+            reference_mean: reference_sum.map(|v| v / pixels),
         }
     }
 }
@@ -52,6 +66,27 @@ mod tests {
         assert!((errors.rmse_clamped - (1.0_f64 / 3.0).sqrt()).abs() < 1e-12);
         assert!((errors.relmse - (100.0 + 4.0 / 16.01) / 3.0).abs() < 1e-9);
         assert_eq!(errors.mean_ratio, 0.75);
+        assert_eq!(errors.mean, [1.0, 2.0, 0.0]);
+        assert_eq!(errors.reference_mean, [0.0, 4.0, 0.0]);
+    }
+
+    #[test]
+    fn the_reference_is_the_second() {
+        let (dim, bright) = ([[1.0; 3]; 2], [[2.0; 3]; 2]);
+        assert_eq!(Errors::between(&dim, &bright).relmse, 1.0 / 4.01);
+        assert_eq!(Errors::between(&bright, &dim).relmse, 1.0 / 1.01);
+        assert_eq!(Errors::between(&bright, &dim).mean_ratio, 2.0);
+    }
+
+    #[test]
+    fn extremes_stay_in_range() {
+        let errors = Errors::between(&[[3e38; 3]; 3], &[[0.0; 3]; 3]);
+        assert!((errors.rmse / 3e38 - 1.0).abs() < 1e-6);
+        assert_eq!(errors.rmse_clamped, 1.0);
+        assert_eq!(errors.mean_ratio, f64::INFINITY);
+        let errors = Errors::between(&[[1e-30; 3]; 3], &[[2e-30; 3]; 3]);
+        assert!((errors.rmse / 1e-30 - 1.0).abs() < 1e-6);
+        assert!((errors.mean_ratio - 0.5).abs() < 1e-6);
     }
 
     #[test]

@@ -1,32 +1,53 @@
 //! FLIP: the difference that a person notices when flipping between two pictures (Andersson et al.
 //! 2020, for displays of limited range).
 
-use crate::image::png::to_srgb;
-use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageRgb8, FlipPool};
+use crate::image::tonemap::to_srgb_byte;
+use nv_flip::{FlipImageFloat, FlipImageRgb8};
+
+/// Pixels a degree of the eye's view: a 0.7 m wide 4K display at 0.7 m.
+pub const PIXELS_PER_DEGREE: f32 = nv_flip::DEFAULT_PIXELS_PER_DEGREE;
 
 /// The outcome of a comparison.
 pub struct Flip {
     /// Mean over the pixels, 0…1.
     pub mean: f64,
-    /// The error of each pixel in the colours of magma, three bytes a pixel.
-    pub map: Vec<u8>,
+    /// The error of each pixel, 0…1, row by row from the top.
+    pub errors: Vec<f32>,
+    size: (u32, u32),
 }
 
-/// Compares two pictures at 67 pixels a degree. Both are shown as radiance × 2^`exposure`, clamped
-/// to 0…1, sRGB, 8 bits: no tone curve, which would hide errors in the light.
+impl Flip {
+    /// The errors in the colours of magma, from black over violet and orange to pale yellow: three
+    /// sRGB bytes a pixel.
+    pub fn coloured(&self) -> Vec<u8> {
+        FlipImageFloat::with_data(self.size.0, self.size.1, &self.errors)
+            .apply_color_lut(&nv_flip::magma_lut())
+            .to_vec()
+    }
+}
+
+/// Compares two pictures of `size` = (width, height) at 67 pixels a degree. Both are shown as
+/// radiance × 2^`exposure`, clamped to 0…1, sRGB, 8 bits: no tone curve, which would hide errors in
+/// the light.
+///
+/// # Panics
+/// A picture has fewer pixels than `size` says.
 pub fn flip(picture: &[[f32; 3]], reference: &[[f32; 3]], size: (u32, u32), exposure: f32) -> Flip {
+    let scale = f64::from(exposure).exp2();
     let shown = |pixels: &[[f32; 3]]| {
         let bytes: Vec<u8> = pixels
             .iter()
             .flatten()
-            .map(|v| (to_srgb((v * exposure.exp2()).clamp(0.0, 1.0)) * 255.0).round() as u8)
+            .map(|v| to_srgb_byte((f64::from(*v) * scale) as f32))
             .collect();
         FlipImageRgb8::with_data(size.0, size.1, &bytes)
     };
-    let errors = nv_flip::flip(shown(reference), shown(picture), DEFAULT_PIXELS_PER_DEGREE);
+    let errors = nv_flip::flip(shown(reference), shown(picture), PIXELS_PER_DEGREE).to_vec();
+    let sum: f64 = errors.iter().copied().map(f64::from).sum();
     Flip {
-        mean: f64::from(FlipPool::from_image(&errors).mean()),
-        map: errors.apply_color_lut(&nv_flip::magma_lut()).to_vec(),
+        mean: sum / errors.len().max(1) as f64,
+        errors,
+        size,
     }
 }
 
@@ -41,5 +62,30 @@ mod tests {
         assert_eq!(mean(0.4, 0.4), 0.0);
         assert!(mean(0.0, 1.0) > 0.9);
         assert!(mean(0.4, 0.5) < mean(0.4, 0.8));
+    }
+
+    #[test]
+    fn the_map_says_where() {
+        let grey = vec![[0.2; 3]; 64 * 64];
+        let mut spot = grey.clone();
+        spot[8 * 64 + 50] = [1.0, 0.0, 0.0];
+        let result = flip(&spot, &grey, (64, 64), 0.0);
+        assert_eq!(result.errors.len(), 64 * 64);
+        assert!(result.errors[8 * 64 + 50] > 0.2);
+        assert_eq!(result.errors[60 * 64 + 5], 0.0);
+        let colours = result.coloured();
+        let at = |pixel: usize| {
+            colours[3 * pixel..3 * pixel + 3]
+                .iter()
+                .map(|v| u32::from(*v))
+        };
+        assert!(at(8 * 64 + 50).sum::<u32>() > at(60 * 64 + 5).sum::<u32>());
+    }
+
+    #[test]
+    fn exposure_brings_dark_differences_out_and_one_pixel_is_enough() {
+        let mean = |a: f32, b: f32, ev: f32| flip(&[[a; 3]], &[[b; 3]], (1, 1), ev).mean;
+        assert!(mean(0.001, 0.002, 6.0) > 2.0 * mean(0.001, 0.002, 0.0));
+        assert_eq!(mean(0.0, 0.0, f32::MAX), 0.0);
     }
 }
