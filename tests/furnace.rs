@@ -118,8 +118,8 @@ fn measure(energy: &str, cosine: f64, samples: u32) -> Vec<Measured> {
 
 #[test]
 fn compensated_surfaces_keep_all_light_at_every_roughness_and_angle() {
-    // The noise is highest at grazing angles.
-    for (cosine, samples) in [(0.1, 1200), (0.4, 1200), (0.95, 1000)] {
+    // What the widest of the 26 intervals asks for.
+    for (cosine, samples) in [(0.1, 1200), (0.4, 2200), (0.95, 3400)] {
         for plate in measure("compensated", cosine, samples) {
             let Measured {
                 kind,
