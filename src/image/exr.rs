@@ -122,7 +122,7 @@ fn decode(bytes: &[u8]) -> std::result::Result<Image, String> {
         let name = string(&channel.name);
         if channel.sampling != Vec2(1, 1) {
             return Err(format!(
-                "channel {name} is subsampled, which Headwater does not read"
+                "channel {name:?} is subsampled, which Headwater does not read"
             ));
         }
         let samples = match channel.sample_data {
@@ -167,7 +167,8 @@ fn check_header(header: &Header, file_bytes: usize) -> std::result::Result<(), S
     let depth = |c: &ChannelDescription| c.sample_type.bytes_per_sample();
     let pixel_bytes: usize = header.channels.list.iter().map(depth).sum();
     let bytes = pixels.checked_mul(pixel_bytes).ok_or_else(too_large)?;
-    // The file names the place of each chunk in eight bytes.
+    // The file names the place of each chunk in eight bytes. What the machine cannot give is asked
+    // for here, because the decoder would end the process.
     if header.chunk_count > file_bytes / 8
         || bytes / MOST_COMPRESSED > file_bytes
         || Vec::<u8>::new().try_reserve_exact(bytes).is_err()

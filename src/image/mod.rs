@@ -2,7 +2,7 @@
 
 mod exr;
 pub(crate) mod png;
-pub mod tonemap;
+pub(crate) mod tonemap;
 
 use crate::{Error, Result};
 use std::collections::BTreeMap;
@@ -18,17 +18,11 @@ pub enum Samples {
 }
 
 impl Samples {
-    /// Number of values.
-    pub fn len(&self) -> usize {
+    fn len(&self) -> usize {
         match self {
             Self::F32(values) => values.len(),
             Self::U32(values) => values.len(),
         }
-    }
-
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
     }
 }
 
@@ -133,7 +127,8 @@ impl Image {
     /// Writes the picture in the format that the path names. `exposure` counts for PNG only.
     ///
     /// # Errors
-    /// An unknown format, a picture that is none, or a disk that does not take the file.
+    /// An unknown format, a picture without pixels or channels or with a channel of another size,
+    /// or a disk that does not take the file.
     pub fn write(&self, path: &Path, exposure: f32) -> Result<()> {
         self.check().map_err(|e| Error::writing(path, e))?;
         match Format::of(path)? {
@@ -142,24 +137,19 @@ impl Image {
         }
     }
 
-    /// A picture has pixels, and each channel has a value for each of them.
+    /// The encoders panic on what is no picture.
     fn check(&self) -> std::result::Result<(), String> {
-        if self.pixels() == 0 {
-            return Err("the picture has no pixels".into());
+        let pixels = self.pixels();
+        if pixels == 0 || self.channels.is_empty() {
+            return Err("the picture is empty".into());
         }
-        if self.channels.is_empty() {
-            return Err("the picture has no channels".into());
+        match self.channels.iter().find(|(_, s)| s.len() != pixels) {
+            Some((name, samples)) => Err(format!(
+                "channel {name} has {} values for {pixels} pixels",
+                samples.len()
+            )),
+            None => Ok(()),
         }
-        for (name, samples) in &self.channels {
-            if samples.len() != self.pixels() {
-                return Err(format!(
-                    "channel {name} has {} values for {} pixels",
-                    samples.len(),
-                    self.pixels()
-                ));
-            }
-        }
-        Ok(())
     }
 
     /// Reads an EXR with all its channels, or a PNG as linear `R`, `G`, `B`.

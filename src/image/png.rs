@@ -7,6 +7,9 @@ use crate::{Error, Result};
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 use std::path::Path;
 
+/// How many bytes one byte of deflate can stand for at most.
+const MOST_COMPRESSED: u64 = 1032;
+
 /// Writes radiance × 2^`exposure`, tone-mapped.
 pub(super) fn write(image: &Image, path: &Path, exposure: f32) -> Result<()> {
     let scale = f64::from(exposure).exp2();
@@ -34,6 +37,13 @@ pub(crate) fn write_bytes(path: &Path, size: (u32, u32), rgb: &[u8]) -> Result<(
 /// Reads grey or RGB of any depth as linear values; alpha is left out.
 pub(super) fn read(path: &Path) -> Result<Image> {
     let bytes = std::fs::read(path).map_err(|e| Error::reading(path, e))?;
+    // The decoder would allocate what a damaged header claims.
+    if claimed_bytes(&bytes).is_some_and(|claimed| claimed / MOST_COMPRESSED > bytes.len() as u64) {
+        return Err(Error::reading(
+            path,
+            "it claims more pixels than it can hold; is it a complete PNG?",
+        ));
+    }
     let decoded = image::load_from_memory_with_format(&bytes, image::ImageFormat::Png)
         .map_err(|e| Error::reading(path, format!("{e}; is it a complete PNG?")))?
         .into_rgb16();
@@ -44,6 +54,25 @@ pub(super) fn read(path: &Path) -> Result<Image> {
         .collect();
     picture.set_vectors("", ["R", "G", "B"], &values);
     Ok(picture)
+}
+
+/// The size of the pixels before compression, by the header that every PNG begins with; what has no
+/// such header is left for the decoder to refuse.
+fn claimed_bytes(file: &[u8]) -> Option<u64> {
+    let header = file.get(16..26)?;
+    let number = |at: usize| {
+        header[at..at + 4]
+            .iter()
+            .fold(0, |n, b| n << 8 | u64::from(*b))
+    };
+    let channels = match header[9] {
+        2 => 3,
+        4 => 2,
+        6 => 4,
+        _ => 1,
+    };
+    let row = number(0) * channels * u64::from(header[8]) / 8;
+    Some(row.saturating_mul(number(4)))
 }
 
 #[cfg(test)]
@@ -122,11 +151,64 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.png");
         for content in [&b""[..], b"no picture", b"\x89PNG\r\n\x1a\n"] {
-            std::fs::write(&path, content).unwrap();
-            let error = Image::read(&path).unwrap_err();
-            assert_eq!(error.exit_status(), 2);
-            assert!(error.to_string().contains("a.png"), "{error}");
-            assert!(!error.to_string().contains('\n'), "{error}");
+            refused(&path, content);
         }
+    }
+
+    /// Expects one line of wrong input, and returns it.
+    fn refused(path: &Path, bytes: &[u8]) -> String {
+        std::fs::write(path, bytes).unwrap();
+        let error = Image::read(path).unwrap_err();
+        assert_eq!(error.exit_status(), 2);
+        let line = error.to_string();
+        assert!(line.contains("a.png") && !line.contains('\n'), "{line}");
+        line
+    }
+
+    fn written(path: &Path) -> Vec<u8> {
+        let mut image = Image::new(9, 7);
+        image.set_vectors("", ["R", "G", "B"], &[[0.1, 0.2, 0.3]; 63]);
+        image.write(path, 0.0).unwrap();
+        std::fs::read(path).unwrap()
+    }
+
+    #[test]
+    fn no_file_that_was_cut_short_is_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        let good = written(&path);
+        // The last twelve bytes only say that this is the end.
+        for length in 0..good.len() - 12 {
+            refused(&path, &good[..length]);
+        }
+    }
+
+    #[test]
+    fn a_small_file_that_claims_a_large_picture_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        let good = written(&path);
+        for (width, height) in [
+            (9, 100_000),
+            (100_000, 7),
+            (20_000, 20_000),
+            (u32::MAX, u32::MAX),
+        ] {
+            let mut bad = good.clone();
+            bad[16..20].copy_from_slice(&u32::to_be_bytes(width));
+            bad[20..24].copy_from_slice(&u32::to_be_bytes(height));
+            let line = refused(&path, &bad);
+            assert!(line.contains("claims more"), "{width} {height}: {line}");
+        }
+    }
+
+    #[test]
+    fn the_densest_picture_is_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        let mut image = Image::new(2000, 2000);
+        image.set_vectors("", ["R", "G", "B"], &vec![[0.0; 3]; image.pixels()]);
+        image.write(&path, 0.0).unwrap();
+        assert_eq!(Image::read(&path).unwrap(), image);
     }
 }

@@ -33,7 +33,7 @@ pub fn tone_map(radiance: [f32; 3]) -> [f32; 3] {
 }
 
 /// Linear to sRGB (IEC 61966-2-1), 0…1.
-pub(crate) fn to_srgb(value: f32) -> f32 {
+fn to_srgb(value: f32) -> f32 {
     if value <= 0.003_130_8 {
         12.92 * value
     } else {
