@@ -4,7 +4,7 @@ use super::print;
 use crate::files::check_writable;
 use crate::image::{Format, Image, png};
 use crate::metrics::error::Errors;
-use crate::metrics::flip::{Flip, PIXELS_PER_DEGREE, flip};
+use crate::metrics::flip::{PIXELS_PER_DEGREE, flip};
 use crate::{Error, Result};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -67,12 +67,29 @@ pub fn run(args: &Args) -> Result<()> {
     let errors = Errors::between(&picture, &reference);
     let perceived = flip(&picture, &reference, size, args.exposure);
     if let Some(path) = &args.diff {
-        png::write_bytes(path, size, &perceived.coloured())?;
+        png::write_bytes(path, size, &perceived.map)?;
     }
+    let rows = [
+        ("rmse", errors.rmse),
+        ("rmse_clamped", errors.rmse_clamped),
+        ("relmse", errors.relmse),
+        ("flip", perceived.mean),
+        ("mean_ratio", errors.mean_ratio),
+    ];
     if args.json {
-        print(format_args!("{:#}", object(&errors, &perceived, args)))?;
+        let mut object: serde_json::Map<_, _> = rows
+            .iter()
+            .map(|(name, value)| ((*name).to_owned(), json!(value)))
+            .collect();
+        // What FLIP says holds for one display only.
+        object.insert("flip_exposure".into(), json!(args.exposure));
+        object.insert("flip_pixels_per_degree".into(), json!(PIXELS_PER_DEGREE));
+        print(format_args!("{:#}", serde_json::Value::Object(object)))?;
     } else {
-        print(table(&errors, &perceived, args))?;
+        print(
+            rows.map(|(name, value)| format!("{name:13} {}", figures(value)))
+                .join("\n"),
+        )?;
     }
     let broken: Vec<String> = [
         ("rmse", errors.rmse, args.max_rmse),
@@ -126,41 +143,6 @@ fn check(args: &Args) -> Result<()> {
         check_writable(path)?;
     }
     Ok(())
-}
-
-/// What `--json` prints. An infinite ratio is null: JSON has no word for it.
-fn object(errors: &Errors, perceived: &Flip, args: &Args) -> serde_json::Value {
-    json!({
-        "rmse": errors.rmse,
-        "rmse_clamped": errors.rmse_clamped,
-        "relmse": errors.relmse,
-        "flip": perceived.mean,
-        "flip_exposure": args.exposure,
-        "flip_pixels_per_degree": PIXELS_PER_DEGREE,
-        "mean_ratio": errors.mean_ratio,
-        "mean": errors.mean,
-        "reference_mean": errors.reference_mean,
-    })
-}
-
-fn table(errors: &Errors, perceived: &Flip, args: &Args) -> String {
-    let channels = |values: [f64; 3]| values.map(figures).join(" ");
-    let flip = format!(
-        "{} at {PIXELS_PER_DEGREE} pixels a degree, {} EV",
-        figures(perceived.mean),
-        args.exposure
-    );
-    [
-        ("rmse", figures(errors.rmse)),
-        ("rmse_clamped", figures(errors.rmse_clamped)),
-        ("relmse", figures(errors.relmse)),
-        ("flip", flip),
-        ("mean_ratio", figures(errors.mean_ratio)),
-        ("mean", channels(errors.mean)),
-        ("reference_mean", channels(errors.reference_mean)),
-    ]
-    .map(|(name, value)| format!("{name:15} {value}"))
-    .join("\n")
 }
 
 /// A number to six figures or so, however large or small it is.

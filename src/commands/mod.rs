@@ -11,10 +11,9 @@ pub mod render;
 pub mod scene;
 pub mod session;
 
-use crate::Result;
+use crate::{Error, Result};
 use clap::{Parser, Subcommand};
-use std::io::Write;
-use std::path::Path;
+use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
 
 /// A headless Vulkan renderer that measures what its speed costs in accuracy.
@@ -90,15 +89,15 @@ fn wrong_arguments(error: &clap::Error) -> ExitCode {
     ExitCode::from(2)
 }
 
-/// Prints one line of the command's outcome on stdout.
+/// Prints a command's outcome on stdout, where `println!` would panic.
 ///
 /// # Errors
 /// Stdout takes nothing, as on a full disk. A reader that has closed its pipe wants no more: that
 /// is no error.
-pub fn print(text: impl std::fmt::Display) -> crate::Result<()> {
+pub fn print(text: impl std::fmt::Display) -> Result<()> {
     match writeln!(std::io::stdout().lock(), "{text}") {
-        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(crate::Error::writing(Path::new("the output"), e))
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => {
+            Err(Error::failed(format!("cannot write to stdout: {e}")))
         }
         _ => Ok(()),
     }

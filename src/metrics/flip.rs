@@ -2,7 +2,7 @@
 //! 2020, for displays of limited range).
 
 use crate::image::tonemap::to_srgb_byte;
-use nv_flip::{FlipImageFloat, FlipImageRgb8};
+use nv_flip::FlipImageRgb8;
 
 /// Pixels a degree of the eye's view: a 0.7 m wide 4K display at 0.7 m.
 pub const PIXELS_PER_DEGREE: f32 = nv_flip::DEFAULT_PIXELS_PER_DEGREE;
@@ -11,19 +11,8 @@ pub const PIXELS_PER_DEGREE: f32 = nv_flip::DEFAULT_PIXELS_PER_DEGREE;
 pub struct Flip {
     /// Mean over the pixels, 0…1.
     pub mean: f64,
-    /// The error of each pixel, 0…1, row by row from the top.
-    pub errors: Vec<f32>,
-    size: (u32, u32),
-}
-
-impl Flip {
-    /// The errors in the colours of magma, from black over violet and orange to pale yellow: three
-    /// sRGB bytes a pixel.
-    pub fn coloured(&self) -> Vec<u8> {
-        FlipImageFloat::with_data(self.size.0, self.size.1, &self.errors)
-            .apply_color_lut(&nv_flip::magma_lut())
-            .to_vec()
-    }
+    /// The error of each pixel in the colours of magma, three bytes a pixel.
+    pub map: Vec<u8>,
 }
 
 /// Compares two pictures of `size` = (width, height) at 67 pixels a degree. Both are shown as
@@ -42,12 +31,13 @@ pub fn flip(picture: &[[f32; 3]], reference: &[[f32; 3]], size: (u32, u32), expo
             .collect();
         FlipImageRgb8::with_data(size.0, size.1, &bytes)
     };
-    let errors = nv_flip::flip(shown(reference), shown(picture), PIXELS_PER_DEGREE).to_vec();
-    let sum: f64 = errors.iter().copied().map(f64::from).sum();
+    let errors = nv_flip::flip(shown(reference), shown(picture), PIXELS_PER_DEGREE);
+    // Not FlipPool's mean: it sums in 32 bits, which large pictures outgrow.
+    let values = errors.to_vec();
+    let sum: f64 = values.iter().copied().map(f64::from).sum();
     Flip {
-        mean: sum / errors.len().max(1) as f64,
-        errors,
-        size,
+        mean: sum / values.len().max(1) as f64,
+        map: errors.apply_color_lut(&nv_flip::magma_lut()).to_vec(),
     }
 }
 
@@ -69,17 +59,11 @@ mod tests {
         let grey = vec![[0.2; 3]; 64 * 64];
         let mut spot = grey.clone();
         spot[8 * 64 + 50] = [1.0, 0.0, 0.0];
-        let result = flip(&spot, &grey, (64, 64), 0.0);
-        assert_eq!(result.errors.len(), 64 * 64);
-        assert!(result.errors[8 * 64 + 50] > 0.2);
-        assert_eq!(result.errors[60 * 64 + 5], 0.0);
-        let colours = result.coloured();
-        let at = |pixel: usize| {
-            colours[3 * pixel..3 * pixel + 3]
-                .iter()
-                .map(|v| u32::from(*v))
-        };
-        assert!(at(8 * 64 + 50).sum::<u32>() > at(60 * 64 + 5).sum::<u32>());
+        let map = flip(&spot, &grey, (64, 64), 0.0).map;
+        assert_eq!(map.len(), 3 * 64 * 64);
+        let red = |pixel: usize| map[3 * pixel];
+        assert!(red(8 * 64 + 50) > 50);
+        assert!(red(60 * 64 + 5) < 5);
     }
 
     #[test]
