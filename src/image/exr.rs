@@ -279,40 +279,56 @@ mod tests {
         assert_eq!(pixels[2 * 5 + 4], [4.5, 4.5, 2.0]);
     }
 
+    const COMPRESSIONS: [Compression; 6] = [
+        Compression::Uncompressed,
+        Compression::RLE,
+        Compression::ZIP1,
+        Compression::PIZ,
+        Compression::PXR24,
+        Compression::B44,
+    ];
+
+    /// Writes a picture as other programs may.
+    fn write_foreign(
+        path: &Path,
+        size: (usize, usize),
+        compression: Compression,
+        blocks: Blocks,
+        value: fn(Vec2<usize>) -> f32,
+    ) {
+        let channels = SpecificChannels::rgb(|at| (value(at), value(at), value(at)));
+        let encoding = Encoding {
+            compression,
+            blocks,
+            line_order: LineOrder::Increasing,
+        };
+        let layer = Layer::new(size, LayerAttributes::default(), encoding, channels);
+        ::exr::image::Image::from_layer(layer)
+            .write()
+            .to_file(path)
+            .unwrap();
+    }
+
     #[test]
-    fn every_compression_but_dwa_is_read() {
+    fn every_compression_is_read_where_it_is_densest() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.exr");
-        for compression in [
-            Compression::Uncompressed,
-            Compression::RLE,
-            Compression::ZIP1,
-            Compression::PIZ,
-            Compression::PXR24,
-            Compression::B44,
-            Compression::DWAA(None),
-        ] {
-            // Black all over: the densest that a picture gets.
-            let channels = SpecificChannels::rgb(|_: Vec2<usize>| (0.0_f32, 0.0_f32, 0.0_f32));
-            let encoding = Encoding {
-                compression,
-                ..Encoding::SMALL_LOSSLESS
-            };
-            let layer = Layer::new((256, 512), LayerAttributes::default(), encoding, channels);
-            ::exr::image::Image::from_layer(layer)
-                .write()
-                .to_file(&path)
-                .unwrap();
-            let read = Image::read(&path);
-            if matches!(compression, Compression::DWAA(_)) {
-                let error = read.unwrap_err();
-                assert_eq!(error.exit_status(), 2);
-                assert!(error.to_string().contains("save it as ZIP"), "{error}");
-            } else {
-                let pixels = read.unwrap().rgb().unwrap();
-                assert_eq!(pixels, vec![[0.0; 3]; 256 * 512], "{compression:?}");
-            }
+        for compression in COMPRESSIONS {
+            write_foreign(&path, (256, 512), compression, Blocks::ScanLines, |_| 0.0);
+            let pixels = Image::read(&path).unwrap().rgb().unwrap();
+            assert_eq!(pixels, vec![[0.0; 3]; 256 * 512], "{compression:?}");
         }
+    }
+
+    #[test]
+    fn dwa_is_refused_with_advice() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        let compression = Compression::DWAA(None);
+        write_foreign(&path, (8, 8), compression, Blocks::ScanLines, |_| 0.0);
+        let error = Image::read(&path).unwrap_err();
+        assert_eq!(error.exit_status(), 2);
+        assert!(error.to_string().contains("save it as ZIP"), "{error}");
     }
 
     #[test]
@@ -373,13 +389,25 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.exr");
         sample().write(&path, 0.0).unwrap();
-        let good = std::fs::read(&path).unwrap();
+        let mut whole = vec![std::fs::read(&path).unwrap()];
+        for (i, compression) in COMPRESSIONS.into_iter().enumerate() {
+            let blocks = match i % 2 {
+                0 => Blocks::ScanLines,
+                _ => Blocks::Tiles(Vec2(8, 8)),
+            };
+            write_foreign(&path, (17, 19), compression, blocks, |at| {
+                (at.x() * at.y()) as f32
+            });
+            whole.push(std::fs::read(&path).unwrap());
+        }
         let mut random = Random(1);
         let mut failed = 0;
-        for _ in 0..2000 {
+        for good in whole.iter().cycle().take(2100) {
             let mut bad = good.clone();
             for _ in 0..=random.next() % 3 {
-                let at = random.next() as usize % bad.len();
+                // Half of the damage where the header is.
+                let end = [bad.len(), bad.len().min(600)][random.next() as usize % 2];
+                let at = random.next() as usize % end;
                 match random.next() % 4 {
                     0 => bad[at] = random.next() as u8,
                     1 => bad[at] ^= 1 << (random.next() % 8),
@@ -391,7 +419,7 @@ mod tests {
             }
             failed += u32::from(fails(&path, &bad));
         }
-        assert!(failed > 500, "only {failed} of 2000 were noticed");
+        assert!(failed > 500, "only {failed} of 2100 were noticed");
     }
 
     #[test]
