@@ -1,6 +1,7 @@
 //! Output files: written beside their target and renamed, so that no one ever sees half a file.
 
 use crate::{Error, Result};
+use std::borrow::Cow;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
@@ -8,7 +9,7 @@ use std::path::{Path, PathBuf};
 pub type Output = BufWriter<std::fs::File>;
 
 /// Writes `path` through `write`. On any failure the old file, if there was one, stays as it was
-/// and nothing new is left behind.
+/// and nothing new is left behind. A link to a file stays a link.
 ///
 /// # Errors
 /// The folder or the disk does not take the file, or `write`'s own error.
@@ -17,8 +18,8 @@ pub fn write_atomically(
     write: impl FnOnce(&mut Output) -> std::io::Result<()>,
 ) -> Result<()> {
     let failed = |e: std::io::Error| Error::writing(path, e);
-    // A device such as /dev/full is written as it is: a rename would replace it.
-    if std::fs::metadata(path).is_ok_and(|m| !m.is_file() && !m.is_dir()) {
+    // A rename would replace a device by a file.
+    if is_device(path) {
         let file = std::fs::File::options()
             .write(true)
             .open(path)
@@ -28,13 +29,8 @@ pub fn write_atomically(
             .and_then(|()| output.flush())
             .map_err(failed);
     }
-    let temporary = tempfile::Builder::new()
-        .prefix(".headwater-")
-        .make_in(folder(path), |name| {
-            // Not tempfile's own mode, which nobody else could read: the umask decides.
-            std::fs::File::create_new(name)
-        })
-        .map_err(failed)?;
+    let target = target(path);
+    let temporary = temporary(path, &target)?;
     let (file, name) = temporary.into_parts();
     let mut output = BufWriter::new(file);
     write(&mut output)
@@ -43,7 +39,7 @@ pub fn write_atomically(
     // A full disk may only be noticed now.
     output.get_mut().sync_all().map_err(failed)?;
     drop(output);
-    name.persist(path).map_err(|e| failed(e.error))
+    name.persist(&target).map_err(|e| failed(e.error))
 }
 
 /// Checks before long work that `path` could be written.
@@ -54,11 +50,47 @@ pub fn check_writable(path: &Path) -> Result<()> {
     if path.is_dir() {
         return Err(Error::writing(path, "it is a folder; name a file"));
     }
+    if is_device(path) {
+        return Ok(());
+    }
+    temporary(path, &target(path)).map(drop)
+}
+
+/// A file beside `target` that vanishes unless it is renamed. Errors speak of `path`.
+fn temporary(path: &Path, target: &Path) -> Result<tempfile::NamedTempFile> {
+    let folder = folder(target);
+    if !folder.is_dir() {
+        let folder = folder.display();
+        return Err(Error::writing(
+            path,
+            format!("there is no folder {folder}; make it first"),
+        ));
+    }
     tempfile::Builder::new()
         .prefix(".headwater-")
-        .tempfile_in(folder(path))
-        .map(drop)
-        .map_err(|e| Error::writing(path, e))
+        // Not tempfile's own mode, which nobody else could read: the umask decides.
+        .make_in(&folder, |name| std::fs::File::create_new(name))
+        // The error's own text names the temporary file, which means nothing to the user.
+        .map_err(|e| {
+            Error::writing(
+                path,
+                format!("{} takes no file: {}", folder.display(), e.kind()),
+            )
+        })
+}
+
+/// Whether there is something that is neither a file nor a folder, such as /dev/full or a pipe.
+fn is_device(path: &Path) -> bool {
+    std::fs::metadata(path).is_ok_and(|m| !m.is_file() && !m.is_dir())
+}
+
+/// The file itself where `path` is a link to one.
+fn target(path: &Path) -> Cow<'_, Path> {
+    if path.is_symlink() {
+        path.canonicalize().map_or(path.into(), Cow::Owned)
+    } else {
+        path.into()
+    }
 }
 
 fn folder(path: &Path) -> PathBuf {
@@ -91,5 +123,46 @@ mod tests {
         let path = Path::new("no/such/folder/a.txt");
         assert_eq!(check_writable(path).unwrap_err().exit_status(), 1);
         assert!(write_atomically(path, |_| Ok(())).is_err());
+    }
+
+    #[test]
+    fn a_folder_that_takes_no_files_is_failed_work() {
+        // Root may write anywhere but here.
+        let path = Path::new("/proc/a.txt");
+        for error in [check_writable(path), write_atomically(path, |_| Ok(()))] {
+            let error = error.unwrap_err();
+            assert_eq!(error.exit_status(), 1);
+            assert!(!error.to_string().contains(".headwater-"), "{error}");
+        }
+        assert_eq!(check_writable(Path::new("/")).unwrap_err().exit_status(), 1);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_file_gets_the_mode_of_any_new_file() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let (usual, ours) = (folder.path().join("a"), folder.path().join("b"));
+        std::fs::write(&usual, "").unwrap();
+        write_atomically(&ours, |_| Ok(())).unwrap();
+        let mode = |path| std::fs::metadata(path).unwrap().permissions().mode();
+        assert_eq!(mode(&usual), mode(&ours));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_stays_a_link_and_a_device_a_device() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, link) = (folder.path().join("a"), folder.path().join("b"));
+        std::fs::write(&file, "old").unwrap();
+        std::os::unix::fs::symlink(&file, &link).unwrap();
+        check_writable(&link).unwrap();
+        write_atomically(&link, |f| f.write_all(b"new")).unwrap();
+        assert!(link.is_symlink());
+        assert_eq!(std::fs::read(&file).unwrap(), b"new");
+        let null = Path::new("/dev/null");
+        check_writable(null).unwrap();
+        write_atomically(null, |f| f.write_all(b"new")).unwrap();
+        assert!(!null.is_file());
     }
 }

@@ -376,3 +376,57 @@ fn compare_measures_and_checks() {
     assert!(fail(&["compare", a, b, "--max-rmse", "NaN"], 2).contains("max-rmse"));
     assert!(fail(&["compare", a, "none.exr"], 2).contains("none.exr"));
 }
+
+#[test]
+fn compare_refuses_damaged_pictures_in_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let good = folder.path().join("good.exr");
+    let mut image = Image::new(40, 40);
+    let values: Vec<[f32; 3]> = (0..1600).map(|i| [i as f32 * 1e-3; 3]).collect();
+    image.set_vectors("", ["R", "G", "B"], &values);
+    image.write(&good, 0.0).unwrap();
+    for name in ["bad.exr", "bad.png"] {
+        let bad = folder.path().join(name);
+        image.write(&bad, 0.0).unwrap();
+        let whole = std::fs::read(&bad).unwrap();
+        for content in [
+            &b""[..],
+            b"no picture",
+            &whole[..40],
+            &whole[..whole.len() / 2],
+        ] {
+            std::fs::write(&bad, content).unwrap();
+            for pair in [[text(&bad), text(&good)], [text(&good), text(&bad)]] {
+                let line = fail(&["compare", pair[0], pair[1]], 2);
+                assert!(line.contains(name), "{line}");
+            }
+        }
+    }
+}
+
+#[test]
+fn compare_minds_a_full_disk_but_no_closed_pipe() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.exr");
+    let mut image = Image::new(4, 4);
+    image.set_vectors("", ["R", "G", "B"], &[[0.5; 3]; 16]);
+    image.write(&path, 0.0).unwrap();
+    let compare = |stdout: Stdio| {
+        headwater(&["compare", text(&path), text(&path)])
+            .stdout(stdout)
+            .stderr(Stdio::piped())
+            .output()
+            .unwrap()
+    };
+    let full = std::fs::File::options().write(true).open("/dev/full");
+    let output = compare(full.unwrap().into());
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{errors}");
+    assert!(errors.contains("No space left"), "{errors}");
+    assert_eq!(errors.lines().count(), 1, "{errors}");
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let output = compare(writer.into());
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success() && errors.is_empty(), "{errors}");
+}

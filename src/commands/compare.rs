@@ -1,11 +1,11 @@
 //! `compare`: one picture against a reference, with checks.
 
-use crate::files::write_atomically;
-use crate::image::{Format, Image};
+use super::print;
+use crate::files::check_writable;
+use crate::image::{Format, Image, png};
 use crate::metrics::error::Errors;
-use crate::metrics::flip::flip;
+use crate::metrics::flip::{PIXELS_PER_DEGREE, flip};
 use crate::{Error, Result};
-use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -19,7 +19,8 @@ pub struct Args {
     /// Print one JSON object
     #[arg(long)]
     json: bool,
-    /// Write the FLIP error of each pixel as a picture, dark to bright
+    /// Write the FLIP error of each pixel as a picture in the colours of magma: black is no error,
+    /// then violet, orange, and pale yellow at 1
     #[arg(long, value_name = "FILE.png")]
     diff: Option<PathBuf>,
     /// Exposure at which FLIP sees both, in stops
@@ -49,29 +50,7 @@ pub struct Args {
 /// # Errors
 /// Pictures that cannot be compared (wrong input), or a check that does not hold.
 pub fn run(args: &Args) -> Result<()> {
-    for (name, limit) in [
-        ("max-rmse", args.max_rmse),
-        ("max-relmse", args.max_relmse),
-        ("max-flip", args.max_flip),
-        ("max-mean-deviation", args.max_mean_deviation),
-    ] {
-        if let Some(limit) = limit.filter(|limit| limit.is_nan() || *limit < 0.0) {
-            return Err(Error::input(format!(
-                "--{name} {limit}: it takes a number from 0 up"
-            )));
-        }
-    }
-    if !args.exposure.is_finite() {
-        return Err(Error::input("--exposure takes a finite number of stops"));
-    }
-    if let Some(path) = &args.diff
-        && Format::of(path)? != Format::Png
-    {
-        return Err(Error::input(format!(
-            "--diff {}: it is written as .png",
-            path.display()
-        )));
-    }
+    check(args)?;
     let (size, picture) = read(&args.picture)?;
     let (reference_size, reference) = read(&args.reference)?;
     if size != reference_size {
@@ -88,54 +67,90 @@ pub fn run(args: &Args) -> Result<()> {
     let errors = Errors::between(&picture, &reference);
     let perceived = flip(&picture, &reference, size, args.exposure);
     if let Some(path) = &args.diff {
-        write_map(path, &perceived.map, size)?;
+        png::write_bytes(path, size, &perceived.map)?;
     }
-    let Errors {
-        rmse,
-        rmse_clamped,
-        relmse,
-        mean_ratio,
-    } = errors;
     let rows = [
-        ("rmse", rmse),
-        ("rmse_clamped", rmse_clamped),
-        ("relmse", relmse),
+        ("rmse", errors.rmse),
+        ("rmse_clamped", errors.rmse_clamped),
+        ("relmse", errors.relmse),
         ("flip", perceived.mean),
-        ("mean_ratio", mean_ratio),
+        ("mean_ratio", errors.mean_ratio),
     ];
     if args.json {
-        let object: serde_json::Map<_, _> = rows
+        let mut object: serde_json::Map<_, _> = rows
             .iter()
             .map(|(name, value)| ((*name).to_owned(), json!(value)))
             .collect();
-        println!("{:#}", serde_json::Value::Object(object));
+        // What FLIP says holds for one display only.
+        object.insert("flip_exposure".into(), json!(args.exposure));
+        object.insert("flip_pixels_per_degree".into(), json!(PIXELS_PER_DEGREE));
+        print(format_args!("{:#}", serde_json::Value::Object(object)))?;
     } else {
-        for (name, value) in rows {
-            println!("{name:13} {value:.6}");
-        }
+        print(
+            rows.map(|(name, value)| format!("{name:13} {}", figures(value)))
+                .join("\n"),
+        )?;
     }
     let broken: Vec<String> = [
-        ("rmse", rmse, args.max_rmse),
-        ("relmse", relmse, args.max_relmse),
+        ("rmse", errors.rmse, args.max_rmse),
+        ("relmse", errors.relmse, args.max_relmse),
         ("flip", perceived.mean, args.max_flip),
         (
             "mean deviation",
-            (mean_ratio - 1.0).abs(),
+            (errors.mean_ratio - 1.0).abs(),
             args.max_mean_deviation,
         ),
     ]
     .into_iter()
     .filter_map(|(name, value, limit)| {
         let limit = limit?;
-        // Written so that NaN breaks every limit.
+        // Written so that NaN breaks every limit, and with every digit, so that the two differ.
         let holds = value <= limit;
-        (!holds).then(|| format!("{name} {value:.6} is above {limit}"))
+        (!holds).then(|| format!("{name} {value:?} is above {limit:?}"))
     })
     .collect();
     if broken.is_empty() {
         Ok(())
     } else {
         Err(Error::failed(broken.join("; ")))
+    }
+}
+
+/// Refuses arguments that make no sense, before anything is read.
+fn check(args: &Args) -> Result<()> {
+    for (name, limit) in [
+        ("max-rmse", args.max_rmse),
+        ("max-relmse", args.max_relmse),
+        ("max-flip", args.max_flip),
+        ("max-mean-deviation", args.max_mean_deviation),
+    ] {
+        if let Some(limit) = limit.filter(|limit| limit.is_nan() || *limit < 0.0) {
+            return Err(Error::input(format!(
+                "--{name} {limit}: it takes a number from 0 up"
+            )));
+        }
+    }
+    if !args.exposure.is_finite() {
+        return Err(Error::input("--exposure takes a finite number of stops"));
+    }
+    if let Some(path) = &args.diff {
+        if Format::of(path)? != Format::Png {
+            let path = path.display();
+            return Err(Error::input(format!(
+                "--diff {path}: it is written as .png"
+            )));
+        }
+        check_writable(path)?;
+    }
+    Ok(())
+}
+
+/// A number to six figures or so, however large or small it is.
+fn figures(value: f64) -> String {
+    if value == 0.0 || (1e-3..1e6).contains(&value.abs()) {
+        format!("{value:.6}")
+    } else {
+        format!("{value:.5e}")
     }
 }
 
@@ -153,16 +168,113 @@ fn read(path: &Path) -> Result<Picture> {
     if wrong > 0 {
         return Err(Error::reading(
             path,
-            format!("{wrong} pixels are not finite"),
+            format!("{wrong} of {} pixels are not finite", pixels.len()),
         ));
     }
     Ok(((image.width, image.height), pixels))
 }
 
-fn write_map(path: &Path, map: &[u8], size: (u32, u32)) -> Result<()> {
-    write_atomically(path, |file| {
-        PngEncoder::new(file)
-            .write_image(map, size.0, size.1, ExtendedColorType::Rgb8)
-            .map_err(std::io::Error::other)
-    })
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        args: Args,
+    }
+
+    /// Runs `compare` in a folder that holds the pictures of these grey values.
+    fn compare(values: [f32; 2], options: &[&str]) -> Result<()> {
+        let folder = tempfile::tempdir().unwrap();
+        let paths = ["a.exr", "b.exr"].map(|name| folder.path().join(name));
+        for (path, value) in paths.iter().zip(values) {
+            let mut image = Image::new(4, 4);
+            image.set_vectors("", ["R", "G", "B"], &[[value; 3]; 16]);
+            image.write(path, 0.0).unwrap();
+        }
+        let line = ["compare"]
+            .into_iter()
+            .chain(paths.iter().map(|path| path.to_str().unwrap()))
+            .chain(options.iter().copied());
+        run(&Line::try_parse_from(line).unwrap().args)
+    }
+
+    #[test]
+    fn each_check_fails_on_its_own_and_names_the_numbers() {
+        for (option, name) in [
+            ("--max-rmse=0.1", "rmse 0.25 is above 0.1"),
+            ("--max-relmse=0.1", "relmse 0.2403"),
+            ("--max-flip=0.1", "flip 0."),
+            (
+                "--max-mean-deviation=0.1",
+                "mean deviation 0.5 is above 0.1",
+            ),
+        ] {
+            let error = compare([0.75, 0.5], &[option]).unwrap_err();
+            assert_eq!(error.exit_status(), 1);
+            assert!(error.to_string().starts_with(name), "{error}");
+            compare([0.5, 0.5], &[option]).unwrap();
+        }
+        let all = ["--max-rmse=0", "--max-relmse=0", "--max-flip=0", "--json"];
+        let error = compare([0.75, 0.5], &all).unwrap_err().to_string();
+        assert_eq!(error.matches("is above 0.0").count(), 3, "{error}");
+        compare([0.5, 0.5], &all).unwrap();
+        // A limit that is met exactly holds.
+        compare(
+            [0.75, 0.5],
+            &["--max-rmse=0.25", "--max-mean-deviation=0.5"],
+        )
+        .unwrap();
+    }
+
+    #[test]
+    fn light_against_black_breaks_any_limit_of_the_mean() {
+        let error = compare([0.5, 0.0], &["--max-mean-deviation=1e300"]).unwrap_err();
+        assert!(error.to_string().contains("inf"), "{error}");
+        compare([0.0, 0.0], &["--max-mean-deviation=0"]).unwrap();
+    }
+
+    #[test]
+    fn what_cannot_be_compared_is_wrong_input() {
+        for option in [
+            "--max-rmse=-1",
+            "--max-flip=nan",
+            "--exposure=inf",
+            "--diff=a.exr",
+            "--diff=a",
+        ] {
+            let error = compare([0.5, 0.5], &[option]).unwrap_err();
+            assert_eq!(error.exit_status(), 2, "{option}: {error}");
+        }
+        for values in [[f32::NAN, 0.5], [0.5, f32::INFINITY]] {
+            let error = compare(values, &[]).unwrap_err();
+            assert_eq!(error.exit_status(), 2);
+            assert!(error.to_string().contains("16 of 16 pixels"), "{error}");
+        }
+        let error = compare([0.5, 0.5], &["--diff=no/such/folder/a.png"]).unwrap_err();
+        assert_eq!(error.exit_status(), 1);
+    }
+
+    #[test]
+    fn the_difference_is_a_picture() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("d.png");
+        let option = format!("--diff={}", path.display());
+        compare([0.5, 0.5], &[&option]).unwrap();
+        let black = Image::read(&path).unwrap().rgb().unwrap();
+        compare([1.0, 0.0], &[&option]).unwrap();
+        let bright = Image::read(&path).unwrap().rgb().unwrap();
+        assert_eq!((black.len(), bright.len()), (16, 16));
+        assert!(black[0].iter().all(|v| *v < 0.01) && bright[0][0] > 0.5);
+    }
+
+    #[test]
+    fn numbers_keep_their_figures() {
+        assert_eq!(figures(0.0), "0.000000");
+        assert_eq!(figures(0.25), "0.250000");
+        assert_eq!(figures(1.25e-9), "1.25000e-9");
+        assert_eq!(figures(f64::INFINITY), "inf");
+    }
 }

@@ -11,8 +11,9 @@ pub mod render;
 pub mod scene;
 pub mod session;
 
-use crate::Result;
+use crate::{Error, Result};
 use clap::{Parser, Subcommand};
+use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
 
 /// A headless Vulkan renderer that measures what its speed costs in accuracy.
@@ -86,6 +87,20 @@ fn wrong_arguments(error: &clap::Error) -> ExitCode {
     let message = message.trim_start_matches("error: ");
     eprintln!("headwater: {message}; see 'headwater --help'");
     ExitCode::from(2)
+}
+
+/// Prints a command's outcome on stdout, where `println!` would panic.
+///
+/// # Errors
+/// Stdout takes nothing, as on a full disk. A reader that has closed its pipe wants no more: that
+/// is no error.
+pub fn print(text: impl std::fmt::Display) -> Result<()> {
+    match writeln!(std::io::stdout().lock(), "{text}") {
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => {
+            Err(Error::failed(format!("cannot write to stdout: {e}")))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// One line for the user about something assumed or ignored.

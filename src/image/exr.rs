@@ -3,20 +3,26 @@
 use super::{Image, Samples};
 use crate::Error;
 use crate::files::write_atomically;
+use ::exr::meta::header::Header;
 use ::exr::prelude::*;
+use std::cell::Cell;
 use std::io::Cursor;
-use std::panic::catch_unwind;
+use std::panic::{UnwindSafe, catch_unwind, set_hook, take_hook};
 use std::path::Path;
+use std::sync::Once;
 
 /// The attribute that holds the metadata, as JSON.
 const METADATA: &str = "headwater";
 
-/// Largest picture that is read, in pixels: a damaged header must not ask for all memory.
+/// Largest picture that is read, in pixels.
 const MOST_PIXELS: usize = 1 << 30;
+
+/// How many bytes one byte of a file can stand for at most: deflate reaches 1032, and PXR24 keeps
+/// three bytes of four. The run lengths of RLE, PIZ and the blocks of B44 stay below.
+const MOST_COMPRESSED: usize = 1400;
 
 pub(super) fn write(image: &Image, path: &Path) -> crate::Result<()> {
     let size = (image.width as usize, image.height as usize);
-    // The map's order is the order by name that the format wants.
     let channels = image
         .channels
         .iter()
@@ -25,24 +31,25 @@ pub(super) fn write(image: &Image, path: &Path) -> crate::Result<()> {
                 Samples::F32(values) => FlatSamples::F32(values.clone()),
                 Samples::U32(values) => FlatSamples::U32(values.clone()),
             };
-            AnyChannel::new(name.as_str(), samples)
+            AnyChannel::new(utf8(name), samples)
         })
         .collect();
     let mut attributes = LayerAttributes::default();
     if !image.metadata.is_empty() {
         // One attribute: the library keeps several in an order that changes from run to run.
         let text = serde_json::to_string(&image.metadata).map_err(|e| Error::writing(path, e))?;
-        let value = AttributeValue::Text(text.as_str().into());
+        let value = AttributeValue::Text(utf8(&text));
         attributes.other.insert(METADATA.into(), value);
     }
     let layer = Layer::new(
         size,
         attributes,
+        // Lossless, and its lines in increasing order whichever thread is ready first.
         Encoding::SMALL_LOSSLESS,
         AnyChannels::sort(channels),
     );
     write_atomically(path, |file| {
-        Image_::from_layer(layer)
+        ::exr::image::Image::from_layer(layer)
             .write()
             .to_buffered(file)
             .map_err(|e| match e {
@@ -52,27 +59,50 @@ pub(super) fn write(image: &Image, path: &Path) -> crate::Result<()> {
     })
 }
 
-type Image_<L> = ::exr::image::Image<L>;
+/// The library's own conversion panics on what is not Latin-1.
+fn utf8(text: &str) -> Text {
+    Text::from_slice_unchecked(text.as_bytes())
+}
+
+/// UTF-8, or else Latin-1.
+fn string(text: &Text) -> String {
+    std::str::from_utf8(text.as_slice()).map_or_else(|_| text.to_string(), str::to_owned)
+}
 
 pub(super) fn read(path: &Path) -> crate::Result<Image> {
     let bytes = std::fs::read(path).map_err(|e| Error::reading(path, e))?;
     // The decoder has been seen to panic on damaged files; that must reach nobody.
-    let hook = std::panic::take_hook();
-    std::panic::set_hook(Box::new(|_| {}));
-    let decoded = catch_unwind(|| decode(&bytes));
-    std::panic::set_hook(hook);
-    match decoded {
-        Ok(Ok(image)) => Ok(image),
-        Ok(Err(e)) => Err(Error::reading(path, format!("{e}; is it a complete EXR?"))),
-        Err(_) => Err(Error::reading(path, "it is damaged; is it a complete EXR?")),
+    match quietly(|| decode(&bytes)) {
+        Some(Ok(image)) => Ok(image),
+        Some(Err(e)) => Err(Error::reading(path, e)),
+        None => Err(Error::reading(path, "it is damaged; is it a complete EXR?")),
     }
 }
 
+/// Runs `work`; `None` if it panicked, about which nothing is printed. Panics of other threads are
+/// reported as ever.
+fn quietly<T>(work: impl FnOnce() -> T + UnwindSafe) -> Option<T> {
+    thread_local!(static QUIET: Cell<bool> = const { Cell::new(false) });
+    static HOOK: Once = Once::new();
+    HOOK.call_once(|| {
+        let usual = take_hook();
+        set_hook(Box::new(move |panic| {
+            if !QUIET.get() {
+                usual(panic);
+            }
+        }));
+    });
+    QUIET.set(true);
+    let outcome = catch_unwind(work);
+    QUIET.set(false);
+    outcome.ok()
+}
+
 fn decode(bytes: &[u8]) -> std::result::Result<Image, String> {
-    let meta = MetaData::read_from_buffered(Cursor::new(bytes), true).map_err(|e| e.to_string())?;
-    let pixels = meta.headers.iter().map(|h| h.layer_size.area());
-    if pixels.sum::<usize>() > MOST_PIXELS {
-        return Err("it claims to be larger than any picture Headwater reads".into());
+    let damaged = |e: ::exr::error::Error| format!("{e}; is it a complete EXR?");
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), true).map_err(damaged)?;
+    for header in &meta.headers {
+        check_header(header, bytes.len())?;
     }
     let file = ::exr::prelude::read()
         .no_deep_data()
@@ -80,22 +110,72 @@ fn decode(bytes: &[u8]) -> std::result::Result<Image, String> {
         .all_channels()
         .first_valid_layer()
         .all_attributes()
+        // A damaged table of chunks would otherwise leave black lines without a word.
+        .pedantic()
+        // A panic in a thread of the library's own would end the process.
+        .non_parallel()
         .from_buffered(Cursor::new(bytes))
-        .map_err(|e| e.to_string())?;
+        .map_err(damaged)?;
     let layer = file.layer_data;
     let mut image = Image::new(layer.size.x() as u32, layer.size.y() as u32);
     for channel in layer.channel_data.list {
+        let name = string(&channel.name);
+        if channel.sampling != Vec2(1, 1) {
+            return Err(format!(
+                "channel {name:?} is subsampled, which Headwater does not read"
+            ));
+        }
         let samples = match channel.sample_data {
             FlatSamples::F16(values) => Samples::F32(values.into_iter().map(f32::from).collect()),
             FlatSamples::F32(values) => Samples::F32(values),
             FlatSamples::U32(values) => Samples::U32(values),
         };
-        image.channels.insert(channel.name.to_string(), samples);
+        image.channels.insert(name, samples);
     }
     if let Some(AttributeValue::Text(text)) = layer.attributes.other.get(&Text::from(METADATA)) {
-        image.metadata = serde_json::from_str(&text.to_string()).unwrap_or_default();
+        image.metadata = serde_json::from_str(&string(text)).unwrap_or_default();
     }
     Ok(image)
+}
+
+/// A damaged header must not ask for more memory than the file can fill.
+fn check_header(header: &Header, file_bytes: usize) -> std::result::Result<(), String> {
+    // The decoder allocates what a damaged DWA block claims, and ends the process if that is more
+    // than there is.
+    if matches!(
+        header.compression,
+        Compression::DWAA(_) | Compression::DWAB(_)
+    ) {
+        return Err(
+            "it is compressed with DWA, which Headwater does not read; save it as ZIP".into(),
+        );
+    }
+    let size = header.layer_size;
+    let too_large = || {
+        format!(
+            "it claims {} × {} pixels in {} channels, more than it can hold or Headwater reads",
+            size.x(),
+            size.y(),
+            header.channels.list.len()
+        )
+    };
+    let pixels = size
+        .x()
+        .checked_mul(size.y())
+        .filter(|pixels| *pixels <= MOST_PIXELS)
+        .ok_or_else(too_large)?;
+    let depth = |c: &ChannelDescription| c.sample_type.bytes_per_sample();
+    let pixel_bytes: usize = header.channels.list.iter().map(depth).sum();
+    let bytes = pixels.checked_mul(pixel_bytes).ok_or_else(too_large)?;
+    // The file names the place of each chunk in eight bytes. What the machine cannot give is asked
+    // for here, because the decoder would end the process.
+    if header.chunk_count > file_bytes / 8
+        || bytes / MOST_COMPRESSED > file_bytes
+        || Vec::<u8>::new().try_reserve_exact(bytes).is_err()
+    {
+        return Err(too_large());
+    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -114,7 +194,7 @@ mod tests {
         for (key, value) in [
             ("headwater.seed", "7"),
             ("headwater.scene", "\"a\""),
-            ("x", "é"),
+            ("x", "é, 木, ™"),
         ] {
             image.metadata.insert(key.into(), value.into());
         }
@@ -136,28 +216,230 @@ mod tests {
     }
 
     #[test]
-    fn damaged_files_are_errors_and_never_panics() {
+    fn many_blocks_compressed_by_many_threads_are_equal_files() {
+        let mut random = Random(3);
+        let (width, height) = (67, 301);
+        let mut image = Image::new(width, height);
+        let values: Vec<[f32; 3]> = (0..width * height)
+            .map(|i| [random.next() as f32 * 1e-19, i as f32, 0.0])
+            .collect();
+        image.set_vectors("", ["R", "G", "B"], &values);
+        image.set_vectors("stderr.", ["R", "G", "B"], &values);
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        let mut files = std::collections::BTreeSet::new();
+        for _ in 0..8 {
+            image.write(&path, 0.0).unwrap();
+            files.insert(std::fs::read(&path).unwrap());
+        }
+        assert_eq!(files.len(), 1);
+        assert_eq!(Image::read(&path).unwrap(), image);
+    }
+
+    #[test]
+    fn not_a_number_and_infinity_come_back_bit_by_bit() {
+        let bits = [
+            0x7fc0_0001,
+            0xff80_0000,
+            0x7f80_0000,
+            0x8000_0000,
+            1,
+            0x7f7f_ffff,
+        ];
+        let mut image = Image::new(3, 2);
+        let values = bits.map(f32::from_bits).to_vec();
+        image
+            .channels
+            .insert("depth.Z".into(), Samples::F32(values));
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        image.write(&path, 0.0).unwrap();
+        let back = Image::read(&path).unwrap();
+        let back: Vec<u32> = back
+            .floats("depth.Z")
+            .unwrap()
+            .iter()
+            .map(|v| v.to_bits())
+            .collect();
+        assert_eq!(back, bits);
+    }
+
+    #[test]
+    fn half_floats_of_other_programs_are_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        let pixel = |x: usize, y: usize| {
+            let half = f16::from_f32(x as f32 + 0.5);
+            (half, half, f16::from_f32(y as f32))
+        };
+        write_rgb_file(&path, 5, 3, pixel).unwrap();
+        let image = Image::read(&path).unwrap();
+        let pixels = image.rgb().unwrap();
+        assert_eq!(pixels.len(), 15);
+        assert_eq!(pixels[2 * 5 + 4], [4.5, 4.5, 2.0]);
+    }
+
+    const COMPRESSIONS: [Compression; 6] = [
+        Compression::Uncompressed,
+        Compression::RLE,
+        Compression::ZIP1,
+        Compression::PIZ,
+        Compression::PXR24,
+        Compression::B44,
+    ];
+
+    /// Writes a picture as other programs may.
+    fn write_foreign(
+        path: &Path,
+        size: (usize, usize),
+        compression: Compression,
+        blocks: Blocks,
+        value: fn(Vec2<usize>) -> f32,
+    ) {
+        let channels = SpecificChannels::rgb(|at| (value(at), value(at), value(at)));
+        let encoding = Encoding {
+            compression,
+            blocks,
+            line_order: LineOrder::Increasing,
+        };
+        let layer = Layer::new(size, LayerAttributes::default(), encoding, channels);
+        ::exr::image::Image::from_layer(layer)
+            .write()
+            .to_file(path)
+            .unwrap();
+    }
+
+    #[test]
+    fn every_compression_is_read_where_it_is_densest() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        for compression in COMPRESSIONS {
+            write_foreign(&path, (256, 512), compression, Blocks::ScanLines, |_| 0.0);
+            let pixels = Image::read(&path).unwrap().rgb().unwrap();
+            assert_eq!(pixels, vec![[0.0; 3]; 256 * 512], "{compression:?}");
+        }
+    }
+
+    #[test]
+    fn dwa_is_refused_with_advice() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        let compression = Compression::DWAA(None);
+        write_foreign(&path, (8, 8), compression, Blocks::ScanLines, |_| 0.0);
+        let error = Image::read(&path).unwrap_err();
+        assert_eq!(error.exit_status(), 2);
+        assert!(error.to_string().contains("save it as ZIP"), "{error}");
+    }
+
+    #[test]
+    fn what_is_no_picture_is_not_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        let mut short = Image::new(2, 2);
+        short.set_vectors("", ["R", "G", "B"], &[[0.0; 3]]);
+        for image in [Image::new(0, 0), Image::new(2, 2), short] {
+            assert_eq!(image.write(&path, 0.0).unwrap_err().exit_status(), 1);
+        }
+        assert!(!path.exists());
+    }
+
+    /// Writes, reads, and checks that a failure is one line of wrong input.
+    fn fails(path: &Path, bytes: &[u8]) -> bool {
+        std::fs::write(path, bytes).unwrap();
+        match Image::read(path) {
+            Ok(image) => {
+                assert!(image.check().is_ok());
+                false
+            }
+            Err(e) => {
+                assert_eq!(e.exit_status(), 2);
+                assert!(!e.to_string().contains('\n'), "{e}");
+                assert!(e.to_string().contains("a.exr"), "{e}");
+                true
+            }
+        }
+    }
+
+    struct Random(u64);
+
+    impl Random {
+        fn next(&mut self) -> u64 {
+            self.0 = self
+                .0
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            self.0 >> 20
+        }
+    }
+
+    #[test]
+    fn no_file_that_was_cut_short_is_read() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.exr");
         sample().write(&path, 0.0).unwrap();
         let good = std::fs::read(&path).unwrap();
-        let mut state = 1_u64;
-        for round in 0..400 {
-            state = state
-                .wrapping_mul(6364136223846793005)
-                .wrapping_add(1442695040888963407);
-            let at = (state >> 33) as usize % good.len();
+        for length in 0..good.len() {
+            assert!(fails(&path, &good[..length]), "{length} of {}", good.len());
+        }
+        assert!(!fails(&path, &good));
+    }
+
+    #[test]
+    fn damaged_files_are_errors_and_never_panics() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        sample().write(&path, 0.0).unwrap();
+        let mut whole = vec![std::fs::read(&path).unwrap()];
+        for (i, compression) in COMPRESSIONS.into_iter().enumerate() {
+            let blocks = match i % 2 {
+                0 => Blocks::ScanLines,
+                _ => Blocks::Tiles(Vec2(8, 8)),
+            };
+            write_foreign(&path, (17, 19), compression, blocks, |at| {
+                (at.x() * at.y()) as f32
+            });
+            whole.push(std::fs::read(&path).unwrap());
+        }
+        let mut random = Random(1);
+        let mut failed = 0;
+        for good in whole.iter().cycle().take(2100) {
             let mut bad = good.clone();
-            if round % 3 == 0 {
-                bad.truncate(at);
-            } else {
-                bad[at] ^= 1 << (state >> 20 & 7);
+            for _ in 0..=random.next() % 3 {
+                // Half of the damage where the header is.
+                let end = [bad.len(), bad.len().min(600)][random.next() as usize % 2];
+                let at = random.next() as usize % end;
+                match random.next() % 4 {
+                    0 => bad[at] = random.next() as u8,
+                    1 => bad[at] ^= 1 << (random.next() % 8),
+                    2 => bad[at] = [0, 0x7f, 0x80, 0xff][random.next() as usize % 4],
+                    _ => {
+                        bad.remove(at);
+                    }
+                }
             }
-            std::fs::write(&path, bad).unwrap();
-            if let Err(e) = Image::read(&path) {
-                assert_eq!(e.exit_status(), 2);
-                assert!(!e.to_string().contains('\n'));
-            }
+            failed += u32::from(fails(&path, &bad));
+        }
+        assert!(failed > 500, "only {failed} of 2100 were noticed");
+    }
+
+    #[test]
+    fn a_small_file_that_claims_a_large_picture_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        sample().write(&path, 0.0).unwrap();
+        let good = std::fs::read(&path).unwrap();
+        let name = b"dataWindow\0box2i\0";
+        let at = good.windows(name.len()).position(|w| w == name).unwrap() + name.len() + 4;
+        for (right, bottom) in [
+            (99_999, 9),
+            (9, 99_999),
+            (40_000, 40_000),
+            (i32::MAX, i32::MAX),
+        ] {
+            let mut bad = good.clone();
+            bad[at + 8..at + 12].copy_from_slice(&i32::to_le_bytes(right));
+            bad[at + 12..at + 16].copy_from_slice(&i32::to_le_bytes(bottom));
+            assert!(fails(&path, &bad), "{right} {bottom}");
         }
     }
 }

@@ -2,6 +2,7 @@
 
 mod exr;
 pub(crate) mod png;
+pub(crate) mod tonemap;
 
 use crate::{Error, Result};
 use std::collections::BTreeMap;
@@ -14,6 +15,15 @@ pub enum Samples {
     F32(Vec<f32>),
     /// 32-bit unsigned integers, such as instance numbers.
     U32(Vec<u32>),
+}
+
+impl Samples {
+    fn len(&self) -> usize {
+        match self {
+            Self::F32(values) => values.len(),
+            Self::U32(values) => values.len(),
+        }
+    }
 }
 
 /// A picture of named channels, such as `R`, `stderr.G` or `instance.id`.
@@ -117,11 +127,28 @@ impl Image {
     /// Writes the picture in the format that the path names. `exposure` counts for PNG only.
     ///
     /// # Errors
-    /// An unknown format, or a disk that does not take the file.
+    /// An unknown format, a picture without pixels or channels or with a channel of another size,
+    /// or a disk that does not take the file.
     pub fn write(&self, path: &Path, exposure: f32) -> Result<()> {
+        self.check().map_err(|e| Error::writing(path, e))?;
         match Format::of(path)? {
             Format::Exr => exr::write(self, path),
             Format::Png => png::write(self, path, exposure),
+        }
+    }
+
+    /// The encoders panic on what is no picture.
+    fn check(&self) -> std::result::Result<(), String> {
+        let pixels = self.pixels();
+        if pixels == 0 || self.channels.is_empty() {
+            return Err("the picture is empty".into());
+        }
+        match self.channels.iter().find(|(_, s)| s.len() != pixels) {
+            Some((name, samples)) => Err(format!(
+                "channel {name} has {} values for {pixels} pixels",
+                samples.len()
+            )),
+            None => Ok(()),
         }
     }
 

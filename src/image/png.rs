@@ -1,56 +1,32 @@
 //! PNG: the picture as a person sees it.
 
 use super::Image;
+use super::tonemap::{from_srgb, to_srgb_byte, tone_map};
 use crate::files::write_atomically;
 use crate::{Error, Result};
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 use std::path::Path;
 
-/// Where the tone curve leaves the straight line.
-const KNEE: f32 = 0.8;
+/// How many bytes one byte of deflate can stand for at most.
+const MOST_COMPRESSED: u64 = 1032;
 
-/// Radiance to display brightness, both linear. Up to the knee nothing changes, so that pictures
-/// compare with other renderers; above it, brightness nears 1 as a hyperbola of the same slope, so
-/// that lamps keep some shape.
-pub fn tone_map(value: f32) -> f32 {
-    if value <= KNEE {
-        return value.max(0.0);
-    }
-    let over = (value - KNEE) / (1.0 - KNEE);
-    if over.is_infinite() {
-        return 1.0;
-    }
-    KNEE + (1.0 - KNEE) * (over / (1.0 + over))
-}
-
-/// Linear to sRGB (IEC 61966-2-1), 0…1.
-pub(crate) fn to_srgb(value: f32) -> f32 {
-    if value <= 0.003_130_8 {
-        12.92 * value
-    } else {
-        1.055 * value.powf(1.0 / 2.4) - 0.055
-    }
-}
-
-/// sRGB to linear, 0…1.
-fn from_srgb(value: f32) -> f32 {
-    if value <= 0.04045 {
-        value / 12.92
-    } else {
-        ((value + 0.055) / 1.055).powf(2.4)
-    }
-}
-
+/// Writes radiance × 2^`exposure`, tone-mapped.
 pub(super) fn write(image: &Image, path: &Path, exposure: f32) -> Result<()> {
-    let scale = exposure.exp2();
+    let scale = f64::from(exposure).exp2();
     let bytes: Vec<u8> = image
         .rgb()?
         .iter()
-        .flat_map(|pixel| pixel.map(|v| (to_srgb(tone_map(v * scale)) * 255.0).round() as u8))
+        .flat_map(|pixel| tone_map(pixel.map(|v| (f64::from(v) * scale) as f32)))
+        .map(to_srgb_byte)
         .collect();
+    write_bytes(path, (image.width, image.height), &bytes)
+}
+
+/// Writes sRGB bytes, three a pixel, as they are.
+pub(crate) fn write_bytes(path: &Path, size: (u32, u32), rgb: &[u8]) -> Result<()> {
     write_atomically(path, |file| {
         PngEncoder::new(file)
-            .write_image(&bytes, image.width, image.height, ExtendedColorType::Rgb8)
+            .write_image(rgb, size.0, size.1, ExtendedColorType::Rgb8)
             .map_err(|e| match e {
                 image::ImageError::IoError(e) => e,
                 e => std::io::Error::other(e.to_string()),
@@ -58,8 +34,16 @@ pub(super) fn write(image: &Image, path: &Path, exposure: f32) -> Result<()> {
     })
 }
 
+/// Reads grey or RGB of any depth as linear values; alpha is left out.
 pub(super) fn read(path: &Path) -> Result<Image> {
     let bytes = std::fs::read(path).map_err(|e| Error::reading(path, e))?;
+    // The decoder would allocate what a damaged header claims.
+    if claimed_bytes(&bytes).is_some_and(|claimed| claimed / MOST_COMPRESSED > bytes.len() as u64) {
+        return Err(Error::reading(
+            path,
+            "it claims more pixels than it can hold; is it a complete PNG?",
+        ));
+    }
     let decoded = image::load_from_memory_with_format(&bytes, image::ImageFormat::Png)
         .map_err(|e| Error::reading(path, format!("{e}; is it a complete PNG?")))?
         .into_rgb16();
@@ -72,17 +56,29 @@ pub(super) fn read(path: &Path) -> Result<Image> {
     Ok(picture)
 }
 
+/// The size of the pixels before compression, by the header that every PNG begins with; what has no
+/// such header is left for the decoder to refuse.
+fn claimed_bytes(file: &[u8]) -> Option<u64> {
+    let header = file.get(16..26)?;
+    let number = |at: usize| {
+        header[at..at + 4]
+            .iter()
+            .fold(0, |n, b| n << 8 | u64::from(*b))
+    };
+    let channels = match header[9] {
+        2 => 3,
+        4 => 2,
+        6 => 4,
+        _ => 1,
+    };
+    let row = number(0) * channels * u64::from(header[8]) / 8;
+    Some(row.saturating_mul(number(4)))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_curve_rises_and_stays_below_one() {
-        let values: Vec<f32> = (0..2000).map(|i| tone_map(i as f32 * 0.01)).collect();
-        assert!(values.windows(2).all(|w| w[0] < w[1]));
-        assert!(tone_map(f32::INFINITY) <= 1.0 && tone_map(1e30) <= 1.0);
-        assert_eq!(tone_map(0.5), 0.5);
-    }
+    use image::{DynamicImage, Luma, LumaA, Rgb, Rgba};
 
     #[test]
     fn a_png_comes_back_within_its_eight_bits() {
@@ -99,5 +95,120 @@ mod tests {
         {
             assert!((a - b).abs() < 0.006, "{a} {b}");
         }
+    }
+
+    #[test]
+    fn exposure_is_in_stops() {
+        let folder = tempfile::tempdir().unwrap();
+        let paths = ["a.png", "b.png", "c.png"].map(|name| folder.path().join(name));
+        let grey = |value: f32| {
+            let mut image = Image::new(1, 1);
+            image.set_vectors("", ["R", "G", "B"], &[[value; 3]]);
+            image
+        };
+        grey(0.1).write(&paths[0], 2.0).unwrap();
+        grey(0.4).write(&paths[1], 0.0).unwrap();
+        let read = |path| std::fs::read(path).unwrap();
+        assert_eq!(read(&paths[0]), read(&paths[1]));
+        // Beyond all floats, black stays black and light is white.
+        grey(0.0).write(&paths[2], 1e30).unwrap();
+        assert_eq!(Image::read(&paths[2]).unwrap(), grey(0.0));
+        grey(1e-9).write(&paths[2], 1e30).unwrap();
+        assert_eq!(Image::read(&paths[2]).unwrap(), grey(1.0));
+    }
+
+    #[test]
+    fn grey_and_sixteen_bits_and_alpha_are_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        let (b, w) = (102_u8, 102_u16 * 257);
+        let kinds: [DynamicImage; 8] = [
+            image::ImageBuffer::from_pixel(2, 1, Luma([b])).into(),
+            image::ImageBuffer::from_pixel(2, 1, LumaA([b, 9])).into(),
+            image::ImageBuffer::from_pixel(2, 1, Rgb([b; 3])).into(),
+            image::ImageBuffer::from_pixel(2, 1, Rgba([b, b, b, 9])).into(),
+            image::ImageBuffer::from_pixel(2, 1, Luma([w])).into(),
+            image::ImageBuffer::from_pixel(2, 1, LumaA([w, 9])).into(),
+            image::ImageBuffer::from_pixel(2, 1, Rgb([w; 3])).into(),
+            image::ImageBuffer::from_pixel(2, 1, Rgba([w, w, w, 9])).into(),
+        ];
+        for kind in kinds {
+            kind.save(&path).unwrap();
+            let pixels = Image::read(&path).unwrap().rgb().unwrap();
+            assert_eq!(pixels.len(), 2);
+            // 102/255 = 0.4 in sRGB.
+            let value = ((0.4_f32 + 0.055) / 1.055).powf(2.4);
+            assert!(
+                pixels.iter().flatten().all(|v| (v - value).abs() < 1e-6),
+                "{:?}: {pixels:?}",
+                kind.color()
+            );
+        }
+    }
+
+    #[test]
+    fn what_is_no_png_is_wrong_input() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        for content in [&b""[..], b"no picture", b"\x89PNG\r\n\x1a\n"] {
+            refused(&path, content);
+        }
+    }
+
+    /// Expects one line of wrong input, and returns it.
+    fn refused(path: &Path, bytes: &[u8]) -> String {
+        std::fs::write(path, bytes).unwrap();
+        let error = Image::read(path).unwrap_err();
+        assert_eq!(error.exit_status(), 2);
+        let line = error.to_string();
+        assert!(line.contains("a.png") && !line.contains('\n'), "{line}");
+        line
+    }
+
+    fn written(path: &Path) -> Vec<u8> {
+        let mut image = Image::new(9, 7);
+        image.set_vectors("", ["R", "G", "B"], &[[0.1, 0.2, 0.3]; 63]);
+        image.write(path, 0.0).unwrap();
+        std::fs::read(path).unwrap()
+    }
+
+    #[test]
+    fn no_file_that_was_cut_short_is_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        let good = written(&path);
+        // The last twelve bytes only say that this is the end.
+        for length in 0..good.len() - 12 {
+            refused(&path, &good[..length]);
+        }
+    }
+
+    #[test]
+    fn a_small_file_that_claims_a_large_picture_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        let good = written(&path);
+        for (width, height) in [
+            (9, 100_000),
+            (100_000, 7),
+            (20_000, 20_000),
+            (u32::MAX, u32::MAX),
+        ] {
+            let mut bad = good.clone();
+            bad[16..20].copy_from_slice(&u32::to_be_bytes(width));
+            bad[20..24].copy_from_slice(&u32::to_be_bytes(height));
+            let line = refused(&path, &bad);
+            assert!(line.contains("claims more"), "{width} {height}: {line}");
+        }
+    }
+
+    #[test]
+    fn the_densest_picture_is_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        let mut image = Image::new(2000, 2000);
+        image.set_vectors("", ["R", "G", "B"], &vec![[0.0; 3]; image.pixels()]);
+        image.write(&path, 0.0).unwrap();
+        assert_eq!(Image::read(&path).unwrap(), image);
     }
 }

@@ -9,13 +9,18 @@ pub struct Errors {
     pub rmse_clamped: f64,
     /// Mean of (a − b)² / (b² + 0.01): differences in the dark count as much as in the light.
     pub relmse: f64,
-    /// Mean of the picture over mean of the reference; 1 if both are black.
+    /// Mean of the picture over mean of the reference, over all channels; 1 if both are black, and
+    /// infinite if only the reference is.
     pub mean_ratio: f64,
 }
 
 impl Errors {
     /// Compares two pictures of the same size, one pixel an entry.
+    ///
+    /// # Panics
+    /// The sizes differ.
     pub fn between(picture: &[[f32; 3]], reference: &[[f32; 3]]) -> Self {
+        assert_eq!(picture.len(), reference.len(), "pictures of one size");
         let (mut squared, mut clamped, mut relative) = (0.0, 0.0, 0.0);
         let (mut total, mut reference_total) = (0.0, 0.0);
         let values = picture.iter().flatten().zip(reference.iter().flatten());
@@ -52,6 +57,25 @@ mod tests {
         assert!((errors.rmse_clamped - (1.0_f64 / 3.0).sqrt()).abs() < 1e-12);
         assert!((errors.relmse - (100.0 + 4.0 / 16.01) / 3.0).abs() < 1e-9);
         assert_eq!(errors.mean_ratio, 0.75);
+    }
+
+    #[test]
+    fn the_reference_is_the_second() {
+        let (dim, bright) = ([[1.0; 3]; 2], [[2.0; 3]; 2]);
+        assert_eq!(Errors::between(&dim, &bright).relmse, 1.0 / 4.01);
+        assert_eq!(Errors::between(&bright, &dim).relmse, 1.0 / 1.01);
+        assert_eq!(Errors::between(&bright, &dim).mean_ratio, 2.0);
+    }
+
+    #[test]
+    fn extremes_stay_in_range() {
+        let errors = Errors::between(&[[3e38; 3]; 3], &[[0.0; 3]; 3]);
+        assert!((errors.rmse / 3e38 - 1.0).abs() < 1e-6);
+        assert_eq!(errors.rmse_clamped, 1.0);
+        assert_eq!(errors.mean_ratio, f64::INFINITY);
+        let errors = Errors::between(&[[1e-30; 3]; 3], &[[2e-30; 3]; 3]);
+        assert!((errors.rmse / 1e-30 - 1.0).abs() < 1e-6);
+        assert!((errors.mean_ratio - 0.5).abs() < 1e-6);
     }
 
     #[test]

@@ -1,8 +1,11 @@
 //! FLIP: the difference that a person notices when flipping between two pictures (Andersson et al.
 //! 2020, for displays of limited range).
 
-use crate::image::png::to_srgb;
-use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageRgb8};
+use crate::image::tonemap::to_srgb_byte;
+use nv_flip::FlipImageRgb8;
+
+/// Pixels a degree of the eye's view: a 0.7 m wide 4K display at 0.7 m.
+pub const PIXELS_PER_DEGREE: f32 = nv_flip::DEFAULT_PIXELS_PER_DEGREE;
 
 /// The outcome of a comparison.
 pub struct Flip {
@@ -12,18 +15,23 @@ pub struct Flip {
     pub map: Vec<u8>,
 }
 
-/// Compares two pictures at 67 pixels a degree. Both are shown as radiance × 2^`exposure`, clamped
-/// to 0…1, sRGB, 8 bits: no tone curve, which would hide errors in the light.
+/// Compares two pictures of `size` = (width, height) at 67 pixels a degree. Both are shown as
+/// radiance × 2^`exposure`, clamped to 0…1, sRGB, 8 bits: no tone curve, which would hide errors in
+/// the light.
+///
+/// # Panics
+/// A picture has fewer pixels than `size` says.
 pub fn flip(picture: &[[f32; 3]], reference: &[[f32; 3]], size: (u32, u32), exposure: f32) -> Flip {
+    let scale = f64::from(exposure).exp2();
     let shown = |pixels: &[[f32; 3]]| {
         let bytes: Vec<u8> = pixels
             .iter()
             .flatten()
-            .map(|v| (to_srgb((v * exposure.exp2()).clamp(0.0, 1.0)) * 255.0).round() as u8)
+            .map(|v| to_srgb_byte((f64::from(*v) * scale) as f32))
             .collect();
         FlipImageRgb8::with_data(size.0, size.1, &bytes)
     };
-    let errors = nv_flip::flip(shown(reference), shown(picture), DEFAULT_PIXELS_PER_DEGREE);
+    let errors = nv_flip::flip(shown(reference), shown(picture), PIXELS_PER_DEGREE);
     // Not FlipPool's mean: it sums in 32 bits, which large pictures outgrow.
     let values = errors.to_vec();
     let sum: f64 = values.iter().copied().map(f64::from).sum();
@@ -44,5 +52,24 @@ mod tests {
         assert_eq!(mean(0.4, 0.4), 0.0);
         assert!(mean(0.0, 1.0) > 0.9);
         assert!(mean(0.4, 0.5) < mean(0.4, 0.8));
+    }
+
+    #[test]
+    fn the_map_says_where() {
+        let grey = vec![[0.2; 3]; 64 * 64];
+        let mut spot = grey.clone();
+        spot[8 * 64 + 50] = [1.0, 0.0, 0.0];
+        let map = flip(&spot, &grey, (64, 64), 0.0).map;
+        assert_eq!(map.len(), 3 * 64 * 64);
+        let red = |pixel: usize| map[3 * pixel];
+        assert!(red(8 * 64 + 50) > 50);
+        assert!(red(60 * 64 + 5) < 5);
+    }
+
+    #[test]
+    fn exposure_brings_dark_differences_out_and_one_pixel_is_enough() {
+        let mean = |a: f32, b: f32, ev: f32| flip(&[[a; 3]], &[[b; 3]], (1, 1), ev).mean;
+        assert!(mean(0.001, 0.002, 6.0) > 2.0 * mean(0.001, 0.002, 0.0));
+        assert_eq!(mean(0.0, 0.0, f32::MAX), 0.0);
     }
 }

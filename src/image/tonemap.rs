@@ -1,0 +1,116 @@
+//! From radiance to what a display shows: the tone curve and the sRGB encoding.
+
+/// Where the tone curve leaves the straight line.
+const KNEE: f32 = 0.8;
+
+/// How readily colours beyond the display's range turn white.
+const DESATURATION: f32 = 0.15;
+
+/// Radiance to display brightness, both linear RGB: the Khronos PBR neutral tone mapper without its
+/// toe.
+///
+/// Up to 0.8 nothing changes, so that darks and middle greys are the radiance itself and pictures
+/// compare with other renderers. Above it the largest component follows a hyperbola of the same
+/// slope towards 1, so that lamps keep some shape, and the others keep their ratio to it; then the
+/// colour is mixed towards the grey of its largest component, the more the brighter it is, as a
+/// colour far too bright for a display is seen as white. Neither step turns the hue. Every component
+/// rises with exposure and none passes 1. The toe, an offset for 4 % of specular reflection, is left
+/// out because it changes the darks. Negative values and NaN become 0.
+pub fn tone_map(radiance: [f32; 3]) -> [f32; 3] {
+    // The upper end keeps what follows finite.
+    let colour = radiance.map(|v| if v > 0.0 { v.min(f32::MAX) } else { 0.0 });
+    let peak = colour[0].max(colour[1]).max(colour[2]);
+    if peak <= KNEE {
+        return colour;
+    }
+    let room = 1.0 - KNEE;
+    let mapped = 1.0 - room * (room / (peak - KNEE + room));
+    let white = 1.0 - 1.0 / (DESATURATION * (peak - mapped) + 1.0);
+    colour.map(|v| {
+        let scaled = (v / peak) * mapped;
+        scaled + (mapped - scaled) * white
+    })
+}
+
+/// Linear to sRGB (IEC 61966-2-1), 0…1.
+fn to_srgb(value: f32) -> f32 {
+    if value <= 0.003_130_8 {
+        12.92 * value
+    } else {
+        1.055 * value.powf(1.0 / 2.4) - 0.055
+    }
+}
+
+/// sRGB to linear, 0…1.
+pub(super) fn from_srgb(value: f32) -> f32 {
+    if value <= 0.04045 {
+        value / 12.92
+    } else {
+        ((value + 0.055) / 1.055).powf(2.4)
+    }
+}
+
+/// One 8-bit sRGB value from a linear one; what lies outside 0…1 is clamped, NaN is 0.
+pub(crate) fn to_srgb_byte(value: f32) -> u8 {
+    (to_srgb(value.clamp(0.0, 1.0)) * 255.0).round() as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn darks_and_middles_stay_as_they_are() {
+        for colour in [[0.0; 3], [1e-30, 0.18, 0.8], [0.5, 0.02, 0.0]] {
+            assert_eq!(tone_map(colour), colour);
+        }
+    }
+
+    #[test]
+    fn every_component_rises_with_exposure_and_stays_within_one() {
+        for colour in [[1.0, 1.0, 1.0], [1.0, 0.5, 0.0], [0.1, 0.9, 1.0]] {
+            let mut before = [0.0; 3];
+            for step in -400..400 {
+                let now = tone_map(colour.map(|v: f32| v * (step as f32 * 0.1).exp2()));
+                for axis in 0..3 {
+                    // A ratio in floats may lose its last bit from one step to the next.
+                    assert!(now[axis] >= before[axis] - 1e-6, "{colour:?} at {step}");
+                    assert!((0.0..=1.0).contains(&now[axis]), "{colour:?} at {step}");
+                }
+                before = now;
+            }
+        }
+        let greys: Vec<f32> = (0..2000)
+            .map(|i| tone_map([i as f32 * 0.01; 3])[0])
+            .collect();
+        assert!(greys.windows(2).all(|w| w[0] < w[1]));
+    }
+
+    #[test]
+    fn the_hue_stays() {
+        // The middle component's place between the least and the largest is the hue.
+        let hue = |c: [f32; 3]| (c[1] - c[2]) / (c[0] - c[2]);
+        for scale in [0.5, 1.0, 3.0, 50.0] {
+            let mapped = tone_map([1.0, 0.4, 0.1].map(|v: f32| v * scale));
+            assert!((hue(mapped) - hue([1.0, 0.4, 0.1])).abs() < 1e-3, "{scale}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_colour_is_still_shown() {
+        assert_eq!(tone_map([f32::NAN, -1.0, 0.25]), [0.0, 0.0, 0.25]);
+        assert_eq!(tone_map([f32::INFINITY; 3]), [1.0; 3]);
+        for value in tone_map([f32::INFINITY, 1.0, 0.0]) {
+            assert!((0.0..=1.0).contains(&value));
+        }
+    }
+
+    #[test]
+    fn srgb_and_back_is_the_same_byte() {
+        for byte in 0..=255 {
+            assert_eq!(to_srgb_byte(from_srgb(f32::from(byte) / 255.0)), byte);
+        }
+        assert_eq!(to_srgb_byte(f32::NAN), 0);
+        assert_eq!(to_srgb_byte(7.0), 255);
+    }
+}
