@@ -1,5 +1,6 @@
 //! `info`: devices, and what Headwater would do with each.
 
+use super::print;
 use crate::gpu::Instance;
 use crate::tracing::selection::{self, TracerChoice};
 use crate::{Error, Result};
@@ -39,46 +40,49 @@ pub fn run(args: &Args) -> Result<()> {
             list.push(entry);
             continue;
         }
-        println!("{} {}", device.index, device.name);
-        println!(
+        print(format_args!("{} {}", device.index, device.name))?;
+        print(format_args!(
             "  kind       {}, Vulkan {}, {}",
             device.kind, device.vulkan, device.driver
-        );
-        println!(
+        ))?;
+        print(format_args!(
             "  ray query  {}; buffer addresses {}; subgroups of {}; timestamps {}",
             yes(device.ray_query),
             yes(device.buffer_addresses),
             device.subgroup_size,
             yes(device.timestamp_period > 0.0)
-        );
-        println!(
+        ))?;
+        print(format_args!(
             "  memory     {} MiB; one buffer {} MiB, one binding {} MiB",
             device.device_memory >> 20,
             device.max_buffer_size >> 20,
             device.max_storage_buffer_range >> 20
-        );
+        ))?;
         match &device.unusable {
-            Some(why) => println!("  unusable   {why}"),
+            Some(why) => print(format_args!("  unusable   {why}"))?,
             None => {
                 let (tracer, geometry) = (selection.variant.tracer, selection.variant.geometry);
-                println!(
+                print(format_args!(
                     "  tracer     {}: {}",
                     tracer.name(),
                     selection.tracer_reason
-                );
-                println!(
+                ))?;
+                print(format_args!(
                     "  geometry   {}: {}",
                     geometry.name(),
                     selection.geometry_reason
-                );
+                ))?;
             }
         }
         if taken {
-            println!("  chosen     {reason}");
+            print(format_args!("  chosen     {reason}"))?;
         }
     }
     if args.json {
-        println!("{:#}", json!({ "devices": list, "chosen_reason": reason }));
+        print(format_args!(
+            "{:#}",
+            json!({ "devices": list, "chosen_reason": reason })
+        ))?;
     }
     Ok(())
 }

@@ -1,5 +1,6 @@
 //! `presets`: the presets, and every setting with its doc.
 
+use super::print;
 use crate::render::presets::{DEFAULT, PRESETS, Preset};
 use crate::render::settings::Settings;
 use crate::{Error, Result};
@@ -37,7 +38,10 @@ pub fn run(args: &Args) -> Result<()> {
             .collect();
         let settings = serde_json::to_value(&described)
             .map_err(|e| Error::failed(format!("settings as JSON: {e}")))?;
-        println!("{:#}", json!({ "presets": presets, "settings": settings }));
+        print(format_args!(
+            "{:#}",
+            json!({ "presets": presets, "settings": settings })
+        ))?;
         return Ok(());
     }
     for preset in shown {
@@ -46,18 +50,22 @@ pub fn run(args: &Args) -> Result<()> {
         } else {
             ""
         };
-        println!("{}{default}\n    {}", preset.name, preset.purpose());
+        print(format_args!(
+            "{}{default}\n    {}",
+            preset.name,
+            preset.purpose()
+        ))?;
     }
-    println!();
+    print("")?;
     for setting in described {
         let value = setting
             .value
             .as_str()
             .map_or_else(|| setting.value.to_string(), str::to_owned);
-        println!(
+        print(format_args!(
             "{} = {value}    [{}]\n    {}",
             setting.key, setting.values, setting.doc
-        );
+        ))?;
     }
     Ok(())
 }

@@ -2,6 +2,7 @@
 
 use super::arguments::{SceneArgs, check_outputs};
 use super::interrupt::Interrupt;
+use super::print;
 use super::progress::Progress;
 use super::render::write_report;
 use super::session::Session;
@@ -99,10 +100,10 @@ pub fn run(args: &Args) -> Result<()> {
     }
     progress.finish();
     let sums = save(args, &mut session, done)?;
-    println!(
+    print(format_args!(
         "{done} samples a pixel, relative standard error {:.4}",
         relative_error(&sums, done)
-    );
+    ))?;
     write_report(&session, done, args.scene.report.as_ref())
 }
 

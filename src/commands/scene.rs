@@ -1,6 +1,7 @@
 //! `scene`: procedural scenes, and what is in a file.
 
 use super::notice;
+use super::print;
 use crate::scene::requirements::Requirements;
 use crate::scene::{self, export, procedural};
 use crate::{Error, Result};
@@ -69,16 +70,19 @@ pub fn run(command: &Command) -> Result<()> {
 
 fn list(as_json: bool) -> Result<()> {
     if as_json {
-        println!("{:#}", json!({ "scenes": procedural::list() }));
+        print(format_args!(
+            "{:#}",
+            json!({ "scenes": procedural::list() })
+        ))?;
         return Ok(());
     }
     for scene in procedural::list() {
-        println!("{}\n    {}", scene.name, scene.description);
+        print(format_args!("{}\n    {}", scene.name, scene.description))?;
         for parameter in scene.parameters {
-            println!(
+            print(format_args!(
                 "    --set {}={}    [{}] {}",
                 parameter.name, parameter.default, parameter.values, parameter.doc
-            );
+            ))?;
         }
     }
     Ok(())
@@ -115,7 +119,7 @@ fn inspect(name: &str, as_json: bool) -> Result<()> {
         "notices": scene.notices,
     });
     if as_json {
-        println!("{summary:#}");
+        print(format_args!("{summary:#}"))?;
         return Ok(());
     }
     for text in &scene.notices {
@@ -124,8 +128,8 @@ fn inspect(name: &str, as_json: bool) -> Result<()> {
     if let Some(fields) = summary.as_object() {
         for (key, value) in fields.iter().filter(|(key, _)| *key != "notices") {
             match value {
-                serde_json::Value::String(text) => println!("{key:20} {text}"),
-                value => println!("{key:20} {value}"),
+                serde_json::Value::String(text) => print(format_args!("{key:20} {text}"))?,
+                value => print(format_args!("{key:20} {value}"))?,
             }
         }
     }
