@@ -446,6 +446,8 @@ fn gathered_meshes_look_as_they_did() {
     // A lamp among them, and smooth meshes beside flat ones.
     shared.materials[0].emission = Vec3::new(1.0, 2.0, 3.0);
     let mesh = &mut shared.meshes[0];
+    // Its front looks inwards; lamps should shine outwards.
+    mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
     mesh.normals = mesh.positions.iter().map(|p| p.normalize()).collect();
     let copied = unshared(&shared);
     let eye = DVec3::new(1e4, 9.0, -2e4 + 18.0);
