@@ -1,5 +1,5 @@
 //! What the integration tests share.
-#![allow(dead_code)] // Each test binary uses its own part.
+#![allow(dead_code, unused_imports)] // Each test binary uses its own part.
 
 pub mod brute_force;
 

@@ -1,0 +1,124 @@
+//! Triangles in world space, and the axes of a point on one.
+
+use glam::{DMat3, DVec3};
+use headwater::scene::Scene;
+
+pub struct Triangle {
+    pub corners: [DVec3; 3],
+    /// Unit normal of the front.
+    pub normal: DVec3,
+    /// Shading normals at the corners, carried to the world but not unit.
+    pub corner_normals: Option<[DVec3; 3]>,
+    pub instance: u32,
+    pub triangle: u32,
+    pub material: usize,
+}
+
+/// The scene's triangles, in world space.
+pub fn triangles_of(scene: &Scene) -> Vec<Triangle> {
+    let mut triangles = Vec::new();
+    for (number, instance) in scene.instances.iter().enumerate() {
+        let mesh = &scene.meshes[instance.mesh as usize];
+        let to_world = instance.object_to_world;
+        let normals_to_world: DMat3 = to_world.matrix3.inverse().transpose();
+        for part in &mesh.parts {
+            for index in part.first_triangle..part.first_triangle + part.triangle_count {
+                let corners = mesh.triangles[index as usize].map(|i| i as usize);
+                let local = corners.map(|i| mesh.positions[i].as_dvec3());
+                let cross = (local[1] - local[0]).cross(local[2] - local[0]);
+                triangles.push(Triangle {
+                    corners: local.map(|p| to_world.transform_point3(p)),
+                    normal: (normals_to_world * cross.normalize_or_zero()).normalize_or_zero(),
+                    corner_normals: (!mesh.normals.is_empty())
+                        .then(|| corners.map(|i| normals_to_world * mesh.normals[i].as_dvec3())),
+                    instance: number as u32,
+                    triangle: index,
+                    material: part.material as usize,
+                });
+            }
+        }
+    }
+    triangles
+}
+
+impl Triangle {
+    /// Möller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", 1997: (t, u, v).
+    pub fn meets(&self, origin: DVec3, direction: DVec3) -> Option<(f64, f64, f64)> {
+        let [a, b, c] = self.corners;
+        let (edge1, edge2) = (b - a, c - a);
+        let p = direction.cross(edge2);
+        let determinant = edge1.dot(p);
+        if determinant == 0.0 {
+            return None;
+        }
+        let from = origin - a;
+        let u = from.dot(p) / determinant;
+        if !(0.0..=1.0).contains(&u) {
+            return None;
+        }
+        let q = from.cross(edge1);
+        let v = direction.dot(q) / determinant;
+        if v < 0.0 || u + v > 1.0 {
+            return None;
+        }
+        Some((edge2.dot(q) / determinant, u, v))
+    }
+
+    /// Unit shading normal on the side of `geometric`.
+    pub fn shading_normal(&self, geometric: DVec3, u: f64, v: f64) -> DVec3 {
+        let Some([a, b, c]) = self.corner_normals else {
+            return geometric;
+        };
+        let normal = (a * (1.0 - u - v) + b * u + c * v).normalize_or(geometric);
+        if normal.dot(geometric) < 0.0 {
+            -normal
+        } else {
+            normal
+        }
+    }
+
+    /// How far from the nearest edge the ray crosses the plane; see [`super::Tracer::edge_distance`].
+    pub fn edge_distance(&self, origin: DVec3, direction: DVec3) -> f64 {
+        let [a, b, c] = self.corners;
+        let normal = (b - a).cross(c - a);
+        let t = (a - origin).dot(normal) / direction.dot(normal);
+        if !t.is_finite() || t <= 0.0 {
+            return f64::INFINITY;
+        }
+        let point = origin + direction * t;
+        let mut inside = true;
+        let mut nearest = f64::INFINITY;
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            let edge = to - from;
+            let along = ((point - from).dot(edge) / edge.length_squared()).clamp(0.0, 1.0);
+            nearest = nearest.min((point - from - edge * along).length());
+            inside &= normal.cross(edge).dot(point - from) >= 0.0;
+        }
+        let relative = nearest / point.length().max(t * direction.length());
+        if inside { relative } else { -relative }
+    }
+}
+
+/// A shading point's axes, the shading normal +Z.
+pub struct Frame {
+    axes: DMat3,
+    pub geometric: DVec3,
+}
+
+impl Frame {
+    pub fn new(shading: DVec3, geometric: DVec3) -> Self {
+        let (x, y) = shading.any_orthonormal_pair();
+        Self {
+            axes: DMat3::from_cols(x, y, shading),
+            geometric,
+        }
+    }
+
+    pub fn to_local(&self, world: DVec3) -> DVec3 {
+        self.axes.transpose() * world
+    }
+
+    pub fn to_world(&self, local: DVec3) -> DVec3 {
+        self.axes * local
+    }
+}
