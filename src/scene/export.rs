@@ -262,19 +262,30 @@ mod tests {
                 }
             }
         }
+        // A file may number meshes and corners in another order, so they are compared where they
+        // stand; and what is read has no negative zeros.
         let items = |s: &Scene| {
-            fn texts<T: std::fmt::Debug>(all: &[T]) -> impl Iterator<Item = String> {
-                // What is read has no negative zeros.
-                all.iter().map(|item| {
-                    format!("{item:?}")
-                        .replace("-0.0,", "0.0,")
-                        .replace("-0.0)", "0.0)")
+            let corner =
+                |m: &Mesh, i: u32| (m.positions[i as usize], m.normals.get(i as usize).copied());
+            let mesh = |m: &Mesh| {
+                let triangles = m.triangles.iter();
+                let corners: Vec<_> = triangles.map(|t| t.map(|i| corner(m, i))).collect();
+                format!("{} {:?} {corners:?}", m.name, m.parts)
+            };
+            let meshes: Vec<String> = s.meshes.iter().map(mesh).collect();
+            let placed = s.instances.iter().map(|i| {
+                let place = format!("{} {:?} ", i.name, i.object_to_world);
+                place + &meshes[i.mesh as usize]
+            });
+            let materials = s.materials.iter().map(|m| format!("{m:?}"));
+            let cameras = s.cameras.iter().map(|c| format!("{c:.12?}"));
+            materials
+                .chain(cameras)
+                .chain(placed)
+                .map(|text| {
+                    let text = text.replace("-0.0,", "0.0,").replace("-0.0)", "0.0)");
+                    text.replace("-0.000000000000", "0.000000000000")
                 })
-            }
-            texts(&s.materials)
-                .chain(texts(&s.instances))
-                .chain(texts(&s.cameras))
-                .chain(texts(&s.meshes))
                 .collect::<Vec<_>>()
         };
         let (a, b) = (items(a), items(&b));
