@@ -13,9 +13,8 @@ struct LightPoint {
 
 // Picks a light by the alias table: two random words, no search (Walker; Vose).
 uint pick_light(uint count, uvec2 bits) {
-    uint high, low;
-    umulExtended(bits.x, count, high, low);
-    return bits.y < lights.at[high].keep_below ? high : lights.at[high].alias;
+    uint slot = scale_to(bits.x, count);
+    return bits.y < lights.at[slot].keep_below ? slot : lights.at[slot].alias;
 }
 
 // What the light sends from its surface towards a side: nothing from the back of a one-sided one.

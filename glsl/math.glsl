@@ -49,15 +49,17 @@ void tangent_frame(vec3 n, out vec3 tangent, out vec3 bitangent) {
     bitangent = vec3(b, s + n.y * n.y * a, -n.y);
 }
 
-// Unit vector from two 16-bit signed octahedral coordinates.
-vec3 unpack_octahedral(uint word) {
-    vec2 e = unpackSnorm2x16(word);
+// Unit vector from signed octahedral coordinates.
+vec3 octahedral_direction(vec2 e) {
     vec3 v = vec3(e, 1.0 - abs(e.x) - abs(e.y));
     float fold = max(-v.z, 0.0);
     v.x += v.x >= 0.0 ? -fold : fold;
     v.y += v.y >= 0.0 ? -fold : fold;
     return normalize(v);
 }
+
+// From two 16-bit coordinates.
+vec3 unpack_octahedral(uint word) { return octahedral_direction(unpackSnorm2x16(word)); }
 
 // The direction across two edges, whatever their lengths: squares of huge and of tiny ones, and
 // those of a sliver's cross product, would leave the range of f32.

@@ -33,3 +33,10 @@ uvec4 random_bits(inout Random random) {
 float to_unit(uint bits) { return float(bits >> 8u) * 5.9604644775390625e-8; }
 
 vec4 to_unit(uvec4 bits) { return vec4(bits >> 8u) * 5.9604644775390625e-8; }
+
+// A whole number below `count`, from 32 random bits.
+uint scale_to(uint bits, uint count) {
+    uint high, low;
+    umulExtended(bits, count, high, low);
+    return high;
+}

@@ -16,6 +16,28 @@ struct Surface {
     bool front;
 };
 
+// Whose a triangle is.
+struct Owner {
+    uint material;
+    // Number of the instance in the scene.
+    uint instance;
+    // NONE unless the triangle is a light.
+    uint light;
+};
+
+Owner owner_of(GpuInstance instance, uint primitive) {
+    Owner owner = Owner(instance.material, instance.id, NONE);
+    uint rank = primitive;
+    if (instance.first_part != NONE) {
+        uvec3 part = triangle_parts.at[instance.first_part + primitive];
+        owner.material = part.x;
+        rank = part.y;
+        owner.instance += part.z;
+    }
+    if (instance.first_light != NONE && rank != NONE) owner.light = instance.first_light + rank;
+    return owner;
+}
+
 // A corner's normal in the world. It becomes unit before it is interpolated: only then does a mesh
 // look the same through an uneven transform as with its corners moved there beforehand.
 vec3 corner_normal(GpuInstance instance, uint packed) {
@@ -58,16 +80,10 @@ Surface surface_at(Hit hit, vec3 direction) {
         surface.shading_normal = shading;
     }
 
-    surface.material = instance.material;
-    surface.instance = instance.id;
-    uint rank = hit.primitive;
-    if (instance.first_part != NONE) {
-        uvec3 part = triangle_parts.at[instance.first_part + hit.primitive];
-        surface.material = part.x;
-        rank = part.y;
-        surface.instance += part.z;
-    }
-    surface.light = instance.first_light == NONE || rank == NONE ? NONE : instance.first_light + rank;
+    Owner owner = owner_of(instance, hit.primitive);
+    surface.material = owner.material;
+    surface.instance = owner.instance;
+    surface.light = owner.light;
     return surface;
 }
 

@@ -1,4 +1,4 @@
-// The one place where values enter an image: NaN, negative ones and those beyond MOST_RADIANCE are
+// The one place where values enter an image or a reservoir: NaN, negative ones and those beyond MOST_RADIANCE are
 // refused and counted. A count above 0 on a finite scene is a bug.
 
 layout(scalar) buffer CountersBlock { uint at[]; } counters;
@@ -9,4 +9,11 @@ vec3 accept_radiance(vec3 value, uint counter) {
     if (good) return value;
     atomicAdd(counters.at[counter], 1u);
     return vec3(0.0);
+}
+
+// An unbiased contribution weight.
+float accept_weight(float value, uint counter) {
+    if (value >= 0.0 && value <= 3.402823466e38) return value;
+    atomicAdd(counters.at[counter], 1u);
+    return 0.0;
 }

@@ -25,6 +25,55 @@ crate::gpu_constants! {
     pub const HEURISTIC_BALANCE: u32 = 0;
     /// Next-event estimation weighs by the power heuristic (β = 2).
     pub const HEURISTIC_POWER: u32 = 1;
+    /// MIS weights by confidence alone.
+    pub const MIS_CONSTANT: u32 = 0;
+    /// The balance heuristic over all techniques.
+    pub const MIS_BALANCE: u32 = 1;
+    /// The balance heuristic between the canonical and one neighbour at a time.
+    pub const MIS_PAIRWISE: u32 = 2;
+    /// Pairwise, with a share that the canonical keeps in any case.
+    pub const MIS_DEFENSIVE: u32 = 3;
+    /// No visibility at all.
+    pub const VISIBILITY_NONE: u32 = 0;
+    /// Visibility where the chosen sample is shaded.
+    pub const VISIBILITY_FINAL: u32 = 1;
+    /// Visibility of the initial survivor, and where the chosen sample is shaded.
+    pub const VISIBILITY_INITIAL: u32 = 2;
+    /// Visibility in every target function.
+    pub const VISIBILITY_WEIGHTS: u32 = 3;
+    /// Reservoirs that name light and barycentrics.
+    pub const FORMAT_COMPACT: u32 = 0;
+    /// Reservoirs that carry the point, its normal and its radiance too.
+    pub const FORMAT_FULL: u32 = 1;
+    /// Words of a compact reservoir.
+    pub const COMPACT_WORDS: u32 = 4;
+    /// Words of a full reservoir.
+    pub const FULL_WORDS: u32 = 10;
+    /// Pixels row by row.
+    pub const ORDER_ROW: u32 = 0;
+    /// Pixels column by column.
+    pub const ORDER_COLUMN: u32 = 1;
+    /// Pixels in square tiles.
+    pub const ORDER_SWIZZLE: u32 = 2;
+    /// Where a reservoir's first word holds what kind of sample it is; 2 (environment) and 3
+    /// (punctual light) are reserved.
+    pub const KIND_SHIFT: u32 = 30;
+    /// No sample.
+    pub const KIND_NONE: u32 = 0;
+    /// A point on an emissive triangle, in area measure.
+    pub const KIND_TRIANGLE: u32 = 1;
+    /// The light of a full reservoir shines to both sides.
+    pub const KIND_DOUBLE_SIDED: u32 = 0x2000_0000;
+    /// The light's number.
+    pub const LIGHT_MASK: u32 = 0x1FFF_FFFF;
+    /// Neighbours of a spatial merge at most.
+    pub const MOST_NEIGHBOURS: u32 = 16;
+    /// Random numbers of the initial candidates of direct light.
+    pub const PASS_INITIAL_DIRECT: u32 = 1;
+    /// Random numbers of temporal reuse of direct light.
+    pub const PASS_TEMPORAL_DIRECT: u32 = 2;
+    /// Random numbers of the first spatial pass of direct light; further ones count on.
+    pub const PASS_SPATIAL_DIRECT: u32 = 16;
     /// Largest radiance of a sample: the squares of millions of them still add up in f32. It leaves
     /// room above the brightest lamp for what improbable samples weigh.
     pub const MOST_RADIANCE: f32 = 1e15;
@@ -162,6 +211,90 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
+    /// What the passes of resampling need to know of a frame.
+    pub struct RestirConstants {
+        /// The camera.
+        pub camera: GpuCamera,
+        /// The last frame's camera.
+        pub previous_camera: GpuCamera,
+        /// Where in the pixel this frame's rays go through, 0…1.
+        pub jitter_x: f32,
+        /// Downwards.
+        pub jitter_y: f32,
+        /// Where the last frame's went through.
+        pub previous_jitter_x: f32,
+        /// Downwards.
+        pub previous_jitter_y: f32,
+        /// Image width in pixels.
+        pub width: u32,
+        /// Image height in pixels.
+        pub height: u32,
+        /// Places for pixels in a buffer: with tiles, more than there are pixels.
+        pub slots: u32,
+        /// Threads that the device gives fixed runs of workgroups, or 1.
+        pub interleave: u32,
+        /// The run's seed.
+        pub seed: u32,
+        /// Number of the frame.
+        pub frame: u32,
+        /// Number of lights.
+        pub lights: u32,
+        /// Whether light candidates are picked evenly (1) or by power (0).
+        pub uniform_candidates: u32,
+        /// Light candidates a pixel.
+        pub light_samples: u32,
+        /// BSDF candidates a pixel.
+        pub bsdf_samples: u32,
+        /// MIS_…
+        pub mis: u32,
+        /// VISIBILITY_…
+        pub visibility: u32,
+        /// Confidence of history at most.
+        pub temporal_confidence_cap: f32,
+        /// Confidence of a neighbour at most.
+        pub spatial_confidence_cap: f32,
+        /// Neighbours wanted.
+        pub neighbours: u32,
+        /// Neighbours looked at.
+        pub tries: u32,
+        /// Radius of the disc they lie in, in pixels.
+        pub radius: f32,
+        /// Least cosine between the normals of similar surfaces.
+        pub least_normal_cosine: f32,
+        /// Largest relative difference of similar surfaces' depths.
+        pub depth_tolerance: f32,
+        /// Whether similar surfaces must have the same material.
+        pub same_material: u32,
+    }
+}
+
+crate::gpu_struct! {
+    /// Which of a frame's spatial passes this is.
+    pub struct SpatialStep {
+        /// Its number, from 0.
+        pub number: u32,
+    }
+}
+
+crate::gpu_struct! {
+    /// A pixel's primary surface, as later passes and the next frame need it.
+    pub struct SampleData {
+        /// Distance along the primary ray.
+        pub depth: f32,
+        /// Geometric normal (12 + 12 bits, octahedral) and the exponent of the ray offset (8).
+        pub geometry: u32,
+        /// Shading normal, 16 + 16 bits, octahedral.
+        pub shading_normal: u32,
+        /// Index of the material.
+        pub material: u32,
+        /// The scene's number of the instance; NONE = no surface.
+        pub instance: u32,
+        /// Index of the light that the surface is; NONE = none.
+        pub light: u32,
+    }
+}
+
+crate::gpu_struct! {
     /// The rows of the picture that a dispatch works on; its buffers hold these rows alone.
     pub struct Strip {
         /// First row.
@@ -247,6 +380,9 @@ pub const STRUCTS: &[StructLayout] = &[
     GpuLight::LAYOUT,
     GpuCamera::LAYOUT,
     FrameConstants::LAYOUT,
+    RestirConstants::LAYOUT,
+    SpatialStep::LAYOUT,
+    SampleData::LAYOUT,
     Strip::LAYOUT,
     PixelSums::LAYOUT,
     PrimarySurface::LAYOUT,

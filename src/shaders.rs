@@ -84,4 +84,13 @@ impl Variant {
 }
 
 /// The passes that read geometry and trace rays: `glsl/passes/NAME.comp`, one for each [`Variant`].
-pub const TRACING_PASSES: &[&str] = &["path_trace", "primary", "trace_rays"];
+pub const TRACING_PASSES: &[&str] = &[
+    "initial_direct",
+    "path_trace",
+    "primary",
+    "shade",
+    "spatial_direct",
+    "surfaces",
+    "temporal_direct",
+    "trace_rays",
+];

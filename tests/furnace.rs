@@ -86,7 +86,7 @@ fn measure(energy: &str, cosine: f64, samples: u32) -> Vec<Measured> {
     let mut renderer = Renderer::new(&device, Arc::new(uploaded), &view, &settings).unwrap();
     renderer.add_samples(0, samples).unwrap();
     assert_eq!(renderer.rejected().unwrap(), 0);
-    let surfaces = renderer.primary_surfaces(&settings).unwrap();
+    let surfaces = renderer.primary_surfaces().unwrap();
     let sums = renderer.sums().unwrap();
     support::assert_no_messages(&device);
     (0..2 * ROUGHNESS.len())

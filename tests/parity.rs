@@ -484,7 +484,7 @@ fn gathered_meshes_look_as_they_did() {
         let settings = Settings::default();
         let mut renderer = Renderer::new(&device, Arc::new(uploaded), &view, &settings).unwrap();
         renderer.add_samples(0, 1).unwrap();
-        let surfaces = renderer.primary_surfaces(&settings).unwrap();
+        let surfaces = renderer.primary_surfaces().unwrap();
         (surfaces, renderer.sums().unwrap())
     });
     let pixels = one.len();

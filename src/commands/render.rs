@@ -37,17 +37,21 @@ pub fn run(args: &Args) -> Result<()> {
     check_outputs(&args.output, args.scene.report.as_deref())?;
     let interrupt = Interrupt::watch()?;
     let mut session = Session::open(&args.scene)?;
-    // A path-traced frame knows nothing of those before it, so only those are made that are shown.
+    // Without --accumulate only the last frame is shown; those before it are made where it needs
+    // them as history.
     let first = if args.accumulate { 0 } else { args.frames - 1 };
-    let progress = super::progress::Progress::new(Some(u64::from(args.frames - first)), "frames");
+    let history = if session.renderer.has_history() { 0 } else { first };
+    let progress = super::progress::Progress::new(Some(u64::from(args.frames - history)), "frames");
+    for number in history..first {
+        check(&interrupt)?;
+        session.renderer.skip_frames(number, 1)?;
+        progress.at(u64::from(number - history));
+    }
     let mut done = first;
     while done < args.frames {
-        if let Some(signal) = interrupt.pending() {
-            let kept = "nothing was written".into();
-            return Err(Error::Interrupted { signal, kept });
-        }
+        check(&interrupt)?;
         done += session.add_samples(done, args.frames - done)?;
-        progress.at(u64::from(done - first));
+        progress.at(u64::from(done - history));
     }
     progress.finish();
     let samples = args.frames - first;
@@ -57,6 +61,14 @@ pub fn run(args: &Args) -> Result<()> {
         image.write(path, args.scene.exposure)?;
     }
     write_report(&session, samples, args.scene.report.as_ref())
+}
+
+/// An error once a signal came.
+fn check(interrupt: &Interrupt) -> Result<()> {
+    interrupt.pending().map_or(Ok(()), |signal| {
+        let kept = "nothing was written".into();
+        Err(Error::Interrupted { signal, kept })
+    })
 }
 
 /// Writes `--report`, if it was asked for.

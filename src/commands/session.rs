@@ -147,7 +147,7 @@ impl Session {
     }
 
     fn add_aovs(&mut self, image: &mut Image, aovs: &[Aov]) -> Result<()> {
-        let surfaces = self.renderer.primary_surfaces(&self.settings)?;
+        let surfaces = self.renderer.primary_surfaces()?;
         for aov in aovs {
             match aov {
                 Aov::Albedo => {

@@ -1,239 +1,366 @@
-//! The frame: which passes run, in which order, on which buffers.
+//! A frame of reservoir resampling, pass by pass from the top.
 
-use super::camera::gpu_camera;
-use super::energy;
-use super::settings::{Energy, Heuristic, Settings};
+use super::offered::Offered;
+use super::settings::{Candidates, Direct, Mis, Reuse, Search, Settings, Visibility};
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
 use crate::layouts::{
-    COUNTER_REJECTED, COUNTERS, FrameConstants, HEURISTIC_BALANCE, HEURISTIC_POWER, PixelSums,
-    PrimarySurface, Strip,
+    COUNTER_REJECTED, COUNTERS, FrameConstants, MIS_BALANCE, MIS_CONSTANT, MIS_DEFENSIVE,
+    MIS_PAIRWISE, PixelSums, RestirConstants, SampleData, SpatialStep, TILE, VISIBILITY_FINAL,
+    VISIBILITY_INITIAL, VISIBILITY_NONE, VISIBILITY_WEIGHTS,
 };
-use crate::scene::Camera;
-use crate::tracing::{GpuScene, shaders};
 use crate::{Error, Result};
+use glam::{DVec3, Vec3};
 use std::sync::Arc;
 
-/// Specialisation constant: whether energy is compensated.
-const ENERGY_COMPENSATED: u32 = 1;
-
-/// What is seen: a camera, the image's size, and how rays are drawn.
-#[derive(Clone, Debug)]
-pub struct View {
-    /// The camera in the scene's world.
-    pub camera: Camera,
-    /// Pixels across.
-    pub width: u32,
-    /// Pixels down.
-    pub height: u32,
-    /// The run's seed.
-    pub seed: u32,
-    /// Scattering events at most.
-    pub bounces: u32,
-    /// Rays over the whole pixel instead of through its centre.
-    pub jitter: bool,
+crate::bindings! {
+    /// What the pass `surfaces` is bound to.
+    pub struct Surfaces {
+        [offers scene: Offered]
+        uniform restir,
+        write sample_data,
+        write color,
+    }
 }
 
 crate::bindings! {
-    /// What the pass `path_trace` is bound to.
-    pub struct PathTrace {
+    /// What the pass `initial_direct` is bound to.
+    pub struct InitialDirect {
         [offers scene: Offered]
-        uniform frame,
-        write sums,
+        uniform restir,
+        read sample_data,
+        write reservoirs,
+        write color,
         write counters,
     }
 }
 
 crate::bindings! {
-    /// What the pass `primary` is bound to.
-    pub struct Primary {
+    /// What the pass `temporal_direct` is bound to.
+    pub struct TemporalDirect {
         [offers scene: Offered]
-        uniform frame,
-        write primary,
+        uniform restir,
+        read sample_data,
+        read previous_sample_data,
+        read history,
+        write reservoirs,
+        write counters,
     }
 }
 
-/// The scene's resources and the tables that materials look up.
-pub struct Offered {
-    scene: Arc<GpuScene>,
-    specular_albedo: Buffer,
-}
-
-impl Offered {
-    fn resources(&self) -> Vec<(&'static str, crate::gpu::Resource<'_>)> {
-        let mut resources = self.scene.resources();
-        let table = crate::gpu::Resource::Read(&self.specular_albedo);
-        resources.push(("specular_albedo", table));
-        resources
+crate::bindings! {
+    /// What the pass `spatial_direct` is bound to.
+    pub struct SpatialDirect {
+        [offers scene: Offered]
+        uniform restir,
+        read sample_data,
+        read neighbours,
+        write reservoirs,
+        write counters,
     }
 }
 
-/// Renders one view of a scene; each pixel's samples add up over calls.
-pub struct Renderer {
+crate::bindings! {
+    /// What the pass `shade` is bound to.
+    pub struct Shade {
+        [offers scene: Offered]
+        uniform restir,
+        read sample_data,
+        read reservoirs,
+        write color,
+        write counters,
+    }
+}
+
+/// The passes and buffers of a frame, and what the next frame reads of this one.
+pub struct Frame {
     device: Arc<Device>,
-    constants: FrameConstants,
-    offered: Offered,
-    path_trace: ComputePass,
-    primary: Option<ComputePass>,
-    frame: Buffer,
-    /// The picture from top to bottom, each strip with its pixels' sums.
-    strips: Vec<(Strip, Buffer)>,
+    offered: Arc<Offered>,
+    direct: Direct,
+    constants: RestirConstants,
+    bounces: u32,
+    jitter: bool,
+    surfaces: ComputePass,
+    initial_direct: ComputePass,
+    temporal_direct: ComputePass,
+    spatial_direct: ComputePass,
+    shade: ComputePass,
+    restir: Buffer,
+    color: Buffer,
     counters: Buffer,
+    /// Primary surfaces of this frame and, with temporal reuse, of the last: the first is the one
+    /// that the next frame overwrites.
+    sample_data: Vec<Buffer>,
+    /// Each pass reads one and writes the other; the first is the one to be written next.
+    reservoirs: Vec<Buffer>,
+    /// The frame whose samples the buffers hold.
+    last: Option<u32>,
+    sums: Vec<[DVec3; 2]>,
 }
 
-impl Renderer {
+impl Frame {
     /// Makes the passes and buffers that `settings` need.
     ///
     /// # Errors
-    /// More memory than the device has, or a shader that it refuses.
+    /// More memory than the device has or binds, or a shader that it refuses.
     pub fn new(
         device: &Arc<Device>,
-        scene: Arc<GpuScene>,
-        view: &View,
+        offered: &Arc<Offered>,
+        frame: &FrameConstants,
         settings: &Settings,
     ) -> Result<Self> {
-        let compensated = settings.energy == Energy::Compensated;
-        let special = [(ENERGY_COMPENSATED, u32::from(compensated))];
-        let table = if compensated {
-            energy::albedo_table()
-        } else {
-            Vec::new()
+        let direct = settings.direct.clone();
+        let layout = &settings.reservoirs;
+        let (width, height) = (frame.width, frame.height);
+        let pixels = u64::from(width) * u64::from(height);
+        let slots = layout.slots(width, height);
+        let needed = [
+            ("sample_data", slots * size_of::<SampleData>() as u64),
+            ("reservoirs", slots * layout.bytes()),
+            ("color", pixels * 12),
+        ];
+        let most = device.info.max_storage_buffer_range;
+        if let Some((name, bytes)) = needed.iter().find(|(_, bytes)| *bytes > most) {
+            return Err(Error::input(format!(
+                "a picture of {width} × {height} needs {bytes} bytes for its {name}, but device '{}' binds at most {most}; choose a smaller picture, or --preset path-tracing",
+                device.info.name
+            )));
+        }
+        let buffer = |which: usize| {
+            let (name, bytes) = needed[which];
+            Buffer::new(device, name, bytes, Usage::default())
         };
-        let plain = Usage::default();
         let uniform = Usage {
             uniform: true,
-            ..plain
+            ..Usage::default()
         };
-        let constants = FrameConstants {
-            camera: gpu_camera(&view.camera, scene.origin, view.width, view.height),
-            width: view.width,
-            height: view.height,
-            interleave: device.info.interleave(),
-            seed: view.seed,
-            first_sample: 0,
-            samples: 1,
-            bounces: view.bounces,
-            jitter: view.jitter.into(),
-            heuristic: match settings.heuristic {
-                Heuristic::Balance => HEURISTIC_BALANCE,
-                Heuristic::Power => HEURISTIC_POWER,
-            },
-            lights: scene.light_count,
-            roulette_start: settings.roulette.start,
-            roulette_floor: settings.roulette.floor,
+        let final_only = direct.visibility == Visibility::Final;
+        let tries = match direct.spatial.search {
+            Search::Random => direct.spatial.neighbours,
+            Search::Greedy => direct.spatial.neighbours * direct.spatial.tries,
         };
-        let renderer = Self {
-            path_trace: shaders::tracing_pass(device, "path_trace", &scene, &special)?,
-            primary: None,
-            frame: Buffer::new(device, "frame", size_of::<FrameConstants>() as u64, uniform)?,
-            strips: strips_of::<PixelSums>(device, "sums", view.width, view.height)?,
-            counters: Buffer::new(device, "counters", u64::from(COUNTERS) * 4, plain)?,
-            offered: Offered {
-                specular_albedo: Buffer::from_slice(device, "specular_albedo", &table, plain)?,
-                scene,
+        let constants = RestirConstants {
+            camera: frame.camera,
+            previous_camera: frame.camera,
+            jitter_x: 0.5,
+            jitter_y: 0.5,
+            previous_jitter_x: 0.5,
+            previous_jitter_y: 0.5,
+            width,
+            height,
+            slots: slots as u32,
+            interleave: frame.interleave,
+            seed: frame.seed,
+            frame: 0,
+            lights: frame.lights,
+            uniform_candidates: u32::from(direct.candidates == Candidates::Uniform),
+            light_samples: direct.light_samples,
+            // A BSDF ray's candidate has visibility in it, which targets without have not.
+            bsdf_samples: if final_only { 0 } else { direct.bsdf_samples },
+            mis: match direct.mis {
+                Mis::Constant => MIS_CONSTANT,
+                Mis::Balance => MIS_BALANCE,
+                Mis::Pairwise => MIS_PAIRWISE,
+                Mis::Defensive => MIS_DEFENSIVE,
             },
+            visibility: match direct.visibility {
+                Visibility::None => VISIBILITY_NONE,
+                Visibility::Final => VISIBILITY_FINAL,
+                Visibility::Initial => VISIBILITY_INITIAL,
+                Visibility::Weights => VISIBILITY_WEIGHTS,
+            },
+            temporal_confidence_cap: direct.temporal.confidence_cap as f32,
+            spatial_confidence_cap: direct.spatial.confidence_cap as f32,
+            neighbours: direct.spatial.neighbours,
+            tries,
+            radius: direct.spatial.radius,
+            least_normal_cosine: direct.similar.normal.to_radians().cos(),
+            depth_tolerance: direct.similar.depth,
+            same_material: direct.similar.material.into(),
+        };
+        let special = layout.constants();
+        let temporal = direct.reuse.is_temporal();
+        let made = Self {
+            surfaces: offered.pass("surfaces", &special)?,
+            initial_direct: offered.pass("initial_direct", &special)?,
+            temporal_direct: offered.pass("temporal_direct", &special)?,
+            spatial_direct: offered.pass("spatial_direct", &special)?,
+            shade: offered.pass("shade", &special)?,
+            restir: Buffer::new(
+                device,
+                "restir",
+                size_of::<RestirConstants>() as u64,
+                uniform,
+            )?,
+            color: buffer(2)?,
+            counters: Buffer::new(
+                device,
+                "counters",
+                u64::from(COUNTERS) * 4,
+                Usage::default(),
+            )?,
+            sample_data: (0..if temporal { 2 } else { 1 })
+                .map(|_| buffer(0))
+                .collect::<Result<_>>()?,
+            reservoirs: (0..if direct.reuse == Reuse::None { 1 } else { 2 })
+                .map(|_| buffer(1))
+                .collect::<Result<_>>()?,
+            last: None,
+            sums: Vec::new(),
+            bounces: frame.bounces,
+            jitter: frame.jitter != 0,
             constants,
+            direct,
+            offered: offered.clone(),
             device: device.clone(),
         };
         let mut recording = Recording::new(device)?;
-        for (_, sums) in &renderer.strips {
-            recording.clear(sums);
-        }
-        recording.clear(&renderer.counters);
+        recording.clear(&made.counters);
         recording.finish()?;
-        Ok(renderer)
+        Ok(made)
     }
 
-    /// Adds `samples` samples, numbered from `first`, to every pixel.
+    /// Whether a frame depends on the one before it.
+    pub fn has_history(&self) -> bool {
+        self.direct.reuse.is_temporal()
+    }
+
+    /// Renders the frame of this number; what the frame before it left is its history.
     ///
     /// # Errors
     /// The device fails.
-    pub fn add_samples(&mut self, first: u32, samples: u32) -> Result<Vec<PassTime>> {
-        self.constants.first_sample = first;
-        self.constants.samples = samples;
-        self.frame.write(&[self.constants])?;
-        let mut times = Vec::new();
-        for (strip, sums) in &self.strips {
-            let bindings = PathTrace {
-                scene: &self.offered,
-                frame: &self.frame,
-                sums,
-                counters: &self.counters,
+    pub fn render(&mut self, number: u32) -> Result<Vec<PassTime>> {
+        self.advance(number)?;
+        let groups = [
+            self.constants.width.div_ceil(TILE),
+            self.constants.height.div_ceil(TILE),
+            1,
+        ];
+        let scene = self.offered.as_ref();
+        let (restir, color, counters) = (&self.restir, &self.color, &self.counters);
+        let mut recording = Recording::new(&self.device)?;
+
+        let sample_data = &self.sample_data[0];
+        let surfaces = Surfaces {
+            scene,
+            restir,
+            sample_data,
+            color,
+        };
+        recording.pass(&self.surfaces, &surfaces, &(), groups)?;
+
+        // Which of the reservoir buffers holds this frame's.
+        let mut current = 0;
+        if self.bounces > 0 {
+            let initial = InitialDirect {
+                scene,
+                restir,
+                sample_data,
+                reservoirs: &self.reservoirs[current],
+                color,
+                counters,
             };
-            let groups = strip.groups(self.constants.width);
-            let mut recording = Recording::new(&self.device)?;
-            recording.pass(&self.path_trace, &bindings, strip, groups)?;
-            PassTime::add(&mut times, recording.finish()?);
+            recording.pass(&self.initial_direct, &initial, &(), groups)?;
+
+            if self.direct.reuse.is_temporal() && self.last.is_some() {
+                let temporal = TemporalDirect {
+                    scene,
+                    restir,
+                    sample_data,
+                    previous_sample_data: &self.sample_data[1],
+                    history: &self.reservoirs[1],
+                    reservoirs: &self.reservoirs[current],
+                    counters,
+                };
+                recording.pass(&self.temporal_direct, &temporal, &(), groups)?;
+            }
+
+            if self.direct.reuse.is_spatial() {
+                for step in 0..self.direct.spatial.passes {
+                    let spatial = SpatialDirect {
+                        scene,
+                        restir,
+                        sample_data,
+                        neighbours: &self.reservoirs[current],
+                        reservoirs: &self.reservoirs[1 - current],
+                        counters,
+                    };
+                    let step = SpatialStep { number: step };
+                    recording.pass(&self.spatial_direct, &spatial, &step, groups)?;
+                    current = 1 - current;
+                }
+            }
+
+            let shade = Shade {
+                scene,
+                restir,
+                sample_data,
+                reservoirs: &self.reservoirs[current],
+                color,
+                counters,
+            };
+            recording.pass(&self.shade, &shade, &(), groups)?;
+        }
+        let mut times = Vec::new();
+        PassTime::add(&mut times, recording.finish()?);
+
+        // The next frame overwrites what is oldest and reads the rest as history.
+        self.sample_data.reverse();
+        if current == 0 {
+            self.reservoirs.reverse();
+        }
+        self.last = Some(number);
+        Ok(times)
+    }
+
+    /// Renders frames and adds each to the sums.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn add_frames(&mut self, first: u32, frames: u32) -> Result<Vec<PassTime>> {
+        let mut times = Vec::new();
+        for number in first..first + frames {
+            times = self.render(number)?;
+            let color = self.color()?;
+            self.sums.resize(color.len(), [DVec3::ZERO; 2]);
+            for ([sum, square], value) in self.sums.iter_mut().zip(color) {
+                let value = value.as_dvec3();
+                *sum += value;
+                *square += value * value;
+            }
         }
         Ok(times)
     }
 
-    /// What the camera sees through each pixel's centre, row by row from the top.
+    /// The last frame's radiance, row by row from the top.
     ///
     /// # Errors
     /// The device fails.
-    pub fn primary_surfaces(&mut self, settings: &Settings) -> Result<Vec<PrimarySurface>> {
-        if self.primary.is_none() {
-            let compensated = settings.energy == Energy::Compensated;
-            let special = [(ENERGY_COMPENSATED, u32::from(compensated))];
-            let scene = &self.offered.scene;
-            self.primary = Some(shaders::tracing_pass(
-                &self.device,
-                "primary",
-                scene,
-                &special,
-            )?);
-        }
-        self.frame.write(&[self.constants])?;
-        let FrameConstants { width, height, .. } = self.constants;
-        let mut surfaces = Vec::with_capacity(width as usize * height as usize);
-        if let Some(pass) = &self.primary {
-            for (strip, primary) in
-                strips_of::<PrimarySurface>(&self.device, "primary", width, height)?
-            {
-                let bindings = Primary {
-                    scene: &self.offered,
-                    frame: &self.frame,
-                    primary: &primary,
-                };
-                let mut recording = Recording::new(&self.device)?;
-                recording.pass(pass, &bindings, &strip, strip.groups(width))?;
-                recording.finish()?;
-                surfaces.extend(primary.read::<PrimarySurface>(strip.pixels(width))?);
-            }
-        }
-        Ok(surfaces)
+    pub fn color(&self) -> Result<Vec<Vec3>> {
+        self.color
+            .read(self.constants.width as usize * self.constants.height as usize)
     }
 
-    /// Each pixel's sums, row by row from the top.
-    ///
-    /// # Errors
-    /// The device fails.
-    pub fn sums(&self) -> Result<Vec<PixelSums>> {
-        let FrameConstants { width, height, .. } = self.constants;
-        let mut all = Vec::with_capacity(width as usize * height as usize);
-        for (strip, sums) in &self.strips {
-            all.extend(sums.read::<PixelSums>(strip.pixels(width))?);
-        }
-        Ok(all)
+    /// Each pixel's sums over the frames added.
+    pub fn sums(&self) -> Vec<PixelSums> {
+        let pair = |value: DVec3| {
+            let high = value.as_vec3();
+            (high, (value - high.as_dvec3()).as_vec3())
+        };
+        self.sums
+            .iter()
+            .map(|[sum, square]| {
+                let ((sum, sum_low), (square, square_low)) = (pair(*sum), pair(*square));
+                PixelSums {
+                    sum,
+                    sum_low,
+                    square,
+                    square_low,
+                }
+            })
+            .collect()
     }
 
-    /// Replaces each pixel's sums by those of an earlier run, as many as the picture has pixels.
-    ///
-    /// # Errors
-    /// The device fails.
-    pub fn set_sums(&self, sums: &[PixelSums]) -> Result<()> {
-        let mut rest = sums;
-        for (strip, buffer) in &self.strips {
-            let (own, after) = rest
-                .split_at_checked(strip.pixels(self.constants.width))
-                .ok_or_else(|| Error::failed("the earlier run has too few pixels"))?;
-            buffer.write(own)?;
-            rest = after;
-        }
-        Ok(())
-    }
-
-    /// Values refused so far because they were NaN, negative or beyond [`crate::layouts::MOST_RADIANCE`].
+    /// Values refused so far because they were NaN, negative or out of range.
     ///
     /// # Errors
     /// The device fails.
@@ -241,30 +368,45 @@ impl Renderer {
         let counters: Vec<u32> = self.counters.read(COUNTERS as usize)?;
         Ok(counters[COUNTER_REJECTED as usize])
     }
+
+    /// Bytes on the device, by buffer.
+    pub fn memory(&self) -> Vec<(&str, u64)> {
+        let buffers = self.sample_data.iter().chain(&self.reservoirs);
+        buffers
+            .chain([&self.color])
+            .map(|buffer| (buffer.name(), buffer.size()))
+            .collect()
+    }
+
+    /// Tells the shaders of the next frame.
+    fn advance(&mut self, number: u32) -> Result<()> {
+        let constants = &mut self.constants;
+        constants.frame = number;
+        constants.previous_camera = constants.camera;
+        constants.previous_jitter_x = constants.jitter_x;
+        constants.previous_jitter_y = constants.jitter_y;
+        if self.jitter {
+            // All pixels alike, so that what a pixel sees can be told from its depth alone.
+            let [x, y] = jitter(constants.seed, number);
+            constants.jitter_x = x;
+            constants.jitter_y = y;
+        }
+        self.restir.write(&[*constants])
+    }
 }
 
-/// A buffer of one `T` a pixel for each strip of the picture.
-fn strips_of<T>(
-    device: &Arc<Device>,
-    name: &str,
-    width: u32,
-    height: u32,
-) -> Result<Vec<(Strip, Buffer)>> {
-    let bytes = size_of::<T>() as u64;
-    let info = &device.info;
-    let total = u64::from(width) * u64::from(height) * bytes;
-    if total > info.device_memory {
-        return Err(Error::input(format!(
-            "a picture of {width} × {height} needs {total} bytes for its {name}, but device '{}' has {}",
-            info.name, info.device_memory
-        )));
-    }
-    let most = info.max_storage_buffer_range.min(info.max_buffer_size);
-    Strip::cut(width, height, bytes, most)?
-        .into_iter()
-        .map(|strip| {
-            let size = strip.pixels(width) as u64 * bytes;
-            Ok((strip, Buffer::new(device, name, size, Usage::default())?))
-        })
-        .collect()
+/// A place in the pixel, uniform over frames and seeds (the generator of `random.glsl`).
+fn jitter(seed: u32, frame: u32) -> [f32; 2] {
+    let mut v = [0x9E37_79B9_u32, frame, seed, 0xFFFF_FFFF]
+        .map(|x| x.wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
+    let mix = |v: &mut [u32; 4]| {
+        v[0] = v[0].wrapping_add(v[1].wrapping_mul(v[3]));
+        v[1] = v[1].wrapping_add(v[2].wrapping_mul(v[0]));
+        v[2] = v[2].wrapping_add(v[0].wrapping_mul(v[1]));
+        v[3] = v[3].wrapping_add(v[1].wrapping_mul(v[2]));
+    };
+    mix(&mut v);
+    v.iter_mut().for_each(|x| *x ^= *x >> 16);
+    mix(&mut v);
+    [v[0], v[1]].map(|bits| (bits >> 8) as f32 * 2.0_f32.powi(-24))
 }

@@ -1,13 +1,20 @@
 //! Rendering: settings and presets, the frame as a readable list of passes, and one file for each
 //! technique.
 
+pub mod aovs;
 pub mod camera;
 pub mod energy;
 pub mod frame;
+pub mod offered;
+pub mod path_tracing;
 pub mod presets;
+pub mod renderer;
+pub mod reservoirs;
 pub mod settings;
 mod strips;
 pub mod sums;
+pub mod view;
 
-pub use frame::{Renderer, View};
+pub use renderer::Renderer;
 pub use settings::Settings;
+pub use view::View;

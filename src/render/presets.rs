@@ -15,10 +15,20 @@ pub struct Preset {
 }
 
 /// Every preset.
-pub const PRESETS: &[Preset] = &[Preset {
-    name: "path-tracing",
-    text: include_str!("presets/path-tracing.toml"),
-}];
+pub const PRESETS: &[Preset] = &[
+    Preset {
+        name: "path-tracing",
+        text: include_str!("presets/path-tracing.toml"),
+    },
+    Preset {
+        name: "accurate",
+        text: include_str!("presets/accurate.toml"),
+    },
+    Preset {
+        name: "s1",
+        text: include_str!("presets/s1.toml"),
+    },
+];
 
 /// The preset taken when none is named.
 pub const DEFAULT: &str = "path-tracing";

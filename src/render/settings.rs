@@ -1,5 +1,6 @@
 //! The one tree of settings. Each field's doc is what `presets` prints; each range is what checks.
 
+use super::reservoirs::{Arrays, Format, Order};
 use crate::nearest::nearest;
 use crate::{Error, Result};
 use schemars::JsonSchema;
@@ -13,6 +14,221 @@ pub enum Integrator {
     /// MIS path tracing: unbiased, the reference.
     #[default]
     PathTracing,
+    /// Reservoir resampling: light samples shared by neighbours and frames.
+    Restir,
+}
+
+/// How lights are picked for initial candidates.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Candidates {
+    /// What fits the scene: `power`.
+    #[default]
+    Auto,
+    /// Every light alike.
+    Uniform,
+    /// By area × luminance, with a uniform share.
+    Power,
+}
+
+/// Whose reservoirs a pixel merges with its own.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Reuse {
+    /// Nobody's.
+    None,
+    /// That of the last frame.
+    Temporal,
+    /// Those of neighbours.
+    Spatial,
+    /// That of the last frame, then those of neighbours.
+    #[default]
+    Spatiotemporal,
+}
+
+impl Reuse {
+    /// Whether the last frame is used.
+    pub fn is_temporal(self) -> bool {
+        matches!(self, Self::Temporal | Self::Spatiotemporal)
+    }
+
+    /// Whether neighbours are used.
+    pub fn is_spatial(self) -> bool {
+        matches!(self, Self::Spatial | Self::Spatiotemporal)
+    }
+}
+
+/// How a merge weighs its techniques against each other.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Mis {
+    /// By confidence alone: cheapest; biased where neighbours cannot make what the pixel needs.
+    Constant,
+    /// The balance heuristic over all: unbiased, least noise, cost grows with the square.
+    Balance,
+    /// The balance heuristic between the pixel and one neighbour at a time: unbiased, cheaper.
+    Pairwise,
+    /// Pairwise with a share kept by the pixel's own sample: unbiased, guards against bad neighbours.
+    #[default]
+    Defensive,
+}
+
+/// Where visibility enters.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Visibility {
+    /// Nowhere: shadows are missing. Biased, for comparisons only.
+    None,
+    /// Where the chosen sample is shaded: one ray. Unbiased, noisy in shadows; BSDF samples are not
+    /// drawn.
+    Final,
+    /// Of the initial survivor, and where the chosen sample is shaded. Biased, dark.
+    Initial,
+    /// In every target function: most rays. Unbiased.
+    #[default]
+    Weights,
+}
+
+/// How neighbours are looked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Search {
+    /// As many tries as neighbours wanted; those refused are missing.
+    Random,
+    /// More tries, until enough are found.
+    #[default]
+    Greedy,
+}
+
+/// Temporal reuse.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Temporal {
+    /// Confidence of history at most. Unit: initial reservoirs. Higher: less noise, but errors stay
+    /// longer and frames resemble each other. Unbiased at any value.
+    #[schemars(range(min = 0, max = 500))]
+    pub confidence_cap: u32,
+}
+
+impl Default for Temporal {
+    fn default() -> Self {
+        Self { confidence_cap: 16 }
+    }
+}
+
+/// Spatial reuse.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Spatial {
+    /// Passes, each over the results of the one before. Cost: proportional. Unbiased at any value.
+    #[schemars(range(min = 1, max = 8))]
+    pub passes: u32,
+    /// Neighbours wanted a pass. Cost: two targets each. Unbiased at any value.
+    #[schemars(range(min = 0, max = 16))]
+    pub neighbours: u32,
+    /// Radius of the disc they are drawn from. Unit: pixels. Higher: less alike, less correlated.
+    #[schemars(range(min = 0.5, max = 1000.0))]
+    pub radius: f32,
+    /// How they are looked for.
+    pub search: Search,
+    /// Tries for each neighbour wanted, with `search=greedy`.
+    #[schemars(range(min = 1, max = 16))]
+    pub tries: u32,
+    /// Confidence of a neighbour at most. Unit: initial reservoirs. Unbiased at any value.
+    #[schemars(range(min = 1, max = 500))]
+    pub confidence_cap: u32,
+}
+
+impl Default for Spatial {
+    fn default() -> Self {
+        Self {
+            passes: 1,
+            neighbours: 3,
+            radius: 20.0,
+            search: Search::Greedy,
+            tries: 3,
+            confidence_cap: 128,
+        }
+    }
+}
+
+/// Which surfaces are alike enough to share samples. Stricter: less noise at edges, fewer
+/// neighbours. Unbiased at any value, since no sample is looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Similar {
+    /// Largest angle between shading normals. Unit: degrees.
+    #[schemars(range(min = 0.0, max = 180.0))]
+    pub normal: f32,
+    /// Largest difference of depths, as a share of the pixel's own.
+    #[schemars(range(min = 0.0, max = 1000.0))]
+    pub depth: f32,
+    /// Whether materials must be the same.
+    pub material: bool,
+}
+
+impl Default for Similar {
+    fn default() -> Self {
+        Self {
+            normal: 25.0,
+            depth: 0.1,
+            material: true,
+        }
+    }
+}
+
+/// Resampling of direct light.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Direct {
+    /// How lights are picked for candidates. No effect on bias.
+    pub candidates: Candidates,
+    /// Light candidates a pixel and frame. Cost: one target each, no ray. Unbiased at any value.
+    #[schemars(range(min = 1, max = 1024))]
+    pub light_samples: u32,
+    /// BSDF candidates a pixel and frame. Cost: one ray each. Unbiased at any value.
+    #[schemars(range(min = 0, max = 64))]
+    pub bsdf_samples: u32,
+    /// Whose reservoirs a pixel merges with its own. Unbiased at any value.
+    pub reuse: Reuse,
+    /// How a merge weighs its techniques. `constant` is biased.
+    pub mis: Mis,
+    /// Where visibility enters. `initial` and `none` are biased.
+    pub visibility: Visibility,
+    /// Temporal reuse.
+    pub temporal: Temporal,
+    /// Spatial reuse.
+    pub spatial: Spatial,
+    /// Which surfaces are alike enough to share samples.
+    pub similar: Similar,
+}
+
+impl Default for Direct {
+    fn default() -> Self {
+        Self {
+            candidates: Candidates::Auto,
+            light_samples: 10,
+            bsdf_samples: 1,
+            reuse: Reuse::default(),
+            mis: Mis::default(),
+            visibility: Visibility::default(),
+            temporal: Temporal::default(),
+            spatial: Spatial::default(),
+            similar: Similar::default(),
+        }
+    }
+}
+
+/// How reservoirs lie in memory.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Reservoirs {
+    /// What a reservoir stores. `full` costs memory, `compact` look-ups.
+    pub format: Format,
+    /// In which order pixels lie. No effect on the picture.
+    pub order: Order,
+    /// How the words of reservoirs alternate. No effect on the picture.
+    pub arrays: Arrays,
 }
 
 /// How next-event estimation and BSDF sampling share the light.
@@ -75,6 +291,10 @@ pub struct Settings {
     pub energy: Energy,
     /// Russian roulette.
     pub roulette: Roulette,
+    /// Resampling of direct light.
+    pub direct: Direct,
+    /// How reservoirs lie in memory.
+    pub reservoirs: Reservoirs,
 }
 
 /// One setting as the user sees it.

@@ -1,8 +1,10 @@
 //! A picture in strips of rows, each with buffers of its own: a device binds only so many bytes at
 //! once (128 MiB in lavapipe), and a display's watchdog ends work that is submitted in one piece.
 
+use crate::gpu::{Buffer, Device, Usage};
 use crate::layouts::{Strip, TILE};
 use crate::{Error, Result};
+use std::sync::Arc;
 
 /// Pixels of a strip at most: about a second of path tracing on two cores.
 const MOST_PIXELS: u64 = 1 << 20;
@@ -55,6 +57,32 @@ impl Strip {
     pub(super) fn groups(&self, width: u32) -> [u32; 3] {
         [width.div_ceil(TILE), self.rows.div_ceil(TILE), 1]
     }
+}
+
+/// A buffer of one `T` a pixel for each strip of the picture.
+pub(super) fn strips_of<T>(
+    device: &Arc<Device>,
+    name: &str,
+    width: u32,
+    height: u32,
+) -> Result<Vec<(Strip, Buffer)>> {
+    let bytes = size_of::<T>() as u64;
+    let info = &device.info;
+    let total = u64::from(width) * u64::from(height) * bytes;
+    if total > info.device_memory {
+        return Err(Error::input(format!(
+            "a picture of {width} × {height} needs {total} bytes for its {name}, but device '{}' has {}",
+            info.name, info.device_memory
+        )));
+    }
+    let most = info.max_storage_buffer_range.min(info.max_buffer_size);
+    Strip::cut(width, height, bytes, most)?
+        .into_iter()
+        .map(|strip| {
+            let size = strip.pixels(width) as u64 * bytes;
+            Ok((strip, Buffer::new(device, name, size, Usage::default())?))
+        })
+        .collect()
 }
 
 #[cfg(test)]

@@ -1,0 +1,75 @@
+#version 460
+// Spatial reuse of direct light: each pixel's reservoir merges with those of neighbours in a disc.
+#include "prelude.glsl"
+#include "random.glsl"
+#include "geometry.glsl"
+#include "trace.glsl"
+#include "surface.glsl"
+#include "materials.glsl"
+#include "lights.glsl"
+#include "camera.glsl"
+#include "values.glsl"
+#include "workgroups.glsl"
+#include "sample_data.glsl"
+#include "direct_light.glsl"
+#include "reservoirs.glsl"
+#include "resampling.glsl"
+#include "restir.glsl"
+#include "similar.glsl"
+
+layout(local_size_x = TILE * TILE) in;
+
+layout(push_constant, scalar) uniform SpatialStepBlock { SpatialStep step; };
+layout(scalar) readonly buffer SampleDataBlock { SampleData at[]; } sample_data;
+layout(scalar) readonly buffer NeighboursBlock { uint at[]; } neighbours;
+layout(scalar) writeonly buffer ReservoirsBlock { uint at[]; } reservoirs;
+
+const uint MOST_TECHNIQUES = MOST_NEIGHBOURS + 1u;
+uvec2 pixels[MOST_TECHNIQUES];
+
+Domain domain_of(uint technique) {
+    uvec2 pixel = pixels[technique];
+    return unpack_domain(sample_data.at[slot_of(pixel)], primary_ray(pixel));
+}
+
+bool is_visible(uint technique, Domain domain, Sample value) {
+    return trace_visible(shadow_ray(domain, value));
+}
+
+#include "merge.glsl"
+
+void main() {
+    uvec2 pixel = own_pixel();
+    if (is_outside(pixel)) return;
+    uint slot = slot_of(pixel);
+    PackedReservoir packed;
+    LOAD_RESERVOIR(neighbours, slot, restir.at.slots, packed);
+    SampleData data = sample_data.at[slot];
+    if (has_surface(data)) {
+        Random random = pass_random(pixel, PASS_SPATIAL_DIRECT + step.number);
+        Ray ray = primary_ray(pixel);
+        pixels[0] = pixel;
+        techniques[0] = unpack_reservoir(packed);
+        // The neighbours are chosen by their surfaces before any reservoir is looked at. Those that are
+        // refused are made up for while tries last: lanes whose lists are equally long idle less.
+        uint count = 1u;
+        for (uint i = 0u; i < restir.at.tries && count <= restir.at.neighbours; i += 1u) {
+            vec2 u = to_unit(random_bits(random)).xy;
+            float angle = 2.0 * PI * u.y;
+            vec2 offset = restir.at.radius * sqrt(u.x) * vec2(cos(angle), sin(angle));
+            ivec2 other = ivec2(pixel) + ivec2(round(offset));
+            if (other == ivec2(pixel) || any(lessThan(other, ivec2(0))) || is_outside(uvec2(other))) continue;
+            if (!similar(data, ray, sample_data.at[slot_of(uvec2(other))], primary_ray(uvec2(other)))) continue;
+            pixels[count] = uvec2(other);
+            count += 1u;
+        }
+        for (uint i = 1u; i < count; i += 1u) {
+            LOAD_RESERVOIR(neighbours, slot_of(pixels[i]), restir.at.slots, packed);
+            techniques[i] = unpack_reservoir(packed);
+            techniques[i].confidence = min(techniques[i].confidence, restir.at.spatial_confidence_cap);
+        }
+        Reservoir merged = merge_techniques(restir.at.mis, count, restir.at.visibility == VISIBILITY_WEIGHTS, random);
+        packed = pack_reservoir(merged);
+    }
+    STORE_RESERVOIR(reservoirs, slot, restir.at.slots, packed);
+}

@@ -1,0 +1,39 @@
+#version 460
+// The first pass of a frame: what each pixel's ray meets, and the light that it sends by itself.
+#include "prelude.glsl"
+#include "random.glsl"
+#include "geometry.glsl"
+#include "trace.glsl"
+#include "surface.glsl"
+#include "materials.glsl"
+#include "lights.glsl"
+#include "camera.glsl"
+#include "workgroups.glsl"
+#include "sample_data.glsl"
+#include "direct_light.glsl"
+#include "reservoirs.glsl"
+#include "restir.glsl"
+
+layout(local_size_x = TILE * TILE) in;
+
+layout(scalar) writeonly buffer SampleDataBlock { SampleData at[]; } sample_data;
+layout(scalar) writeonly buffer ColorBlock { vec3 at[]; } color;
+
+void main() {
+    uvec2 pixel = own_pixel();
+    if (is_outside(pixel)) return;
+    Ray ray = primary_ray(pixel);
+    Hit hit = trace_closest(ray);
+    SampleData data = SampleData(0.0, 0u, 0u, 0u, NONE, NONE);
+    vec3 emission = vec3(0.0);
+    if (hit.instance != NONE) {
+        Surface surface = surface_at(hit, ray.direction);
+        data = pack_sample_data(surface, ray);
+        if (surface.light != NONE) {
+            GpuLight light = lights.at[surface.light];
+            emission = light_emission(light, -dot(light.normal, ray.direction));
+        }
+    }
+    sample_data.at[slot_of(pixel)] = data;
+    color.at[pixel.y * restir.at.width + pixel.x] = emission;
+}

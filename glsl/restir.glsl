@@ -1,0 +1,28 @@
+// What the passes of resampling share: the frame, its pixels, their primary surfaces.
+
+layout(scalar) uniform RestirBlock { RestirConstants at; } restir;
+
+// What a pass draws must not depend on how much an earlier one drew, so each counts on its own.
+Random pass_random(uvec2 pixel, uint pass) {
+    Random random = random_start(pixel.y * restir.at.width + pixel.x, restir.at.frame, restir.at.seed);
+    random.counter.w = pass << 16u;
+    return random;
+}
+
+uvec2 picture_size() { return uvec2(restir.at.width, restir.at.height); }
+
+bool is_outside(uvec2 pixel) { return pixel.x >= restir.at.width || pixel.y >= restir.at.height; }
+
+// The pixel of this invocation, or one outside.
+uvec2 own_pixel() { return tile_pixel(restir.at.width, 0u, restir.at.interleave); }
+
+uint slot_of(uvec2 pixel) { return slot_of(pixel, picture_size()); }
+
+Ray primary_ray(uvec2 pixel) {
+    return camera_ray(restir.at.camera, vec2(pixel) + vec2(restir.at.jitter_x, restir.at.jitter_y), vec2(picture_size()));
+}
+
+Ray previous_primary_ray(uvec2 pixel) {
+    return camera_ray(restir.at.previous_camera, vec2(pixel) + vec2(restir.at.previous_jitter_x, restir.at.previous_jitter_y),
+                      vec2(picture_size()));
+}

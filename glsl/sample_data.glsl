@@ -1,0 +1,78 @@
+// Primary surfaces as later passes know them: packed in a buffer, unpacked into domains.
+
+// A shading point as target functions see it. A pixel without a surface has no domain.
+struct Domain {
+    vec3 position;
+    // How far along the normal a ray's origin must move to be clear of rounding.
+    float clearance;
+    // Unit, on the camera's side.
+    vec3 geometric_normal;
+    vec3 shading_normal;
+    vec3 tangent;
+    vec3 bitangent;
+    // Towards the camera, in the shading frame.
+    vec3 outgoing;
+    Bsdf bsdf;
+};
+
+vec3 to_shading(Domain domain, vec3 direction) {
+    return vec3(dot(direction, domain.tangent), dot(direction, domain.bitangent), dot(direction, domain.shading_normal));
+}
+
+vec3 to_world(Domain domain, vec3 direction) {
+    return domain.tangent * direction.x + domain.bitangent * direction.y + domain.shading_normal * direction.z;
+}
+
+// Two signed octahedral coordinates of `bits` bits each.
+uint pack_octahedral(vec3 n, uint bits) {
+    n /= abs(n.x) + abs(n.y) + abs(n.z);
+    vec2 e = n.xy;
+    if (n.z < 0.0) e = (1.0 - abs(n.yx)) * vec2(n.x >= 0.0 ? 1.0 : -1.0, n.y >= 0.0 ? 1.0 : -1.0);
+    float most = float((1u << (bits - 1u)) - 1u);
+    ivec2 i = ivec2(round(clamp(e, -1.0, 1.0) * most));
+    uint mask = (1u << bits) - 1u;
+    return (uint(i.x) & mask) | ((uint(i.y) & mask) << bits);
+}
+
+vec3 unpack_octahedral(uint word, uint bits) {
+    float most = float((1u << (bits - 1u)) - 1u);
+    ivec2 i = ivec2(bitfieldExtract(int(word), 0, int(bits)), bitfieldExtract(int(word), int(bits), int(bits)));
+    return octahedral_direction(vec2(i) / most);
+}
+
+// Normals and clearance share a word: 12 + 12 bits and the clearance's exponent, rounded up.
+uint pack_geometry(vec3 geometric_normal, float clearance) {
+    uint exponent = min((floatBitsToUint(clearance) >> 23u) + 1u, 254u);
+    return pack_octahedral(geometric_normal, 12u) | (exponent << 24u);
+}
+
+SampleData pack_sample_data(Surface surface, Ray ray) {
+    // Along the ray, so that camera, pixel and depth give the position back.
+    float depth = dot(surface.position - ray.origin, ray.direction);
+    vec3 error = surface.error + 2.4e-7 * (abs(ray.origin) + abs(depth * ray.direction));
+    float clearance = 2.0 * dot(abs(surface.geometric_normal), error);
+    return SampleData(depth, pack_geometry(surface.geometric_normal, clearance),
+                      pack_octahedral(surface.shading_normal, 16u), surface.material, surface.instance, surface.light);
+}
+
+bool has_surface(SampleData data) { return data.instance != NONE; }
+
+vec3 surface_position(SampleData data, Ray ray) { return ray.origin + data.depth * ray.direction; }
+
+Domain unpack_domain(SampleData data, Ray ray) {
+    Domain domain;
+    domain.position = surface_position(data, ray);
+    domain.clearance = uintBitsToFloat((data.geometry >> 24u) << 23u);
+    domain.geometric_normal = unpack_octahedral(data.geometry, 12u);
+    domain.shading_normal = unpack_octahedral(data.shading_normal, 16u);
+    tangent_frame(domain.shading_normal, domain.tangent, domain.bitangent);
+    domain.outgoing = to_shading(domain, -ray.direction);
+    domain.bsdf = make_bsdf(materials.at[data.material], max(domain.outgoing.z, 0.0));
+    return domain;
+}
+
+// A ray origin clear of the surface on the side of `direction`.
+vec3 clear_origin(Domain domain, vec3 direction) {
+    float side = dot(direction, domain.geometric_normal) < 0.0 ? -1.0 : 1.0;
+    return domain.position + (side * domain.clearance) * domain.geometric_normal;
+}

@@ -1,0 +1,65 @@
+//! Arbitrary output variables: what the camera sees through each pixel's centre.
+
+use super::offered::Offered;
+use super::strips::strips_of;
+use crate::Result;
+use crate::gpu::{Buffer, ComputePass, Device, Recording, Usage};
+use crate::layouts::{FrameConstants, PrimarySurface};
+use std::sync::Arc;
+
+crate::bindings! {
+    /// What the pass `primary` is bound to.
+    pub struct Primary {
+        [offers scene: Offered]
+        uniform frame,
+        write primary,
+    }
+}
+
+/// The pass that looks at primary surfaces.
+pub struct Aovs {
+    device: Arc<Device>,
+    offered: Arc<Offered>,
+    primary: ComputePass,
+}
+
+impl Aovs {
+    /// Makes the pass.
+    ///
+    /// # Errors
+    /// A shader that the device refuses.
+    pub fn new(device: &Arc<Device>, offered: &Arc<Offered>) -> Result<Self> {
+        Ok(Self {
+            primary: offered.pass("primary", &[])?,
+            offered: offered.clone(),
+            device: device.clone(),
+        })
+    }
+
+    /// What the camera sees, row by row from the top.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn surfaces(&self, constants: &FrameConstants) -> Result<Vec<PrimarySurface>> {
+        let uniform = Usage {
+            uniform: true,
+            ..Usage::default()
+        };
+        let frame = Buffer::from_slice(&self.device, "frame", &[*constants], uniform)?;
+        let FrameConstants { width, height, .. } = *constants;
+        let mut surfaces = Vec::with_capacity(width as usize * height as usize);
+        for (strip, primary) in strips_of::<PrimarySurface>(&self.device, "primary", width, height)?
+        {
+            let bindings = Primary {
+                scene: self.offered.as_ref(),
+                frame: &frame,
+                primary: &primary,
+            };
+            let mut recording = Recording::new(&self.device)?;
+            recording.pass(&self.primary, &bindings, &strip, strip.groups(width))?;
+            recording.finish()?;
+            surfaces.extend(primary.read::<PrimarySurface>(strip.pixels(width))?);
+        }
+        Ok(surfaces)
+    }
+}

@@ -1,0 +1,161 @@
+//! One view of a scene, rendered by the technique that the settings ask for.
+
+use super::aovs::Aovs;
+use super::camera::gpu_camera;
+use super::frame::Frame;
+use super::offered::Offered;
+use super::path_tracing::PathTracer;
+use super::settings::{Heuristic, Integrator, Settings};
+use super::view::View;
+use crate::gpu::{Device, PassTime};
+use crate::layouts::{
+    FrameConstants, HEURISTIC_BALANCE, HEURISTIC_POWER, PixelSums, PrimarySurface,
+};
+use crate::tracing::GpuScene;
+use crate::{Error, Result};
+use std::sync::Arc;
+
+/// Renders one view of a scene; what each call adds is summed up for each pixel.
+pub struct Renderer {
+    device: Arc<Device>,
+    offered: Arc<Offered>,
+    constants: FrameConstants,
+    technique: Technique,
+    aovs: Option<Aovs>,
+}
+
+enum Technique {
+    PathTracing(PathTracer),
+    Resampling(Box<Frame>),
+}
+
+impl Renderer {
+    /// Makes the passes and buffers that `settings` need.
+    ///
+    /// # Errors
+    /// More memory than the device has, or a shader that it refuses.
+    pub fn new(
+        device: &Arc<Device>,
+        scene: Arc<GpuScene>,
+        view: &View,
+        settings: &Settings,
+    ) -> Result<Self> {
+        let constants = FrameConstants {
+            camera: gpu_camera(&view.camera, scene.origin, view.width, view.height),
+            width: view.width,
+            height: view.height,
+            interleave: device.info.interleave(),
+            seed: view.seed,
+            first_sample: 0,
+            samples: 1,
+            bounces: view.bounces,
+            jitter: view.jitter.into(),
+            heuristic: match settings.heuristic {
+                Heuristic::Balance => HEURISTIC_BALANCE,
+                Heuristic::Power => HEURISTIC_POWER,
+            },
+            lights: scene.light_count,
+            roulette_start: settings.roulette.start,
+            roulette_floor: settings.roulette.floor,
+        };
+        let offered = Arc::new(Offered::new(device, scene, settings)?);
+        let technique = match settings.integrator {
+            Integrator::PathTracing => {
+                Technique::PathTracing(PathTracer::new(device, &offered, constants)?)
+            }
+            Integrator::Restir => {
+                let frame = Frame::new(device, &offered, &constants, settings)?;
+                Technique::Resampling(Box::new(frame))
+            }
+        };
+        Ok(Self {
+            device: device.clone(),
+            offered,
+            constants,
+            technique,
+            aovs: None,
+        })
+    }
+
+    /// Whether a frame depends on those before it.
+    pub fn has_history(&self) -> bool {
+        match &self.technique {
+            Technique::PathTracing(_) => false,
+            Technique::Resampling(frame) => frame.has_history(),
+        }
+    }
+
+    /// Adds `samples` samples or frames, numbered from `first`, to every pixel.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn add_samples(&mut self, first: u32, samples: u32) -> Result<Vec<PassTime>> {
+        match &mut self.technique {
+            Technique::PathTracing(tracer) => tracer.add_samples(first, samples),
+            Technique::Resampling(frame) => frame.add_frames(first, samples),
+        }
+    }
+
+    /// Renders frames for the sake of those that follow.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn skip_frames(&mut self, first: u32, frames: u32) -> Result<()> {
+        match &mut self.technique {
+            Technique::PathTracing(_) => Ok(()),
+            Technique::Resampling(frame) => {
+                (first..first + frames).try_for_each(|number| frame.render(number).map(drop))
+            }
+        }
+    }
+
+    /// What the camera sees through each pixel's centre, row by row from the top.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn primary_surfaces(&mut self) -> Result<Vec<PrimarySurface>> {
+        let aovs = match self.aovs.take() {
+            Some(aovs) => aovs,
+            None => Aovs::new(&self.device, &self.offered)?,
+        };
+        let surfaces = aovs.surfaces(&self.constants);
+        self.aovs = Some(aovs);
+        surfaces
+    }
+
+    /// Each pixel's sums, row by row from the top.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn sums(&self) -> Result<Vec<PixelSums>> {
+        match &self.technique {
+            Technique::PathTracing(tracer) => tracer.sums(),
+            Technique::Resampling(frame) => Ok(frame.sums()),
+        }
+    }
+
+    /// Replaces each pixel's sums by those of an earlier run, as many as the picture has pixels.
+    ///
+    /// # Errors
+    /// The device fails, or frames depend on a history that sums do not hold.
+    pub fn set_sums(&self, sums: &[PixelSums]) -> Result<()> {
+        match &self.technique {
+            Technique::PathTracing(tracer) => tracer.set_sums(sums),
+            Technique::Resampling(_) => Err(Error::input(
+                "only path tracing can be resumed; use --preset path-tracing",
+            )),
+        }
+    }
+
+    /// Values refused so far because they were NaN, negative or beyond
+    /// [`crate::layouts::MOST_RADIANCE`].
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn rejected(&self) -> Result<u32> {
+        match &self.technique {
+            Technique::PathTracing(tracer) => tracer.rejected(),
+            Technique::Resampling(frame) => frame.rejected(),
+        }
+    }
+}

@@ -1,0 +1,20 @@
+//! What is seen.
+
+use crate::scene::Camera;
+
+/// What is seen: a camera, the image's size, and how rays are drawn.
+#[derive(Clone, Debug)]
+pub struct View {
+    /// The camera in the scene's world.
+    pub camera: Camera,
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// The run's seed.
+    pub seed: u32,
+    /// Scattering events at most.
+    pub bounces: u32,
+    /// Rays over the whole pixel instead of through its centre.
+    pub jitter: bool,
+}
