@@ -1,11 +1,18 @@
 //! Procedural scenes: made from a name and a few parameters, the same every time.
 
+mod arches;
 mod cornell;
 mod furnace;
+mod implicit;
+mod nets;
 mod night_city;
 mod parameters;
 mod shapes;
+mod simplify;
+mod statue;
+mod statue_room;
 mod terrain;
+mod turned;
 
 use super::Scene;
 use crate::{Error, Result};
@@ -49,6 +56,12 @@ const SCENES: &[Procedural] = &[
         description: "A wet street at night: thousands of lamps, windows and signs",
         parameters: night_city::PARAMETERS,
         make: night_city::make,
+    },
+    Procedural {
+        name: "statue-room",
+        description: "A marble bust in a niche, under one lamp",
+        parameters: statue_room::PARAMETERS,
+        make: statue_room::make,
     },
     Procedural {
         name: "terrain",
