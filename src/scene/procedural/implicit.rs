@@ -35,3 +35,9 @@ pub(super) fn limb(p: Vec3, (a, ra): (Vec3, f32), (b, rb): (Vec3, f32)) -> f32 {
     let along = ((p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
     (p - a.lerp(b, along)).length() - (ra + (rb - ra) * along)
 }
+
+/// The distance to a box with rounded edges.
+pub(super) fn cushion(p: Vec3, middle: Vec3, half: Vec3, radius: f32) -> f32 {
+    let q = (p - middle).abs() - (half - radius);
+    q.max(Vec3::ZERO).length() + q.max_element().min(0.0) - radius
+}

@@ -1,8 +1,10 @@
 //! Procedural scenes: made from a name and a few parameters, the same every time.
 
 mod arches;
+mod car;
 mod cornell;
 mod furnace;
+mod garage;
 mod implicit;
 mod nets;
 mod night_city;
@@ -13,6 +15,7 @@ mod statue;
 mod statue_room;
 mod terrain;
 mod turned;
+mod workshop;
 
 use super::Scene;
 use crate::{Error, Result};
@@ -50,6 +53,12 @@ const SCENES: &[Procedural] = &[
         description: "A bright, non-reflecting room around one convex body: what keeps all light vanishes",
         parameters: furnace::PARAMETERS,
         make: furnace::make,
+    },
+    Procedural {
+        name: "garage",
+        description: "A garage with a small car, a workbench, shelves and a bronze bust, under five lamps",
+        parameters: garage::PARAMETERS,
+        make: garage::make,
     },
     Procedural {
         name: "night-city",

@@ -2,7 +2,7 @@
 
 use super::shapes::Shape;
 use super::simplify::simplify;
-use glam::Vec3;
+use glam::{Mat3, Vec3};
 
 /// Grid lines from `start`: runs up to an end, each of about its own step.
 pub(super) fn ticks(start: f32, runs: &[(f32, f32)]) -> Vec<f32> {
@@ -39,7 +39,7 @@ pub(super) fn surface<W: Fn(Vec3) -> f32>(
     let corners: Vec<(Vec3, Vec3)> = points
         .iter()
         .map(|p| {
-            let p = pulled(&body, p.as_vec3(), |p| p);
+            let p = pulled(&body, p.as_vec3());
             (p, slope(&body, p).normalize_or_zero())
         })
         .collect();
@@ -54,11 +54,11 @@ fn slope(body: &impl Fn(Vec3) -> f32, p: Vec3) -> Vec3 {
     Vec3::new(along(Vec3::X), along(Vec3::Y), along(Vec3::Z)) / (2.0 * STEP)
 }
 
-/// A point moved onto the surface, kept within bounds on its way.
-fn pulled(body: &impl Fn(Vec3) -> f32, mut p: Vec3, bounded: impl Fn(Vec3) -> Vec3) -> Vec3 {
+/// A point near the surface moved onto it.
+fn pulled(body: &impl Fn(Vec3) -> f32, mut p: Vec3) -> Vec3 {
     for _ in 0..3 {
         let slope = slope(body, p);
-        p = bounded(p - slope * (body(p) / slope.length_squared().max(0.1)));
+        p -= slope * (body(p) / slope.length_squared().max(0.1));
     }
     p
 }
@@ -116,30 +116,53 @@ impl<'a> Net<'a> {
         if (0..3).any(|axis| self.is_last(cell, axis)) {
             return None;
         }
-        let (mut sum, mut crossings) = (Vec3::ZERO, 0.0);
+        let (mut middle, mut crossings) = (Vec3::ZERO, Vec::new());
         for corner in 0..8_usize {
             let a = [0, 1, 2].map(|axis| cell[axis] + (corner >> axis & 1));
             for axis in (0..3).filter(|axis| corner >> axis & 1 == 0) {
                 let b = shifted(a, axis, 1);
                 if self.inside(a) != self.inside(b) {
-                    let (from, to) = (self.value(a), self.value(b));
-                    sum += self.node(a).lerp(self.node(b), from / (from - to));
-                    crossings += 1.0;
+                    let p = self.crossing(a, b, body);
+                    middle += p;
+                    crossings.push((p, slope(body, p).normalize_or_zero()));
                 }
             }
         }
-        if crossings == 0.0 {
+        if crossings.is_empty() {
             return None;
+        }
+        middle /= crossings.len() as f32;
+        // Where the planes at the crossings meet; the middle, as far as they leave it open.
+        let mut planes = Mat3::from_diagonal(Vec3::splat(0.03 * crossings.len() as f32));
+        let mut pull = Vec3::ZERO;
+        for (p, n) in crossings {
+            planes += Mat3::from_cols(n * n.x, n * n.y, n * n.z);
+            pull += n * n.dot(p - middle);
         }
         let (low, high) = (self.node(cell), self.node(cell.map(|i| i + 1)));
         // Kept off the cell's walls: corners of two cells that meet would leave no triangle.
         let rim = (high - low) * 0.03;
-        let bounded = |p: Vec3| p.clamp(low + rim, high - rim);
-        Some(pulled(body, sum / crossings, bounded))
+        let p = middle + planes.inverse() * pull;
+        Some(p.clamp(low + rim, high - rim))
     }
 
-    /// Surface nets (Gibson 1998): a corner in every cell that the surface crosses, a face across
-    /// every edge.
+    /// Where the surface crosses the edge between two nodes.
+    fn crossing(&self, a: Place, b: Place, body: &impl Fn(Vec3) -> f32) -> Vec3 {
+        let (mut from, mut to) = ((self.node(a), self.value(a)), (self.node(b), self.value(b)));
+        for _ in 0..3 {
+            let p = from.0.lerp(to.0, from.1 / (from.1 - to.1));
+            let value = body(p);
+            if (value < 0.0) == (from.1 < 0.0) {
+                from = (p, value);
+            } else {
+                to = (p, value);
+            }
+        }
+        from.0.lerp(to.0, from.1 / (from.1 - to.1))
+    }
+
+    /// Dual contouring (Ju et al. 2002): a corner in every cell that the surface crosses, a face
+    /// across every edge. Unlike marching cubes it keeps edges sharp.
     fn surface(&self, body: &impl Fn(Vec3) -> f32) -> (Vec<Vec3>, Vec<Place>) {
         let mut points = Vec::new();
         let corners: Vec<usize> = self

@@ -231,18 +231,19 @@ pub(super) fn make(values: &Values) -> Scene {
     heap.add(&velvet, rope(left, right, 0.22));
     scene.stand_together("room", heap);
 
-    let stand = DVec3::new(0.0, 0.0, f64::from(BACK) + 0.02);
+    // A little into the floor, as two faces in one plane would be a toss-up.
+    let stand = DVec3::new(0.0, -0.002, f64::from(BACK) + 0.02);
     let stone = dielectric("pedestal", vec3(0.2, 0.19, 0.18), 0.3);
     let pedestal = scene.mesh(stone, pedestal());
     scene.place("pedestal", pedestal, DAffine3::from_translation(stand));
     let marble = dielectric("marble", vec3(0.84, 0.81, 0.76), values.real("roughness"));
     let bust = scene.mesh(marble, statue::bust(&mut random).map(|p| p * LARGER));
-    let on_top = stand + DVec3::Y * 1.05;
+    let on_top = stand + DVec3::Y * 1.048;
     scene.place("bust", bust, DAffine3::from_translation(on_top));
     let brass = metal("brass", vec3(0.91, 0.74, 0.4), 0.25);
     let post = scene.mesh(brass, post());
     for end in [left, right] {
-        let place = end.as_dvec3() * DVec3::new(1.0, 0.0, 1.0);
+        let place = end.as_dvec3().with_y(stand.y);
         scene.place("post", post, DAffine3::from_translation(place));
     }
     scene.camera(
