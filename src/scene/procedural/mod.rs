@@ -1,11 +1,21 @@
 //! Procedural scenes: made from a name and a few parameters, the same every time.
 
+mod arches;
+mod car;
 mod cornell;
 mod furnace;
+mod garage;
+mod implicit;
+mod nets;
 mod night_city;
 mod parameters;
 mod shapes;
+mod simplify;
+mod statue;
+mod statue_room;
 mod terrain;
+mod turned;
+mod workshop;
 
 use super::Scene;
 use crate::nearest::nearest;
@@ -46,10 +56,22 @@ const SCENES: &[Procedural] = &[
         make: furnace::make,
     },
     Procedural {
+        name: "garage",
+        description: "A garage with a small car, a workbench, shelves and a bronze bust, under five lamps",
+        parameters: garage::PARAMETERS,
+        make: garage::make,
+    },
+    Procedural {
         name: "night-city",
         description: "A wet street at night: thousands of lamps, windows and signs",
         parameters: night_city::PARAMETERS,
         make: night_city::make,
+    },
+    Procedural {
+        name: "statue-room",
+        description: "A marble bust in a niche, under one lamp",
+        parameters: statue_room::PARAMETERS,
+        make: statue_room::make,
     },
     Procedural {
         name: "terrain",
