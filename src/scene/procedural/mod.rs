@@ -2,10 +2,13 @@
 
 mod cornell;
 mod furnace;
+mod furniture;
 mod night_city;
 mod parameters;
+mod rounded;
 mod shapes;
 mod terrain;
+mod two_rooms;
 
 use super::Scene;
 use crate::{Error, Result};
@@ -55,6 +58,12 @@ const SCENES: &[Procedural] = &[
         description: "A height field under a low sun, of any number of triangles",
         parameters: terrain::PARAMETERS,
         make: terrain::make,
+    },
+    Procedural {
+        name: "two-rooms",
+        description: "Two rooms and a door ajar in the thin wall between: all light is in the room behind",
+        parameters: two_rooms::PARAMETERS,
+        make: two_rooms::make,
     },
 ];
 

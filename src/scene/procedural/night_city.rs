@@ -27,10 +27,11 @@ const FRONT: f32 = 7.5;
 const START: f32 = 14.0;
 
 /// Shapes gathered by material, so that the city is a few large meshes.
-struct Heap(Vec<(Material, Shape)>);
+#[derive(Default)]
+pub(super) struct Heap(pub(super) Vec<(Material, Shape)>);
 
 impl Heap {
-    fn add(&mut self, material: &Material, shape: Shape) {
+    pub(super) fn add(&mut self, material: &Material, shape: Shape) {
         match self.0.iter_mut().find(|(m, _)| m == material) {
             Some((_, gathered)) => gathered.add(shape),
             None => self.0.push((material.clone(), shape)),
@@ -50,7 +51,7 @@ fn on_front(side: f32, out: f32, z: f32, y: f32, width: f32, height: f32) -> Sha
 }
 
 /// A box by its middle and size.
-fn chunk(middle: Vec3, size: Vec3) -> Shape {
+pub(super) fn chunk(middle: Vec3, size: Vec3) -> Shape {
     Shape::block(middle - size / 2.0, middle + size / 2.0)
 }
 

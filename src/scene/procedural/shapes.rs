@@ -78,6 +78,22 @@ impl Shape {
         }
     }
 
+    /// Flat triangles, three corners each.
+    pub(super) fn triangles(corners: &[Vec3]) -> Self {
+        Self {
+            positions: corners.to_vec(),
+            normals: Vec::new(),
+        }
+    }
+
+    /// Triangles with smooth normals, three corners each: where it is, and its unit normal.
+    pub(super) fn smooth(corners: &[[Vec3; 2]]) -> Self {
+        Self {
+            positions: corners.iter().map(|corner| corner[0]).collect(),
+            normals: corners.iter().map(|corner| corner[1]).collect(),
+        }
+    }
+
     /// An upright cylinder with caps, flat sides.
     pub(super) fn cylinder(foot: Vec3, radius: f32, height: f32, sides: u32) -> Self {
         let rim = |i: u32| {
