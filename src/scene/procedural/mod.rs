@@ -1,12 +1,15 @@
 //! Procedural scenes: made from a name and a few parameters, the same every time.
 
 mod cornell;
+mod festival;
 mod furnace;
 mod furniture;
+mod houses;
 mod night_city;
 mod parameters;
 mod rounded;
 mod shapes;
+mod street;
 mod terrain;
 mod two_rooms;
 
@@ -52,6 +55,12 @@ const SCENES: &[Procedural] = &[
         description: "A wet street at night: thousands of lamps, windows and signs",
         parameters: night_city::PARAMETERS,
         make: night_city::make,
+    },
+    Procedural {
+        name: "street",
+        description: "An old street on a festival night: paper lanterns, lit windows, market stalls",
+        parameters: street::PARAMETERS,
+        make: street::make,
     },
     Procedural {
         name: "terrain",
@@ -126,6 +135,18 @@ mod tests {
         assert!(message("terrain", "triangles", "many").contains("triangles"));
         assert!(message("furnace", "roughness", "NaN").contains("roughness"));
         assert!(message("furnace", "body", "cow").contains("box | sphere"));
+    }
+
+    #[test]
+    fn the_street_has_exactly_the_lights_it_is_told() {
+        let count = |settings: &[(String, String)]| {
+            let scene = generate("street", settings).unwrap();
+            scene.emissive_triangle_count()
+        };
+        assert_eq!(count(&[]), 30_000);
+        for lights in [1, 59, 60, 61, 500, 4321, 65_536] {
+            assert_eq!(count(&[("lights".into(), lights.to_string())]), lights);
+        }
     }
 
     #[test]

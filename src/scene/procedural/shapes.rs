@@ -142,7 +142,6 @@ impl Shape {
     }
 
     /// Number of triangles.
-    #[cfg(test)]
     pub(super) fn triangle_count(&self) -> usize {
         self.positions.len() / 3
     }
