@@ -3,18 +3,24 @@
 mod arches;
 mod car;
 mod cornell;
+mod festival;
 mod furnace;
+mod furniture;
 mod garage;
+mod houses;
 mod implicit;
 mod nets;
 mod night_city;
 mod parameters;
+mod rounded;
 mod shapes;
 mod simplify;
 mod statue;
 mod statue_room;
+mod street;
 mod terrain;
 mod turned;
+mod two_rooms;
 mod workshop;
 
 use super::Scene;
@@ -74,10 +80,22 @@ const SCENES: &[Procedural] = &[
         make: statue_room::make,
     },
     Procedural {
+        name: "street",
+        description: "An old street on a festival night: paper lanterns, lit windows, market stalls",
+        parameters: street::PARAMETERS,
+        make: street::make,
+    },
+    Procedural {
         name: "terrain",
         description: "A height field under a low sun, of any number of triangles",
         parameters: terrain::PARAMETERS,
         make: terrain::make,
+    },
+    Procedural {
+        name: "two-rooms",
+        description: "Two rooms and a door ajar in the thin wall between: all light is in the room behind",
+        parameters: two_rooms::PARAMETERS,
+        make: two_rooms::make,
     },
 ];
 
@@ -140,6 +158,18 @@ mod tests {
         assert!(message("terrain", "triangles", "many").contains("triangles"));
         assert!(message("furnace", "roughness", "NaN").contains("roughness"));
         assert!(message("furnace", "body", "cow").contains("box | sphere"));
+    }
+
+    #[test]
+    fn the_street_has_exactly_the_lights_it_is_told() {
+        let count = |settings: &[(String, String)]| {
+            let scene = generate("street", settings).unwrap();
+            scene.emissive_triangle_count()
+        };
+        assert_eq!(count(&[]), 30_000);
+        for lights in [1, 59, 60, 61, 500, 4321, 65_536] {
+            assert_eq!(count(&[("lights".into(), lights.to_string())]), lights);
+        }
     }
 
     #[test]

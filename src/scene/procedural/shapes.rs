@@ -86,6 +86,14 @@ impl Shape {
         }
     }
 
+    /// Flat triangles, three corners each.
+    pub(super) fn triangles(corners: &[Vec3]) -> Self {
+        Self {
+            positions: corners.to_vec(),
+            normals: Vec::new(),
+        }
+    }
+
     /// An upright cylinder with caps, flat sides.
     pub(super) fn cylinder(foot: Vec3, radius: f32, height: f32, sides: u32) -> Self {
         let rim = |i: u32| {
@@ -164,7 +172,6 @@ impl Shape {
     }
 
     /// Number of triangles.
-    #[cfg(test)]
     pub(super) fn triangle_count(&self) -> usize {
         self.positions.len() / 3
     }
