@@ -30,8 +30,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     println!("cargo:rustc-env=HEADWATER_COMMIT={}", commit());
     let out = PathBuf::from(std::env::var("OUT_DIR")?);
-    let mut sources = gpu::compiler::Sources::new();
-    read_folder(Path::new("glsl"), "", &mut sources)?;
+    let mut sources = gpu::compiler::read_folder(Path::new("glsl"))?;
     sources.insert("layouts.glsl".into(), layouts::glsl());
 
     let mut table = String::from("&[\n");
@@ -65,37 +64,21 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// Reads every file below `folder` into `sources`, named by its path from there.
-fn read_folder(
-    folder: &Path,
-    prefix: &str,
-    sources: &mut gpu::compiler::Sources,
-) -> std::io::Result<()> {
-    for entry in std::fs::read_dir(folder)? {
-        let entry = entry?;
-        let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
-        if entry.file_type()?.is_dir() {
-            read_folder(&entry.path(), &format!("{name}/"), sources)?;
-        } else {
-            sources.insert(name, std::fs::read_to_string(entry.path())?);
-        }
-    }
-    Ok(())
-}
-
-/// The commit this build is made from, for metadata; empty outside a checkout.
+/// The commit this build is made from, for metadata, with a `+` if files had been changed when this
+/// script last ran; empty outside a checkout.
 fn commit() -> String {
-    for path in [".git/HEAD", ".git/refs/heads"] {
-        if Path::new(path).exists() {
-            println!("cargo:rerun-if-changed={path}");
-        }
+    let git = |arguments: &[&str]| {
+        let output = std::process::Command::new("git").args(arguments).output();
+        let text = output.ok().filter(|o| o.status.success())?.stdout;
+        Some(String::from_utf8(text).ok()?.trim().to_owned())
+    };
+    // Every commit and checkout adds to this log, in worktrees too.
+    if let Some(log) = git(&["rev-parse", "--git-path", "logs/HEAD"])
+        && Path::new(&log).exists()
+    {
+        println!("cargo:rerun-if-changed={log}");
     }
-    std::process::Command::new("git")
-        .args(["rev-parse", "--short=12", "HEAD"])
-        .output()
-        .ok()
-        .filter(|output| output.status.success())
-        .and_then(|output| String::from_utf8(output.stdout).ok())
-        .map(|text| text.trim().to_owned())
-        .unwrap_or_default()
+    let changed = git(&["status", "--porcelain", "--untracked-files=no"]);
+    let mark = changed.is_some_and(|list| !list.is_empty()).then_some("+");
+    git(&["rev-parse", "--short=12", "HEAD"]).unwrap_or_default() + mark.unwrap_or_default()
 }

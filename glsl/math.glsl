@@ -58,3 +58,10 @@ vec3 unpack_octahedral(uint word) {
     v.y += v.y >= 0.0 ? -fold : fold;
     return normalize(v);
 }
+
+// The direction across two edges, whatever their lengths: squares of huge and of tiny ones, and
+// those of a sliver's cross product, would leave the range of f32.
+vec3 unit_cross(vec3 a, vec3 b) {
+    vec3 across = cross(a / max_component(abs(a)), b / max_component(abs(b)));
+    return normalize(across / max_component(abs(across)));
+}

@@ -16,6 +16,12 @@ struct Surface {
     bool front;
 };
 
+// A corner's normal in the world. It becomes unit before it is interpolated: only then does a mesh
+// look the same through an uneven transform as with its corners moved there beforehand.
+vec3 corner_normal(GpuInstance instance, uint packed) {
+    return normalize(transform_normal(instance.world_to_object, unpack_octahedral(packed)));
+}
+
 Surface surface_at(Hit hit, vec3 direction) {
     GpuInstance instance = instances.at[hit.instance];
     uint triangle = instance.first_triangle + hit.primitive;
@@ -32,15 +38,14 @@ Surface surface_at(Hit hit, vec3 direction) {
         + abs(instance.object_to_world[1]) * reach.y
         + abs(instance.object_to_world[2]) * reach.z + abs(instance.object_to_world[3]));
 
-    vec3 normal = normalize(transform_normal(instance.world_to_object, normalize(cross(edge1, edge2))));
+    vec3 normal = normalize(transform_normal(instance.world_to_object, unit_cross(edge1, edge2)));
     surface.front = dot(normal, direction) < 0.0;
     surface.geometric_normal = surface.front ? normal : -normal;
     surface.shading_normal = surface.geometric_normal;
     if (instance.first_normal != NONE) {
         uvec3 corners = normals.at[instance.first_normal + hit.primitive];
-        vec3 n = (1.0 - weight.x - weight.y) * unpack_octahedral(corners.x)
-            + weight.x * unpack_octahedral(corners.y) + weight.y * unpack_octahedral(corners.z);
-        vec3 shading = transform_normal(instance.world_to_object, n);
+        vec3 shading = (1.0 - weight.x - weight.y) * corner_normal(instance, corners.x)
+            + weight.x * corner_normal(instance, corners.y) + weight.y * corner_normal(instance, corners.z);
         float size = dot(shading, shading);
         // Opposite corner normals can cancel.
         if (size > TINY) shading *= inversesqrt(size);

@@ -123,10 +123,12 @@ bool meets_triangle(uint triangle, LevelRay ray, inout float t, out vec2 barycen
     precise float w = b2.x * a2.y - b2.y * a2.x;
     bool inside = min(u, min(v, w)) >= 0.0 || max(u, max(v, w)) <= 0.0;
     precise float area = u + v + w;
-    precise float distance = (u * a.z + v * b.z + w * c.z) * ray.shear.z / area;
+    // Divided first: products of three coordinates overflow where those of two do not.
+    precise vec3 weight = vec3(u, v, w) / area;
+    precise float distance = (weight.x * a.z + weight.y * b.z + weight.z * c.z) * ray.shear.z;
     if (inside && area != 0.0 && distance > 0.0 && distance < t) {
         t = distance;
-        barycentrics = vec2(v, w) / area;
+        barycentrics = weight.yz;
         return true;
     }
     return false;

@@ -11,9 +11,14 @@ pub enum Error {
     /// The work failed, or a check did not hold (exit status 1).
     #[error("{0}")]
     Failed(String),
-    /// A signal ended the work; the last complete state was kept (exit status 128 + signal).
-    #[error("stopped by signal {0}; the last complete state is kept")]
-    Interrupted(i32),
+    /// A signal ended the work (exit status 128 + signal).
+    #[error("stopped by signal {signal}; {kept}")]
+    Interrupted {
+        /// The signal's number.
+        signal: i32,
+        /// What was kept of the work.
+        kept: String,
+    },
 }
 
 /// Shorthand for results of this crate.
@@ -45,7 +50,7 @@ impl Error {
         match self {
             Self::Failed(_) => 1,
             Self::Input(_) => 2,
-            Self::Interrupted(signal) => 128 + *signal as u8,
+            Self::Interrupted { signal, .. } => 128 + *signal as u8,
         }
     }
 }

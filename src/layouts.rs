@@ -21,16 +21,17 @@ crate::gpu_constants! {
     pub const LEAST_FACING: f32 = 0.01;
     /// Cells a side of the directional albedo table (cosine × roughness).
     pub const ALBEDO_CELLS: u32 = 64;
-    /// Material flag: emits on both sides.
-    pub const MATERIAL_DOUBLE_SIDED: u32 = 1;
     /// Next-event estimation weighs by the balance heuristic.
     pub const HEURISTIC_BALANCE: u32 = 0;
     /// Next-event estimation weighs by the power heuristic (β = 2).
     pub const HEURISTIC_POWER: u32 = 1;
-    /// Values that a pass of path tracing refused because they were NaN, infinite or negative.
+    /// Largest radiance of a sample: the squares of millions of them still add up in f32. It leaves
+    /// room above the brightest lamp for what improbable samples weigh.
+    pub const MOST_RADIANCE: f32 = 1e15;
+    /// Values that a pass of path tracing refused because they were NaN, negative or beyond MOST_RADIANCE.
     pub const COUNTER_REJECTED: u32 = 0;
     /// Number of counters.
-    pub const COUNTERS: u32 = 4;
+    pub const COUNTERS: u32 = 1;
 }
 
 crate::gpu_struct! {
@@ -83,12 +84,8 @@ crate::gpu_struct! {
         pub dielectric_f0: Vec3,
         /// Reflectance of the dielectric at grazing incidence.
         pub dielectric_f90: f32,
-        /// Emitted radiance.
-        pub emission: Vec3,
         /// Perceptual roughness.
         pub roughness: f32,
-        /// MATERIAL_… flags.
-        pub flags: u32,
     }
 }
 
@@ -141,10 +138,6 @@ crate::gpu_struct! {
         pub width: u32,
         /// Image height in pixels.
         pub height: u32,
-        /// First row of this dispatch.
-        pub first_row: u32,
-        /// Number of rows of this dispatch.
-        pub rows: u32,
         /// Threads that the device gives fixed runs of workgroups, or 1.
         pub interleave: u32,
         /// The run's seed.
@@ -165,6 +158,16 @@ crate::gpu_struct! {
         pub roulette_start: u32,
         /// Least probability of going on.
         pub roulette_floor: f32,
+    }
+}
+
+crate::gpu_struct! {
+    /// The rows of the picture that a dispatch works on; its buffers hold these rows alone.
+    pub struct Strip {
+        /// First row.
+        pub first_row: u32,
+        /// Number of rows.
+        pub rows: u32,
     }
 }
 
@@ -244,6 +247,7 @@ pub const STRUCTS: &[StructLayout] = &[
     GpuLight::LAYOUT,
     GpuCamera::LAYOUT,
     FrameConstants::LAYOUT,
+    Strip::LAYOUT,
     PixelSums::LAYOUT,
     PrimarySurface::LAYOUT,
     RayQuery::LAYOUT,

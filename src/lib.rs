@@ -11,6 +11,7 @@ pub mod gpu;
 pub mod image;
 pub mod layouts;
 pub mod metrics;
+mod nearest;
 pub mod render;
 pub mod scene;
 pub mod shaders;

@@ -12,7 +12,8 @@ pub enum Tracer {
     ComputeBvh,
 }
 
-/// How shaders read geometry.
+/// How shaders read normals, parts and instances. Positions and nodes are texel buffers either way:
+/// software drivers fetch those fastest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum GeometryAccess {
     /// Named storage buffers: runs everywhere, and is what a capture shows.

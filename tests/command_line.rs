@@ -107,6 +107,17 @@ fn wrong_arguments_are_one_line_and_status_2() {
             vec!["render", "cornell", "-o", out, "--look-at", "0,0,1,0,0,0,0"],
             "field of view",
         ),
+        (
+            vec![
+                "render",
+                "cornell",
+                "-o",
+                out,
+                "--look-at",
+                "1e39,0,0,0,0,0",
+            ],
+            "1e15",
+        ),
         (vec!["render", "cornell", "-o", "a.gif"], ".exr or .png"),
         (vec!["reference", "cornell", "-o", "a.png"], ".exr"),
         (
@@ -270,51 +281,48 @@ fn the_same_seed_gives_the_same_file_with_one_thread_and_with_all() {
     assert!(all != make("other.exr", None, "6"), "the seed does nothing");
 }
 
-const REFERENCE: [&str; 8] = [
-    "reference",
-    "cornell",
-    "--width",
-    "96",
-    "--spp",
-    "200",
-    "--seed",
-    "3",
-];
+const REFERENCE: [&str; 6] = ["reference", "cornell", "--width", "96", "--seed", "3"];
+
+fn samples_of(path: &Path) -> u32 {
+    let image = Image::read(path).unwrap();
+    image.metadata["headwater.samples"].parse().unwrap()
+}
+
+/// Waits until another process has put a file there.
+fn wait_for(path: &Path) {
+    let start = Instant::now();
+    while !path.exists() && start.elapsed() < Duration::from_secs(60) {
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    assert!(path.exists(), "no file after a minute");
+}
 
 #[test]
 fn a_reference_that_was_stopped_resumes_to_the_same_bits() {
     let folder = tempfile::tempdir().unwrap();
-    let (whole, parts) = (
-        folder.path().join("whole.exr"),
-        folder.path().join("parts.exr"),
-    );
-    succeed(&[&REFERENCE[..], &["-o", text(&whole)]].concat());
+    let [whole, parts] = ["whole.exr", "parts.exr"].map(|n| folder.path().join(n));
     let arguments = [&REFERENCE[..], &["-o", text(&parts)]].concat();
-    let mut child = headwater(&arguments)
+    let mut child = headwater(&[&arguments[..], &["--spp", "1000000"]].concat())
+        .env("HEADWATER_SAVE_SECONDS", "0")
         .stdout(Stdio::null())
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    std::thread::sleep(Duration::from_millis(1500));
+    wait_for(&parts);
     // SAFETY: a signal to the child just started.
     unsafe { libc::kill(child.id() as i32, libc::SIGINT) };
-    let status = child.wait().unwrap();
-    let done = |path: &Path| {
-        let image = Image::read(path).unwrap();
-        image.metadata["headwater.samples"].parse::<u32>().unwrap()
-    };
-    // A fast machine may have finished first; then there is nothing to resume, which is fine too.
-    if status.code() == Some(130) {
-        assert!(done(&parts) < 200);
-        succeed(&[&arguments[..], &["--resume"]].concat());
-    }
-    assert_eq!(done(&parts), 200);
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    let stopped = samples_of(&parts);
+    let more = (stopped + 50).to_string();
+    succeed(&[&arguments[..], &["--spp", &more, "--resume"]].concat());
+    succeed(&[&REFERENCE[..], &["--spp", &more, "-o", text(&whole)]].concat());
+    assert_eq!(samples_of(&parts), stopped + 50);
     assert!(
         std::fs::read(&whole).unwrap() == std::fs::read(&parts).unwrap(),
         "bits differ"
     );
     let other = [
-        &REFERENCE[..6],
+        &REFERENCE[..4],
         &["--seed", "4", "-o", text(&parts), "--resume"],
     ]
     .concat();
@@ -322,33 +330,72 @@ fn a_reference_that_was_stopped_resumes_to_the_same_bits() {
 }
 
 #[test]
-fn a_killed_reference_leaves_its_last_complete_file() {
+fn a_target_error_is_met_at_the_same_samples_wherever_a_run_was_stopped() {
+    let folder = tempfile::tempdir().unwrap();
+    let [whole, parts] = ["whole.exr", "parts.exr"].map(|n| folder.path().join(n));
+    let target = ["--target-error", "0.05"];
+    succeed(&[&REFERENCE[..], &target, &["-o", text(&whole)]].concat());
+    let met = samples_of(&whole);
+    assert!(met > 80, "met after {met}, before a stop can matter");
+    let arguments = [&REFERENCE[..], &["-o", text(&parts)]].concat();
+    // Not one of the counts at which a run looks.
+    succeed(&[&arguments[..], &["--spp", "71"]].concat());
+    for _ in 0..2 {
+        succeed(&[&arguments[..], &target, &["--resume"]].concat());
+        assert!(
+            std::fs::read(&whole).unwrap() == std::fs::read(&parts).unwrap(),
+            "{} samples instead of {met}",
+            samples_of(&parts)
+        );
+    }
+}
+
+#[test]
+fn a_reference_stopped_before_its_first_sample_leaves_the_file_alone() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.exr");
-    let arguments = [
-        "reference",
-        "cornell",
-        "--width",
-        "32",
-        "--spp",
-        "1000000",
-        "-o",
-        text(&path),
-    ];
-    let mut child = headwater(&arguments)
-        .env("HEADWATER_SAVE_SECONDS", "1")
+    let arguments = [&REFERENCE[..], &["--spp", "2", "-o", text(&path)]].concat();
+    succeed(&arguments);
+    let before = std::fs::read(&path).unwrap();
+    let mut child = headwater(&[&arguments[..], &["--spp", "1000000"]].concat()[..])
         .stderr(Stdio::null())
         .spawn()
         .unwrap();
-    let start = Instant::now();
-    while !path.exists() && start.elapsed() < Duration::from_secs(60) {
-        std::thread::sleep(Duration::from_millis(100));
-    }
-    std::thread::sleep(Duration::from_millis(500));
-    child.kill().unwrap();
+    // SAFETY: a signal to the child just started, which may not yet watch for it.
+    unsafe { libc::kill(child.id() as i32, libc::SIGINT) };
     child.wait().unwrap();
-    let image = Image::read(&path).unwrap();
-    assert!(image.floats("stderr.R").is_some());
+    assert!(std::fs::read(&path).unwrap() == before);
+}
+
+#[test]
+fn one_sample_claims_no_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.exr");
+    let output = run(&[&REFERENCE[..], &["--spp", "1", "-o", text(&path)]].concat());
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(said.contains("nothing of its error"), "{said}");
+    assert!(Image::read(&path).unwrap().floats("stderr.R").is_none());
+}
+
+#[test]
+fn a_killed_reference_leaves_its_last_complete_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.exr");
+    let arguments = [&REFERENCE[..], &["--spp", "1000000", "-o", text(&path)]].concat();
+    for kill in 0..8 {
+        let mut child = headwater(&arguments)
+            .env("HEADWATER_SAVE_SECONDS", "0")
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        wait_for(&path);
+        // Saves follow each other, so these moments fall into different parts of one.
+        std::thread::sleep(Duration::from_millis(400 + 7 * kill));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        assert!(samples_of(&path) > 0);
+        std::fs::remove_file(&path).unwrap();
+    }
 }
 
 #[test]

@@ -89,15 +89,13 @@ fn measure(energy: &str, cosine: f64, samples: u32) -> Vec<Measured> {
     let surfaces = renderer.primary_surfaces(&settings).unwrap();
     let sums = renderer.sums().unwrap();
     support::assert_no_messages(&device);
-    let n = f64::from(samples);
     (0..2 * ROUGHNESS.len())
         .map(|plate| {
             let (mut total, mut variance, mut pixels) = (0.0, 0.0, 0.0);
             for (surface, sum) in surfaces.iter().zip(&sums) {
                 if surface.instance == plate as u32 {
-                    let mean = f64::from(sum.sum.x) / n;
-                    total += mean;
-                    variance += (f64::from(sum.square.x) / n - mean * mean).max(0.0) / (n - 1.0);
+                    total += sum.mean(samples).x;
+                    variance += sum.error_squared(samples).x;
                     pixels += 1.0;
                 }
             }

@@ -17,6 +17,7 @@
 
 layout(local_size_x = TILE * TILE) in;
 
+layout(push_constant, scalar) uniform StripBlock { Strip strip; };
 layout(scalar) uniform FrameBlock { FrameConstants at; } frame;
 layout(scalar) buffer SumsBlock { PixelSums at[]; } sums;
 
@@ -38,9 +39,9 @@ struct Path {
 };
 
 void main() {
-    uvec2 pixel = tile_pixel(frame.at.width, frame.at.first_row, frame.at.interleave);
-    if (pixel.x >= frame.at.width || pixel.y >= min(frame.at.height, frame.at.first_row + frame.at.rows)) return;
-    uint index = pixel.y * frame.at.width + pixel.x;
+    uvec2 pixel = tile_pixel(frame.at.width, strip.first_row, frame.at.interleave);
+    if (pixel.x >= frame.at.width || pixel.y >= strip.first_row + strip.rows) return;
+    uint index = (pixel.y - strip.first_row) * frame.at.width + pixel.x;
     PixelSums total = sums.at[index];
 
     uint sample_number = frame.at.first_sample;
@@ -62,7 +63,7 @@ void main() {
             }
             if (sample_number >= end) break;
             started = true;
-            random = random_start(index, sample_number, frame.at.seed);
+            random = random_start(pixel.y * frame.at.width + pixel.x, sample_number, frame.at.seed);
             vec2 offset = frame.at.jitter != 0u ? to_unit(random_bits(random)).xy : vec2(0.5);
             ray = camera_ray(frame.at.camera, vec2(pixel) + offset, vec2(frame.at.width, frame.at.height));
             radiance = vec3(0.0);

@@ -10,13 +10,14 @@
 
 layout(local_size_x = TILE * TILE) in;
 
+layout(push_constant, scalar) uniform StripBlock { Strip strip; };
 layout(scalar) uniform FrameBlock { FrameConstants at; } frame;
 layout(scalar) writeonly buffer PrimaryBlock { PrimarySurface at[]; } primary;
 
 void main() {
-    uvec2 pixel = tile_pixel(frame.at.width, frame.at.first_row, frame.at.interleave);
-    if (pixel.x >= frame.at.width || pixel.y >= min(frame.at.height, frame.at.first_row + frame.at.rows)) return;
-    uint index = pixel.y * frame.at.width + pixel.x;
+    uvec2 pixel = tile_pixel(frame.at.width, strip.first_row, frame.at.interleave);
+    if (pixel.x >= frame.at.width || pixel.y >= strip.first_row + strip.rows) return;
+    uint index = (pixel.y - strip.first_row) * frame.at.width + pixel.x;
     Ray ray = camera_ray(frame.at.camera, vec2(pixel) + 0.5, vec2(frame.at.width, frame.at.height));
     Hit hit = trace_closest(ray);
     PrimarySurface seen = PrimarySurface(vec3(0.0), vec3(0.0), 0.0, NONE);

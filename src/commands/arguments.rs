@@ -4,6 +4,7 @@ use crate::render::presets::{self, Preset};
 use crate::render::settings::Settings;
 use crate::scene::Camera;
 use crate::scene::camera::look_at;
+use crate::scene::validate::check_camera;
 use crate::tracing::selection::TracerChoice;
 use crate::{Error, Result};
 use glam::DVec3;
@@ -161,7 +162,9 @@ impl SceneArgs {
                 "--look-at: a field of view of {degrees} degrees; it lies between 0 and 180"
             )));
         }
-        Ok(Some(look_at(eye, target, degrees.to_radians())))
+        let camera = look_at(eye, target, degrees.to_radians());
+        check_camera("--look-at", &camera)?;
+        Ok(Some(camera))
     }
 }
 

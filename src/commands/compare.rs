@@ -16,7 +16,7 @@ pub struct Args {
     picture: PathBuf,
     /// The reference it is held against
     reference: PathBuf,
-    /// Print one JSON object
+    /// Print one JSON object; what has no finite value, as a ratio to black has not, is null
     #[arg(long)]
     json: bool,
     /// Write the FLIP error of each pixel as a picture in the colours of magma: black is no error,

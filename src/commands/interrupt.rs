@@ -28,11 +28,11 @@ impl Interrupt {
         Ok(Self(flag))
     }
 
-    /// The signal that came, as the error to end in.
-    pub fn pending(&self) -> Option<Error> {
+    /// The number of the signal that came.
+    pub fn pending(&self) -> Option<i32> {
         match self.0.load(Ordering::Relaxed) {
             0 => None,
-            signal => Some(Error::Interrupted(signal as i32)),
+            signal => Some(signal as i32),
         }
     }
 }

@@ -52,7 +52,7 @@ pub fn main() -> ExitCode {
     match run(cli.command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("headwater: {error}");
+            say(&error);
             ExitCode::from(error.exit_status())
         }
     }
@@ -85,7 +85,7 @@ fn wrong_arguments(error: &clap::Error) -> ExitCode {
         .collect();
     let message = lines.join(" ");
     let message = message.trim_start_matches("error: ");
-    eprintln!("headwater: {message}; see 'headwater --help'");
+    say(format_args!("{message}; see 'headwater --help'"));
     ExitCode::from(2)
 }
 
@@ -105,5 +105,11 @@ pub fn print(text: impl std::fmt::Display) -> Result<()> {
 
 /// One line for the user about something assumed or ignored.
 pub fn notice(text: &str) {
-    eprintln!("headwater: note: {text}");
+    say(format_args!("note: {text}"));
+}
+
+/// One line on stderr, under the program's name. Where nobody can read it, the work goes on:
+/// `eprintln!` would panic.
+fn say(text: impl std::fmt::Display) {
+    let _ = writeln!(std::io::stderr().lock(), "headwater: {text}");
 }

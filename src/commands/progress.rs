@@ -18,16 +18,20 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Work of `total` steps called `unit`.
-    pub fn new(total: u64, unit: &'static str) -> Self {
+    /// Work of `total` steps called `unit`; without a total, how far it is yet to go is not known.
+    pub fn new(total: Option<u64>, unit: &'static str) -> Self {
         let terminal = std::io::stderr().is_terminal();
         let target = if terminal {
             ProgressDrawTarget::stderr()
         } else {
             ProgressDrawTarget::hidden()
         };
-        let bar = ProgressBar::with_draw_target(Some(total), target);
-        if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} {msg}, {eta} left") {
+        let bar = ProgressBar::with_draw_target(total, target);
+        let template = match total {
+            Some(_) => "{bar:40} {pos}/{len} {msg}, {eta} left",
+            None => "{spinner} {pos} {msg} after {elapsed}",
+        };
+        if let Ok(style) = ProgressStyle::with_template(template) {
             bar.set_style(style);
         }
         bar.set_message(unit);
@@ -45,12 +49,12 @@ impl Progress {
         self.bar.set_position(done);
         if !self.terminal && self.last_line.get().elapsed() >= LINE_EVERY {
             self.last_line.set(Instant::now());
-            let total = self.bar.length().unwrap_or(0);
+            let of = match self.bar.length() {
+                Some(total) => format!(" of {total}"),
+                None => String::new(),
+            };
             let seconds = self.started.elapsed().as_secs();
-            eprintln!(
-                "headwater: {done} of {total} {} after {seconds} s",
-                self.unit
-            );
+            super::say(format_args!("{done}{of} {} after {seconds} s", self.unit));
         }
     }
 

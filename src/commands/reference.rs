@@ -9,7 +9,7 @@ use super::session::Session;
 use crate::image::{Format, Image};
 use crate::layouts::PixelSums;
 use crate::{Error, Result};
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -64,12 +64,20 @@ pub fn run(args: &Args) -> Result<()> {
     let save_every = Duration::from_secs(save_every.unwrap_or(SAVE_SECONDS));
     let started = Instant::now();
     let mut saved = Instant::now();
-    let progress = Progress::new(u64::from(limit), "samples a pixel");
-    let mut checked = done;
+    let known = (limit < u32::MAX).then_some(u64::from(limit));
+    let progress = Progress::new(known, "samples a pixel");
     while done < limit {
-        if let Some(error) = interrupt.pending() {
-            save(args, &mut session, done)?;
-            return Err(error);
+        if let Some(signal) = interrupt.pending() {
+            let kept = if done > 0 {
+                save(args, &mut session, done)?;
+                format!(
+                    "{} keeps {done} samples a pixel, --resume continues",
+                    args.output[0].display()
+                )
+            } else {
+                "nothing was written".into()
+            };
+            return Err(Error::Interrupted { signal, kept });
         }
         if args
             .time
@@ -77,22 +85,18 @@ pub fn run(args: &Args) -> Result<()> {
         {
             break;
         }
-        // Error is looked at at fixed sample counts, so that where a run stops is no matter of
-        // speed.
-        let next_check = match args.target_error {
-            Some(_) => (checked * 5 / 4).max(LEAST_SAMPLES),
+        if let Some(target) = args.target_error
+            && checks_error(done)
+            && relative_error(&session.renderer.sums()?, done).is_some_and(|e| e <= target)
+        {
+            break;
+        }
+        let until = match args.target_error {
+            Some(_) => next_check(done).min(limit),
             None => limit,
         };
-        done += session.add_samples(done, next_check.min(limit) - done)?;
+        done += session.add_samples(done, until - done)?;
         progress.at(u64::from(done));
-        if let Some(target) = args.target_error
-            && done == next_check
-        {
-            checked = done;
-            if relative_error(&session.renderer.sums()?, done) <= target {
-                break;
-            }
-        }
         if saved.elapsed() >= save_every {
             save(args, &mut session, done)?;
             saved = Instant::now();
@@ -100,11 +104,34 @@ pub fn run(args: &Args) -> Result<()> {
     }
     progress.finish();
     let sums = save(args, &mut session, done)?;
-    print(format_args!(
-        "{done} samples a pixel, relative standard error {:.4}",
-        relative_error(&sums, done)
-    ))?;
+    match relative_error(&sums, done) {
+        Some(error) => print(format_args!(
+            "{done} samples a pixel, relative standard error {error:.4}"
+        ))?,
+        None => print(format_args!(
+            "1 sample a pixel, which says nothing of its error"
+        ))?,
+    }
     write_report(&session, done, args.scene.report.as_ref())
+}
+
+/// The sample count after `done` at which a target error is looked at. The counts are fixed, so that
+/// where a run stops depends neither on its speed nor on where it was interrupted.
+fn next_check(done: u32) -> u32 {
+    let mut check = LEAST_SAMPLES;
+    while check <= done {
+        // Where it can grow no more, no limit is left to reach either.
+        match (check / 4).checked_add(check) {
+            Some(larger) => check = larger,
+            None => return u32::MAX,
+        }
+    }
+    check
+}
+
+/// Whether a target error is looked at after `done` samples.
+fn checks_error(done: u32) -> bool {
+    done > 0 && next_check(done - 1) == done
 }
 
 /// The number of samples to stop at.
@@ -134,17 +161,13 @@ fn sample_limit(args: &Args) -> Result<u32> {
 fn save(args: &Args, session: &mut Session, samples: u32) -> Result<Vec<PixelSums>> {
     let sums = session.renderer.sums()?;
     let mut image = session.picture(&sums, samples, &args.scene.aov)?;
-    let errors: Vec<[f32; 3]> = sums
-        .iter()
-        .map(|pixel| {
-            error_squared(pixel, samples)
-                .map(f64::sqrt)
-                .as_vec3()
-                .to_array()
-        })
-        .collect();
     let rgb = ["R", "G", "B"];
-    image.set_vectors("stderr.", rgb, &errors);
+    // One sample has no spread; a standard error of 0 would call it exact.
+    if samples > 1 {
+        let error = |p: &PixelSums| p.error_squared(samples).map(f64::sqrt).as_vec3();
+        let errors: Vec<[f32; 3]> = sums.iter().map(|p| error(p).to_array()).collect();
+        image.set_vectors("stderr.", rgb, &errors);
+    }
     for (name, part) in PARTS {
         let values: Vec<[f32; 3]> = sums.iter().map(|p| part(p).to_array()).collect();
         image.set_vectors(&format!("resume.{name}."), rgb, &values);
@@ -196,7 +219,8 @@ fn resume(args: &Args, session: &mut Session) -> Result<u32> {
     let samples = earlier
         .metadata
         .get("headwater.samples")
-        .and_then(|s| s.parse().ok());
+        .and_then(|s| s.parse().ok())
+        .filter(|samples: &u32| *samples > 0);
     let samples = samples.ok_or_else(|| wrong("it does not say its samples".into()))?;
     let part = |name: &str| {
         let channel = |axis: &str| {
@@ -222,33 +246,71 @@ fn resume(args: &Args, session: &mut Session) -> Result<u32> {
             square_low: square_low[i],
         })
         .collect();
+    if let Some(i) = sums.iter().position(|p| !possible(p)) {
+        let (x, y) = (i % earlier.width as usize, i / earlier.width as usize);
+        return Err(wrong(format!("pixel {x}, {y} has impossible sums")));
+    }
     session.renderer.set_sums(&sums)?;
     Ok(samples)
 }
 
-/// Squared standard error of a pixel's mean, for each channel.
-fn error_squared(pixel: &PixelSums, samples: u32) -> DVec3 {
-    let n = f64::from(samples);
-    let mean = (pixel.sum.as_dvec3() + pixel.sum_low.as_dvec3()) / n;
-    let square = (pixel.square.as_dvec3() + pixel.square_low.as_dvec3()) / n;
-    (square - mean * mean).max(DVec3::ZERO) / (n - 1.0).max(1.0)
+/// Whether samples can add up to these sums: finite, and none below zero.
+fn possible(pixel: &PixelSums) -> bool {
+    let parts = PARTS.map(|(_, part)| part(pixel));
+    parts.iter().all(|p| p.is_finite())
+        && pixel.sum.cmpge(Vec3::ZERO).all()
+        && pixel.square.cmpge(Vec3::ZERO).all()
 }
 
-/// √mean(stderr²) over the image's mean; 0 for a black picture.
-fn relative_error(sums: &[PixelSums], samples: u32) -> f64 {
+/// √mean(stderr²) over the image's mean; 0 for a black picture, nothing for a single sample.
+fn relative_error(sums: &[PixelSums], samples: u32) -> Option<f64> {
+    if samples < 2 {
+        return None;
+    }
     let count = sums.len() as f64 * 3.0;
     let error: f64 = sums
         .iter()
-        .map(|p| error_squared(p, samples).element_sum())
+        .map(|p| p.error_squared(samples).element_sum())
         .sum();
-    let total: DVec3 = sums
-        .iter()
-        .map(|p| p.sum.as_dvec3() + p.sum_low.as_dvec3())
-        .sum();
-    let mean = total.element_sum() / f64::from(samples) / count;
-    if mean > 0.0 {
+    let total: f64 = sums.iter().map(|p| p.mean(samples).element_sum()).sum();
+    let mean = total / count;
+    Some(if mean > 0.0 {
         (error / count).sqrt() / mean
     } else {
         0.0
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_are_looked_at_at_the_same_counts_wherever_a_run_begins() {
+        let mut counts = vec![next_check(0)];
+        while counts[counts.len() - 1] < u32::MAX {
+            counts.push(next_check(counts[counts.len() - 1]));
+        }
+        assert_eq!(counts[..4], [64, 80, 100, 125]);
+        assert!(counts.len() < 100);
+        for done in 0..200 {
+            assert_eq!(checks_error(done), counts.contains(&done), "{done}");
+            assert_eq!(Some(&next_check(done)), counts.iter().find(|c| **c > done));
+        }
+    }
+
+    #[test]
+    fn sums_that_no_samples_have_are_told() {
+        let good = PixelSums {
+            sum: Vec3::ONE,
+            sum_low: -Vec3::splat(1e-9),
+            square: Vec3::ONE,
+            square_low: Vec3::ZERO,
+        };
+        assert!(possible(&good));
+        for bad in [f32::NAN, f32::INFINITY, -1.0] {
+            let sum = Vec3::new(0.0, bad, 0.0);
+            assert!(!possible(&PixelSums { sum, ..good }));
+        }
     }
 }

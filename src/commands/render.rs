@@ -39,11 +39,12 @@ pub fn run(args: &Args) -> Result<()> {
     let mut session = Session::open(&args.scene)?;
     // A path-traced frame knows nothing of those before it, so only those are made that are shown.
     let first = if args.accumulate { 0 } else { args.frames - 1 };
-    let progress = super::progress::Progress::new(u64::from(args.frames - first), "frames");
+    let progress = super::progress::Progress::new(Some(u64::from(args.frames - first)), "frames");
     let mut done = first;
     while done < args.frames {
-        if let Some(error) = interrupt.pending() {
-            return Err(error);
+        if let Some(signal) = interrupt.pending() {
+            let kept = "nothing was written".into();
+            return Err(Error::Interrupted { signal, kept });
         }
         done += session.add_samples(done, args.frames - done)?;
         progress.at(u64::from(done - first));

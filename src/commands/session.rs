@@ -4,7 +4,7 @@ use super::arguments::{Aov, SceneArgs};
 use super::notice;
 use crate::gpu::{Device, Instance, PassTime};
 use crate::image::{Image, Samples};
-use crate::layouts::PixelSums;
+use crate::layouts::{MOST_RADIANCE, PixelSums};
 use crate::render::{Renderer, Settings, View};
 use crate::scene::camera::framing_camera;
 use crate::scene::{self, Camera, Scene};
@@ -113,9 +113,8 @@ impl Session {
     /// The device fails.
     pub fn picture(&mut self, sums: &[PixelSums], samples: u32, aovs: &[Aov]) -> Result<Image> {
         let mut image = Image::new(self.view.width, self.view.height);
-        let count = f64::from(samples.max(1));
-        let mean = |p: &PixelSums| (p.sum.as_dvec3() + p.sum_low.as_dvec3()) / count;
-        let values: Vec<_> = sums.iter().map(|p| mean(p).as_vec3().to_array()).collect();
+        let mean = |p: &PixelSums| p.mean(samples.max(1)).as_vec3().to_array();
+        let values: Vec<_> = sums.iter().map(mean).collect();
         image.set_vectors("", ["R", "G", "B"], &values);
         if !aovs.is_empty() {
             self.add_aovs(&mut image, aovs)?;
@@ -123,7 +122,7 @@ impl Session {
         self.rejected = self.renderer.rejected()?;
         if self.rejected > 0 {
             notice(&format!(
-                "{} values were refused because they were not finite or negative",
+                "{} values were refused because they were NaN, negative or beyond {MOST_RADIANCE:e}",
                 self.rejected
             ));
         }

@@ -4,9 +4,32 @@
 //! This file is also compiled into the build script, so it knows nothing of the rest.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 /// GLSL sources by the name that `#include` uses, such as `random.glsl` or `passes/primary.comp`.
 pub type Sources = BTreeMap<String, String>;
+
+/// Reads the `.glsl` and `.comp` files below a folder.
+///
+/// # Errors
+/// A folder or a file that cannot be read.
+pub fn read_folder(folder: &Path) -> std::io::Result<Sources> {
+    let mut sources = Sources::new();
+    let mut folders = vec![(folder.to_owned(), String::new())];
+    while let Some((folder, prefix)) = folders.pop() {
+        for entry in std::fs::read_dir(folder)? {
+            let path = entry?.path();
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            let name = format!("{prefix}{name}");
+            if path.is_dir() {
+                folders.push((path, format!("{name}/")));
+            } else if name.ends_with(".glsl") || name.ends_with(".comp") {
+                sources.insert(name, std::fs::read_to_string(path)?);
+            }
+        }
+    }
+    Ok(sources)
+}
 
 /// Compiles one compute shader to SPIR-V 1.5 (Vulkan 1.2).
 ///

@@ -184,12 +184,18 @@ impl Instance {
                 .collect::<Vec<_>>()
                 .join(", ")
         };
-        if let Some(wanted) = wanted {
-            let fits = |d: &&DeviceInfo| match wanted.parse::<usize>() {
-                Ok(index) => d.index == index,
-                Err(_) => d.name.to_lowercase().contains(&wanted.to_lowercase()),
+        if let Some(wanted) = wanted.filter(|w| !w.is_empty()) {
+            // A name may be made of digits, so an index is only what the list has.
+            let by_index = wanted.parse::<usize>().ok().and_then(|i| devices.get(i));
+            let named = |d: &&DeviceInfo| d.name.to_lowercase().contains(&wanted.to_lowercase());
+            let by_name = || {
+                let usable = |d: &&DeviceInfo| named(d) && d.unusable.is_none();
+                devices
+                    .iter()
+                    .find(usable)
+                    .or_else(|| devices.iter().find(named))
             };
-            let device = devices.iter().find(fits).ok_or_else(|| {
+            let device = by_index.or_else(by_name).ok_or_else(|| {
                 Error::input(format!(
                     "no device '{wanted}'; there are: {}",
                     if devices.is_empty() {

@@ -133,7 +133,7 @@ macro_rules! gpu_constants {
 pub enum Number {
     /// An unsigned integer.
     Uint(u32),
-    /// A float, carried to GLSL by its bits.
+    /// A float, written so that GLSL reads the same bits.
     Float(f32),
 }
 

@@ -169,11 +169,6 @@ impl ComputePass {
         &self.name
     }
 
-    /// What the shader asks for.
-    pub fn interface(&self) -> &Interface {
-        &self.interface
-    }
-
     /// The resources in the order of the shader's bindings, checked by name, kind and access.
     pub(super) fn resolve<'a>(&self, bindings: &dyn Bindings<'a>) -> Result<Vec<Resource<'a>>> {
         let own = bindings.own();

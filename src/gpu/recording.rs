@@ -22,6 +22,18 @@ pub struct PassTime {
     pub milliseconds: f64,
 }
 
+impl PassTime {
+    /// Adds times to those of passes of the same name.
+    pub fn add(total: &mut Vec<Self>, times: Vec<Self>) {
+        for time in times {
+            match total.iter_mut().find(|t| t.name == time.name) {
+                Some(same) => same.milliseconds += time.milliseconds,
+                None => total.push(time),
+            }
+        }
+    }
+}
+
 /// Passes in order, with one global memory barrier before each. Each is a debug label and a pair
 /// of timestamps. The lifetime keeps every resource alive until [`Recording::finish`] has waited.
 pub struct Recording<'a> {

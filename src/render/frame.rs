@@ -3,14 +3,14 @@
 use super::camera::gpu_camera;
 use super::energy;
 use super::settings::{Energy, Heuristic, Settings};
-use crate::Result;
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
 use crate::layouts::{
     COUNTER_REJECTED, COUNTERS, FrameConstants, HEURISTIC_BALANCE, HEURISTIC_POWER, PixelSums,
-    PrimarySurface, TILE,
+    PrimarySurface, Strip,
 };
 use crate::scene::Camera;
 use crate::tracing::{GpuScene, shaders};
+use crate::{Error, Result};
 use std::sync::Arc;
 
 /// Specialisation constant: whether energy is compensated.
@@ -75,7 +75,8 @@ pub struct Renderer {
     path_trace: ComputePass,
     primary: Option<ComputePass>,
     frame: Buffer,
-    sums: Buffer,
+    /// The picture from top to bottom, each strip with its pixels' sums.
+    strips: Vec<(Strip, Buffer)>,
     counters: Buffer,
 }
 
@@ -97,7 +98,6 @@ impl Renderer {
         } else {
             Vec::new()
         };
-        let pixels = u64::from(view.width) * u64::from(view.height);
         let plain = Usage::default();
         let uniform = Usage {
             uniform: true,
@@ -107,8 +107,6 @@ impl Renderer {
             camera: gpu_camera(&view.camera, scene.origin, view.width, view.height),
             width: view.width,
             height: view.height,
-            first_row: 0,
-            rows: view.height,
             interleave: device.info.interleave(),
             seed: view.seed,
             first_sample: 0,
@@ -127,12 +125,7 @@ impl Renderer {
             path_trace: shaders::tracing_pass(device, "path_trace", &scene, &special)?,
             primary: None,
             frame: Buffer::new(device, "frame", size_of::<FrameConstants>() as u64, uniform)?,
-            sums: Buffer::new(
-                device,
-                "sums",
-                pixels * size_of::<PixelSums>() as u64,
-                plain,
-            )?,
+            strips: strips_of::<PixelSums>(device, "sums", view.width, view.height)?,
             counters: Buffer::new(device, "counters", u64::from(COUNTERS) * 4, plain)?,
             offered: Offered {
                 specular_albedo: Buffer::from_slice(device, "specular_albedo", &table, plain)?,
@@ -142,7 +135,9 @@ impl Renderer {
             device: device.clone(),
         };
         let mut recording = Recording::new(device)?;
-        recording.clear(&renderer.sums);
+        for (_, sums) in &renderer.strips {
+            recording.clear(sums);
+        }
         recording.clear(&renderer.counters);
         recording.finish()?;
         Ok(renderer)
@@ -156,15 +151,20 @@ impl Renderer {
         self.constants.first_sample = first;
         self.constants.samples = samples;
         self.frame.write(&[self.constants])?;
-        let bindings = PathTrace {
-            scene: &self.offered,
-            frame: &self.frame,
-            sums: &self.sums,
-            counters: &self.counters,
-        };
-        let mut recording = Recording::new(&self.device)?;
-        recording.pass(&self.path_trace, &bindings, &(), self.groups())?;
-        recording.finish()
+        let mut times = Vec::new();
+        for (strip, sums) in &self.strips {
+            let bindings = PathTrace {
+                scene: &self.offered,
+                frame: &self.frame,
+                sums,
+                counters: &self.counters,
+            };
+            let groups = strip.groups(self.constants.width);
+            let mut recording = Recording::new(&self.device)?;
+            recording.pass(&self.path_trace, &bindings, strip, groups)?;
+            PassTime::add(&mut times, recording.finish()?);
+        }
+        Ok(times)
     }
 
     /// What the camera sees through each pixel's centre, row by row from the top.
@@ -183,22 +183,25 @@ impl Renderer {
                 &special,
             )?);
         }
-        let pixels = self.constants.width as usize * self.constants.height as usize;
-        let size = (pixels * size_of::<PrimarySurface>()) as u64;
-        let primary = Buffer::new(&self.device, "primary", size, Usage::default())?;
         self.frame.write(&[self.constants])?;
-        let groups = self.groups();
+        let FrameConstants { width, height, .. } = self.constants;
+        let mut surfaces = Vec::with_capacity(width as usize * height as usize);
         if let Some(pass) = &self.primary {
-            let bindings = Primary {
-                scene: &self.offered,
-                frame: &self.frame,
-                primary: &primary,
-            };
-            let mut recording = Recording::new(&self.device)?;
-            recording.pass(pass, &bindings, &(), groups)?;
-            recording.finish()?;
+            for (strip, primary) in
+                strips_of::<PrimarySurface>(&self.device, "primary", width, height)?
+            {
+                let bindings = Primary {
+                    scene: &self.offered,
+                    frame: &self.frame,
+                    primary: &primary,
+                };
+                let mut recording = Recording::new(&self.device)?;
+                recording.pass(pass, &bindings, &strip, strip.groups(width))?;
+                recording.finish()?;
+                surfaces.extend(primary.read::<PrimarySurface>(strip.pixels(width))?);
+            }
         }
-        primary.read(pixels)
+        Ok(surfaces)
     }
 
     /// Each pixel's sums, row by row from the top.
@@ -206,19 +209,31 @@ impl Renderer {
     /// # Errors
     /// The device fails.
     pub fn sums(&self) -> Result<Vec<PixelSums>> {
-        self.sums
-            .read(self.constants.width as usize * self.constants.height as usize)
+        let FrameConstants { width, height, .. } = self.constants;
+        let mut all = Vec::with_capacity(width as usize * height as usize);
+        for (strip, sums) in &self.strips {
+            all.extend(sums.read::<PixelSums>(strip.pixels(width))?);
+        }
+        Ok(all)
     }
 
-    /// Replaces each pixel's sums by those of an earlier run.
+    /// Replaces each pixel's sums by those of an earlier run, as many as the picture has pixels.
     ///
     /// # Errors
     /// The device fails.
     pub fn set_sums(&self, sums: &[PixelSums]) -> Result<()> {
-        self.sums.write(sums)
+        let mut rest = sums;
+        for (strip, buffer) in &self.strips {
+            let (own, after) = rest
+                .split_at_checked(strip.pixels(self.constants.width))
+                .ok_or_else(|| Error::failed("the earlier run has too few pixels"))?;
+            buffer.write(own)?;
+            rest = after;
+        }
+        Ok(())
     }
 
-    /// Values refused so far because they were NaN, infinite or negative.
+    /// Values refused so far because they were NaN, negative or beyond [`crate::layouts::MOST_RADIANCE`].
     ///
     /// # Errors
     /// The device fails.
@@ -226,12 +241,30 @@ impl Renderer {
         let counters: Vec<u32> = self.counters.read(COUNTERS as usize)?;
         Ok(counters[COUNTER_REJECTED as usize])
     }
+}
 
-    fn groups(&self) -> [u32; 3] {
-        [
-            self.constants.width.div_ceil(TILE),
-            self.constants.rows.div_ceil(TILE),
-            1,
-        ]
+/// A buffer of one `T` a pixel for each strip of the picture.
+fn strips_of<T>(
+    device: &Arc<Device>,
+    name: &str,
+    width: u32,
+    height: u32,
+) -> Result<Vec<(Strip, Buffer)>> {
+    let bytes = size_of::<T>() as u64;
+    let info = &device.info;
+    let total = u64::from(width) * u64::from(height) * bytes;
+    if total > info.device_memory {
+        return Err(Error::input(format!(
+            "a picture of {width} × {height} needs {total} bytes for its {name}, but device '{}' has {}",
+            info.name, info.device_memory
+        )));
     }
+    let most = info.max_storage_buffer_range.min(info.max_buffer_size);
+    Strip::cut(width, height, bytes, most)?
+        .into_iter()
+        .map(|strip| {
+            let size = strip.pixels(width) as u64 * bytes;
+            Ok((strip, Buffer::new(device, name, size, Usage::default())?))
+        })
+        .collect()
 }

@@ -6,6 +6,8 @@ pub mod energy;
 pub mod frame;
 pub mod presets;
 pub mod settings;
+mod strips;
+pub mod sums;
 
 pub use frame::{Renderer, View};
 pub use settings::Settings;

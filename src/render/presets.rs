@@ -1,6 +1,7 @@
 //! Presets: sparse differences from the default settings, as files.
 
-use super::settings::{Settings, nearest};
+use super::settings::Settings;
+use crate::nearest::nearest;
 use crate::{Error, Result};
 use serde_json::Value;
 
@@ -30,8 +31,7 @@ impl Preset {
     pub fn named(name: &str) -> Result<&'static Self> {
         PRESETS.iter().find(|p| p.name == name).ok_or_else(|| {
             let names: Vec<_> = PRESETS.iter().map(|p| p.name).collect();
-            let hint = nearest(name, names.iter().copied())
-                .map_or(String::new(), |n| format!(", did you mean '{n}'?"));
+            let hint = nearest(name, names.iter().copied());
             Error::input(format!(
                 "no preset '{name}'{hint}; there are: {}",
                 names.join(", ")
@@ -65,7 +65,7 @@ pub fn parse_toml(origin: &str, text: &str) -> Result<Value> {
     toml::from_str(text).map_err(|e| {
         let line = e
             .span()
-            .map_or(1, |s| text[..s.start].lines().count().max(1));
+            .map_or(1, |s| 1 + text[..s.start].matches('\n').count());
         Error::input(format!("{origin}, line {line}: {}", e.message()))
     })
 }
@@ -81,6 +81,14 @@ mod tests {
             assert!(!preset.purpose().is_empty(), "{}", preset.name);
         }
         Preset::named(DEFAULT).unwrap();
+    }
+
+    #[test]
+    fn an_error_names_its_line() {
+        for (text, line) in [("a = 1\na = 2", "line 2:"), ("= 1", "line 1:")] {
+            let error = parse_toml("x.toml", text).unwrap_err().to_string();
+            assert!(error.contains(line), "{error}");
+        }
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! The one tree of settings. Each field's doc is what `presets` prints; each range is what checks.
 
+use crate::nearest::nearest;
 use crate::{Error, Result};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -101,10 +102,9 @@ impl Settings {
         let mut tree = self.to_value()?;
         for (key, value) in flat {
             let Some(setting) = known.iter().find(|d| d.key == key) else {
-                let nearest = nearest(&key, known.iter().map(|d| d.key.as_str()));
                 return Err(Error::input(format!(
                     "unknown setting '{key}'{}; see 'headwater presets' for all",
-                    nearest.map_or(String::new(), |n| format!(", did you mean '{n}'?"))
+                    nearest(&key, known.iter().map(|d| d.key.as_str()))
                 )));
             };
             let pointer = format!("/{}", key.replace('.', "/"));
@@ -247,15 +247,6 @@ fn plain(value: &Value) -> String {
     value
         .as_str()
         .map_or_else(|| value.to_string(), str::to_owned)
-}
-
-/// The closest of `names`, if any is close.
-pub fn nearest<'a>(wanted: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    names
-        .map(|name| (strsim::jaro_winkler(wanted, name), name))
-        .filter(|(likeness, _)| *likeness > 0.7)
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(_, name)| name)
 }
 
 #[cfg(test)]

@@ -1,9 +1,7 @@
-//! What a scene asks of the renderer. Scanned once; shaders and buffers exist only for it.
+//! What a scene asks of the renderer. Scanned once; what a scene lacks needs no shader and no buffer.
 
 use super::{Material, Mesh, Scene};
-
-/// Below this roughness a specular lobe is so narrow (α < 10⁻⁴) that reservoirs cannot hold it.
-pub const NEAR_DELTA_ROUGHNESS: f32 = 0.01;
+use crate::layouts::MIRROR_ROUGHNESS;
 
 /// What a scene contains, as far as it decides what the renderer must be able to do. Materials
 /// count only where an instance shows them; counts are over instances.
@@ -19,7 +17,7 @@ pub struct Requirements {
     pub double_sided_emitters: bool,
     /// Whether some surface has a specular lobe (else all is Lambert).
     pub specular: bool,
-    /// Whether some specular lobe is too narrow for reservoirs (see [`NEAR_DELTA_ROUGHNESS`]).
+    /// Whether some specular lobe is too narrow for reservoirs (see [`MIRROR_ROUGHNESS`]).
     pub near_delta: bool,
     /// Whether some mesh has shading normals.
     pub smooth_normals: bool,
@@ -55,7 +53,7 @@ impl Requirements {
                 required.double_sided_emitters |= material.is_emissive() && material.double_sided;
                 required.specular |= material.has_specular_lobe();
                 required.near_delta |=
-                    material.has_specular_lobe() && material.roughness < NEAR_DELTA_ROUGHNESS;
+                    material.has_specular_lobe() && material.roughness < MIRROR_ROUGHNESS;
             }
         }
         required

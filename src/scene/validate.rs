@@ -6,7 +6,11 @@ use crate::{Error, Result};
 use glam::{DAffine3, DMat3, Vec3};
 
 /// The largest world coordinate: beyond it, squared distances leave the range of f32.
-pub const LARGEST_COORDINATE: f64 = 1e18;
+pub const LARGEST_COORDINATE: f64 = 1e15;
+
+/// The largest emission, in W/(m²·sr): samples weigh more than the lamps they hit, and their squares
+/// must stay in the range of f32 (see [`crate::layouts::MOST_RADIANCE`]).
+pub const BRIGHTEST: f32 = 1e12;
 
 /// An instance is flat when its volume scale is below this, relative to its axes' lengths.
 const SINGULAR: f64 = 1e-15;
@@ -33,7 +37,7 @@ impl Scene {
         self.check_instances(&mut tally)?;
         self.drop_empty_meshes(&mut tally);
         for (index, camera) in self.cameras.iter().enumerate() {
-            check_camera(index, camera)?;
+            check_camera(&label("camera", index, &camera.name), camera)?;
         }
         self.notices.extend(tally.into_lines());
         Ok(())
@@ -124,13 +128,11 @@ fn check_material(index: usize, material: &mut Material, tally: &mut Tally) -> R
             return wrong(factor, &value, "within 0 and 1");
         }
     }
-    for (factor, value) in [
-        ("specular colour", &*specular_color),
-        ("emission", &*emission),
-    ] {
-        if !value.is_finite() || value.min_element() < 0.0 {
-            return wrong(factor, value, "finite and not negative");
-        }
+    if !specular_color.is_finite() || specular_color.min_element() < 0.0 {
+        return wrong("specular colour", specular_color, "finite and not negative");
+    }
+    if !(emission.min_element() >= 0.0 && emission.max_element() <= BRIGHTEST) {
+        return wrong("emission", emission, "within 0 and 1e12");
     }
     if !ior.is_finite() || (*ior != 0.0 && *ior < 1.0) {
         return wrong("index of refraction", ior, "finite and at least 1 (or 0)");
@@ -156,6 +158,17 @@ fn check_mesh(index: usize, mesh: &Mesh, materials: usize) -> Result<()> {
     if let Some(i) = mesh.positions.iter().position(|p| !p.is_finite()) {
         return wrong(format!(
             "position {i} is {}; it must be finite",
+            mesh.positions[i]
+        ));
+    }
+    let limit = LARGEST_COORDINATE as f32;
+    if let Some(i) = mesh
+        .positions
+        .iter()
+        .position(|p| p.abs().max_element() > limit)
+    {
+        return wrong(format!(
+            "position {i} is {}, and {LARGEST_COORDINATE:e} is as far as can be rendered; scale the mesh down",
             mesh.positions[i]
         ));
     }
@@ -234,8 +247,11 @@ fn is_singular(matrix: DMat3) -> bool {
     DMat3::from_cols(x, y, z).determinant().abs() <= SINGULAR
 }
 
-fn check_camera(index: usize, camera: &Camera) -> Result<()> {
-    let what = label("camera", index, &camera.name);
+/// Whether a camera can be rendered from; `what` names it in the message.
+///
+/// # Errors
+/// A field of view or an aspect ratio out of range, a place that is not rigid or too far away.
+pub fn check_camera(what: &str, camera: &Camera) -> Result<()> {
     let wrong = |fault: String| Err(Error::input(format!("{what}: {fault}")));
     let fov = camera.vertical_fov;
     if !(fov > 0.0 && fov < std::f64::consts::PI) {

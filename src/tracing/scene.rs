@@ -6,9 +6,7 @@ use super::geometry::{Geometry, MeshPlace};
 use super::ray_query::RayQueryScene;
 use super::{GeometryAccess, Tracer, Variant};
 use crate::gpu::{Buffer, Device, Resource, Usage};
-use crate::layouts::{
-    GpuInstance, GpuLight, GpuMaterial, MATERIAL_DOUBLE_SIDED, NONE, SceneAddresses,
-};
+use crate::layouts::{GpuInstance, GpuLight, GpuMaterial, NONE, SceneAddresses};
 use crate::scene::lights::{self, AliasTable, UNIFORM_SHARE};
 use crate::scene::{Material, Scene};
 use crate::{Error, Result};
@@ -245,13 +243,7 @@ fn gpu_material(material: &Material) -> GpuMaterial {
         metallic: material.metallic,
         dielectric_f0: f0,
         dielectric_f90: material.specular,
-        emission: material.emission,
         roughness: material.roughness,
-        flags: if material.double_sided {
-            MATERIAL_DOUBLE_SIDED
-        } else {
-            0
-        },
     }
 }
 

@@ -68,14 +68,9 @@ pub fn sources() -> Sources {
     sources
 }
 
-/// Reads `folder` and `folder/passes`.
+/// Reads every file of `folder`.
 fn read_sources(folder: &Path) -> Result<Sources> {
-    let mut sources = Sources::new();
-    for (name, _) in SOURCES {
-        let path = folder.join(name);
-        let text = std::fs::read_to_string(&path).map_err(|e| Error::reading(&path, e))?;
-        sources.insert((*name).to_owned(), text);
-    }
+    let mut sources = compiler::read_folder(folder).map_err(|e| Error::reading(folder, e))?;
     sources.insert("layouts.glsl".into(), layouts::glsl());
     Ok(sources)
 }

@@ -123,16 +123,12 @@ pub fn render(
     let mut renderer = Renderer::new(device, uploaded, view, settings).unwrap();
     renderer.add_samples(0, samples).unwrap();
     assert_eq!(renderer.rejected().unwrap(), 0, "values were rejected");
-    let n = f64::from(samples);
-    let (mut mean, mut error_squared) = (Vec::new(), Vec::new());
-    for pixel in renderer.sums().unwrap() {
-        let m = (pixel.sum.as_dvec3() + pixel.sum_low.as_dvec3()) / n;
-        let square = (pixel.square.as_dvec3() + pixel.square_low.as_dvec3()) / n;
-        mean.push(m.to_array());
-        error_squared.push(((square - m * m).max(DVec3::ZERO) / (n - 1.0).max(1.0)).to_array());
-    }
+    let sums = renderer.sums().unwrap();
     Rendered {
-        mean,
-        error_squared,
+        mean: sums.iter().map(|p| p.mean(samples).to_array()).collect(),
+        error_squared: sums
+            .iter()
+            .map(|p| p.error_squared(samples).to_array())
+            .collect(),
     }
 }

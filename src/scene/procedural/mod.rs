@@ -8,9 +8,10 @@ mod shapes;
 mod terrain;
 
 use super::Scene;
+use crate::nearest::nearest;
 use crate::{Error, Result};
+use parameters::Values;
 pub use parameters::{Parameter, Range};
-use parameters::{Values, nearest};
 
 /// A scene that can be generated.
 #[derive(Clone, Copy, Debug, serde::Serialize)]

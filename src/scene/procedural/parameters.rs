@@ -1,6 +1,7 @@
 //! Parameters of procedural scenes: their declaration, parsing and checking.
 
 use super::Procedural;
+use crate::nearest::nearest;
 use crate::{Error, Result};
 use serde::Serialize;
 use std::fmt;
@@ -107,15 +108,4 @@ impl Values {
     pub(super) fn whole(&self, name: &str) -> u64 {
         self.text(name).parse().unwrap_or(0)
     }
-}
-
-/// ", did you mean 'X'?" if one of `names` is close.
-pub(super) fn nearest<'a>(wanted: &str, names: impl Iterator<Item = &'a str>) -> String {
-    names
-        .map(|name| (strsim::jaro_winkler(wanted, name), name))
-        .filter(|(likeness, _)| *likeness > 0.7)
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .map_or(String::new(), |(_, name)| {
-            format!(", did you mean '{name}'?")
-        })
 }

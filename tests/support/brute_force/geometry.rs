@@ -7,7 +7,7 @@ pub struct Triangle {
     pub corners: [DVec3; 3],
     /// Unit normal of the front.
     pub normal: DVec3,
-    /// Shading normals at the corners, carried to the world but not unit.
+    /// Unit shading normals at the corners.
     pub corner_normals: Option<[DVec3; 3]>,
     pub instance: u32,
     pub triangle: u32,
@@ -29,8 +29,11 @@ pub fn triangles_of(scene: &Scene) -> Vec<Triangle> {
                 triangles.push(Triangle {
                     corners: local.map(|p| to_world.transform_point3(p)),
                     normal: (normals_to_world * cross.normalize_or_zero()).normalize_or_zero(),
-                    corner_normals: (!mesh.normals.is_empty())
-                        .then(|| corners.map(|i| normals_to_world * mesh.normals[i].as_dvec3())),
+                    corner_normals: (!mesh.normals.is_empty()).then(|| {
+                        corners.map(|i| {
+                            (normals_to_world * mesh.normals[i].as_dvec3()).normalize_or_zero()
+                        })
+                    }),
                     instance: number as u32,
                     triangle: index,
                     material: part.material as usize,
@@ -75,27 +78,6 @@ impl Triangle {
         } else {
             normal
         }
-    }
-
-    /// How far from the nearest edge the ray crosses the plane; see [`super::Tracer::edge_distance`].
-    pub fn edge_distance(&self, origin: DVec3, direction: DVec3) -> f64 {
-        let [a, b, c] = self.corners;
-        let normal = (b - a).cross(c - a);
-        let t = (a - origin).dot(normal) / direction.dot(normal);
-        if !t.is_finite() || t <= 0.0 {
-            return f64::INFINITY;
-        }
-        let point = origin + direction * t;
-        let mut inside = true;
-        let mut nearest = f64::INFINITY;
-        for (from, to) in [(a, b), (b, c), (c, a)] {
-            let edge = to - from;
-            let along = ((point - from).dot(edge) / edge.length_squared()).clamp(0.0, 1.0);
-            nearest = nearest.min((point - from - edge * along).length());
-            inside &= normal.cross(edge).dot(point - from) >= 0.0;
-        }
-        let relative = nearest / point.length().max(t * direction.length());
-        if inside { relative } else { -relative }
     }
 }
 

@@ -77,23 +77,4 @@ impl Tracer {
             v,
         })
     }
-
-    /// How far from the triangle's nearest edge the ray crosses its plane, positive inside and
-    /// negative outside, relative to the larger of the crossing's distances from the world's and
-    /// from the ray's origin; infinite where the ray does not cross the plane.
-    pub fn edge_distance(
-        &self,
-        origin: DVec3,
-        direction: DVec3,
-        instance: u32,
-        triangle: u32,
-    ) -> f64 {
-        let found = self
-            .triangles
-            .iter()
-            .find(|t| t.instance == instance && t.triangle == triangle);
-        found
-            .expect("no such triangle")
-            .edge_distance(origin, direction)
-    }
 }

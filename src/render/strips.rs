@@ -1,0 +1,85 @@
+//! A picture in strips of rows, each with buffers of its own: a device binds only so many bytes at
+//! once (128 MiB in lavapipe), and a display's watchdog ends work that is submitted in one piece.
+
+use crate::layouts::{Strip, TILE};
+use crate::{Error, Result};
+
+/// Pixels of a strip at most: about a second of path tracing on two cores.
+const MOST_PIXELS: u64 = 1 << 20;
+
+/// Pixels across at most: Vulkan promises 65,535 workgroups along an axis.
+const WIDEST: u32 = 65_535 * TILE;
+
+impl Strip {
+    /// Cuts a picture so that a strip with `bytes_a_pixel` fits `most_bytes`. Strips begin where
+    /// tiles do.
+    ///
+    /// # Errors
+    /// Rows of which not even one tile fits, or rows of more tiles than every device takes.
+    pub(super) fn cut(
+        width: u32,
+        height: u32,
+        bytes_a_pixel: u64,
+        most_bytes: u64,
+    ) -> Result<Vec<Self>> {
+        if width > WIDEST {
+            return Err(Error::input(format!(
+                "a picture {width} pixels wide; at most {WIDEST} are possible"
+            )));
+        }
+        let row = u64::from(width) * bytes_a_pixel;
+        let fitting = most_bytes / row / u64::from(TILE);
+        if fitting == 0 {
+            return Err(Error::input(format!(
+                "{TILE} rows of {width} pixels take {} bytes, but the device binds at most {most_bytes}; choose a smaller --width",
+                row * u64::from(TILE)
+            )));
+        }
+        let wanted = (MOST_PIXELS / u64::from(width * TILE)).max(1);
+        let rows = fitting.min(wanted).min(u64::from(height.div_ceil(TILE))) as u32 * TILE;
+        Ok((0..height)
+            .step_by(rows as usize)
+            .map(|first_row| Self {
+                first_row,
+                rows: rows.min(height - first_row),
+            })
+            .collect())
+    }
+
+    /// Pixels of the strip in a picture of this width.
+    pub(super) fn pixels(&self, width: u32) -> usize {
+        width as usize * self.rows as usize
+    }
+
+    /// Workgroups of one tile each that cover the strip.
+    pub(super) fn groups(&self, width: u32) -> [u32; 3] {
+        [width.div_ceil(TILE), self.rows.div_ceil(TILE), 1]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn strips_cover_the_picture_and_fit() {
+        for (width, height) in [(1, 1), (640, 360), (2560, 1440), (8192, 8192), (349_525, 9)] {
+            let strips = Strip::cut(width, height, 48, 1 << 27).unwrap();
+            let mut next = 0;
+            for strip in &strips {
+                assert_eq!(strip.first_row, next);
+                assert_eq!(next % TILE, 0);
+                assert!(strip.pixels(width) as u64 * 48 <= 1 << 27);
+                next += strip.rows;
+            }
+            assert_eq!(next, height);
+        }
+    }
+
+    #[test]
+    fn rows_that_cannot_be_bound_are_refused_with_their_bytes() {
+        let error = |width| Strip::cut(width, 8, 48, 1 << 27).unwrap_err().to_string();
+        assert!(error(400_000).contains("153600000"));
+        assert!(error(WIDEST + 1).contains("524280"));
+    }
+}
