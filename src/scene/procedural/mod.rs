@@ -1,7 +1,9 @@
 //! Procedural scenes: made from a name and a few parameters, the same every time.
 
 mod arches;
+mod atrium;
 mod car;
+mod colonnade;
 mod cornell;
 mod furnace;
 mod garage;
@@ -36,6 +38,12 @@ pub struct Procedural {
 }
 
 const SCENES: &[Procedural] = &[
+    Procedural {
+        name: "atrium",
+        description: "Two storeys of arcades around a court; three small lamps, mostly out of sight",
+        parameters: atrium::PARAMETERS,
+        make: atrium::make,
+    },
     Procedural {
         name: "cornell",
         description: "The box: matte red, green and white walls, two blocks, one lamp",
