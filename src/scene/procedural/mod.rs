@@ -4,6 +4,7 @@ mod arches;
 mod atrium;
 mod car;
 mod colonnade;
+mod colourful_mess;
 mod cornell;
 mod furnace;
 mod garage;
@@ -16,6 +17,7 @@ mod simplify;
 mod statue;
 mod statue_room;
 mod terrain;
+mod tumble;
 mod turned;
 mod workshop;
 
@@ -43,6 +45,12 @@ const SCENES: &[Procedural] = &[
         description: "Two storeys of arcades around a court; three small lamps, mostly out of sight",
         parameters: atrium::PARAMETERS,
         make: atrium::make,
+    },
+    Procedural {
+        name: "colourful-mess",
+        description: "A heap of coloured toys, matte, glossy and of metal, among coloured lamps",
+        parameters: colourful_mess::PARAMETERS,
+        make: colourful_mess::make,
     },
     Procedural {
         name: "cornell",
