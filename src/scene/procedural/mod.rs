@@ -1,7 +1,10 @@
 //! Procedural scenes: made from a name and a few parameters, the same every time.
 
 mod arches;
+mod atrium;
 mod car;
+mod colonnade;
+mod colourful_mess;
 mod cornell;
 mod festival;
 mod furnace;
@@ -19,6 +22,7 @@ mod statue;
 mod statue_room;
 mod street;
 mod terrain;
+mod tumble;
 mod turned;
 mod two_rooms;
 mod workshop;
@@ -43,6 +47,18 @@ pub struct Procedural {
 }
 
 const SCENES: &[Procedural] = &[
+    Procedural {
+        name: "atrium",
+        description: "Two storeys of arcades around a court; three small lamps, mostly out of sight",
+        parameters: atrium::PARAMETERS,
+        make: atrium::make,
+    },
+    Procedural {
+        name: "colourful-mess",
+        description: "A heap of coloured toys, matte, glossy and of metal, among coloured lamps",
+        parameters: colourful_mess::PARAMETERS,
+        make: colourful_mess::make,
+    },
     Procedural {
         name: "cornell",
         description: "The box: matte red, green and white walls, two blocks, one lamp",
