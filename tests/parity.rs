@@ -9,7 +9,7 @@ use headwater::scene::{Instance, Material, Scene};
 use headwater::tracing::gather::gather;
 use headwater::tracing::geometry::Geometry;
 use headwater::tracing::rays::RayTracer;
-use headwater::tracing::{GeometryAccess, GpuScene, Tracer, Variant};
+use headwater::tracing::{GpuScene, Tracer};
 use std::sync::Arc;
 use support::brute_force;
 
@@ -217,14 +217,6 @@ fn compare(
     outcome
 }
 
-/// The tracers that the device has.
-fn tracers() -> impl Iterator<Item = Tracer> {
-    let ray_query = support::device_info().ray_query;
-    [Tracer::ComputeBvh, Tracer::RayQuery]
-        .into_iter()
-        .filter(move |tracer| *tracer == Tracer::ComputeBvh || ray_query)
-}
-
 /// Checks both tracers, with `origin` moved to zero as the renderer moves its camera there.
 fn check(name: &str, scene: &Scene, origin: DVec3) {
     let mut near = scene.clone();
@@ -234,16 +226,10 @@ fn check(name: &str, scene: &Scene, origin: DVec3) {
     let oracle = brute_force::Tracer::new(&near);
     let rays = rays(&near, 7);
     let leaf_order = Geometry::new(&gather(scene, origin), true);
-    for tracer in tracers() {
-        let accesses = [
-            GeometryAccess::StorageBuffers,
-            GeometryAccess::BufferAddresses,
-        ];
-        let offered = 1 + usize::from(support::device_info().buffer_addresses);
-        let answers: Vec<Vec<RayAnswer>> = accesses[..offered]
-            .iter()
-            .map(|&geometry| {
-                let variant = Variant { tracer, geometry };
+    for tracer in [Tracer::ComputeBvh, Tracer::RayQuery] {
+        let answers: Vec<Vec<RayAnswer>> = support::variants(tracer)
+            .into_iter()
+            .map(|variant| {
                 let (device, _) = support::open_device(Some(variant));
                 let uploaded = GpuScene::new(&device, scene, origin, variant).unwrap();
                 let tracer = RayTracer::new(&device, &uploaded, &rays).unwrap();
@@ -252,6 +238,9 @@ fn check(name: &str, scene: &Scene, origin: DVec3) {
                 tracer.answers().unwrap()
             })
             .collect();
+        if answers.is_empty() {
+            continue;
+        }
         let bits = |a: &[RayAnswer]| bytemuck::cast_slice::<_, u8>(a).to_vec();
         assert!(
             answers.iter().all(|a| bits(a) == bits(&answers[0])),
@@ -416,9 +405,10 @@ fn closed_meshes_are_watertight_at_their_edges_and_corners() {
             })
             .collect();
         let scene = support::scene_of(&[(Material::default(), faces)]);
-        for tracer in tracers() {
-            let geometry = GeometryAccess::StorageBuffers;
-            let variant = Variant { tracer, geometry };
+        for tracer in [Tracer::ComputeBvh, Tracer::RayQuery] {
+            let Some(&variant) = support::variants(tracer).first() else {
+                continue;
+            };
             let (device, _) = support::open_device(Some(variant));
             let uploaded = GpuScene::new(&device, &scene, DVec3::ZERO, variant).unwrap();
             let batch = RayTracer::new(&device, &uploaded, &rays).unwrap();
