@@ -204,6 +204,8 @@ impl Session {
             "tracer_reason": self.selection.tracer_reason,
             "geometry": self.selection.variant.geometry.name(),
             "geometry_reason": self.selection.geometry_reason,
+            "fetch": self.selection.variant.fetch.name(),
+            "fetch_reason": self.selection.fetch_reason,
             "width": self.view.width,
             "height": self.view.height,
             "seed": self.view.seed,

@@ -5,8 +5,8 @@ use super::energy;
 use super::settings::{Energy, Heuristic, Settings};
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
 use crate::layouts::{
-    COUNTER_REJECTED, COUNTERS, FrameConstants, HEURISTIC_BALANCE, HEURISTIC_POWER, PixelSums,
-    PrimarySurface, Strip,
+    COUNTER_CUT_SHORT, COUNTER_REJECTED, COUNTERS, FrameConstants, HEURISTIC_BALANCE,
+    HEURISTIC_POWER, PixelSums, PrimarySurface, Strip,
 };
 use crate::scene::Camera;
 use crate::tracing::{GpuScene, shaders};
@@ -15,6 +15,10 @@ use std::sync::Arc;
 
 /// Specialisation constant: whether energy is compensated.
 const ENERGY_COMPENSATED: u32 = 1;
+
+/// Loop turns allowed for a ray where a driver counts them. The night city takes up to 128, which are
+/// those of the slowest of eight rays at each step.
+const TURNS_A_RAY: u32 = 512;
 
 /// What is seen: a camera, the image's size, and how rays are drawn.
 #[derive(Clone, Debug)]
@@ -148,23 +152,49 @@ impl Renderer {
     /// # Errors
     /// The device fails.
     pub fn add_samples(&mut self, first: u32, samples: u32) -> Result<Vec<PassTime>> {
-        self.constants.first_sample = first;
-        self.constants.samples = samples;
-        self.frame.write(&[self.constants])?;
         let mut times = Vec::new();
-        for (strip, sums) in &self.strips {
-            let bindings = PathTrace {
-                scene: &self.offered,
-                frame: &self.frame,
-                sums,
-                counters: &self.counters,
-            };
-            let groups = strip.groups(self.constants.width);
-            let mut recording = Recording::new(&self.device)?;
-            recording.pass(&self.path_trace, &bindings, strip, groups)?;
-            PassTime::add(&mut times, recording.finish()?);
+        let at_once = self.samples_at_once();
+        for done in (0..samples).step_by(at_once as usize) {
+            self.constants.first_sample = first + done;
+            self.constants.samples = at_once.min(samples - done);
+            self.frame.write(&[self.constants])?;
+            for (strip, sums) in &self.strips {
+                let bindings = PathTrace {
+                    scene: &self.offered,
+                    frame: &self.frame,
+                    sums,
+                    counters: &self.counters,
+                };
+                let groups = strip.groups(self.constants.width);
+                let mut recording = Recording::new(&self.device)?;
+                recording.pass(&self.path_trace, &bindings, strip, groups)?;
+                PassTime::add(&mut times, recording.finish()?);
+            }
+        }
+        if self.device.info.loop_turns.is_some() {
+            self.assert_whole()?;
         }
         Ok(times)
+    }
+
+    /// Samples of a dispatch at most, so that a driver that counts a loop's turns lets it end.
+    fn samples_at_once(&self) -> u32 {
+        self.device.info.loop_turns.map_or(u32::MAX, |turns| {
+            let rays = self.constants.bounces.saturating_add(1).saturating_mul(2);
+            (turns / TURNS_A_RAY / rays).max(1)
+        })
+    }
+
+    /// Fails if the driver ended loops early.
+    fn assert_whole(&self) -> Result<()> {
+        let counters: Vec<u32> = self.counters.read(COUNTERS as usize)?;
+        match counters[COUNTER_CUT_SHORT as usize] {
+            0 => Ok(()),
+            count => Err(Error::failed(format!(
+                "driver '{}' ended the loops of {count} pixels early; use fewer bounces or a newer driver",
+                self.device.info.driver
+            ))),
+        }
     }
 
     /// What the camera sees through each pixel's centre, row by row from the top.
