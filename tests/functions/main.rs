@@ -10,6 +10,7 @@ mod surfaces;
 use headwater::gpu::{Buffer, ComputePass, Recording, Resource, Usage, compiler};
 use headwater::layouts::{GpuLight, GpuMaterial};
 use headwater::tracing::shaders::sources;
+use headwater::tracing::{Fetch, GeometryAccess, Tracer, Variant};
 
 headwater::bindings! {
     /// What a function under test is bound to.
@@ -77,10 +78,14 @@ impl Function<'_> {
             count = inputs.len(),
             body = self.body
         );
-        let defines = [("GEOMETRY_ADDRESSES", "0"), ("TRACE_RAY_QUERY", "0")];
-        let words = compiler::compile("function.comp", &source, &sources(), &defines)
+        let variant = Variant {
+            tracer: Tracer::ComputeBvh,
+            geometry: GeometryAccess::StorageBuffers,
+            fetch: Fetch::Words,
+        };
+        let words = compiler::compile("function.comp", &source, &sources(), &variant.defines())
             .unwrap_or_else(|e| panic!("{e}"));
-        let (device, _) = support::open_device(None);
+        let (device, _) = support::open_device(Some(variant));
         let buffer =
             |name, data: &[u8]| Buffer::from_slice(&device, name, data, Usage::default()).unwrap();
         let table = headwater::render::energy::albedo_table();
