@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let mut table = String::from("&[\n");
     for pass in shaders::TRACING_PASSES {
-        for variant in shaders::Variant::ALL {
+        for variant in shaders::Variant::all() {
             let key = variant.key(pass);
             let file = format!("passes/{pass}.comp");
             let source = sources

@@ -11,6 +11,12 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Ins
 #define triangle_parts TrianglePartsBlock(scene_addresses.at.triangle_parts)
 #define top_instances TopInstancesBlock(scene_addresses.at.top_instances)
 #define instances InstancesBlock(scene_addresses.at.instances)
+#if !FETCH_TEXELS
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer NodesBlock { uvec4 at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer PositionsBlock { vec3 at[]; };
+#define nodes NodesBlock(scene_addresses.at.nodes)
+#define positions PositionsBlock(scene_addresses.at.positions)
+#endif
 
 #else
 
@@ -18,18 +24,26 @@ layout(scalar) readonly buffer NormalsBlock { uvec3 at[]; } normals;
 layout(scalar) readonly buffer TrianglePartsBlock { uvec3 at[]; } triangle_parts;
 layout(scalar) readonly buffer TopInstancesBlock { uint at[]; } top_instances;
 layout(scalar) readonly buffer InstancesBlock { GpuInstance at[]; } instances;
+#if !FETCH_TEXELS
+layout(scalar) readonly buffer NodesBlock { uvec4 at[]; } nodes;
+layout(scalar) readonly buffer PositionsBlock { vec3 at[]; } positions;
+#endif
 
 #endif
 
 layout(scalar) readonly buffer MaterialsBlock { GpuMaterial at[]; } materials;
 layout(scalar) readonly buffer LightsBlock { GpuLight at[]; } lights;
 
-// What traversal reads lies in texels whatever the accessor: llvmpipe fetches a texel's four words at
-// once for each lane, but a buffer's words one by one, each behind its own branch.
+#if FETCH_TEXELS
+
+// llvmpipe fetches a texel's four words at once for each lane, but a buffer's words one by one, each
+// behind its own branch.
 // Eight-wide nodes, five texels each.
 uniform utextureBuffer nodes;
 // Triangles, nine words each: the object-space positions of three corners.
 uniform utextureBuffer positions;
+
+uvec4 node_words(uint index) { return texelFetch(nodes, int(index)); }
 
 // A triangle's corners in object space.
 void triangle_corners(uint triangle, out vec3 a, out vec3 b, out vec3 c) {
@@ -50,3 +64,15 @@ void triangle_corners(uint triangle, out vec3 a, out vec3 b, out vec3 c) {
     b = uintBitsToFloat(uvec3(p.w, q.xy));
     c = uintBitsToFloat(uvec3(q.zw, r.x));
 }
+
+#else
+
+uvec4 node_words(uint index) { return nodes.at[index]; }
+
+void triangle_corners(uint triangle, out vec3 a, out vec3 b, out vec3 c) {
+    a = positions.at[3u * triangle];
+    b = positions.at[3u * triangle + 1u];
+    c = positions.at[3u * triangle + 2u];
+}
+
+#endif

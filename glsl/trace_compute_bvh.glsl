@@ -83,11 +83,11 @@ uint child_hits(uint meta, uvec3 near, uvec3 far, Slabs slabs, uint octant, floa
 
 // Visits a node: replaces both groups by those of its children that the ray meets.
 void visit_node(uint node, LevelRay ray, float t_max, out uvec2 group, out uvec2 leaves) {
-    uvec4 head = texelFetch(nodes, int(5u * node));
-    uvec4 base = texelFetch(nodes, int(5u * node + 1u));
-    uvec4 x = texelFetch(nodes, int(5u * node + 2u));
-    uvec4 y = texelFetch(nodes, int(5u * node + 3u));
-    uvec4 z = texelFetch(nodes, int(5u * node + 4u));
+    uvec4 head = node_words(5u * node);
+    uvec4 base = node_words(5u * node + 1u);
+    uvec4 x = node_words(5u * node + 2u);
+    uvec4 y = node_words(5u * node + 3u);
+    uvec4 z = node_words(5u * node + 4u);
     uvec3 exponent = uvec3(head.w, head.w >> 8u, head.w >> 16u) & 0xFFu;
     vec3 scale = uintBitsToFloat(exponent << 23u) * ray.inverse;
     vec3 start = (uintBitsToFloat(head.xyz) - ray.origin) * ray.inverse;

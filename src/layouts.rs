@@ -79,8 +79,10 @@ crate::gpu_constants! {
     pub const MOST_RADIANCE: f32 = 1e15;
     /// Values that a pass of path tracing refused because they were NaN, negative or beyond MOST_RADIANCE.
     pub const COUNTER_REJECTED: u32 = 0;
+    /// Invocations whose loops the driver ended before their last sample.
+    pub const COUNTER_CUT_SHORT: u32 = 1;
     /// Number of counters.
-    pub const COUNTERS: u32 = 1;
+    pub const COUNTERS: u32 = 2;
 }
 
 crate::gpu_struct! {
@@ -95,6 +97,10 @@ crate::gpu_struct! {
         pub top_instances: UVec2,
         /// Instances.
         pub instances: UVec2,
+        /// Nodes, five times four words each.
+        pub nodes: UVec2,
+        /// Corner positions, three a triangle.
+        pub positions: UVec2,
     }
 }
 

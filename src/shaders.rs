@@ -22,6 +22,15 @@ pub enum GeometryAccess {
     BufferAddresses,
 }
 
+/// How shaders fetch a tree's nodes and a triangle's corners, most of what a ray reads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Fetch {
+    /// As texels of four words, which llvmpipe reads at once.
+    Texels,
+    /// As [`GeometryAccess`] reads the rest.
+    Words,
+}
+
 impl Tracer {
     /// The name on the command line and in variant keys.
     pub const fn name(self) -> &'static str {
@@ -42,6 +51,16 @@ impl GeometryAccess {
     }
 }
 
+impl Fetch {
+    /// The name in reports and in variant keys.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Texels => "texels",
+            Self::Words => "words",
+        }
+    }
+}
+
 /// One variant of the passes that trace rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Variant {
@@ -49,21 +68,30 @@ pub struct Variant {
     pub tracer: Tracer,
     /// Which body the geometry accessor has.
     pub geometry: GeometryAccess,
+    /// How that reads nodes and corners.
+    pub fetch: Fetch,
 }
 
 impl Variant {
     /// Every legal variant.
-    pub const ALL: [Variant; 4] = {
-        const fn of(tracer: Tracer, geometry: GeometryAccess) -> Variant {
-            Variant { tracer, geometry }
-        }
-        [
-            of(Tracer::RayQuery, GeometryAccess::StorageBuffers),
-            of(Tracer::RayQuery, GeometryAccess::BufferAddresses),
-            of(Tracer::ComputeBvh, GeometryAccess::StorageBuffers),
-            of(Tracer::ComputeBvh, GeometryAccess::BufferAddresses),
-        ]
-    };
+    pub fn all() -> impl Iterator<Item = Variant> {
+        let tracers = [Tracer::RayQuery, Tracer::ComputeBvh];
+        tracers.into_iter().flat_map(Self::of)
+    }
+
+    /// Every legal variant with a tracer.
+    pub fn of(tracer: Tracer) -> impl Iterator<Item = Variant> {
+        use GeometryAccess::{BufferAddresses, StorageBuffers};
+        [StorageBuffers, BufferAddresses]
+            .into_iter()
+            .flat_map(move |geometry| {
+                [Fetch::Texels, Fetch::Words].map(|fetch| Variant {
+                    tracer,
+                    geometry,
+                    fetch,
+                })
+            })
+    }
 
     /// What the preprocessor is told.
     pub fn defines(self) -> Vec<(&'static str, &'static str)> {
@@ -74,12 +102,18 @@ impl Variant {
                 "GEOMETRY_ADDRESSES",
                 flag(self.geometry == GeometryAccess::BufferAddresses),
             ),
+            ("FETCH_TEXELS", flag(self.fetch == Fetch::Texels)),
         ]
     }
 
-    /// The embedded shader's key: pass, tracer, geometry access.
+    /// The embedded shader's key: pass, tracer, geometry access, fetch.
     pub fn key(self, pass: &str) -> String {
-        format!("{pass}.{}.{}", self.tracer.name(), self.geometry.name())
+        format!(
+            "{pass}.{}.{}.{}",
+            self.tracer.name(),
+            self.geometry.name(),
+            self.fetch.name()
+        )
     }
 }
 

@@ -36,6 +36,8 @@ pub fn run(args: &Args) -> Result<()> {
             entry["tracer_reason"] = json!(selection.tracer_reason);
             entry["geometry"] = json!(selection.variant.geometry.name());
             entry["geometry_reason"] = json!(selection.geometry_reason);
+            entry["fetch"] = json!(selection.variant.fetch.name());
+            entry["fetch_reason"] = json!(selection.fetch_reason);
             entry["chosen"] = json!(taken);
             list.push(entry);
             continue;
@@ -53,25 +55,27 @@ pub fn run(args: &Args) -> Result<()> {
             yes(device.timestamp_period > 0.0)
         ))?;
         print(format_args!(
-            "  memory     {} MiB; one buffer {} MiB, one binding {} MiB",
+            "  memory     {} MiB; one buffer {} MiB, one binding {} MiB, texels {} MiB",
             device.device_memory >> 20,
             device.max_buffer_size >> 20,
-            device.max_storage_buffer_range >> 20
+            device.max_storage_buffer_range >> 20,
+            device.max_texel_bytes() >> 20
         ))?;
         match &device.unusable {
             Some(why) => print(format_args!("  unusable   {why}"))?,
             None => {
-                let (tracer, geometry) = (selection.variant.tracer, selection.variant.geometry);
-                print(format_args!(
-                    "  tracer     {}: {}",
-                    tracer.name(),
-                    selection.tracer_reason
-                ))?;
-                print(format_args!(
-                    "  geometry   {}: {}",
-                    geometry.name(),
-                    selection.geometry_reason
-                ))?;
+                let variant = selection.variant;
+                for (what, taken, why) in [
+                    ("tracer", variant.tracer.name(), selection.tracer_reason),
+                    (
+                        "geometry",
+                        variant.geometry.name(),
+                        selection.geometry_reason,
+                    ),
+                    ("fetch", variant.fetch.name(), selection.fetch_reason),
+                ] {
+                    print(format_args!("  {what:<9}  {taken}: {why}"))?;
+                }
             }
         }
         if taken {

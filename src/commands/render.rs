@@ -40,7 +40,11 @@ pub fn run(args: &Args) -> Result<()> {
     // Without --accumulate only the last frame is shown; those before it are made where it needs
     // them as history.
     let first = if args.accumulate { 0 } else { args.frames - 1 };
-    let history = if session.renderer.has_history() { 0 } else { first };
+    let history = if session.renderer.has_history() {
+        0
+    } else {
+        first
+    };
     let progress = super::progress::Progress::new(Some(u64::from(args.frames - history)), "frames");
     for number in history..first {
         check(&interrupt)?;

@@ -22,7 +22,7 @@ pub struct Usage {
 }
 
 /// Bytes of a texel: four `uint`s.
-const TEXEL: u64 = 16;
+pub(super) const TEXEL: u64 = 16;
 
 /// A named buffer, freed when dropped.
 pub struct Buffer {
@@ -92,12 +92,11 @@ impl Buffer {
         }
         if usage.texels {
             flags |= vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER;
-            let limit = device.info.max_texels;
-            if size / TEXEL > u64::from(limit) {
+            let limit = device.info.max_texel_bytes();
+            if size > limit {
                 return Err(Error::failed(format!(
-                    "{name} needs {size} bytes, but device '{}' reads at most {} as texels",
-                    device.info.name,
-                    TEXEL * u64::from(limit)
+                    "{name} needs {size} bytes, but device '{}' reads at most {limit} as texels",
+                    device.info.name
                 )));
             }
         }

@@ -1,5 +1,6 @@
 //! The Vulkan instance, the devices it offers, and the choice among them.
 
+use super::buffer::TEXEL;
 use crate::{Error, Result};
 use ash::{ext, khr, vk};
 use std::ffi::{CStr, c_void};
@@ -27,6 +28,45 @@ pub(super) struct DebugUtils {
 struct MessageLog {
     messages: Mutex<Vec<String>>,
     count: AtomicUsize,
+}
+
+/// The drivers that are treated apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DriverKind {
+    /// Mesa's Vulkan on the CPU, also called lavapipe.
+    Llvmpipe {
+        /// Mesa's major version; 0 if the driver does not tell.
+        mesa: u32,
+    },
+    /// Google's Vulkan on the CPU.
+    SwiftShader,
+    /// Any other.
+    Other,
+}
+
+impl DriverKind {
+    fn new(id: vk::DriverId, info: &str) -> Self {
+        match id {
+            // Its version number is 1 in every release; the text alone tells.
+            vk::DriverId::MESA_LLVMPIPE => Self::Llvmpipe {
+                mesa: info
+                    .strip_prefix("Mesa ")
+                    .and_then(|version| version.split('.').next()?.parse().ok())
+                    .unwrap_or(0),
+            },
+            vk::DriverId::GOOGLE_SWIFTSHADER => Self::SwiftShader,
+            _ => Self::Other,
+        }
+    }
+
+    /// Turns that all loops of one invocation take together before the driver ends them, if it does.
+    ///
+    /// Mesa 22.3.6 counts every loop's turns, those of inner and outer ones alike, and ends them all
+    /// after 65,535 (`LP_MAX_TGSI_LOOP_ITERATIONS`); Mesa 25.0.7 does not. `tests/drivers.rs` shows it.
+    /// Versions between were not tried.
+    fn loop_turns(self) -> Option<u32> {
+        matches!(self, Self::Llvmpipe { mesa } if mesa < 25).then_some(65_535)
+    }
 }
 
 /// What a physical device is and can do.
@@ -58,6 +98,11 @@ pub struct DeviceInfo {
     pub max_buffer_size: u64,
     /// Memory on the device, in bytes.
     pub device_memory: u64,
+    /// Turns that all loops of one invocation take together before the driver ends them, if it does.
+    pub loop_turns: Option<u32>,
+    /// Which driver it is.
+    #[serde(skip)]
+    pub driver_kind: DriverKind,
     /// Why Headwater cannot use it, if it cannot.
     pub unusable: Option<String>,
     #[serde(skip)]
@@ -70,6 +115,11 @@ impl DeviceInfo {
     /// Whether the device computes on the CPU.
     pub fn is_cpu(&self) -> bool {
         self.kind == "cpu"
+    }
+
+    /// Bytes that can be read as texels of four `uint`s.
+    pub fn max_texel_bytes(&self) -> u64 {
+        TEXEL * u64::from(self.max_texels)
     }
 
     /// Threads that the driver gives fixed runs of workgroups: llvmpipe hands each thread an equal
@@ -325,6 +375,8 @@ impl Instance {
             s.map(|s| s.to_string_lossy().into_owned())
                 .unwrap_or_default()
         };
+        let driver_info = text(driver.driver_info_as_c_str());
+        let driver_kind = DriverKind::new(driver.driver_id, &driver_info);
         DeviceInfo {
             index,
             name: text(plain.device_name_as_c_str()),
@@ -335,13 +387,9 @@ impl Instance {
                 vk::PhysicalDeviceType::CPU => "cpu",
                 _ => "other",
             },
-            driver: format!(
-                "{} {}",
-                text(driver.driver_name_as_c_str()),
-                text(driver.driver_info_as_c_str())
-            )
-            .trim()
-            .to_owned(),
+            driver: format!("{} {}", text(driver.driver_name_as_c_str()), driver_info)
+                .trim()
+                .to_owned(),
             vulkan: format!(
                 "{}.{}.{}",
                 vk::api_version_major(plain.api_version),
@@ -369,6 +417,8 @@ impl Instance {
                 .filter(|heap| heap.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL))
                 .map(|heap| heap.size)
                 .sum(),
+            loop_turns: driver_kind.loop_turns(),
+            driver_kind,
             unusable,
             raw: device,
             queue_family: queue_family as u32,
@@ -445,4 +495,25 @@ unsafe extern "system" fn on_message(
         }
     }
     vk::FALSE
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn mesas_version_is_read_from_its_text() {
+        let mesa = |info| DriverKind::new(vk::DriverId::MESA_LLVMPIPE, info);
+        for (info, version, turns) in [
+            ("Mesa 22.3.6 (LLVM 15.0.6)", 22, Some(65_535)),
+            ("Mesa 25.0.7-2~bpo12+1 (LLVM 15.0.6)", 25, None),
+            ("Mesa 26.1.0-devel (git-0123456789)", 26, None),
+            ("unheard of", 0, Some(65_535)),
+        ] {
+            assert_eq!(mesa(info), DriverKind::Llvmpipe { mesa: version });
+            assert_eq!(mesa(info).loop_turns(), turns, "{info}");
+        }
+        let radeon = DriverKind::new(vk::DriverId::MESA_RADV, "Mesa 22.3.6");
+        assert_eq!(radeon, DriverKind::Other);
+    }
 }

@@ -19,6 +19,6 @@ pub mod reflection;
 pub use acceleration::{AccelerationStructure, BlasGeometry, TlasInstance};
 pub use buffer::{Buffer, Usage};
 pub use device::{Device, Features};
-pub use instance::{DeviceInfo, Instance};
+pub use instance::{DeviceInfo, DriverKind, Instance};
 pub use pass::{Bindings, ComputePass, Resource};
 pub use recording::{PassTime, Recording};

@@ -3,9 +3,15 @@
 use super::offered::Offered;
 use super::strips::strips_of;
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
-use crate::layouts::{COUNTER_REJECTED, COUNTERS, FrameConstants, PixelSums, Strip};
+use crate::layouts::{
+    COUNTER_CUT_SHORT, COUNTER_REJECTED, COUNTERS, FrameConstants, PixelSums, Strip,
+};
 use crate::{Error, Result};
 use std::sync::Arc;
+
+/// Loop turns allowed for a ray where a driver counts them. The night city takes up to 128, which are
+/// those of the slowest of eight rays at each step.
+const TURNS_A_RAY: u32 = 512;
 
 crate::bindings! {
     /// What the pass `path_trace` is bound to.
@@ -68,23 +74,49 @@ impl PathTracer {
     /// # Errors
     /// The device fails.
     pub fn add_samples(&mut self, first: u32, samples: u32) -> Result<Vec<PassTime>> {
-        self.constants.first_sample = first;
-        self.constants.samples = samples;
-        self.frame.write(&[self.constants])?;
         let mut times = Vec::new();
-        for (strip, sums) in &self.strips {
-            let bindings = PathTrace {
-                scene: self.offered.as_ref(),
-                frame: &self.frame,
-                sums,
-                counters: &self.counters,
-            };
-            let groups = strip.groups(self.constants.width);
-            let mut recording = Recording::new(&self.device)?;
-            recording.pass(&self.path_trace, &bindings, strip, groups)?;
-            PassTime::add(&mut times, recording.finish()?);
+        let at_once = self.samples_at_once();
+        for done in (0..samples).step_by(at_once as usize) {
+            self.constants.first_sample = first + done;
+            self.constants.samples = at_once.min(samples - done);
+            self.frame.write(&[self.constants])?;
+            for (strip, sums) in &self.strips {
+                let bindings = PathTrace {
+                    scene: self.offered.as_ref(),
+                    frame: &self.frame,
+                    sums,
+                    counters: &self.counters,
+                };
+                let groups = strip.groups(self.constants.width);
+                let mut recording = Recording::new(&self.device)?;
+                recording.pass(&self.path_trace, &bindings, strip, groups)?;
+                PassTime::add(&mut times, recording.finish()?);
+            }
+        }
+        if self.device.info.loop_turns.is_some() {
+            self.assert_whole()?;
         }
         Ok(times)
+    }
+
+    /// Samples of a dispatch at most, so that a driver that counts a loop's turns lets it end.
+    fn samples_at_once(&self) -> u32 {
+        self.device.info.loop_turns.map_or(u32::MAX, |turns| {
+            let rays = self.constants.bounces.saturating_add(1).saturating_mul(2);
+            (turns / TURNS_A_RAY / rays).max(1)
+        })
+    }
+
+    /// Fails if the driver ended loops early.
+    fn assert_whole(&self) -> Result<()> {
+        let counters: Vec<u32> = self.counters.read(COUNTERS as usize)?;
+        match counters[COUNTER_CUT_SHORT as usize] {
+            0 => Ok(()),
+            count => Err(Error::failed(format!(
+                "driver '{}' ended the loops of {count} pixels early; use fewer bounces or a newer driver",
+                self.device.info.driver
+            ))),
+        }
     }
 
     /// Each pixel's sums, row by row from the top.

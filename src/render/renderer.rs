@@ -25,7 +25,7 @@ pub struct Renderer {
 }
 
 enum Technique {
-    PathTracing(PathTracer),
+    PathTracing(Box<PathTracer>),
     Resampling(Box<Frame>),
 }
 
@@ -61,7 +61,7 @@ impl Renderer {
         let offered = Arc::new(Offered::new(device, scene, settings)?);
         let technique = match settings.integrator {
             Integrator::PathTracing => {
-                Technique::PathTracing(PathTracer::new(device, &offered, constants)?)
+                Technique::PathTracing(Box::new(PathTracer::new(device, &offered, constants)?))
             }
             Integrator::Restir => {
                 let frame = Frame::new(device, &offered, &constants, settings)?;

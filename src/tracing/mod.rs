@@ -10,5 +10,5 @@ pub mod scene;
 pub mod selection;
 pub mod shaders;
 
-pub use crate::shaders::{GeometryAccess, Tracer, Variant};
+pub use crate::shaders::{Fetch, GeometryAccess, Tracer, Variant};
 pub use scene::GpuScene;

@@ -4,7 +4,7 @@ use super::compute_bvh::Tree;
 use super::gather::gather;
 use super::geometry::{Geometry, MeshPlace};
 use super::ray_query::RayQueryScene;
-use super::{GeometryAccess, Tracer, Variant};
+use super::{Fetch, GeometryAccess, Tracer, Variant};
 use crate::gpu::{Buffer, Device, Resource, Usage};
 use crate::layouts::{GpuInstance, GpuLight, GpuMaterial, NONE, SceneAddresses};
 use crate::scene::lights::{self, AliasTable, UNIFORM_SHARE};
@@ -97,13 +97,13 @@ impl GpuScene {
         let lights = gpu_lights(scene, origin);
         let materials: Vec<GpuMaterial> = scene.materials.iter().map(gpu_material).collect();
         let plain = Usage::default();
-        let texels = Usage {
-            texels: true,
+        let fetched = Usage {
+            texels: variant.fetch == Fetch::Texels,
             ..plain
         };
         let input = Usage {
             acceleration_input: variant.tracer == Tracer::RayQuery,
-            ..texels
+            ..fetched
         };
         let positions = Buffer::from_slice(device, "positions", &geometry.positions, input)?;
         let ray_query = match variant.tracer {
@@ -123,7 +123,7 @@ impl GpuScene {
             positions,
             normals: Buffer::from_slice(device, "normals", &geometry.normals, plain)?,
             triangle_parts: Buffer::from_slice(device, "triangle_parts", &geometry.parts, plain)?,
-            nodes: Buffer::from_slice(device, "nodes", &nodes, texels)?,
+            nodes: Buffer::from_slice(device, "nodes", &nodes, fetched)?,
             top_instances: Buffer::from_slice(device, "top_instances", &top.order, plain)?,
             instances: Buffer::from_slice(device, "instances", &instances, plain)?,
             materials: Buffer::from_slice(device, "materials", &materials, plain)?,
@@ -145,11 +145,15 @@ impl GpuScene {
 
     /// What shaders may name.
     pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
+        let fetched = match self.variant.fetch {
+            Fetch::Texels => Resource::Texels,
+            Fetch::Words => Resource::Read,
+        };
         let mut offered = vec![
             ("materials", Resource::Read(&self.materials)),
             ("lights", Resource::Read(&self.lights)),
-            ("nodes", Resource::Texels(&self.nodes)),
-            ("positions", Resource::Texels(&self.positions)),
+            ("nodes", fetched(&self.nodes)),
+            ("positions", fetched(&self.positions)),
         ];
         match &self.addresses {
             Some(addresses) => offered.push(("scene_addresses", Resource::Uniform(addresses))),
@@ -196,6 +200,8 @@ impl GpuScene {
             triangle_parts: address(&self.triangle_parts)?,
             top_instances: address(&self.top_instances)?,
             instances: address(&self.instances)?,
+            nodes: address(&self.nodes)?,
+            positions: address(&self.positions)?,
         })
     }
 }
@@ -230,7 +236,8 @@ fn world_box(object_to_world: &DAffine3, place: &MeshPlace) -> (Vec3, Vec3) {
     ((world.0 - pad).as_vec3(), (world.1 + pad).as_vec3())
 }
 
-fn gpu_material(material: &Material) -> GpuMaterial {
+/// A material as shaders read it.
+pub fn gpu_material(material: &Material) -> GpuMaterial {
     // KHR_materials_ior: an index of 0 stands for a reflectance of 1 at every angle.
     let normal_reflectance = if material.ior == 0.0 {
         1.0
@@ -247,7 +254,8 @@ fn gpu_material(material: &Material) -> GpuMaterial {
     }
 }
 
-fn gpu_lights(scene: &Scene, origin: DVec3) -> Vec<GpuLight> {
+/// The lights of a scene with `origin` moved to zero, as shaders pick them.
+pub fn gpu_lights(scene: &Scene, origin: DVec3) -> Vec<GpuLight> {
     let triangles = lights::light_triangles(scene);
     let weights: Vec<f64> = triangles
         .iter()

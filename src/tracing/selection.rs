@@ -1,8 +1,8 @@
 //! Which tracer and which geometry accessor a device gets: by rule from what the device is, never
 //! by a timing, so that the same command on the same machine always does the same.
 
-use super::{GeometryAccess, Tracer, Variant};
-use crate::gpu::{DeviceInfo, Features};
+use super::{Fetch, GeometryAccess, Tracer, Variant};
+use crate::gpu::{DeviceInfo, DriverKind, Features};
 use crate::{Error, Result};
 
 /// The tracer as the user asks for it.
@@ -27,6 +27,8 @@ pub struct Selection {
     pub tracer_reason: &'static str,
     /// Why this geometry access.
     pub geometry_reason: &'static str,
+    /// Why this fetch.
+    pub fetch_reason: &'static str,
 }
 
 impl Selection {
@@ -40,7 +42,9 @@ impl Selection {
 }
 
 /// The rule. A CPU device traces in compute: its ray query is the slower one by far. Addresses are
-/// used where the device has them and they pay.
+/// used where the device has them, since they reach further than a binding, but for drivers that
+/// were measured to be slow with them (processor time of path tracing `cornell-glossy` and
+/// `night-city`).
 ///
 /// # Errors
 /// Ray query was asked for on a device that has none.
@@ -63,36 +67,37 @@ pub fn select(device: &DeviceInfo, wanted: TracerChoice) -> Result<Selection> {
         ),
         TracerChoice::Auto => (Tracer::RayQuery, "the device has ray query"),
     };
-    let (geometry, geometry_reason) = if !device.buffer_addresses {
-        (
+    let (geometry, geometry_reason) = match device.driver_kind {
+        _ if !device.buffer_addresses => (
             GeometryAccess::StorageBuffers,
             "the device has no buffer addresses",
-        )
-    } else if old_llvmpipe(device) {
-        (
+        ),
+        DriverKind::Llvmpipe { mesa: ..=22 } => (
             GeometryAccess::StorageBuffers,
-            "buffer addresses are slow in this driver",
-        )
-    } else {
-        (
+            "by address this driver takes 1.3 times as long",
+        ),
+        DriverKind::SwiftShader => (
+            GeometryAccess::StorageBuffers,
+            "by address this driver takes 1.05 times as long",
+        ),
+        _ => (
             GeometryAccess::BufferAddresses,
             "the device has buffer addresses",
-        )
+        ),
+    };
+    let (fetch, fetch_reason) = if device.max_texel_bytes() < device.max_storage_buffer_range {
+        (Fetch::Words, "texels reach less far than a binding")
+    } else {
+        (Fetch::Texels, "texels reach as far as a binding")
     };
     Ok(Selection {
-        variant: Variant { tracer, geometry },
+        variant: Variant {
+            tracer,
+            geometry,
+            fetch,
+        },
         tracer_reason,
         geometry_reason,
+        fetch_reason,
     })
-}
-
-/// llvmpipe before Mesa 23 reads addresses 3.5 to 4 times slower than descriptors.
-fn old_llvmpipe(device: &DeviceInfo) -> bool {
-    device.name.contains("llvmpipe")
-        && device
-            .driver
-            .split("Mesa ")
-            .nth(1)
-            .and_then(|version| version.split('.').next()?.parse::<u32>().ok())
-            .is_some_and(|major| major < 23)
 }

@@ -12,7 +12,7 @@ use glam::{DVec3, Vec3, Vec3A};
 use headwater::layouts::RayQuery;
 use headwater::scene::{Material, Scene};
 use headwater::tracing::rays::RayTracer;
-use headwater::tracing::{GeometryAccess, GpuScene, Tracer, Variant};
+use headwater::tracing::{GpuScene, Tracer};
 use obvhs::BvhBuildParams;
 use obvhs::cwbvh::{CwBvh, builder::build_cwbvh_from_tris};
 use obvhs::ray::{Ray, RayHit};
@@ -236,46 +236,33 @@ fn main() {
         let scene = terrain(count);
         let cpu = CpuTree::new(&scene);
         let batches = batches(&cpu);
-        let mut variants = vec![
-            (
-                "compute-bvh/buffer-addresses",
-                Tracer::ComputeBvh,
-                GeometryAccess::BufferAddresses,
-            ),
-            (
-                "compute-bvh/storage-buffers",
-                Tracer::ComputeBvh,
-                GeometryAccess::StorageBuffers,
-            ),
-        ];
+        let mut variants = support::variants(Tracer::ComputeBvh);
         if !only_cpu_bvh {
-            variants.push((
-                "ray-query",
-                Tracer::RayQuery,
-                GeometryAccess::BufferAddresses,
-            ));
+            variants.extend(support::variants(Tracer::RayQuery).last());
         }
         let opened: Vec<_> = variants
-            .iter()
-            .filter_map(|(name, tracer, geometry)| {
-                let variant = Variant {
-                    tracer: *tracer,
-                    geometry: *geometry,
-                };
-                let info = support::device_info();
-                let able = (*tracer == Tracer::ComputeBvh || info.ray_query)
-                    && (*geometry == GeometryAccess::StorageBuffers || info.buffer_addresses);
-                able.then(|| {
-                    let (device, _) = support::open_device(Some(variant));
-                    let scene = GpuScene::new(&device, &scene, DVec3::ZERO, variant).unwrap();
-                    (*name, device, scene)
-                })
+            .into_iter()
+            .filter_map(|variant| {
+                let name = [
+                    variant.tracer.name(),
+                    variant.geometry.name(),
+                    variant.fetch.name(),
+                ]
+                .join("/");
+                let (device, _) = support::open_device(Some(variant));
+                match GpuScene::new(&device, &scene, DVec3::ZERO, variant) {
+                    Ok(scene) => Some((name, device, scene)),
+                    Err(e) => {
+                        println!("tracing {count} {name} cannot: {e}");
+                        None
+                    }
+                }
             })
             .collect();
         for (kind, rays) in &batches {
             let tracers: Vec<_> = opened
                 .iter()
-                .map(|(name, device, scene)| (*name, RayTracer::new(device, scene, rays).unwrap()))
+                .map(|(name, device, scene)| (name, RayTracer::new(device, scene, rays).unwrap()))
                 .collect();
             let mut cpu_rates = Vec::new();
             let mut results = vec![(Vec::new(), Vec::new(), Vec::new()); tracers.len()];

@@ -2,13 +2,15 @@
 #![allow(dead_code, unused_imports)] // Each test binary uses its own part.
 
 pub mod brute_force;
+pub mod random;
 
 use glam::{DAffine3, DVec3, Vec3};
 use headwater::gpu::{Device, DeviceInfo, Instance};
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::{Camera, Instance as Placed, Material, Mesh, Part, Scene};
 use headwater::tracing::selection::{self, Selection, TracerChoice};
-use headwater::tracing::{GpuScene, Variant};
+use headwater::tracing::{GeometryAccess, GpuScene, Tracer, Variant};
+use std::io::Write as _;
 use std::sync::Arc;
 
 fn open_instance() -> Arc<Instance> {
@@ -33,9 +35,24 @@ fn choose(instance: &Instance) -> DeviceInfo {
     info.unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// What the tests' device is and can do.
-pub fn device_info() -> DeviceInfo {
-    choose(&open_instance())
+/// The variants with a tracer that the tests' device can run; says which tracer it lacks.
+pub fn variants(tracer: Tracer) -> Vec<Variant> {
+    let info = choose(&open_instance());
+    if tracer == Tracer::RayQuery && !info.ray_query {
+        // Past the test runner, which shows what a test prints only where it fails.
+        static SAID: std::sync::Once = std::sync::Once::new();
+        SAID.call_once(|| {
+            let _ = writeln!(
+                std::io::stderr(),
+                "note: nothing is tested with ray query, which device '{}' lacks",
+                info.name
+            );
+        });
+        return Vec::new();
+    }
+    Variant::of(tracer)
+        .filter(|v| v.geometry == GeometryAccess::StorageBuffers || info.buffer_addresses)
+        .collect()
 }
 
 /// The tests' device, opened for `variant` or, with none, for what the rule chooses.
