@@ -7,8 +7,12 @@
 
 Reservoir techniques[MOST_TECHNIQUES];
 
-// Merges `count` techniques, the canonical being number 0. With `visibility`, targets include it.
-Reservoir merge_techniques(uint mis, uint count, bool visibility, inout Random random) {
+// What each technique's sample weighs in the merge, m_i · p̂_0(y_i) · W_i, and p̂_0(y_i).
+float technique_weights[MOST_TECHNIQUES];
+float technique_targets[MOST_TECHNIQUES];
+
+// Weighs `count` techniques, the canonical being number 0. With `visibility`, targets include it.
+void weigh_techniques(uint mis, uint count, bool visibility) {
     float canonical_confidence = techniques[0].confidence;
     float neighbour_confidence = 0.0;
     for (uint i = 1u; i < count; i += 1u) neighbour_confidence += techniques[i].confidence;
@@ -18,32 +22,37 @@ Reservoir merge_techniques(uint mis, uint count, bool visibility, inout Random r
     for (uint k = 0u; k < count; k += 1u) {
         Domain domain = domain_of(k);
         for (uint i = 0u; i < count; i += 1u) {
-            if (!pair_counts(mis, i, k)) continue;
-            float target = 0.0;
             // An empty technique has no sample to look at; its domain still judges the others'.
-            if (techniques[i].contribution_weight > 0.0) {
-                target = target_function(domain, techniques[i].value);
-                // Where a sample lives it is visible, or its weight were 0.
-                if (visibility && i != k && target > 0.0 && !is_visible(k, domain, techniques[i].value)) target = 0.0;
-            }
+            if (techniques[i].contribution_weight <= 0.0 || !pair_counts(mis, i, k)) continue;
+            float target = target_function(domain, techniques[i].value);
+            // Where a sample lives it is visible, or its weight were 0.
+            if (visibility && i != k && target > 0.0 && !is_visible(k, domain, techniques[i].value)) target = 0.0;
             balance_add(balances[i], i, k, target, techniques[k].confidence, canonical_confidence,
                         neighbour_confidence);
         }
     }
-
-    Stream stream = empty_stream();
     for (uint i = 0u; i < count; i += 1u) {
-        float target = balances[i].canonical;
         float m = mis_weight(mis, i, balances[i], techniques[i].confidence, canonical_confidence,
                              neighbour_confidence);
-        float weight = m * target * techniques[i].contribution_weight;
-        stream_add(stream, i, weight, target, to_unit(random_bits(random).x));
+        technique_targets[i] = balances[i].canonical;
+        technique_weights[i] = m * balances[i].canonical * techniques[i].contribution_weight;
+    }
+}
+
+// Merges `count` techniques into one reservoir.
+Reservoir merge_techniques(uint mis, uint count, bool visibility, inout Random random) {
+    weigh_techniques(mis, count, visibility);
+    Stream stream = empty_stream();
+    float confidence = 0.0;
+    for (uint i = 0u; i < count; i += 1u) {
+        confidence += techniques[i].confidence;
+        stream_add(stream, i, technique_weights[i], technique_targets[i], to_unit(random_bits(random).x));
     }
     Reservoir merged = empty_reservoir(0.0);
     if (stream.chosen != NONE) {
         merged = techniques[stream.chosen];
         merged.contribution_weight = accept_weight(contribution_weight(stream), COUNTER_REJECTED);
     }
-    merged.confidence = canonical_confidence + neighbour_confidence;
+    merged.confidence = confidence;
     return merged;
 }

@@ -3,6 +3,7 @@
 mod directions;
 mod lights;
 mod numbers;
+mod resampling;
 #[path = "../support/mod.rs"]
 mod support;
 mod surfaces;
@@ -26,6 +27,7 @@ pub struct Tables {
     specular_albedo: Buffer,
     materials: Buffer,
     lights: Buffer,
+    counters: Buffer,
 }
 
 impl Tables {
@@ -34,6 +36,7 @@ impl Tables {
             ("specular_albedo", Resource::Read(&self.specular_albedo)),
             ("materials", Resource::Read(&self.materials)),
             ("lights", Resource::Read(&self.lights)),
+            ("counters", Resource::Write(&self.counters)),
         ]
     }
 }
@@ -49,6 +52,10 @@ pub struct Function<'a> {
     pub materials: &'a [GpuMaterial],
     /// What `lights` holds.
     pub lights: &'a [GpuLight],
+    /// Declarations before the function, after the includes.
+    pub globals: &'a str,
+    /// A text in the sources, and what is planted in its place.
+    pub fault: Option<(&'a str, &'a str)>,
     /// Specialisation constants.
     pub constants: &'a [(u32, u32)],
 }
@@ -63,6 +70,7 @@ impl Function<'_> {
             .collect();
         let source = format!(
             "#version 460\n#include \"prelude.glsl\"\n{includes}
+            {globals}
             layout(local_size_x = 64) in;
             layout(scalar) readonly buffer InputsBlock {{ uvec4 at[]; }} inputs;
             layout(scalar) writeonly buffer OutputsBlock {{ uvec4 at[]; }} outputs;
@@ -76,14 +84,21 @@ impl Function<'_> {
                 outputs.at[2u * i_ + 1u] = y;
             }}",
             count = inputs.len(),
-            body = self.body
+            body = self.body,
+            globals = self.globals,
         );
         let variant = Variant {
             tracer: Tracer::ComputeBvh,
             geometry: GeometryAccess::StorageBuffers,
             fetch: Fetch::Words,
         };
-        let words = compiler::compile("function.comp", &source, &sources(), &variant.defines())
+        let mut sources = sources();
+        if let Some((text, planted)) = self.fault {
+            let found = sources.values_mut().find(|s| s.contains(text));
+            let found = found.expect("nowhere to plant the fault");
+            *found = found.replace(text, planted);
+        }
+        let words = compiler::compile("function.comp", &source, &sources, &variant.defines())
             .unwrap_or_else(|e| panic!("{e}"));
         let (device, _) = support::open_device(Some(variant));
         let buffer =
@@ -93,6 +108,7 @@ impl Function<'_> {
             specular_albedo: buffer("specular_albedo", bytemuck::cast_slice(&table)),
             materials: buffer("materials", bytemuck::cast_slice(self.materials)),
             lights: buffer("lights", bytemuck::cast_slice(self.lights)),
+            counters: buffer("counters", &[0; 64]),
         };
         let inputs_buffer = buffer("inputs", bytemuck::cast_slice(inputs));
         let outputs = buffer("outputs", &vec![0; inputs.len() * 32]);

@@ -1,0 +1,344 @@
+//! The merge on toys: a handful of samples, every outcome of every technique enumerated, so that the
+//! expected value is known exactly.
+
+use crate::{Function, floats, number};
+use headwater::layouts::{MIS_BALANCE, MIS_CONSTANT, MIS_DEFENSIVE, MIS_PAIRWISE};
+
+/// Samples that a toy's techniques choose from.
+const SAMPLES: usize = 4;
+/// Techniques at most.
+const MOST: usize = 4;
+const UNBIASED: [u32; 3] = [MIS_BALANCE, MIS_PAIRWISE, MIS_DEFENSIVE];
+
+/// What one technique may come to: a sample with its contribution weight, or nothing.
+#[derive(Clone, Copy, Debug)]
+struct Outcome {
+    probability: f64,
+    sample: Option<usize>,
+    weight: f64,
+}
+
+/// A technique: its target function, its confidence, and all it may come to.
+#[derive(Clone, Debug)]
+struct Technique {
+    targets: [f64; SAMPLES],
+    confidence: f64,
+    outcomes: Vec<Outcome>,
+}
+
+impl Technique {
+    /// Draws samples with these probabilities, and what they lack of one is nothing at all.
+    fn new(targets: [f64; SAMPLES], confidence: f64, probabilities: [f64; SAMPLES]) -> Self {
+        let mut outcomes: Vec<Outcome> = probabilities
+            .iter()
+            .enumerate()
+            .filter(|(_, p)| **p > 0.0)
+            .map(|(sample, p)| Outcome {
+                probability: *p,
+                sample: Some(sample),
+                weight: 1.0 / p,
+            })
+            .collect();
+        let rest = 1.0 - probabilities.iter().sum::<f64>();
+        if rest > 1e-12 {
+            outcomes.push(Outcome {
+                probability: rest,
+                sample: None,
+                weight: 0.0,
+            });
+        }
+        Self {
+            targets,
+            confidence,
+            outcomes,
+        }
+    }
+}
+
+/// Every combination of outcomes with its probability.
+fn combinations(techniques: &[Technique]) -> Vec<(f64, Vec<Outcome>)> {
+    let start = vec![(1.0, Vec::new())];
+    techniques.iter().fold(start, |all, technique| {
+        all.iter()
+            .flat_map(|(p, chosen)| {
+                technique.outcomes.iter().map(move |outcome| {
+                    let mut chosen = chosen.clone();
+                    chosen.push(*outcome);
+                    (p * outcome.probability, chosen)
+                })
+            })
+            .collect()
+    })
+}
+
+/// One combination's resampling weights and canonical targets, by the shaders' merge.
+struct Weighed {
+    probability: f64,
+    outcomes: Vec<Outcome>,
+    weights: Vec<f64>,
+}
+
+fn weigh(mis: u32, techniques: &[Technique], fault: Option<(&str, &str)>) -> Vec<Weighed> {
+    let table = |values: Vec<f64>| {
+        let texts: Vec<String> = values.iter().map(|v| format!("{v:?}")).collect();
+        format!("float[]({})", texts.join(", "))
+    };
+    let targets = table(techniques.iter().flat_map(|t| t.targets).collect());
+    let confidences = table(techniques.iter().map(|t| t.confidence).collect());
+    let count = techniques.len();
+    let globals = format!(
+        "struct Sample {{ uint number; }};
+        struct Domain {{ uint technique; }};
+        struct Reservoir {{ Sample value; float contribution_weight; float confidence; }};
+        const uint MOST_TECHNIQUES = {MOST}u;
+        const float TARGETS[{all}] = {targets};
+        const float CONFIDENCES[{count}] = {confidences};
+        Reservoir empty_reservoir(float confidence) {{ return Reservoir(Sample(NONE), 0.0, confidence); }}
+        Domain domain_of(uint technique) {{ return Domain(technique); }}
+        float target_function(Domain domain, Sample value) {{
+            return TARGETS[{SAMPLES}u * domain.technique + value.number];
+        }}
+        bool is_visible(uint technique, Domain domain, Sample value) {{ return true; }}
+        #include \"random.glsl\"
+        #include \"values.glsl\"
+        #include \"resampling.glsl\"
+        #include \"merge.glsl\"",
+        all = count * SAMPLES,
+    );
+    let body = format!(
+        "for (uint i = 0u; i < {count}u; i += 1u)
+            techniques[i] = Reservoir(Sample(a[i]), uintBitsToFloat(b[i]), CONFIDENCES[i]);
+        weigh_techniques({mis}u, {count}u, true);
+        for (uint i = 0u; i < {count}u; i += 1u) x[i] = floatBitsToUint(technique_weights[i]);
+        // A random choice by these weights is tested elsewhere; it needs no more than that it ends.
+        Random random = random_start(1u, 2u, 3u);
+        if (merge_techniques({mis}u, {count}u, true, random).confidence < 0.0) y.x = 1u;"
+    );
+    let function = Function {
+        globals: &globals,
+        body: &body,
+        fault,
+        ..Function::default()
+    };
+    let all = combinations(techniques);
+    let inputs: Vec<[u32; 8]> = all
+        .iter()
+        .map(|(_, outcomes)| {
+            let mut words = floats(&[0.0; 8]);
+            for (i, outcome) in outcomes.iter().enumerate() {
+                words[i] = outcome.sample.unwrap_or(0) as u32;
+                words[4 + i] = (outcome.weight as f32).to_bits();
+            }
+            words
+        })
+        .collect();
+    all.into_iter()
+        .zip(function.run(&inputs))
+        .map(|((probability, outcomes), words)| Weighed {
+            probability,
+            weights: words[..count].iter().map(|w| number(*w)).collect(),
+            outcomes,
+        })
+        .collect()
+}
+
+/// What the merge gives each sample on average: 1 where it is unbiased. Resampling by weight w and
+/// dividing by the target gives, whatever is chosen, Σ w_i / p̂_0(y_i).
+fn mean_weights(techniques: &[Technique], weighed: &[Weighed]) -> [f64; SAMPLES] {
+    let mut mean = [0.0; SAMPLES];
+    for w in weighed {
+        for (outcome, weight) in w.outcomes.iter().zip(&w.weights) {
+            let Some(sample) = outcome.sample.filter(|_| *weight > 0.0) else {
+                continue;
+            };
+            mean[sample] += w.probability * weight / techniques[0].targets[sample];
+        }
+    }
+    mean
+}
+
+/// How far the mean weights are from 1 on the canonical's support, and from 0 elsewhere.
+fn bias(mis: u32, techniques: &[Technique], fault: Option<(&str, &str)>) -> f64 {
+    let mean = mean_weights(techniques, &weigh(mis, techniques, fault));
+    (0..SAMPLES)
+        .map(|y| (mean[y] - f64::from(u8::from(techniques[0].targets[y] > 0.0))).abs())
+        .fold(0.0, f64::max)
+}
+
+/// Toys by name; the canonical covers its own target's support in each.
+fn toys() -> Vec<(&'static str, Vec<Technique>)> {
+    let t = Technique::new;
+    vec![
+        (
+            "alone",
+            vec![t([1.0, 2.0, 0.0, 3.0], 1.0, [0.2, 0.3, 0.0, 0.5])],
+        ),
+        (
+            "same domain",
+            vec![
+                t([1.0, 2.0, 3.0, 4.0], 1.0, [0.25; 4]),
+                t([1.0, 2.0, 3.0, 4.0], 5.0, [0.1, 0.2, 0.3, 0.4]),
+                t([1.0, 2.0, 3.0, 4.0], 2.0, [0.4, 0.3, 0.2, 0.1]),
+            ],
+        ),
+        (
+            "partial supports, unequal confidences",
+            vec![
+                t([1.0, 2.0, 3.0, 0.0], 1.0, [0.5, 0.25, 0.25, 0.0]),
+                t([0.0, 5.0, 1.0, 2.0], 20.0, [0.0, 0.3, 0.3, 0.4]),
+                t([4.0, 0.0, 0.5, 1.0], 3.0, [0.6, 0.0, 0.3, 0.1]),
+            ],
+        ),
+        (
+            "disjoint supports",
+            vec![
+                t([1.0, 2.0, 0.0, 0.0], 1.0, [0.5, 0.5, 0.0, 0.0]),
+                t([0.0, 0.0, 3.0, 1.0], 9.0, [0.0, 0.0, 0.5, 0.5]),
+            ],
+        ),
+        (
+            "often empty",
+            vec![
+                t([1.0, 2.0, 3.0, 4.0], 1.0, [0.2, 0.1, 0.1, 0.1]),
+                t([1.0, 0.0, 3.0, 2.0], 4.0, [0.02, 0.0, 0.05, 0.03]),
+                t([2.0, 2.0, 0.0, 1.0], 7.0, [0.2, 0.2, 0.0, 0.1]),
+                t([0.0, 1.0, 1.0, 1.0], 1.0, [0.0, 0.1, 0.1, 0.1]),
+            ],
+        ),
+        (
+            "neighbours almost always and always empty",
+            vec![
+                t([1.0, 2.0, 3.0, 4.0], 1.0, [0.25; 4]),
+                // What it can never make, its target must not claim.
+                t([1.0, 2.0, 3.0, 4.0], 6.0, [1e-3; 4]),
+                t([0.0; 4], 6.0, [0.0; 4]),
+            ],
+        ),
+        (
+            "twenty decades between targets",
+            vec![
+                t([1e-10, 1.0, 1e10, 1.0], 1.0, [0.25; 4]),
+                t([1e10, 1.0, 1e-10, 0.0], 30.0, [0.3, 0.3, 0.4, 0.0]),
+            ],
+        ),
+    ]
+}
+
+#[test]
+fn merges_are_unbiased_on_every_toy() {
+    for (name, techniques) in toys() {
+        for mis in UNBIASED {
+            let bias = bias(mis, &techniques, None);
+            assert!(bias < 2e-6, "{name}, mode {mis}: {bias}");
+        }
+    }
+}
+
+#[test]
+fn confidence_alone_is_biased_where_supports_differ() {
+    for (name, techniques) in toys() {
+        let bias = bias(MIS_CONSTANT, &techniques, None);
+        match name {
+            "alone" | "same domain" => assert!(bias < 2e-6, "{name}: {bias}"),
+            "partial supports, unequal confidences" | "disjoint supports" => {
+                assert!(bias > 0.1, "{name}: {bias}");
+            }
+            _ => {}
+        }
+    }
+}
+
+/// On identical domains balance and pairwise weigh by confidence alone; defensive gives the canonical
+/// (c/T)(1 + C/T).
+#[test]
+fn on_identical_domains_the_weights_are_known() {
+    let (_, techniques) = toys().swap_remove(1);
+    let c: Vec<f64> = techniques.iter().map(|t| t.confidence).collect();
+    let (neighbours, total) = (c[1] + c[2], c.iter().sum::<f64>());
+    for mis in UNBIASED {
+        for w in weigh(mis, &techniques, None) {
+            for (i, (outcome, weight)) in w.outcomes.iter().zip(&w.weights).enumerate() {
+                let target = techniques[0].targets[outcome.sample.unwrap()];
+                let m = weight / (target * outcome.weight);
+                let expected = match (mis, i) {
+                    (MIS_DEFENSIVE, 0) => c[0] / total * (1.0 + neighbours / total),
+                    (MIS_DEFENSIVE, _) => c[i] / total * (neighbours / total),
+                    _ => c[i] / total,
+                };
+                assert!(
+                    (m - expected).abs() < 1e-6,
+                    "mode {mis}, technique {i}: {m}"
+                );
+            }
+        }
+    }
+}
+
+/// A merged reservoir is a technique like any other: merged once more it is still unbiased.
+#[test]
+fn merges_of_merges_are_unbiased() {
+    let (_, first) = toys().swap_remove(4);
+    for mis in UNBIASED {
+        // Whatever is chosen of a combination, by its share of the weights.
+        let mut outcomes = Vec::new();
+        for w in weigh(mis, &first, None) {
+            let sum: f64 = w.weights.iter().sum();
+            if sum == 0.0 {
+                outcomes.push(Outcome {
+                    probability: w.probability,
+                    sample: None,
+                    weight: 0.0,
+                });
+                continue;
+            }
+            for (outcome, weight) in w.outcomes.iter().zip(&w.weights) {
+                if let Some(sample) = outcome.sample.filter(|_| *weight > 0.0) {
+                    outcomes.push(Outcome {
+                        probability: w.probability * weight / sum,
+                        sample: Some(sample),
+                        weight: sum / first[0].targets[sample],
+                    });
+                }
+            }
+        }
+        let merged = Technique {
+            targets: first[0].targets,
+            confidence: first.iter().map(|t| t.confidence).sum(),
+            outcomes,
+        };
+        let canonical = Technique::new([2.0, 1.0, 0.5, 0.0], 1.0, [0.3, 0.3, 0.3, 0.0]);
+        let bias = bias(mis, &[canonical, merged], None);
+        assert!(bias < 1e-5, "mode {mis}: {bias}");
+    }
+}
+
+/// The check sees what it is for.
+#[test]
+fn planted_faults_are_seen() {
+    let (_, techniques) = toys().swap_remove(4);
+    let faults = [
+        (
+            "empty neighbours skipped",
+            (
+                "Domain domain = domain_of(k);",
+                "if (k > 0u && techniques[k].contribution_weight <= 0.0) continue; Domain domain = domain_of(k);",
+            ),
+        ),
+        (
+            "a confidence that depends on the sample",
+            (
+                "techniques[k].confidence, canonical_confidence,",
+                "techniques[k].confidence * (techniques[k].contribution_weight > 10.0 ? 2.0 : 1.0), canonical_confidence,",
+            ),
+        ),
+        (
+            "the canonical's pair term without its own target",
+            ("share_of(canonical, neighbour_confidence * target)", "0.5"),
+        ),
+    ];
+    for (name, fault) in faults {
+        let seen = bias(MIS_PAIRWISE, &techniques, Some(fault));
+        println!("{name}: {seen:.3}");
+        assert!(seen > 0.005, "{name}: {seen}");
+    }
+}
