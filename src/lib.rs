@@ -15,6 +15,7 @@ mod nearest;
 pub mod render;
 pub mod scene;
 pub mod shaders;
+pub mod study;
 pub mod tracing;
 
 pub use error::{Error, Result};

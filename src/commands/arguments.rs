@@ -109,29 +109,10 @@ impl SceneArgs {
     /// # Errors
     /// A side of 0, or more pixels than Headwater takes.
     pub fn size(&self, camera: &Camera) -> Result<(u32, u32)> {
-        let aspect = camera.aspect_ratio.unwrap_or(16.0 / 9.0);
-        let side = |pixels: f64| (pixels.round().min(f64::from(u32::MAX)) as u32).max(1);
-        let (width, height) = match (self.width, self.height) {
-            (Some(width), Some(height)) => (width, height),
-            (Some(width), None) => (width, side(f64::from(width) / aspect)),
-            (None, Some(height)) => (side(f64::from(height) * aspect), height),
-            (None, None) => (1280, side(1280.0 / aspect)),
-        };
-        let pixels = u64::from(width) * u64::from(height);
-        if pixels == 0 {
-            return Err(Error::input(format!(
-                "an image of {width} × {height} has no pixels; --width and --height begin at 1"
-            )));
-        }
-        if pixels > MOST_PIXELS {
-            return Err(Error::input(format!(
-                "an image of {width} × {height} has {pixels} pixels; at most {MOST_PIXELS} are possible"
-            )));
-        }
         if !self.exposure.is_finite() {
             return Err(Error::input("--exposure takes a finite number of stops"));
         }
-        Ok((width, height))
+        size_for(camera, self.width, self.height)
     }
 
     /// The camera of `--look-at`, if it was given.
@@ -166,6 +147,33 @@ impl SceneArgs {
         check_camera("--look-at", &camera)?;
         Ok(Some(camera))
     }
+}
+
+/// Width and height, the ones not given by the camera's aspect ratio.
+///
+/// # Errors
+/// A side of 0, or more pixels than Headwater takes.
+pub fn size_for(camera: &Camera, width: Option<u32>, height: Option<u32>) -> Result<(u32, u32)> {
+    let aspect = camera.aspect_ratio.unwrap_or(16.0 / 9.0);
+    let side = |pixels: f64| (pixels.round().min(f64::from(u32::MAX)) as u32).max(1);
+    let (width, height) = match (width, height) {
+        (Some(width), Some(height)) => (width, height),
+        (Some(width), None) => (width, side(f64::from(width) / aspect)),
+        (None, Some(height)) => (side(f64::from(height) * aspect), height),
+        (None, None) => (1280, side(1280.0 / aspect)),
+    };
+    let pixels = u64::from(width) * u64::from(height);
+    if pixels == 0 {
+        return Err(Error::input(format!(
+            "an image of {width} × {height} has no pixels; --width and --height begin at 1"
+        )));
+    }
+    if pixels > MOST_PIXELS {
+        return Err(Error::input(format!(
+            "an image of {width} × {height} has {pixels} pixels; at most {MOST_PIXELS} are possible"
+        )));
+    }
+    Ok((width, height))
 }
 
 /// Checks every output path before long work begins.

@@ -10,6 +10,7 @@ pub mod reference;
 pub mod render;
 pub mod scene;
 pub mod session;
+pub mod study;
 
 use crate::{Error, Result};
 use clap::{Parser, Subcommand};
@@ -39,6 +40,8 @@ enum Command {
     Compare(compare::Args),
     /// The presets, and every setting with its doc.
     Presets(presets::Args),
+    /// Configurations × scenes × seeds × frames against references, and whether each is biased.
+    Study(study::Args),
 }
 
 /// Runs the command that the process's arguments name.
@@ -66,6 +69,7 @@ fn run(command: Command) -> Result<()> {
         Command::Reference(args) => reference::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Presets(args) => presets::run(&args),
+        Command::Study(args) => study::run(&args),
     }
 }
 

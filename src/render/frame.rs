@@ -213,10 +213,22 @@ impl Frame {
             offered: offered.clone(),
             device: device.clone(),
         };
-        let mut recording = Recording::new(device)?;
-        recording.clear(&made.counters);
-        recording.finish()?;
+        let mut made = made;
+        made.restart(frame.seed)?;
         Ok(made)
+    }
+
+    /// Begins anew with another seed, without history or sums.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn restart(&mut self, seed: u32) -> Result<()> {
+        self.constants.seed = seed;
+        self.last = None;
+        self.sums.clear();
+        let mut recording = Recording::new(&self.device)?;
+        recording.clear(&self.counters);
+        recording.finish().map(drop)
     }
 
     /// Whether a frame depends on the one before it.

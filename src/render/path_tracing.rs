@@ -60,13 +60,30 @@ impl PathTracer {
             constants,
             device: device.clone(),
         };
-        let mut recording = Recording::new(device)?;
-        for (_, sums) in &tracer.strips {
+        tracer.forget()?;
+        Ok(tracer)
+    }
+
+    /// Sets all sums and counts to zero.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn forget(&self) -> Result<()> {
+        let mut recording = Recording::new(&self.device)?;
+        for (_, sums) in &self.strips {
             recording.clear(sums);
         }
-        recording.clear(&tracer.counters);
-        recording.finish()?;
-        Ok(tracer)
+        recording.clear(&self.counters);
+        recording.finish().map(drop)
+    }
+
+    /// Begins anew with another seed.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn restart(&mut self, seed: u32) -> Result<()> {
+        self.constants.seed = seed;
+        self.forget()
     }
 
     /// Adds `samples` samples, numbered from `first`, to every pixel.

@@ -109,6 +109,47 @@ impl Renderer {
         }
     }
 
+    /// Begins anew with another seed, without history or sums.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn restart(&mut self, seed: u32) -> Result<()> {
+        match &mut self.technique {
+            Technique::PathTracing(tracer) => tracer.restart(seed),
+            Technique::Resampling(frame) => frame.restart(seed),
+        }
+    }
+
+    /// Renders one frame by itself, for [`Self::frame_radiance`].
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn single_frame(&mut self, number: u32) -> Result<Vec<PassTime>> {
+        match &mut self.technique {
+            Technique::PathTracing(tracer) => {
+                tracer.forget()?;
+                tracer.add_samples(number, 1)
+            }
+            Technique::Resampling(frame) => frame.render(number),
+        }
+    }
+
+    /// The radiance of the last single frame, row by row from the top.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn frame_radiance(&self) -> Result<Vec<[f32; 3]>> {
+        match &self.technique {
+            Technique::PathTracing(tracer) => {
+                let sums = tracer.sums()?;
+                Ok(sums.iter().map(|p| p.sum.to_array()).collect())
+            }
+            Technique::Resampling(frame) => {
+                Ok(frame.color()?.into_iter().map(|c| c.to_array()).collect())
+            }
+        }
+    }
+
     /// What the camera sees through each pixel's centre, row by row from the top.
     ///
     /// # Errors

@@ -1,0 +1,9 @@
+//! Studies: configurations × scenes × seeds × frames against references, and whether each
+//! configuration is biased. A plan says what; every finished run is kept, so that a study that was
+//! stopped goes on where it was.
+
+pub mod bias;
+pub mod plan;
+pub mod reference;
+pub mod results;
+pub mod run;

@@ -1,0 +1,245 @@
+//! What a study renders: a TOML file.
+
+use crate::render::Settings;
+use crate::render::presets::{Preset, parse_toml};
+use crate::{Error, Result};
+use serde::Deserialize;
+use serde_json::{Map, Value};
+
+/// A study as its file says it.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Plan {
+    /// Scenes: procedural names or files.
+    pub scenes: Vec<String>,
+    /// Pixels across; the height follows each camera.
+    #[serde(default = "default_width")]
+    pub width: u32,
+    /// Frames of a run, numbered from 0; the last one is checked for bias.
+    #[serde(default = "one")]
+    pub frames: u32,
+    /// Independent runs of each configuration.
+    #[serde(default = "default_seeds")]
+    pub seeds: u32,
+    /// Scattering events at most.
+    #[serde(default = "one")]
+    pub bounces: u32,
+    /// Samples a pixel of the references.
+    #[serde(default = "default_spp")]
+    pub reference_spp: u32,
+    /// Configurations one by one.
+    #[serde(default)]
+    pub configurations: Vec<Configuration>,
+    /// Products of settings.
+    #[serde(default)]
+    pub sweeps: Vec<Sweep>,
+}
+
+fn default_width() -> u32 {
+    120
+}
+
+fn one() -> u32 {
+    1
+}
+
+fn default_seeds() -> u32 {
+    64
+}
+
+fn default_spp() -> u32 {
+    4096
+}
+
+/// Whether a configuration should be found biased.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Expect {
+    /// It should pass the bias check, or the study fails.
+    #[default]
+    Unbiased,
+    /// Its bias is a number to know.
+    Biased,
+}
+
+/// One configuration.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Configuration {
+    /// Its name in tables.
+    pub name: String,
+    /// The preset it starts from.
+    pub preset: String,
+    /// Settings over the preset's, by dotted key.
+    #[serde(default)]
+    pub set: Map<String, Value>,
+    /// What the bias check should find.
+    #[serde(default)]
+    pub expect: Expect,
+}
+
+/// Configurations for every combination of some settings' values.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sweep {
+    /// The preset they start from.
+    pub preset: String,
+    /// Settings over the preset's, by dotted key.
+    #[serde(default)]
+    pub set: Map<String, Value>,
+    /// Values by dotted key.
+    pub over: Map<String, Value>,
+    /// What the bias check should find.
+    #[serde(default)]
+    pub expect: Expect,
+}
+
+/// A configuration with its settings resolved.
+#[derive(Clone, Debug)]
+pub struct Resolved {
+    /// Its name in tables.
+    pub name: String,
+    /// The settings.
+    pub settings: Settings,
+    /// What the bias check should find.
+    pub expect: Expect,
+}
+
+impl Plan {
+    /// Reads a plan; `origin` names it in messages.
+    ///
+    /// # Errors
+    /// Text that is not TOML, unknown keys, or values that no plan can have.
+    pub fn parse(origin: &str, text: &str) -> Result<Self> {
+        let tree = parse_toml(origin, text)?;
+        let plan: Self =
+            serde_json::from_value(tree).map_err(|e| Error::input(format!("{origin}: {e}")))?;
+        let wrong = |what: &str| Err(Error::input(format!("{origin}: {what}")));
+        if plan.scenes.is_empty() {
+            return wrong("scenes is empty; name at least one");
+        }
+        if plan.frames == 0 || plan.width == 0 || plan.seeds < 2 || plan.reference_spp < 2 {
+            return wrong("frames and width begin at 1, seeds and reference_spp at 2");
+        }
+        if plan.configurations.is_empty() && plan.sweeps.is_empty() {
+            return wrong("it has neither configurations nor sweeps");
+        }
+        Ok(plan)
+    }
+
+    /// Every configuration with its settings.
+    ///
+    /// # Errors
+    /// An unknown preset or setting, a value out of range, or two configurations of one name.
+    pub fn resolve(&self) -> Result<Vec<Resolved>> {
+        let mut all = Vec::new();
+        for c in &self.configurations {
+            all.push(resolved(&c.name, &c.preset, &[&c.set], c.expect)?);
+        }
+        for sweep in &self.sweeps {
+            for choice in combinations(&sweep.over)? {
+                let values = choice
+                    .values()
+                    .map(|v| v.as_str().map_or(v.to_string(), str::to_owned));
+                let name = values.collect::<Vec<_>>().join("/");
+                all.push(resolved(
+                    &name,
+                    &sweep.preset,
+                    &[&sweep.set, &choice],
+                    sweep.expect,
+                )?);
+            }
+        }
+        let mut names: Vec<&str> = all.iter().map(|c| c.name.as_str()).collect();
+        names.sort_unstable();
+        if let Some(pair) = names.windows(2).find(|pair| pair[0] == pair[1]) {
+            return Err(Error::input(format!(
+                "two configurations are named '{}'",
+                pair[0]
+            )));
+        }
+        Ok(all)
+    }
+}
+
+fn resolved(
+    name: &str,
+    preset: &str,
+    changes: &[&Map<String, Value>],
+    expect: Expect,
+) -> Result<Resolved> {
+    let mut settings = Preset::named(preset)?.settings()?;
+    for (key, value) in changes.iter().flat_map(|map| map.iter()) {
+        let leaf = key.rsplit('.').fold(value.clone(), |inner, part| {
+            Value::Object([(part.to_owned(), inner)].into_iter().collect())
+        });
+        settings = settings.with(&leaf)?;
+    }
+    Ok(Resolved {
+        name: name.to_owned(),
+        settings,
+        expect,
+    })
+}
+
+/// Every combination of one value for each key.
+fn combinations(over: &Map<String, Value>) -> Result<Vec<Map<String, Value>>> {
+    let mut all = vec![Map::new()];
+    for (key, values) in over {
+        let values = values
+            .as_array()
+            .filter(|v| !v.is_empty())
+            .ok_or_else(|| Error::input(format!("sweeps.over: {key} takes a list of values")))?;
+        all = all
+            .iter()
+            .flat_map(|chosen| {
+                values.iter().map(|value| {
+                    let mut chosen = chosen.clone();
+                    chosen.insert(key.clone(), value.clone());
+                    chosen
+                })
+            })
+            .collect();
+    }
+    Ok(all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = r#"
+        scenes = ["cornell"]
+        frames = 9
+        [[configurations]]
+        name = "one"
+        preset = "accurate"
+        [[sweeps]]
+        preset = "accurate"
+        [sweeps.over]
+        "direct.mis" = ["balance", "pairwise"]
+        "direct.spatial.neighbours" = [1, 2, 3]
+    "#;
+
+    #[test]
+    fn sweeps_are_products() {
+        let plan = Plan::parse("plan", TEXT).unwrap();
+        let all = plan.resolve().unwrap();
+        assert_eq!(all.len(), 7);
+        assert_eq!(all[6].name, "pairwise/3");
+        assert_eq!(all[6].settings.direct.spatial.neighbours, 3);
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        let parse = |text: &str| {
+            let plan = Plan::parse("plan", text)?;
+            plan.resolve().map(drop)
+        };
+        let message = |text: &str| parse(text).unwrap_err().to_string();
+        assert!(message(&TEXT.replace("frames = 9", "framez = 9")).contains("framez"));
+        assert!(message(&TEXT.replace("frames = 9", "frames = 0")).contains("frames"));
+        assert!(message(&TEXT.replace("direct.mis", "direct.mess")).contains("direct.mis"));
+        assert!(message(&TEXT.replace("\"accurate\"", "\"acurate\"")).contains("accurate"));
+    }
+}

@@ -1,0 +1,186 @@
+//! References: made once, kept under a name that is the hash of what they show.
+
+use super::run::BLOCK;
+use crate::Result;
+use crate::gpu::Device;
+use crate::image::Image;
+use crate::metrics::statistics::Estimate;
+use crate::render::{Renderer, Settings, View};
+use crate::tracing::GpuScene;
+use std::path::Path;
+use std::sync::Arc;
+
+/// Seed of references: far from those of runs.
+const SEED: u32 = 0x5EED_0000;
+/// Samples between looks at the clock of whoever waits.
+const AT_ONCE: u32 = 16;
+
+/// A picture known well, row by row from the top.
+pub struct Reference {
+    /// Pixels across.
+    pub width: u32,
+    /// Mean radiance.
+    pub mean: Vec<[f32; 3]>,
+    /// Standard error of the mean.
+    pub error: Vec<[f32; 3]>,
+    /// Light that the camera sees from lamps themselves. It needs no resampling and would make a
+    /// picture's mean look better known than what is lit.
+    pub emission: Vec<[f32; 3]>,
+    samples: u32,
+}
+
+impl Reference {
+    /// Reads the reference from `folder`, or makes and keeps it. `progress` hears how many samples
+    /// are done.
+    ///
+    /// # Errors
+    /// The device or the disk fails.
+    pub fn obtain(
+        folder: &Path,
+        scene_hash: &str,
+        device: &Arc<Device>,
+        scene: &Arc<GpuScene>,
+        view: &View,
+        settings: &Settings,
+        samples: u32,
+        progress: &dyn Fn(u32),
+    ) -> Result<Self> {
+        // The plain path tracer with the same surface model.
+        let settings = Settings {
+            energy: settings.energy,
+            ..Settings::default()
+        };
+        let view = View {
+            seed: SEED,
+            ..view.clone()
+        };
+        let text = format!(
+            "{scene_hash} {view:?} {:?} {samples} {}",
+            settings.energy, device.info.driver
+        );
+        let path = folder.join(format!("{}.exr", blake3::hash(text.as_bytes()).to_hex()));
+        let dark = View {
+            bounces: 0,
+            ..view.clone()
+        };
+        let mut renderer = Renderer::new(device, scene.clone(), &dark, &settings)?;
+        renderer.add_samples(0, 1)?;
+        let emission = renderer
+            .sums()?
+            .iter()
+            .map(|p| p.mean(1).as_vec3().to_array())
+            .collect();
+        let image = if path.exists() {
+            Image::read(&path)?
+        } else {
+            let mut renderer = Renderer::new(device, scene.clone(), &view, &settings)?;
+            for first in (0..samples).step_by(AT_ONCE as usize) {
+                renderer.add_samples(first, AT_ONCE.min(samples - first))?;
+                progress(first + AT_ONCE.min(samples - first));
+            }
+            let sums = renderer.sums()?;
+            let mut image = Image::new(view.width, view.height);
+            let mean: Vec<_> = sums
+                .iter()
+                .map(|p| p.mean(samples).as_vec3().to_array())
+                .collect();
+            let error: Vec<_> = sums
+                .iter()
+                .map(|p| p.error_squared(samples).map(f64::sqrt).as_vec3().to_array())
+                .collect();
+            image.set_vectors("", ["R", "G", "B"], &mean);
+            image.set_vectors("stderr.", ["R", "G", "B"], &error);
+            image.write(&path, 0.0)?;
+            image
+        };
+        let vectors = |prefix: &str| -> Vec<[f32; 3]> {
+            let [r, g, b] = ["R", "G", "B"].map(|c| {
+                image
+                    .floats(&format!("{prefix}{c}"))
+                    .unwrap_or_default()
+                    .to_vec()
+            });
+            r.iter()
+                .zip(&g)
+                .zip(&b)
+                .map(|((r, g), b)| [*r, *g, *b])
+                .collect()
+        };
+        Ok(Self {
+            width: view.width,
+            mean: vectors(""),
+            error: vectors("stderr."),
+            emission,
+            samples,
+        })
+    }
+
+    /// Means of a picture's channels, and of its blocks' luminance, emission left out.
+    pub fn reduce(&self, picture: &[[f32; 3]]) -> ([f64; 3], Vec<f64>) {
+        let lit = |i: usize, c: usize| f64::from(picture[i][c]) - f64::from(self.emission[i][c]);
+        let mut mean = [0.0; 3];
+        let mut blocks = self.empty_blocks();
+        for i in 0..picture.len() {
+            for (c, mean) in mean.iter_mut().enumerate() {
+                *mean += lit(i, c) / picture.len() as f64;
+            }
+            let (sum, count) = &mut blocks[self.block_of(i)];
+            *sum += 0.2126 * lit(i, 0) + 0.7152 * lit(i, 1) + 0.0722 * lit(i, 2);
+            *count += 1.0;
+        }
+        (
+            mean,
+            blocks.into_iter().map(|(sum, count)| sum / count).collect(),
+        )
+    }
+
+    /// What the reference itself says of the channels' means.
+    pub fn mean_estimates(&self) -> [Estimate; 3] {
+        let (mean, _) = self.reduce(&self.mean);
+        let count = self.error.len() as f64;
+        [0, 1, 2].map(|c| {
+            let squares: f64 = self.error.iter().map(|e| f64::from(e[c]).powi(2)).sum();
+            self.estimate(mean[c], squares.sqrt() / count)
+        })
+    }
+
+    /// What it says of the blocks' luminance. Channels of a pixel go together, so their errors add up.
+    pub fn block_estimates(&self) -> Vec<Estimate> {
+        let (_, means) = self.reduce(&self.mean);
+        let mut squares = self.empty_blocks();
+        for (i, e) in self.error.iter().enumerate() {
+            let error =
+                0.2126 * f64::from(e[0]) + 0.7152 * f64::from(e[1]) + 0.0722 * f64::from(e[2]);
+            let (sum, count) = &mut squares[self.block_of(i)];
+            *sum += error * error;
+            *count += 1.0;
+        }
+        means
+            .into_iter()
+            .zip(squares)
+            .map(|(mean, (sum, count))| self.estimate(mean, sum.sqrt() / count))
+            .collect()
+    }
+
+    fn estimate(&self, mean: f64, standard_error: f64) -> Estimate {
+        Estimate {
+            mean,
+            standard_error,
+            samples: u64::from(self.samples),
+        }
+    }
+
+    fn blocks_across(&self) -> usize {
+        (self.width as usize).div_ceil(BLOCK)
+    }
+
+    fn block_of(&self, pixel: usize) -> usize {
+        let (x, y) = (pixel % self.width as usize, pixel / self.width as usize);
+        y / BLOCK * self.blocks_across() + x / BLOCK
+    }
+
+    fn empty_blocks(&self) -> Vec<(f64, f64)> {
+        let rows = self.mean.len() / self.width as usize;
+        vec![(0.0, 0.0); rows.div_ceil(BLOCK) * self.blocks_across()]
+    }
+}

@@ -1,0 +1,82 @@
+//! One run: the frames of one configuration with one seed, measured against a reference.
+
+use super::reference::Reference;
+use crate::Result;
+use crate::gpu::PassTime;
+use crate::metrics::error::Errors;
+use crate::render::Renderer;
+use serde::{Deserialize, Serialize};
+
+/// Pixels of a block's side.
+pub const BLOCK: usize = 8;
+
+/// What is kept of a run.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Run {
+    /// The scene's name in the plan.
+    pub scene: String,
+    /// The configuration's name.
+    pub configuration: String,
+    /// What the run depends on, hashed: other settings make another run.
+    pub key: String,
+    /// Its seed.
+    pub seed: u32,
+    /// Root mean square error of each frame.
+    pub rmse: Vec<f64>,
+    /// The same of clamped pictures.
+    pub rmse_clamped: Vec<f64>,
+    /// relMSE of each frame.
+    pub relmse: Vec<f64>,
+    /// Mean of the last frame's channels, emission seen directly left out.
+    pub mean: [f64; 3],
+    /// Mean luminance of the last frame's blocks, likewise.
+    pub blocks: Vec<f64>,
+    /// Milliseconds by pass of the last frame, in the order of passes.
+    pub milliseconds: Vec<(String, f64)>,
+    /// Values refused.
+    pub rejected: u32,
+}
+
+/// Renders and measures `frames` frames.
+///
+/// # Errors
+/// The device fails.
+pub fn measure(
+    renderer: &mut Renderer,
+    frames: u32,
+    seed: u32,
+    reference: &Reference,
+) -> Result<Run> {
+    renderer.restart(seed)?;
+    let mut run = Run {
+        scene: String::new(),
+        configuration: String::new(),
+        key: String::new(),
+        seed,
+        rmse: Vec::new(),
+        rmse_clamped: Vec::new(),
+        relmse: Vec::new(),
+        mean: [0.0; 3],
+        blocks: Vec::new(),
+        milliseconds: Vec::new(),
+        rejected: 0,
+    };
+    let mut last = Vec::new();
+    for number in 0..frames {
+        let times: Vec<PassTime> = renderer.single_frame(number)?;
+        run.milliseconds = times
+            .into_iter()
+            .map(|t| (t.name, t.milliseconds))
+            .collect();
+        last = renderer.frame_radiance()?;
+        let errors = Errors::between(&last, &reference.mean);
+        run.rmse.push(errors.rmse);
+        run.rmse_clamped.push(errors.rmse_clamped);
+        run.relmse.push(errors.relmse);
+    }
+    let (mean, blocks) = reference.reduce(&last);
+    run.mean = mean;
+    run.blocks = blocks;
+    run.rejected = renderer.rejected()?;
+    Ok(run)
+}
