@@ -12,36 +12,11 @@ use headwater::tracing::rays::RayTracer;
 use headwater::tracing::{GpuScene, Tracer};
 use std::sync::Arc;
 use support::brute_force;
+use support::random::Random;
 
 const RAYS: usize = 100_000;
 /// A disagreement is excused only this close to an edge, relative to the coordinates there.
 const NEAR_EDGE: f64 = 1e-5;
-
-/// PCG's output function on a counter: enough for placing rays.
-struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        let word =
-            ((self.0 >> ((self.0 >> 59) + 5)) ^ self.0).wrapping_mul(12_605_985_483_714_917_081);
-        ((word >> 43) ^ word) as f64 / 2_f64.powi(64)
-    }
-
-    fn index(&mut self, count: usize) -> usize {
-        ((self.unit() * count as f64) as usize).min(count - 1)
-    }
-
-    fn direction(&mut self) -> DVec3 {
-        let z = 1.0 - 2.0 * self.unit();
-        let (sin, cos) = (std::f64::consts::TAU * self.unit()).sin_cos();
-        let r = (1.0 - z * z).max(0.0).sqrt();
-        DVec3::new(r * cos, r * sin, z)
-    }
-}
 
 /// World-space corners of a triangle.
 fn corners(scene: &Scene, instance: u32, triangle: u32) -> [DVec3; 3] {

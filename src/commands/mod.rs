@@ -103,6 +103,19 @@ pub fn print(text: impl std::fmt::Display) -> Result<()> {
     }
 }
 
+/// Opens a scene and shows how far its file has been read.
+///
+/// # Errors
+/// Neither a procedural scene nor a file that can be read.
+pub fn open_scene(name: &str) -> Result<crate::scene::Scene> {
+    let mut progress = None;
+    crate::scene::open_watched(name, &mut |done, total| {
+        progress
+            .get_or_insert_with(|| progress::Progress::new(Some(total >> 20), "MiB read"))
+            .at(done >> 20);
+    })
+}
+
 /// One line for the user about something assumed or ignored.
 pub fn notice(text: &str) {
     say(format_args!("note: {text}"));

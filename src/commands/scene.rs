@@ -1,9 +1,9 @@
 //! `scene`: procedural scenes, and what is in a file.
 
 use super::notice;
-use super::print;
+use super::{open_scene, print};
 use crate::scene::requirements::Requirements;
-use crate::scene::{self, export, procedural};
+use crate::scene::{export, procedural};
 use crate::{Error, Result};
 use serde_json::json;
 use std::path::PathBuf;
@@ -89,7 +89,7 @@ fn list(as_json: bool) -> Result<()> {
 }
 
 fn inspect(name: &str, as_json: bool) -> Result<()> {
-    let scene = scene::open(name)?;
+    let scene = open_scene(name)?;
     let requirements = Requirements::of(&scene);
     let requirements = serde_json::to_value(&requirements)
         .map_err(|e| Error::failed(format!("requirements as JSON: {e}")))?;

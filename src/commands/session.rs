@@ -1,13 +1,13 @@
 //! From arguments to a scene on an open device, ready to be rendered.
 
 use super::arguments::{Aov, SceneArgs};
-use super::notice;
+use super::{notice, open_scene};
 use crate::gpu::{Device, Instance, PassTime};
 use crate::image::{Image, Samples};
 use crate::layouts::{MOST_RADIANCE, PixelSums};
 use crate::render::{Renderer, Settings, View};
 use crate::scene::camera::framing_camera;
-use crate::scene::{self, Camera, Scene};
+use crate::scene::{Camera, Scene};
 use crate::tracing::GpuScene;
 use crate::tracing::selection::{self, Selection};
 use crate::{Error, Result};
@@ -19,6 +19,9 @@ use std::time::{Duration, Instant};
 /// How long one submission should take: short enough that a signal is noticed soon and that no
 /// driver thinks the device hangs.
 const SUBMISSION: Duration = Duration::from_millis(300);
+
+/// Triangles whose trees take more than some seconds to build.
+const MANY_TRIANGLES: u64 = 2_000_000;
 
 /// A scene on an open device, and what its picture is made with.
 pub struct Session {
@@ -47,7 +50,7 @@ impl Session {
         let opened = Instant::now();
         let settings = args.settings()?;
         let own_camera = args.look_at_camera()?;
-        let scene = scene::open(&args.scene)?;
+        let scene = open_scene(&args.scene)?;
         for text in &scene.notices {
             notice(text);
         }
@@ -66,6 +69,10 @@ impl Session {
         let selection = selection::select(&info, args.tracer)?;
         let device = Device::open(&instance, info, selection.features())?;
         let origin = camera.camera_to_world.translation;
+        let triangles = scene.triangle_count();
+        if triangles >= MANY_TRIANGLES {
+            super::say(format_args!("building trees over {triangles} triangles"));
+        }
         let gpu_scene = Arc::new(GpuScene::new(&device, &scene, origin, selection.variant)?);
         let view = View {
             camera,

@@ -394,3 +394,34 @@ pub(super) fn copy(
     }
     recording.finish().map(drop)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::{Features, Instance, Usage};
+
+    /// Synchronization validation is on, and what it says is heard.
+    #[test]
+    fn a_planted_hazard_is_caught() {
+        let instance = Instance::new(true).unwrap();
+        let (info, _) = instance.choose(None).unwrap();
+        let device = Device::open(&instance, info, Features::default()).unwrap();
+        let buffer = Buffer::new(&device, "planted", 1024, Usage::default()).unwrap();
+        let mut recording = Recording::new(&device).unwrap();
+        recording.clear(&buffer);
+        recording.clear(&buffer);
+        assert_eq!(device.validation_messages(), Vec::<String>::new());
+        // SAFETY: as in `clear`; the barrier that it lacks is the point.
+        unsafe {
+            device
+                .raw
+                .cmd_fill_buffer(recording.commands, buffer.raw, 0, vk::WHOLE_SIZE, 1);
+        }
+        recording.finish().unwrap();
+        let messages = device.validation_messages().join("\n");
+        assert!(
+            messages.contains("SYNC-HAZARD-WRITE-AFTER-WRITE"),
+            "{messages}"
+        );
+    }
+}

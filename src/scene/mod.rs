@@ -28,12 +28,20 @@ use std::path::Path;
 /// # Errors
 /// Neither a procedural scene nor a file that can be read.
 pub fn open(name: &str) -> Result<Scene> {
+    open_watched(name, &mut |_, _| ())
+}
+
+/// [`open`]; `watch` is told how many of a file's bytes have been read, and of how many.
+///
+/// # Errors
+/// Those of [`open`].
+pub fn open_watched(name: &str, watch: &mut dyn FnMut(u64, u64)) -> Result<Scene> {
     let path = Path::new(name);
     // A bare word is a name; a file of the same name can still be reached as ./NAME.
     if path.extension().is_none() && path.components().count() == 1 && !name.starts_with('.') {
         return procedural::generate(name, &[]);
     }
-    load::load(path)
+    load::load_watched(path, watch)
 }
 
 /// A complete scene: meshes placed by instances, seen by cameras.

@@ -236,7 +236,8 @@ fn world_box(object_to_world: &DAffine3, place: &MeshPlace) -> (Vec3, Vec3) {
     ((world.0 - pad).as_vec3(), (world.1 + pad).as_vec3())
 }
 
-fn gpu_material(material: &Material) -> GpuMaterial {
+/// A material as shaders read it.
+pub fn gpu_material(material: &Material) -> GpuMaterial {
     // KHR_materials_ior: an index of 0 stands for a reflectance of 1 at every angle.
     let normal_reflectance = if material.ior == 0.0 {
         1.0
@@ -253,7 +254,8 @@ fn gpu_material(material: &Material) -> GpuMaterial {
     }
 }
 
-fn gpu_lights(scene: &Scene, origin: DVec3) -> Vec<GpuLight> {
+/// The lights of a scene with `origin` moved to zero, as shaders pick them.
+pub fn gpu_lights(scene: &Scene, origin: DVec3) -> Vec<GpuLight> {
     let triangles = lights::light_triangles(scene);
     let weights: Vec<f64> = triangles
         .iter()

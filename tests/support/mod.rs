@@ -2,6 +2,7 @@
 #![allow(dead_code, unused_imports)] // Each test binary uses its own part.
 
 pub mod brute_force;
+pub mod random;
 
 use glam::{DAffine3, DVec3, Vec3};
 use headwater::gpu::{Device, DeviceInfo, Instance};

@@ -1,11 +1,31 @@
 //! Procedural scenes: made from a name and a few parameters, the same every time.
 
+mod arches;
+mod atrium;
+mod car;
+mod colonnade;
+mod colourful_mess;
 mod cornell;
+mod festival;
 mod furnace;
+mod furniture;
+mod garage;
+mod houses;
+mod implicit;
+mod nets;
 mod night_city;
 mod parameters;
+mod rounded;
 mod shapes;
+mod simplify;
+mod statue;
+mod statue_room;
+mod street;
 mod terrain;
+mod tumble;
+mod turned;
+mod two_rooms;
+mod workshop;
 
 use super::Scene;
 use crate::nearest::nearest;
@@ -28,6 +48,18 @@ pub struct Procedural {
 
 const SCENES: &[Procedural] = &[
     Procedural {
+        name: "atrium",
+        description: "Two storeys of arcades around a court; three small lamps, mostly out of sight",
+        parameters: atrium::PARAMETERS,
+        make: atrium::make,
+    },
+    Procedural {
+        name: "colourful-mess",
+        description: "A heap of coloured toys, matte, glossy and of metal, among coloured lamps",
+        parameters: colourful_mess::PARAMETERS,
+        make: colourful_mess::make,
+    },
+    Procedural {
         name: "cornell",
         description: "The box: matte red, green and white walls, two blocks, one lamp",
         parameters: &[],
@@ -46,16 +78,40 @@ const SCENES: &[Procedural] = &[
         make: furnace::make,
     },
     Procedural {
+        name: "garage",
+        description: "A garage with a small car, a workbench, shelves and a bronze bust, under five lamps",
+        parameters: garage::PARAMETERS,
+        make: garage::make,
+    },
+    Procedural {
         name: "night-city",
         description: "A wet street at night: thousands of lamps, windows and signs",
         parameters: night_city::PARAMETERS,
         make: night_city::make,
     },
     Procedural {
+        name: "statue-room",
+        description: "A marble bust in a niche, under one lamp",
+        parameters: statue_room::PARAMETERS,
+        make: statue_room::make,
+    },
+    Procedural {
+        name: "street",
+        description: "An old street on a festival night: paper lanterns, lit windows, market stalls",
+        parameters: street::PARAMETERS,
+        make: street::make,
+    },
+    Procedural {
         name: "terrain",
         description: "A height field under a low sun, of any number of triangles",
         parameters: terrain::PARAMETERS,
         make: terrain::make,
+    },
+    Procedural {
+        name: "two-rooms",
+        description: "Two rooms and a door ajar in the thin wall between: all light is in the room behind",
+        parameters: two_rooms::PARAMETERS,
+        make: two_rooms::make,
     },
 ];
 
@@ -118,6 +174,18 @@ mod tests {
         assert!(message("terrain", "triangles", "many").contains("triangles"));
         assert!(message("furnace", "roughness", "NaN").contains("roughness"));
         assert!(message("furnace", "body", "cow").contains("box | sphere"));
+    }
+
+    #[test]
+    fn the_street_has_exactly_the_lights_it_is_told() {
+        let count = |settings: &[(String, String)]| {
+            let scene = generate("street", settings).unwrap();
+            scene.emissive_triangle_count()
+        };
+        assert_eq!(count(&[]), 30_000);
+        for lights in [1, 59, 60, 61, 500, 4321, 65_536] {
+            assert_eq!(count(&[("lights".into(), lights.to_string())]), lights);
+        }
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! A wet street at night between lit windows, lamps and neon signs; metres, the road along −Z.
 
 use super::parameters::{Parameter, Range, Values};
-use super::shapes::{Builder, Random, Shape, dielectric, lamp, metal};
+use super::shapes::{Builder, Heap, Random, Shape, dielectric, lamp, metal};
 use crate::scene::{Material, Scene};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
@@ -26,18 +26,6 @@ const FRONT: f32 = 7.5;
 /// Where the street begins, behind the camera.
 const START: f32 = 14.0;
 
-/// Shapes gathered by material, so that the city is a few large meshes.
-struct Heap(Vec<(Material, Shape)>);
-
-impl Heap {
-    fn add(&mut self, material: &Material, shape: Shape) {
-        match self.0.iter_mut().find(|(m, _)| m == material) {
-            Some((_, gathered)) => gathered.add(shape),
-            None => self.0.push((material.clone(), shape)),
-        }
-    }
-}
-
 /// A rectangle on the front of a side's buildings (`side` −1 left, 1 right), facing the street.
 fn on_front(side: f32, out: f32, z: f32, y: f32, width: f32, height: f32) -> Shape {
     let corner = Vec3::new(side * (FRONT - out), y, z);
@@ -47,11 +35,6 @@ fn on_front(side: f32, out: f32, z: f32, y: f32, width: f32, height: f32) -> Sha
     } else {
         Shape::quad(corner, up, along)
     }
-}
-
-/// A box by its middle and size.
-fn chunk(middle: Vec3, size: Vec3) -> Shape {
-    Shape::block(middle - size / 2.0, middle + size / 2.0)
 }
 
 /// One building with its windows; returns its depth along the street.
@@ -68,9 +51,9 @@ fn building(heap: &mut Heap, random: &mut Random, side: f32, z: f32) -> f32 {
     let wall = Material::lambert("wall", Vec3::from(wall));
     let deep = 12.0;
     let middle = Vec3::new(side * (FRONT + deep / 2.0), height / 2.0, z - width / 2.0);
-    heap.add(&wall, chunk(middle, Vec3::new(deep, height, width)));
+    heap.add(&wall, Shape::chunk(middle, Vec3::new(deep, height, width)));
     let cornice = Vec3::new(side * (FRONT - 0.15), height, z - width / 2.0);
-    heap.add(&wall, chunk(cornice, Vec3::new(0.6, 0.4, width)));
+    heap.add(&wall, Shape::chunk(cornice, Vec3::new(0.6, 0.4, width)));
 
     let glass = dielectric("dark window", Vec3::splat(0.02), 0.1);
     let tints = [
@@ -94,7 +77,10 @@ fn building(heap: &mut Heap, random: &mut Random, side: f32, z: f32) -> f32 {
             };
             heap.add(&material, on_front(side, 0.03, at, up, size.0, size.1));
             let sill = Vec3::new(side * (FRONT - 0.12), up - 0.08, at + size.0 / 2.0);
-            heap.add(&wall, chunk(sill, Vec3::new(0.28, 0.1, size.0 + 0.2)));
+            heap.add(
+                &wall,
+                Shape::chunk(sill, Vec3::new(0.28, 0.1, size.0 + 0.2)),
+            );
         }
     }
     shop(heap, random, side, z, width);
@@ -130,7 +116,7 @@ fn shop(heap: &mut Heap, random: &mut Random, side: f32, z: f32, width: f32) {
     let middle = Vec3::new(side * (FRONT - 0.7), 3.1, z - width / 2.0);
     heap.add(
         &Material::lambert("awning", Vec3::from(cloth)),
-        chunk(middle, Vec3::new(1.4, 0.08, width - 0.8)),
+        Shape::chunk(middle, Vec3::new(1.4, 0.08, width - 0.8)),
     );
 }
 
@@ -149,7 +135,7 @@ fn neon(heap: &mut Heap, random: &mut Random, side: f32, z: f32, height: f32) {
     let board = Vec3::new(side * (FRONT - 0.9), foot + tall / 2.0, z);
     heap.add(
         &metal("sign board", Vec3::splat(0.08), 0.5),
-        chunk(board, Vec3::new(1.3, tall, 0.18)),
+        Shape::chunk(board, Vec3::new(1.3, tall, 0.18)),
     );
     let light = lamp("neon", Vec3::from(color));
     let bars = (tall / 0.55) as u32;
@@ -158,7 +144,7 @@ fn neon(heap: &mut Heap, random: &mut Random, side: f32, z: f32, height: f32) {
         let length = random.between(0.5, 1.05);
         for face in [-0.14, 0.14] {
             let middle = Vec3::new(board.x, y, z + face);
-            heap.add(&light, chunk(middle, Vec3::new(length, 0.13, 0.08)));
+            heap.add(&light, Shape::chunk(middle, Vec3::new(length, 0.13, 0.08)));
         }
     }
 }
@@ -189,7 +175,10 @@ fn ground(heap: &mut Heap, end: f32) {
     let stone = dielectric("pavement", Vec3::new(0.17, 0.165, 0.16), 0.45);
     for side in [-1.0_f32, 1.0] {
         let middle = Vec3::new(side * (KERB + FRONT) / 2.0, 0.07, (START + end) / 2.0);
-        heap.add(&stone, chunk(middle, Vec3::new(FRONT - KERB, 0.14, length)));
+        heap.add(
+            &stone,
+            Shape::chunk(middle, Vec3::new(FRONT - KERB, 0.14, length)),
+        );
     }
     let far = Material::lambert("city floor", Vec3::splat(0.05));
     heap.add(
@@ -207,7 +196,10 @@ fn street_lamps(scene: &mut Builder, end: f32) {
     let iron = metal("lamp post", Vec3::splat(0.12), 0.4);
     let mut post = Shape::cylinder(Vec3::ZERO, 0.09, 5.2, 10);
     post.add(Shape::cylinder(Vec3::ZERO, 0.18, 0.5, 10));
-    post.add(chunk(Vec3::new(0.55, 5.2, 0.0), Vec3::new(1.3, 0.09, 0.09)));
+    post.add(Shape::chunk(
+        Vec3::new(0.55, 5.2, 0.0),
+        Vec3::new(1.3, 0.09, 0.09),
+    ));
     let post = scene.mesh(iron, post);
     let bulb = scene.mesh(
         lamp("bulb", Vec3::new(190.0, 135.0, 70.0)),
@@ -247,10 +239,13 @@ fn cars(scene: &mut Builder, random: &mut Random, end: f32) {
         [0.03, 0.03, 0.035],
     ] {
         let paint = dielectric("car paint", Vec3::from(paint), 0.15);
-        let mut body = chunk(Vec3::new(0.0, 0.55, 0.0), Vec3::new(1.75, 0.5, 4.2));
-        let roof = chunk(Vec3::new(0.0, 1.05, 0.15), Vec3::new(1.5, 0.55, 2.1));
+        let mut body = Shape::chunk(Vec3::new(0.0, 0.55, 0.0), Vec3::new(1.75, 0.5, 4.2));
+        let roof = Shape::chunk(Vec3::new(0.0, 1.05, 0.15), Vec3::new(1.5, 0.55, 2.1));
         // The cabin narrows upwards, under a roof of the body's paint.
-        body.add(chunk(Vec3::new(0.0, 1.34, 0.1), Vec3::new(1.26, 0.05, 1.5)));
+        body.add(Shape::chunk(
+            Vec3::new(0.0, 1.34, 0.1),
+            Vec3::new(1.26, 0.05, 1.5),
+        ));
         cabin = roof.map(|p| {
             if p.y > 1.0 {
                 p * Vec3::new(0.82, 1.0, 0.7)
@@ -270,7 +265,7 @@ fn cars(scene: &mut Builder, random: &mut Random, end: f32) {
     let pair = |z: f32, size: f32| {
         let mut pair = Shape::default();
         for x in [-0.6, 0.6] {
-            pair.add(chunk(
+            pair.add(Shape::chunk(
                 Vec3::new(x, 0.62, z),
                 Vec3::new(size * 2.0, size, 0.06),
             ));
@@ -320,7 +315,7 @@ fn cars(scene: &mut Builder, random: &mut Random, end: f32) {
 pub(super) fn make(values: &Values) -> Scene {
     let mut random = Random::new(values.whole("seed"));
     let mut scene = Builder::default();
-    let mut heap = Heap(Vec::new());
+    let mut heap = Heap::default();
     let mut end = START;
     for side in [-1.0, 1.0] {
         let mut z = START;
@@ -336,12 +331,12 @@ pub(super) fn make(values: &Values) -> Scene {
     let foot = Vec3::new(2.0, 0.0, end - 28.0);
     heap.add(
         &wall,
-        chunk(foot + Vec3::Y * 26.0, Vec3::new(16.0, 52.0, 12.0)),
+        Shape::chunk(foot + Vec3::Y * 26.0, Vec3::new(16.0, 52.0, 12.0)),
     );
     let crown = lamp("crown", Vec3::new(1.0, 3.2, 4.2));
     for ring in 0..4 {
         let middle = foot + Vec3::Y * (42.0 + ring as f32 * 2.6);
-        heap.add(&crown, chunk(middle, Vec3::new(16.6, 0.5, 12.6)));
+        heap.add(&crown, Shape::chunk(middle, Vec3::new(16.6, 0.5, 12.6)));
     }
     for floor in 0..12 {
         for column in 0..9 {
@@ -353,7 +348,7 @@ pub(super) fn make(values: &Values) -> Scene {
             }
         }
     }
-    scene.stand_together("buildings and street", heap.0);
+    scene.stand_together("buildings and street", heap);
     street_lamps(&mut scene, end);
     cars(&mut scene, &mut random, end);
     scene.camera(

@@ -2,7 +2,7 @@
 
 use crate::scene::camera::look_at;
 use crate::scene::{Camera, Instance, Material, Mesh, Part, Scene};
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, DVec3, Mat3, Vec3};
 
 /// Triangles that share no corners; flat unless they come with normals.
 #[derive(Clone, Default)]
@@ -12,6 +12,14 @@ pub(super) struct Shape {
 }
 
 impl Shape {
+    /// A flat triangle.
+    pub(super) fn triangle(corners: [Vec3; 3]) -> Self {
+        Self {
+            positions: corners.to_vec(),
+            normals: Vec::new(),
+        }
+    }
+
     /// A parallelogram; its front is the side of u × v.
     pub(super) fn quad(corner: Vec3, u: Vec3, v: Vec3) -> Self {
         let [a, b, c, d] = [corner, corner + u, corner + u + v, corner + v];
@@ -78,6 +86,14 @@ impl Shape {
         }
     }
 
+    /// Flat triangles, three corners each.
+    pub(super) fn triangles(corners: &[Vec3]) -> Self {
+        Self {
+            positions: corners.to_vec(),
+            normals: Vec::new(),
+        }
+    }
+
     /// An upright cylinder with caps, flat sides.
     pub(super) fn cylinder(foot: Vec3, radius: f32, height: f32, sides: u32) -> Self {
         let rim = |i: u32| {
@@ -96,10 +112,33 @@ impl Shape {
         shape
     }
 
-    /// Adds another shape's triangles.
-    pub(super) fn add(&mut self, other: Self) {
+    /// Triangles with a normal at each corner.
+    pub(super) fn smooth(positions: Vec<Vec3>, normals: Vec<Vec3>) -> Self {
+        Self { positions, normals }
+    }
+
+    /// A box by its middle and size.
+    pub(super) fn chunk(middle: Vec3, size: Vec3) -> Self {
+        Self::block(middle - size / 2.0, middle + size / 2.0)
+    }
+
+    /// Adds another shape's triangles; smooth and flat ones keep their looks.
+    pub(super) fn add(&mut self, mut other: Self) {
+        if self.normals.is_empty() != other.normals.is_empty() {
+            self.fill_normals();
+            other.fill_normals();
+        }
         self.positions.extend(other.positions);
         self.normals.extend(other.normals);
+    }
+
+    /// Gives flat triangles their own normals, as a mesh has normals everywhere or nowhere.
+    fn fill_normals(&mut self) {
+        if self.normals.is_empty() {
+            let faces = self.positions.chunks_exact(3);
+            let normal = |f: &[Vec3]| (f[1] - f[0]).cross(f[2] - f[0]).normalize_or_zero();
+            self.normals = faces.flat_map(|f| [normal(f); 3]).collect();
+        }
     }
 
     /// The shape without smooth normals.
@@ -117,8 +156,15 @@ impl Shape {
         self
     }
 
-    /// The shape moved by a function of its points (normals are left as they are).
+    /// The shape moved by a function of its points that does not mirror; where it is smooth, its
+    /// normals follow the function's slope.
     pub(super) fn map(mut self, f: impl Fn(Vec3) -> Vec3) -> Self {
+        for (normal, &p) in self.normals.iter_mut().zip(&self.positions) {
+            const STEP: f32 = 1e-3;
+            let slope = |axis| (f(p + axis * STEP) - f(p - axis * STEP)) / (2.0 * STEP);
+            let slopes = Mat3::from_cols(slope(Vec3::X), slope(Vec3::Y), slope(Vec3::Z));
+            *normal = (slopes.inverse().transpose() * *normal).normalize();
+        }
         for p in &mut self.positions {
             *p = f(*p);
         }
@@ -126,9 +172,30 @@ impl Shape {
     }
 
     /// Number of triangles.
-    #[cfg(test)]
     pub(super) fn triangle_count(&self) -> usize {
         self.positions.len() / 3
+    }
+
+    /// Whether every edge is run through as often one way as the other.
+    #[cfg(test)]
+    pub(super) fn is_closed(&self) -> bool {
+        let mut runs = std::collections::HashMap::new();
+        for face in self.positions.chunks_exact(3) {
+            for (a, b) in [(0, 1), (1, 2), (2, 0)] {
+                let [a, b] = [a, b].map(|i: usize| (face[i] + 0.0).to_array().map(f32::to_bits));
+                *runs.entry((a.min(b), a.max(b))).or_insert(0) += if a < b { 1 } else { -1 };
+            }
+        }
+        runs.values().all(|&sum| sum == 0)
+    }
+
+    /// The sum of the triangles' areas.
+    #[cfg(test)]
+    pub(super) fn area(&self) -> f32 {
+        let faces = self.positions.chunks_exact(3);
+        faces
+            .map(|f| (f[1] - f[0]).cross(f[2] - f[0]).length() / 2.0)
+            .sum()
     }
 
     /// Six times the enclosed volume, positive if faces look outwards.
@@ -136,6 +203,19 @@ impl Shape {
     pub(super) fn signed_volume(&self) -> f32 {
         let faces = self.positions.chunks_exact(3);
         faces.map(|f| f[0].dot(f[1].cross(f[2]))).sum()
+    }
+}
+
+/// Shapes gathered by material, so that many things are a few large meshes.
+#[derive(Default)]
+pub(super) struct Heap(pub(super) Vec<(Material, Shape)>);
+
+impl Heap {
+    pub(super) fn add(&mut self, material: &Material, shape: Shape) {
+        match self.0.iter_mut().find(|(m, _)| m == material) {
+            Some((_, gathered)) => gathered.add(shape),
+            None => self.0.push((material.clone(), shape)),
+        }
     }
 }
 
@@ -180,8 +260,14 @@ impl Builder {
         self.place(&name, mesh, DAffine3::IDENTITY);
     }
 
-    /// One mesh of many materials, flat: boxes that overlap cost less in one tree than in many.
-    pub(super) fn stand_together(&mut self, name: &str, shapes: Vec<(Material, Shape)>) {
+    /// One mesh of many materials: boxes that overlap cost less in one tree than in many.
+    pub(super) fn stand_together(&mut self, name: &str, heap: Heap) {
+        let Heap(mut shapes) = heap;
+        if shapes.iter().any(|(_, shape)| !shape.normals.is_empty()) {
+            shapes
+                .iter_mut()
+                .for_each(|(_, shape)| shape.fill_normals());
+        }
         let mut mesh = Mesh {
             name: name.into(),
             ..Mesh::default()
@@ -193,6 +279,7 @@ impl Builder {
             mesh.triangles
                 .extend((0..count).map(|t| [0, 1, 2].map(|i| corners + 3 * t + i)));
             mesh.positions.extend(shape.positions);
+            mesh.normals.extend(shape.normals);
             mesh.parts.push(Part {
                 first_triangle: first,
                 triangle_count: count,

@@ -16,7 +16,7 @@ use geometry::Triangle;
 use glam::DVec3;
 use headwater::scene::Scene;
 use light::Light;
-use material::Surface;
+pub use material::Surface;
 pub use picture::{Image, Options, camera_ray};
 use tree::Node;
 

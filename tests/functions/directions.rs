@@ -1,0 +1,97 @@
+//! Directions: octahedral words, tangent frames, normals across edges of any length.
+
+use crate::support::random::Random;
+use crate::{Function, floats, vector};
+use glam::DVec3;
+
+/// Random directions, and those along axes and diagonals.
+fn directions() -> Vec<DVec3> {
+    let mut random = Random(3);
+    let mut all: Vec<DVec3> = (0..20_000).map(|_| random.direction()).collect();
+    for x in [-1.0, 0.0, 1.0] {
+        for y in [-1.0, -1e-20, 0.0, 1.0] {
+            for z in [-1.0, -1e-20, 0.0, 1.0] {
+                all.extend(DVec3::new(x, y, z).try_normalize());
+            }
+        }
+    }
+    all
+}
+
+fn inputs(of: &[DVec3]) -> Vec<[u32; 8]> {
+    of.iter().map(|d| floats(&d.as_vec3().to_array())).collect()
+}
+
+#[test]
+fn tangent_frames_are_right_handed_and_orthonormal() {
+    let body = "vec3 t, s; tangent_frame(uintBitsToFloat(a.xyz), t, s);
+        x.xyz = floatBitsToUint(t); y.xyz = floatBitsToUint(s);";
+    let function = Function {
+        body,
+        ..Function::default()
+    };
+    let all = directions();
+    for (n, output) in all.iter().zip(function.run(&inputs(&all))) {
+        let (t, s) = (vector(&output), vector(&output[4..]));
+        assert!(
+            (t.length() - 1.0).abs() < 1e-6 && (s.length() - 1.0).abs() < 1e-6,
+            "{n}"
+        );
+        assert!((t.cross(s) - *n).length() < 1e-6, "{n}: {t} {s}");
+    }
+}
+
+#[test]
+fn octahedral_words_give_directions_back() {
+    let body = "x.xyz = floatBitsToUint(unpack_octahedral(a.x));";
+    let function = Function {
+        body,
+        ..Function::default()
+    };
+    let all = directions();
+    let words: Vec<[u32; 8]> = all
+        .iter()
+        .map(|d| {
+            let word = headwater::tracing::geometry::pack_octahedral(d.as_vec3());
+            [word, 0, 0, 0, 0, 0, 0, 0]
+        })
+        .collect();
+    for (d, output) in all.iter().zip(function.run(&words)) {
+        assert!(
+            (vector(&output) - *d).length() < 7e-5,
+            "{d}: {}",
+            vector(&output)
+        );
+    }
+}
+
+#[test]
+fn normals_across_edges_have_no_favourite_size() {
+    let body =
+        "x.xyz = floatBitsToUint(unit_cross(uintBitsToFloat(a.xyz), uintBitsToFloat(b.xyz)));";
+    let function = Function {
+        body,
+        ..Function::default()
+    };
+    let mut random = Random(4);
+    let edges: Vec<(DVec3, DVec3)> = (0..20_000)
+        .map(|_| {
+            let mut edge = || random.direction() * 10_f64.powf(40.0 * random.unit() - 20.0);
+            (edge(), edge())
+        })
+        .collect();
+    let words: Vec<[u32; 8]> = edges
+        .iter()
+        .map(|(e, f)| {
+            let (e, f) = (e.as_vec3(), f.as_vec3());
+            floats(&[e.x, e.y, e.z, 0.0, f.x, f.y, f.z])
+        })
+        .collect();
+    for ((e, f), output) in edges.iter().zip(function.run(&words)) {
+        let (e, f) = (e.normalize(), f.normalize());
+        // What rounding the edges costs grows as they become parallel.
+        let tolerance = 1e-6 / e.cross(f).length();
+        let normal = e.cross(f).normalize();
+        assert!((vector(&output) - normal).length() < tolerance, "{e} {f}");
+    }
+}

@@ -1,0 +1,85 @@
+//! Light sampling: what is picked, where on it, and how dense.
+
+use crate::{Function, number, vector};
+use glam::DVec3;
+use headwater::layouts::GpuLight;
+use headwater::metrics::statistics::{chi_square_p_value, holm};
+use headwater::scene::procedural;
+
+const BODY: &str = "Random random = random_start(a.x, 1u, 2u);
+    LightPoint p = sample_light(a.y, random_bits(random));
+    x = uvec4(floatBitsToUint(p.position), p.light); y.x = floatBitsToUint(p.pdf_area);";
+
+fn draw(lights: &[GpuLight], count: u32) -> Vec<[u32; 8]> {
+    let function = Function {
+        includes: &["random.glsl", "geometry.glsl", "lights.glsl"],
+        body: BODY,
+        lights,
+        ..Function::default()
+    };
+    let inputs: Vec<[u32; 8]> = (0..count)
+        .map(|i| [i, lights.len() as u32, 0, 0, 0, 0, 0, 0])
+        .collect();
+    function.run(&inputs)
+}
+
+#[test]
+fn lights_are_picked_as_often_as_their_probability_says() {
+    const COUNT: u32 = 1 << 19;
+    let scene = procedural::generate("night-city", &[]).unwrap();
+    let lights = headwater::tracing::scene::gpu_lights(&scene, DVec3::ZERO);
+    let drawn = draw(&lights, COUNT);
+    let mut observed = vec![0_u64; lights.len()];
+    // Σ 1/(p N) over picks is the number of lights over itself: one.
+    let mut inverse = 0.0;
+    for output in &drawn {
+        let light = output[3] as usize;
+        observed[light] += 1;
+        let probability = number(output[4]) * f64::from(lights[light].area);
+        assert!((probability / f64::from(lights[light].probability) - 1.0).abs() < 1e-5);
+        inverse += 1.0 / (probability * lights.len() as f64);
+    }
+    let expected: Vec<f64> = lights
+        .iter()
+        .map(|l| f64::from(l.probability) * f64::from(COUNT))
+        .collect();
+    let p = chi_square_p_value(&observed, &expected);
+    assert!(p > 1e-4, "{p}");
+    // The uniform share bounds 1/(p N) by ten, and so this mean's deviation.
+    let mean = inverse / f64::from(COUNT);
+    assert!(
+        (mean - 1.0).abs() < 5.0 * 3.0 / f64::from(COUNT).sqrt(),
+        "{mean}"
+    );
+}
+
+#[test]
+fn points_lie_evenly_on_their_triangle() {
+    const SIDE: usize = 8;
+    let scene = procedural::generate("cornell", &[]).unwrap();
+    let lights = headwater::tracing::scene::gpu_lights(&scene, DVec3::ZERO);
+    let mut p_values = Vec::new();
+    for (number, light) in lights.iter().enumerate() {
+        let [corner, e, f] = [light.corner, light.edge1, light.edge2].map(|v| v.as_dvec3());
+        let mut observed = vec![0_u64; SIDE * SIDE];
+        for output in draw(&lights, 1 << 16) {
+            if output[3] as usize != number {
+                continue;
+            }
+            let p = vector(&output) - corner;
+            // Barycentric weights by the triangle's own plane.
+            let normal = e.cross(f);
+            let u = p.cross(f).dot(normal) / normal.length_squared();
+            let v = e.cross(p).dot(normal) / normal.length_squared();
+            assert!(u > -1e-5 && v > -1e-5 && u + v < 1.0 + 1e-5);
+            // Cells of equal area.
+            let row = (((1.0 - (1.0 - u).powi(2)) * SIDE as f64) as usize).min(SIDE - 1);
+            let column = ((v / (1.0 - u).max(1e-9) * SIDE as f64) as usize).min(SIDE - 1);
+            observed[row * SIDE + column] += 1;
+        }
+        let each = observed.iter().sum::<u64>() as f64 / (SIDE * SIDE) as f64;
+        assert!(each > 50.0);
+        p_values.push(chi_square_p_value(&observed, &vec![each; SIDE * SIDE]));
+    }
+    assert!(holm(&p_values).iter().all(|p| *p > 1e-4), "{p_values:?}");
+}

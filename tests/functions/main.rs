@@ -1,0 +1,132 @@
+//! Shader functions alone, against twins written in f64: random numbers, directions, surfaces, lights.
+
+mod directions;
+mod lights;
+mod numbers;
+#[path = "../support/mod.rs"]
+mod support;
+mod surfaces;
+
+use headwater::gpu::{Buffer, ComputePass, Recording, Resource, Usage, compiler};
+use headwater::layouts::{GpuLight, GpuMaterial};
+use headwater::tracing::shaders::sources;
+use headwater::tracing::{Fetch, GeometryAccess, Tracer, Variant};
+
+headwater::bindings! {
+    /// What a function under test is bound to.
+    pub struct Call {
+        [offers tables: Tables]
+        read inputs,
+        write outputs,
+    }
+}
+
+/// What functions may look up.
+pub struct Tables {
+    specular_albedo: Buffer,
+    materials: Buffer,
+    lights: Buffer,
+}
+
+impl Tables {
+    fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
+        vec![
+            ("specular_albedo", Resource::Read(&self.specular_albedo)),
+            ("materials", Resource::Read(&self.materials)),
+            ("lights", Resource::Read(&self.lights)),
+        ]
+    }
+}
+
+/// A call of shader functions for each of many inputs.
+#[derive(Default)]
+pub struct Function<'a> {
+    /// Files of `glsl` to include, after the prelude.
+    pub includes: &'a [&'a str],
+    /// Statements that turn `uvec4 a` and `uvec4 b` into `uvec4 x` and `uvec4 y`.
+    pub body: &'a str,
+    /// What `materials` holds.
+    pub materials: &'a [GpuMaterial],
+    /// What `lights` holds.
+    pub lights: &'a [GpuLight],
+    /// Specialisation constants.
+    pub constants: &'a [(u32, u32)],
+}
+
+impl Function<'_> {
+    /// Runs the function on the tests' device; words in, words out.
+    pub fn run(&self, inputs: &[[u32; 8]]) -> Vec<[u32; 8]> {
+        let includes: String = self
+            .includes
+            .iter()
+            .map(|name| format!("#include \"{name}\"\n"))
+            .collect();
+        let source = format!(
+            "#version 460\n#include \"prelude.glsl\"\n{includes}
+            layout(local_size_x = 64) in;
+            layout(scalar) readonly buffer InputsBlock {{ uvec4 at[]; }} inputs;
+            layout(scalar) writeonly buffer OutputsBlock {{ uvec4 at[]; }} outputs;
+            void main() {{
+                uint i_ = gl_GlobalInvocationID.x;
+                if (i_ >= {count}u) return;
+                uvec4 a = inputs.at[2u * i_], b = inputs.at[2u * i_ + 1u];
+                uvec4 x = uvec4(0u), y = uvec4(0u);
+                {body}
+                outputs.at[2u * i_] = x;
+                outputs.at[2u * i_ + 1u] = y;
+            }}",
+            count = inputs.len(),
+            body = self.body
+        );
+        let variant = Variant {
+            tracer: Tracer::ComputeBvh,
+            geometry: GeometryAccess::StorageBuffers,
+            fetch: Fetch::Words,
+        };
+        let words = compiler::compile("function.comp", &source, &sources(), &variant.defines())
+            .unwrap_or_else(|e| panic!("{e}"));
+        let (device, _) = support::open_device(Some(variant));
+        let buffer =
+            |name, data: &[u8]| Buffer::from_slice(&device, name, data, Usage::default()).unwrap();
+        let table = headwater::render::energy::albedo_table();
+        let tables = Tables {
+            specular_albedo: buffer("specular_albedo", bytemuck::cast_slice(&table)),
+            materials: buffer("materials", bytemuck::cast_slice(self.materials)),
+            lights: buffer("lights", bytemuck::cast_slice(self.lights)),
+        };
+        let inputs_buffer = buffer("inputs", bytemuck::cast_slice(inputs));
+        let outputs = buffer("outputs", &vec![0; inputs.len() * 32]);
+        let pass = ComputePass::new(&device, "function", &words, self.constants).unwrap();
+        let bindings = Call {
+            tables: &tables,
+            inputs: &inputs_buffer,
+            outputs: &outputs,
+        };
+        let groups = [inputs.len().div_ceil(64) as u32, 1, 1];
+        let mut recording = Recording::new(&device).unwrap();
+        recording.pass(&pass, &bindings, &(), groups).unwrap();
+        recording.finish().unwrap();
+        support::assert_no_messages(&device);
+        outputs.read(inputs.len()).unwrap()
+    }
+}
+
+/// Words of floats, the rest 0.
+pub fn floats(values: &[f32]) -> [u32; 8] {
+    let mut words = [0; 8];
+    for (word, value) in words.iter_mut().zip(values) {
+        *word = value.to_bits();
+    }
+    words
+}
+
+/// Three words as a vector.
+pub fn vector(words: &[u32]) -> glam::DVec3 {
+    let at = |i: usize| f64::from(f32::from_bits(words[i]));
+    glam::DVec3::new(at(0), at(1), at(2))
+}
+
+/// A word as a number.
+pub fn number(word: u32) -> f64 {
+    f64::from(f32::from_bits(word))
+}

@@ -1,0 +1,83 @@
+//! Random numbers and sums.
+
+use crate::{Function, floats, number};
+use headwater::metrics::statistics::{chi_square_p_value, holm};
+
+/// pcg4d of Jarzynski and Olano, written down once more.
+fn pcg4d(v: [u32; 4]) -> [u32; 4] {
+    let [mut x, mut y, mut z, mut w] =
+        v.map(|n| n.wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
+    for round in 0..2 {
+        x = x.wrapping_add(y.wrapping_mul(w));
+        y = y.wrapping_add(z.wrapping_mul(x));
+        z = z.wrapping_add(x.wrapping_mul(y));
+        w = w.wrapping_add(y.wrapping_mul(z));
+        if round == 0 {
+            [x, y, z, w] = [x, y, z, w].map(|n| n ^ (n >> 16));
+        }
+    }
+    [x, y, z, w]
+}
+
+/// Draws of many pixels, samples and seeds.
+fn draws() -> (Vec<[u32; 8]>, Vec<[u32; 8]>) {
+    let inputs: Vec<[u32; 8]> = (0..40_000_u32)
+        .map(|i| [i % 4096, i / 4096, 7 * (i % 3), 0, 0, 0, 0, 0])
+        .collect();
+    let body = "Random random = random_start(a.x, a.y, a.z); x = random_bits(random); y = random_bits(random);";
+    let function = Function {
+        includes: &["random.glsl"],
+        body,
+        ..Function::default()
+    };
+    let outputs = function.run(&inputs);
+    (inputs, outputs)
+}
+
+#[test]
+fn draws_are_the_hash_of_their_counters() {
+    let (inputs, outputs) = draws();
+    for (input, output) in inputs.iter().zip(&outputs) {
+        let counter = |n| pcg4d([input[0], input[1], input[2], n]);
+        assert_eq!(output[..4], counter(1));
+        assert_eq!(output[4..], counter(2));
+    }
+}
+
+/// Every word of both draws, and how neighbouring words go together, against evenness.
+#[test]
+fn draws_are_even() {
+    let (_, outputs) = draws();
+    let mut p_values = Vec::new();
+    for word in 0..8 {
+        let mut single = vec![0; 256];
+        let mut paired = vec![0; 256];
+        for output in &outputs {
+            single[output[word] as usize >> 24] += 1;
+            let other = output[(word + 1) % 8];
+            paired[(output[word] as usize >> 28) * 16 + (other as usize >> 28)] += 1;
+        }
+        let even = vec![outputs.len() as f64 / 256.0; 256];
+        p_values.push(chi_square_p_value(&single, &even));
+        p_values.push(chi_square_p_value(&paired, &even));
+    }
+    assert!(holm(&p_values).iter().all(|p| *p > 1e-4), "{p_values:?}");
+}
+
+#[test]
+fn pairs_add_up_where_floats_alone_lose() {
+    // A million small values beside a large one, by the same steps as a pixel's sums.
+    let body = "vec3 high = vec3(uintBitsToFloat(a.x)), low = vec3(0.0);
+        for (uint i = 0u; i < 1000000u; i += 1u) pair_add(high, low, vec3(uintBitsToFloat(a.y)));
+        x.x = floatBitsToUint(high.x); x.y = floatBitsToUint(low.x);";
+    let function = Function {
+        body,
+        ..Function::default()
+    };
+    let (large, small) = (16_777_216.0_f32, 0.1_f32);
+    let output = function.run(&[floats(&[large, small])])[0];
+    let sum = number(output[0]) + number(output[1]);
+    let exact = f64::from(large) + 1e6 * f64::from(small);
+    // The low part rounds too, but a float alone would not move at all.
+    assert!((sum - exact).abs() < 1e-9 * exact, "{sum} {exact}");
+}

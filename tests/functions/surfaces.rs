@@ -1,0 +1,201 @@
+//! The surface model and its sampling, against the f64 tracer's and against its own density.
+
+use crate::support::brute_force::Surface;
+use crate::support::random::Random;
+use crate::{Function, number, vector};
+use glam::{DVec3, Vec3};
+use headwater::layouts::GpuMaterial;
+use headwater::metrics::statistics::{chi_square_p_value, holm};
+use headwater::scene::Material;
+use std::f64::consts::{PI, TAU};
+
+const INCLUDES: &[&str] = &["geometry.glsl", "materials.glsl"];
+
+/// Metals and dielectrics, smooth to rough, and one between.
+fn materials() -> Vec<Material> {
+    let mut all = Vec::new();
+    for roughness in [0.05, 0.2, 0.5, 1.0] {
+        for (metallic, base_color) in [
+            (1.0, Vec3::new(0.9, 0.6, 0.3)),
+            (0.0, Vec3::new(0.2, 0.7, 0.4)),
+            (0.4, Vec3::new(0.8, 0.8, 0.1)),
+        ] {
+            all.push(Material {
+                base_color,
+                metallic,
+                roughness,
+                ..Material::default()
+            });
+        }
+    }
+    all.push(Material::lambert("matte", Vec3::splat(0.6)));
+    all
+}
+
+fn gpu(all: &[Material]) -> Vec<GpuMaterial> {
+    all.iter()
+        .map(headwater::tracing::scene::gpu_material)
+        .collect()
+}
+
+fn upper(random: &mut Random) -> DVec3 {
+    let d = random.direction();
+    d.with_z(d.z.abs().max(1e-3)).normalize()
+}
+
+fn words(direction: Vec3, last: u32, rest: [u32; 4]) -> [u32; 8] {
+    let [x, y, z] = direction.to_array().map(f32::to_bits);
+    [x, y, z, last, rest[0], rest[1], rest[2], rest[3]]
+}
+
+#[test]
+fn surfaces_reflect_as_their_twins_do() {
+    let all = materials();
+    let mut random = Random(5);
+    let cases: Vec<(usize, Vec3, Vec3)> = (0..20_000)
+        .map(|_| {
+            let outgoing = upper(&mut random).as_vec3();
+            // Half of them near the mirror direction, where narrow lobes are.
+            let mut incoming = upper(&mut random).as_vec3();
+            if random.unit() < 0.5 {
+                incoming = incoming * 0.1 + Vec3::new(-outgoing.x, -outgoing.y, outgoing.z);
+            }
+            (random.index(all.len()), outgoing, incoming.normalize())
+        })
+        .collect();
+    let function = Function {
+        includes: INCLUDES,
+        body: "vec3 o = uintBitsToFloat(a.xyz); float pdf;
+            vec3 f = evaluate_bsdf(make_bsdf(materials.at[a.w], o.z), o, uintBitsToFloat(b.xyz), pdf);
+            x = floatBitsToUint(vec4(f, pdf));",
+        materials: &gpu(&all),
+        ..Function::default()
+    };
+    let inputs: Vec<[u32; 8]> = cases
+        .iter()
+        .map(|(m, o, i)| {
+            let [x, y, z] = i.to_array().map(f32::to_bits);
+            words(*o, *m as u32, [x, y, z, 0])
+        })
+        .collect();
+    for ((m, o, i), output) in cases.iter().zip(function.run(&inputs)) {
+        let twin = Surface::new(&all[*m]).evaluate(o.as_dvec3(), i.as_dvec3());
+        let gap = (vector(&output) - twin).abs().max_element();
+        // A lobe of α = .0025 turns the directions' last digits into this much.
+        assert!(
+            gap <= 2e-3 * twin.max_element(),
+            "{m} {o} {i}: {output:?} {twin}"
+        );
+    }
+}
+
+/// Draws of one surface from one direction: directions, weights, densities.
+fn sampled(material: &Material, outgoing: Vec3, count: u32) -> Vec<Option<(DVec3, DVec3, f64)>> {
+    let materials = gpu(std::slice::from_ref(material));
+    let function = Function {
+        includes: &["random.glsl", "geometry.glsl", "materials.glsl"],
+        body: "Random random = random_start(b.x, 9u, 4u); vec3 o = uintBitsToFloat(a.xyz);
+            BsdfSample s = sample_bsdf(make_bsdf(materials.at[0], o.z), o, to_unit(random_bits(random)));
+            x = uvec4(floatBitsToUint(s.direction), s.valid ? 1u : 0u);
+            y = floatBitsToUint(vec4(s.weight, s.pdf_solid_angle));",
+        materials: &materials,
+        ..Function::default()
+    };
+    let inputs: Vec<[u32; 8]> = (0..count)
+        .map(|i| words(outgoing, 0, [i, 0, 0, 0]))
+        .collect();
+    let draw = |o: [u32; 8]| (o[3] == 1).then(|| (vector(&o), vector(&o[4..]), number(o[7])));
+    function.run(&inputs).into_iter().map(draw).collect()
+}
+
+#[test]
+fn weights_are_reflectance_over_density() {
+    let outgoing = Vec3::new(0.6, -0.2, 0.5).normalize();
+    for material in materials() {
+        let surface = Surface::new(&material);
+        for (direction, weight, pdf) in sampled(&material, outgoing, 2000).into_iter().flatten() {
+            assert!((direction.length() - 1.0).abs() < 1e-5);
+            let f = surface.evaluate(outgoing.as_dvec3(), direction);
+            let expected = f * (direction.z / pdf);
+            let gap = (weight - expected).abs().max_element();
+            assert!(
+                gap <= 5e-3 * expected.max_element(),
+                "{material:?} {direction}: {weight} {expected}"
+            );
+        }
+    }
+}
+
+/// Where samples go is what the density says, and the density with what falls below the horizon
+/// sums to one.
+#[test]
+fn directions_are_drawn_by_their_density() {
+    const RINGS: usize = 10;
+    const SECTORS: usize = 12;
+    const FINE: usize = 24;
+    const COUNT: u32 = 60_000;
+    let mut p_values = Vec::new();
+    // Narrower lobes slip between the cells below.
+    let rough = |m: &Material| m.roughness >= 0.5;
+    for material in materials().into_iter().filter(rough) {
+        for outgoing in [Vec3::Z, Vec3::new(0.8, 0.3, 0.3).normalize()] {
+            let draws = sampled(&material, outgoing, COUNT);
+            let mut observed = vec![0_u64; RINGS * SECTORS + 1];
+            for draw in &draws {
+                let bin = draw.map_or(RINGS * SECTORS, |(d, ..)| {
+                    // Equal areas: the cosine and the azimuth.
+                    let ring = (d.z * RINGS as f64) as usize;
+                    let sector = (d.y.atan2(d.x) / TAU).rem_euclid(1.0) * SECTORS as f64;
+                    ring.min(RINGS - 1) * SECTORS + (sector as usize).min(SECTORS - 1)
+                });
+                observed[bin] += 1;
+            }
+            // The density by the shader, at the middles of many small cells.
+            let cells: Vec<DVec3> = (0..RINGS * FINE * SECTORS * FINE)
+                .map(|cell| {
+                    let (i, j) = (cell / (SECTORS * FINE), cell % (SECTORS * FINE));
+                    let z = (i as f64 + 0.5) / (RINGS * FINE) as f64;
+                    let (sin, cos) = ((j as f64 + 0.5) / (SECTORS * FINE) as f64 * TAU).sin_cos();
+                    let r = (1.0 - z * z).sqrt();
+                    DVec3::new(r * cos, r * sin, z)
+                })
+                .collect();
+            let materials = gpu(std::slice::from_ref(&material));
+            let function = Function {
+                includes: INCLUDES,
+                body: "vec3 o = uintBitsToFloat(a.xyz); float pdf;
+                    evaluate_bsdf(make_bsdf(materials.at[0], o.z), o, uintBitsToFloat(b.xyz), pdf);
+                    x.x = floatBitsToUint(pdf);",
+                materials: &materials,
+                ..Function::default()
+            };
+            let inputs: Vec<[u32; 8]> = cells
+                .iter()
+                .map(|d| {
+                    let [x, y, z] = d.as_vec3().to_array().map(f32::to_bits);
+                    words(outgoing, 0, [x, y, z, 0])
+                })
+                .collect();
+            let mut expected = vec![0.0; RINGS * SECTORS + 1];
+            let area = 2.0 * PI / cells.len() as f64;
+            for (cell, output) in function.run(&inputs).iter().enumerate() {
+                let (i, j) = (cell / (SECTORS * FINE), cell % (SECTORS * FINE));
+                expected[i / FINE * SECTORS + j / FINE] +=
+                    number(output[0]) * area * f64::from(COUNT);
+            }
+            let above: f64 = expected.iter().sum();
+            let below = f64::from(COUNT) - above;
+            assert!(
+                below > -2e-3 * f64::from(COUNT),
+                "{material:?}: the density sums to {above}"
+            );
+            expected[RINGS * SECTORS] = below.max(0.0);
+            if below < 5.0 {
+                // Rounding of the sum; nothing may fall there.
+                expected[RINGS * SECTORS] = 1e-9;
+            }
+            p_values.push(chi_square_p_value(&observed, &expected));
+        }
+    }
+    assert!(holm(&p_values).iter().all(|p| *p > 1e-4), "{p_values:?}");
+}
