@@ -11,7 +11,7 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     Parameter {
         name: "seed",
         doc: "Seed of the heap",
-        default: "1",
+        default: "2",
         values: Range::Whole(0, u32::MAX as u64),
     },
     Parameter {
@@ -306,8 +306,8 @@ pub(super) fn make(values: &Values) -> Scene {
     scene.stand_together("mess", heap);
     scene.camera(
         DVec3::new(0.4, 1.35, 3.7),
-        DVec3::new(0.0, 0.52, 0.0),
-        36.0,
+        DVec3::new(0.0, 0.5, 0.0),
+        34.0,
         16.0 / 9.0,
     );
     scene.0
