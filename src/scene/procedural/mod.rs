@@ -1,5 +1,7 @@
 //! Procedural scenes: made from a name and a few parameters, the same every time.
 
+mod city_grid;
+mod city_house;
 mod cornell;
 mod festival;
 mod furnace;
@@ -32,6 +34,12 @@ pub struct Procedural {
 }
 
 const SCENES: &[Procedural] = &[
+    Procedural {
+        name: "city-grid",
+        description: "City blocks at night from above, street lamps along every pavement",
+        parameters: city_grid::PARAMETERS,
+        make: city_grid::make,
+    },
     Procedural {
         name: "cornell",
         description: "The box: matte red, green and white walls, two blocks, one lamp",
