@@ -3,6 +3,8 @@
 mod arches;
 mod atrium;
 mod car;
+mod city_grid;
+mod city_house;
 mod colonnade;
 mod colourful_mess;
 mod cornell;
@@ -58,6 +60,12 @@ const SCENES: &[Procedural] = &[
         description: "A heap of coloured toys, matte, glossy and of metal, among coloured lamps",
         parameters: colourful_mess::PARAMETERS,
         make: colourful_mess::make,
+    },
+    Procedural {
+        name: "city-grid",
+        description: "City blocks at night from above, street lamps along every pavement",
+        parameters: city_grid::PARAMETERS,
+        make: city_grid::make,
     },
     Procedural {
         name: "cornell",
