@@ -18,13 +18,13 @@ pub(super) const PARAMETERS: &[Parameter] = &[
         name: "things",
         doc: "Things in the heap",
         default: "360",
-        values: Range::Whole(1, 3000),
+        values: Range::Whole(1, 1000),
     },
     Parameter {
         name: "lamps",
         doc: "How many of the things are glowing balls",
         default: "28",
-        values: Range::Whole(0, 3000),
+        values: Range::Whole(0, 1000),
     },
 ];
 
