@@ -4,6 +4,7 @@ mod city_grid;
 mod city_house;
 mod cornell;
 mod festival;
+mod figures;
 mod furnace;
 mod furniture;
 mod houses;
@@ -51,6 +52,12 @@ const SCENES: &[Procedural] = &[
         description: "The box with metal spheres of roughness .1, .3 and .6 and a dielectric block",
         parameters: cornell::GLOSSY_PARAMETERS,
         make: cornell::glossy,
+    },
+    Procedural {
+        name: "figures",
+        description: "Spheres, cones and chessmen on a plane under many coloured lights",
+        parameters: figures::PARAMETERS,
+        make: figures::make,
     },
     Procedural {
         name: "furnace",
