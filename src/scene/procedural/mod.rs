@@ -9,6 +9,7 @@ mod colonnade;
 mod colourful_mess;
 mod cornell;
 mod festival;
+mod figures;
 mod furnace;
 mod furniture;
 mod garage;
@@ -78,6 +79,12 @@ const SCENES: &[Procedural] = &[
         description: "The box with metal spheres of roughness .1, .3 and .6 and a dielectric block",
         parameters: cornell::GLOSSY_PARAMETERS,
         make: cornell::glossy,
+    },
+    Procedural {
+        name: "figures",
+        description: "Spheres, cones and chessmen on a plane under many coloured lights",
+        parameters: figures::PARAMETERS,
+        make: figures::make,
     },
     Procedural {
         name: "furnace",
