@@ -2,7 +2,7 @@
 
 use super::parameters::{Parameter, Range, Values};
 use super::rounded::{lathe, soft_box};
-use super::shapes::{Builder, Random, Shape, dielectric, lamp, metal};
+use super::shapes::{Builder, Heap, Random, Shape, dielectric, lamp, metal};
 use crate::scene::{Material, Scene};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
@@ -172,7 +172,7 @@ fn ground(scene: &mut Builder, half: u32) {
     }
     let mut parts: Vec<_> = stones.into_iter().zip(squares).collect();
     parts.push((dielectric("plane", Vec3::splat(0.12), 0.35), around));
-    scene.stand_together("ground", parts);
+    scene.stand_together("ground", Heap(parts));
 }
 
 /// A place in a disc, every part of it as likely.
