@@ -144,10 +144,9 @@ vec3 evaluate_bsdf(Bsdf bsdf, vec3 outgoing, vec3 incoming, out float pdf_solid_
 // GGX Normals with Spherical Caps", 2023).
 vec3 sample_visible_normal(vec3 outgoing, float alpha, vec2 u) {
     vec3 w = normalize(vec3(alpha * outgoing.xy, outgoing.z));
-    float phi = 2.0 * PI * u.x;
     float z = (1.0 - u.y) * (1.0 + w.z) - w.z;
     float s = sqrt(clamp(1.0 - z * z, 0.0, 1.0));
-    vec3 h = vec3(s * cos(phi), s * sin(phi), z) + w;
+    vec3 h = vec3(s * on_circle(u.x), z) + w;
     return normalize(vec3(alpha * h.xy, max(h.z, 0.0)));
 }
 
@@ -166,8 +165,7 @@ BsdfSample sample_bsdf(Bsdf bsdf, vec3 outgoing, vec4 u) {
         result.direction = reflect(-outgoing, h);
     } else {
         float r = sqrt(u.y);
-        float phi = 2.0 * PI * u.z;
-        result.direction = vec3(r * cos(phi), r * sin(phi), sqrt(max(1.0 - u.y, 0.0)));
+        result.direction = vec3(r * on_circle(u.z), sqrt(max(1.0 - u.y, 0.0)));
     }
     vec3 f = evaluate_bsdf(bsdf, outgoing, result.direction, result.pdf_solid_angle);
     result.valid = result.pdf_solid_angle > 0.0;

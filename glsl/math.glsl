@@ -40,6 +40,22 @@ vec3 transform_normal(vec3 inverse_columns[4], vec3 n) {
     return vec3(dot(inverse_columns[0], n), dot(inverse_columns[1], n), dot(inverse_columns[2], n));
 }
 
+// Cosine and sine of a number of turns in [0, 1]. The built-in functions may be wrong by 2^-11, and
+// SwiftShader's are by 2e-4: directions made of them would not be unit, nor fall where their density
+// says.
+vec2 on_circle(float turns) {
+    float quarters = 4.0 * turns;
+    float nearest = floor(quarters + 0.5);
+    // Exact, at most half a quarter: Taylor's series then end soon.
+    float t = quarters - nearest;
+    float t2 = t * t;
+    float c = 1.0 + t2 * (-1.23370055 + t2 * (0.253669508 + t2 * (-0.0208634807 + t2 * 9.19260275e-4)));
+    float s = t * (1.57079633 + t2 * (-0.645964098 + t2 * (0.0796926262 + t2 * (-0.00468175414 + t2 * 1.60441185e-4))));
+    uint quadrant = uint(nearest);
+    vec2 turned = (quadrant & 1u) != 0u ? vec2(-s, c) : vec2(c, s);
+    return (quadrant & 2u) != 0u ? -turned : turned;
+}
+
 // Tangent frame without a branch on any axis but the sign of z (Duff et al. 2017).
 void tangent_frame(vec3 n, out vec3 tangent, out vec3 bitangent) {
     float s = n.z >= 0.0 ? 1.0 : -1.0;

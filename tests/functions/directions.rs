@@ -42,6 +42,27 @@ fn tangent_frames_are_right_handed_and_orthonormal() {
 }
 
 #[test]
+fn turns_lie_on_the_circle() {
+    let body = "x.xy = floatBitsToUint(on_circle(uintBitsToFloat(a.x)));";
+    let function = Function {
+        body,
+        ..Function::default()
+    };
+    let eighths = (0..=8).map(|i| i as f32 / 8.0);
+    let turns: Vec<f32> = (0..20_000)
+        .map(|i| i as f32 / 20_000.0)
+        .chain(eighths)
+        .chain([f32::MIN_POSITIVE, 1.0 - f32::EPSILON])
+        .collect();
+    let inputs: Vec<_> = turns.iter().map(|t| floats(&[*t])).collect();
+    for (t, output) in turns.iter().zip(function.run(&inputs)) {
+        let (sin, cos) = (std::f64::consts::TAU * f64::from(*t)).sin_cos();
+        let gap = (vector(&output).truncate() - glam::DVec2::new(cos, sin)).length();
+        assert!(gap < 2e-7, "{t}: {gap:e}");
+    }
+}
+
+#[test]
 fn octahedral_words_give_directions_back() {
     let body = "x.xyz = floatBitsToUint(unpack_octahedral(a.x));";
     let function = Function {

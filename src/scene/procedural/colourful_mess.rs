@@ -11,20 +11,20 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     Parameter {
         name: "seed",
         doc: "Seed of the heap",
-        default: "1",
+        default: "2",
         values: Range::Whole(0, u32::MAX as u64),
     },
     Parameter {
         name: "things",
         doc: "Things in the heap",
         default: "360",
-        values: Range::Whole(1, 3000),
+        values: Range::Whole(1, 1000),
     },
     Parameter {
         name: "lamps",
         doc: "How many of the things are glowing balls",
         default: "28",
-        values: Range::Whole(0, 3000),
+        values: Range::Whole(0, 1000),
     },
 ];
 
@@ -306,8 +306,8 @@ pub(super) fn make(values: &Values) -> Scene {
     scene.stand_together("mess", heap);
     scene.camera(
         DVec3::new(0.4, 1.35, 3.7),
-        DVec3::new(0.0, 0.52, 0.0),
-        36.0,
+        DVec3::new(0.0, 0.5, 0.0),
+        34.0,
         16.0 / 9.0,
     );
     scene.0

@@ -75,11 +75,11 @@ impl Festival {
             let radius = random.between(0.13, 0.21);
             let middle = hang(t) - Vec3::Y * (1.15 * radius + 0.1);
             let color = random.pick(&[
-                [2.0, 0.09, 0.02],
-                [2.0, 0.09, 0.02],
-                [2.0, 0.5, 0.03],
-                [7.0, 4.4, 1.9],
-                [7.0, 4.4, 1.9],
+                [2.6, 0.09, 0.02],
+                [2.6, 0.09, 0.02],
+                [2.6, 0.6, 0.03],
+                [11.0, 7.0, 3.1],
+                [11.0, 7.0, 3.1],
                 [1.7, 0.08, 0.55],
                 [0.05, 0.6, 1.5],
                 [0.2, 1.4, 0.1],
@@ -124,7 +124,7 @@ impl Festival {
             let z = (number as f32 / 10.0 - 0.5) * 2.0 * half;
             let at = Vec3::new(0.72, 2.03 - 0.05 * (number as f32 * 1.3).sin(), z);
             let bulb = Shape::sphere(0).flat().map(|p| p * 0.045 + at);
-            self.light("bulb", Vec3::new(60.0, 36.0, 14.0), spot.put(bulb));
+            self.light("bulb", Vec3::new(105.0, 64.0, 26.0), spot.put(bulb));
         }
     }
 

@@ -34,6 +34,8 @@ const SIDE: f32 = 3.6;
 const HIGH: f32 = 3.2;
 const BACK: f32 = -4.6;
 const FRONT: f32 = 4.4;
+/// The ground under the slabs; the walls go down to it, or light would leak through the joints.
+const DEEP: f32 = -0.02;
 /// How deep things stand in what bears them, as two faces in one plane would be a toss-up.
 const SINK: f32 = 0.002;
 /// Where the rolling door is, and its height.
@@ -43,7 +45,7 @@ const DOOR_HIGH: f32 = 2.4;
 /// A wall of blocks, its foot along X from 0 to `long`, facing +Z; the joints let the mortar show.
 fn blocks(heap: &mut Heap, random: &mut Random, long: f32, place: impl Fn(Vec3) -> Vec3) {
     let mortar = Material::lambert("mortar", Vec3::splat(0.28));
-    let wall = Shape::quad(Vec3::ZERO, Vec3::X * long, Vec3::Y * HIGH);
+    let wall = Shape::quad(Vec3::Y * DEEP, Vec3::X * long, Vec3::Y * (HIGH - DEEP));
     heap.add(&mortar, wall.map(&place));
     let (wide, high, joint) = (0.45, 0.2, 0.012);
     for row in 0..(HIGH / high) as u32 {
@@ -79,14 +81,14 @@ fn room(heap: &mut Heap, random: &mut Random) {
     blocks(heap, random, deep, |p| vec3(-SIDE + p.z, p.y, FRONT - p.x));
     blocks(heap, random, deep, |p| vec3(SIDE - p.z, p.y, BACK + p.x));
     let plaster = Material::lambert("plaster", Vec3::splat(0.5));
-    let corner = vec3(-SIDE, 0.0, FRONT);
+    let corner = vec3(-SIDE, DEEP, FRONT);
     heap.add(
         &plaster,
-        Shape::quad(corner, Vec3::Y * HIGH, Vec3::X * 2.0 * SIDE),
+        Shape::quad(corner, Vec3::Y * (HIGH - DEEP), Vec3::X * 2.0 * SIDE),
     );
     // Slabs with open joints over a dark ground.
     let ground = Material::lambert("joints", Vec3::splat(0.08));
-    let corner = vec3(-SIDE, -0.02, BACK);
+    let corner = vec3(-SIDE, DEEP, BACK);
     heap.add(
         &ground,
         Shape::quad(corner, Vec3::Z * deep, Vec3::X * 2.0 * SIDE),
@@ -94,7 +96,7 @@ fn room(heap: &mut Heap, random: &mut Random) {
     for i in 0..4_u8 {
         for j in 0..5_u8 {
             let shade = random.between(0.27, 0.33);
-            let low = vec3(1.8 * f32::from(i), -0.03, 1.8 * f32::from(j)) + corner;
+            let low = vec3(1.8 * f32::from(i), DEEP, 1.8 * f32::from(j)) + corner;
             let top = vec3(low.x + 1.788, 0.0, low.z + 1.788);
             let slab = dielectric("concrete", vec3(1.0, 0.98, 0.94) * shade, 0.36);
             heap.add(&slab, Shape::block(low, top));

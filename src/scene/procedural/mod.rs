@@ -3,10 +3,13 @@
 mod arches;
 mod atrium;
 mod car;
+mod city_grid;
+mod city_house;
 mod colonnade;
 mod colourful_mess;
 mod cornell;
 mod festival;
+mod figures;
 mod furnace;
 mod furniture;
 mod garage;
@@ -60,6 +63,12 @@ const SCENES: &[Procedural] = &[
         make: colourful_mess::make,
     },
     Procedural {
+        name: "city-grid",
+        description: "City blocks at night from above, street lamps along every pavement",
+        parameters: city_grid::PARAMETERS,
+        make: city_grid::make,
+    },
+    Procedural {
         name: "cornell",
         description: "The box: matte red, green and white walls, two blocks, one lamp",
         parameters: &[],
@@ -70,6 +79,12 @@ const SCENES: &[Procedural] = &[
         description: "The box with metal spheres of roughness .1, .3 and .6 and a dielectric block",
         parameters: cornell::GLOSSY_PARAMETERS,
         make: cornell::glossy,
+    },
+    Procedural {
+        name: "figures",
+        description: "Spheres, cones and chessmen on a plane under many coloured lights",
+        parameters: figures::PARAMETERS,
+        make: figures::make,
     },
     Procedural {
         name: "furnace",

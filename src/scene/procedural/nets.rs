@@ -3,6 +3,7 @@
 use super::shapes::Shape;
 use super::simplify::simplify;
 use glam::{Mat3, Vec3};
+use std::collections::HashMap;
 
 /// Grid lines from `start`: runs up to an end, each of about its own step.
 pub(super) fn ticks(start: f32, runs: &[(f32, f32)]) -> Vec<f32> {
@@ -31,19 +32,18 @@ pub(super) fn surface<W: Fn(Vec3) -> f32>(
     detail: &Detail<W>,
     body: impl Fn(Vec3) -> f32,
 ) -> Shape {
-    let (points, mut faces) = Net::new(grid, &body).surface(&body);
+    let (points, mut faces) = Net::new(grid, &body).surface();
     let mut points: Vec<_> = points.into_iter().map(Vec3::as_dvec3).collect();
     simplify(&mut points, &mut faces, detail.triangles, |p| {
         f64::from((detail.weight)(p.as_vec3()))
     });
-    let corners: Vec<(Vec3, Vec3)> = points
-        .iter()
-        .map(|p| {
-            let p = pulled(&body, p.as_vec3());
+    let mut corners = vec![None; points.len()];
+    let corners = faces.into_iter().flatten().map(|i| {
+        *corners[i].get_or_insert_with(|| {
+            let p = pulled(&body, points[i].as_vec3());
             (p, slope(&body, p).normalize_or_zero())
         })
-        .collect();
-    let corners = faces.into_iter().flatten().map(|i| corners[i]);
+    });
     let (positions, normals) = corners.unzip();
     Shape::smooth(positions, normals)
 }
@@ -66,11 +66,18 @@ fn pulled(body: &impl Fn(Vec3) -> f32, mut p: Vec3) -> Vec3 {
 /// A place of a grid, by its numbers along the axes.
 type Place = [usize; 3];
 
+/// Nodes along each side of what is filled at once.
+const BLOCK: usize = 5;
+/// A body's value must not change faster than this from place to place.
+const STEEPEST: f32 = 2.0;
+
 /// A body's values on a grid.
 struct Net<'a> {
     grid: &'a [Vec<f32>; 3],
     size: Place,
     values: Vec<f32>,
+    /// Where the surface crosses the edge from a node along an axis, and its normal there.
+    crossings: HashMap<(usize, usize), (Vec3, Vec3)>,
 }
 
 impl<'a> Net<'a> {
@@ -79,9 +86,39 @@ impl<'a> Net<'a> {
             grid,
             size: [0, 1, 2].map(|axis| grid[axis].len()),
             values: Vec::new(),
+            crossings: HashMap::new(),
         };
-        net.values = net.places().map(|at| body(net.node(at))).collect();
+        net.values = vec![0.0; net.size.iter().product()];
+        for corner in net.places().filter(|at| at.iter().all(|i| i % BLOCK == 0)) {
+            net.fill(corner, body);
+        }
+        for at in net.places() {
+            for axis in 0..3 {
+                let next = shifted(at, axis, 1);
+                if !net.is_last(at, axis) && net.inside(at) != net.inside(next) {
+                    let p = net.crossing(at, next, body);
+                    let normal = slope(body, p).normalize_or_zero();
+                    net.crossings.insert((net.number(at), axis), (p, normal));
+                }
+            }
+        }
         net
+    }
+
+    /// Fills a block of nodes: far from the surface only the sign matters, and one value does.
+    fn fill(&mut self, first: Place, body: &impl Fn(Vec3) -> f32) {
+        let end = [0, 1, 2].map(|axis| (first[axis] + BLOCK).min(self.size[axis]));
+        let (low, high) = (self.node(first), self.node(end.map(|i| i - 1)));
+        let all = body((low + high) / 2.0);
+        let is_far = all.abs() > STEEPEST * (high - low).length() / 2.0;
+        for k in first[2]..end[2] {
+            for j in first[1]..end[1] {
+                for i in first[0]..end[0] {
+                    let (at, number) = ([i, j, k], self.number([i, j, k]));
+                    self.values[number] = if is_far { all } else { body(self.node(at)) };
+                }
+            }
+        }
     }
 
     fn places(&self) -> impl Iterator<Item = Place> + use<> {
@@ -112,24 +149,23 @@ impl<'a> Net<'a> {
     }
 
     /// Where the surface is within a cell that it crosses.
-    fn corner(&self, cell: Place, body: &impl Fn(Vec3) -> f32) -> Option<Vec3> {
+    fn corner(&self, cell: Place) -> Option<Vec3> {
         if (0..3).any(|axis| self.is_last(cell, axis)) {
+            return None;
+        }
+        let around = |corner: usize| [0, 1, 2].map(|axis| cell[axis] + (corner >> axis & 1));
+        if (1..8).all(|corner| self.inside(around(corner)) == self.inside(cell)) {
             return None;
         }
         let (mut middle, mut crossings) = (Vec3::ZERO, Vec::new());
         for corner in 0..8_usize {
-            let a = [0, 1, 2].map(|axis| cell[axis] + (corner >> axis & 1));
+            let a = around(corner);
             for axis in (0..3).filter(|axis| corner >> axis & 1 == 0) {
-                let b = shifted(a, axis, 1);
-                if self.inside(a) != self.inside(b) {
-                    let p = self.crossing(a, b, body);
+                if let Some(&(p, n)) = self.crossings.get(&(self.number(a), axis)) {
                     middle += p;
-                    crossings.push((p, slope(body, p).normalize_or_zero()));
+                    crossings.push((p, n));
                 }
             }
-        }
-        if crossings.is_empty() {
-            return None;
         }
         middle /= crossings.len() as f32;
         // Where the planes at the crossings meet; the middle, as far as they leave it open.
@@ -163,12 +199,12 @@ impl<'a> Net<'a> {
 
     /// Dual contouring (Ju et al. 2002): a corner in every cell that the surface crosses, a face
     /// across every edge. Unlike marching cubes it keeps edges sharp.
-    fn surface(&self, body: &impl Fn(Vec3) -> f32) -> (Vec<Vec3>, Vec<Place>) {
+    fn surface(&self) -> (Vec<Vec3>, Vec<Place>) {
         let mut points = Vec::new();
         let corners: Vec<usize> = self
             .places()
             .map(|cell| {
-                points.extend(self.corner(cell, body));
+                points.extend(self.corner(cell));
                 points.len().wrapping_sub(1)
             })
             .collect();

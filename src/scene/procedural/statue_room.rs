@@ -81,14 +81,14 @@ fn walls(heap: &mut Heap) {
         .line(TRIM - 0.13, 0.0)
         .line(0.0, 0.06);
     heap.add(&stone, NICHE.moulding(&trim, NICHE.spring).map(to_back));
-    let cornice = Profile::new(0.0, HIGH - 0.26)
-        .line(-0.03, 0.0)
-        .line(0.0, 0.05)
-        .arc(-0.06, 0.06, -90.0, 5)
-        .line(-0.02, 0.0)
-        .line(0.0, 0.03)
-        .arc(-0.07, 0.08, 60.0, 5)
-        .line(0.0, 0.05);
+    let cornice = Profile::new(-0.18, HIGH + 0.01)
+        .line(0.0, -0.06)
+        .arc(0.07, -0.08, -60.0, 5)
+        .line(0.0, -0.03)
+        .line(0.02, 0.0)
+        .arc(0.06, -0.06, 90.0, 5)
+        .line(0.0, -0.05)
+        .line(0.03, 0.0);
     let room = Vec2::new(SIDE, (FRONT - BACK) / 2.0);
     let middle = Vec3::Z * (FRONT + BACK) / 2.0;
     heap.add(&stone, cornice.framed(room).map(|p| p + middle));
@@ -156,9 +156,12 @@ fn rails(heap: &mut Heap) {
         for (from, to) in [(-SIDE, -opening), (opening, SIDE)] {
             heap.add(&wood, profile.drawn(from, to).map(to_back));
         }
-        // Ends before the corner, as the other one runs there.
-        let side = profile.drawn(-FRONT, -BACK - 0.06);
-        heap.add(&wood, side.clone().map(|p| vec3(p.x - SIDE, p.y, p.z)));
+        // They run into the other one in the corners, a little lower, as two faces in one plane
+        // would be a toss-up.
+        let left = profile.drawn(BACK + 0.01, FRONT);
+        heap.add(&wood, left.map(|p| p - vec3(SIDE, 0.001, 0.0)));
+        let right = profile.drawn(-FRONT, -BACK - 0.01);
+        heap.add(&wood, right.map(|p| vec3(SIDE - p.x, p.y - 0.001, -p.z)));
     }
 }
 

@@ -119,26 +119,35 @@ fn bear(ball: &mut Ball) {
 
 /// Pairs of balls of different bodies that may meet within the next steps.
 fn neighbours(balls: &[Ball]) -> Vec<(usize, usize)> {
-    let reach = 2.0 * FASTEST * REMEMBERED as f32;
+    // How far around it a ball may touch something before the next search.
+    let reach = |b: &Ball| {
+        let way = 1.5 * (b.at - b.before).length() + 0.002;
+        b.radius + REMEMBERED as f32 * way.min(FASTEST)
+    };
     // Sorted along the axis on which they are most apart.
     let low = balls.iter().fold(Vec3::MAX, |low, b| low.min(b.at));
     let high = balls.iter().fold(Vec3::MIN, |high, b| high.max(b.at));
     let axis = (high - low).max_position();
-    let along = |i: usize| balls[i].at[axis];
-    let mut order: Vec<usize> = (0..balls.len()).collect();
-    order.sort_by(|&i, &j| along(i).total_cmp(&along(j)));
-    let largest = balls.iter().map(|b| b.radius).fold(0.0, f32::max);
+    let mut order: Vec<(f32, f32, usize)> = balls
+        .iter()
+        .enumerate()
+        .map(|(i, b)| (b.at[axis], reach(b), i))
+        .collect();
+    order.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let largest = order.iter().map(|b| b.1).fold(0.0, f32::max);
     let mut pairs = Vec::new();
-    for (n, &i) in order.iter().enumerate() {
+    for (n, &(along, own, i)) in order.iter().enumerate() {
         let a = &balls[i];
-        let end = along(i) + a.radius + largest + reach;
-        for &j in &order[n + 1..] {
+        let within = order[n + 1..]
+            .iter()
+            .take_while(|b| b.0 < along + own + largest);
+        for &(other, reach, j) in within {
+            let near = own + reach;
             let b = &balls[j];
-            if along(j) > end {
-                break;
-            }
-            let near = a.radius + b.radius + reach;
-            if a.body != b.body && (a.at - b.at).length_squared() < near * near {
+            if other - along < near
+                && a.body != b.body
+                && (a.at - b.at).length_squared() < near * near
+            {
                 pairs.push((i.min(j), i.max(j)));
             }
         }

@@ -307,7 +307,7 @@ fn furnish_back(scene: &mut Builder, random: &mut Random, walnut: &Material) {
         Shape::cylinder(Vec3::Y * 0.15, 0.006, HIGH - hanging.y - 0.14, 8),
     );
     pendant.smooth(
-        &lamp("pendant", Vec3::new(420.0, 325.0, 215.0)),
+        &lamp("pendant", Vec3::new(640.0, 500.0, 335.0)),
         Shape::sphere(2).map(|n| n * 0.16),
     );
     pendant.put(scene, "pendant", hanging, 0.0);
@@ -337,4 +337,68 @@ pub(super) fn make(values: &Values) -> Scene {
         16.0 / 9.0,
     );
     scene.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::procedural::generate;
+
+    /// Of 4,000 straight lines from one room to the other, half through the rim of the door: how
+    /// many meet nothing.
+    fn open_lines(angle: &str) -> usize {
+        let settings = [("angle".to_owned(), angle.to_owned())];
+        let scene = generate("two-rooms", &settings).unwrap();
+        let triangles: Vec<[DVec3; 3]> = scene
+            .instances
+            .iter()
+            .flat_map(|instance| {
+                let mesh = &scene.meshes[instance.mesh as usize];
+                mesh.triangles.iter().map(|t| {
+                    t.map(|i| {
+                        let corner = mesh.positions[i as usize].as_dvec3();
+                        instance.object_to_world.transform_point3(corner)
+                    })
+                })
+            })
+            // Furniture hides leaks: only what is near the wall counts.
+            .filter(|t| t.iter().any(|p| p.z.abs() < 0.1))
+            .collect();
+        let mut random = Random::new(7);
+        let mut line = |number: u32| {
+            let mut at = |x: (f32, f32), y: (f32, f32), z: (f32, f32)| {
+                let mut within = |(low, high)| random.between(low, high);
+                Vec3::new(within(x), within(y), within(z)).as_dvec3()
+            };
+            let from = at((-2.4, 2.4), (0.1, 2.5), (0.3, 4.9));
+            if number.is_multiple_of(2) {
+                return (from, at((-2.4, 2.4), (0.1, 2.5), (BACK, -0.3)) - from);
+            }
+            let (x, z) = ((HOLE.0, HOLE.1), (-0.045, 0.0));
+            let edge = match number % 8 {
+                1 => at((x.0 + 0.02, x.0 + 0.04), (0.0, HOLE_TOP), z),
+                3 => at((x.1 - 0.04, x.1 - 0.02), (0.0, HOLE_TOP), z),
+                5 => at(x, (0.0, 0.01), z),
+                _ => at(x, (HOLE_TOP - 0.04, HOLE_TOP - 0.02), z),
+            };
+            (from, (edge - from) * 1.3)
+        };
+        let meets = |from: DVec3, way: DVec3, [a, b, c]: [DVec3; 3]| {
+            let (u, v, s) = (b - a, c - a, from - a);
+            let (p, q) = (way.cross(v), s.cross(u));
+            let scale = 1.0 / u.dot(p);
+            let (x, y, t) = (s.dot(p) * scale, way.dot(q) * scale, v.dot(q) * scale);
+            x >= 0.0 && y >= 0.0 && x + y <= 1.0 && (0.0..=1.0).contains(&t)
+        };
+        (0..4000)
+            .map(&mut line)
+            .filter(|&(from, way)| !triangles.iter().any(|&t| meets(from, way, t)))
+            .count()
+    }
+
+    #[test]
+    fn a_shut_door_lets_no_light_through_and_an_open_one_does() {
+        assert_eq!(open_lines("0"), 0);
+        assert!(open_lines("60") > 20);
+    }
 }
