@@ -3,9 +3,9 @@
 use super::notice;
 use super::{open_scene, print};
 use crate::scene::requirements::Requirements;
-use crate::scene::{export, procedural};
+use crate::scene::{Motion, export, procedural};
 use crate::{Error, Result};
-use serde_json::json;
+use serde_json::{Value, json};
 use std::path::PathBuf;
 
 /// The subcommands of `scene`.
@@ -88,6 +88,17 @@ fn list(as_json: bool) -> Result<()> {
     Ok(())
 }
 
+/// What moves, and until when.
+fn moves(motion: &Motion) -> Value {
+    let count = |list: &[Option<u32>]| list.iter().flatten().count();
+    json!({
+        "instances": count(&motion.instances),
+        "cameras": count(&motion.cameras),
+        "emissive_materials": motion.emission.len(),
+        "seconds": motion.seconds(),
+    })
+}
+
 fn inspect(name: &str, as_json: bool) -> Result<()> {
     let scene = open_scene(name)?;
     let requirements = Requirements::of(&scene);
@@ -115,6 +126,7 @@ fn inspect(name: &str, as_json: bool) -> Result<()> {
         "materials": scene.materials.len(),
         "bounds": bounds.map(|b| json!({ "min": b.min.to_array(), "max": b.max.to_array() })),
         "cameras": cameras,
+        "motion": scene.motion.as_ref().map(moves),
         "requirements": requirements,
         "notices": scene.notices,
     });

@@ -43,6 +43,14 @@ pub fn framing_camera(scene: &Scene) -> Camera {
     look_at(eye, bounds.center(), FRAMING_FOV)
 }
 
+/// The rotation in a transform: it keeps where the camera looks, and +Y as near as can be.
+pub(super) fn rigid(matrix: DMat3) -> Option<DMat3> {
+    let unit = |axis: DVec3| (axis / axis.abs().max_element()).try_normalize();
+    let z = unit(matrix.z_axis)?;
+    let x = unit(unit(matrix.y_axis)?.cross(z))?;
+    Some(DMat3::from_cols(x, z.cross(x), z))
+}
+
 /// The camera's axes as columns, `back` being opposite to where it looks.
 fn axes(back: DVec3) -> DMat3 {
     // Scaled before it is normalised: the square of a tiny or huge length leaves f64.

@@ -1,11 +1,13 @@
 //! A fingerprint of what a scene looks like.
 
+use super::motion::{Emission, Motion, Moving, Node, Place};
+use super::tracks::{Animated, Interpolation, Track};
 use super::{Camera, Instance, Material, Mesh, Scene};
 use glam::DAffine3;
 
 impl Scene {
-    /// The hash, in hexadecimal, of all that affects the picture: geometry, materials, placement
-    /// and cameras. Names, notices and the path the scene came from are left out.
+    /// The hash, in hexadecimal, of all that affects the picture: geometry, materials, placement,
+    /// cameras and motion. Names, notices and the path the scene came from are left out.
     pub fn content_hash(&self) -> String {
         // Destructured in full, so that a new field cannot be forgotten here.
         let Self {
@@ -14,6 +16,7 @@ impl Scene {
             materials,
             instances,
             cameras,
+            motion,
             notices: _,
         } = self;
         let mut hasher = blake3::Hasher::new();
@@ -46,8 +49,87 @@ impl Scene {
             // 0 is no aspect ratio's value.
             doubles(&mut hasher, &[*vertical_fov, aspect_ratio.unwrap_or(0.0)]);
         }
+        // A scene in which nothing moves has the hash it had before there was motion.
+        if let Some(motion) = motion {
+            hash_motion(&mut hasher, motion);
+        }
         hasher.finalize().to_hex().to_string()
     }
+}
+
+fn hash_motion(hasher: &mut blake3::Hasher, motion: &Motion) {
+    let Motion {
+        nodes,
+        instances,
+        cameras,
+        emission,
+    } = motion;
+    let index = |hasher: &mut blake3::Hasher, index: Option<u32>| {
+        hasher.update(&index.unwrap_or(u32::MAX).to_le_bytes());
+    };
+    hasher.update(b"motion\0");
+    count(hasher, nodes.len());
+    for Node { parent, place } in nodes {
+        index(hasher, *parent);
+        match place {
+            Place::Still(place) => {
+                hasher.update(b"still");
+                hash_affine(hasher, place);
+            }
+            Place::Moving(moving) => {
+                let Moving {
+                    translation,
+                    rotation,
+                    scale,
+                } = &**moving;
+                hasher.update(b"moving");
+                hash_animated(hasher, translation, |v| v.to_array().to_vec());
+                hash_animated(hasher, rotation, |q| q.to_array().to_vec());
+                hash_animated(hasher, scale, |v| v.to_array().to_vec());
+            }
+        }
+    }
+    for hung in [instances, cameras] {
+        count(hasher, hung.len());
+        hung.iter().for_each(|node| index(hasher, *node));
+    }
+    count(hasher, emission.len());
+    for Emission {
+        material,
+        color,
+        strength,
+    } in emission
+    {
+        index(hasher, Some(*material));
+        hash_animated(hasher, color, |v| v.to_array().to_vec());
+        hash_animated(hasher, strength, |v| vec![v]);
+    }
+}
+
+fn hash_animated<T: Copy>(
+    hasher: &mut blake3::Hasher,
+    animated: &Animated<T>,
+    numbers: impl Fn(T) -> Vec<f64>,
+) {
+    let Animated { rest, track } = animated;
+    doubles(hasher, &numbers(*rest));
+    let Some(track) = track else {
+        count(hasher, 0);
+        return;
+    };
+    let Track {
+        interpolation,
+        times,
+        values,
+    } = track;
+    count(hasher, times.len());
+    hasher.update(&[match interpolation {
+        Interpolation::Step => 0,
+        Interpolation::Linear => 1,
+        Interpolation::CubicSpline => 2,
+    }]);
+    doubles(hasher, times);
+    values.iter().for_each(|v| doubles(hasher, &numbers(*v)));
 }
 
 fn hash_mesh(hasher: &mut blake3::Hasher, mesh: &Mesh) {
@@ -131,6 +213,7 @@ mod tests {
                 object_to_world: DAffine3::IDENTITY,
             }],
             cameras: vec![super::super::camera::look_at(DVec3::Z, DVec3::ZERO, 1.0)],
+            motion: None,
             notices: vec![],
         }
     }
@@ -150,7 +233,7 @@ mod tests {
 
     #[test]
     fn every_value_counts() {
-        let changes: [fn(&mut Scene); 14] = [
+        let changes: [fn(&mut Scene); 16] = [
             |s| s.meshes[0].positions[1].x = 2.0,
             |s| s.meshes[0].normals = vec![Vec3::Z; 3],
             |s| s.meshes[0].triangles[0] = [1, 2, 0],
@@ -165,6 +248,17 @@ mod tests {
             |s| s.instances[0].object_to_world.translation.x = 1.0,
             |s| s.cameras[0].aspect_ratio = Some(1.0),
             |s| s.cameras.clear(),
+            |s| s.motion = Some(Motion::default()),
+            |s| {
+                s.motion = Some(Motion {
+                    emission: vec![Emission {
+                        material: 0,
+                        color: Animated::still(DVec3::ONE),
+                        strength: Animated::still(1.0),
+                    }],
+                    ..Motion::default()
+                });
+            },
         ];
         let mut seen = vec![scene().content_hash()];
         for change in changes {

@@ -10,14 +10,17 @@ mod gltf;
 pub mod lights;
 pub mod load;
 mod mend;
+pub mod motion;
 mod notices;
 mod obj;
 mod polygon;
 pub mod procedural;
 pub mod requirements;
+pub mod tracks;
 pub mod validate;
 
 pub use bounds::Bounds;
+pub use motion::Motion;
 
 use crate::Result;
 use glam::{DAffine3, Vec3};
@@ -57,6 +60,8 @@ pub struct Scene {
     pub instances: Vec<Instance>,
     /// Cameras in file order.
     pub cameras: Vec<Camera>,
+    /// How it moves, if it does; the rest of the scene is then as it is at time 0.
+    pub motion: Option<Motion>,
     /// What was assumed or ignored while loading: one line each, for the user.
     pub notices: Vec<String>,
 }

@@ -4,7 +4,8 @@ use super::{Material, Mesh, Scene};
 use crate::layouts::MIRROR_ROUGHNESS;
 
 /// What a scene contains, as far as it decides what the renderer must be able to do. Materials
-/// count only where an instance shows them; counts are over instances.
+/// count only where an instance shows them; counts are over instances; what emits at some time is a
+/// light always.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Requirements {
     /// Triangles in the world.
@@ -27,6 +28,8 @@ pub struct Requirements {
     pub shared_meshes: bool,
     /// Whether some instance is mirrored: its triangles turn the other way round.
     pub mirrored_instances: bool,
+    /// Whether instances, cameras or lights change with time.
+    pub motion: bool,
 }
 
 impl Requirements {
@@ -36,8 +39,10 @@ impl Requirements {
             triangles: scene.triangle_count(),
             emissive_triangles: scene.emissive_triangle_count(),
             instances: scene.instances.len() as u64,
+            motion: scene.motion.is_some(),
             ..Self::default()
         };
+        let lamps = scene.lamp_materials();
         let mut placed = vec![false; scene.meshes.len()];
         for instance in &scene.instances {
             let seen = &mut placed[instance.mesh as usize];
@@ -50,7 +55,8 @@ impl Requirements {
             required.multi_part_meshes |= mesh.parts.len() > 1;
             for part in mesh.parts.iter().filter(|part| part.triangle_count > 0) {
                 let material = &scene.materials[part.material as usize];
-                required.double_sided_emitters |= material.is_emissive() && material.double_sided;
+                required.double_sided_emitters |=
+                    lamps[part.material as usize] && material.double_sided;
                 required.specular |= material.has_specular_lobe();
                 required.near_delta |=
                     material.has_specular_lobe() && material.roughness < MIRROR_ROUGHNESS;
@@ -73,12 +79,13 @@ impl Scene {
         self.count_triangles(|mesh| mesh.triangles.len() as u64)
     }
 
-    /// Triangles in the world whose material emits.
+    /// Triangles in the world whose material emits, if only at some time.
     pub fn emissive_triangle_count(&self) -> u64 {
+        let lamps = self.lamp_materials();
         self.count_triangles(|mesh| {
             mesh.parts
                 .iter()
-                .filter(|part| self.materials[part.material as usize].is_emissive())
+                .filter(|part| lamps[part.material as usize])
                 .map(|part| u64::from(part.triangle_count))
                 .sum()
         })
@@ -95,7 +102,7 @@ impl Scene {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Instance, Part};
+    use super::super::{Instance, Motion, Part};
     use super::*;
     use glam::{DAffine3, DVec3, Vec3};
 
@@ -151,6 +158,7 @@ mod tests {
         scene.meshes[1].normals = vec![Vec3::Z; 3];
         scene.instances.push(instance(1, 1.0));
         scene.instances.push(instance(1, -1.0));
+        scene.motion = Some(Motion::default());
         let all = Requirements {
             triangles: 5,
             emissive_triangles: 2,
@@ -162,6 +170,7 @@ mod tests {
             multi_part_meshes: true,
             shared_meshes: true,
             mirrored_instances: true,
+            motion: true,
         };
         assert_eq!(Requirements::of(&scene), all);
     }

@@ -20,13 +20,21 @@ impl Scene {
     ///
     /// An error names what the renderer cannot take: indices out of range, numbers that are not
     /// finite, parts that do not cover their triangles, material factors outside their range, a
-    /// camera without a picture. What is mended leaves a notice: a base colour outside 0…1 is
+    /// camera without a picture, keys out of order. What is mended leaves a notice: a base colour outside 0…1 is
     /// clamped, triangles without area, flat instances and empty meshes are dropped (indices of
     /// meshes move up), normals are made unit, missing ones replaced by the geometric normal.
     /// Afterwards every vertex belongs to a triangle, and checking again changes nothing. A scene
     /// with nothing in it is legal.
     pub fn validate(&mut self) -> Result<()> {
         let mut tally = Tally::default();
+        if let Some(motion) = &self.motion {
+            let counts = [
+                self.instances.len(),
+                self.cameras.len(),
+                self.materials.len(),
+            ];
+            motion.check(counts)?;
+        }
         for (index, material) in self.materials.iter_mut().enumerate() {
             check_material(index, material, &mut tally)?;
         }
@@ -55,14 +63,15 @@ impl Scene {
                     boxes.len()
                 )));
             };
-            check_placement(&what, instance, bounds.as_ref())?;
-            flat[index] = is_singular(instance.object_to_world.matrix3);
+            check_reach(&what, &instance.object_to_world, bounds.as_ref())?;
+            // What moves may be flat for a while.
+            let moves = (self.motion.as_ref()).is_some_and(|m| m.moves_instance(index));
+            flat[index] = !moves && is_singular(instance.object_to_world.matrix3);
             if flat[index] {
                 tally.add("instances scaled to nothing are skipped", || what);
             }
         }
-        let mut flat = flat.into_iter();
-        self.instances.retain(|_| !flat.next().unwrap_or(false));
+        self.retain_instances(|index, _| !flat[index]);
         Ok(())
     }
 
@@ -87,14 +96,25 @@ impl Scene {
             return;
         }
         self.meshes.retain(|mesh| !mesh.triangles.is_empty());
-        self.instances
-            .retain_mut(|instance| match moved[instance.mesh as usize] {
-                Some(mesh) => {
-                    instance.mesh = mesh;
-                    true
-                }
-                None => false,
-            });
+        self.retain_instances(|_, instance| match moved[instance.mesh as usize] {
+            Some(mesh) => {
+                instance.mesh = mesh;
+                true
+            }
+            None => false,
+        });
+    }
+
+    /// Drops the instances that `keep` refuses by index or looks, and what moves them.
+    fn retain_instances(&mut self, mut keep: impl FnMut(usize, &mut Instance) -> bool) {
+        let instances = self.instances.iter_mut().enumerate();
+        let kept: Vec<bool> = instances.map(|(index, one)| keep(index, one)).collect();
+        let mut next = kept.iter();
+        self.instances.retain(|_| next.next() == Some(&true));
+        if let Some(motion) = &mut self.motion {
+            let mut next = kept.iter();
+            motion.instances.retain(|_| next.next() == Some(&true));
+        }
     }
 }
 
@@ -216,8 +236,12 @@ fn check_mesh(index: usize, mesh: &Mesh, materials: usize) -> Result<()> {
     Ok(())
 }
 
-fn check_placement(what: &str, instance: &Instance, bounds: Option<&Bounds>) -> Result<()> {
-    let transform = &instance.object_to_world;
+/// Whether a mesh with these bounds can be rendered where a transform puts it; `what` names it in
+/// the message.
+///
+/// # Errors
+/// A transform that is not finite, or a place too far away.
+pub(super) fn check_reach(what: &str, transform: &DAffine3, bounds: Option<&Bounds>) -> Result<()> {
     if !transform.is_finite() {
         return Err(Error::input(format!(
             "{what}: its transform is not finite; mend it in the modelling tool"
@@ -237,7 +261,7 @@ fn check_placement(what: &str, instance: &Instance, bounds: Option<&Bounds>) -> 
 }
 
 /// Whether a transform makes everything flat, so that normals are lost.
-fn is_singular(matrix: DMat3) -> bool {
+pub(super) fn is_singular(matrix: DMat3) -> bool {
     // Axes are scaled to one before the determinant is taken: their lengths' product may leave f64.
     let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| {
         let largest = axis.abs().max_element();

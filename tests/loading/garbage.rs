@@ -455,6 +455,16 @@ fn mutated_files_never_panic() {
     let (good, bad) = fuzz("mutated.glb", &file.glb(), 3000);
     assert!(good > 100 && bad > 100, "{good} load, {bad} do not");
 
+    let moving = crate::animations::animated(
+        "translation",
+        "VEC3",
+        "CUBICSPLINE",
+        &[0.0, 1.0],
+        &[0.5; 18],
+    );
+    let (good, bad) = fuzz("moving.glb", &moving.glb(), 2000);
+    assert!(good > 100 && bad > 100, "{good} load, {bad} do not");
+
     let text = "mtllib mutated.obj\no a\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv .2 .1 0\nv 0 1 0\n\
                 vn 0 0 1\nvt 0 0\nusemtl x\nf 1/1/1 2/1/1 3/1/1 4/1/1 -1\nnewmtl x\nKd 1 1 1\n\
                 Ke 0 0 1\nPr .5\ng b\nf 1 2 3\nf -1 -2 -3\n";

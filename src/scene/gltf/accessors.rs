@@ -7,10 +7,14 @@ use crate::{Error, Result};
 use glam::Vec3;
 use std::borrow::Cow;
 
-/// The largest element read: three floats.
-const ZEROS: [u8; 12] = [0; 12];
+/// The largest element read: four floats.
+const ZEROS: [u8; 16] = [0; 16];
+
+/// Elements of an accessor without bytes that are worth their memory.
+const MOST_ZEROS: u64 = 1 << 20;
 
 /// The document with the bytes its accessors read.
+#[derive(Clone, Copy)]
 pub struct Accessors<'a> {
     pub document: &'a Document,
     pub buffers: &'a [Cow<'a, [u8]>],
@@ -38,17 +42,21 @@ struct Replaced<'a> {
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Component {
+    I8,
     U8,
+    I16,
     U16,
     U32,
     F32,
 }
 
 impl Component {
-    /// glTF's codes, as far as geometry has use for them.
+    /// glTF's codes.
     fn of(code: u64) -> Option<Self> {
         match code {
+            5120 => Some(Self::I8),
             5121 => Some(Self::U8),
+            5122 => Some(Self::I16),
             5123 => Some(Self::U16),
             5125 => Some(Self::U32),
             5126 => Some(Self::F32),
@@ -58,9 +66,26 @@ impl Component {
 
     fn size(self) -> usize {
         match self {
-            Self::U8 => 1,
-            Self::U16 => 2,
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
             Self::U32 | Self::F32 => 4,
+        }
+    }
+
+    /// Whether vertices can be counted in it.
+    fn is_index(self) -> bool {
+        matches!(self, Self::U8 | Self::U16 | Self::U32)
+    }
+
+    /// A float, or what a normalized integer stands for.
+    fn number(self, bytes: &[u8]) -> f64 {
+        match (self, bytes) {
+            (Self::I8, &[a, ..]) => (f64::from(a as i8) / 127.0).max(-1.0),
+            (Self::U8, &[a, ..]) => f64::from(a) / 255.0,
+            (Self::I16, &[a, b, ..]) => (f64::from(i16::from_le_bytes([a, b])) / 32767.0).max(-1.0),
+            (Self::U16, &[a, b, ..]) => f64::from(u16::from_le_bytes([a, b])) / 65535.0,
+            (_, &[a, b, c, d, ..]) => f64::from(f32::from_le_bytes([a, b, c, d])),
+            _ => unreachable!("an element is as long as its component"),
         }
     }
 
@@ -89,7 +114,7 @@ impl<'a> Accessors<'a> {
     pub fn indices(&self, index: u64, used_as: &str) -> Result<Elements<'a>> {
         let (what, accessor) = self.accessor(index, used_as)?;
         match Component::of(accessor.component_type) {
-            Some(component) if accessor.kind == "SCALAR" && component != Component::F32 => {
+            Some(component) if accessor.kind == "SCALAR" && component.is_index() => {
                 self.elements(&what, accessor, component, component.size())
             }
             _ => Err(wrong_type(
@@ -98,6 +123,56 @@ impl<'a> Accessors<'a> {
                 "SCALAR of unsigned integers (5121, 5123 or 5125)",
             )),
         }
+    }
+
+    /// All numbers of an accessor of `kind`, such as `VEC3` with 3 `components`: floats or, unless
+    /// `floats_only`, normalized integers.
+    pub fn numbers(
+        &self,
+        index: u64,
+        used_as: &str,
+        (kind, components): (&str, usize),
+        floats_only: bool,
+    ) -> Result<Vec<f64>> {
+        let (what, accessor) = self.accessor(index, used_as)?;
+        let component = Component::of(accessor.component_type).filter(|&c| match c {
+            Component::F32 => true,
+            Component::U32 => false,
+            _ => accessor.normalized && !floats_only,
+        });
+        let Some(component) = component.filter(|_| accessor.kind == kind) else {
+            let or = if floats_only {
+                ""
+            } else {
+                " or normalized integers"
+            };
+            return Err(Error::input(format!(
+                "{what}: is {} of component type {}{}, it must be {kind} of floats (5126){or}",
+                crate::scene::notices::quoted(&accessor.kind),
+                accessor.component_type,
+                if accessor.normalized {
+                    ", normalized"
+                } else {
+                    ""
+                },
+            )));
+        };
+        let size = components * component.size();
+        // Without a view all elements are zero, and their number a mere claim.
+        if accessor.buffer_view.is_none() && accessor.count > MOST_ZEROS {
+            return Err(damaged(format!(
+                "{what}: it has {} elements, but no bufferView",
+                accessor.count
+            )));
+        }
+        let elements = self.elements(&what, accessor, component, size)?;
+        let of_element = |i: u64| {
+            let bytes = elements.element(i as usize);
+            bytes
+                .chunks(component.size())
+                .map(move |b| component.number(b))
+        };
+        Ok((0..elements.count).flat_map(of_element).collect())
     }
 
     fn accessor(&self, index: u64, used_as: &str) -> Result<(String, &'a Accessor)> {
@@ -130,7 +205,7 @@ impl<'a> Accessors<'a> {
             Some(sparse) => {
                 let part = format!("{what}, sparse indices");
                 let code = sparse.indices.component_type;
-                let Some(kind) = Component::of(code).filter(|&c| c != Component::F32) else {
+                let Some(kind) = Component::of(code).filter(|c| c.is_index()) else {
                     return Err(damaged(format!(
                         "{part}: component type {code} is no unsigned integer"
                     )));

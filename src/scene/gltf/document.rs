@@ -4,7 +4,7 @@
 //! `gltf-json` (1.4) has these types too, but loses what matters here: node transforms are in f32,
 //! half a unit apart at 5·10⁶ units from the origin; an index is cut to 32 bits unseen, so a
 //! damaged one names another element; invalid values are dropped, so no message can tell them; and
-//! good files are refused for details of what is ignored, such as animations.
+//! good files are refused for details of what is ignored, such as skins.
 
 use serde::Deserialize;
 use serde::de::IgnoredAny;
@@ -26,7 +26,7 @@ pub struct Document {
     pub accessors: Vec<Accessor>,
     pub buffer_views: Vec<BufferView>,
     pub buffers: Vec<Buffer>,
-    pub animations: Vec<IgnoredAny>,
+    pub animations: Vec<Animation>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -184,6 +184,49 @@ impl Default for Ior {
     }
 }
 
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct Animation {
+    pub channels: Vec<Channel>,
+    pub samplers: Vec<Sampler>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct Channel {
+    pub sampler: Option<u64>,
+    pub target: Target,
+}
+
+/// What a channel changes: a `path` of a node, or with the path `pointer` what the extension names.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct Target {
+    pub node: Option<u64>,
+    pub path: String,
+    pub extensions: TargetExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct TargetExtensions {
+    #[serde(rename = "KHR_animation_pointer")]
+    pub pointer: Option<Pointer>,
+}
+
+#[derive(Debug, Deserialize)]
+pub struct Pointer {
+    pub pointer: String,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct Sampler {
+    pub input: Option<u64>,
+    pub output: Option<u64>,
+    pub interpolation: Option<String>,
+}
+
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub struct Accessor {
@@ -191,6 +234,8 @@ pub struct Accessor {
     #[serde(default)]
     pub byte_offset: u64,
     pub component_type: u64,
+    #[serde(default)]
+    pub normalized: bool,
     pub count: u64,
     #[serde(rename = "type")]
     pub kind: String,

@@ -5,14 +5,15 @@
 //! by checked look-ups, accessors' ranges are checked before they are read.
 
 mod accessors;
+mod animations;
 mod buffers;
 mod document;
 mod materials;
 mod meshes;
 mod nodes;
 
-use super::notices::{Tally, label};
-use super::{Instance, Material, Scene};
+use super::notices::Tally;
+use super::{Instance, Material, Motion, Scene};
 use crate::{Error, Result};
 use accessors::{Accessors, get};
 use document::Document;
@@ -20,7 +21,8 @@ use meshes::Meshes;
 use std::path::Path;
 
 /// The extensions whose factors are followed.
-const EXTENSIONS: [&str; 3] = [
+const EXTENSIONS: [&str; 4] = [
+    "KHR_animation_pointer",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_specular",
@@ -39,22 +41,22 @@ pub(super) fn read(bytes: &[u8], folder: &Path) -> Result<Scene> {
     let materials = materials::read(&document, &mut tally);
     let buffers = buffers::load(&document, binary, folder)?;
     let buffer_bytes: u64 = buffers.iter().map(|buffer| buffer.len() as u64).sum();
-    let mut meshes = Meshes::new(
-        Accessors {
-            document: &document,
-            buffers: &buffers,
-        },
-        buffer_bytes + json.len() as u64,
-    );
+    let accessors = Accessors {
+        document: &document,
+        buffers: &buffers,
+    };
+    let mut meshes = Meshes::new(accessors, buffer_bytes + json.len() as u64);
 
     let mut scene = Scene {
         materials,
         ..Scene::default()
     };
     let mut cameras = Vec::new();
+    // For each instance, where in `placed` its node is.
+    let mut instance_nodes = Vec::new();
     // Where in the scene each of the file's meshes is, once it has been read.
     let mut read: Vec<Option<u32>> = vec![None; document.meshes.len()];
-    for place in &placed {
+    for (number, place) in (0_u32..).zip(&placed) {
         if let Some(index) = place.node.camera {
             let Some(source) = get(&document.cameras, index) else {
                 return Err(out_of_range(
@@ -65,7 +67,7 @@ pub(super) fn read(bytes: &[u8], folder: &Path) -> Result<Scene> {
                 ));
             };
             if let Some(camera) = nodes::camera(place, index, source, &mut tally)? {
-                cameras.push((index, camera));
+                cameras.push((index, camera, number));
             }
         }
         if let Some(index) = place.node.mesh {
@@ -91,6 +93,7 @@ pub(super) fn read(bytes: &[u8], folder: &Path) -> Result<Scene> {
                 }
             };
             read[index] = Some(mesh);
+            instance_nodes.push(Some(number));
             scene.instances.push(Instance {
                 name: place.node.name.clone(),
                 mesh,
@@ -101,8 +104,14 @@ pub(super) fn read(bytes: &[u8], folder: &Path) -> Result<Scene> {
     if meshes.default_material_used {
         scene.materials.push(Material::default());
     }
-    cameras.sort_by_key(|(index, _)| *index);
-    scene.cameras = cameras.into_iter().map(|(_, camera)| camera).collect();
+    cameras.sort_by_key(|(index, ..)| *index);
+    let camera_nodes = cameras.iter().map(|(.., node)| Some(*node)).collect();
+    scene.cameras = cameras.into_iter().map(|(_, camera, _)| camera).collect();
+    let animations = animations::read(&accessors, &placed, &mut tally)?;
+    scene.motion = animations.motion(&placed, instance_nodes, camera_nodes);
+    // Even what never changes may be kept elsewhere by its keys than by its node.
+    scene.take_pose(0.0)?;
+    scene.motion = scene.motion.take().and_then(Motion::simplified);
     scene.notices.extend(tally.into_lines());
     Ok(scene)
 }
@@ -173,10 +182,6 @@ fn notice_ignored(document: &Document, tally: &mut Tally) {
             ignored.join(", ")
         });
     }
-    let animations = document.animations.len();
-    tally.add_many("animations are ignored", animations, || {
-        label("animation", 0, "")
-    });
 }
 
 fn out_of_range(what: &str, kind: &str, index: u64, count: usize) -> Error {

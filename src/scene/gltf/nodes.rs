@@ -4,14 +4,18 @@ use super::accessors::get;
 use super::damaged;
 use super::document::{Camera as FileCamera, Document, Node};
 use crate::scene::Camera;
+use crate::scene::camera::rigid;
 use crate::scene::notices::{Tally, label};
 use crate::{Error, Result};
-use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, DVec4};
+use glam::{DAffine3, DMat4, DQuat, DVec3, DVec4};
 
 /// A node of the scene with its transform to the world.
 pub struct Placed<'a> {
     pub index: usize,
     pub node: &'a Node,
+    /// Where in the list its parent is.
+    pub parent: Option<u32>,
+    pub in_parent: DAffine3,
     pub to_world: DAffine3,
 }
 
@@ -20,22 +24,37 @@ impl Placed<'_> {
     pub fn label(&self) -> String {
         label("node", self.index, &self.node.name)
     }
+
+    /// Scale, rotation and translation as the file has them.
+    pub fn rest(&self) -> (DVec3, DQuat, DVec3) {
+        rest(self.node)
+    }
+}
+
+fn rest(node: &Node) -> (DVec3, DQuat, DVec3) {
+    let rotation = DQuat::from_array(node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]));
+    (
+        DVec3::from_array(node.scale.unwrap_or([1.0; 3])),
+        rotation.normalize(),
+        DVec3::from_array(node.translation.unwrap_or([0.0; 3])),
+    )
 }
 
 /// All nodes of the default scene, parents before their children, in the file's order.
 pub fn placed(document: &Document) -> Result<Vec<Placed<'_>>> {
     let parents = parents(document)?;
-    let mut waiting: Vec<(usize, DAffine3)> = roots(document, &parents)?
+    let mut waiting: Vec<(usize, Option<u32>, DAffine3)> = roots(document, &parents)?
         .into_iter()
-        .map(|root| (root, DAffine3::IDENTITY))
+        .map(|root| (root, None, DAffine3::IDENTITY))
         .collect();
     waiting.reverse();
-    let mut placed = Vec::new();
+    let mut placed: Vec<Placed<'_>> = Vec::new();
     // Every node has one parent and no root has any, so this comes to each node at most once.
-    while let Some((index, parent_to_world)) = waiting.pop() {
+    while let Some((index, parent, parent_to_world)) = waiting.pop() {
         let node = &document.nodes[index];
         let what = || label("node", index, &node.name);
-        let to_world = parent_to_world * local_transform(node, what)?;
+        let in_parent = local_transform(node, what)?;
+        let to_world = parent_to_world * in_parent;
         if !to_world.is_finite() {
             return Err(Error::input(format!(
                 "{}: its transform is not finite; mend it in the modelling tool",
@@ -43,10 +62,13 @@ pub fn placed(document: &Document) -> Result<Vec<Placed<'_>>> {
             )));
         }
         let children = node.children.iter().rev();
-        waiting.extend(children.map(|&child| (child as usize, to_world)));
+        let own = Some(placed.len() as u32);
+        waiting.extend(children.map(|&child| (child as usize, own, to_world)));
         placed.push(Placed {
             index,
             node,
+            parent,
+            in_parent,
             to_world,
         });
     }
@@ -135,17 +157,17 @@ fn local_transform(node: &Node, what: impl Fn() -> String) -> Result<DAffine3> {
         }
         return Ok(DAffine3::from_mat4(matrix));
     }
-    let rotation = DQuat::from_array(node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]));
-    let length = rotation.length();
+    let length = node.rotation.map_or(1.0, |q| DQuat::from_array(q).length());
     if !(length > 1e-6 && length.is_finite()) {
         return wrong(
             "its rotation is no quaternion of unit length; mend it in the modelling tool",
         );
     }
+    let (scale, rotation, translation) = rest(node);
     Ok(DAffine3::from_scale_rotation_translation(
-        DVec3::from_array(node.scale.unwrap_or([1.0; 3])),
-        rotation.normalize(),
-        DVec3::from_array(node.translation.unwrap_or([0.0; 3])),
+        scale,
+        rotation,
+        translation,
     ))
 }
 
@@ -194,12 +216,4 @@ pub fn camera(
         vertical_fov: fov,
         aspect_ratio: perspective.aspect_ratio,
     }))
-}
-
-/// The rotation in a transform: it keeps where the camera looks, and +Y as near as can be.
-fn rigid(matrix: DMat3) -> Option<DMat3> {
-    let unit = |axis: DVec3| (axis / axis.abs().max_element()).try_normalize();
-    let z = unit(matrix.z_axis)?;
-    let x = unit(unit(matrix.y_axis)?.cross(z))?;
-    Some(DMat3::from_cols(x, z.cross(x), z))
 }

@@ -15,6 +15,7 @@ mod furniture;
 mod garage;
 mod houses;
 mod implicit;
+mod motion;
 mod nets;
 mod night_city;
 mod parameters;
@@ -30,7 +31,7 @@ mod turned;
 mod two_rooms;
 mod workshop;
 
-use super::Scene;
+use super::{Motion, Scene};
 use crate::nearest::nearest;
 use crate::{Error, Result};
 use parameters::Values;
@@ -99,6 +100,12 @@ const SCENES: &[Procedural] = &[
         make: garage::make,
     },
     Procedural {
+        name: "motion",
+        description: "A playroom in which camera, toys and lamps move and a sign goes on and off",
+        parameters: motion::PARAMETERS,
+        make: motion::make,
+    },
+    Procedural {
         name: "night-city",
         description: "A wet street at night: thousands of lamps, windows and signs",
         parameters: night_city::PARAMETERS,
@@ -149,6 +156,8 @@ pub fn generate(name: &str, settings: &[(String, String)]) -> Result<Scene> {
     let values = Values::new(procedural, settings)?;
     let mut scene = (procedural.make)(&values);
     scene.name = name.to_owned();
+    scene.take_pose(0.0)?;
+    scene.motion = scene.motion.take().and_then(Motion::simplified);
     scene.validate()?;
     Ok(scene)
 }

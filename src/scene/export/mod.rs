@@ -1,8 +1,11 @@
 //! Scenes as binary glTF 2.0.
 
-use super::{Material, Mesh, Scene};
+mod animations;
+
+use super::{Material, Mesh, Motion, Scene};
 use crate::files::write_atomically;
 use crate::{Error, Result};
+use glam::DAffine3;
 use serde_json::{Map, Value, json};
 use std::io::Write;
 use std::path::Path;
@@ -13,7 +16,7 @@ const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
 /// Writes a scene to `path` as .glb: meshes with a primitive for each part, instances as nodes,
-/// cameras.
+/// cameras, and how they and the lights move, in f32.
 ///
 /// # Errors
 /// More than the 4 GiB that the format holds, or a disk that does not take the file.
@@ -56,13 +59,22 @@ struct Binary {
 }
 
 impl Binary {
-    /// Appends values and returns their accessor. Every value is of four-byte components, so that
-    /// all stays aligned.
-    fn push<T: bytemuck::Pod>(&mut self, values: &[T], target: u32, mut accessor: Value) -> usize {
+    /// Appends values and returns their accessor; vertices and indices have a target. Every value is
+    /// of four-byte components, so that all stays aligned.
+    fn push<T: bytemuck::Pod>(
+        &mut self,
+        values: &[T],
+        target: Option<u32>,
+        mut accessor: Value,
+    ) -> usize {
         let bytes: &[u8] = bytemuck::cast_slice(values);
-        self.views.push(json!({
-            "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len(), "target": target,
-        }));
+        let mut view = json!({
+            "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len(),
+        });
+        if let Some(target) = target {
+            view["target"] = json!(target);
+        }
+        self.views.push(view);
         self.bytes.extend_from_slice(bytes);
         accessor["bufferView"] = json!(self.views.len() - 1);
         self.accessors.push(accessor);
@@ -72,23 +84,49 @@ impl Binary {
 
 fn document(scene: &Scene, binary: &mut Binary) -> Value {
     let meshes: Vec<Value> = scene.meshes.iter().map(|m| mesh(m, binary)).collect();
-    let materials: Vec<Value> = scene.materials.iter().map(material).collect();
-    let mut nodes = Vec::new();
-    for instance in &scene.instances {
-        let matrix = glam::DMat4::from(instance.object_to_world).to_cols_array();
-        nodes.push(json!({ "name": instance.name, "mesh": instance.mesh, "matrix": matrix }));
+    let mut materials: Vec<Value> = scene.materials.iter().map(material).collect();
+    let still = Motion::default();
+    let motion = scene.motion.as_ref().unwrap_or(&still);
+    let mut nodes = animations::nodes(motion);
+    let (mut roots, mut moving_roots) = (Vec::new(), Vec::new());
+    moving_roots.extend((0..nodes.len()).filter(|&node| motion.nodes[node].parent.is_none()));
+    // What moves hangs on one of the motion's nodes and stands still in it.
+    let mut place = |mut node: Value, hung: Option<u32>, to_world: &DAffine3| {
+        let index = nodes.len();
+        match hung {
+            Some(parent) => animations::add_child(&mut nodes[parent as usize], index),
+            None => {
+                node["matrix"] = json!(animations::matrix(to_world));
+                roots.push(index);
+            }
+        }
+        nodes.push(node);
+    };
+    let hung = |list: &[Option<u32>], index: usize| list.get(index).copied().flatten();
+    for (index, instance) in scene.instances.iter().enumerate() {
+        let node = json!({ "name": instance.name, "mesh": instance.mesh });
+        place(
+            node,
+            hung(&motion.instances, index),
+            &instance.object_to_world,
+        );
     }
     let mut cameras = Vec::new();
-    for camera in &scene.cameras {
-        let matrix = glam::DMat4::from(camera.camera_to_world).to_cols_array();
-        nodes.push(json!({ "name": camera.name, "camera": cameras.len(), "matrix": matrix }));
+    for (index, camera) in scene.cameras.iter().enumerate() {
+        let node = json!({ "name": camera.name, "camera": index });
+        place(node, hung(&motion.cameras, index), &camera.camera_to_world);
         let mut perspective = json!({ "yfov": camera.vertical_fov, "znear": 0.01 });
         if let Some(aspect) = camera.aspect_ratio {
             perspective["aspectRatio"] = json!(aspect);
         }
         cameras.push(json!({ "type": "perspective", "perspective": perspective }));
     }
+    roots.append(&mut moving_roots);
+    animations::rest_emission(motion, &mut materials);
     let mut used = Vec::new();
+    if !motion.emission.is_empty() {
+        used.push(animations::POINTER.to_owned());
+    }
     for name in materials
         .iter()
         .filter_map(|m| m["extensions"].as_object())
@@ -101,8 +139,11 @@ fn document(scene: &Scene, binary: &mut Binary) -> Value {
     let mut document = json!({
         "asset": { "version": "2.0", "generator": "Headwater" },
         "scene": 0,
-        "scenes": [{ "name": scene.name, "nodes": (0..nodes.len()).collect::<Vec<_>>() }],
+        "scenes": [{ "name": scene.name, "nodes": roots }],
     });
+    if scene.motion.is_some() {
+        document["animations"] = json!([animations::animation(motion, binary)]);
+    }
     // glTF forbids empty arrays.
     for (key, values) in [
         ("nodes", nodes),
@@ -144,11 +185,11 @@ fn mesh(mesh: &Mesh, binary: &mut Binary) -> Value {
         "min": low.to_array(), "max": high.to_array(),
     });
     let mut attributes =
-        json!({ "POSITION": binary.push(&mesh.positions, ARRAY_BUFFER, positions) });
+        json!({ "POSITION": binary.push(&mesh.positions, Some(ARRAY_BUFFER), positions) });
     if !mesh.normals.is_empty() {
         let normals =
             json!({ "componentType": FLOAT, "type": "VEC3", "count": mesh.normals.len() });
-        attributes["NORMAL"] = json!(binary.push(&mesh.normals, ARRAY_BUFFER, normals));
+        attributes["NORMAL"] = json!(binary.push(&mesh.normals, Some(ARRAY_BUFFER), normals));
     }
     let primitives: Vec<Value> = mesh
         .parts
@@ -161,7 +202,7 @@ fn mesh(mesh: &Mesh, binary: &mut Binary) -> Value {
             });
             json!({
                 "attributes": attributes,
-                "indices": binary.push(triangles, ELEMENT_ARRAY_BUFFER, indices),
+                "indices": binary.push(triangles, Some(ELEMENT_ARRAY_BUFFER), indices),
                 "material": part.material,
             })
         })
@@ -231,6 +272,36 @@ mod tests {
     }
 
     #[test]
+    fn what_moves_moves_when_it_is_read_again() {
+        let scene = procedural::generate("motion", &[]).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("motion.glb");
+        write_glb(&scene, &path).unwrap();
+        let back = load::load(&path).unwrap();
+        for step in 0..40 {
+            let time = 0.43 * f64::from(step);
+            let (a, b) = (scene.pose_at(time).unwrap(), back.pose_at(time).unwrap());
+            for (a, b) in a.instances.iter().zip(&b.instances) {
+                let (place, other) = (a.object_to_world, b.object_to_world);
+                assert!(place.abs_diff_eq(other, 1e-5), "{} at {time} s", a.name);
+            }
+            let place = a.cameras[0].camera_to_world;
+            assert!(place.abs_diff_eq(b.cameras[0].camera_to_world, 1e-5));
+            for (a, b) in a.materials.iter().zip(&b.materials) {
+                assert!(
+                    a.emission.abs_diff_eq(b.emission, 1e-4),
+                    "{} at {time} s",
+                    a.name
+                );
+            }
+        }
+        assert_ne!(
+            scene.pose_at(0.0).unwrap().content_hash(),
+            scene.pose_at(0.4).unwrap().content_hash()
+        );
+    }
+
+    #[test]
     fn every_factor_survives() {
         let mut scene = procedural::generate("cornell", &[]).unwrap();
         scene.materials[0] = crate::scene::Material {
@@ -273,7 +344,10 @@ mod tests {
                 format!("{} {:?} {corners:?}", m.name, m.parts)
             };
             let meshes: Vec<String> = s.meshes.iter().map(mesh).collect();
-            let placed = s.instances.iter().map(|i| {
+            // Keys are stored in f32, so what moves may be a little off.
+            let still = (s.instances.iter().enumerate())
+                .filter(|(i, _)| !s.motion.as_ref().is_some_and(|m| m.moves_instance(*i)));
+            let placed = still.map(|(_, i)| {
                 let place = format!("{} {:?} ", i.name, i.object_to_world);
                 place + &meshes[i.mesh as usize]
             });

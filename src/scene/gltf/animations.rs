@@ -1,0 +1,331 @@
+//! Animations: keys for nodes and, by `KHR_animation_pointer`, for what materials emit.
+//!
+//! All animations of a file play together, from time 0. Where two of them change the same thing the
+//! first in the file does, and a notice says so.
+
+use super::accessors::{Accessors, get};
+use super::damaged;
+use super::document::{Animation, Channel};
+use super::nodes::Placed;
+use crate::scene::motion::{Emission, Motion, Moving, Node, Place};
+use crate::scene::notices::{Tally, quoted};
+use crate::scene::tracks::{Animated, Interpolation, Keyed, Track, TrackFault};
+use crate::scene::validate::BRIGHTEST;
+use crate::{Error, Result};
+use glam::{DQuat, DVec3};
+use std::collections::BTreeMap;
+
+/// The tracks of everything that a file animates, by the file's indices.
+#[derive(Default)]
+pub struct Animations {
+    nodes: BTreeMap<usize, Moving>,
+    materials: BTreeMap<usize, Emission>,
+}
+
+/// What a channel changes.
+enum Target {
+    Translation(usize),
+    Rotation(usize),
+    Scale(usize),
+    EmissiveFactor(usize),
+    EmissiveStrength(usize),
+}
+
+/// Reads all channels that can be followed.
+pub fn read(
+    accessors: &Accessors<'_>,
+    placed: &[Placed<'_>],
+    tally: &mut Tally,
+) -> Result<Animations> {
+    let mut read = Animations::default();
+    if accessors.document.animations.is_empty() {
+        return Ok(read);
+    }
+    let in_scene: BTreeMap<usize, &Placed<'_>> = placed.iter().map(|p| (p.index, p)).collect();
+    for (number, animation) in accessors.document.animations.iter().enumerate() {
+        for (index, channel) in animation.channels.iter().enumerate() {
+            let what = format!("animations[{number}].channels[{index}]");
+            let Some(target) = target(accessors, &what, channel, tally)? else {
+                continue;
+            };
+            let sampler = channel
+                .sampler
+                .ok_or_else(|| damaged(format!("{what}: it has no sampler")))?;
+            let source = Source {
+                accessors,
+                animation,
+                number,
+                sampler,
+                channel: &what,
+            };
+            read.add(&source, target, &in_scene, tally)?;
+        }
+    }
+    Ok(read)
+}
+
+/// What a channel changes; nothing, with a notice, if that is not followed.
+fn target(
+    accessors: &Accessors<'_>,
+    what: &str,
+    channel: &Channel,
+    tally: &mut Tally,
+) -> Result<Option<Target>> {
+    let ignored = "animations of what cannot be animated are ignored";
+    let place = || what.to_owned();
+    let document = accessors.document;
+    let in_range = |kind: &str, index: u64| {
+        let count = match kind {
+            "node" => document.nodes.len(),
+            _ => document.materials.len(),
+        };
+        match usize::try_from(index) {
+            Ok(index) if index < count => Ok(index),
+            _ => Err(super::out_of_range(what, kind, index, count)),
+        }
+    };
+    let (node, path) = (channel.target.node, channel.target.path.as_str());
+    if let Some(pointer) = &channel.target.extensions.pointer {
+        let parts: Vec<&str> = pointer.pointer.split('/').collect();
+        let [_, list, index, path @ ..] = &parts[..] else {
+            tally.add(ignored, || format!("{what} ({})", quoted(&pointer.pointer)));
+            return Ok(None);
+        };
+        let index = index.parse::<u64>().unwrap_or(u64::MAX);
+        let strength = [
+            "extensions",
+            "KHR_materials_emissive_strength",
+            "emissiveStrength",
+        ];
+        return Ok(match (*list, path) {
+            ("materials", ["emissiveFactor"]) => {
+                Some(Target::EmissiveFactor(in_range("material", index)?))
+            }
+            ("materials", path) if path == strength => {
+                Some(Target::EmissiveStrength(in_range("material", index)?))
+            }
+            ("nodes", ["translation"]) => Some(Target::Translation(in_range("node", index)?)),
+            ("nodes", ["rotation"]) => Some(Target::Rotation(in_range("node", index)?)),
+            ("nodes", ["scale"]) => Some(Target::Scale(in_range("node", index)?)),
+            _ => {
+                tally.add(ignored, || format!("{what} ({})", quoted(&pointer.pointer)));
+                None
+            }
+        });
+    }
+    let Some(node) = node else {
+        tally.add(ignored, place);
+        return Ok(None);
+    };
+    let node = in_range("node", node)?;
+    Ok(match path {
+        "translation" => Some(Target::Translation(node)),
+        "rotation" => Some(Target::Rotation(node)),
+        "scale" => Some(Target::Scale(node)),
+        "weights" => {
+            tally.add("animated morph weights are ignored", place);
+            None
+        }
+        _ => {
+            tally.add(ignored, place);
+            None
+        }
+    })
+}
+
+/// Where a channel's keys are.
+struct Source<'a> {
+    accessors: &'a Accessors<'a>,
+    animation: &'a Animation,
+    number: usize,
+    sampler: u64,
+    channel: &'a str,
+}
+
+impl Source<'_> {
+    /// Reads and checks a track of values of `kind` that `make` makes of its numbers.
+    fn track<T: Keyed>(&self, kind: (&str, usize), make: impl Fn(&[f64]) -> T) -> Result<Track<T>> {
+        let samplers = &self.animation.samplers;
+        let Some(sampler) = get(samplers, self.sampler) else {
+            let (what, count) = (self.channel, samplers.len());
+            return Err(super::out_of_range(what, "sampler", self.sampler, count));
+        };
+        let what = format!("animations[{}].samplers[{}]", self.number, self.sampler);
+        let interpolation = match sampler.interpolation.as_deref() {
+            None | Some("LINEAR") => Interpolation::Linear,
+            Some("STEP") => Interpolation::Step,
+            Some("CUBICSPLINE") => Interpolation::CubicSpline,
+            Some(other) => {
+                return Err(damaged(format!(
+                    "{what}.interpolation: {} is none of LINEAR, STEP and CUBICSPLINE",
+                    quoted(other)
+                )));
+            }
+        };
+        let missing = |half: &str| damaged(format!("{what}.{half}: it is missing"));
+        let input = sampler.input.ok_or_else(|| missing("input"))?;
+        let output = sampler.output.ok_or_else(|| missing("output"))?;
+        let times = format!("{what}.input");
+        let values = format!("{what}.output");
+        let track = Track {
+            interpolation,
+            times: self.accessors.numbers(input, &times, ("SCALAR", 1), true)?,
+            values: (self.accessors.numbers(output, &values, kind, false)?)
+                .chunks_exact(kind.1)
+                .map(make)
+                .collect(),
+        };
+        let mend = "mend the keys in the modelling tool";
+        track.check().map_err(|fault| match fault {
+            TrackFault::Times(fault) => Error::input(format!("{times}: {fault}; {mend}")),
+            TrackFault::Values(fault) => Error::input(format!("{values}: {fault}; {mend}")),
+        })?;
+        Ok(track)
+    }
+
+    /// Checks that what a light emits is in range.
+    fn check_emission<T: Keyed>(
+        &self,
+        track: &Track<T>,
+        most: impl Fn(T) -> [f64; 2],
+    ) -> Result<()> {
+        let good = |value: T| {
+            most(value)
+                .iter()
+                .all(|v| (0.0..=f64::from(BRIGHTEST)).contains(v))
+        };
+        match track.keys().position(|value| !good(value)) {
+            None => Ok(()),
+            Some(key) => Err(Error::input(format!(
+                "animations[{}].samplers[{}].output: the emission of key {key} must be within 0 and 1e12",
+                self.number, self.sampler
+            ))),
+        }
+    }
+}
+
+impl Animations {
+    fn add(
+        &mut self,
+        source: &Source<'_>,
+        target: Target,
+        in_scene: &BTreeMap<usize, &Placed<'_>>,
+        tally: &mut Tally,
+    ) -> Result<()> {
+        let taken = |tally: &mut Tally, taken: bool| {
+            if taken {
+                let text = "of several animations of one thing the first is followed";
+                tally.add(text, || source.channel.to_owned());
+            }
+            taken
+        };
+        // A node's keys are checked even if the scene does not show it.
+        match target {
+            Target::Translation(node) | Target::Scale(node) => {
+                let track = source.track(("VEC3", 3), DVec3::from_slice)?;
+                let Some(moving) = self.moving(source, node, in_scene)? else {
+                    return Ok(());
+                };
+                let place = match target {
+                    Target::Scale(_) => &mut moving.scale,
+                    _ => &mut moving.translation,
+                };
+                if !taken(tally, place.track.is_some()) {
+                    place.track = Some(track);
+                }
+            }
+            Target::Rotation(node) => {
+                let mut track = source.track(("VEC4", 4), DQuat::from_slice)?;
+                // Keys from integers are unit only nearly; slopes have no length to keep.
+                let stride = track.values.len() / track.times.len();
+                let keys = track.values.iter_mut().skip(stride / 2).step_by(stride);
+                keys.for_each(|key| *key = key.normalize());
+                let Some(moving) = self.moving(source, node, in_scene)? else {
+                    return Ok(());
+                };
+                if !taken(tally, moving.rotation.track.is_some()) {
+                    moving.rotation.track = Some(track);
+                }
+            }
+            Target::EmissiveFactor(material) => {
+                let track = source.track(("VEC3", 3), DVec3::from_slice)?;
+                source.check_emission(&track, |v| [v.min_element(), v.max_element()])?;
+                let emission = self.emission(source, material);
+                if !taken(tally, emission.color.track.is_some()) {
+                    emission.color.track = Some(track);
+                }
+            }
+            Target::EmissiveStrength(material) => {
+                let track = source.track(("SCALAR", 1), |v| v[0])?;
+                source.check_emission(&track, |v| [v, v])?;
+                let emission = self.emission(source, material);
+                if !taken(tally, emission.strength.track.is_some()) {
+                    emission.strength.track = Some(track);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The tracks of a node of the scene, none if it is not in it.
+    fn moving(
+        &mut self,
+        source: &Source<'_>,
+        node: usize,
+        in_scene: &BTreeMap<usize, &Placed<'_>>,
+    ) -> Result<Option<&mut Moving>> {
+        let Some(placed) = in_scene.get(&node) else {
+            return Ok(None);
+        };
+        if placed.node.matrix.is_some() {
+            return Err(damaged(format!(
+                "{}: {} has a matrix, which cannot be animated",
+                source.channel,
+                placed.label()
+            )));
+        }
+        let rest = || {
+            let (scale, rotation, translation) = placed.rest();
+            Moving::still(translation, rotation, scale)
+        };
+        Ok(Some(self.nodes.entry(node).or_insert_with(rest)))
+    }
+
+    fn emission(&mut self, source: &Source<'_>, material: usize) -> &mut Emission {
+        self.materials.entry(material).or_insert_with(|| {
+            let file = &source.accessors.document.materials[material];
+            let strength = file.extensions.emissive_strength.emissive_strength;
+            Emission {
+                material: material as u32,
+                color: Animated::still(DVec3::from_array(file.emissive_factor)),
+                strength: Animated::still(strength),
+            }
+        })
+    }
+
+    /// How the scene moves, given for each instance and camera where in `placed` its node is; none
+    /// without keys.
+    pub fn motion(
+        mut self,
+        placed: &[Placed<'_>],
+        instances: Vec<Option<u32>>,
+        cameras: Vec<Option<u32>>,
+    ) -> Option<Motion> {
+        if self.nodes.is_empty() && self.materials.is_empty() {
+            return None;
+        }
+        let nodes = placed.iter().map(|place| Node {
+            parent: place.parent,
+            place: match self.nodes.remove(&place.index) {
+                Some(moving) => Place::Moving(Box::new(moving)),
+                None => Place::Still(place.in_parent),
+            },
+        });
+        Some(Motion {
+            nodes: nodes.collect(),
+            instances,
+            cameras,
+            emission: self.materials.into_values().collect(),
+        })
+    }
+}

@@ -1,0 +1,362 @@
+//! Values that change with time: keys, and what lies between them (glTF 2.0, appendix C).
+
+use glam::{DQuat, DVec3};
+use std::ops::{Add, Mul};
+
+/// What a track can hold.
+pub trait Keyed: Copy + PartialEq + Add<Output = Self> + Mul<f64, Output = Self> {
+    /// The value a part `t` in 0…1 of the way to `next`.
+    fn toward(self, next: Self, t: f64) -> Self {
+        self * (1.0 - t) + next * t
+    }
+
+    /// The legal value that a spline's sum stands for.
+    fn settled(self) -> Self {
+        self
+    }
+
+    /// Whether it has neither NaN nor infinity in it.
+    fn is_finite(self) -> bool;
+
+    /// What is wrong with it as a key; nothing if it is right.
+    fn fault(self) -> Option<&'static str> {
+        (!self.is_finite()).then_some("is not finite")
+    }
+}
+
+impl Keyed for f64 {
+    fn is_finite(self) -> bool {
+        self.is_finite()
+    }
+}
+
+impl Keyed for DVec3 {
+    fn is_finite(self) -> bool {
+        self.is_finite()
+    }
+}
+
+/// A rotation: unit, and blended along the shorter arc.
+impl Keyed for DQuat {
+    fn toward(self, next: Self, t: f64) -> Self {
+        self.slerp(next, t)
+    }
+
+    fn settled(self) -> Self {
+        if self.length() > 1e-12 {
+            self.normalize()
+        } else {
+            Self::IDENTITY
+        }
+    }
+
+    fn is_finite(self) -> bool {
+        self.is_finite()
+    }
+
+    fn fault(self) -> Option<&'static str> {
+        let unit = (self.length() - 1.0).abs() < 1e-2;
+        (!unit).then_some("is no quaternion of unit length")
+    }
+}
+
+/// How a track goes from key to key.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Interpolation {
+    /// Each key holds until the next.
+    Step,
+    /// Straight, or along the arc for rotations.
+    Linear,
+    /// A cubic Hermite spline.
+    CubicSpline,
+}
+
+/// A value over time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Track<T> {
+    /// How it goes from key to key.
+    pub interpolation: Interpolation,
+    /// The keys' times in seconds: at least one, finite, each later than the one before.
+    pub times: Vec<f64>,
+    /// A value a key; of a spline three: the slope into the key per second, the value, the slope
+    /// out of it.
+    pub values: Vec<T>,
+}
+
+/// What is wrong with a track, and with which half of it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum TrackFault {
+    /// The times.
+    Times(String),
+    /// The values.
+    Values(String),
+}
+
+impl<T: Keyed> Track<T> {
+    /// Numbers stored for a key.
+    fn stride(&self) -> usize {
+        match self.interpolation {
+            Interpolation::CubicSpline => 3,
+            Interpolation::Step | Interpolation::Linear => 1,
+        }
+    }
+
+    /// The values at the keys.
+    pub fn keys(&self) -> impl Iterator<Item = T> {
+        let (first, stride) = (self.stride() / 2, self.stride());
+        self.values.iter().skip(first).step_by(stride).copied()
+    }
+
+    /// Checks what this type's fields promise.
+    ///
+    /// # Errors
+    /// The first thing wrong.
+    pub fn check(&self) -> Result<(), TrackFault> {
+        let times = |text: String| Err(TrackFault::Times(text));
+        let values = |text: String| Err(TrackFault::Values(text));
+        if self.times.is_empty() {
+            return times("there are no keys".into());
+        }
+        if let Some(i) = self.times.iter().position(|t| !t.is_finite() || *t < 0.0) {
+            let time = self.times[i];
+            return times(format!("key {i} is at {time} s; it must be finite, from 0"));
+        }
+        if let Some(i) = self.times.windows(2).position(|pair| pair[0] >= pair[1]) {
+            let (time, before) = (self.times[i + 1], self.times[i]);
+            return times(format!(
+                "key {} is at {time} s, not after {before} s where the key before it is",
+                i + 1
+            ));
+        }
+        let wanted = self.times.len() * self.stride();
+        if self.values.len() != wanted {
+            return values(format!(
+                "there are {} values for {} keys, not {wanted}",
+                self.values.len(),
+                self.times.len()
+            ));
+        }
+        for (i, value) in self.keys().enumerate() {
+            if let Some(fault) = value.fault() {
+                return values(format!("the value of key {i} {fault}"));
+            }
+        }
+        let is_slope = |i: usize| i % self.stride() != self.stride() / 2;
+        let wild = |&i: &usize| is_slope(i) && !self.values[i].is_finite();
+        if let Some(i) = (0..wanted).find(wild) {
+            return values(format!("a slope of key {} is not finite", i / 3));
+        }
+        Ok(())
+    }
+
+    /// The value at a time in seconds; before the first key and after the last it is theirs.
+    pub fn at(&self, time: f64) -> T {
+        let (stride, last) = (self.stride(), self.times.len() - 1);
+        let value = |key: usize| self.values[key * stride + stride / 2];
+        let next = self.times.partition_point(|&key| key <= time);
+        if next == 0 || next > last {
+            return value(next.min(last));
+        }
+        let key = next - 1;
+        let length = self.times[next] - self.times[key];
+        let t = (time - self.times[key]) / length;
+        match self.interpolation {
+            Interpolation::Step => value(key),
+            Interpolation::Linear => value(key).toward(value(next), t),
+            Interpolation::CubicSpline => {
+                let (out, into) = (self.values[3 * key + 2], self.values[3 * next]);
+                let (t2, t3) = (t * t, t * t * t);
+                let sum = value(key) * (2.0 * t3 - 3.0 * t2 + 1.0)
+                    + out * (length * (t3 - 2.0 * t2 + t))
+                    + value(next) * (3.0 * t2 - 2.0 * t3)
+                    + into * (length * (t3 - t2));
+                sum.settled()
+            }
+        }
+    }
+
+    /// Whether it has the same value at all times.
+    pub fn is_constant(&self) -> bool {
+        let first = self.at(self.times[0]);
+        let flat = |value: &T| *value == *value * 0.0;
+        self.keys().all(|value| value == first)
+            && (self.interpolation != Interpolation::CubicSpline
+                || self
+                    .values
+                    .chunks(3)
+                    .all(|key| flat(&key[0]) && flat(&key[2])))
+    }
+}
+
+/// A value that may change with time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Animated<T> {
+    /// What it is without a track.
+    pub rest: T,
+    /// How it changes.
+    pub track: Option<Track<T>>,
+}
+
+impl<T: Keyed> Animated<T> {
+    /// A value that stays.
+    pub fn still(rest: T) -> Self {
+        Self { rest, track: None }
+    }
+
+    /// The value at a time in seconds.
+    pub fn at(&self, time: f64) -> T {
+        self.track
+            .as_ref()
+            .map_or(self.rest, |track| track.at(time))
+    }
+
+    /// The time of the last key; 0 without any.
+    pub fn seconds(&self) -> f64 {
+        let last = self.track.as_ref().and_then(|track| track.times.last());
+        last.copied().unwrap_or(0.0)
+    }
+
+    /// Drops a track that never changes.
+    pub(super) fn simplify(&mut self) {
+        if let Some(track) = self.track.take_if(|track| track.is_constant()) {
+            self.rest = track.at(0.0);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn track<T>(interpolation: Interpolation, times: &[f64], values: Vec<T>) -> Track<T> {
+        Track {
+            interpolation,
+            times: times.to_vec(),
+            values,
+        }
+    }
+
+    #[test]
+    fn steps_hold_and_lines_are_straight() {
+        let times = [1.0, 2.0, 4.0];
+        let step = track(Interpolation::Step, &times, vec![5.0, 7.0, -1.0]);
+        for (time, value) in [(0.0, 5.0), (1.9, 5.0), (2.0, 7.0), (3.9, 7.0), (9.0, -1.0)] {
+            assert_eq!(step.at(time), value, "{time}");
+        }
+        let line = track(Interpolation::Linear, &times, vec![5.0, 7.0, -1.0]);
+        for (time, value) in [(0.0, 5.0), (1.25, 5.5), (2.0, 7.0), (3.0, 3.0), (4.0, -1.0)] {
+            assert_eq!(line.at(time), value, "{time}");
+        }
+        assert_eq!(line.at(-1e300), 5.0);
+        assert_eq!(line.at(f64::INFINITY), -1.0);
+    }
+
+    #[test]
+    fn splines_reproduce_the_cubic_they_were_taken_from() {
+        let f = |t: f64| DVec3::new(t * t * t - 2.0 * t, 1.0 - t * t, 3.0 * t);
+        let slope = |t: f64| DVec3::new(3.0 * t * t - 2.0, -2.0 * t, 3.0);
+        let times = [0.5, 1.0, 3.0];
+        let values = times.iter().flat_map(|&t| [slope(t), f(t), slope(t)]);
+        let spline = track(Interpolation::CubicSpline, &times, values.collect());
+        assert_eq!(spline.check(), Ok(()));
+        for i in 0..=50 {
+            let t = 0.5 + 0.05 * f64::from(i);
+            assert!((spline.at(t) - f(t)).length() < 1e-12, "{t}");
+        }
+        assert_eq!(spline.at(0.0), f(0.5));
+        assert_eq!(spline.at(5.0), f(3.0));
+    }
+
+    #[test]
+    fn rotations_turn_evenly_along_the_shorter_arc() {
+        let turn = DQuat::from_rotation_y;
+        let line = track(
+            Interpolation::Linear,
+            &[0.0, 1.0, 2.0],
+            vec![turn(0.0), -turn(2.0), turn(3.0)],
+        );
+        for (time, angle) in [(0.25, 0.5), (0.5, 1.0), (1.5, 2.5)] {
+            assert!(line.at(time).dot(turn(angle)).abs() > 1.0 - 1e-12, "{time}");
+        }
+        let spline = track(
+            Interpolation::CubicSpline,
+            &[0.0, 1.0],
+            [turn(0.0), turn(1.0)]
+                .iter()
+                .flat_map(|&q| [q * 0.0, q, q * 0.0])
+                .collect(),
+        );
+        assert!((spline.at(0.3).length() - 1.0).abs() < 1e-12);
+        assert!(spline.at(0.5).dot(turn(0.5)) > 1.0 - 1e-12);
+    }
+
+    #[test]
+    fn what_does_not_change_is_known() {
+        let step = |values| track(Interpolation::Step, &[0.0, 1.0], values);
+        assert!(step(vec![2.0, 2.0]).is_constant());
+        assert!(!step(vec![2.0, 3.0]).is_constant());
+        let spline = |slope| {
+            let values = vec![0.0, 2.0, slope, 0.0, 2.0, 0.0];
+            track(Interpolation::CubicSpline, &[0.0, 1.0], values)
+        };
+        assert!(spline(0.0).is_constant());
+        assert!(!spline(1.0).is_constant());
+        let mut animated = Animated {
+            rest: 0.0,
+            track: Some(step(vec![2.0, 2.0])),
+        };
+        animated.simplify();
+        assert_eq!(animated, Animated::still(2.0));
+    }
+
+    #[test]
+    fn faults_are_told_with_the_half_they_are_in() {
+        let check = |times: &[f64], values: Vec<f64>| {
+            track(Interpolation::Linear, times, values)
+                .check()
+                .unwrap_err()
+        };
+        let told = |fault: TrackFault, text: &str| match fault {
+            TrackFault::Times(found) => assert!(
+                text.starts_with("times") && found.contains(&text[6..]),
+                "{found}"
+            ),
+            TrackFault::Values(found) => assert!(
+                text.starts_with("values") && found.contains(&text[7..]),
+                "{found}"
+            ),
+        };
+        told(check(&[], vec![]), "times no keys");
+        told(
+            check(&[0.0, f64::NAN], vec![1.0; 2]),
+            "times key 1 is at NaN",
+        );
+        told(check(&[-1.0, 2.0], vec![1.0; 2]), "times key 0 is at -1");
+        told(
+            check(&[0.0, 2.0, 2.0], vec![1.0; 3]),
+            "times key 2 is at 2 s, not after 2 s",
+        );
+        told(
+            check(&[0.0, 2.0], vec![1.0; 3]),
+            "values 3 values for 2 keys, not 2",
+        );
+        told(
+            check(&[0.0], vec![f64::INFINITY]),
+            "values the value of key 0 is not finite",
+        );
+        let spline = track(Interpolation::CubicSpline, &[0.0], vec![f64::NAN, 1.0, 0.0]);
+        told(
+            spline.check().unwrap_err(),
+            "values a slope of key 0 is not finite",
+        );
+        let turn = track(
+            Interpolation::Step,
+            &[0.0],
+            vec![DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0)],
+        );
+        told(
+            turn.check().unwrap_err(),
+            "values the value of key 0 is no quaternion",
+        );
+    }
+}
