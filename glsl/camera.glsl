@@ -5,3 +5,12 @@ Ray camera_ray(GpuCamera camera, vec2 at, vec2 size) {
     vec3 direction = camera.forward + plane.x * camera.right - plane.y * camera.up;
     return Ray(camera.position, 3.402823466e38, normalize(direction));
 }
+
+// Where in the image the camera sees a point, given from the camera on; false if that lies behind it.
+bool camera_sees(GpuCamera camera, vec3 offset, vec2 size, out vec2 at) {
+    float distance = dot(offset, camera.forward);
+    vec2 plane = vec2(dot(offset, camera.right) / dot(camera.right, camera.right),
+                      -dot(offset, camera.up) / dot(camera.up, camera.up)) / distance;
+    at = (plane * 0.5 + 0.5) * size;
+    return distance > 0.0;
+}

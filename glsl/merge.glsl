@@ -4,6 +4,9 @@
 //   Domain domain_of(uint technique)
 //   float target_function(Domain domain, Sample value)
 //   bool is_visible(uint technique, Domain domain, Sample value), as the technique knows it
+// and, where techniques know one sample by different values, defines CARRIES_SAMPLES and
+//   Sample carried(uint technique, Sample value, out float jacobian), the canonical's as the technique
+//     knows it, and how much larger the same piece of the space is to the technique
 
 Reservoir techniques[MOST_TECHNIQUES];
 
@@ -24,9 +27,16 @@ void weigh_techniques(uint mis, uint count, bool visibility) {
         for (uint i = 0u; i < count; i += 1u) {
             // An empty technique has no sample to look at; its domain still judges the others'.
             if (techniques[i].contribution_weight <= 0.0 || !pair_counts(mis, i, k)) continue;
-            float target = target_function(domain, techniques[i].value);
+            Sample value = techniques[i].value;
+#ifdef CARRIES_SAMPLES
+            float jacobian;
+            value = carried(k, value, jacobian);
+            float target = target_function(domain, value) * jacobian;
+#else
+            float target = target_function(domain, value);
+#endif
             // Where a sample lives it is visible, or its weight were 0.
-            if (visibility && i != k && target > 0.0 && !is_visible(k, domain, techniques[i].value)) target = 0.0;
+            if (visibility && i != k && target > 0.0 && !is_visible(k, domain, value)) target = 0.0;
             balance_add(balances[i], i, k, target, techniques[k].confidence, canonical_confidence,
                         neighbour_confidence);
         }

@@ -18,6 +18,9 @@ struct Hit {
     vec2 barycentrics;
 };
 
+// Who defines LAST_FRAME can also look back: trace_visible(ray, before) tells whether nothing lies,
+// or in the last frame lay, between the ray's ends.
+
 #if TRACE_RAY_QUERY
 #include "trace_ray_query.glsl"
 #else

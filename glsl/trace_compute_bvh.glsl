@@ -134,7 +134,8 @@ bool meets_triangle(uint triangle, LevelRay ray, inout float t, out vec2 barycen
     return false;
 }
 
-Hit trace(Ray ray, bool any_hit) {
+// Traces in the tree over the instances whose root is given.
+Hit trace_tree(Ray ray, bool any_hit, uint root) {
     Hit hit = Hit(ray.t_max, NONE, 0u, vec2(0.0));
     LevelRay level = level_ray(ray.origin, ray.direction);
     uvec2 stack[STACK_SIZE];
@@ -142,8 +143,8 @@ Hit trace(Ray ray, bool any_hit) {
     // The instance being traversed, and the stack depth at which it was entered.
     uint instance = NONE;
     uint entered = 0u;
-    // The root is the only child of a group at node 0.
-    uvec2 group = uvec2(0u, 0x80000000u);
+    // The root is the only child of its group.
+    uvec2 group = uvec2(root, 0x80000000u);
     uvec2 leaves = uvec2(0u);
     while (true) {
         if (group.y > LEAF_BITS) {
@@ -201,3 +202,14 @@ Hit trace(Ray ray, bool any_hit) {
     if (hit.instance != NONE) hit.primitive -= instances.at[hit.instance].first_triangle;
     return hit;
 }
+
+Hit trace(Ray ray, bool any_hit) { return trace_tree(ray, any_hit, 0u); }
+
+#ifdef LAST_FRAME
+// The root of the tree over the last frame's instances.
+layout(constant_id = 9) const uint PREVIOUS_ROOT = 0u;
+
+bool trace_visible(Ray ray, bool before) {
+    return trace_tree(ray, true, MOVES && before ? PREVIOUS_ROOT : 0u).instance == NONE;
+}
+#endif

@@ -17,3 +17,20 @@ Hit trace(Ray ray, bool any_hit) {
     }
     return hit;
 }
+
+#ifdef LAST_FRAME
+uniform accelerationStructureEXT previous_top_level;
+
+bool trace_visible(Ray ray, bool before) {
+    uint flags = gl_RayFlagsOpaqueEXT | gl_RayFlagsTerminateOnFirstHitEXT;
+    rayQueryEXT query;
+    if (MOVES && before) {
+        rayQueryInitializeEXT(query, previous_top_level, flags, 0xFFu, ray.origin, 0.0, ray.direction, ray.t_max);
+    } else {
+        rayQueryInitializeEXT(query, top_level, flags, 0xFFu, ray.origin, 0.0, ray.direction, ray.t_max);
+    }
+    while (rayQueryProceedEXT(query)) {
+    }
+    return rayQueryGetIntersectionTypeEXT(query, true) == gl_RayQueryCommittedIntersectionNoneEXT;
+}
+#endif

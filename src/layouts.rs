@@ -3,7 +3,7 @@
 //! This file is also compiled into the build script.
 
 use crate::gpu::layout::{GpuStruct, StructLayout};
-use glam::{UVec2, Vec3};
+use glam::{UVec2, Vec2, Vec3};
 
 crate::gpu_constants! {
     /// Marks "none": no normals, no light, no hit.
@@ -167,6 +167,14 @@ crate::gpu_struct! {
         pub keep_below: u32,
         /// Alias table: else take this light.
         pub alias: u32,
+    }
+}
+
+crate::gpu_struct! {
+    /// Where the points of an instance were in the last frame.
+    pub struct GpuCarry {
+        /// Columns of the 3×4 transform from the world now to the world then.
+        pub now_to_before: [Vec3; 4],
     }
 }
 
@@ -335,6 +343,9 @@ crate::gpu_struct! {
         pub depth: f32,
         /// The scene's number of the instance; NONE = miss.
         pub instance: u32,
+        /// From where it is in the image to where it was in the last frame, in pixels, downwards;
+        /// what lies beyond all surfaces is infinitely far. 0 if it was behind the camera.
+        pub motion: Vec2,
     }
 }
 
@@ -384,6 +395,7 @@ pub const STRUCTS: &[StructLayout] = &[
     GpuInstance::LAYOUT,
     GpuMaterial::LAYOUT,
     GpuLight::LAYOUT,
+    GpuCarry::LAYOUT,
     GpuCamera::LAYOUT,
     FrameConstants::LAYOUT,
     RestirConstants::LAYOUT,

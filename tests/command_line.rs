@@ -118,6 +118,19 @@ fn wrong_arguments_are_one_line_and_status_2() {
             ],
             "1e15",
         ),
+        (vec!["render", "motion", "-o", out, "--fps", "0"], "--fps 0"),
+        (
+            vec!["render", "motion", "-o", out, "--fps", "-24"],
+            "--fps -24",
+        ),
+        (
+            vec!["render", "motion", "-o", out, "--fps", "NaN"],
+            "positive and finite",
+        ),
+        (
+            vec!["reference", "motion", "-o", out, "--start-time", "inf"],
+            "--start-time",
+        ),
         (vec!["render", "cornell", "-o", "a.gif"], ".exr or .png"),
         (vec!["reference", "cornell", "-o", "a.png"], ".exr"),
         (

@@ -1,9 +1,12 @@
 #version 460
 // Temporal reuse of direct light: each pixel's reservoir merges with the one that the surface had in
-// the last frame.
+// the last frame. Where things move, that one is judged among the last frame's instances and lights, and
+// its sample is carried on by its light.
+#define LAST_FRAME
 #include "prelude.glsl"
 #include "random.glsl"
 #include "geometry.glsl"
+#include "last_frame.glsl"
 #include "trace.glsl"
 #include "surface.glsl"
 #include "materials.glsl"
@@ -31,21 +34,29 @@ Domain domains[MOST_TECHNIQUES];
 Domain domain_of(uint technique) { return domains[technique]; }
 
 bool is_visible(uint technique, Domain domain, Sample value) {
-    return trace_visible(shadow_ray(domain, value));
+    return trace_visible(shadow_ray(domain, value), technique == 1u);
 }
 
+// The same point of the same light as the last frame had it. Its area is measured by that frame's.
+Sample carried(uint technique, Sample value, out float jacobian) {
+    jacobian = 1.0;
+    if (!MOVES || technique == 0u) return value;
+    uint before = value.light + restir.at.lights;
+    jacobian = lights.at[before].area / max(lights.at[value.light].area, TINY);
+    return sample_at(before, value.barycentrics);
+}
+
+// History's sample in this frame: where its light is now, and worth what that has grown by.
+void carry_on(inout Reservoir reservoir) {
+    uint light = reservoir.value.light;
+    if (!MOVES || light == NONE) return;
+    float before = lights.at[light + restir.at.lights].area;
+    reservoir.value = sample_at(light, reservoir.value.barycentrics);
+    reservoir.contribution_weight *= lights.at[light].area / max(before, TINY);
+}
+
+#define CARRIES_SAMPLES
 #include "merge.glsl"
-
-// The pixel in which the last frame showed a point, or one outside.
-ivec2 reproject(vec3 position) {
-    GpuCamera camera = restir.at.previous_camera;
-    vec3 offset = position - camera.position;
-    float distance = dot(offset, camera.forward);
-    if (!(distance > 0.0)) return ivec2(-1);
-    vec2 plane = vec2(dot(offset, camera.right) / dot(camera.right, camera.right),
-                      -dot(offset, camera.up) / dot(camera.up, camera.up)) / distance;
-    return ivec2(floor((plane * 0.5 + 0.5) * vec2(picture_size())));
-}
 
 void main() {
     uvec2 pixel = own_pixel();
@@ -54,12 +65,22 @@ void main() {
     SampleData data = sample_data.at[slot];
     if (!has_surface(data)) return;
     Ray ray = primary_ray(pixel);
-    ivec2 before = reproject(surface_position(data, ray));
+    // The surface as it was, and the pixel that showed it.
+    vec3 position = carried_point(data.instance, surface_position(data, ray));
+    vec3 eye = restir.at.previous_camera.position;
+    vec2 at;
+    if (!camera_sees(restir.at.previous_camera, position - eye, vec2(picture_size()), at)) return;
+    ivec2 before = ivec2(floor(at));
     if (any(lessThan(before, ivec2(0))) || is_outside(uvec2(before))) return;
     uint previous_slot = slot_of(uvec2(before));
     SampleData previous = previous_sample_data.at[previous_slot];
     Ray previous_ray = previous_primary_ray(uvec2(before));
-    if (!similar(data, ray, previous, previous_ray)) return;
+    if (MOVES) {
+        vec3 normal = carried_normal(data.instance, unpack_octahedral(data.shading_normal, 16u));
+        if (!similar(data.material, normal, distance(position, eye), eye, previous, previous_ray)) return;
+    } else if (!similar(data, ray, previous, previous_ray)) {
+        return;
+    }
 
     PackedReservoir packed;
     LOAD_RESERVOIR(reservoirs, slot, restir.at.slots, packed);
@@ -68,6 +89,7 @@ void main() {
     techniques[1] = unpack_reservoir(packed);
     techniques[1].confidence = min(techniques[1].confidence, restir.at.temporal_confidence_cap);
     techniques[1].age += 1u;
+    carry_on(techniques[1]);
     domains[0] = unpack_domain(data, ray);
     domains[1] = unpack_domain(previous, previous_ray);
     Random random = pass_random(pixel, PASS_TEMPORAL_DIRECT);

@@ -43,6 +43,14 @@ pub struct SceneArgs {
         allow_hyphen_values = true
     )]
     pub look_at: Option<String>,
+    /// Time in seconds at which the scene is shown, or with --fps its first frame
+    #[arg(
+        long,
+        default_value_t = 0.0,
+        allow_hyphen_values = true,
+        value_name = "SECONDS"
+    )]
+    pub start_time: f64,
     /// Settings to begin with; see 'headwater presets'
     #[arg(long, default_value = presets::DEFAULT)]
     pub preset: String,
@@ -58,7 +66,7 @@ pub struct SceneArgs {
     /// The device, by name, part of a name, or index
     #[arg(long, value_name = "NAME|INDEX", env = "HEADWATER_DEVICE")]
     pub device: Option<String>,
-    /// Further channels: albedo, normal, depth, instance
+    /// Further channels: albedo, normal, depth, instance, motion
     #[arg(long, value_delimiter = ',', value_enum)]
     pub aov: Vec<Aov>,
     /// Exposure of PNG files, in stops
@@ -85,6 +93,8 @@ pub enum Aov {
     Depth,
     /// Number of the instance.
     Instance,
+    /// Pixels to where the last frame had it, rightwards and downwards.
+    Motion,
 }
 
 impl SceneArgs {
@@ -111,6 +121,11 @@ impl SceneArgs {
     pub fn size(&self, camera: &Camera) -> Result<(u32, u32)> {
         if !self.exposure.is_finite() {
             return Err(Error::input("--exposure takes a finite number of stops"));
+        }
+        if !self.start_time.is_finite() {
+            return Err(Error::input(
+                "--start-time takes a finite number of seconds",
+            ));
         }
         size_for(camera, self.width, self.height)
     }

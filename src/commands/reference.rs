@@ -52,7 +52,7 @@ pub fn run(args: &Args) -> Result<()> {
     let limit = sample_limit(args)?;
     check_outputs(&args.output, args.scene.report.as_deref())?;
     let interrupt = Interrupt::watch()?;
-    let mut session = Session::open(&args.scene)?;
+    let mut session = Session::open(&args.scene, None)?;
     let mut done = if args.resume {
         resume(args, &mut session)?
     } else {

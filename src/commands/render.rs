@@ -22,6 +22,9 @@ pub struct Args {
     /// Write the mean of all frames instead of the last
     #[arg(long)]
     accumulate: bool,
+    /// Frames a second; without it time stands at --start-time
+    #[arg(long, allow_hyphen_values = true)]
+    fps: Option<f64>,
 }
 
 /// Renders and writes.
@@ -34,21 +37,22 @@ pub fn run(args: &Args) -> Result<()> {
             "--frames 0 renders nothing; frames begin at 1",
         ));
     }
+    if let Some(fps) = args.fps.filter(|fps| !(*fps > 0.0 && fps.is_finite())) {
+        return Err(Error::input(format!(
+            "--fps {fps}: it must be positive and finite; without --fps time stands still"
+        )));
+    }
     check_outputs(&args.output, args.scene.report.as_deref())?;
     let interrupt = Interrupt::watch()?;
-    let mut session = Session::open(&args.scene)?;
+    let mut session = Session::open(&args.scene, args.fps)?;
     // Without --accumulate only the last frame is shown; those before it are made where it needs
     // them as history.
     let first = if args.accumulate { 0 } else { args.frames - 1 };
-    let history = if session.renderer.has_history() {
-        0
-    } else {
-        first
-    };
+    let history = session.first_needed_for(first);
     let progress = super::progress::Progress::new(Some(u64::from(args.frames - history)), "frames");
     for number in history..first {
         check(&interrupt)?;
-        session.renderer.skip_frames(number, 1)?;
+        session.skip_frame(number)?;
         progress.at(u64::from(number - history));
     }
     let mut done = first;

@@ -35,29 +35,51 @@ pub struct Session {
     gpu_scene: Arc<GpuScene>,
     selection: Selection,
     scene_hash: String,
+    /// What time it is, for scenes that move.
+    clock: Option<Clock>,
     rejected: u32,
     times: Vec<PassTime>,
     opened: Instant,
     samples_a_submission: u32,
 }
 
+/// Which time frames show.
+struct Clock {
+    /// The first frame's, in seconds.
+    start: f64,
+    /// How many there are a second; none stops the clock.
+    fps: Option<f64>,
+    /// The camera that moves with the scene: its index, and a scene of nothing but cameras.
+    camera: Option<usize>,
+    cameras: Scene,
+}
+
 impl Session {
-    /// Loads the scene, opens the device, uploads.
+    /// Loads the scene, opens the device, uploads. Without `fps` time stands still.
     ///
     /// # Errors
     /// Wrong arguments or input, or a device that fails.
-    pub fn open(args: &SceneArgs) -> Result<Self> {
+    pub fn open(args: &SceneArgs, fps: Option<f64>) -> Result<Self> {
         let opened = Instant::now();
         let settings = args.settings()?;
         let own_camera = args.look_at_camera()?;
-        let scene = open_scene(&args.scene)?;
+        let mut scene = open_scene(&args.scene)?;
         for text in &scene.notices {
             notice(text);
         }
-        let camera = match own_camera {
-            Some(camera) => camera,
-            None => choose_camera(&scene, args.camera.as_deref())?,
+        if scene.motion.is_none() && (fps.is_some() || args.start_time != 0.0) {
+            notice("nothing in the scene moves, so it is the same at all times");
+        }
+        let scene_hash = scene.content_hash();
+        let clock = start_clock(&mut scene, args.start_time, fps)?;
+        let (camera, followed) = match own_camera {
+            Some(camera) => (camera, None),
+            None => choose_camera(&scene, args.camera.as_deref(), args.start_time)?,
         };
+        let clock = clock.map(|clock| Clock {
+            camera: followed,
+            ..clock
+        });
         let (width, height) = args.size(&camera)?;
         if scene.emissive_triangle_count() == 0 {
             notice("the scene has no light, so the picture is black");
@@ -90,7 +112,8 @@ impl Session {
             device,
             gpu_scene,
             selection,
-            scene_hash: scene.content_hash(),
+            scene_hash,
+            clock,
             rejected: 0,
             times: Vec::new(),
             opened,
@@ -98,13 +121,56 @@ impl Session {
         })
     }
 
+    /// The first frame that must be rendered so that frame `number` is what it should be.
+    pub fn first_needed_for(&self, number: u32) -> u32 {
+        if self.renderer.has_history() {
+            return 0;
+        }
+        // Motion is told from one frame to the next.
+        let runs = self.clock.as_ref().is_some_and(|clock| clock.fps.is_some());
+        number - u32::from(runs && number > 0)
+    }
+
+    /// Renders a frame for the sake of those that follow.
+    ///
+    /// # Errors
+    /// The device fails, or the scene cannot be rendered at that frame's time.
+    pub fn skip_frame(&mut self, number: u32) -> Result<()> {
+        self.set_clock(number)?;
+        self.renderer.skip_frames(number, 1)
+    }
+
+    /// Shows the time of a frame; whether every frame has its own.
+    fn set_clock(&mut self, number: u32) -> Result<bool> {
+        let Some(Clock {
+            start,
+            fps: Some(fps),
+            camera,
+            cameras,
+        }) = &self.clock
+        else {
+            return Ok(false);
+        };
+        let time = start + f64::from(number) / fps;
+        self.renderer.set_time(time);
+        if let Some(index) = camera {
+            self.renderer.set_camera(&cameras.camera_at(*index, time)?);
+        }
+        Ok(true)
+    }
+
     /// Adds up to `samples` samples to every pixel, in one submission whose length follows from the
     /// time that earlier ones took. Returns how many were added. The split changes no bit.
     ///
     /// # Errors
-    /// The device fails.
+    /// The device fails, or the scene cannot be rendered at that frame's time.
     pub fn add_samples(&mut self, first: u32, samples: u32) -> Result<u32> {
-        let samples = samples.min(self.samples_a_submission);
+        let most = if self.set_clock(first)? {
+            1
+        } else {
+            self.samples_a_submission
+        };
+        let samples = samples.min(most);
         let start = Instant::now();
         self.times = self.renderer.add_samples(first, samples)?;
         let each = start.elapsed().as_secs_f64() / f64::from(samples);
@@ -150,6 +216,13 @@ impl Session {
         ] {
             image.metadata.insert(format!("headwater.{key}"), value);
         }
+        if let Some(Clock { start, fps, .. }) = &self.clock {
+            let fps = fps.map(|fps| ("fps", fps));
+            for (key, value) in fps.into_iter().chain([("start_time", *start)]) {
+                let (key, value) = (format!("headwater.{key}"), format!("{value:?}"));
+                image.metadata.insert(key, value);
+            }
+        }
         Ok(image)
     }
 
@@ -170,6 +243,12 @@ impl Session {
                     image
                         .channels
                         .insert("depth.Z".into(), Samples::F32(values));
+                }
+                Aov::Motion => {
+                    for (axis, name) in ["motion.X", "motion.Y"].into_iter().enumerate() {
+                        let values = surfaces.iter().map(|s| s.motion[axis]).collect();
+                        image.channels.insert(name.into(), Samples::F32(values));
+                    }
                 }
                 Aov::Instance => {
                     let values = surfaces.iter().map(|s| s.instance).collect();
@@ -219,36 +298,60 @@ impl Session {
     }
 }
 
-/// The camera that `wanted` names; without it the first; without any one that frames the scene.
-fn choose_camera(scene: &Scene, wanted: Option<&str>) -> Result<Camera> {
+/// The clock of a scene that moves. If it stands still, so will the scene, which is then no more work
+/// to render than any that never moves.
+fn start_clock(scene: &mut Scene, start: f64, fps: Option<f64>) -> Result<Option<Clock>> {
+    if scene.motion.is_none() {
+        return Ok(None);
+    }
+    if fps.is_none() {
+        *scene = scene.pose_at(start)?;
+    }
+    Ok(Some(Clock {
+        start,
+        fps,
+        camera: None,
+        cameras: Scene {
+            cameras: scene.cameras.clone(),
+            motion: scene.motion.clone(),
+            ..Scene::default()
+        },
+    }))
+}
+
+/// The camera that `wanted` names, as it is at a time; without it the first; without any one that
+/// frames the scene. The scene's own come with their index.
+fn choose_camera(
+    scene: &Scene,
+    wanted: Option<&str>,
+    time: f64,
+) -> Result<(Camera, Option<usize>)> {
+    let own = |index: usize| Ok((scene.camera_at(index, time)?, Some(index)));
     let Some(wanted) = wanted else {
-        return Ok(scene.cameras.first().cloned().unwrap_or_else(|| {
-            notice(
-                "the scene has no camera, so one was made that frames it; --look-at sets another",
-            );
-            framing_camera(scene)
-        }));
+        if !scene.cameras.is_empty() {
+            return own(0);
+        }
+        notice("the scene has no camera, so one was made that frames it; --look-at sets another");
+        return Ok((framing_camera(scene), None));
     };
-    let by_index = wanted
-        .parse::<usize>()
-        .ok()
-        .and_then(|i| scene.cameras.get(i));
-    let by_name = || scene.cameras.iter().find(|c| c.name == wanted);
-    by_index.or_else(by_name).cloned().ok_or_else(|| {
+    let by_index = wanted.parse::<usize>().ok();
+    let by_index = by_index.filter(|index| *index < scene.cameras.len());
+    let by_name = || scene.cameras.iter().position(|c| c.name == wanted);
+    by_index.or_else(by_name).map(own).unwrap_or_else(|| {
         let listed: Vec<String> = scene
             .cameras
             .iter()
             .enumerate()
             .map(|(i, c)| format!("{i} '{}'", c.name))
             .collect();
-        Error::input(format!(
+        Err(Error::input(format!(
             "no camera '{wanted}'; the scene has: {}",
             if listed.is_empty() {
                 "none".into()
             } else {
                 listed.join(", ")
             }
-        ))
+        )))
     })
 }
 

@@ -55,57 +55,41 @@ impl AccelerationStructure {
             .geometry_type(vk::GeometryTypeKHR::TRIANGLES)
             .geometry(vk::AccelerationStructureGeometryDataKHR { triangles })
             .flags(vk::GeometryFlagsKHR::OPAQUE);
-        Self::build(
-            device,
-            name,
-            vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL,
+        let build = Build {
+            kind: vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL,
             geometry,
-            mesh.triangle_count,
-        )
+        };
+        let structure = Self::make(device, name, build, mesh.triangle_count)?;
+        structure.fill(build, mesh.triangle_count)?;
+        Ok(structure)
     }
 
-    /// Builds the structure over the instances, at once.
+    /// Builds the structure over the instances, at once, with room to be built again over up to
+    /// `most` of them.
     ///
     /// # Errors
     /// More than 2²⁴ instances, or as [`AccelerationStructure::bottom`].
-    pub fn top(device: &Arc<Device>, name: &str, instances: &[TlasInstance<'_>]) -> Result<Self> {
-        if instances.len() > 1 << 24 {
-            return Err(Error::failed(format!(
-                "{} instances, but ray query counts only 16777216; use --tracer compute-bvh",
-                instances.len()
-            )));
-        }
-        // VkAccelerationStructureInstanceKHR: 12 floats, two packed words, an address.
-        let mut words: Vec<u32> = Vec::with_capacity(instances.len() * 16);
-        for instance in instances {
-            for row in 0..3 {
-                words.extend(instance.object_to_world.map(|column| column[row].to_bits()));
-            }
-            words.push(instance.index | 0xFF << 24);
-            words.push(vk::GeometryInstanceFlagsKHR::TRIANGLE_FACING_CULL_DISABLE.as_raw() << 24);
-            let address = instance.blas.address(device)?;
-            words.extend([address as u32, (address >> 32) as u32]);
-        }
-        let usage = Usage {
-            acceleration_input: true,
-            ..Usage::default()
-        };
-        let buffer = Buffer::from_slice(device, &format!("{name} (instances)"), &words, usage)?;
-        let data = vk::AccelerationStructureGeometryInstancesDataKHR::default().data(
-            vk::DeviceOrHostAddressConstKHR {
-                device_address: buffer.address()?,
-            },
-        );
-        let geometry = vk::AccelerationStructureGeometryKHR::default()
-            .geometry_type(vk::GeometryTypeKHR::INSTANCES)
-            .geometry(vk::AccelerationStructureGeometryDataKHR { instances: data });
-        Self::build(
-            device,
-            name,
-            vk::AccelerationStructureTypeKHR::TOP_LEVEL,
-            geometry,
-            instances.len() as u32,
-        )
+    pub fn top(
+        device: &Arc<Device>,
+        name: &str,
+        instances: &[TlasInstance<'_>],
+        most: usize,
+    ) -> Result<Self> {
+        let buffer = instance_buffer(device, name, instances)?;
+        let build = Build::over_instances(&buffer)?;
+        let structure = Self::make(device, name, build, most.max(instances.len()) as u32)?;
+        structure.fill(build, instances.len() as u32)?;
+        Ok(structure)
+    }
+
+    /// Builds a structure that [`Self::top`] made anew, at once, over no more instances than it has
+    /// room for.
+    ///
+    /// # Errors
+    /// As [`AccelerationStructure::top`].
+    pub fn rebuild_top(&self, instances: &[TlasInstance<'_>]) -> Result<()> {
+        let buffer = instance_buffer(&self.buffer.device, self.buffer.name(), instances)?;
+        self.fill(Build::over_instances(&buffer)?, instances.len() as u32)
     }
 
     /// Bytes the structure takes.
@@ -113,30 +97,10 @@ impl AccelerationStructure {
         self.buffer.size()
     }
 
-    fn build(
-        device: &Arc<Device>,
-        name: &str,
-        kind: vk::AccelerationStructureTypeKHR,
-        geometry: vk::AccelerationStructureGeometryKHR<'_>,
-        count: u32,
-    ) -> Result<Self> {
+    /// A structure with room for `most` primitives, and nothing in it yet.
+    fn make(device: &Arc<Device>, name: &str, build: Build<'_>, most: u32) -> Result<Self> {
         let functions = functions(device)?;
-        let geometries = [geometry];
-        let mut info = vk::AccelerationStructureBuildGeometryInfoKHR::default()
-            .ty(kind)
-            .flags(vk::BuildAccelerationStructureFlagsKHR::PREFER_FAST_TRACE)
-            .mode(vk::BuildAccelerationStructureModeKHR::BUILD)
-            .geometries(&geometries);
-        let mut sizes = vk::AccelerationStructureBuildSizesInfoKHR::default();
-        // SAFETY: `info` and the geometry live through the call.
-        unsafe {
-            functions.get_acceleration_structure_build_sizes(
-                vk::AccelerationStructureBuildTypeKHR::DEVICE,
-                &info,
-                &[count],
-                &mut sizes,
-            );
-        }
+        let sizes = build.sizes(functions, most);
         let usage = Usage {
             acceleration_storage: true,
             ..Usage::default()
@@ -145,12 +109,19 @@ impl AccelerationStructure {
         let create = vk::AccelerationStructureCreateInfoKHR::default()
             .buffer(buffer.raw)
             .size(sizes.acceleration_structure_size)
-            .ty(kind);
+            .ty(build.kind);
         // SAFETY: the buffer has the size and usage asked for and lives as long as the structure.
         let raw = unsafe { functions.create_acceleration_structure(&create, None) }
             .map_err(|e| device.failure(&format!("make {name}"), e))?;
-        let structure = Self { raw, buffer };
         device.name(raw, name);
+        Ok(Self { raw, buffer })
+    }
+
+    /// Builds what the structure holds: `count` primitives, no more than it has room for.
+    fn fill(&self, build: Build<'_>, count: u32) -> Result<()> {
+        let (device, name) = (&self.buffer.device, self.buffer.name());
+        let functions = functions(device)?;
+        let sizes = build.sizes(functions, count);
         let alignment = device.scratch_alignment;
         let scratch = Buffer::new(
             device,
@@ -158,8 +129,9 @@ impl AccelerationStructure {
             sizes.build_scratch_size + alignment,
             Usage::default(),
         )?;
-        info = info
-            .dst_acceleration_structure(raw)
+        let geometries = [build.geometry];
+        let info = (build.info(&geometries))
+            .dst_acceleration_structure(self.raw)
             .scratch_data(vk::DeviceOrHostAddressKHR {
                 device_address: scratch.address()?.next_multiple_of(alignment),
             });
@@ -172,8 +144,7 @@ impl AccelerationStructure {
             functions.cmd_build_acceleration_structures(recording.commands(), &[info], &[&range]);
         }
         recording.end();
-        recording.finish()?;
-        Ok(structure)
+        recording.finish().map(drop)
     }
 
     fn address(&self, device: &Device) -> Result<u64> {
@@ -182,6 +153,90 @@ impl AccelerationStructure {
         // SAFETY: the structure is alive and belongs to this device.
         Ok(unsafe { functions(device)?.get_acceleration_structure_device_address(&info) })
     }
+}
+
+/// What a structure is built from.
+#[derive(Clone, Copy)]
+struct Build<'a> {
+    kind: vk::AccelerationStructureTypeKHR,
+    geometry: vk::AccelerationStructureGeometryKHR<'a>,
+}
+
+impl Build<'_> {
+    fn over_instances(buffer: &Buffer) -> Result<Self> {
+        let data = vk::AccelerationStructureGeometryInstancesDataKHR::default().data(
+            vk::DeviceOrHostAddressConstKHR {
+                device_address: buffer.address()?,
+            },
+        );
+        Ok(Self {
+            kind: vk::AccelerationStructureTypeKHR::TOP_LEVEL,
+            geometry: vk::AccelerationStructureGeometryKHR::default()
+                .geometry_type(vk::GeometryTypeKHR::INSTANCES)
+                .geometry(vk::AccelerationStructureGeometryDataKHR { instances: data }),
+        })
+    }
+
+    fn info<'b>(
+        &self,
+        geometries: &'b [vk::AccelerationStructureGeometryKHR<'b>],
+    ) -> vk::AccelerationStructureBuildGeometryInfoKHR<'b> {
+        vk::AccelerationStructureBuildGeometryInfoKHR::default()
+            .ty(self.kind)
+            .flags(vk::BuildAccelerationStructureFlagsKHR::PREFER_FAST_TRACE)
+            .mode(vk::BuildAccelerationStructureModeKHR::BUILD)
+            .geometries(geometries)
+    }
+
+    /// What `count` primitives take.
+    fn sizes(
+        &self,
+        functions: &khr::acceleration_structure::Device,
+        count: u32,
+    ) -> vk::AccelerationStructureBuildSizesInfoKHR<'static> {
+        let geometries = [self.geometry];
+        let mut sizes = vk::AccelerationStructureBuildSizesInfoKHR::default();
+        // SAFETY: what is asked about lives through the call.
+        unsafe {
+            functions.get_acceleration_structure_build_sizes(
+                vk::AccelerationStructureBuildTypeKHR::DEVICE,
+                &self.info(&geometries),
+                &[count],
+                &mut sizes,
+            );
+        }
+        sizes
+    }
+}
+
+/// The instances as a build reads them.
+fn instance_buffer(
+    device: &Arc<Device>,
+    name: &str,
+    instances: &[TlasInstance<'_>],
+) -> Result<Buffer> {
+    if instances.len() > 1 << 24 {
+        return Err(Error::failed(format!(
+            "{} instances, but ray query counts only 16777216; use --tracer compute-bvh",
+            instances.len()
+        )));
+    }
+    // VkAccelerationStructureInstanceKHR: 12 floats, two packed words, an address.
+    let mut words: Vec<u32> = Vec::with_capacity(instances.len() * 16);
+    for instance in instances {
+        for row in 0..3 {
+            words.extend(instance.object_to_world.map(|column| column[row].to_bits()));
+        }
+        words.push(instance.index | 0xFF << 24);
+        words.push(vk::GeometryInstanceFlagsKHR::TRIANGLE_FACING_CULL_DISABLE.as_raw() << 24);
+        let address = instance.blas.address(device)?;
+        words.extend([address as u32, (address >> 32) as u32]);
+    }
+    let usage = Usage {
+        acceleration_input: true,
+        ..Usage::default()
+    };
+    Buffer::from_slice(device, &format!("{name} (instances)"), &words, usage)
 }
 
 fn functions(device: &Device) -> Result<&khr::acceleration_structure::Device> {

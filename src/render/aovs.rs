@@ -4,7 +4,7 @@ use super::offered::Offered;
 use super::strips::strips_of;
 use crate::Result;
 use crate::gpu::{Buffer, ComputePass, Device, Recording, Usage};
-use crate::layouts::{FrameConstants, PrimarySurface};
+use crate::layouts::{FrameConstants, GpuCamera, PrimarySurface};
 use std::sync::Arc;
 
 crate::bindings! {
@@ -12,6 +12,7 @@ crate::bindings! {
     pub struct Primary {
         [offers scene: Offered]
         uniform frame,
+        uniform previous_camera,
         write primary,
     }
 }
@@ -36,16 +37,22 @@ impl Aovs {
         })
     }
 
-    /// What the camera sees, row by row from the top.
+    /// What the camera sees, row by row from the top; `previous` is where the camera was in the last
+    /// frame.
     ///
     /// # Errors
     /// The device fails.
-    pub fn surfaces(&self, constants: &FrameConstants) -> Result<Vec<PrimarySurface>> {
+    pub fn surfaces(
+        &self,
+        constants: &FrameConstants,
+        previous: GpuCamera,
+    ) -> Result<Vec<PrimarySurface>> {
         let uniform = Usage {
             uniform: true,
             ..Usage::default()
         };
         let frame = Buffer::from_slice(&self.device, "frame", &[*constants], uniform)?;
+        let previous = Buffer::from_slice(&self.device, "previous_camera", &[previous], uniform)?;
         let FrameConstants { width, height, .. } = *constants;
         let mut surfaces = Vec::with_capacity(width as usize * height as usize);
         for (strip, primary) in strips_of::<PrimarySurface>(&self.device, "primary", width, height)?
@@ -53,6 +60,7 @@ impl Aovs {
             let bindings = Primary {
                 scene: self.offered.as_ref(),
                 frame: &frame,
+                previous_camera: &previous,
                 primary: &primary,
             };
             let mut recording = Recording::new(&self.device)?;

@@ -4,9 +4,9 @@ use super::offered::Offered;
 use super::settings::{Candidates, Direct, Mis, Reuse, Search, Settings, Visibility};
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
 use crate::layouts::{
-    COUNTER_REJECTED, COUNTERS, FrameConstants, MIS_BALANCE, MIS_CONSTANT, MIS_DEFENSIVE,
-    MIS_PAIRWISE, PixelSums, RestirConstants, SampleData, SpatialStep, TILE, VISIBILITY_FINAL,
-    VISIBILITY_INITIAL, VISIBILITY_NONE, VISIBILITY_WEIGHTS,
+    COUNTER_REJECTED, COUNTERS, FrameConstants, GpuCamera, MIS_BALANCE, MIS_CONSTANT,
+    MIS_DEFENSIVE, MIS_PAIRWISE, PixelSums, RestirConstants, SampleData, SpatialStep, TILE,
+    VISIBILITY_FINAL, VISIBILITY_INITIAL, VISIBILITY_NONE, VISIBILITY_WEIGHTS,
 };
 use crate::{Error, Result};
 use glam::{DVec3, Vec3};
@@ -236,12 +236,13 @@ impl Frame {
         self.direct.reuse.is_temporal()
     }
 
-    /// Renders the frame of this number; what the frame before it left is its history.
+    /// Renders the frame of this number as `camera` sees it; what the frame before it left is its
+    /// history.
     ///
     /// # Errors
     /// The device fails.
-    pub fn render(&mut self, number: u32) -> Result<Vec<PassTime>> {
-        self.advance(number)?;
+    pub fn render(&mut self, number: u32, camera: GpuCamera) -> Result<Vec<PassTime>> {
+        self.advance(number, camera)?;
         let groups = [
             self.constants.width.div_ceil(TILE),
             self.constants.height.div_ceil(TILE),
@@ -324,21 +325,18 @@ impl Frame {
         Ok(times)
     }
 
-    /// Renders frames and adds each to the sums.
+    /// Renders a frame and adds it to the sums.
     ///
     /// # Errors
     /// The device fails.
-    pub fn add_frames(&mut self, first: u32, frames: u32) -> Result<Vec<PassTime>> {
-        let mut times = Vec::new();
-        for number in first..first + frames {
-            times = self.render(number)?;
-            let color = self.color()?;
-            self.sums.resize(color.len(), [DVec3::ZERO; 2]);
-            for ([sum, square], value) in self.sums.iter_mut().zip(color) {
-                let value = value.as_dvec3();
-                *sum += value;
-                *square += value * value;
-            }
+    pub fn add_frame(&mut self, number: u32, camera: GpuCamera) -> Result<Vec<PassTime>> {
+        let times = self.render(number, camera)?;
+        let color = self.color()?;
+        self.sums.resize(color.len(), [DVec3::ZERO; 2]);
+        for ([sum, square], value) in self.sums.iter_mut().zip(color) {
+            let value = value.as_dvec3();
+            *sum += value;
+            *square += value * value;
         }
         Ok(times)
     }
@@ -391,10 +389,11 @@ impl Frame {
     }
 
     /// Tells the shaders of the next frame.
-    fn advance(&mut self, number: u32) -> Result<()> {
+    fn advance(&mut self, number: u32, camera: GpuCamera) -> Result<()> {
         let constants = &mut self.constants;
         constants.frame = number;
         constants.previous_camera = constants.camera;
+        constants.camera = camera;
         constants.previous_jitter_x = constants.jitter_x;
         constants.previous_jitter_y = constants.jitter_y;
         if self.jitter {

@@ -4,7 +4,7 @@ use super::offered::Offered;
 use super::strips::strips_of;
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
 use crate::layouts::{
-    COUNTER_CUT_SHORT, COUNTER_REJECTED, COUNTERS, FrameConstants, PixelSums, Strip,
+    COUNTER_CUT_SHORT, COUNTER_REJECTED, COUNTERS, FrameConstants, GpuCamera, PixelSums, Strip,
 };
 use crate::{Error, Result};
 use std::sync::Arc;
@@ -84,6 +84,11 @@ impl PathTracer {
     pub fn restart(&mut self, seed: u32) -> Result<()> {
         self.constants.seed = seed;
         self.forget()
+    }
+
+    /// Looks through another camera from here on.
+    pub fn set_camera(&mut self, camera: GpuCamera) {
+        self.constants.camera = camera;
     }
 
     /// Adds `samples` samples, numbered from `first`, to every pixel.

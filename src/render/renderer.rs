@@ -9,8 +9,9 @@ use super::settings::{Heuristic, Integrator, Settings};
 use super::view::View;
 use crate::gpu::{Device, PassTime};
 use crate::layouts::{
-    FrameConstants, HEURISTIC_BALANCE, HEURISTIC_POWER, PixelSums, PrimarySurface,
+    FrameConstants, GpuCamera, HEURISTIC_BALANCE, HEURISTIC_POWER, PixelSums, PrimarySurface,
 };
+use crate::scene::Camera;
 use crate::tracing::GpuScene;
 use crate::{Error, Result};
 use std::sync::Arc;
@@ -22,6 +23,18 @@ pub struct Renderer {
     constants: FrameConstants,
     technique: Technique,
     aovs: Option<Aovs>,
+    /// What the next frame shows.
+    next: Moment,
+    /// What the last frame showed, and what the one before it did, if there were any.
+    shown: [Option<Moment>; 2],
+}
+
+/// A time, and where the camera is then.
+#[derive(Clone, Copy)]
+struct Moment {
+    /// In seconds.
+    time: f64,
+    camera: GpuCamera,
 }
 
 enum Technique {
@@ -71,10 +84,37 @@ impl Renderer {
         Ok(Self {
             device: device.clone(),
             offered,
+            next: Moment {
+                time: 0.0,
+                camera: constants.camera,
+            },
+            shown: [None; 2],
             constants,
             technique,
             aovs: None,
         })
+    }
+
+    /// Lets the frames and samples that follow show the scene at a time in seconds. At first it is
+    /// 0. The camera stays where it is.
+    pub fn set_time(&mut self, seconds: f64) {
+        self.next.time = seconds;
+    }
+
+    /// Lets the frames and samples that follow be seen by another camera, such as
+    /// [`crate::scene::Scene::camera_at`] gives.
+    pub fn set_camera(&mut self, camera: &Camera) {
+        let FrameConstants { width, height, .. } = self.constants;
+        self.next.camera = gpu_camera(camera, self.offered.scene.origin, width, height);
+    }
+
+    /// Lets the scene stand as the next frame shows it.
+    fn begin(&mut self) -> Result<GpuCamera> {
+        let next = self.next;
+        let before = self.shown[0].unwrap_or(next);
+        self.offered.scene.stand(next.time, before.time)?;
+        self.shown = [Some(next), self.shown[0]];
+        Ok(next.camera)
     }
 
     /// Whether a frame depends on those before it.
@@ -90,10 +130,23 @@ impl Renderer {
     /// # Errors
     /// The device fails.
     pub fn add_samples(&mut self, first: u32, samples: u32) -> Result<Vec<PassTime>> {
-        match &mut self.technique {
-            Technique::PathTracing(tracer) => tracer.add_samples(first, samples),
-            Technique::Resampling(frame) => frame.add_frames(first, samples),
+        let mut times = Vec::new();
+        let frames = match self.technique {
+            // Samples of one moment need not be told apart.
+            Technique::PathTracing(_) => 1,
+            Technique::Resampling(_) => samples,
+        };
+        for number in first..first + frames {
+            let camera = self.begin()?;
+            times = match &mut self.technique {
+                Technique::PathTracing(tracer) => {
+                    tracer.set_camera(camera);
+                    tracer.add_samples(first, samples)?
+                }
+                Technique::Resampling(frame) => frame.add_frame(number, camera)?,
+            };
         }
+        Ok(times)
     }
 
     /// Renders frames for the sake of those that follow.
@@ -101,12 +154,13 @@ impl Renderer {
     /// # Errors
     /// The device fails.
     pub fn skip_frames(&mut self, first: u32, frames: u32) -> Result<()> {
-        match &mut self.technique {
-            Technique::PathTracing(_) => Ok(()),
-            Technique::Resampling(frame) => {
-                (first..first + frames).try_for_each(|number| frame.render(number).map(drop))
+        for number in first..first + frames {
+            let camera = self.begin()?;
+            if let Technique::Resampling(frame) = &mut self.technique {
+                frame.render(number, camera)?;
             }
         }
+        Ok(())
     }
 
     /// Begins anew with another seed, without history or sums.
@@ -114,6 +168,7 @@ impl Renderer {
     /// # Errors
     /// The device fails.
     pub fn restart(&mut self, seed: u32) -> Result<()> {
+        self.shown = [None; 2];
         match &mut self.technique {
             Technique::PathTracing(tracer) => tracer.restart(seed),
             Technique::Resampling(frame) => frame.restart(seed),
@@ -125,12 +180,14 @@ impl Renderer {
     /// # Errors
     /// The device fails.
     pub fn single_frame(&mut self, number: u32) -> Result<Vec<PassTime>> {
+        let camera = self.begin()?;
         match &mut self.technique {
             Technique::PathTracing(tracer) => {
+                tracer.set_camera(camera);
                 tracer.forget()?;
                 tracer.add_samples(number, 1)
             }
-            Technique::Resampling(frame) => frame.render(number),
+            Technique::Resampling(frame) => frame.render(number, camera),
         }
     }
 
@@ -150,7 +207,7 @@ impl Renderer {
         }
     }
 
-    /// What the camera sees through each pixel's centre, row by row from the top.
+    /// What the camera sees in the last frame through each pixel's centre, row by row from the top.
     ///
     /// # Errors
     /// The device fails.
@@ -159,7 +216,14 @@ impl Renderer {
             Some(aovs) => aovs,
             None => Aovs::new(&self.device, &self.offered)?,
         };
-        let surfaces = aovs.surfaces(&self.constants);
+        let shown = self.shown[0].unwrap_or(self.next);
+        let before = self.shown[1].unwrap_or(shown);
+        self.offered.scene.stand(shown.time, before.time)?;
+        let constants = FrameConstants {
+            camera: shown.camera,
+            ..self.constants
+        };
+        let surfaces = aovs.surfaces(&constants, before.camera);
         self.aovs = Some(aovs);
         surfaces
     }

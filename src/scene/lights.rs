@@ -1,7 +1,7 @@
 //! Emissive triangles and the table that picks among them.
 
 use super::{Material, Scene};
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 
 /// Share of all picks that is spread evenly over the lights, so that no light's probability falls
 /// below what 32 random bits resolve, however dim it is beside the brightest.
@@ -24,34 +24,64 @@ pub struct LightTriangle {
     pub area: f64,
 }
 
-/// The scene's lights: by instance, and within it by the mesh's own order of triangles.
-pub fn light_triangles(scene: &Scene) -> Vec<LightTriangle> {
-    let mut lights = Vec::new();
+/// An emissive triangle in object space.
+#[derive(Clone, Copy, Debug)]
+pub struct LampTriangle {
+    /// Index into [`Scene::instances`].
+    pub instance: u32,
+    /// Index into the triangles of the instance's mesh.
+    pub triangle: u32,
+    /// Index into [`Scene::materials`].
+    pub material: u32,
+    /// Corners in the mesh's units.
+    pub corners: [DVec3; 3],
+}
+
+impl LampTriangle {
+    /// The triangle where its instance stands.
+    pub fn placed(&self, object_to_world: &DAffine3) -> LightTriangle {
+        // Facing is decided in object space, so a mirroring transform turns the world's winding.
+        let side = object_to_world.matrix3.determinant().signum();
+        let corners = self.corners.map(|p| object_to_world.transform_point3(p));
+        let cross = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+        LightTriangle {
+            instance: self.instance,
+            triangle: self.triangle,
+            material: self.material,
+            corners,
+            normal: cross.normalize_or_zero() * side,
+            area: 0.5 * cross.length(),
+        }
+    }
+}
+
+/// The triangles of the materials that are `lamps`: by instance, and within it by the mesh's own
+/// order of triangles.
+pub fn lamp_triangles(scene: &Scene, lamps: &[bool]) -> Vec<LampTriangle> {
+    let mut triangles = Vec::new();
     for (number, instance) in scene.instances.iter().enumerate() {
         let mesh = &scene.meshes[instance.mesh as usize];
-        let place = instance.object_to_world;
-        // Facing is decided in object space, so a mirroring transform turns the world's winding.
-        let side = place.matrix3.determinant().signum();
-        for part in &mesh.parts {
-            if !scene.materials[part.material as usize].is_emissive() {
-                continue;
-            }
+        for part in mesh.parts.iter().filter(|p| lamps[p.material as usize]) {
             for triangle in part.first_triangle..part.first_triangle + part.triangle_count {
-                let corners = mesh.triangles[triangle as usize]
-                    .map(|i| place.transform_point3(mesh.positions[i as usize].as_dvec3()));
-                let cross = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
-                lights.push(LightTriangle {
+                triangles.push(LampTriangle {
                     instance: number as u32,
                     triangle,
                     material: part.material,
-                    corners,
-                    normal: cross.normalize_or_zero() * side,
-                    area: 0.5 * cross.length(),
+                    corners: mesh.triangles[triangle as usize]
+                        .map(|i| mesh.positions[i as usize].as_dvec3()),
                 });
             }
         }
     }
-    lights
+    triangles
+}
+
+/// The scene's lights, in the order of [`lamp_triangles`].
+pub fn light_triangles(scene: &Scene) -> Vec<LightTriangle> {
+    lamp_triangles(scene, &scene.lamp_materials())
+        .iter()
+        .map(|lamp| lamp.placed(&scene.instances[lamp.instance as usize].object_to_world))
+        .collect()
 }
 
 /// How often a light should be picked, before the uniform share: area × luminance, twice for a

@@ -4,13 +4,17 @@
 use glam::Vec3;
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
+use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::node::Bvh2Node;
 use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::builder::{build_cwbvh, build_cwbvh_from_tris};
+use obvhs::cwbvh::bvh2_to_cwbvh::bvh2_to_cwbvh;
 use obvhs::cwbvh::node::CwBvhNode;
 use obvhs::triangle::Triangle;
 use std::time::Duration;
 
 /// A tree of eight-wide compressed nodes; node 0 is the root.
+#[derive(Clone)]
 pub struct Tree {
     /// Nodes with indices relative to this tree.
     pub nodes: Vec<CwBvhNode>,
@@ -67,6 +71,32 @@ impl Tree {
         Self::from_built(build_cwbvh(&boxes, INSTANCES, &mut Duration::default()))
     }
 
+    /// The tree over boxes, at most `most_depth` levels deep; of their logarithm's levels and more
+    /// there is always one.
+    pub fn over_boxes_within(boxes: &[(Vec3, Vec3)], most_depth: u32) -> Self {
+        let tree = Self::over_boxes(boxes);
+        if tree.depth <= most_depth {
+            return tree;
+        }
+        Self::balanced(boxes)
+    }
+
+    /// A tree over boxes that is as flat as any, however they lie.
+    fn balanced(boxes: &[(Vec3, Vec3)]) -> Self {
+        let boxes: Vec<Aabb> = boxes
+            .iter()
+            .map(|(min, max)| Aabb::new((*min).into(), (*max).into()))
+            .collect();
+        let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
+        let mut binary = Bvh2 {
+            nodes: vec![Bvh2Node::default()],
+            ..Bvh2::default()
+        };
+        halve(&mut binary.nodes, 0, &boxes, &mut order, 0);
+        binary.primitive_indices = order;
+        Self::from_built(bvh2_to_cwbvh(&binary, 1, true, false))
+    }
+
     /// A tree in which nothing is ever hit.
     fn empty() -> Self {
         Self {
@@ -96,6 +126,36 @@ impl Tree {
     }
 }
 
+/// Nodes of a tree over `count` boxes at most: each but a lone root has at least two children.
+pub fn most_nodes(count: usize) -> usize {
+    count.saturating_sub(1).max(1)
+}
+
+/// Levels of a balanced tree over `count` boxes at most.
+pub fn balanced_depth(count: usize) -> u32 {
+    count.next_power_of_two().ilog2().max(1)
+}
+
+/// Makes the binary node `at` over `items`, of which the first stands at `first` of all: halves by
+/// number across the longest side.
+fn halve(nodes: &mut Vec<Bvh2Node>, at: usize, boxes: &[Aabb], items: &mut [u32], first: u32) {
+    let around = |bounds: Aabb, item: &u32| bounds.union(&boxes[*item as usize]);
+    let bounds = items.iter().fold(Aabb::empty(), around);
+    if items.len() == 1 {
+        nodes[at] = Bvh2Node::new(bounds, 1, first);
+        return;
+    }
+    let axis = bounds.largest_axis();
+    let middle = |item: &u32| boxes[*item as usize].center()[axis];
+    items.sort_by(|a, b| middle(a).total_cmp(&middle(b)));
+    let children = nodes.len();
+    nodes.extend([Bvh2Node::default(); 2]);
+    nodes[at] = Bvh2Node::new(bounds, 0, children as u32);
+    let (low, high) = items.split_at_mut(items.len() / 2);
+    halve(nodes, children, boxes, low, first);
+    halve(nodes, children + 1, boxes, high, first + low.len() as u32);
+}
+
 /// Levels of inner nodes below and including the root. Parents stand before their children.
 fn depth(nodes: &[CwBvhNode]) -> u32 {
     let mut levels = vec![1_u32; nodes.len()];
@@ -109,4 +169,37 @@ fn depth(nodes: &[CwBvhNode]) -> u32 {
         }
     }
     deepest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Boxes each ten times as far as the one before: trees by surface area are deep over these.
+    #[test]
+    fn a_tree_over_boxes_is_no_deeper_than_it_may_be() {
+        for count in [1_usize, 2, 3, 9, 60] {
+            let boxes: Vec<(Vec3, Vec3)> = (0..count)
+                .map(|i| {
+                    let at = Vec3::splat(1.7_f32.powi(i as i32));
+                    (at, at * 1.5)
+                })
+                .collect();
+            let most = balanced_depth(count);
+            for tree in [
+                Tree::over_boxes_within(&boxes, most),
+                Tree::balanced(&boxes),
+            ] {
+                assert!(tree.depth <= most, "{count}: {}", tree.depth);
+                assert!(
+                    tree.nodes.len() <= most_nodes(count),
+                    "{count}: {}",
+                    tree.nodes.len()
+                );
+                let mut order = tree.order.clone();
+                order.sort_unstable();
+                assert_eq!(order, (0..count as u32).collect::<Vec<_>>());
+            }
+        }
+    }
 }

@@ -16,6 +16,8 @@ pub struct Gathered<'a> {
     pub instance_ids: Vec<u32>,
     /// For each mesh, the number that each of its parts adds to that; empty stands for zeros.
     pub part_ids: Vec<Vec<u32>>,
+    /// Which materials are lights.
+    pub lamps: Vec<bool>,
 }
 
 impl<'a> Gathered<'a> {
@@ -24,11 +26,12 @@ impl<'a> Gathered<'a> {
             scene: Cow::Borrowed(scene),
             instance_ids: (0..scene.instances.len() as u32).collect(),
             part_ids: vec![Vec::new(); scene.meshes.len()],
+            lamps: scene.lamp_materials(),
         }
     }
 }
 
-/// Gathers the meshes that one instance places, in world space relative to `origin`: flat ones in
+/// Gathers the meshes that one instance places for good, in world space relative to `origin`: flat ones in
 /// one mesh, smooth ones in another, for which alone normals are stored. Where there are fewer than
 /// two such meshes the scene is left as it is.
 pub fn gather(scene: &Scene, origin: DVec3) -> Gathered<'_> {
@@ -36,8 +39,11 @@ pub fn gather(scene: &Scene, origin: DVec3) -> Gathered<'_> {
     for instance in &scene.instances {
         uses[instance.mesh as usize] += 1;
     }
-    let single = |instance: &Instance| uses[instance.mesh as usize] == 1;
-    if scene.instances.iter().filter(|i| single(i)).count() < 2 {
+    let moves = |number: usize| (scene.motion.as_ref()).is_some_and(|m| m.moves_instance(number));
+    let single = |(number, instance): &(usize, &Instance)| {
+        uses[instance.mesh as usize] == 1 && !moves(*number)
+    };
+    if scene.instances.iter().enumerate().filter(single).count() < 2 {
         return Gathered::unchanged(scene);
     }
     let mut left = Scene {
@@ -49,7 +55,7 @@ pub fn gather(scene: &Scene, origin: DVec3) -> Gathered<'_> {
     let mut gathered: [(Mesh, Vec<u32>); 2] = Default::default();
     for (number, instance) in scene.instances.iter().enumerate() {
         let mesh = &scene.meshes[instance.mesh as usize];
-        if single(instance) {
+        if single(&(number, instance)) {
             let (whole, ids) = &mut gathered[usize::from(!mesh.normals.is_empty())];
             let place = DAffine3::from_translation(-origin) * instance.object_to_world;
             append(whole, mesh, place);
@@ -83,6 +89,7 @@ pub fn gather(scene: &Scene, origin: DVec3) -> Gathered<'_> {
         scene: Cow::Owned(left),
         instance_ids,
         part_ids,
+        lamps: scene.lamp_materials(),
     }
 }
 

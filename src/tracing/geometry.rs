@@ -3,7 +3,7 @@
 use super::compute_bvh::Tree;
 use super::gather::Gathered;
 use crate::layouts::NONE;
-use crate::scene::{Mesh, Scene};
+use crate::scene::Mesh;
 use glam::{DVec3, UVec3, Vec2, Vec3};
 use obvhs::cwbvh::node::CwBvhNode;
 
@@ -53,12 +53,12 @@ impl Geometry {
     pub fn new(gathered: &Gathered<'_>, trees: bool) -> Self {
         let mut geometry = Self::default();
         for (mesh, ids) in gathered.scene.meshes.iter().zip(&gathered.part_ids) {
-            geometry.push(&gathered.scene, mesh, ids, trees);
+            geometry.push(mesh, ids, &gathered.lamps, trees);
         }
         geometry
     }
 
-    fn push(&mut self, scene: &Scene, mesh: &Mesh, part_ids: &[u32], trees: bool) {
+    fn push(&mut self, mesh: &Mesh, part_ids: &[u32], lamps: &[bool], trees: bool) {
         let (low, high) = bounds(mesh.positions.iter().copied());
         let extent = (high - low).max_element();
         let centre = low * 0.5 + high * 0.5;
@@ -104,7 +104,7 @@ impl Geometry {
                 )
             }));
         }
-        let emissive = |material: u32| scene.materials[material as usize].is_emissive();
+        let emissive = |material: u32| lamps[material as usize];
         if mesh.parts.len() > 1
             || !part_ids.is_empty()
             || mesh.parts.iter().any(|p| emissive(p.material))

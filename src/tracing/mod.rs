@@ -2,6 +2,7 @@
 //! BVH traversed in compute. Both see the same triangles, instances and transforms.
 
 pub mod compute_bvh;
+mod epochs;
 pub mod gather;
 pub mod geometry;
 pub mod ray_query;
@@ -9,6 +10,7 @@ pub mod rays;
 pub mod scene;
 pub mod selection;
 pub mod shaders;
+mod stage;
 
 pub use crate::shaders::{Fetch, GeometryAccess, Tracer, Variant};
 pub use scene::GpuScene;

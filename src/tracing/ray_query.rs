@@ -5,17 +5,23 @@ use crate::Result;
 use crate::gpu::{AccelerationStructure, BlasGeometry, Buffer, Device, TlasInstance};
 use crate::layouts::GpuInstance;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// One structure a mesh, and one over the instances.
+/// One structure a mesh, and one or two over the instances.
 pub struct RayQueryScene {
-    /// The structure that rays are traced in.
-    pub top: AccelerationStructure,
-    /// What `top` refers to.
+    /// What rays are traced in; where the scene moves two, for this frame and the last.
+    tops: Vec<AccelerationStructure>,
+    /// Which of them is this frame's.
+    current: AtomicUsize,
+    /// What they refer to.
     meshes: Vec<Option<AccelerationStructure>>,
+    /// Each instance's mesh.
+    mesh_of: Vec<u32>,
 }
 
 impl RayQueryScene {
-    /// Builds all structures. `mesh_of` gives each instance's mesh.
+    /// Builds all structures, `tops` of them over the `visible` ones among the `instances`;
+    /// `mesh_of` gives each instance's mesh.
     ///
     /// # Errors
     /// The device has no memory left.
@@ -23,8 +29,9 @@ impl RayQueryScene {
         device: &Arc<Device>,
         geometry: &Geometry,
         positions: &Buffer,
-        instances: &[GpuInstance],
-        mesh_of: &[u32],
+        (instances, visible): (&[GpuInstance], &[u32]),
+        mesh_of: Vec<u32>,
+        tops: usize,
     ) -> Result<Self> {
         let meshes = geometry
             .meshes
@@ -42,25 +49,69 @@ impl RayQueryScene {
                 AccelerationStructure::bottom(device, &format!("mesh {number}"), mesh).map(Some)
             })
             .collect::<Result<Vec<_>>>()?;
-        let placed: Vec<TlasInstance<'_>> = instances
+        let mut scene = Self {
+            tops: Vec::new(),
+            current: AtomicUsize::new(0),
+            meshes,
+            mesh_of,
+        };
+        for _ in 0..tops {
+            let placed = scene.placed(instances, visible);
+            let most = scene.mesh_of.len();
+            let top = AccelerationStructure::top(device, "instances", &placed, most)?;
+            scene.tops.push(top);
+        }
+        Ok(scene)
+    }
+
+    /// The structure over this frame's instances.
+    pub fn top(&self) -> &AccelerationStructure {
+        &self.tops[self.current.load(Ordering::Relaxed)]
+    }
+
+    /// The structure over the last frame's instances: the same where nothing moves.
+    pub fn previous_top(&self) -> &AccelerationStructure {
+        let previous = (self.current.load(Ordering::Relaxed) + 1) % self.tops.len();
+        &self.tops[previous]
+    }
+
+    /// Lets this frame be the last one.
+    pub fn turn(&self) {
+        let next = (self.current.load(Ordering::Relaxed) + 1) % self.tops.len();
+        self.current.store(next, Ordering::Relaxed);
+    }
+
+    /// Builds one of the structures over the instances anew.
+    ///
+    /// # Errors
+    /// The device has no memory left.
+    pub fn rebuild(
+        &self,
+        top: &AccelerationStructure,
+        instances: &[GpuInstance],
+        visible: &[u32],
+    ) -> Result<()> {
+        top.rebuild_top(&self.placed(instances, visible))
+    }
+
+    fn placed(&self, instances: &[GpuInstance], visible: &[u32]) -> Vec<TlasInstance<'_>> {
+        visible
             .iter()
-            .zip(mesh_of)
-            .enumerate()
-            .filter_map(|(index, (instance, mesh))| {
+            .filter_map(|&index| {
+                let mesh = self.mesh_of[index as usize];
                 Some(TlasInstance {
-                    blas: meshes[*mesh as usize].as_ref()?,
-                    object_to_world: instance.object_to_world,
-                    index: index as u32,
+                    blas: self.meshes[mesh as usize].as_ref()?,
+                    object_to_world: instances[index as usize].object_to_world,
+                    index,
                 })
             })
-            .collect();
-        let top = AccelerationStructure::top(device, "instances", &placed)?;
-        Ok(Self { top, meshes })
+            .collect()
     }
 
     /// Bytes of all structures.
     pub fn size(&self) -> u64 {
         let meshes = self.meshes.iter().flatten();
-        self.top.size() + meshes.map(AccelerationStructure::size).sum::<u64>()
+        let all = meshes.chain(&self.tops);
+        all.map(AccelerationStructure::size).sum()
     }
 }

@@ -1,17 +1,28 @@
 //! A scene on the device: what every shader that traces rays or reads surfaces is bound to.
 
-use super::compute_bvh::Tree;
+use super::compute_bvh::{balanced_depth, most_nodes};
+use super::epochs::{Contents, Moving};
 use super::gather::gather;
-use super::geometry::{Geometry, MeshPlace};
+use super::geometry::Geometry;
 use super::ray_query::RayQueryScene;
+use super::stage::Stage;
+pub use super::stage::gpu_lights;
 use super::{Fetch, GeometryAccess, Tracer, Variant};
 use crate::gpu::{Buffer, Device, Resource, Usage};
-use crate::layouts::{GpuInstance, GpuLight, GpuMaterial, NONE, SceneAddresses};
-use crate::scene::lights::{self, AliasTable, UNIFORM_SHARE};
+use crate::layouts::{GpuMaterial, SceneAddresses};
+use crate::scene::motion::Pose;
 use crate::scene::{Material, Scene};
 use crate::{Error, Result};
-use glam::{DAffine3, DVec3, UVec2, Vec3};
+use glam::{DVec3, UVec2, Vec3};
+use obvhs::cwbvh::node::CwBvhNode;
 use std::sync::Arc;
+
+/// Specialisation constant: entries of the compute traversal's stack.
+const STACK_SIZE: u32 = 0;
+/// Specialisation constant: whether the last frame's instances and lights stand behind this one's.
+const MOVES: u32 = 8;
+/// Specialisation constant: the root of the last frame's tree over the instances.
+const PREVIOUS_ROOT: u32 = 9;
 
 /// A scene's buffers and, where rays are queries, its acceleration structures.
 pub struct GpuScene {
@@ -22,7 +33,7 @@ pub struct GpuScene {
     /// Number of lights.
     pub light_count: u32,
     /// Entries that the compute traversal's stack needs, rounded up so that scenes share shaders.
-    pub stack_size: u32,
+    stack_size: u32,
     positions: Buffer,
     normals: Buffer,
     triangle_parts: Buffer,
@@ -31,8 +42,10 @@ pub struct GpuScene {
     instances: Buffer,
     materials: Buffer,
     lights: Buffer,
+    carries: Buffer,
     addresses: Option<Buffer>,
     ray_query: Option<RayQueryScene>,
+    moving: Option<Moving>,
 }
 
 impl GpuScene {
@@ -54,47 +67,39 @@ impl GpuScene {
             )));
         }
         let trees = variant.tracer == Tracer::ComputeBvh;
-        // The tree over the instances stands first; its size is known once it is built.
+        // The trees over the instances stand first, then those of the meshes.
         let gathered = gather(scene, origin);
-        let mut geometry = Geometry::new(&gathered, trees);
-        let scene = &gathered.scene;
-        let (instances, mut light_count) = (Vec::with_capacity(scene.instances.len()), 0);
-        let mut instances = instances;
-        let mut boxes = Vec::with_capacity(scene.instances.len());
-        for (number, instance) in scene.instances.iter().enumerate() {
-            let mesh = &scene.meshes[instance.mesh as usize];
-            let place = &geometry.meshes[instance.mesh as usize];
-            let object_to_world = DAffine3::from_translation(-origin)
-                * instance.object_to_world
-                * DAffine3::from_translation(place.centre);
-            instances.push(GpuInstance {
-                object_to_world: columns(object_to_world),
-                world_to_object: columns(object_to_world.inverse()),
-                first_triangle: place.first_triangle,
-                first_normal: place.first_normal,
-                first_part: place.first_part,
-                root_node: place.root_node,
-                material: mesh.parts.first().map_or(0, |p| p.material),
-                first_light: if place.lights > 0 { light_count } else { NONE },
-                id: gathered.instance_ids[number],
-            });
-            light_count += place.lights;
-            boxes.push(world_box(&object_to_world, place));
-        }
-        let top = Tree::over_boxes(if trees { &boxes } else { &[] });
-        let top_nodes = top.nodes.len() as u32;
-        for instance in &mut instances {
-            instance.root_node += top_nodes;
-        }
-        for node in &mut geometry.nodes {
-            node.child_base_idx += top_nodes;
-        }
-        let mut nodes: Vec<_> = top.placed(0, 0).collect();
-        nodes.append(&mut geometry.nodes);
+        let geometry = Geometry::new(&gathered, trees);
+        let motion = scene.motion.as_ref().filter(|motion| motion.moves_things());
+        let mut stage = Stage::new(&gathered, &geometry, origin, trees);
+        let pose = motion.map_or_else(Pose::default, |motion| motion.pose(0.0));
+        let now = stage.standing(0.0, pose)?;
         // One group a level, and two where an instance is entered.
-        let stack_size = (top.depth + geometry.depth + 2).next_multiple_of(8);
-
-        let lights = gpu_lights(scene, origin);
+        let levels = |top: u32| (top + geometry.depth + 2).next_multiple_of(8);
+        let mut stack_size = levels(now.top.depth);
+        let (light_count, visible) = (now.lights.len() as u32, now.visible.clone());
+        let (mut moving, mut carries) = (None, Vec::new());
+        let contents = match motion {
+            None => Contents::of(&[&now], now.top.nodes.len()),
+            Some(motion) => {
+                // The tree over the instances changes with time and may grow.
+                let count = now.instances.len();
+                stack_size = levels(now.top.depth.max(balanced_depth(count)));
+                stage.limit_depth(stack_size - geometry.depth - 2);
+                let room = if trees { most_nodes(count) } else { 1 };
+                let contents = Contents::of(&[&now, &now], room);
+                let whole = Moving::new(motion.clone(), stage, room, scene.instances.len(), now);
+                carries = whole.carries()?;
+                moving = Some(whole);
+                contents
+            }
+        };
+        let mesh_nodes = contents.nodes.len() as u32;
+        let mut nodes = contents.nodes;
+        nodes.extend(geometry.nodes.iter().map(|node| CwBvhNode {
+            child_base_idx: node.child_base_idx + mesh_nodes,
+            ..*node
+        }));
         let materials: Vec<GpuMaterial> = scene.materials.iter().map(gpu_material).collect();
         let plain = Usage::default();
         let fetched = Usage {
@@ -108,28 +113,37 @@ impl GpuScene {
         let positions = Buffer::from_slice(device, "positions", &geometry.positions, input)?;
         let ray_query = match variant.tracer {
             Tracer::RayQuery => {
-                let mesh_of: Vec<u32> = scene.instances.iter().map(|i| i.mesh).collect();
-                Some(RayQueryScene::new(
-                    device, &geometry, &positions, &instances, &mesh_of,
-                )?)
+                let mesh_of = gathered.scene.instances.iter().map(|i| i.mesh).collect();
+                let tops = if motion.is_some() { 2 } else { 1 };
+                let placed = (&contents.instances[..], &visible[..]);
+                let scene =
+                    RayQueryScene::new(device, &geometry, &positions, placed, mesh_of, tops);
+                Some(scene?)
             }
             Tracer::ComputeBvh => None,
         };
         let mut uploaded = Self {
             variant,
             origin,
-            light_count: lights.len() as u32,
+            light_count,
             stack_size,
             positions,
             normals: Buffer::from_slice(device, "normals", &geometry.normals, plain)?,
             triangle_parts: Buffer::from_slice(device, "triangle_parts", &geometry.parts, plain)?,
             nodes: Buffer::from_slice(device, "nodes", &nodes, fetched)?,
-            top_instances: Buffer::from_slice(device, "top_instances", &top.order, plain)?,
-            instances: Buffer::from_slice(device, "instances", &instances, plain)?,
+            top_instances: Buffer::from_slice(
+                device,
+                "top_instances",
+                &contents.top_instances,
+                plain,
+            )?,
+            instances: Buffer::from_slice(device, "instances", &contents.instances, plain)?,
             materials: Buffer::from_slice(device, "materials", &materials, plain)?,
-            lights: Buffer::from_slice(device, "lights", &lights, plain)?,
+            lights: Buffer::from_slice(device, "lights", &contents.lights, plain)?,
+            carries: Buffer::from_slice(device, "carries", &carries, plain)?,
             addresses: None,
             ray_query,
+            moving,
         };
         if variant.geometry == GeometryAccess::BufferAddresses {
             let addresses = uploaded.scene_addresses()?;
@@ -143,6 +157,53 @@ impl GpuScene {
         Ok(uploaded)
     }
 
+    /// Lets the scene stand as it is at `now`, and for what looks back at the last frame as it was
+    /// at `before`, both in seconds. Does nothing where nothing but cameras moves.
+    ///
+    /// # Errors
+    /// At one of the times something is further away than can be rendered, or the device fails.
+    pub fn stand(&self, now: f64, before: f64) -> Result<()> {
+        let Some(moving) = &self.moving else {
+            return Ok(());
+        };
+        let Some(change) = moving.stand(now, before)? else {
+            return Ok(());
+        };
+        let [now, before] = &*change.held;
+        let contents = Contents::of(&[now, before], moving.room);
+        self.instances.write(&contents.instances)?;
+        self.lights.write(&contents.lights)?;
+        self.carries.write(&change.carries)?;
+        match &self.ray_query {
+            None => {
+                self.nodes.write(&contents.nodes)?;
+                self.top_instances.write(&contents.top_instances)
+            }
+            Some(scene) => {
+                if change.turned {
+                    scene.turn();
+                }
+                if change.new[1] {
+                    scene.rebuild(scene.previous_top(), &before.instances, &before.visible)?;
+                }
+                if change.new[0] {
+                    scene.rebuild(scene.top(), &now.instances, &now.visible)?;
+                }
+                Ok(())
+            }
+        }
+    }
+
+    /// The specialisation constants that tell shaders.
+    pub fn constants(&self) -> [(u32, u32); 3] {
+        let room = self.moving.as_ref().map_or(0, |moving| moving.room);
+        [
+            (STACK_SIZE, self.stack_size),
+            (MOVES, self.moving.is_some().into()),
+            (PREVIOUS_ROOT, room as u32),
+        ]
+    }
+
     /// What shaders may name.
     pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
         let fetched = match self.variant.fetch {
@@ -152,6 +213,7 @@ impl GpuScene {
         let mut offered = vec![
             ("materials", Resource::Read(&self.materials)),
             ("lights", Resource::Read(&self.lights)),
+            ("carries", Resource::Read(&self.carries)),
             ("nodes", fetched(&self.nodes)),
             ("positions", fetched(&self.positions)),
         ];
@@ -165,7 +227,9 @@ impl GpuScene {
             ]),
         }
         if let Some(scene) = &self.ray_query {
-            offered.push(("top_level", Resource::AccelerationStructure(&scene.top)));
+            let structure = Resource::AccelerationStructure;
+            offered.push(("top_level", structure(scene.top())));
+            offered.push(("previous_top_level", structure(scene.previous_top())));
         }
         offered
     }
@@ -181,6 +245,7 @@ impl GpuScene {
             &self.instances,
             &self.materials,
             &self.lights,
+            &self.carries,
         ]
         .map(|buffer| (buffer.name(), buffer.size()))
         .to_vec();
@@ -206,36 +271,6 @@ impl GpuScene {
     }
 }
 
-fn columns(transform: DAffine3) -> [Vec3; 4] {
-    [
-        transform.matrix3.x_axis,
-        transform.matrix3.y_axis,
-        transform.matrix3.z_axis,
-        transform.translation,
-    ]
-    .map(|column| column.as_vec3())
-}
-
-/// The box of a placed mesh, grown by what rounding a ray into object space can move it.
-fn world_box(object_to_world: &DAffine3, place: &MeshPlace) -> (Vec3, Vec3) {
-    let (low, high) = (place.bounds.0.as_dvec3(), place.bounds.1.as_dvec3());
-    let mut world = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for corner in 0..8 {
-        let pick = |axis: usize| {
-            if corner >> axis & 1 == 0 {
-                low[axis]
-            } else {
-                high[axis]
-            }
-        };
-        let p = object_to_world.transform_point3(DVec3::new(pick(0), pick(1), pick(2)));
-        world = (world.0.min(p), world.1.max(p));
-    }
-    let reach = world.0.abs().max(world.1.abs()).max_element();
-    let pad = DVec3::splat(reach * 1e-6);
-    ((world.0 - pad).as_vec3(), (world.1 + pad).as_vec3())
-}
-
 /// A material as shaders read it.
 pub fn gpu_material(material: &Material) -> GpuMaterial {
     // KHR_materials_ior: an index of 0 stands for a reflectance of 1 at every angle.
@@ -252,34 +287,4 @@ pub fn gpu_material(material: &Material) -> GpuMaterial {
         dielectric_f90: material.specular,
         roughness: material.roughness,
     }
-}
-
-/// The lights of a scene with `origin` moved to zero, as shaders pick them.
-pub fn gpu_lights(scene: &Scene, origin: DVec3) -> Vec<GpuLight> {
-    let triangles = lights::light_triangles(scene);
-    let weights: Vec<f64> = triangles
-        .iter()
-        .map(|light| lights::power(light, &scene.materials[light.material as usize]))
-        .collect();
-    let table = AliasTable::new(&weights, UNIFORM_SHARE);
-    triangles
-        .iter()
-        .enumerate()
-        .map(|(number, light)| {
-            let material = &scene.materials[light.material as usize];
-            let [a, b, c] = light.corners;
-            GpuLight {
-                corner: (a - origin).as_vec3(),
-                edge1: (b - a).as_vec3(),
-                edge2: (c - a).as_vec3(),
-                normal: light.normal.as_vec3(),
-                emission: material.emission,
-                area: light.area as f32,
-                probability: table.probabilities[number] as f32,
-                double_sided: material.double_sided.into(),
-                keep_below: table.columns[number].keep_below,
-                alias: table.columns[number].alias,
-            }
-        })
-        .collect()
 }

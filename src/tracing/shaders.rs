@@ -13,9 +13,6 @@ const EMBEDDED: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/shaders.r
 /// GLSL by file name.
 const SOURCES: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/sources.rs"));
 
-/// Specialisation constant: entries of the compute traversal's stack.
-const STACK_SIZE: u32 = 0;
-
 /// Makes the variant of `glsl/passes/NAME.comp` that fits a scene. `constants` are specialisation
 /// constants beside those of tracing.
 ///
@@ -27,7 +24,7 @@ pub fn tracing_pass(
     scene: &GpuScene,
     constants: &[(u32, u32)],
 ) -> Result<ComputePass> {
-    let mut all = vec![(STACK_SIZE, scene.stack_size)];
+    let mut all = scene.constants().to_vec();
     all.extend_from_slice(constants);
     ComputePass::new(device, name, &spirv(name, scene.variant)?, &all)
 }

@@ -229,7 +229,7 @@ impl Stage {
         let bulb = disc(Vec3::Y * -0.93, 0.17, 8);
         let bulb = self
             .room
-            .mesh(lamp("bulb", Vec3::new(22.0, 16.0, 9.0)), bulb);
+            .mesh(lamp("bulb", Vec3::new(50.0, 38.0, 24.0)), bulb);
         self.hang("bulb", bulb, hook);
     }
 
@@ -243,27 +243,27 @@ impl Stage {
         ];
         lantern.scale.track = repeated(speed, 2.0, Interpolation::Linear, &keys);
         let node = self.moving_node(None, lantern);
-        let paper = lamp("lantern", Vec3::new(3.2, 1.5, 0.6));
+        let paper = lamp("lantern", Vec3::new(4.0, 1.8, 0.7));
         let mesh = self.room.mesh(paper, Shape::sphere(1));
         self.hang("lantern", mesh, node);
     }
 
     /// An arrow on the back wall that goes on and off.
     fn sign(&mut self, speed: f64) {
-        let color = Vec3::new(0.15, 0.75, 1.0);
+        let color = Vec3::new(0.3, 0.75, 1.0);
         let mut arrow = Shape::default();
         let (right, up) = (Vec3::X, Vec3::Y * 0.07);
         for tip in [0.0, 0.28, 0.56] {
-            let tip = Vec3::new(-0.7 + tip, 1.85, -1.78);
+            let tip = Vec3::new(-0.7 + tip, 1.85, -1.55);
             let wing = Vec3::new(-0.18, 0.18, 0.0);
             arrow.add(Shape::quad(tip + wing, -wing, up + right * 0.07));
             let wing = Vec3::new(-0.18, -0.18, 0.0);
             arrow.add(Shape::quad(tip + wing, right * 0.07 - up, -wing));
         }
-        let keys = [(0.0, [14.0]), (0.5, [0.0])];
+        let keys = [(0.0, [24.0]), (0.5, [0.0])];
         let strength = repeated(speed, 0.5, Interpolation::Step, &keys);
-        self.emit(color, 14.0, None, strength);
-        let mesh = self.room.mesh(lamp("sign", color * 14.0), arrow);
+        self.emit(color, 24.0, None, strength);
+        let mesh = self.room.mesh(lamp("sign", color * 24.0), arrow);
         self.room.place("sign", mesh, DAffine3::IDENTITY);
     }
 

@@ -1,0 +1,163 @@
+//! Whether reuse across frames is unbiased where something moves: the mean of many runs with other
+//! seeds against path tracing of that moment alone.
+
+use crate::{playroom, support};
+use headwater::metrics::statistics::Estimate;
+use headwater::render::presets::Preset;
+use headwater::render::reservoirs::Format;
+use headwater::render::settings::Reuse;
+use headwater::render::{Renderer, Settings, View};
+use headwater::scene::Scene;
+use headwater::tracing::{GpuScene, Tracer};
+use std::sync::Arc;
+
+const WIDTH: u32 = 64;
+const HEIGHT: u32 = 48;
+const FRAMES_A_SECOND: f64 = 4.0;
+/// Runs, each of its own seed.
+const SEEDS: u32 = 96;
+/// Frames that are looked at: just after the sign went off, and just after it went on.
+const LOOKED_AT: [u32; 2] = [1, 2];
+/// Samples of the path-traced moments.
+const SAMPLES: u32 = 1152;
+/// Chance that a right mean lies within the interval.
+const CONFIDENCE: f64 = 0.999;
+/// Widest interval that still shows something, as a part of the mean.
+const WIDEST: f64 = 0.01;
+
+fn view(scene: &Scene, bounces: u32) -> View {
+    View {
+        camera: scene.cameras[0].clone(),
+        width: WIDTH,
+        height: HEIGHT,
+        seed: 0,
+        bounces,
+        jitter: false,
+    }
+}
+
+fn mean(picture: &[[f32; 3]]) -> [f64; 3] {
+    [0, 1, 2].map(|c| {
+        let sum: f64 = picture.iter().map(|p| f64::from(p[c])).sum();
+        sum / picture.len() as f64
+    })
+}
+
+/// What path tracing says of a moment's mean by light that fell on something, and what emission adds.
+fn moment(scene: &Scene, time: f64) -> ([Estimate; 3], [f64; 3]) {
+    let still = scene.pose_at(time).unwrap();
+    let (device, selection) = support::open_device(None);
+    let render = |bounces, samples| {
+        let view = view(&still, bounces);
+        let settings = Settings::default();
+        support::render(
+            &device,
+            &still,
+            selection.variant,
+            &view,
+            &settings,
+            samples,
+        )
+    };
+    let (dark, lit) = (render(0, 1), render(1, SAMPLES));
+    let pixels = f64::from(WIDTH * HEIGHT);
+    let sum = |c: usize, of: &[[f64; 3]]| of.iter().map(|p| p[c]).sum::<f64>() / pixels;
+    let emission = [0, 1, 2].map(|c| sum(c, &dark.mean));
+    let lit = [0, 1, 2].map(|c| Estimate {
+        mean: sum(c, &lit.mean) - emission[c],
+        standard_error: (sum(c, &lit.error_squared) / pixels).sqrt(),
+        samples: u64::from(SAMPLES) * u64::from(WIDTH * HEIGHT),
+    });
+    support::assert_no_messages(&device);
+    (lit, emission)
+}
+
+/// Renders with every seed and compares.
+fn check(name: &str, mut scene: Scene, tracer: Option<Tracer>, change: fn(&mut Settings)) {
+    // Highlights are most of the noise, and none of what is looked for.
+    for material in &mut scene.materials {
+        (material.metallic, material.specular) = (0.0, 0.0);
+    }
+    let scene = &scene;
+    let variant = match tracer {
+        None => None,
+        Some(tracer) => match support::variants(tracer).first() {
+            Some(variant) => Some(*variant),
+            None => return,
+        },
+    };
+    let (device, selection) = support::open_device(variant);
+    let mut settings = Preset::named("accurate").unwrap().settings().unwrap();
+    change(&mut settings);
+    let view = view(scene, 1);
+    let origin = view.camera.camera_to_world.translation;
+    let uploaded = GpuScene::new(&device, scene, origin, selection.variant).unwrap();
+    let mut renderer = Renderer::new(&device, Arc::new(uploaded), &view, &settings).unwrap();
+    let time = |frame: u32| f64::from(frame) / FRAMES_A_SECOND;
+    let mut means = LOOKED_AT.map(|_| Vec::new());
+    for seed in 0..SEEDS {
+        renderer.restart(seed).unwrap();
+        for frame in 0..=LOOKED_AT[LOOKED_AT.len() - 1] {
+            renderer.set_time(time(frame));
+            renderer.set_camera(&scene.camera_at(0, time(frame)).unwrap());
+            renderer.single_frame(frame).unwrap();
+            if let Some(which) = LOOKED_AT.iter().position(|looked_at| *looked_at == frame) {
+                means[which].push(mean(&renderer.frame_radiance().unwrap()));
+            }
+        }
+    }
+    assert_eq!(renderer.rejected().unwrap(), 0);
+    support::assert_no_messages(&device);
+    for (frame, means) in LOOKED_AT.iter().zip(means) {
+        let (expected, emission) = moment(scene, time(*frame));
+        for c in 0..3 {
+            let lit: Vec<f64> = means.iter().map(|mean| mean[c] - emission[c]).collect();
+            let difference = Estimate::of(&lit).minus(&expected[c]);
+            let bias = difference.mean / expected[c].mean;
+            let half_width = difference.t_interval_half_width(CONFIDENCE) / expected[c].mean;
+            let text = format!(
+                "{name}, frame {frame}, channel {c}: {:+.3} % ± {:.3} %",
+                100.0 * bias,
+                100.0 * half_width
+            );
+            println!("{text}");
+            assert!(half_width <= WIDEST, "{text}: too noisy to tell");
+            assert!(bias.abs() <= half_width, "{text}");
+        }
+    }
+}
+
+/// A mean is known no better for what neighbours share, so they are left out.
+fn temporal(settings: &mut Settings) {
+    settings.direct.reuse = Reuse::Temporal;
+    settings.direct.light_samples = 24;
+}
+
+#[test]
+fn a_moving_camera() {
+    check("camera", playroom(&["camera"], 4.0), None, temporal);
+}
+
+#[test]
+fn moving_objects() {
+    check("object", playroom(&["object"], 2.0), None, temporal);
+}
+
+#[test]
+fn moving_and_growing_lights() {
+    check("light", playroom(&["light"], 2.0), None, temporal);
+}
+
+#[test]
+fn lights_that_go_on_and_off() {
+    check("toggle", playroom(&["toggle"], 1.0), None, temporal);
+}
+
+#[test]
+fn everything_at_once_with_ray_query_and_full_reservoirs() {
+    let all = playroom(&["camera", "object", "light", "toggle"], 1.0);
+    check("all", all, Some(Tracer::RayQuery), |settings| {
+        settings.reservoirs.format = Format::Full;
+        settings.direct.light_samples = 24;
+    });
+}

@@ -1,0 +1,20 @@
+//! Scenes that move: traced and lit as if each moment had been loaded alone, and resampled without
+//! bias though the last frame was another.
+
+mod bias;
+mod moments;
+#[path = "../support/mod.rs"]
+mod support;
+mod vectors;
+
+use headwater::scene::{Scene, procedural};
+
+/// The procedural scene with only what is named in motion, at a speed.
+fn playroom(moving: &[&str], speed: f64) -> Scene {
+    let names = ["camera", "object", "light", "toggle"];
+    let settings = names.map(|name| {
+        let speed = if moving.contains(&name) { speed } else { 0.0 };
+        (name.to_owned(), speed.to_string())
+    });
+    procedural::generate("motion", &settings).unwrap()
+}

@@ -1,0 +1,167 @@
+//! A scene brought to a time is the scene that stands so from the start.
+
+use crate::{playroom, support};
+use headwater::layouts::{NONE, PixelSums, PrimarySurface, RayQuery};
+use headwater::render::{Renderer, Settings, View};
+use headwater::scene::Scene;
+use headwater::tracing::rays::RayTracer;
+use headwater::tracing::{GpuScene, Tracer, Variant};
+use std::sync::Arc;
+use support::random::Random;
+
+const TIMES: [f64; 4] = [0.0, 0.7, 3.3, 100.0];
+const RAYS: usize = 20_000;
+
+fn all() -> Scene {
+    playroom(&["camera", "object", "light", "toggle"], 1.0)
+}
+
+/// A variant with each tracer that the device has.
+fn each_tracer() -> Vec<Variant> {
+    let tracers = [Tracer::ComputeBvh, Tracer::RayQuery];
+    tracers
+        .iter()
+        .filter_map(|tracer| support::variants(*tracer).first().copied())
+        .collect()
+}
+
+fn view(scene: &Scene, time: f64) -> View {
+    View {
+        camera: scene.camera_at(0, time).unwrap(),
+        width: 96,
+        height: 72,
+        seed: 3,
+        bounces: 3,
+        jitter: false,
+    }
+}
+
+/// Rays all over the room.
+fn rays(scene: &Scene) -> Vec<RayQuery> {
+    let origin = scene.cameras[0].camera_to_world.translation;
+    let bounds = scene.bounds().unwrap();
+    let mut random = Random(11);
+    (0..RAYS)
+        .map(|_| {
+            let unit = glam::DVec3::new(random.unit(), random.unit(), random.unit());
+            RayQuery {
+                origin: (bounds.min + unit * bounds.size() - origin).as_vec3(),
+                t_max: 1e30,
+                direction: random.direction().as_vec3(),
+                any: 0,
+            }
+        })
+        .collect()
+}
+
+/// Both tracers hit in a posed scene what they hit in one uploaded as it stands, at every time and
+/// wherever the scene stood before.
+#[test]
+fn rays_meet_what_stands_there() {
+    let scene = all();
+    let origin = scene.cameras[0].camera_to_world.translation;
+    for variant in each_tracer() {
+        let (device, _) = support::open_device(Some(variant));
+        let moving = GpuScene::new(&device, &scene, origin, variant).unwrap();
+        let mut before = 0.0;
+        for time in TIMES {
+            moving.stand(time, before).unwrap();
+            before = time;
+            let still = scene.pose_at(time).unwrap();
+            let fresh = GpuScene::new(&device, &still, origin, variant).unwrap();
+            let [one, other] = [&moving, &fresh].map(|uploaded| {
+                let tracer = RayTracer::new(&device, uploaded, &rays(&scene)).unwrap();
+                tracer.run().unwrap();
+                tracer.answers().unwrap()
+            });
+            let near = |a: f32, b: f32| (a - b).abs() <= 1e-5 * (1.0 + b.abs());
+            let pairs = one.iter().zip(&other);
+            let differ = pairs.filter(|(a, b)| !near(a.t, b.t)).count();
+            println!(
+                "{} at {time} s: {differ} of {RAYS} differ",
+                variant.tracer.name()
+            );
+            // What grazes an edge may fall on either side of it.
+            assert!(
+                differ <= RAYS / 2000,
+                "{differ} of {RAYS} rays differ at {time} s"
+            );
+        }
+        support::assert_no_messages(&device);
+    }
+}
+
+/// What the camera sees, and what is lit, of a scene that went through `times`.
+fn pictures(
+    variant: Variant,
+    scene: &Scene,
+    times: &[f64],
+) -> (Vec<PrimarySurface>, Vec<PixelSums>) {
+    let (device, _) = support::open_device(Some(variant));
+    let first = view(scene, times[0]);
+    let origin = scene.cameras[0].camera_to_world.translation;
+    let uploaded = Arc::new(GpuScene::new(&device, scene, origin, variant).unwrap());
+    let mut renderer = Renderer::new(&device, uploaded, &first, &Settings::default()).unwrap();
+    for (number, time) in (0..).zip(times) {
+        renderer.set_time(*time);
+        renderer.set_camera(&scene.camera_at(0, *time).unwrap());
+        renderer.single_frame(number).unwrap();
+    }
+    let pictures = (
+        renderer.primary_surfaces().unwrap(),
+        renderer.sums().unwrap(),
+    );
+    support::assert_no_messages(&device);
+    pictures
+}
+
+#[test]
+fn the_way_to_a_time_leaves_no_trace() {
+    let scene = all();
+    for variant in each_tracer() {
+        let (direct, lit) = pictures(variant, &scene, &[9.0, 9.0, 3.3]);
+        let (by_steps, also_lit) = pictures(variant, &scene, &[0.5, 0.7, 3.3]);
+        let bits = |sums: &[PixelSums]| bytemuck::cast_slice::<_, u8>(sums).to_vec();
+        assert_eq!(bits(&lit), bits(&also_lit), "{}", variant.tracer.name());
+        for (a, b) in direct.iter().zip(&by_steps) {
+            assert_eq!(
+                (a.depth, a.normal, a.instance),
+                (b.depth, b.normal, b.instance)
+            );
+        }
+    }
+}
+
+#[test]
+fn surfaces_look_as_in_the_scene_that_stands_so() {
+    let scene = all();
+    for time in TIMES {
+        let seen: Vec<Vec<PrimarySurface>> = each_tracer()
+            .into_iter()
+            .flat_map(|variant| {
+                // The still one keeps the origin.
+                let still = scene.pose_at(time).unwrap();
+                [
+                    pictures(variant, &scene, &[0.2, time]).0,
+                    pictures(variant, &still, &[time]).0,
+                ]
+            })
+            .collect();
+        for other in &seen[1..] {
+            let pairs = seen[0].iter().zip(other);
+            let same = pairs.filter(|(a, b)| {
+                a.instance == b.instance
+                    && (a.depth - b.depth).abs() <= 1e-4 * a.depth
+                    && a.normal.distance(b.normal) < 1e-3
+                    && a.albedo.distance(b.albedo) < 1e-3
+            });
+            let (same, all) = (same.count(), other.len());
+            assert!(
+                all - same <= all / 300,
+                "at {time} s {same} of {all} are the same"
+            );
+        }
+        let things: std::collections::BTreeSet<u32> = seen[0].iter().map(|s| s.instance).collect();
+        assert!(things.len() > 8 && !things.contains(&NONE), "{things:?}");
+    }
+}
