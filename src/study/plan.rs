@@ -21,6 +21,9 @@ pub struct Plan {
     /// Independent runs of each configuration.
     #[serde(default = "default_seeds")]
     pub seeds: u32,
+    /// Runs at most, where `seeds` leave the bias's interval too wide; by default four times as many.
+    #[serde(default)]
+    pub most_seeds: Option<u32>,
     /// Scattering events at most.
     #[serde(default = "one")]
     pub bounces: u32,
@@ -73,6 +76,9 @@ pub struct Configuration {
     /// Settings over the preset's, by dotted key.
     #[serde(default)]
     pub set: Map<String, Value>,
+    /// Whether a frame is the mean of itself and those before it, instead of standing alone.
+    #[serde(default)]
+    pub accumulate: bool,
     /// What the bias check should find.
     #[serde(default)]
     pub expect: Expect,
@@ -101,6 +107,10 @@ pub struct Resolved {
     pub name: String,
     /// The settings.
     pub settings: Settings,
+    /// Frames of a run, numbered from 0.
+    pub frames: u32,
+    /// Whether a frame is the mean of itself and those before it.
+    pub accumulate: bool,
     /// What the bias check should find.
     pub expect: Expect,
 }
@@ -134,7 +144,8 @@ impl Plan {
     pub fn resolve(&self) -> Result<Vec<Resolved>> {
         let mut all = Vec::new();
         for c in &self.configurations {
-            all.push(resolved(&c.name, &c.preset, &[&c.set], c.expect)?);
+            let settings = settings(&c.preset, &[&c.set])?;
+            all.push(self.resolved(c.name.clone(), settings, c.accumulate, c.expect));
         }
         for sweep in &self.sweeps {
             for choice in combinations(&sweep.over)? {
@@ -142,12 +153,8 @@ impl Plan {
                     .values()
                     .map(|v| v.as_str().map_or(v.to_string(), str::to_owned));
                 let name = values.collect::<Vec<_>>().join("/");
-                all.push(resolved(
-                    &name,
-                    &sweep.preset,
-                    &[&sweep.set, &choice],
-                    sweep.expect,
-                )?);
+                let settings = settings(&sweep.preset, &[&sweep.set, &choice])?;
+                all.push(self.resolved(name, settings, false, sweep.expect));
             }
         }
         let mut names: Vec<&str> = all.iter().map(|c| c.name.as_str()).collect();
@@ -160,14 +167,30 @@ impl Plan {
         }
         Ok(all)
     }
+
+    fn resolved(
+        &self,
+        name: String,
+        settings: Settings,
+        accumulate: bool,
+        expect: Expect,
+    ) -> Resolved {
+        Resolved {
+            name,
+            settings,
+            frames: self.frames,
+            accumulate,
+            expect,
+        }
+    }
+
+    /// Runs at most.
+    pub fn most_seeds(&self) -> u32 {
+        self.most_seeds.unwrap_or(4 * self.seeds).max(self.seeds)
+    }
 }
 
-fn resolved(
-    name: &str,
-    preset: &str,
-    changes: &[&Map<String, Value>],
-    expect: Expect,
-) -> Result<Resolved> {
+fn settings(preset: &str, changes: &[&Map<String, Value>]) -> Result<Settings> {
     let mut settings = Preset::named(preset)?.settings()?;
     for (key, value) in changes.iter().flat_map(|map| map.iter()) {
         let leaf = key.rsplit('.').fold(value.clone(), |inner, part| {
@@ -175,11 +198,7 @@ fn resolved(
         });
         settings = settings.with(&leaf)?;
     }
-    Ok(Resolved {
-        name: name.to_owned(),
-        settings,
-        expect,
-    })
+    Ok(settings)
 }
 
 /// Every combination of one value for each key.

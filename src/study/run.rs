@@ -1,8 +1,8 @@
 //! One run: the frames of one configuration with one seed, measured against a reference.
 
+use super::plan::Resolved;
 use super::reference::Reference;
 use crate::Result;
-use crate::gpu::PassTime;
 use crate::metrics::error::Errors;
 use crate::render::Renderer;
 use serde::{Deserialize, Serialize};
@@ -37,20 +37,20 @@ pub struct Run {
     pub rejected: u32,
 }
 
-/// Renders and measures `frames` frames.
+/// Renders and measures the frames of one configuration, with `renderer` made for it.
 ///
 /// # Errors
 /// The device fails.
 pub fn measure(
     renderer: &mut Renderer,
-    frames: u32,
+    configuration: &Resolved,
     seed: u32,
     reference: &Reference,
 ) -> Result<Run> {
     renderer.restart(seed)?;
     let mut run = Run {
         scene: String::new(),
-        configuration: String::new(),
+        configuration: configuration.name.clone(),
         key: String::new(),
         seed,
         rmse: Vec::new(),
@@ -61,20 +61,28 @@ pub fn measure(
         milliseconds: Vec::new(),
         rejected: 0,
     };
-    let mut last = Vec::new();
-    for number in 0..frames {
-        let times: Vec<PassTime> = renderer.single_frame(number)?;
+    let mut picture = Vec::new();
+    for number in 0..configuration.frames {
+        let times;
+        if configuration.accumulate {
+            times = renderer.add_samples(number, 1)?;
+            picture = (renderer.sums()?.iter())
+                .map(|p| p.mean(number + 1).as_vec3().to_array())
+                .collect();
+        } else {
+            times = renderer.single_frame(number)?;
+            picture = renderer.frame_radiance()?;
+        }
         run.milliseconds = times
             .into_iter()
             .map(|t| (t.name, t.milliseconds))
             .collect();
-        last = renderer.frame_radiance()?;
-        let errors = Errors::between(&last, &reference.mean);
+        let errors = Errors::between(&picture, &reference.mean);
         run.rmse.push(errors.rmse);
         run.rmse_clamped.push(errors.rmse_clamped);
         run.relmse.push(errors.relmse);
     }
-    let (mean, blocks) = reference.reduce(&last);
+    let (mean, blocks) = reference.reduce(&picture);
     run.mean = mean;
     run.blocks = blocks;
     run.rejected = renderer.rejected()?;
