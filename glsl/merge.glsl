@@ -24,6 +24,9 @@ void weigh_techniques(uint mis, uint count, bool visibility) {
         for (uint i = 0u; i < count; i += 1u) {
             // An empty technique has no sample to look at; its domain still judges the others'.
             if (techniques[i].contribution_weight <= 0.0 || !pair_counts(mis, i, k)) continue;
+#ifdef COUNTS
+            count_lanes(COUNTER_MERGE_LANES);
+#endif
             float target = target_function(domain, techniques[i].value);
             // Where a sample lives it is visible, or its weight were 0.
             if (visibility && i != k && target > 0.0 && !is_visible(k, domain, techniques[i].value)) target = 0.0;
@@ -51,7 +54,7 @@ Reservoir merge_techniques(uint mis, uint count, bool visibility, inout Random r
     Reservoir merged = empty_reservoir(0.0);
     if (stream.chosen != NONE) {
         merged = techniques[stream.chosen];
-        merged.contribution_weight = accept_weight(contribution_weight(stream), COUNTER_REJECTED);
+        merged.contribution_weight = accept_weight(contribution_weight(stream));
     }
     merged.confidence = confidence;
     return merged;

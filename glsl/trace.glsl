@@ -24,6 +24,15 @@ struct Hit {
 #include "trace_compute_bvh.glsl"
 #endif
 
+// The seam itself: the closest hit, or any.
+Hit trace(Ray ray, bool any_hit) {
+#ifdef COUNTS
+    count(COUNTER_RAYS, 1u);
+    count_lanes(COUNTER_TRACE_LANES);
+#endif
+    return trace_body(ray, any_hit);
+}
+
 Hit trace_closest(Ray ray) { return trace(ray, false); }
 
 // Whether nothing lies between the ray's ends.

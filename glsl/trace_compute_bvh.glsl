@@ -134,7 +134,7 @@ bool meets_triangle(uint triangle, LevelRay ray, inout float t, out vec2 barycen
     return false;
 }
 
-Hit trace(Ray ray, bool any_hit) {
+Hit trace_body(Ray ray, bool any_hit) {
     Hit hit = Hit(ray.t_max, NONE, 0u, vec2(0.0));
     LevelRay level = level_ray(ray.origin, ray.direction);
     uvec2 stack[STACK_SIZE];

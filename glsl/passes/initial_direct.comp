@@ -3,6 +3,7 @@
 // other by the balance heuristic, one of them chosen by resampled importance sampling.
 #include "prelude.glsl"
 #include "random.glsl"
+#include "counters.glsl"
 #include "geometry.glsl"
 #include "trace.glsl"
 #include "surface.glsl"
@@ -98,7 +99,7 @@ void main() {
             float weight = candidate_weight(value, target, pdf_area, light_samples, bsdf_samples);
             if (stream_add(stream, light_samples + turn, weight, target, choice)) reservoir.value = value;
         }
-        reservoir.contribution_weight = accept_weight(contribution_weight(stream), COUNTER_REJECTED);
+        reservoir.contribution_weight = accept_weight(contribution_weight(stream));
     }
     PackedReservoir packed = pack_reservoir(reservoir);
     STORE_RESERVOIR(reservoirs, slot, restir.at.slots, packed);

@@ -6,6 +6,7 @@
 // software drivers need, and no lane idles while its neighbours' paths are longer.
 #include "prelude.glsl"
 #include "random.glsl"
+#include "counters.glsl"
 #include "geometry.glsl"
 #include "trace.glsl"
 #include "surface.glsl"
@@ -56,7 +57,7 @@ void main() {
     while (true) {
         if (!alive) {
             if (started) {
-                radiance = accept_radiance(radiance, COUNTER_REJECTED);
+                radiance = accept_radiance(radiance);
                 pair_add(total.sum, total.sum_low, radiance);
                 pair_add(total.square, total.square_low, radiance * radiance);
                 sample_number += 1u;
@@ -165,6 +166,6 @@ void main() {
         }
     }
     // A driver may end a loop that seems endless to it; the sums would then lack light.
-    if (sample_number != end) atomicAdd(counters.at[COUNTER_CUT_SHORT], 1u);
+    if (sample_number != end) count_fault(COUNTER_CUT_SHORT);
     sums.at[index] = total;
 }

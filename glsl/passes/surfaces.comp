@@ -2,6 +2,7 @@
 // The first pass of a frame: what each pixel's ray meets, and the light that it sends by itself.
 #include "prelude.glsl"
 #include "random.glsl"
+#include "counters.glsl"
 #include "geometry.glsl"
 #include "trace.glsl"
 #include "surface.glsl"

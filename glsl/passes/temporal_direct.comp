@@ -3,6 +3,7 @@
 // the last frame.
 #include "prelude.glsl"
 #include "random.glsl"
+#include "counters.glsl"
 #include "geometry.glsl"
 #include "trace.glsl"
 #include "surface.glsl"
@@ -70,6 +71,7 @@ void main() {
     techniques[1].age += 1u;
     domains[0] = unpack_domain(data, ray);
     domains[1] = unpack_domain(previous, previous_ray);
+    count(COUNTER_NEIGHBOURS, 1u);
     Random random = pass_random(pixel, PASS_TEMPORAL_DIRECT);
     Reservoir merged = merge_techniques(restir.at.mis, 2u, restir.at.visibility == VISIBILITY_WEIGHTS, random);
     packed = pack_reservoir(merged);

@@ -1,6 +1,6 @@
 //! `study`: configurations × scenes × seeds × frames against references.
 
-use super::arguments::size_for;
+use super::arguments::{parse_look_at, size_for};
 use super::interrupt::Interrupt;
 use super::progress::Progress;
 use super::{notice, open_scene, print};
@@ -9,7 +9,7 @@ use crate::gpu::{Device, Instance};
 use crate::render::View;
 use crate::scene::camera::framing_camera;
 use crate::study::bias::{self, Bias, CONFIRMING_SEEDS, Confirmation, WIDEST};
-use crate::study::plan::{Expect, Plan, Resolved};
+use crate::study::plan::{Expect, Plan, PlannedScene, Resolved};
 use crate::study::reference::Reference;
 use crate::study::results::{self, Row};
 use crate::study::store::Store;
@@ -33,9 +33,9 @@ pub struct Args {
     /// The folder for results, references and finished runs; a study goes on with what it finds there
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// What to render
-    #[arg(long, value_name = "FILE.toml")]
-    plan: PathBuf,
+    /// What to render: a plan of the program's own, or a file
+    #[arg(long, value_name = "NAME|FILE.toml", default_value = "bias-matrix")]
+    plan: String,
     /// A fourth of the seeds and of the references' samples: a first look, no proof
     #[arg(long)]
     quick: bool,
@@ -53,17 +53,19 @@ pub struct Args {
 /// Wrong arguments or a wrong plan, a device or disk that fails, a signal, or a configuration that
 /// should be unbiased and is not shown to be.
 pub fn run(args: &Args) -> Result<()> {
-    let origin = args.plan.display().to_string();
-    let text = std::fs::read_to_string(&args.plan).map_err(|e| Error::reading(&args.plan, e))?;
-    let mut plan = Plan::parse(&origin, &text)?;
+    let mut plan = Plan::open(&args.plan)?;
+    let configurations = plan.resolve()?;
     if !args.scenes.is_empty() {
-        plan.scenes.clone_from(&args.scenes);
+        let wanted = |name: &String| {
+            let planned = plan.scenes.iter().find(|scene| scene.name() == name);
+            planned.cloned().unwrap_or(PlannedScene::Name(name.clone()))
+        };
+        plan.scenes = args.scenes.iter().map(wanted).collect();
     }
     if args.quick {
         plan.seeds = (plan.seeds / 4).max(2);
         plan.reference_spp = (plan.reference_spp / 4).max(2);
     }
-    let configurations = plan.resolve()?;
     std::fs::create_dir_all(args.output.join("references"))
         .map_err(|e| Error::writing(&args.output, e))?;
     let instance =
@@ -78,9 +80,13 @@ pub fn run(args: &Args) -> Result<()> {
         plan: &plan,
     };
     let mut rows = Vec::new();
-    for name in &plan.scenes {
+    for planned in &plan.scenes {
+        let name = planned.name();
         let scene = open_scene(name)?;
-        let camera = (scene.cameras.first().cloned()).unwrap_or_else(|| framing_camera(&scene));
+        let camera = match planned.look_at() {
+            Some(text) => parse_look_at(text)?,
+            None => (scene.cameras.first().cloned()).unwrap_or_else(|| framing_camera(&scene)),
+        };
         let (width, height) = size_for(&camera, Some(plan.width), None)?;
         let view = View {
             camera,
@@ -92,7 +98,8 @@ pub fn run(args: &Args) -> Result<()> {
         };
         let references = args.output.join("references");
         let subject = Subject::new(name, &scene, view, &device, selection.variant, references)?;
-        rows.append(&mut work.study(subject, &configurations)?);
+        let own: Vec<&Resolved> = configurations.iter().filter(|c| c.is_for(name)).collect();
+        rows.append(&mut work.study(subject, &own)?);
     }
     results::judge(&mut rows);
     let json = results::json(&rows, &device.info.name, &device.info.driver)?;
@@ -137,13 +144,12 @@ struct Work<'a> {
 
 impl Work<'_> {
     /// A row for each configuration on one scene.
-    fn study(&mut self, mut subject: Subject, configurations: &[Resolved]) -> Result<Vec<Row>> {
+    fn study(&mut self, mut subject: Subject, configurations: &[&Resolved]) -> Result<Vec<Row>> {
         if !subject.is_lit {
             notice(&format!("{}: the scene has no light", subject.name));
         }
         // Configurations take turns, so that what disturbs the machine disturbs all alike.
-        let all: Vec<&Resolved> = configurations.iter().collect();
-        self.run(&mut subject, &all, 0..self.plan.seeds)?;
+        self.run(&mut subject, configurations, 0..self.plan.seeds)?;
         let mut seeds = self.plan.seeds;
         while seeds < self.plan.most_seeds() {
             let mut wide = Vec::new();
@@ -151,7 +157,7 @@ impl Work<'_> {
                 if configuration.expect == Expect::Unbiased
                     && self.bias(&mut subject, configuration, 0..seeds)?.widest() > WIDEST
                 {
-                    wide.push(configuration);
+                    wide.push(*configuration);
                 }
             }
             if wide.is_empty() {

@@ -1,11 +1,10 @@
 //! MIS path tracing: samples add up over calls; the reference that all else is judged against.
 
+use super::counters::{Counters, Counts};
 use super::offered::Offered;
 use super::strips::strips_of;
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
-use crate::layouts::{
-    COUNTER_CUT_SHORT, COUNTER_REJECTED, COUNTERS, FrameConstants, PixelSums, Strip,
-};
+use crate::layouts::{FrameConstants, PixelSums, Strip};
 use crate::{Error, Result};
 use std::sync::Arc;
 
@@ -32,7 +31,7 @@ pub struct PathTracer {
     frame: Buffer,
     /// The picture from top to bottom, each strip with its pixels' sums.
     strips: Vec<(Strip, Buffer)>,
-    counters: Buffer,
+    counters: Counters,
 }
 
 impl PathTracer {
@@ -44,6 +43,7 @@ impl PathTracer {
         device: &Arc<Device>,
         offered: &Arc<Offered>,
         constants: FrameConstants,
+        counting: bool,
     ) -> Result<Self> {
         let plain = Usage::default();
         let uniform = Usage {
@@ -51,11 +51,12 @@ impl PathTracer {
             ..plain
         };
         let (width, height) = (constants.width, constants.height);
+        let counters = Counters::new(device, &["path_trace"], counting)?;
         let tracer = Self {
-            path_trace: offered.pass("path_trace", &[])?,
+            path_trace: offered.pass("path_trace", &counters.constants("path_trace"))?,
             frame: Buffer::new(device, "frame", size_of::<FrameConstants>() as u64, uniform)?,
             strips: strips_of::<PixelSums>(device, "sums", width, height)?,
-            counters: Buffer::new(device, "counters", u64::from(COUNTERS) * 4, plain)?,
+            counters,
             offered: offered.clone(),
             constants,
             device: device.clone(),
@@ -64,7 +65,7 @@ impl PathTracer {
         Ok(tracer)
     }
 
-    /// Sets all sums and counts to zero.
+    /// Sets all sums to zero.
     ///
     /// # Errors
     /// The device fails.
@@ -73,7 +74,6 @@ impl PathTracer {
         for (_, sums) in &self.strips {
             recording.clear(sums);
         }
-        recording.clear(&self.counters);
         recording.finish().map(drop)
     }
 
@@ -83,6 +83,7 @@ impl PathTracer {
     /// The device fails.
     pub fn restart(&mut self, seed: u32) -> Result<()> {
         self.constants.seed = seed;
+        self.counters.clear()?;
         self.forget()
     }
 
@@ -102,7 +103,7 @@ impl PathTracer {
                     scene: self.offered.as_ref(),
                     frame: &self.frame,
                     sums,
-                    counters: &self.counters,
+                    counters: &self.counters.buffer,
                 };
                 let groups = strip.groups(self.constants.width);
                 let mut recording = Recording::new(&self.device)?;
@@ -126,8 +127,7 @@ impl PathTracer {
 
     /// Fails if the driver ended loops early.
     fn assert_whole(&self) -> Result<()> {
-        let counters: Vec<u32> = self.counters.read(COUNTERS as usize)?;
-        match counters[COUNTER_CUT_SHORT as usize] {
+        match self.counters.cut_short()? {
             0 => Ok(()),
             count => Err(Error::failed(format!(
                 "driver '{}' ended the loops of {count} pixels early; use fewer bounces or a newer driver",
@@ -170,7 +170,14 @@ impl PathTracer {
     /// # Errors
     /// The device fails.
     pub fn rejected(&self) -> Result<u32> {
-        let counters: Vec<u32> = self.counters.read(COUNTERS as usize)?;
-        Ok(counters[COUNTER_REJECTED as usize])
+        self.counters.rejected()
+    }
+
+    /// What was counted since the last call, if counting was asked for.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn counts(&mut self) -> Result<Vec<Counts>> {
+        self.counters.since_last()
     }
 }

@@ -2,6 +2,7 @@
 
 use super::aovs::Aovs;
 use super::camera::gpu_camera;
+use super::counters::Counts;
 use super::frame::Frame;
 use super::offered::Offered;
 use super::path_tracing::PathTracer;
@@ -40,6 +41,30 @@ impl Renderer {
         view: &View,
         settings: &Settings,
     ) -> Result<Self> {
+        Self::make(device, scene, view, settings, false)
+    }
+
+    /// The same, with shaders that count rays, lanes and neighbours for [`Self::counts`], which costs
+    /// time.
+    ///
+    /// # Errors
+    /// Those of [`Self::new`].
+    pub fn counting(
+        device: &Arc<Device>,
+        scene: Arc<GpuScene>,
+        view: &View,
+        settings: &Settings,
+    ) -> Result<Self> {
+        Self::make(device, scene, view, settings, true)
+    }
+
+    fn make(
+        device: &Arc<Device>,
+        scene: Arc<GpuScene>,
+        view: &View,
+        settings: &Settings,
+        counting: bool,
+    ) -> Result<Self> {
         let constants = FrameConstants {
             camera: gpu_camera(&view.camera, scene.origin, view.width, view.height),
             width: view.width,
@@ -60,11 +85,11 @@ impl Renderer {
         };
         let offered = Arc::new(Offered::new(device, scene, settings)?);
         let technique = match settings.integrator {
-            Integrator::PathTracing => {
-                Technique::PathTracing(Box::new(PathTracer::new(device, &offered, constants)?))
-            }
+            Integrator::PathTracing => Technique::PathTracing(Box::new(PathTracer::new(
+                device, &offered, constants, counting,
+            )?)),
             Integrator::Restir => {
-                let frame = Frame::new(device, &offered, &constants, settings)?;
+                let frame = Frame::new(device, &offered, &constants, settings, counting)?;
                 Technique::Resampling(Box::new(frame))
             }
         };
@@ -185,6 +210,17 @@ impl Renderer {
             Technique::Resampling(_) => Err(Error::input(
                 "only path tracing can be resumed; use --preset path-tracing",
             )),
+        }
+    }
+
+    /// What each pass counted since the last call; empty unless made by [`Self::counting`].
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn counts(&mut self) -> Result<Vec<Counts>> {
+        match &mut self.technique {
+            Technique::PathTracing(tracer) => tracer.counts(),
+            Technique::Resampling(frame) => frame.counts(),
         }
     }
 

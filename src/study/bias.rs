@@ -111,6 +111,8 @@ pub fn control(configuration: &Resolved, samples: u32) -> Resolved {
         settings: path_tracing(configuration.settings.energy),
         frames: samples,
         accumulate: true,
+        count: false,
+        scenes: Vec::new(),
         expect: Expect::Unbiased,
     }
 }
@@ -224,6 +226,7 @@ mod tests {
                     mean: [mean; 3],
                     blocks,
                     milliseconds: Vec::new(),
+                    counts: Vec::new(),
                     rejected: 0,
                 }
             })

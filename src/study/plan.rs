@@ -1,17 +1,19 @@
 //! What a study renders: a TOML file.
 
+use crate::nearest::nearest;
 use crate::render::Settings;
 use crate::render::presets::{Preset, parse_toml};
 use crate::{Error, Result};
 use serde::Deserialize;
 use serde_json::{Map, Value};
+use std::path::Path;
 
 /// A study as its file says it.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
-    /// Scenes: procedural names or files.
-    pub scenes: Vec<String>,
+    /// What is rendered.
+    pub scenes: Vec<PlannedScene>,
     /// Pixels across; the height follows each camera.
     #[serde(default = "default_width")]
     pub width: u32,
@@ -30,6 +32,9 @@ pub struct Plan {
     /// Samples a pixel of the references.
     #[serde(default = "default_spp")]
     pub reference_spp: u32,
+    /// Whether rays, lanes and neighbours are counted, which costs time.
+    #[serde(default)]
+    pub count: bool,
     /// Configurations one by one.
     #[serde(default)]
     pub configurations: Vec<Configuration>,
@@ -52,6 +57,38 @@ fn default_seeds() -> u32 {
 
 fn default_spp() -> u32 {
     4096
+}
+
+/// A scene of a plan: its name, or that with a camera of the plan's own.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(untagged)]
+pub enum PlannedScene {
+    /// A procedural name or a file, seen by its first camera.
+    Name(String),
+    /// The same, seen from elsewhere.
+    Seen {
+        /// The procedural name or file.
+        scene: String,
+        /// Eye and target, and optionally the vertical field of view in degrees.
+        look_at: String,
+    },
+}
+
+impl PlannedScene {
+    /// The procedural name or file.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Name(scene) | Self::Seen { scene, .. } => scene,
+        }
+    }
+
+    /// The camera of the plan's own.
+    pub fn look_at(&self) -> Option<&str> {
+        match self {
+            Self::Name(_) => None,
+            Self::Seen { look_at, .. } => Some(look_at),
+        }
+    }
 }
 
 /// Whether a configuration should be found biased.
@@ -79,6 +116,9 @@ pub struct Configuration {
     /// Whether a frame is the mean of itself and those before it, instead of standing alone.
     #[serde(default)]
     pub accumulate: bool,
+    /// Names of the plan's scenes that it is rendered on; without, all.
+    #[serde(default)]
+    pub scenes: Vec<String>,
     /// What the bias check should find.
     #[serde(default)]
     pub expect: Expect,
@@ -95,6 +135,9 @@ pub struct Sweep {
     pub set: Map<String, Value>,
     /// Values by dotted key.
     pub over: Map<String, Value>,
+    /// Names of the plan's scenes that they are rendered on; without, all.
+    #[serde(default)]
+    pub scenes: Vec<String>,
     /// What the bias check should find.
     #[serde(default)]
     pub expect: Expect,
@@ -111,11 +154,46 @@ pub struct Resolved {
     pub frames: u32,
     /// Whether a frame is the mean of itself and those before it.
     pub accumulate: bool,
+    /// Whether rays, lanes and neighbours are counted.
+    pub count: bool,
+    /// Names of the scenes that it is rendered on; empty: all.
+    pub scenes: Vec<String>,
     /// What the bias check should find.
     pub expect: Expect,
 }
 
+impl Resolved {
+    /// Whether it is rendered on a scene.
+    pub fn is_for(&self, scene: &str) -> bool {
+        self.scenes.is_empty() || self.scenes.iter().any(|name| name == scene)
+    }
+}
+
+/// The plans that come with the program.
+const PLANS: &[(&str, &str)] = &[("bias-matrix", include_str!("plans/bias-matrix.toml"))];
+
 impl Plan {
+    /// A plan that comes with the program, or else one from a file.
+    ///
+    /// # Errors
+    /// Neither, or those of [`Self::parse`].
+    pub fn open(name: &str) -> Result<Self> {
+        if let Some((_, text)) = PLANS.iter().find(|(plan, _)| *plan == name) {
+            return Self::parse(name, text);
+        }
+        let path = Path::new(name);
+        if path.extension().is_none() && !path.exists() {
+            let known = PLANS.iter().map(|(plan, _)| *plan);
+            return Err(Error::input(format!(
+                "no plan '{name}'{}; there are {}, or name a file",
+                nearest(name, known.clone()),
+                known.collect::<Vec<_>>().join(", ")
+            )));
+        }
+        let text = std::fs::read_to_string(path).map_err(|e| Error::reading(path, e))?;
+        Self::parse(name, &text)
+    }
+
     /// Reads a plan; `origin` names it in messages.
     ///
     /// # Errors
@@ -145,7 +223,15 @@ impl Plan {
         let mut all = Vec::new();
         for c in &self.configurations {
             let settings = settings(&c.preset, &[&c.set])?;
-            all.push(self.resolved(c.name.clone(), settings, c.accumulate, c.expect));
+            all.push(Resolved {
+                name: c.name.clone(),
+                settings,
+                frames: self.frames,
+                accumulate: c.accumulate,
+                count: self.count,
+                scenes: c.scenes.clone(),
+                expect: c.expect,
+            });
         }
         for sweep in &self.sweeps {
             for choice in combinations(&sweep.over)? {
@@ -154,7 +240,24 @@ impl Plan {
                     .map(|v| v.as_str().map_or(v.to_string(), str::to_owned));
                 let name = values.collect::<Vec<_>>().join("/");
                 let settings = settings(&sweep.preset, &[&sweep.set, &choice])?;
-                all.push(self.resolved(name, settings, false, sweep.expect));
+                all.push(Resolved {
+                    name,
+                    settings,
+                    frames: self.frames,
+                    accumulate: false,
+                    count: self.count,
+                    scenes: sweep.scenes.clone(),
+                    expect: sweep.expect,
+                });
+            }
+        }
+        for scene in all.iter().flat_map(|c| &c.scenes) {
+            let named = self.scenes.iter().map(PlannedScene::name);
+            if !named.clone().any(|name| name == scene) {
+                return Err(Error::input(format!(
+                    "a configuration is for scene '{scene}', which is none of the plan's{}",
+                    nearest(scene, named)
+                )));
             }
         }
         let mut names: Vec<&str> = all.iter().map(|c| c.name.as_str()).collect();
@@ -166,22 +269,6 @@ impl Plan {
             )));
         }
         Ok(all)
-    }
-
-    fn resolved(
-        &self,
-        name: String,
-        settings: Settings,
-        accumulate: bool,
-        expect: Expect,
-    ) -> Resolved {
-        Resolved {
-            name,
-            settings,
-            frames: self.frames,
-            accumulate,
-            expect,
-        }
     }
 
     /// Runs at most.
@@ -247,6 +334,18 @@ mod tests {
         assert_eq!(all.len(), 7);
         assert_eq!(all[6].name, "pairwise/3");
         assert_eq!(all[6].settings.direct.spatial.neighbours, 3);
+    }
+
+    #[test]
+    fn the_programs_own_plans_resolve() {
+        for (name, _) in PLANS {
+            assert!(
+                !Plan::open(name).unwrap().resolve().unwrap().is_empty(),
+                "{name}"
+            );
+        }
+        let message = Plan::open("bias-matrx").unwrap_err().to_string();
+        assert!(message.contains("bias-matrix"), "{message}");
     }
 
     #[test]

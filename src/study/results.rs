@@ -4,6 +4,7 @@ use super::bias::{Bias, Confirmation, LEVEL, WIDEST};
 use super::plan::Expect;
 use super::run::Run;
 use crate::metrics::statistics::holm;
+use crate::render::counters::Counts;
 use crate::{Error, Result};
 use serde::Serialize;
 use serde_json::Value;
@@ -28,6 +29,8 @@ pub struct Row {
     pub relmse: Vec<f64>,
     /// Median over seeds of the last frame's passes.
     pub milliseconds: Vec<(String, f64)>,
+    /// What the passes of the first run's last frame counted, if the plan asks for it.
+    pub counts: Vec<Counts>,
     /// Values refused, over all runs.
     pub rejected: u64,
     /// What the bias check measured.
@@ -106,6 +109,7 @@ impl Row {
             milliseconds: (0..passes)
                 .map(|pass| (runs[0].milliseconds[pass].0.clone(), median(pass)))
                 .collect(),
+            counts: runs.first().map_or(Vec::new(), |r| r.counts.clone()),
             rejected: runs.iter().map(|r| u64::from(r.rejected)).sum(),
             bias,
             blocks_p_value,
@@ -217,10 +221,46 @@ pub fn table(rows: &[Row]) -> String {
             },
         );
     }
+    text += &costs(rows);
     let _ = writeln!(
         text,
         "bias: the largest of the channels' means, ± its 99 % half-width. found: the bias that this check finds nine times in ten. p: chance of what was seen without bias; below {LEVEL} it counts."
     );
+    text
+}
+
+/// What frames cost, a line each: the time of every pass and, where the plan asks for them, rays,
+/// lanes in use and neighbours.
+fn costs(rows: &[Row]) -> String {
+    let mut text = String::new();
+    for row in rows {
+        let total: f64 = row.milliseconds.iter().map(|(_, ms)| ms).sum();
+        let passes = row.milliseconds.iter().map(|(pass, ms)| {
+            let mut part = format!("{pass} {ms:.2} ms");
+            let Some(counts) = row.counts.iter().find(|c| c.pass == *pass) else {
+                return part;
+            };
+            let _ = write!(part, ", {} rays", counts.rays);
+            for (what, share) in [
+                ("tracing", counts.tracing_share()),
+                ("merging", counts.merging_share()),
+            ] {
+                if let Some(share) = share {
+                    let _ = write!(part, ", {:.0} % of lanes {what}", 100.0 * share);
+                }
+            }
+            if counts.neighbours > 0 {
+                let _ = write!(part, ", {} neighbours", counts.neighbours);
+            }
+            part
+        });
+        let passes = passes.collect::<Vec<_>>().join("; ");
+        let _ = writeln!(
+            text,
+            "{} {}: {total:.2} ms ({passes})",
+            row.scene, row.configuration
+        );
+    }
     text
 }
 

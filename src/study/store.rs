@@ -82,6 +82,7 @@ mod tests {
             mean: [1.0, 2.0, 3.0],
             blocks: vec![1.0],
             milliseconds: vec![("pass".into(), 1.5)],
+            counts: Vec::new(),
             rejected: 0,
         }
     }

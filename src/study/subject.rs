@@ -98,10 +98,12 @@ impl Subject {
             settings,
             frames,
             accumulate,
+            count,
+            scenes: _,
             expect: _,
         } = configuration;
         let settings = settings.to_value()?;
-        Ok(self.hash(&format!("run {settings} {frames} {accumulate}")))
+        Ok(self.hash(&format!("run {settings} {frames} {accumulate} {count}")))
     }
 
     /// Renders and keeps the run of a seed, unless it is there.
@@ -121,7 +123,12 @@ impl Subject {
         }
         if !self.renderers.contains_key(&key) {
             let (scene, settings) = (self.scene.clone(), &configuration.settings);
-            let renderer = Renderer::new(&self.device, scene, &self.view, settings)?;
+            let make = if configuration.count {
+                Renderer::counting
+            } else {
+                Renderer::new
+            };
+            let renderer = make(&self.device, scene, &self.view, settings)?;
             self.renderers.insert(key.clone(), renderer);
         }
         let renderer = (self.renderers.get_mut(&key))
