@@ -170,7 +170,10 @@ impl Resolved {
 }
 
 /// The plans that come with the program.
-const PLANS: &[(&str, &str)] = &[("bias-matrix", include_str!("plans/bias-matrix.toml"))];
+const PLANS: &[(&str, &str)] = &[
+    ("bias-matrix", include_str!("plans/bias-matrix.toml")),
+    ("bias-sample", include_str!("plans/bias-sample.toml")),
+];
 
 impl Plan {
     /// A plan that comes with the program, or else one from a file.

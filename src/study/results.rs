@@ -44,6 +44,8 @@ pub struct Row {
     pub corrected_p_value: f64,
     /// The relative bias that the check finds nine times in ten.
     pub found_nine_times_in_ten: f64,
+    /// Whether a run comes out again to the last bit: if not, passes race for what they share.
+    pub replays: bool,
     /// What it was expected to be.
     pub expect: Expect,
     /// What it was found to be.
@@ -116,14 +118,23 @@ impl Row {
             confirmation: None,
             corrected_p_value: 1.0,
             found_nine_times_in_ten: f64::INFINITY,
+            replays: true,
             expect,
             verdict: Verdict::Unclear,
         }
     }
 
-    /// Whether it is what it was expected to be.
-    pub fn holds(&self) -> bool {
-        self.expect == Expect::Biased || self.verdict == Verdict::Unbiased
+    /// What is wrong with it, if anything is.
+    pub fn complaint(&self) -> Option<&'static str> {
+        if self.rejected > 0 {
+            Some("values were refused")
+        } else if !self.replays {
+            Some("the same seed gives another picture")
+        } else if self.expect == Expect::Biased || self.verdict == Verdict::Unbiased {
+            None
+        } else {
+            Some("should be unbiased")
+        }
     }
 
     /// Whether the first seeds give reason to ask fresh ones, when `rows` rows are looked at.
@@ -214,11 +225,7 @@ pub fn table(rows: &[Row]) -> String {
             } else {
                 ""
             },
-            if row.holds() {
-                ""
-            } else {
-                " (should be unbiased)"
-            },
+            row.complaint().map_or(String::new(), |c| format!(": {c}")),
         );
     }
     text += &costs(rows);

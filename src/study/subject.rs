@@ -121,6 +121,30 @@ impl Subject {
         if store.find(&key, seed).is_some() {
             return Ok(());
         }
+        store.add(self.measure(configuration, seed, reference)?)
+    }
+
+    /// Whether a run comes out as it did before, to the last bit.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn replays(
+        &mut self,
+        configuration: &Resolved,
+        run: &Run,
+        reference: &Reference,
+    ) -> Result<bool> {
+        let again = self.measure(configuration, run.seed, reference)?;
+        Ok(again.mean == run.mean && again.blocks == run.blocks && again.rmse == run.rmse)
+    }
+
+    fn measure(
+        &mut self,
+        configuration: &Resolved,
+        seed: u32,
+        reference: &Reference,
+    ) -> Result<Run> {
+        let key = self.key(configuration)?;
         if !self.renderers.contains_key(&key) {
             let (scene, settings) = (self.scene.clone(), &configuration.settings);
             let make = if configuration.count {
@@ -134,7 +158,7 @@ impl Subject {
         let renderer = (self.renderers.get_mut(&key))
             .ok_or_else(|| Error::failed("a renderer was made and is missing"))?;
         let measured = run::measure(renderer, configuration, seed, reference)?;
-        store.add(Run {
+        Ok(Run {
             scene: self.name.clone(),
             key,
             ..measured
