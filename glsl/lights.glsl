@@ -15,7 +15,7 @@ struct LightPoint {
 uint pick_light(uint count, uvec2 bits) {
     uint high, low;
     umulExtended(bits.x, count, high, low);
-    return bits.y < lights.at[high].keep_below ? high : lights.at[high].alias;
+    return bits.y < light_at(high).keep_below ? high : light_at(high).alias;
 }
 
 // What the light sends from its surface towards a side: nothing from the back of a one-sided one.
@@ -34,7 +34,7 @@ float area_to_solid_angle(float pdf_area, float distance_squared, float cosine) 
 LightPoint sample_light(uint count, uvec4 bits) {
     LightPoint point;
     point.light = pick_light(count, bits.xy);
-    GpuLight light = lights.at[point.light];
+    GpuLight light = light_at(point.light);
     float root = sqrt(to_unit(bits.z));
     float across = to_unit(bits.w) * root;
     point.position = light.corner + (root - across) * light.edge1 + across * light.edge2;

@@ -207,7 +207,7 @@ fn check(name: &str, scene: &Scene, origin: DVec3) {
             .filter_map(|variant| {
                 let (device, _) = support::open_device(Some(variant));
                 let uploaded = match GpuScene::new(&device, scene, origin, variant) {
-                    Err(e) if e.to_string().ends_with("as texels") => return None,
+                    Err(e) if e.to_string().contains("as texels") => return None,
                     uploaded => uploaded.unwrap(),
                 };
                 let tracer = RayTracer::new(&device, &uploaded, &rays).unwrap();

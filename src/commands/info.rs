@@ -1,7 +1,8 @@
-//! `info`: devices, and what Headwater would do with each.
+//! `info`: devices, and what Headwater would do with each for a scene that it can bind.
 
 use super::print;
 use crate::gpu::Instance;
+use crate::tracing::SceneSizes;
 use crate::tracing::selection::{self, TracerChoice};
 use crate::{Error, Result};
 use serde_json::json;
@@ -27,7 +28,7 @@ pub fn run(args: &Args) -> Result<()> {
     let (chosen, reason) = instance.choose(args.device.as_deref())?;
     let mut list = Vec::new();
     for device in &devices {
-        let selection = selection::select(device, TracerChoice::Auto)?;
+        let selection = selection::select(device, TracerChoice::Auto, &SceneSizes::default())?;
         let taken = device.index == chosen.index;
         if args.json {
             let mut entry = serde_json::to_value(device)

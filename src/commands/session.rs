@@ -8,8 +8,8 @@ use crate::layouts::{MOST_RADIANCE, PixelSums};
 use crate::render::{Renderer, Settings, View};
 use crate::scene::camera::framing_camera;
 use crate::scene::{Camera, Scene};
-use crate::tracing::GpuScene;
 use crate::tracing::selection::{self, Selection};
+use crate::tracing::{GpuScene, SceneSizes};
 use crate::{Error, Result};
 use glam::DVec3;
 use serde_json::{Value, json};
@@ -66,7 +66,7 @@ impl Session {
         let instance = Instance::new(validation)?;
         let (info, reason) = instance.choose(args.device.as_deref())?;
         log::info!("device {}: {reason}", info.name);
-        let selection = selection::select(&info, args.tracer)?;
+        let selection = selection::select(&info, args.tracer, &SceneSizes::of(&scene))?;
         let device = Device::open(&instance, info, selection.features())?;
         let origin = camera.camera_to_world.translation;
         let triangles = scene.triangle_count();
