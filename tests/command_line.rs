@@ -1,6 +1,7 @@
 //! The command line's contract: exit statuses, one-line errors, no half-written files, equal bits.
 
 use headwater::image::{Image, Samples};
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -8,6 +9,13 @@ use std::time::{Duration, Instant};
 fn headwater(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_headwater"));
     command.args(arguments).env_remove("HEADWATER_VALIDATION");
+    command
+}
+
+/// The same with the validation layers on: whatever they say makes it fail.
+fn validated(arguments: &[&str]) -> Command {
+    let mut command = headwater(arguments);
+    command.env("HEADWATER_VALIDATION", "1");
     command
 }
 
@@ -21,9 +29,13 @@ fn text(path: &Path) -> &str {
 
 /// Runs, expects success, and returns what it printed on stderr.
 fn succeed(arguments: &[&str]) -> String {
-    let output = run(arguments);
+    succeeded(headwater(arguments))
+}
+
+fn succeeded(mut command: Command) -> String {
+    let output = command.output().unwrap();
     let errors = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.success(), "{arguments:?}: {errors}");
+    assert!(output.status.success(), "{command:?}: {errors}");
     errors
 }
 
@@ -216,7 +228,7 @@ fn a_generated_scene_renders_with_every_aov() {
         folder.path().join("a.json"),
     );
     succeed(&["scene", "generate", "cornell", "-o", text(&glb)]);
-    succeed(&[
+    succeeded(validated(&[
         "render",
         text(&glb),
         "-o",
@@ -229,7 +241,7 @@ fn a_generated_scene_renders_with_every_aov() {
         "albedo,normal,depth,instance",
         "--report",
         text(&report),
-    ]);
+    ]));
     let image = Image::read(&exr).unwrap();
     assert_eq!((image.width, image.height), (48, 48));
     for channel in ["R", "albedo.G", "normal.X", "normal.Z", "depth.Z"] {
@@ -302,7 +314,7 @@ fn a_reference_that_was_stopped_resumes_to_the_same_bits() {
     let folder = tempfile::tempdir().unwrap();
     let [whole, parts] = ["whole.exr", "parts.exr"].map(|n| folder.path().join(n));
     let arguments = [&REFERENCE[..], &["-o", text(&parts)]].concat();
-    let mut child = headwater(&[&arguments[..], &["--spp", "1000000"]].concat())
+    let mut child = validated(&[&arguments[..], &["--spp", "1000000"]].concat())
         .env("HEADWATER_SAVE_SECONDS", "0")
         .stdout(Stdio::null())
         .stderr(Stdio::piped())
@@ -314,7 +326,9 @@ fn a_reference_that_was_stopped_resumes_to_the_same_bits() {
     assert_eq!(child.wait().unwrap().code(), Some(130));
     let stopped = samples_of(&parts);
     let more = (stopped + 50).to_string();
-    succeed(&[&arguments[..], &["--spp", &more, "--resume"]].concat());
+    succeeded(validated(
+        &[&arguments[..], &["--spp", &more, "--resume"]].concat(),
+    ));
     succeed(&[&REFERENCE[..], &["--spp", &more, "-o", text(&whole)]].concat());
     assert_eq!(samples_of(&parts), stopped + 50);
     assert!(
@@ -367,11 +381,105 @@ fn a_reference_stopped_before_its_first_sample_leaves_the_file_alone() {
     assert!(std::fs::read(&path).unwrap() == before);
 }
 
+/// Pictures of more than 2²⁰ pixels are made in strips, and a signal is heeded between them.
+#[test]
+fn a_large_picture_is_stopped_between_its_strips_and_a_reference_of_it_resumes() {
+    let folder = tempfile::tempdir().unwrap();
+    let [whole, parts] = ["whole.exr", "parts.exr"].map(|n| folder.path().join(n));
+    let large = ["reference", "cornell", "--width", "1100", "--bounces", "0"];
+    let arguments = [&large[..], &["-o", text(&parts)]].concat();
+    succeed(&[&arguments[..], &["--spp", "2"]].concat());
+    let mut child = headwater(&[&arguments[..], &["--spp", "1000000", "--resume"]].concat())
+        .env("HEADWATER_SAVE_SECONDS", "0")
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let start = Instant::now();
+    while samples_of(&parts) == 2 && start.elapsed() < Duration::from_secs(60) {
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    // SAFETY: a signal to the child just started.
+    unsafe { libc::kill(child.id() as i32, libc::SIGTERM) };
+    assert_eq!(child.wait().unwrap().code(), Some(143));
+    let more = (samples_of(&parts) + 1).to_string();
+    succeed(&[&arguments[..], &["--spp", &more, "--resume"]].concat());
+    succeed(&[&large[..], &["--spp", &more, "-o", text(&whole)]].concat());
+    assert!(
+        std::fs::read(&whole).unwrap() == std::fs::read(&parts).unwrap(),
+        "bits differ"
+    );
+
+    let picture = folder.path().join("large.exr");
+    let size = ["--width", "6000", "--bounces", "3"];
+    let mut child = headwater(&[&["render", "cornell", "-o", text(&picture)], &size[..]].concat())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // It says how far it is while its one frame is under way.
+    let mut said = BufReader::new(child.stderr.take().unwrap());
+    let mut line = String::new();
+    said.read_line(&mut line).unwrap();
+    assert!(
+        line.contains("0.") && line.contains("of 1 frames"),
+        "{line}"
+    );
+    // SAFETY: as above.
+    unsafe { libc::kill(child.id() as i32, libc::SIGINT) };
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    said.read_to_string(&mut line).unwrap();
+    assert!(line.contains("nothing was written"), "{line}");
+    assert!(!picture.exists());
+}
+
+#[test]
+fn what_the_validation_layers_say_makes_a_command_fail() {
+    let folder = tempfile::tempdir().unwrap();
+    let shaders = folder.path().join("glsl");
+    copy_folder(
+        Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/glsl")),
+        &shaders,
+    );
+    let pass = shaders.join("passes/path_trace.comp");
+    let source = std::fs::read_to_string(&pass).unwrap();
+    // A memory model that the device was not opened with, and that changes nothing.
+    let planted = source.replace(
+        "#version 460\n",
+        "#version 460\n#pragma use_vulkan_memory_model\n",
+    );
+    assert!(planted != source);
+    std::fs::write(&pass, planted).unwrap();
+    let out = folder.path().join("a.exr");
+    let mut command = validated(&["render", "cornell", "--width", "32", "-o", text(&out)]);
+    let output = command.env("HEADWATER_GLSL", &shaders).output().unwrap();
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{errors}");
+    // A slow device says before how far it is.
+    let last = errors.lines().last().unwrap_or_default();
+    assert!(last.contains("validation layers"), "{errors}");
+    assert!(last.contains("VulkanMemoryModel"), "{errors}");
+}
+
+fn copy_folder(from: &Path, to: &Path) {
+    std::fs::create_dir(to).unwrap();
+    for entry in std::fs::read_dir(from).unwrap() {
+        let (path, to) = (
+            entry.as_ref().unwrap().path(),
+            to.join(entry.unwrap().file_name()),
+        );
+        if path.is_dir() {
+            copy_folder(&path, &to);
+        } else {
+            std::fs::copy(&path, &to).unwrap();
+        }
+    }
+}
+
 #[test]
 fn one_sample_claims_no_error() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.exr");
     let output = run(&[&REFERENCE[..], &["--spp", "1", "-o", text(&path)]].concat());
+    assert!(output.status.success(), "{output:?}");
     let said = String::from_utf8(output.stdout).unwrap();
     assert!(said.contains("nothing of its error"), "{said}");
     assert!(Image::read(&path).unwrap().floats("stderr.R").is_none());

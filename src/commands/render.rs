@@ -1,5 +1,6 @@
 //! `render`: the real-time pipeline for a number of frames.
 
+use super::NOTHING_WRITTEN;
 use super::arguments::{SceneArgs, check_outputs};
 use super::interrupt::Interrupt;
 use super::session::Session;
@@ -36,18 +37,19 @@ pub fn run(args: &Args) -> Result<()> {
     }
     check_outputs(&args.output, args.scene.report.as_deref())?;
     let interrupt = Interrupt::watch()?;
-    let mut session = Session::open(&args.scene)?;
+    let mut session = Session::open(&args.scene, &interrupt)?;
     // A path-traced frame knows nothing of those before it, so only those are made that are shown.
     let first = if args.accumulate { 0 } else { args.frames - 1 };
     let progress = super::progress::Progress::new(Some(u64::from(args.frames - first)), "frames");
     let mut done = first;
     while done < args.frames {
-        if let Some(signal) = interrupt.pending() {
-            let kept = "nothing was written".into();
-            return Err(Error::Interrupted { signal, kept });
-        }
-        done += session.add_samples(done, args.frames - done)?;
-        progress.at(u64::from(done - first));
+        interrupt.check(NOTHING_WRITTEN)?;
+        let before = f64::from(done - first);
+        done += session.add_samples(done, args.frames - done, &mut |samples| {
+            progress.at(before + samples);
+            interrupt.check(NOTHING_WRITTEN)
+        })?;
+        progress.at(f64::from(done - first));
     }
     progress.finish();
     let samples = args.frames - first;
@@ -56,7 +58,8 @@ pub fn run(args: &Args) -> Result<()> {
     for path in &args.output {
         image.write(path, args.scene.exposure)?;
     }
-    write_report(&session, samples, args.scene.report.as_ref())
+    write_report(&session, samples, args.scene.report.as_ref())?;
+    session.finish()
 }
 
 /// Writes `--report`, if it was asked for.

@@ -104,7 +104,9 @@ unsafe extern "system" fn on_message(
         )
     };
     log::debug!("Vulkan {severity:?} {types:?}: {message}");
-    if types.contains(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION)
+    let of_layers = vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION
+        | vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE;
+    if types.intersects(of_layers)
         && !allows(ALLOWED, &id, &message)
         && let Ok(mut messages) = log.lock()
         && messages.len() < MOST_KEPT

@@ -150,15 +150,34 @@ impl Renderer {
     /// Adds `samples` samples, numbered from `first`, to every pixel.
     ///
     /// # Errors
-    /// The device fails.
+    /// The device fails, or its driver is known to end loops early and did.
     pub fn add_samples(&mut self, first: u32, samples: u32) -> Result<Vec<PassTime>> {
+        self.add_samples_watched(first, samples, &mut |_| Ok(()))
+    }
+
+    /// [`Self::add_samples`]; `watch` is told between strips which share of the work is done. It can
+    /// end the work by an error: the pixels then differ in how many samples they have.
+    ///
+    /// # Errors
+    /// Those of [`Self::add_samples`] and of `watch`.
+    pub fn add_samples_watched(
+        &mut self,
+        first: u32,
+        samples: u32,
+        watch: &mut dyn FnMut(f64) -> Result<()>,
+    ) -> Result<Vec<PassTime>> {
         let mut times = Vec::new();
         let at_once = self.samples_at_once();
         for done in (0..samples).step_by(at_once as usize) {
             self.constants.first_sample = first + done;
             self.constants.samples = at_once.min(samples - done);
             self.frame.write(&[self.constants])?;
-            for (strip, sums) in &self.strips {
+            for (number, (strip, sums)) in self.strips.iter().enumerate() {
+                if number > 0 {
+                    let of_strips = number as f64 / self.strips.len() as f64;
+                    let samples_done = of_strips * f64::from(self.constants.samples);
+                    watch((f64::from(done) + samples_done) / f64::from(samples))?;
+                }
                 let bindings = PathTrace {
                     scene: &self.offered,
                     frame: &self.frame,
@@ -171,8 +190,9 @@ impl Renderer {
                 PassTime::add(&mut times, recording.finish()?);
             }
         }
+        // Elsewhere the counters are looked at when the picture is read.
         if self.device.info.loop_turns.is_some() {
-            self.assert_whole()?;
+            self.counters()?;
         }
         Ok(times)
     }
@@ -185,11 +205,11 @@ impl Renderer {
         })
     }
 
-    /// Fails if the driver ended loops early.
-    fn assert_whole(&self) -> Result<()> {
+    /// The counters; fails if the driver ended loops early, which leaves pixels dark.
+    fn counters(&self) -> Result<Vec<u32>> {
         let counters: Vec<u32> = self.counters.read(COUNTERS as usize)?;
         match counters[COUNTER_CUT_SHORT as usize] {
-            0 => Ok(()),
+            0 => Ok(counters),
             count => Err(Error::failed(format!(
                 "driver '{}' ended the loops of {count} pixels early; use fewer bounces or a newer driver",
                 self.device.info.driver
@@ -217,9 +237,12 @@ impl Renderer {
         let FrameConstants { width, height, .. } = self.constants;
         let mut surfaces = Vec::with_capacity(width as usize * height as usize);
         if let Some(pass) = &self.primary {
-            for (strip, primary) in
-                strips_of::<PrimarySurface>(&self.device, "primary", width, height)?
-            {
+            let strips = cut::<PrimarySurface>(&self.device, "primary", width, height)?;
+            // One strip after the other, in the same memory; the first is as large as any.
+            let most = strips.first().map_or(0, |strip| strip.pixels(width));
+            let bytes = (most * size_of::<PrimarySurface>()) as u64;
+            let primary = Buffer::new(&self.device, "primary", bytes, Usage::default())?;
+            for strip in strips {
                 let bindings = Primary {
                     scene: &self.offered,
                     frame: &self.frame,
@@ -266,10 +289,9 @@ impl Renderer {
     /// Values refused so far because they were NaN, negative or beyond [`crate::layouts::MOST_RADIANCE`].
     ///
     /// # Errors
-    /// The device fails.
+    /// The device fails, or its driver ended loops early.
     pub fn rejected(&self) -> Result<u32> {
-        let counters: Vec<u32> = self.counters.read(COUNTERS as usize)?;
-        Ok(counters[COUNTER_REJECTED as usize])
+        Ok(self.counters()?[COUNTER_REJECTED as usize])
     }
 }
 
@@ -280,6 +302,17 @@ fn strips_of<T>(
     width: u32,
     height: u32,
 ) -> Result<Vec<(Strip, Buffer)>> {
+    cut::<T>(device, name, width, height)?
+        .into_iter()
+        .map(|strip| {
+            let size = (strip.pixels(width) * size_of::<T>()) as u64;
+            Ok((strip, Buffer::new(device, name, size, Usage::default())?))
+        })
+        .collect()
+}
+
+/// The strips of a picture that keeps one `T` a pixel.
+fn cut<T>(device: &Device, name: &str, width: u32, height: u32) -> Result<Vec<Strip>> {
     let bytes = size_of::<T>() as u64;
     let info = &device.info;
     let total = u64::from(width) * u64::from(height) * bytes;
@@ -290,11 +323,5 @@ fn strips_of<T>(
         )));
     }
     let most = info.max_storage_buffer_range.min(info.max_buffer_size);
-    Strip::cut(width, height, bytes, most)?
-        .into_iter()
-        .map(|strip| {
-            let size = strip.pixels(width) as u64 * bytes;
-            Ok((strip, Buffer::new(device, name, size, Usage::default())?))
-        })
-        .collect()
+    Strip::cut(width, height, bytes, most)
 }
