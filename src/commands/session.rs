@@ -67,12 +67,15 @@ impl Session {
         let instance = open_vulkan()?;
         let (info, reason) = instance.choose(args.device.as_deref())?;
         log::info!("device {}: {reason}", info.name);
-        let selection = selection::select(&info, args.tracer, &SceneSizes::of(&scene))?;
+        let sizes = SceneSizes::of(&scene);
+        let selection = selection::select(&info, args.tracer, &sizes)?;
         let device = Device::open(&instance, info, selection.features())?;
         let origin = camera.camera_to_world.translation;
-        let triangles = scene.triangle_count();
-        if triangles >= MANY_TRIANGLES {
-            super::say(format_args!("building trees over {triangles} triangles"));
+        if sizes.triangles >= MANY_TRIANGLES {
+            super::say(format_args!(
+                "building trees over {} triangles",
+                sizes.triangles
+            ));
         }
         interrupt.check(NOTHING_WRITTEN)?;
         let gpu_scene = Arc::new(GpuScene::new(&device, &scene, origin, selection.variant)?);

@@ -1,13 +1,10 @@
-//! How far loading tells it has come, that it can be ended on the way, and how much memory it takes.
+//! How far loading tells it has come, and that it can be ended on the way.
 
 use crate::files::{Folder, Gltf};
 use headwater::Error;
 use headwater::scene::load::load_watched;
 use headwater::scene::progress::Step;
-use headwater::scene::{Scene, export, procedural};
-use std::fmt::Write;
 use std::path::Path;
-use std::process::{Command, Stdio};
 
 /// What loading tells of a file.
 fn told(path: &Path) -> Vec<(Step, u64, u64)> {
@@ -90,61 +87,5 @@ fn an_error_of_the_watcher_ends_loading_as_it_is() {
             );
             assert_eq!(asked, end + 1);
         }
-    }
-}
-
-/// Bytes that a process had in memory at most while it looked into a scene.
-fn peak_memory(path: &Path) -> u64 {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_headwater"))
-        .args(["scene", "inspect"])
-        .arg(path)
-        .stdout(Stdio::null())
-        .spawn()
-        .unwrap();
-    let mut usage = std::mem::MaybeUninit::<libc::rusage>::zeroed();
-    let mut status = 0;
-    // SAFETY: waits for the child just started, and fills what it is given.
-    let usage = unsafe {
-        libc::wait4(child.id() as i32, &raw mut status, 0, usage.as_mut_ptr());
-        usage.assume_init()
-    };
-    // It was waited for already; this only tells the standard library.
-    let _ = child.try_wait();
-    assert_eq!(status, 0);
-    usage.ru_maxrss as u64 * 1024
-}
-
-fn obj(scene: &Scene) -> String {
-    let mut text = String::new();
-    let mesh = &scene.meshes[0];
-    for p in &mesh.positions {
-        writeln!(text, "v {} {} {}", p.x, p.y, p.z).unwrap();
-    }
-    for [a, b, c] in &mesh.triangles {
-        writeln!(text, "f {} {} {}", a + 1, b + 1, c + 1).unwrap();
-    }
-    text
-}
-
-#[test]
-fn loading_takes_at_most_four_times_a_files_memory() {
-    let triangles = match std::env::var_os("HEADWATER_TEST_ALL") {
-        Some(_) => "5000000",
-        None => "500000",
-    };
-    let settings = [("triangles".to_owned(), triangles.to_owned())];
-    let scene = procedural::generate("terrain", &settings).unwrap();
-    let folder = Folder::new();
-    let glb = folder.path("a.glb");
-    export::write_glb(&scene, &glb).unwrap();
-    for path in [glb, folder.write("a.obj", obj(&scene))] {
-        let size = std::fs::metadata(&path).unwrap().len();
-        let peak = peak_memory(&path);
-        println!("{}: {size} bytes, {peak} in memory", path.display());
-        // Less than the file cannot be: the measurement would be wrong.
-        assert!(
-            (size / 2..=4 * size).contains(&peak),
-            "{size} bytes, {peak} in memory"
-        );
     }
 }
