@@ -94,7 +94,7 @@ crate::gpu_constants! {
 }
 
 crate::gpu_struct! {
-    /// Where the geometry lies, for shaders that read it by address.
+    /// Where the scene lies, for shaders that read it by address.
     pub struct SceneAddresses {
         /// Corner normals, three packed octahedral words a triangle.
         pub normals: UVec2,
@@ -109,6 +109,10 @@ crate::gpu_struct! {
         pub nodes: UVec2,
         /// Corner positions, three a triangle.
         pub positions: UVec2,
+        /// Materials.
+        pub materials: UVec2,
+        /// Lights.
+        pub lights: UVec2,
     }
 }
 

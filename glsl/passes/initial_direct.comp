@@ -88,7 +88,7 @@ void main() {
             uint light = owner_of(instances.at[hit.instance], hit.primitive).light;
             if (light == NONE) continue;
             if (turn == mirror_turn) {
-                vec3 emission = light_emission(lights.at[light], -dot(lights.at[light].normal, next.direction));
+                vec3 emission = light_emission(light_at(light), -dot(light_at(light).normal, next.direction));
                 uint index = pixel.y * restir.at.width + pixel.x;
                 color.at[index] += emission * specular_fresnel(domain.bsdf, domain.outgoing.z);
                 continue;

@@ -85,9 +85,9 @@ void main() {
             continue;
         }
         Surface surface = surface_at(hit, ray.direction);
-        GpuMaterial material = materials.at[surface.material];
+        GpuMaterial material = material_at(surface.material);
         if (surface.light != NONE) {
-            GpuLight light = lights.at[surface.light];
+            GpuLight light = light_at(surface.light);
             float cosine = -dot(light.normal, ray.direction);
             vec3 emission = light_emission(light, cosine);
             float weight = 1.0;
@@ -118,7 +118,7 @@ void main() {
             float distance_squared = dot(toward, toward);
             vec3 direction = toward * inversesqrt(max(distance_squared, TINY));
             float cosine = -dot(point.normal, direction);
-            vec3 emission = light_emission(lights.at[point.light], cosine);
+            vec3 emission = light_emission(light_at(point.light), cosine);
             vec3 incoming = vec3(dot(direction, tangent), dot(direction, bitangent),
                                  dot(direction, surface.shading_normal));
             if (max_component(emission) > 0.0 && dot(direction, surface.geometric_normal) > 0.0) {

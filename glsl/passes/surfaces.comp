@@ -31,7 +31,7 @@ void main() {
         Surface surface = surface_at(hit, ray.direction);
         data = pack_sample_data(surface, ray);
         if (surface.light != NONE) {
-            GpuLight light = lights.at[surface.light];
+            GpuLight light = light_at(surface.light);
             emission = light_emission(light, -dot(light.normal, ray.direction));
         }
     }

@@ -3,9 +3,9 @@
 use super::arguments::{parse_look_at, size_for};
 use super::interrupt::Interrupt;
 use super::progress::Progress;
-use super::{notice, open_scene, print};
+use super::{check_messages, notice, open_scene, open_vulkan, print};
 use crate::files::write_atomically;
-use crate::gpu::{Device, Instance};
+use crate::gpu::Device;
 use crate::render::View;
 use crate::scene::camera::framing_camera;
 use crate::study::bias::{self, Bias, CONFIRMING_SEEDS, Confirmation, WIDEST};
@@ -14,6 +14,7 @@ use crate::study::reference::Reference;
 use crate::study::results::{self, Row};
 use crate::study::store::Store;
 use crate::study::subject::Subject;
+use crate::tracing::SceneSizes;
 use crate::tracing::selection::{self, TracerChoice};
 use crate::{Error, Result};
 use std::io::Write;
@@ -68,11 +69,8 @@ pub fn run(args: &Args) -> Result<()> {
     }
     std::fs::create_dir_all(args.output.join("references"))
         .map_err(|e| Error::writing(&args.output, e))?;
-    let instance =
-        Instance::new(std::env::var_os("HEADWATER_VALIDATION").is_some_and(|v| v != "0"))?;
+    let instance = open_vulkan()?;
     let (info, _) = instance.choose(args.device.as_deref())?;
-    let selection = selection::select(&info, args.tracer)?;
-    let device = Device::open(&instance, info, selection.features())?;
     let mut work = Work {
         store: Store::open(&args.output.join("runs.jsonl"))?,
         folder: args.output.clone(),
@@ -82,7 +80,9 @@ pub fn run(args: &Args) -> Result<()> {
     let mut rows = Vec::new();
     for planned in &plan.scenes {
         let name = planned.name();
-        let scene = open_scene(name)?;
+        let scene = open_scene(name, &work.interrupt)?;
+        let selection = selection::select(&info, args.tracer, &SceneSizes::of(&scene))?;
+        let device = Device::open(&instance, info.clone(), selection.features())?;
         let camera = match planned.look_at() {
             Some(text) => parse_look_at(text)?,
             None => (scene.cameras.first().cloned()).unwrap_or_else(|| framing_camera(&scene)),
@@ -102,7 +102,7 @@ pub fn run(args: &Args) -> Result<()> {
         rows.append(&mut work.study(subject, &own)?);
     }
     results::judge(&mut rows);
-    let json = results::json(&rows, &device.info.name, &device.info.driver)?;
+    let json = results::json(&rows, &info.name, &info.driver)?;
     write_atomically(&args.output.join("results.json"), |file| {
         writeln!(file, "{json:#}")
     })?;
@@ -110,7 +110,8 @@ pub fn run(args: &Args) -> Result<()> {
         write!(file, "{}", results::csv(&rows))
     })?;
     print(results::table(&rows).trim_end())?;
-    verdict(&rows)
+    verdict(&rows)?;
+    check_messages(&instance.validation_messages())
 }
 
 /// An error if any row is not what it should be.
@@ -212,19 +213,16 @@ impl Work<'_> {
     ) -> Result<()> {
         let total = seeds.len() * configurations.len();
         let progress = Progress::new(Some(total as u64), "runs");
-        let mut done = 0;
+        let mut done = 0.0;
         for seed in seeds {
             for configuration in configurations {
-                if let Some(signal) = self.interrupt.pending() {
-                    let kept = format!(
-                        "{} keeps the finished runs; the same command goes on",
-                        self.folder.display()
-                    );
-                    return Err(Error::Interrupted { signal, kept });
-                }
+                self.interrupt.check(&format!(
+                    "{} keeps the finished runs; the same command goes on",
+                    self.folder.display()
+                ))?;
                 let reference = self.reference(subject, configuration)?;
                 subject.run(configuration, seed, &reference, &mut self.store)?;
-                done += 1;
+                done += 1.0;
                 progress.at(done);
             }
         }
@@ -236,7 +234,7 @@ impl Work<'_> {
         let samples = self.plan.reference_spp;
         let progress = Progress::new(Some(u64::from(samples)), "samples of the reference");
         let reference = subject.reference(configuration.settings.energy, samples, &|done| {
-            progress.at(u64::from(done));
+            progress.at(f64::from(done));
         });
         progress.finish();
         reference

@@ -1,7 +1,7 @@
 //! Arbitrary output variables: what the camera sees through each pixel's centre.
 
 use super::offered::Offered;
-use super::strips::strips_of;
+use super::strips::cut;
 use crate::Result;
 use crate::gpu::{Buffer, ComputePass, Device, Recording, Usage};
 use crate::layouts::{FrameConstants, PrimarySurface};
@@ -48,8 +48,12 @@ impl Aovs {
         let frame = Buffer::from_slice(&self.device, "frame", &[*constants], uniform)?;
         let FrameConstants { width, height, .. } = *constants;
         let mut surfaces = Vec::with_capacity(width as usize * height as usize);
-        for (strip, primary) in strips_of::<PrimarySurface>(&self.device, "primary", width, height)?
-        {
+        let strips = cut::<PrimarySurface>(&self.device, "primary", width, height)?;
+        // One strip after the other, in the same memory; the first is as large as any.
+        let most = strips.first().map_or(0, |strip| strip.pixels(width));
+        let bytes = (most * size_of::<PrimarySurface>()) as u64;
+        let primary = Buffer::new(&self.device, "primary", bytes, Usage::default())?;
+        for strip in strips {
             let bindings = Primary {
                 scene: self.offered.as_ref(),
                 frame: &frame,

@@ -334,13 +334,22 @@ impl Frame {
         Ok(times)
     }
 
-    /// Renders frames and adds each to the sums.
+    /// Renders frames and adds each to the sums. `watch` is told after each which share of the work is
+    /// done, and can end it by an error.
     ///
     /// # Errors
-    /// The device fails.
-    pub fn add_frames(&mut self, first: u32, frames: u32) -> Result<Vec<PassTime>> {
+    /// The device fails, or those of `watch`.
+    pub fn add_frames(
+        &mut self,
+        first: u32,
+        frames: u32,
+        watch: &mut dyn FnMut(f64) -> Result<()>,
+    ) -> Result<Vec<PassTime>> {
         let mut times = Vec::new();
         for number in first..first + frames {
+            if number > first {
+                watch(f64::from(number - first) / f64::from(frames))?;
+            }
             times = self.render(number)?;
             let color = self.color()?;
             self.sums.resize(color.len(), [DVec3::ZERO; 2]);

@@ -87,18 +87,30 @@ impl PathTracer {
         self.forget()
     }
 
-    /// Adds `samples` samples, numbered from `first`, to every pixel.
+    /// Adds `samples` samples, numbered from `first`, to every pixel. `watch` is told between strips
+    /// which share of the work is done. It can end the work by an error: the pixels then differ in how
+    /// many samples they have.
     ///
     /// # Errors
-    /// The device fails.
-    pub fn add_samples(&mut self, first: u32, samples: u32) -> Result<Vec<PassTime>> {
+    /// The device fails, its driver is known to end loops early and did, or those of `watch`.
+    pub fn add_samples(
+        &mut self,
+        first: u32,
+        samples: u32,
+        watch: &mut dyn FnMut(f64) -> Result<()>,
+    ) -> Result<Vec<PassTime>> {
         let mut times = Vec::new();
         let at_once = self.samples_at_once();
         for done in (0..samples).step_by(at_once as usize) {
             self.constants.first_sample = first + done;
             self.constants.samples = at_once.min(samples - done);
             self.frame.write(&[self.constants])?;
-            for (strip, sums) in &self.strips {
+            for (number, (strip, sums)) in self.strips.iter().enumerate() {
+                if number > 0 {
+                    let of_strips = number as f64 / self.strips.len() as f64;
+                    let samples_done = of_strips * f64::from(self.constants.samples);
+                    watch((f64::from(done) + samples_done) / f64::from(samples))?;
+                }
                 let bindings = PathTrace {
                     scene: self.offered.as_ref(),
                     frame: &self.frame,
@@ -111,6 +123,7 @@ impl PathTracer {
                 PassTime::add(&mut times, recording.finish()?);
             }
         }
+        // Elsewhere the counters are looked at when the picture is read.
         if self.device.info.loop_turns.is_some() {
             self.assert_whole()?;
         }
@@ -125,7 +138,7 @@ impl PathTracer {
         })
     }
 
-    /// Fails if the driver ended loops early.
+    /// Fails if the driver ended loops early, which leaves pixels dark.
     fn assert_whole(&self) -> Result<()> {
         match self.counters.cut_short()? {
             0 => Ok(()),
@@ -168,8 +181,9 @@ impl PathTracer {
     /// Values refused so far because they were NaN, negative or beyond [`crate::layouts::MOST_RADIANCE`].
     ///
     /// # Errors
-    /// The device fails.
+    /// The device fails, or its driver ended loops early.
     pub fn rejected(&self) -> Result<u32> {
+        self.assert_whole()?;
         self.counters.rejected()
     }
 

@@ -115,9 +115,23 @@ impl Renderer {
     /// # Errors
     /// The device fails.
     pub fn add_samples(&mut self, first: u32, samples: u32) -> Result<Vec<PassTime>> {
+        self.add_samples_watched(first, samples, &mut |_| Ok(()))
+    }
+
+    /// [`Self::add_samples`]; `watch` is told now and then which share of the work is done. It can
+    /// end the work by an error: the pixels then differ in how many samples they have.
+    ///
+    /// # Errors
+    /// Those of [`Self::add_samples`] and of `watch`.
+    pub fn add_samples_watched(
+        &mut self,
+        first: u32,
+        samples: u32,
+        watch: &mut dyn FnMut(f64) -> Result<()>,
+    ) -> Result<Vec<PassTime>> {
         match &mut self.technique {
-            Technique::PathTracing(tracer) => tracer.add_samples(first, samples),
-            Technique::Resampling(frame) => frame.add_frames(first, samples),
+            Technique::PathTracing(tracer) => tracer.add_samples(first, samples, watch),
+            Technique::Resampling(frame) => frame.add_frames(first, samples, watch),
         }
     }
 
@@ -153,7 +167,7 @@ impl Renderer {
         match &mut self.technique {
             Technique::PathTracing(tracer) => {
                 tracer.forget()?;
-                tracer.add_samples(number, 1)
+                tracer.add_samples(number, 1, &mut |_| Ok(()))
             }
             Technique::Resampling(frame) => frame.render(number),
         }

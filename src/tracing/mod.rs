@@ -9,6 +9,8 @@ pub mod rays;
 pub mod scene;
 pub mod selection;
 pub mod shaders;
+pub mod sizes;
 
 pub use crate::shaders::{Fetch, GeometryAccess, Tracer, Variant};
 pub use scene::GpuScene;
+pub use sizes::SceneSizes;

@@ -4,6 +4,7 @@ use super::compute_bvh::Tree;
 use super::gather::gather;
 use super::geometry::{Geometry, MeshPlace};
 use super::ray_query::RayQueryScene;
+use super::sizes::{SceneSizes, check_buffer};
 use super::{Fetch, GeometryAccess, Tracer, Variant};
 use crate::gpu::{Buffer, Device, Resource, Usage};
 use crate::layouts::{GpuInstance, GpuLight, GpuMaterial, NONE, SceneAddresses};
@@ -39,20 +40,14 @@ impl GpuScene {
     /// Uploads `scene` with `origin` (usually the camera's position) moved to zero.
     ///
     /// # Errors
-    /// More triangles than 32-bit indices hold, or more memory than the device has.
+    /// More triangles than 32-bit indices hold, or more memory than the device has or reads.
     pub fn new(
         device: &Arc<Device>,
         scene: &Scene,
         origin: DVec3,
         variant: Variant,
     ) -> Result<Self> {
-        let triangles: u64 = scene.meshes.iter().map(|m| m.triangles.len() as u64).sum();
-        if triangles * 9 > u64::from(u32::MAX) {
-            return Err(Error::failed(format!(
-                "{triangles} triangles need {} bytes of positions, more than shaders can index",
-                triangles * 36
-            )));
-        }
+        SceneSizes::of(scene).check(&device.info, variant)?;
         let trees = variant.tracer == Tracer::ComputeBvh;
         // The tree over the instances stands first; its size is known once it is built.
         let gathered = gather(scene, origin);
@@ -91,6 +86,8 @@ impl GpuScene {
         }
         let mut nodes: Vec<_> = top.placed(0, 0).collect();
         nodes.append(&mut geometry.nodes);
+        let node_bytes = size_of_val(nodes.as_slice()) as u64;
+        check_buffer(&device.info, variant, "nodes", node_bytes)?;
         // One group a level, and two where an instance is entered.
         let stack_size = (top.depth + geometry.depth + 2).next_multiple_of(8);
 
@@ -150,8 +147,6 @@ impl GpuScene {
             Fetch::Words => Resource::Read,
         };
         let mut offered = vec![
-            ("materials", Resource::Read(&self.materials)),
-            ("lights", Resource::Read(&self.lights)),
             ("nodes", fetched(&self.nodes)),
             ("positions", fetched(&self.positions)),
         ];
@@ -162,6 +157,8 @@ impl GpuScene {
                 ("triangle_parts", Resource::Read(&self.triangle_parts)),
                 ("top_instances", Resource::Read(&self.top_instances)),
                 ("instances", Resource::Read(&self.instances)),
+                ("materials", Resource::Read(&self.materials)),
+                ("lights", Resource::Read(&self.lights)),
             ]),
         }
         if let Some(scene) = &self.ray_query {
@@ -202,6 +199,8 @@ impl GpuScene {
             instances: address(&self.instances)?,
             nodes: address(&self.nodes)?,
             positions: address(&self.positions)?,
+            materials: address(&self.materials)?,
+            lights: address(&self.lights)?,
         })
     }
 }

@@ -5,3 +5,4 @@ mod files;
 mod garbage;
 mod gltf;
 mod obj;
+mod progress;

@@ -12,6 +12,7 @@ mod meshes;
 mod nodes;
 
 use super::notices::{Tally, label};
+use super::progress::Progress;
 use super::{Instance, Material, Scene};
 use crate::{Error, Result};
 use accessors::{Accessors, get};
@@ -28,7 +29,7 @@ const EXTENSIONS: [&str; 3] = [
 
 /// Reads a glTF file from its bytes; files it names lie in `folder`. Errors name the element, not
 /// the file. The scene is not validated yet.
-pub(super) fn read(bytes: &[u8], folder: &Path) -> Result<Scene> {
+pub(super) fn read(bytes: &[u8], folder: &Path, progress: &mut Progress<'_>) -> Result<Scene> {
     let (json, binary) = buffers::split(bytes)?;
     let document = parse(json)?;
     check_extensions(&document)?;
@@ -37,7 +38,7 @@ pub(super) fn read(bytes: &[u8], folder: &Path) -> Result<Scene> {
 
     let placed = nodes::placed(&document)?;
     let materials = materials::read(&document, &mut tally);
-    let buffers = buffers::load(&document, binary, folder)?;
+    let buffers = buffers::load(&document, binary, folder, progress)?;
     let buffer_bytes: u64 = buffers.iter().map(|buffer| buffer.len() as u64).sum();
     let mut meshes = Meshes::new(
         Accessors {
@@ -87,6 +88,7 @@ pub(super) fn read(bytes: &[u8], folder: &Path) -> Result<Scene> {
                 Some(mesh) => mesh,
                 None => {
                     scene.meshes.push(meshes.read(index, source, &mut tally)?);
+                    progress.decoded(scene.meshes.len(), document.meshes.len())?;
                     scene.meshes.len() as u32 - 1
                 }
             };
