@@ -182,7 +182,6 @@ fn a_picture_in_few_strips_in_many_and_resumed_has_the_same_bits() {
         bits(&few.sums().unwrap()) == bits(&many.sums().unwrap()),
         "resumed strips differ"
     );
-    let settings = Settings::default();
     let surfaces = [&mut few, &mut many].map(|r| r.primary_surfaces().unwrap());
     assert!(bits(&surfaces[0]) == bits(&surfaces[1]), "surfaces differ");
     support::assert_no_messages(&device);

@@ -21,6 +21,14 @@ pub const PRESETS: &[Preset] = &[
         text: include_str!("presets/path-tracing.toml"),
     },
     Preset {
+        name: "fast",
+        text: include_str!("presets/fast.toml"),
+    },
+    Preset {
+        name: "balanced",
+        text: include_str!("presets/balanced.toml"),
+    },
+    Preset {
         name: "accurate",
         text: include_str!("presets/accurate.toml"),
     },

@@ -223,6 +223,7 @@ mod tests {
                     rmse: Vec::new(),
                     rmse_clamped: Vec::new(),
                     relmse: Vec::new(),
+                    correlation: Vec::new(),
                     mean: [mean; 3],
                     blocks,
                     milliseconds: Vec::new(),

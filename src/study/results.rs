@@ -27,6 +27,8 @@ pub struct Row {
     pub rmse_clamped: Vec<f64>,
     /// Likewise.
     pub relmse: Vec<f64>,
+    /// Likewise, of errors with those of the frame before.
+    pub correlation: Vec<f64>,
     /// Median over seeds of the last frame's passes.
     pub milliseconds: Vec<(String, f64)>,
     /// What the passes of the first run's last frame counted, if the plan asks for it.
@@ -108,6 +110,7 @@ impl Row {
             rmse: mean(|r| &r.rmse),
             rmse_clamped: mean(|r| &r.rmse_clamped),
             relmse: mean(|r| &r.relmse),
+            correlation: mean(|r| &r.correlation),
             milliseconds: (0..passes)
                 .map(|pass| (runs[0].milliseconds[pass].0.clone(), median(pass)))
                 .collect(),
@@ -274,7 +277,7 @@ fn costs(rows: &[Row]) -> String {
 /// All rows as CSV: a line for each frame.
 pub fn csv(rows: &[Row]) -> String {
     let mut text = String::from(
-        "scene,configuration,seeds,frame,rmse,rmse_clamped,relmse,bias_r,bias_g,bias_b,half_width,verdict\n",
+        "scene,configuration,seeds,frame,rmse,rmse_clamped,relmse,correlation,bias_r,bias_g,bias_b,half_width,verdict\n",
     );
     let quoted = |s: &str| format!("\"{}\"", s.replace('"', "\"\""));
     for row in rows {
@@ -283,13 +286,14 @@ pub fn csv(rows: &[Row]) -> String {
         for frame in 0..row.rmse.len() {
             let _ = writeln!(
                 text,
-                "{},{},{},{frame},{},{},{},{r},{g},{b},{},{}",
+                "{},{},{},{frame},{},{},{},{},{r},{g},{b},{},{}",
                 quoted(&row.scene),
                 quoted(&row.configuration),
                 row.seeds,
                 row.rmse[frame],
                 row.rmse_clamped[frame],
                 row.relmse[frame],
+                row.correlation[frame],
                 bias.widest(),
                 row.verdict.text(),
             );

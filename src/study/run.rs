@@ -3,7 +3,7 @@
 use super::plan::Resolved;
 use super::reference::Reference;
 use crate::Result;
-use crate::metrics::error::Errors;
+use crate::metrics::error::{Errors, error_correlation};
 use crate::render::Renderer;
 use crate::render::counters::Counts;
 use serde::{Deserialize, Serialize};
@@ -28,6 +28,10 @@ pub struct Run {
     pub rmse_clamped: Vec<f64>,
     /// relMSE of each frame.
     pub relmse: Vec<f64>,
+    /// How much each frame's errors resemble those of the one before it, as Pearson's correlation; 0
+    /// for the first.
+    #[serde(default)]
+    pub correlation: Vec<f64>,
     /// Mean of the channels, emission seen directly left out: of the last frame, or of all frames
     /// where they do not depend on each other.
     pub mean: [f64; 3],
@@ -61,12 +65,14 @@ pub fn measure(
         rmse: Vec::new(),
         rmse_clamped: Vec::new(),
         relmse: Vec::new(),
+        correlation: Vec::new(),
         mean: [0.0; 3],
         blocks: Vec::new(),
         milliseconds: Vec::new(),
         counts: Vec::new(),
         rejected: 0,
     };
+    let mut before: Option<Vec<[f32; 3]>> = None;
     let mut judged: Vec<([f64; 3], Vec<f64>)> = Vec::new();
     for number in 0..configuration.frames {
         let (times, picture): (_, Vec<[f32; 3]>);
@@ -93,6 +99,11 @@ pub fn measure(
         run.rmse.push(errors.rmse);
         run.rmse_clamped.push(errors.rmse_clamped);
         run.relmse.push(errors.relmse);
+        let last = before
+            .as_deref()
+            .map(|b| error_correlation(b, &picture, &reference.mean));
+        run.correlation.push(last.unwrap_or(0.0));
+        before = Some(picture);
     }
     let each = 1.0 / judged.len() as f64;
     for (mean, blocks) in judged {

@@ -79,6 +79,7 @@ mod tests {
             rmse: vec![0.5],
             rmse_clamped: vec![0.25],
             relmse: vec![0.125],
+            correlation: vec![0.0],
             mean: [1.0, 2.0, 3.0],
             blocks: vec![1.0],
             milliseconds: vec![("pass".into(), 1.5)],
