@@ -6,6 +6,7 @@ use super::{NOTHING_WRITTEN, check_messages, notice, open_scene, open_vulkan};
 use crate::gpu::{Device, Instance, PassTime};
 use crate::image::{Image, Samples};
 use crate::layouts::{MOST_RADIANCE, PixelSums};
+use crate::render::settings::{Integrator, Visibility};
 use crate::render::{Renderer, Settings, View};
 use crate::scene::camera::framing_camera;
 use crate::scene::{Camera, Scene};
@@ -64,6 +65,7 @@ impl Session {
         if scene.emissive_triangle_count() == 0 {
             notice("the scene has no light, so the picture is black");
         }
+        tell_what_is_left_out(&settings, args.bounces);
         let instance = open_vulkan()?;
         let (info, reason) = instance.choose(args.device.as_deref())?;
         log::info!("device {}: {reason}", info.name);
@@ -243,6 +245,19 @@ impl Session {
             "last_submission": self.times,
             "scene_bytes": memory,
         }))
+    }
+}
+
+/// Says what the settings leave out of the picture or of the work.
+fn tell_what_is_left_out(settings: &Settings, bounces: u32) {
+    if settings.integrator != Integrator::Restir {
+        return;
+    }
+    if bounces > 1 {
+        notice("integrator=restir gives direct light only, as with --bounces 1");
+    }
+    if settings.direct.visibility == Visibility::Final && settings.direct.bsdf_samples > 0 {
+        notice("direct.visibility=final takes light candidates only, so no BSDF samples are drawn");
     }
 }
 
