@@ -96,7 +96,9 @@ impl SceneArgs {
         let mut settings = Preset::named(&self.preset)?.settings()?;
         if let Some(path) = &self.config {
             let text = std::fs::read_to_string(path).map_err(|e| Error::reading(path, e))?;
-            settings = settings.with(&presets::parse_toml(&path.display().to_string(), &text)?)?;
+            let changes: serde_json::Value =
+                presets::parse_toml(&path.display().to_string(), &text)?;
+            settings = settings.with(&changes)?;
         }
         for change in &self.set {
             settings = settings.with(&Settings::parse_change(change)?)?;

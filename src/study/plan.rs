@@ -202,9 +202,7 @@ impl Plan {
     /// # Errors
     /// Text that is not TOML, unknown keys, or values that no plan can have.
     pub fn parse(origin: &str, text: &str) -> Result<Self> {
-        let tree = parse_toml(origin, text)?;
-        let plan: Self =
-            serde_json::from_value(tree).map_err(|e| Error::input(format!("{origin}: {e}")))?;
+        let plan: Self = parse_toml(origin, text)?;
         let wrong = |what: &str| Err(Error::input(format!("{origin}: {what}")));
         if plan.scenes.is_empty() {
             return wrong("scenes is empty; name at least one");

@@ -1,6 +1,7 @@
 //! The command line's contract: exit statuses, one-line errors, no half-written files, equal bits.
 
 mod reference;
+mod study;
 
 use headwater::image::{Image, Samples};
 use std::path::Path;
