@@ -107,7 +107,10 @@ mod tests {
 
     #[test]
     fn an_error_names_its_line() {
-        for (text, line) in [("a = 1\na = 2", "line 2, 'a = 2':"), ("= 1", "line 1, '= 1':")] {
+        for (text, line) in [
+            ("a = 1\na = 2", "line 2, 'a = 2':"),
+            ("= 1", "line 1, '= 1':"),
+        ] {
             let error = parse_toml::<Value>("x.toml", text).unwrap_err().to_string();
             assert!(error.contains(line), "{error}");
         }
