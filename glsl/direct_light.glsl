@@ -12,7 +12,7 @@ struct Sample {
 };
 
 Sample sample_at(uint number, uint barycentrics) {
-    GpuLight light = lights.at[number];
+    GpuLight light = light_at(number);
     vec2 weight = unpackUnorm2x16(barycentrics);
     return Sample(number, barycentrics, light.corner + weight.x * light.edge1 + weight.y * light.edge2, light.normal,
                   light.emission, light.double_sided != 0u);
@@ -28,7 +28,7 @@ Sample sample_lights(uint count, bool evenly, uvec4 bits) {
 
 // Density with which `sample_lights` makes a point of a light.
 float light_sample_pdf_area(uint count, bool evenly, uint number) {
-    GpuLight light = lights.at[number];
+    GpuLight light = light_at(number);
     return (evenly ? 1.0 / float(count) : light.probability) / light.area;
 }
 
@@ -51,7 +51,7 @@ vec3 direct_contribution(Domain domain, Sample value, out float pdf_area) {
 
 // The ray that decides whether a point of a light is visible.
 Ray shadow_ray(Domain domain, Sample value) {
-    GpuLight light = lights.at[value.light];
+    GpuLight light = light_at(value.light);
     vec3 direction = value.position - domain.position;
     vec3 error = 4.7683716e-7 * (abs(light.corner) + abs(light.edge1) + abs(light.edge2));
     vec3 from = clear_origin(domain, direction);

@@ -1,4 +1,5 @@
-// The one accessor to geometry, with two bodies: storage buffers and buffer addresses.
+// The one accessor to the scene. Geometry, materials and lights are read through storage buffers or by
+// address, nodes and corners like these or as texels.
 
 #if GEOMETRY_ADDRESSES
 
@@ -11,6 +12,10 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Ins
 #define triangle_parts TrianglePartsBlock(scene_addresses.at.triangle_parts)
 #define top_instances TopInstancesBlock(scene_addresses.at.top_instances)
 #define instances InstancesBlock(scene_addresses.at.instances)
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer MaterialsBlock { GpuMaterial at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LightsBlock { GpuLight at[]; };
+#define material_at(index) MaterialsBlock(scene_addresses.at.materials).at[index]
+#define light_at(index) LightsBlock(scene_addresses.at.lights).at[index]
 #if !FETCH_TEXELS
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer NodesBlock { uvec4 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer PositionsBlock { vec3 at[]; };
@@ -24,15 +29,16 @@ layout(scalar) readonly buffer NormalsBlock { uvec3 at[]; } normals;
 layout(scalar) readonly buffer TrianglePartsBlock { uvec3 at[]; } triangle_parts;
 layout(scalar) readonly buffer TopInstancesBlock { uint at[]; } top_instances;
 layout(scalar) readonly buffer InstancesBlock { GpuInstance at[]; } instances;
+layout(scalar) readonly buffer MaterialsBlock { GpuMaterial at[]; } materials;
+layout(scalar) readonly buffer LightsBlock { GpuLight at[]; } lights;
+#define material_at(index) materials.at[index]
+#define light_at(index) lights.at[index]
 #if !FETCH_TEXELS
 layout(scalar) readonly buffer NodesBlock { uvec4 at[]; } nodes;
 layout(scalar) readonly buffer PositionsBlock { vec3 at[]; } positions;
 #endif
 
 #endif
-
-layout(scalar) readonly buffer MaterialsBlock { GpuMaterial at[]; } materials;
-layout(scalar) readonly buffer LightsBlock { GpuLight at[]; } lights;
 
 #if FETCH_TEXELS
 

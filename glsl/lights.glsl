@@ -14,7 +14,7 @@ struct LightPoint {
 // Picks a light by the alias table: two random words, no search (Walker; Vose).
 uint pick_light(uint count, uvec2 bits) {
     uint slot = scale_to(bits.x, count);
-    return bits.y < lights.at[slot].keep_below ? slot : lights.at[slot].alias;
+    return bits.y < light_at(slot).keep_below ? slot : light_at(slot).alias;
 }
 
 // What the light sends from its surface towards a side: nothing from the back of a one-sided one.
@@ -33,7 +33,7 @@ float area_to_solid_angle(float pdf_area, float distance_squared, float cosine) 
 LightPoint sample_light(uint count, uvec4 bits) {
     LightPoint point;
     point.light = pick_light(count, bits.xy);
-    GpuLight light = lights.at[point.light];
+    GpuLight light = light_at(point.light);
     float root = sqrt(to_unit(bits.z));
     float across = to_unit(bits.w) * root;
     point.position = light.corner + (root - across) * light.edge1 + across * light.edge2;

@@ -27,6 +27,9 @@ void weigh_techniques(uint mis, uint count, bool visibility) {
         for (uint i = 0u; i < count; i += 1u) {
             // An empty technique has no sample to look at; its domain still judges the others'.
             if (techniques[i].contribution_weight <= 0.0 || !pair_counts(mis, i, k)) continue;
+#ifdef COUNTS
+            count_lanes(COUNTER_MERGE_LANES);
+#endif
             Sample value = techniques[i].value;
 #ifdef CARRIES_SAMPLES
             float jacobian;
@@ -61,7 +64,7 @@ Reservoir merge_techniques(uint mis, uint count, bool visibility, inout Random r
     Reservoir merged = empty_reservoir(0.0);
     if (stream.chosen != NONE) {
         merged = techniques[stream.chosen];
-        merged.contribution_weight = accept_weight(contribution_weight(stream), COUNTER_REJECTED);
+        merged.contribution_weight = accept_weight(contribution_weight(stream));
     }
     merged.confidence = confidence;
     return merged;

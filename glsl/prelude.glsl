@@ -1,5 +1,6 @@
 // Extensions that every pass uses, and the shared declarations. Included first.
 #extension GL_EXT_scalar_block_layout : require
+#extension GL_KHR_shader_subgroup_basic : require
 #if GEOMETRY_ADDRESSES
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference_uvec2 : require

@@ -67,7 +67,7 @@ Domain unpack_domain(SampleData data, Ray ray) {
     domain.shading_normal = unpack_octahedral(data.shading_normal, 16u);
     tangent_frame(domain.shading_normal, domain.tangent, domain.bitangent);
     domain.outgoing = to_shading(domain, -ray.direction);
-    domain.bsdf = make_bsdf(materials.at[data.material], max(domain.outgoing.z, 0.0));
+    domain.bsdf = make_bsdf(material_at(data.material), max(domain.outgoing.z, 0.0));
     return domain;
 }
 

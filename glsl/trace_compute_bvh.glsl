@@ -203,13 +203,13 @@ Hit trace_tree(Ray ray, bool any_hit, uint root) {
     return hit;
 }
 
-Hit trace(Ray ray, bool any_hit) { return trace_tree(ray, any_hit, 0u); }
+Hit trace_body(Ray ray, bool any_hit) { return trace_tree(ray, any_hit, 0u); }
 
 #ifdef LAST_FRAME
 // The root of the tree over the last frame's instances.
 layout(constant_id = 9) const uint PREVIOUS_ROOT = 0u;
 
-bool trace_visible(Ray ray, bool before) {
+bool trace_visible_body(Ray ray, bool before) {
     return trace_tree(ray, true, MOVES && before ? PREVIOUS_ROOT : 0u).instance == NONE;
 }
 #endif

@@ -2,7 +2,7 @@
 
 uniform accelerationStructureEXT top_level;
 
-Hit trace(Ray ray, bool any_hit) {
+Hit trace_body(Ray ray, bool any_hit) {
     uint flags = gl_RayFlagsOpaqueEXT | (any_hit ? gl_RayFlagsTerminateOnFirstHitEXT : 0u);
     rayQueryEXT query;
     rayQueryInitializeEXT(query, top_level, flags, 0xFFu, ray.origin, 0.0, ray.direction, ray.t_max);
@@ -21,7 +21,7 @@ Hit trace(Ray ray, bool any_hit) {
 #ifdef LAST_FRAME
 uniform accelerationStructureEXT previous_top_level;
 
-bool trace_visible(Ray ray, bool before) {
+bool trace_visible_body(Ray ray, bool before) {
     uint flags = gl_RayFlagsOpaqueEXT | gl_RayFlagsTerminateOnFirstHitEXT;
     rayQueryEXT query;
     if (MOVES && before) {

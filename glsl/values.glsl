@@ -1,19 +1,17 @@
 // The one place where values enter an image or a reservoir: NaN, negative ones and those beyond MOST_RADIANCE are
 // refused and counted. A count above 0 on a finite scene is a bug.
 
-layout(scalar) buffer CountersBlock { uint at[]; } counters;
-
-vec3 accept_radiance(vec3 value, uint counter) {
+vec3 accept_radiance(vec3 value) {
     // Written so that NaN fails every comparison.
     bool good = all(greaterThanEqual(value, vec3(0.0))) && all(lessThanEqual(value, vec3(MOST_RADIANCE)));
     if (good) return value;
-    atomicAdd(counters.at[counter], 1u);
+    count_fault(COUNTER_REJECTED);
     return vec3(0.0);
 }
 
 // An unbiased contribution weight.
-float accept_weight(float value, uint counter) {
+float accept_weight(float value) {
     if (value >= 0.0 && value <= 3.402823466e38) return value;
-    atomicAdd(counters.at[counter], 1u);
+    count_fault(COUNTER_REJECTED);
     return 0.0;
 }

@@ -45,6 +45,12 @@ impl Error {
         Self::Failed(format!("cannot write {}: {cause}", path.display()))
     }
 
+    /// The error of this crate that ended reading or writing from within, or else what `make` makes
+    /// of the system's.
+    pub fn from_io(cause: std::io::Error, make: impl FnOnce(std::io::Error) -> Self) -> Self {
+        cause.downcast::<Self>().unwrap_or_else(make)
+    }
+
     /// The process's exit status for this error.
     pub fn exit_status(&self) -> u8 {
         match self {

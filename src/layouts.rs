@@ -77,16 +77,24 @@ crate::gpu_constants! {
     /// Largest radiance of a sample: the squares of millions of them still add up in f32. It leaves
     /// room above the brightest lamp for what improbable samples weigh.
     pub const MOST_RADIANCE: f32 = 1e15;
-    /// Values that a pass of path tracing refused because they were NaN, negative or beyond MOST_RADIANCE.
+    /// Values refused because they were NaN, negative or beyond MOST_RADIANCE.
     pub const COUNTER_REJECTED: u32 = 0;
     /// Invocations whose loops the driver ended before their last sample.
     pub const COUNTER_CUT_SHORT: u32 = 1;
-    /// Number of counters.
-    pub const COUNTERS: u32 = 2;
+    /// Rays traced.
+    pub const COUNTER_RAYS: u32 = 2;
+    /// Lanes that trace a ray, and, next to it, those of their subgroups.
+    pub const COUNTER_TRACE_LANES: u32 = 3;
+    /// Lanes that evaluate a target of a merge, and, next to it, those of their subgroups.
+    pub const COUNTER_MERGE_LANES: u32 = 5;
+    /// Neighbours, or histories, that were merged.
+    pub const COUNTER_NEIGHBOURS: u32 = 7;
+    /// Counters of a pass.
+    pub const COUNTERS: u32 = 8;
 }
 
 crate::gpu_struct! {
-    /// Where the geometry lies, for shaders that read it by address.
+    /// Where the scene lies, for shaders that read it by address.
     pub struct SceneAddresses {
         /// Corner normals, three packed octahedral words a triangle.
         pub normals: UVec2,
@@ -101,6 +109,10 @@ crate::gpu_struct! {
         pub nodes: UVec2,
         /// Corner positions, three a triangle.
         pub positions: UVec2,
+        /// Materials.
+        pub materials: UVec2,
+        /// Lights.
+        pub lights: UVec2,
     }
 }
 

@@ -12,8 +12,8 @@ pub enum Tracer {
     ComputeBvh,
 }
 
-/// How shaders read normals, parts and instances. Positions and nodes are texel buffers either way:
-/// software drivers fetch those fastest.
+/// How shaders read a scene: its normals, parts, instances, materials and lights, and what [`Fetch`]
+/// leaves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum GeometryAccess {
     /// Named storage buffers: runs everywhere, and is what a capture shows.

@@ -51,8 +51,9 @@ fn loops_end_where_they_should_or_where_the_driver_is_known_to_end_them() {
     for (outer, inner) in [(1, 1_000_000), (1000, 1000)] {
         let turns = taken(outer, inner);
         println!("{outer} × {inner}: {turns}, {limit:?}");
-        // The outer loop's turns count too.
-        assert!(turns == outer * inner || limit.is_some_and(|limit| turns <= limit));
+        // The outer loop's turns count too, which are at most as many as the inner one's.
+        let ended = |limit: u32| (limit / 2..=limit).contains(&turns);
+        assert!(turns == outer * inner || limit.is_some_and(ended));
     }
     support::assert_no_messages(&device);
 }
@@ -97,6 +98,13 @@ fn texels_are_read_as_far_as_the_device_says_and_refused_beyond() {
     let error = Buffer::new(&device, "too many", reach + 16, usage);
     let error = error.err().map(|e| e.to_string()).unwrap_or_default();
     assert!(error.contains(&(reach + 16).to_string()), "{error}");
+    // Where texels reach further than any buffer, that is the limit which speaks.
+    let spoke = if reach + 16 <= device.info.max_buffer_size {
+        "as texels"
+    } else {
+        "in one buffer"
+    };
+    assert!(error.contains(spoke), "{error}");
     // All of lavapipe's 2 GiB take a while; these are more than it binds otherwise.
     let most = if std::env::var_os("HEADWATER_TEST_ALL").is_some() {
         1 << 31

@@ -3,6 +3,7 @@
 mod support;
 
 use glam::{DAffine3, DMat3, DVec3, Quat, Vec3};
+use headwater::gpu::DriverKind;
 use headwater::layouts::{NONE, RayAnswer, RayQuery};
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::{Instance, Material, Scene};
@@ -207,7 +208,7 @@ fn check(name: &str, scene: &Scene, origin: DVec3) {
             .filter_map(|variant| {
                 let (device, _) = support::open_device(Some(variant));
                 let uploaded = match GpuScene::new(&device, scene, origin, variant) {
-                    Err(e) if e.to_string().ends_with("as texels") => return None,
+                    Err(e) if e.to_string().contains("as texels") => return None,
                     uploaded => uploaded.unwrap(),
                 };
                 let tracer = RayTracer::new(&device, &uploaded, &rays).unwrap();
@@ -407,10 +408,16 @@ fn closed_meshes_are_watertight_at_their_edges_and_corners() {
                 "{} at {offset}: {misses} of {RAYS} rays leave",
                 tracer.name()
             );
-            // A driver's own tracer need not be watertight: lavapipe's loses 0.8 % of these rays.
-            if tracer == Tracer::ComputeBvh {
-                assert_eq!(misses, 0, "of {RAYS} rays from inside, at offset {offset}");
-            }
+            // Hardware is watertight. Lavapipe's own tracer is not: it loses 0.8 % of these rays.
+            let llvmpipe = matches!(device.info.driver_kind, DriverKind::Llvmpipe { .. });
+            let allowed = match tracer {
+                Tracer::RayQuery if llvmpipe => RAYS * 15 / 1000,
+                _ => 0,
+            };
+            assert!(
+                misses <= allowed,
+                "{misses} of {RAYS} rays leave, at offset {offset}"
+            );
         }
     }
 }

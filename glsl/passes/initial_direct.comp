@@ -3,6 +3,7 @@
 // other by the balance heuristic, one of them chosen by resampled importance sampling.
 #include "prelude.glsl"
 #include "random.glsl"
+#include "counters.glsl"
 #include "geometry.glsl"
 #include "trace.glsl"
 #include "surface.glsl"
@@ -87,7 +88,7 @@ void main() {
             uint light = owner_of(instances.at[hit.instance], hit.primitive).light;
             if (light == NONE) continue;
             if (turn == mirror_turn) {
-                vec3 emission = light_emission(lights.at[light], -dot(lights.at[light].normal, next.direction));
+                vec3 emission = light_emission(light_at(light), -dot(light_at(light).normal, next.direction));
                 uint index = pixel.y * restir.at.width + pixel.x;
                 color.at[index] += emission * specular_fresnel(domain.bsdf, domain.outgoing.z);
                 continue;
@@ -98,7 +99,7 @@ void main() {
             float weight = candidate_weight(value, target, pdf_area, light_samples, bsdf_samples);
             if (stream_add(stream, light_samples + turn, weight, target, choice)) reservoir.value = value;
         }
-        reservoir.contribution_weight = accept_weight(contribution_weight(stream), COUNTER_REJECTED);
+        reservoir.contribution_weight = accept_weight(contribution_weight(stream));
     }
     PackedReservoir packed = pack_reservoir(reservoir);
     STORE_RESERVOIR(reservoirs, slot, restir.at.slots, packed);

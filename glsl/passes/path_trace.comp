@@ -6,6 +6,7 @@
 // software drivers need, and no lane idles while its neighbours' paths are longer.
 #include "prelude.glsl"
 #include "random.glsl"
+#include "counters.glsl"
 #include "geometry.glsl"
 #include "trace.glsl"
 #include "surface.glsl"
@@ -56,7 +57,7 @@ void main() {
     while (true) {
         if (!alive) {
             if (started) {
-                radiance = accept_radiance(radiance, COUNTER_REJECTED);
+                radiance = accept_radiance(radiance);
                 pair_add(total.sum, total.sum_low, radiance);
                 pair_add(total.square, total.square_low, radiance * radiance);
                 sample_number += 1u;
@@ -84,9 +85,9 @@ void main() {
             continue;
         }
         Surface surface = surface_at(hit, ray.direction);
-        GpuMaterial material = materials.at[surface.material];
+        GpuMaterial material = material_at(surface.material);
         if (surface.light != NONE) {
-            GpuLight light = lights.at[surface.light];
+            GpuLight light = light_at(surface.light);
             float cosine = -dot(light.normal, ray.direction);
             vec3 emission = light_emission(light, cosine);
             float weight = 1.0;
@@ -117,7 +118,7 @@ void main() {
             float distance_squared = dot(toward, toward);
             vec3 direction = toward * inversesqrt(max(distance_squared, TINY));
             float cosine = -dot(point.normal, direction);
-            vec3 emission = light_emission(lights.at[point.light], cosine);
+            vec3 emission = light_emission(light_at(point.light), cosine);
             vec3 incoming = vec3(dot(direction, tangent), dot(direction, bitangent),
                                  dot(direction, surface.shading_normal));
             if (max_component(emission) > 0.0 && dot(direction, surface.geometric_normal) > 0.0) {
@@ -165,6 +166,6 @@ void main() {
         }
     }
     // A driver may end a loop that seems endless to it; the sums would then lack light.
-    if (sample_number != end) atomicAdd(counters.at[COUNTER_CUT_SHORT], 1u);
+    if (sample_number != end) count_fault(COUNTER_CUT_SHORT);
     sums.at[index] = total;
 }

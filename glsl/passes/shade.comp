@@ -2,6 +2,7 @@
 // The last pass of a frame: the chosen sample's light is added to the pixel.
 #include "prelude.glsl"
 #include "random.glsl"
+#include "counters.glsl"
 #include "geometry.glsl"
 #include "trace.glsl"
 #include "surface.glsl"
@@ -40,5 +41,5 @@ void main() {
             if (max_component(light) > 0.0 && (!traced || trace_visible(shadow_ray(domain, reservoir.value)))) radiance += light;
         }
     }
-    color.at[index] = accept_radiance(radiance, COUNTER_REJECTED);
+    color.at[index] = accept_radiance(radiance);
 }

@@ -2,6 +2,7 @@
 // Spatial reuse of direct light: each pixel's reservoir merges with those of neighbours in a disc.
 #include "prelude.glsl"
 #include "random.glsl"
+#include "counters.glsl"
 #include "geometry.glsl"
 #include "trace.glsl"
 #include "surface.glsl"
@@ -52,23 +53,24 @@ void main() {
         techniques[0] = unpack_reservoir(packed);
         // The neighbours are chosen by their surfaces before any reservoir is looked at. Those that are
         // refused are made up for while tries last: lanes whose lists are equally long idle less.
-        uint count = 1u;
-        for (uint i = 0u; i < restir.at.tries && count <= restir.at.neighbours; i += 1u) {
+        uint found = 1u;
+        for (uint i = 0u; i < restir.at.tries && found <= restir.at.neighbours; i += 1u) {
             vec2 u = to_unit(random_bits(random)).xy;
             float angle = 2.0 * PI * u.y;
             vec2 offset = restir.at.radius * sqrt(u.x) * vec2(cos(angle), sin(angle));
             ivec2 other = ivec2(pixel) + ivec2(round(offset));
             if (other == ivec2(pixel) || any(lessThan(other, ivec2(0))) || is_outside(uvec2(other))) continue;
             if (!similar(data, ray, sample_data.at[slot_of(uvec2(other))], primary_ray(uvec2(other)))) continue;
-            pixels[count] = uvec2(other);
-            count += 1u;
+            pixels[found] = uvec2(other);
+            found += 1u;
         }
-        for (uint i = 1u; i < count; i += 1u) {
+        count(COUNTER_NEIGHBOURS, found - 1u);
+        for (uint i = 1u; i < found; i += 1u) {
             LOAD_RESERVOIR(neighbours, slot_of(pixels[i]), restir.at.slots, packed);
             techniques[i] = unpack_reservoir(packed);
             techniques[i].confidence = min(techniques[i].confidence, restir.at.spatial_confidence_cap);
         }
-        Reservoir merged = merge_techniques(restir.at.mis, count, restir.at.visibility == VISIBILITY_WEIGHTS, random);
+        Reservoir merged = merge_techniques(restir.at.mis, found, restir.at.visibility == VISIBILITY_WEIGHTS, random);
         packed = pack_reservoir(merged);
     }
     STORE_RESERVOIR(reservoirs, slot, restir.at.slots, packed);

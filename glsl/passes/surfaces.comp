@@ -2,6 +2,7 @@
 // The first pass of a frame: what each pixel's ray meets, and the light that it sends by itself.
 #include "prelude.glsl"
 #include "random.glsl"
+#include "counters.glsl"
 #include "geometry.glsl"
 #include "trace.glsl"
 #include "surface.glsl"
@@ -30,7 +31,7 @@ void main() {
         Surface surface = surface_at(hit, ray.direction);
         data = pack_sample_data(surface, ray);
         if (surface.light != NONE) {
-            GpuLight light = lights.at[surface.light];
+            GpuLight light = light_at(surface.light);
             emission = light_emission(light, -dot(light.normal, ray.direction));
         }
     }

@@ -5,6 +5,7 @@
 #define LAST_FRAME
 #include "prelude.glsl"
 #include "random.glsl"
+#include "counters.glsl"
 #include "geometry.glsl"
 #include "last_frame.glsl"
 #include "trace.glsl"
@@ -42,7 +43,7 @@ Sample carried(uint technique, Sample value, out float jacobian) {
     jacobian = 1.0;
     if (!MOVES || technique == 0u) return value;
     uint before = value.light + restir.at.lights;
-    jacobian = lights.at[before].area / max(lights.at[value.light].area, TINY);
+    jacobian = light_at(before).area / max(light_at(value.light).area, TINY);
     return sample_at(before, value.barycentrics);
 }
 
@@ -50,9 +51,9 @@ Sample carried(uint technique, Sample value, out float jacobian) {
 void carry_on(inout Reservoir reservoir) {
     uint light = reservoir.value.light;
     if (!MOVES || light == NONE) return;
-    float before = lights.at[light + restir.at.lights].area;
+    float before = light_at(light + restir.at.lights).area;
     reservoir.value = sample_at(light, reservoir.value.barycentrics);
-    reservoir.contribution_weight *= lights.at[light].area / max(before, TINY);
+    reservoir.contribution_weight *= light_at(light).area / max(before, TINY);
 }
 
 #define CARRIES_SAMPLES
@@ -92,6 +93,7 @@ void main() {
     carry_on(techniques[1]);
     domains[0] = unpack_domain(data, ray);
     domains[1] = unpack_domain(previous, previous_ray);
+    count(COUNTER_NEIGHBOURS, 1u);
     Random random = pass_random(pixel, PASS_TEMPORAL_DIRECT);
     Reservoir merged = merge_techniques(restir.at.mis, 2u, restir.at.visibility == VISIBILITY_WEIGHTS, random);
     packed = pack_reservoir(merged);

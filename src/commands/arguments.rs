@@ -106,7 +106,9 @@ impl SceneArgs {
         let mut settings = Preset::named(&self.preset)?.settings()?;
         if let Some(path) = &self.config {
             let text = std::fs::read_to_string(path).map_err(|e| Error::reading(path, e))?;
-            settings = settings.with(&presets::parse_toml(&path.display().to_string(), &text)?)?;
+            let changes: serde_json::Value =
+                presets::parse_toml(&path.display().to_string(), &text)?;
+            settings = settings.with(&changes)?;
         }
         for change in &self.set {
             settings = settings.with(&Settings::parse_change(change)?)?;
@@ -133,35 +135,40 @@ impl SceneArgs {
     /// The camera of `--look-at`, if it was given.
     ///
     /// # Errors
-    /// Not six or seven finite numbers, eye and target in one place, or a field of view outside
-    /// 0…180 degrees.
+    /// Those of [`parse_look_at`].
     pub fn look_at_camera(&self) -> Result<Option<Camera>> {
-        let Some(text) = &self.look_at else {
-            return Ok(None);
-        };
-        let numbers: Option<Vec<f64>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
-        let numbers = numbers
-            .filter(|n| (n.len() == 6 || n.len() == 7) && n.iter().all(|value| value.is_finite()));
-        let numbers = numbers.ok_or_else(|| {
-            Error::input(format!(
-                "--look-at '{text}' is not EX,EY,EZ,TX,TY,TZ or EX,EY,EZ,TX,TY,TZ,DEGREES"
-            ))
-        })?;
-        let eye = DVec3::from_slice(&numbers[..3]);
-        let target = DVec3::from_slice(&numbers[3..6]);
-        let degrees = numbers.get(6).copied().unwrap_or(45.0);
-        if eye == target {
-            return Err(Error::input("--look-at: eye and target are the same point"));
-        }
-        if !(degrees > 0.0 && degrees < 180.0) {
-            return Err(Error::input(format!(
-                "--look-at: a field of view of {degrees} degrees; it lies between 0 and 180"
-            )));
-        }
-        let camera = look_at(eye, target, degrees.to_radians());
-        check_camera("--look-at", &camera)?;
-        Ok(Some(camera))
+        self.look_at.as_deref().map(parse_look_at).transpose()
     }
+}
+
+/// A camera from its eye, target and optionally vertical field of view in degrees.
+///
+/// # Errors
+/// Not six or seven finite numbers, eye and target in one place, or a field of view outside
+/// 0…180 degrees.
+pub fn parse_look_at(text: &str) -> Result<Camera> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
+    let numbers = numbers
+        .filter(|n| (n.len() == 6 || n.len() == 7) && n.iter().all(|value| value.is_finite()));
+    let numbers = numbers.ok_or_else(|| {
+        Error::input(format!(
+            "--look-at '{text}' is not EX,EY,EZ,TX,TY,TZ or EX,EY,EZ,TX,TY,TZ,DEGREES"
+        ))
+    })?;
+    let eye = DVec3::from_slice(&numbers[..3]);
+    let target = DVec3::from_slice(&numbers[3..6]);
+    let degrees = numbers.get(6).copied().unwrap_or(45.0);
+    if eye == target {
+        return Err(Error::input("--look-at: eye and target are the same point"));
+    }
+    if !(degrees > 0.0 && degrees < 180.0) {
+        return Err(Error::input(format!(
+            "--look-at: a field of view of {degrees} degrees; it lies between 0 and 180"
+        )));
+    }
+    let camera = look_at(eye, target, degrees.to_radians());
+    check_camera("--look-at", &camera)?;
+    Ok(camera)
 }
 
 /// Width and height, the ones not given by the camera's aspect ratio.

@@ -1,7 +1,7 @@
-//! `info`: devices, and what Headwater would do with each.
+//! `info`: devices, and what Headwater would do with each for a scene that it can bind.
 
-use super::print;
-use crate::gpu::Instance;
+use super::{check_messages, open_vulkan, print};
+use crate::tracing::SceneSizes;
 use crate::tracing::selection::{self, TracerChoice};
 use crate::{Error, Result};
 use serde_json::json;
@@ -22,12 +22,12 @@ pub struct Args {
 /// # Errors
 /// No Vulkan, or no usable device.
 pub fn run(args: &Args) -> Result<()> {
-    let instance = Instance::new(false)?;
+    let instance = open_vulkan()?;
     let devices = instance.devices()?;
     let (chosen, reason) = instance.choose(args.device.as_deref())?;
     let mut list = Vec::new();
     for device in &devices {
-        let selection = selection::select(device, TracerChoice::Auto)?;
+        let selection = selection::select(device, TracerChoice::Auto, &SceneSizes::default())?;
         let taken = device.index == chosen.index;
         if args.json {
             let mut entry = serde_json::to_value(device)
@@ -88,7 +88,7 @@ pub fn run(args: &Args) -> Result<()> {
             json!({ "devices": list, "chosen_reason": reason })
         ))?;
     }
-    Ok(())
+    check_messages(&instance.validation_messages())
 }
 
 fn yes(value: bool) -> &'static str {

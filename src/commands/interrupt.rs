@@ -35,4 +35,17 @@ impl Interrupt {
             signal => Some(signal as i32),
         }
     }
+
+    /// Ends work once a signal came; `kept` says what is kept of it.
+    ///
+    /// # Errors
+    /// A signal came.
+    pub fn check(&self, kept: &str) -> Result<()> {
+        self.pending().map_or(Ok(()), |signal| {
+            Err(Error::Interrupted {
+                signal,
+                kept: kept.into(),
+            })
+        })
+    }
 }

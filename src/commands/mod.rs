@@ -12,10 +12,16 @@ pub mod scene;
 pub mod session;
 pub mod study;
 
+use crate::gpu::Instance;
+use crate::scene::Scene;
+use crate::scene::progress::Step;
 use crate::{Error, Result};
 use clap::{Parser, Subcommand};
+use interrupt::Interrupt;
+use progress::Progress;
 use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
+use std::sync::Arc;
 
 /// A headless Vulkan renderer that measures what its speed costs in accuracy.
 #[derive(Parser)]
@@ -107,17 +113,54 @@ pub fn print(text: impl std::fmt::Display) -> Result<()> {
     }
 }
 
-/// Opens a scene and shows how far its file has been read.
+/// Opens a scene and shows how far its files have been loaded.
 ///
 /// # Errors
-/// Neither a procedural scene nor a file that can be read.
-pub fn open_scene(name: &str) -> Result<crate::scene::Scene> {
-    let mut progress = None;
-    crate::scene::open_watched(name, &mut |done, total| {
-        progress
-            .get_or_insert_with(|| progress::Progress::new(Some(total >> 20), "MiB read"))
-            .at(done >> 20);
+/// Neither a procedural scene nor a file that can be read, or a signal.
+pub fn open_scene(name: &str, interrupt: &Interrupt) -> Result<Scene> {
+    let mut shown: Option<(Step, Progress)> = None;
+    crate::scene::open_watched(name, &mut |step, done, total| {
+        if shown.as_ref().is_none_or(|(before, _)| *before != step) {
+            let progress = match step {
+                Step::Reading => Progress::new(Some(total >> 20), "MiB read"),
+                Step::Decoding => Progress::new(Some(total), "meshes decoded"),
+            };
+            shown = Some((step, progress));
+        }
+        if let Some((_, progress)) = &shown {
+            progress.at(match step {
+                Step::Reading => (done >> 20) as f64,
+                Step::Decoding => done as f64,
+            });
+        }
+        interrupt.check(NOTHING_WRITTEN)
     })
+}
+
+/// What is kept of work that has saved nothing yet.
+pub const NOTHING_WRITTEN: &str = "nothing was written";
+
+/// Loads Vulkan, with the validation layers where `HEADWATER_VALIDATION` asks for them.
+///
+/// # Errors
+/// No Vulkan, or no validation layers.
+pub fn open_vulkan() -> Result<Arc<Instance>> {
+    let validation = std::env::var_os("HEADWATER_VALIDATION").is_some_and(|v| v != "0");
+    Instance::new(validation)
+}
+
+/// Asks what the validation layers have said.
+///
+/// # Errors
+/// They said something.
+pub fn check_messages(messages: &[String]) -> Result<()> {
+    match messages.first() {
+        None => Ok(()),
+        Some(first) => Err(Error::failed(format!(
+            "the validation layers sent {} messages, the first: {first}; HEADWATER_LOG=debug shows all",
+            messages.len()
+        ))),
+    }
 }
 
 /// One line for the user about something assumed or ignored.

@@ -8,10 +8,14 @@ use std::time::{Duration, Instant};
 /// Between plain lines; work that ends sooner prints none.
 const LINE_EVERY: Duration = Duration::from_secs(5);
 
+/// Ticks of the bar for each step.
+const TICKS: u64 = 1000;
+
 /// The progress of one piece of work.
 pub struct Progress {
     bar: ProgressBar,
     terminal: bool,
+    total: Option<u64>,
     unit: &'static str,
     started: Instant,
     last_line: Cell<Instant>,
@@ -26,35 +30,40 @@ impl Progress {
         } else {
             ProgressDrawTarget::hidden()
         };
-        let bar = ProgressBar::with_draw_target(total, target);
+        let bar = ProgressBar::with_draw_target(total.map(|total| total * TICKS), target);
         let template = match total {
-            Some(_) => "{bar:40} {pos}/{len} {msg}, {eta} left",
-            None => "{spinner} {pos} {msg} after {elapsed}",
+            Some(_) => "{bar:40} {msg}, {eta} left",
+            None => "{spinner} {msg} after {elapsed}",
         };
         if let Ok(style) = ProgressStyle::with_template(template) {
             bar.set_style(style);
         }
-        bar.set_message(unit);
         Self {
             bar,
             terminal,
+            total,
             unit,
             started: Instant::now(),
             last_line: Cell::new(Instant::now()),
         }
     }
 
-    /// `done` steps are done.
-    pub fn at(&self, done: u64) {
-        self.bar.set_position(done);
-        if !self.terminal && self.last_line.get().elapsed() >= LINE_EVERY {
+    /// `done` steps are done; of large ones a part may be.
+    pub fn at(&self, done: f64) {
+        self.bar.set_position((done * TICKS as f64) as u64);
+        let line_is_due = !self.terminal && self.last_line.get().elapsed() >= LINE_EVERY;
+        if !self.terminal && !line_is_due {
+            return;
+        }
+        let decimals = if done.fract() == 0.0 { 0 } else { 2 };
+        let of = self.total.map_or(String::new(), |all| format!(" of {all}"));
+        let text = format!("{done:.decimals$}{of} {}", self.unit);
+        if line_is_due {
             self.last_line.set(Instant::now());
-            let of = match self.bar.length() {
-                Some(total) => format!(" of {total}"),
-                None => String::new(),
-            };
             let seconds = self.started.elapsed().as_secs();
-            super::say(format_args!("{done}{of} {} after {seconds} s", self.unit));
+            super::say(format_args!("{text} after {seconds} s"));
+        } else {
+            self.bar.set_message(text);
         }
     }
 

@@ -1,5 +1,6 @@
 //! `reference`: MIS path tracing with its standard error; can be stopped and resumed.
 
+use super::NOTHING_WRITTEN;
 use super::arguments::{SceneArgs, check_outputs};
 use super::interrupt::Interrupt;
 use super::print;
@@ -52,7 +53,7 @@ pub fn run(args: &Args) -> Result<()> {
     let limit = sample_limit(args)?;
     check_outputs(&args.output, args.scene.report.as_deref())?;
     let interrupt = Interrupt::watch()?;
-    let mut session = Session::open(&args.scene, None)?;
+    let mut session = Session::open(&args.scene, None, &interrupt)?;
     let mut done = if args.resume {
         resume(args, &mut session)?
     } else {
@@ -64,20 +65,15 @@ pub fn run(args: &Args) -> Result<()> {
     let save_every = Duration::from_secs(save_every.unwrap_or(SAVE_SECONDS));
     let started = Instant::now();
     let mut saved = Instant::now();
+    let mut in_file = done;
     let known = (limit < u32::MAX).then_some(u64::from(limit));
     let progress = Progress::new(known, "samples a pixel");
     while done < limit {
-        if let Some(signal) = interrupt.pending() {
-            let kept = if done > 0 {
+        if interrupt.pending().is_some() {
+            if done > in_file {
                 save(args, &mut session, done)?;
-                format!(
-                    "{} keeps {done} samples a pixel, --resume continues",
-                    args.output[0].display()
-                )
-            } else {
-                "nothing was written".into()
-            };
-            return Err(Error::Interrupted { signal, kept });
+            }
+            interrupt.check(&kept(args, done))?;
         }
         if args
             .time
@@ -95,11 +91,19 @@ pub fn run(args: &Args) -> Result<()> {
             Some(_) => next_check(done).min(limit),
             None => limit,
         };
-        done += session.add_samples(done, until - done)?;
-        progress.at(u64::from(done));
+        done += session.add_samples(done, until - done, &mut |samples| {
+            progress.at(f64::from(done) + samples);
+            // What is under way is given up only where the file has all that went before. That is
+            // soon the case: samples that take longer than the time between saves are all saved.
+            if in_file == done {
+                interrupt.check(&kept(args, in_file))?;
+            }
+            Ok(())
+        })?;
+        progress.at(f64::from(done));
         if saved.elapsed() >= save_every {
             save(args, &mut session, done)?;
-            saved = Instant::now();
+            (in_file, saved) = (done, Instant::now());
         }
     }
     progress.finish();
@@ -112,7 +116,19 @@ pub fn run(args: &Args) -> Result<()> {
             "1 sample a pixel, which says nothing of its error"
         ))?,
     }
-    write_report(&session, done, args.scene.report.as_ref())
+    write_report(&session, done, args.scene.report.as_ref())?;
+    session.finish()
+}
+
+/// What the first output file holds after a signal.
+fn kept(args: &Args, samples: u32) -> String {
+    match samples {
+        0 => NOTHING_WRITTEN.into(),
+        _ => format!(
+            "{} keeps {samples} samples a pixel, --resume continues",
+            args.output[0].display()
+        ),
+    }
 }
 
 /// The sample count after `done` at which a target error is looked at. The counts are fixed, so that

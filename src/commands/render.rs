@@ -1,5 +1,6 @@
 //! `render`: the real-time pipeline for a number of frames.
 
+use super::NOTHING_WRITTEN;
 use super::arguments::{SceneArgs, check_outputs};
 use super::interrupt::Interrupt;
 use super::session::Session;
@@ -44,22 +45,26 @@ pub fn run(args: &Args) -> Result<()> {
     }
     check_outputs(&args.output, args.scene.report.as_deref())?;
     let interrupt = Interrupt::watch()?;
-    let mut session = Session::open(&args.scene, args.fps)?;
+    let mut session = Session::open(&args.scene, args.fps, &interrupt)?;
     // Without --accumulate only the last frame is shown; those before it are made where it needs
     // them as history.
     let first = if args.accumulate { 0 } else { args.frames - 1 };
     let history = session.first_needed_for(first);
     let progress = super::progress::Progress::new(Some(u64::from(args.frames - history)), "frames");
     for number in history..first {
-        check(&interrupt)?;
+        interrupt.check(NOTHING_WRITTEN)?;
         session.skip_frame(number)?;
-        progress.at(u64::from(number - history));
+        progress.at(f64::from(number - history));
     }
     let mut done = first;
     while done < args.frames {
-        check(&interrupt)?;
-        done += session.add_samples(done, args.frames - done)?;
-        progress.at(u64::from(done - history));
+        interrupt.check(NOTHING_WRITTEN)?;
+        let before = f64::from(done - history);
+        done += session.add_samples(done, args.frames - done, &mut |samples| {
+            progress.at(before + samples);
+            interrupt.check(NOTHING_WRITTEN)
+        })?;
+        progress.at(f64::from(done - history));
     }
     progress.finish();
     let samples = args.frames - first;
@@ -68,15 +73,8 @@ pub fn run(args: &Args) -> Result<()> {
     for path in &args.output {
         image.write(path, args.scene.exposure)?;
     }
-    write_report(&session, samples, args.scene.report.as_ref())
-}
-
-/// An error once a signal came.
-fn check(interrupt: &Interrupt) -> Result<()> {
-    interrupt.pending().map_or(Ok(()), |signal| {
-        let kept = "nothing was written".into();
-        Err(Error::Interrupted { signal, kept })
-    })
+    write_report(&session, samples, args.scene.report.as_ref())?;
+    session.finish()
 }
 
 /// Writes `--report`, if it was asked for.

@@ -1,5 +1,6 @@
 //! `scene`: procedural scenes, and what is in a file.
 
+use super::interrupt::Interrupt;
 use super::notice;
 use super::{open_scene, print};
 use crate::scene::requirements::Requirements;
@@ -100,7 +101,7 @@ fn moves(motion: &Motion) -> Value {
 }
 
 fn inspect(name: &str, as_json: bool) -> Result<()> {
-    let scene = open_scene(name)?;
+    let scene = open_scene(name, &Interrupt::watch()?)?;
     let requirements = Requirements::of(&scene);
     let requirements = serde_json::to_value(&requirements)
         .map_err(|e| Error::failed(format!("requirements as JSON: {e}")))?;

@@ -1,15 +1,17 @@
 //! From arguments to a scene on an open device, ready to be rendered.
 
 use super::arguments::{Aov, SceneArgs};
-use super::{notice, open_scene};
+use super::interrupt::Interrupt;
+use super::{NOTHING_WRITTEN, check_messages, notice, open_scene, open_vulkan};
 use crate::gpu::{Device, Instance, PassTime};
 use crate::image::{Image, Samples};
 use crate::layouts::{MOST_RADIANCE, PixelSums};
+use crate::render::settings::{Integrator, Visibility};
 use crate::render::{Renderer, Settings, View};
 use crate::scene::camera::framing_camera;
 use crate::scene::{Camera, Scene};
-use crate::tracing::GpuScene;
 use crate::tracing::selection::{self, Selection};
+use crate::tracing::{GpuScene, SceneSizes};
 use crate::{Error, Result};
 use glam::DVec3;
 use serde_json::{Value, json};
@@ -32,6 +34,7 @@ pub struct Session {
     /// The passes and buffers.
     pub renderer: Renderer,
     device: Arc<Device>,
+    instance: Arc<Instance>,
     gpu_scene: Arc<GpuScene>,
     selection: Selection,
     scene_hash: String,
@@ -58,12 +61,12 @@ impl Session {
     /// Loads the scene, opens the device, uploads. Without `fps` time stands still.
     ///
     /// # Errors
-    /// Wrong arguments or input, or a device that fails.
-    pub fn open(args: &SceneArgs, fps: Option<f64>) -> Result<Self> {
+    /// Wrong arguments or input, a device that fails, or a signal.
+    pub fn open(args: &SceneArgs, fps: Option<f64>, interrupt: &Interrupt) -> Result<Self> {
         let opened = Instant::now();
         let settings = args.settings()?;
         let own_camera = args.look_at_camera()?;
-        let mut scene = open_scene(&args.scene)?;
+        let mut scene = open_scene(&args.scene, interrupt)?;
         for text in &scene.notices {
             notice(text);
         }
@@ -84,18 +87,23 @@ impl Session {
         if scene.emissive_triangle_count() == 0 {
             notice("the scene has no light, so the picture is black");
         }
-        let validation = std::env::var_os("HEADWATER_VALIDATION").is_some_and(|v| v != "0");
-        let instance = Instance::new(validation)?;
+        tell_what_is_left_out(&settings, args.bounces);
+        let instance = open_vulkan()?;
         let (info, reason) = instance.choose(args.device.as_deref())?;
         log::info!("device {}: {reason}", info.name);
-        let selection = selection::select(&info, args.tracer)?;
+        let sizes = SceneSizes::of(&scene);
+        let selection = selection::select(&info, args.tracer, &sizes)?;
         let device = Device::open(&instance, info, selection.features())?;
         let origin = camera.camera_to_world.translation;
-        let triangles = scene.triangle_count();
-        if triangles >= MANY_TRIANGLES {
-            super::say(format_args!("building trees over {triangles} triangles"));
+        if sizes.triangles >= MANY_TRIANGLES {
+            super::say(format_args!(
+                "building trees over {} triangles",
+                sizes.triangles
+            ));
         }
+        interrupt.check(NOTHING_WRITTEN)?;
         let gpu_scene = Arc::new(GpuScene::new(&device, &scene, origin, selection.variant)?);
+        interrupt.check(NOTHING_WRITTEN)?;
         let view = View {
             camera,
             width,
@@ -110,6 +118,7 @@ impl Session {
             view,
             renderer,
             device,
+            instance,
             gpu_scene,
             selection,
             scene_hash,
@@ -160,11 +169,18 @@ impl Session {
     }
 
     /// Adds up to `samples` samples to every pixel, in one submission whose length follows from the
-    /// time that earlier ones took. Returns how many were added. The split changes no bit.
+    /// time that earlier ones took. Returns how many were added. The split changes no bit. `watch` is
+    /// told within large pictures how many samples are done, and can end the work by an error.
     ///
     /// # Errors
-    /// The device fails, or the scene cannot be rendered at that frame's time.
-    pub fn add_samples(&mut self, first: u32, samples: u32) -> Result<u32> {
+    /// The device fails, the scene cannot be rendered at that frame's time, or those of `watch`, after
+    /// which the sums mean nothing.
+    pub fn add_samples(
+        &mut self,
+        first: u32,
+        samples: u32,
+        watch: &mut dyn FnMut(f64) -> Result<()>,
+    ) -> Result<u32> {
         let most = if self.set_clock(first)? {
             1
         } else {
@@ -172,7 +188,11 @@ impl Session {
         };
         let samples = samples.min(most);
         let start = Instant::now();
-        self.times = self.renderer.add_samples(first, samples)?;
+        let mut watch = |share: f64| watch(share * f64::from(samples));
+        let added = self
+            .renderer
+            .add_samples_watched(first, samples, &mut watch);
+        self.times = added?;
         let each = start.elapsed().as_secs_f64() / f64::from(samples);
         // The first submission holds the shader's compilation; growth is bounded for its sake.
         let fitting = (SUBMISSION.as_secs_f64() / each.max(1e-9)) as u32;
@@ -261,6 +281,16 @@ impl Session {
         Ok(())
     }
 
+    /// Ends the session and asks what the validation layers said, also to its end.
+    ///
+    /// # Errors
+    /// They said something.
+    pub fn finish(self) -> Result<()> {
+        let instance = self.instance.clone();
+        drop(self);
+        check_messages(&instance.validation_messages())
+    }
+
     /// What was done, for `--report`.
     ///
     /// # Errors
@@ -295,6 +325,19 @@ impl Session {
             "last_submission": self.times,
             "scene_bytes": memory,
         }))
+    }
+}
+
+/// Says what the settings leave out of the picture or of the work.
+fn tell_what_is_left_out(settings: &Settings, bounces: u32) {
+    if settings.integrator != Integrator::Restir {
+        return;
+    }
+    if bounces > 1 {
+        notice("integrator=restir gives direct light only, as with --bounces 1");
+    }
+    if settings.direct.visibility == Visibility::Final && settings.direct.bsdf_samples > 0 {
+        notice("direct.visibility=final takes light candidates only, so no BSDF samples are drawn");
     }
 }
 

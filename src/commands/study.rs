@@ -1,24 +1,30 @@
 //! `study`: configurations × scenes × seeds × frames against references.
 
-use super::arguments::size_for;
+use super::arguments::{parse_look_at, size_for};
 use super::interrupt::Interrupt;
 use super::progress::Progress;
-use super::{open_scene, print};
+use super::{check_messages, notice, open_scene, open_vulkan, print};
 use crate::files::write_atomically;
-use crate::gpu::{Device, Instance};
-use crate::render::{Renderer, View};
+use crate::gpu::Device;
+use crate::render::View;
 use crate::scene::camera::framing_camera;
-use crate::study::bias;
-use crate::study::plan::{Plan, Resolved};
+use crate::study::bias::{self, Bias, CONFIRMING_SEEDS, Confirmation, WIDEST};
+use crate::study::plan::{Expect, Plan, PlannedScene, Resolved};
 use crate::study::reference::Reference;
 use crate::study::results::{self, Row};
-use crate::study::run::{self, Run};
-use crate::tracing::GpuScene;
+use crate::study::store::Store;
+use crate::study::subject::Subject;
+use crate::tracing::SceneSizes;
 use crate::tracing::selection::{self, TracerChoice};
 use crate::{Error, Result};
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::ops::Range;
+use std::path::PathBuf;
 use std::sync::Arc;
+
+/// First seed of controls, and of the runs that decide after an alarm: far from all others.
+const CONTROL_SEED: u32 = 1 << 20;
+const CONFIRMING_SEED: u32 = 1 << 21;
 
 /// Arguments of `study`.
 #[derive(clap::Args)]
@@ -28,9 +34,9 @@ pub struct Args {
     /// The folder for results, references and finished runs; a study goes on with what it finds there
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// What to render
-    #[arg(long, value_name = "FILE.toml")]
-    plan: PathBuf,
+    /// What to render: a plan of the program's own, or a file
+    #[arg(long, value_name = "NAME|FILE.toml", default_value = "bias-matrix")]
+    plan: String,
     /// A fourth of the seeds and of the references' samples: a first look, no proof
     #[arg(long)]
     quick: bool,
@@ -48,35 +54,39 @@ pub struct Args {
 /// Wrong arguments or a wrong plan, a device or disk that fails, a signal, or a configuration that
 /// should be unbiased and is not shown to be.
 pub fn run(args: &Args) -> Result<()> {
-    let origin = args.plan.display().to_string();
-    let text = std::fs::read_to_string(&args.plan).map_err(|e| Error::reading(&args.plan, e))?;
-    let mut plan = Plan::parse(&origin, &text)?;
+    let mut plan = Plan::open(&args.plan)?;
+    let configurations = plan.resolve()?;
     if !args.scenes.is_empty() {
-        plan.scenes.clone_from(&args.scenes);
+        let wanted = |name: &String| {
+            let planned = plan.scenes.iter().find(|scene| scene.name() == name);
+            planned.cloned().unwrap_or(PlannedScene::Name(name.clone()))
+        };
+        plan.scenes = args.scenes.iter().map(wanted).collect();
     }
     if args.quick {
         plan.seeds = (plan.seeds / 4).max(2);
         plan.reference_spp = (plan.reference_spp / 4).max(2);
     }
-    let configurations = plan.resolve()?;
     std::fs::create_dir_all(args.output.join("references"))
         .map_err(|e| Error::writing(&args.output, e))?;
-    let interrupt = Interrupt::watch()?;
-    let instance =
-        Instance::new(std::env::var_os("HEADWATER_VALIDATION").is_some_and(|v| v != "0"))?;
+    let instance = open_vulkan()?;
     let (info, _) = instance.choose(args.device.as_deref())?;
-    let selection = selection::select(&info, args.tracer)?;
-    let device = Device::open(&instance, info, selection.features())?;
-    let mut store = Store::open(&args.output.join("runs.jsonl"))?;
-
+    let mut work = Work {
+        store: Store::open(&args.output.join("runs.jsonl"))?,
+        folder: args.output.clone(),
+        interrupt: Interrupt::watch()?,
+        plan: &plan,
+    };
     let mut rows = Vec::new();
-    for name in &plan.scenes {
-        let scene = open_scene(name)?;
-        let camera = scene
-            .cameras
-            .first()
-            .cloned()
-            .unwrap_or_else(|| framing_camera(&scene));
+    for planned in &plan.scenes {
+        let name = planned.name();
+        let scene = open_scene(name, &work.interrupt)?;
+        let selection = selection::select(&info, args.tracer, &SceneSizes::of(&scene))?;
+        let device = Device::open(&instance, info.clone(), selection.features())?;
+        let camera = match planned.look_at() {
+            Some(text) => parse_look_at(text)?,
+            None => (scene.cameras.first().cloned()).unwrap_or_else(|| framing_camera(&scene)),
+        };
         let (width, height) = size_for(&camera, Some(plan.width), None)?;
         let view = View {
             camera,
@@ -86,76 +96,13 @@ pub fn run(args: &Args) -> Result<()> {
             bounces: plan.bounces,
             jitter: false,
         };
-        let origin = view.camera.camera_to_world.translation;
-        let uploaded = Arc::new(GpuScene::new(&device, &scene, origin, selection.variant)?);
-        let hash = scene.content_hash();
-        for configuration in &configurations {
-            let progress = Progress::new(
-                Some(u64::from(plan.reference_spp)),
-                "samples of the reference",
-            );
-            let reference = Reference::obtain(
-                &args.output.join("references"),
-                &hash,
-                &device,
-                &uploaded,
-                &view,
-                &configuration.settings,
-                plan.reference_spp,
-                &|done| progress.at(u64::from(done)),
-            )?;
-            progress.finish();
-            let key = key(
-                &hash,
-                &view,
-                configuration,
-                plan.frames,
-                &device.info.driver,
-            )?;
-            let mut renderer = None;
-            let progress = Progress::new(Some(u64::from(plan.seeds)), "seeds");
-            for seed in 0..plan.seeds {
-                if store.find(&key, seed).is_some() {
-                    continue;
-                }
-                if let Some(signal) = interrupt.pending() {
-                    let kept = format!(
-                        "{} keeps the finished runs; the same command goes on",
-                        args.output.display()
-                    );
-                    return Err(Error::Interrupted { signal, kept });
-                }
-                let renderer = match &mut renderer {
-                    Some(renderer) => renderer,
-                    none => none.insert(Renderer::new(
-                        &device,
-                        uploaded.clone(),
-                        &view,
-                        &configuration.settings,
-                    )?),
-                };
-                let mut run = run::measure(renderer, plan.frames, seed, &reference)?;
-                run.scene.clone_from(name);
-                run.configuration.clone_from(&configuration.name);
-                run.key.clone_from(&key);
-                store.add(run)?;
-                progress.at(u64::from(seed) + 1);
-            }
-            progress.finish();
-            let runs: Vec<&Run> = (0..plan.seeds)
-                .filter_map(|seed| store.find(&key, seed))
-                .collect();
-            let measured = bias::measure(&runs, &reference, None);
-            rows.push(Row::new(
-                &runs,
-                configuration.settings.to_value()?,
-                measured,
-                configuration.expect,
-            ));
-        }
+        let references = args.output.join("references");
+        let subject = Subject::new(name, &scene, view, &device, selection.variant, references)?;
+        let own: Vec<&Resolved> = configurations.iter().filter(|c| c.is_for(name)).collect();
+        rows.append(&mut work.study(subject, &own)?);
     }
     results::judge(&mut rows);
-    let json = results::json(&rows, &device.info.name, &device.info.driver)?;
+    let json = results::json(&rows, &info.name, &info.driver)?;
     write_atomically(&args.output.join("results.json"), |file| {
         writeln!(file, "{json:#}")
     })?;
@@ -163,83 +110,171 @@ pub fn run(args: &Args) -> Result<()> {
         write!(file, "{}", results::csv(&rows))
     })?;
     print(results::table(&rows).trim_end())?;
-    let rejected: u64 = rows.iter().map(|r| r.rejected).sum();
-    if rejected > 0 {
-        return Err(Error::failed(format!(
-            "{rejected} values were refused; see results.json"
-        )));
-    }
-    let failed: Vec<String> = rows
-        .iter()
-        .filter(|row| !row.holds())
-        .map(|row| format!("{} on {}", row.configuration, row.scene))
+    verdict(&rows)?;
+    check_messages(&instance.validation_messages())
+}
+
+/// An error if any row is not what it should be.
+fn verdict(rows: &[Row]) -> Result<()> {
+    let failed: Vec<String> = (rows.iter())
+        .filter_map(|row| {
+            let complaint = row.complaint()?;
+            Some(format!(
+                "{} on {} ({complaint})",
+                row.configuration, row.scene
+            ))
+        })
         .collect();
     if failed.is_empty() {
+        return Ok(());
+    }
+    Err(Error::failed(format!(
+        "{} of {} rows fail: {}",
+        failed.len(),
+        rows.len(),
+        failed.join(", ")
+    )))
+}
+
+/// The work on one scene after another.
+struct Work<'a> {
+    store: Store,
+    folder: PathBuf,
+    interrupt: Interrupt,
+    plan: &'a Plan,
+}
+
+impl Work<'_> {
+    /// A row for each configuration on one scene.
+    fn study(&mut self, mut subject: Subject, configurations: &[&Resolved]) -> Result<Vec<Row>> {
+        if !subject.is_lit {
+            notice(&format!("{}: the scene has no light", subject.name));
+        }
+        // Configurations take turns, so that what disturbs the machine disturbs all alike.
+        self.run(&mut subject, configurations, 0..self.plan.seeds)?;
+        let mut seeds = self.plan.seeds;
+        while seeds < self.plan.most_seeds() {
+            let mut wide = Vec::new();
+            for configuration in configurations {
+                if configuration.expect == Expect::Unbiased
+                    && self.bias(&mut subject, configuration, 0..seeds)?.widest() > WIDEST
+                {
+                    wide.push(*configuration);
+                }
+            }
+            if wide.is_empty() {
+                break;
+            }
+            let more = (seeds + self.plan.seeds).min(self.plan.most_seeds());
+            self.run(&mut subject, &wide, seeds..more)?;
+            seeds = more;
+        }
+
+        let mut rows = Vec::new();
+        for configuration in configurations {
+            let key = subject.key(configuration)?;
+            let bias = self.bias(&mut subject, configuration, 0..seeds)?;
+            let blocks_p_value = match configuration.expect {
+                Expect::Unbiased => self.blocks_p_value(&mut subject, configuration, 0..seeds)?,
+                Expect::Biased => 1.0,
+            };
+            let mut row = Row::new(
+                &self.store.of(&key, 0..seeds),
+                configuration.settings.to_value()?,
+                bias,
+                blocks_p_value,
+                configuration.expect,
+            );
+            if configuration.expect == Expect::Unbiased && row.alarms(configurations.len()) {
+                let fresh = CONFIRMING_SEED..CONFIRMING_SEED + CONFIRMING_SEEDS;
+                self.run(&mut subject, &[configuration], fresh.clone())?;
+                let reference = self.reference(&mut subject, configuration)?;
+                row.confirmation = Some(Confirmation::measure(
+                    &self.store.of(&key, 0..seeds),
+                    &self.store.of(&key, fresh),
+                    &reference,
+                ));
+            }
+            if let Some(first) = self.store.find(&key, 0).cloned() {
+                let reference = self.reference(&mut subject, configuration)?;
+                row.replays = subject.replays(configuration, &first, &reference)?;
+            }
+            rows.push(row);
+        }
+        Ok(rows)
+    }
+
+    /// Renders what is missing of some configurations' runs.
+    fn run(
+        &mut self,
+        subject: &mut Subject,
+        configurations: &[&Resolved],
+        seeds: Range<u32>,
+    ) -> Result<()> {
+        let total = seeds.len() * configurations.len();
+        let progress = Progress::new(Some(total as u64), "runs");
+        let mut done = 0.0;
+        for seed in seeds {
+            for configuration in configurations {
+                self.interrupt.check(&format!(
+                    "{} keeps the finished runs; the same command goes on",
+                    self.folder.display()
+                ))?;
+                let reference = self.reference(subject, configuration)?;
+                subject.run(configuration, seed, &reference, &mut self.store)?;
+                done += 1.0;
+                progress.at(done);
+            }
+        }
+        progress.finish();
         Ok(())
-    } else {
-        Err(Error::failed(format!(
-            "not shown to be unbiased: {}",
-            failed.join(", ")
-        )))
-    }
-}
-
-/// What a run depends on beside its seed, hashed.
-fn key(
-    scene: &str,
-    view: &View,
-    configuration: &Resolved,
-    frames: u32,
-    driver: &str,
-) -> Result<String> {
-    let settings = configuration.settings.to_value()?;
-    let shaders = std::env::var("HEADWATER_GLSL").unwrap_or_default();
-    let text = format!(
-        "{scene} {view:?} {settings} {frames} {driver} {shaders} {}",
-        env!("HEADWATER_COMMIT")
-    );
-    Ok(blake3::hash(text.as_bytes()).to_hex()[..16].to_owned())
-}
-
-/// Finished runs, a line each; what a crash cut short is left out.
-struct Store {
-    path: PathBuf,
-    runs: Vec<Run>,
-}
-
-impl Store {
-    fn open(path: &Path) -> Result<Self> {
-        let text = match std::fs::read_to_string(path) {
-            Ok(text) => text,
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => String::new(),
-            Err(e) => return Err(Error::reading(path, e)),
-        };
-        Ok(Self {
-            path: path.to_owned(),
-            runs: text
-                .lines()
-                .filter_map(|line| serde_json::from_str(line).ok())
-                .collect(),
-        })
     }
 
-    fn find(&self, key: &str, seed: u32) -> Option<&Run> {
-        self.runs
-            .iter()
-            .find(|run| run.seed == seed && run.key == key)
+    fn reference(&self, subject: &mut Subject, configuration: &Resolved) -> Result<Arc<Reference>> {
+        let samples = self.plan.reference_spp;
+        let progress = Progress::new(Some(u64::from(samples)), "samples of the reference");
+        let reference = subject.reference(configuration.settings.energy, samples, &|done| {
+            progress.at(f64::from(done));
+        });
+        progress.finish();
+        reference
     }
 
-    fn add(&mut self, run: Run) -> Result<()> {
-        let line = serde_json::to_string(&run)
-            .map_err(|e| Error::failed(format!("a run as JSON: {e}")))?;
-        let mut file = std::fs::OpenOptions::new()
-            .create(true)
-            .append(true)
-            .open(&self.path)
-            .map_err(|e| Error::writing(&self.path, e))?;
-        // A line that a crash cut short must not swallow this one.
-        writeln!(file, "\n{line}").map_err(|e| Error::writing(&self.path, e))?;
-        self.runs.push(run);
-        Ok(())
+    fn bias(
+        &self,
+        subject: &mut Subject,
+        configuration: &Resolved,
+        seeds: Range<u32>,
+    ) -> Result<Bias> {
+        let reference = self.reference(subject, configuration)?;
+        let key = subject.key(configuration)?;
+        Ok(Bias::measure(&self.store.of(&key, seeds), &reference))
+    }
+
+    /// Compares the blocks with those of an unbiased control, whose noise is made alike.
+    fn blocks_p_value(
+        &mut self,
+        subject: &mut Subject,
+        configuration: &Resolved,
+        seeds: Range<u32>,
+    ) -> Result<f64> {
+        let own = subject.key(configuration)?;
+        let control_seeds = CONTROL_SEED..CONTROL_SEED + self.plan.seeds;
+        let single = bias::control(configuration, 1);
+        self.run(subject, &[&single], control_seeds.clone())?;
+        let single = subject.key(&single)?;
+        let samples = bias::control_samples(
+            &self.store.of(&own, seeds.clone()),
+            &self.store.of(&single, control_seeds.clone()),
+        );
+        let control = bias::control(configuration, samples);
+        self.run(subject, &[&control], control_seeds.clone())?;
+        let control = subject.key(&control)?;
+        let reference = self.reference(subject, configuration)?;
+        Ok(bias::blocks_p_value(
+            &self.store.of(&own, seeds),
+            &self.store.of(&control, control_seeds),
+            &reference,
+        ))
     }
 }

@@ -160,7 +160,7 @@ impl Buffer {
         Ok(buffer)
     }
 
-    /// Bytes asked for.
+    /// Bytes: those asked for, rounded up to whole texels.
     pub fn size(&self) -> u64 {
         self.size
     }

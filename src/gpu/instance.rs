@@ -1,11 +1,11 @@
 //! The Vulkan instance, the devices it offers, and the choice among them.
 
 use super::buffer::TEXEL;
+use super::messages::DebugUtils;
 use crate::{Error, Result};
 use ash::{ext, khr, vk};
-use std::ffi::{CStr, c_void};
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex};
+use std::ffi::CStr;
+use std::sync::Arc;
 
 /// The loaded Vulkan library and its instance.
 pub struct Instance {
@@ -13,21 +13,6 @@ pub struct Instance {
     pub(super) debug: Option<DebugUtils>,
     /// Keeps the loader's library open; dropped last.
     _entry: ash::Entry,
-}
-
-/// Labels, names and messages.
-pub(super) struct DebugUtils {
-    instance: ext::debug_utils::Instance,
-    messenger: vk::DebugUtilsMessengerEXT,
-    /// The messages the callback gathers; boxed so that its address stays put.
-    log: Box<MessageLog>,
-}
-
-/// What the validation layers said.
-#[derive(Default)]
-struct MessageLog {
-    messages: Mutex<Vec<String>>,
-    count: AtomicUsize,
 }
 
 /// The drivers that are treated apart.
@@ -295,17 +280,10 @@ impl Instance {
             })
     }
 
-    /// Messages of the validation layers so far.
+    /// Messages of the validation layers so far, without the [allowed](super::messages::ALLOWED) ones.
     pub fn validation_messages(&self) -> Vec<String> {
-        match &self.debug {
-            Some(debug) => debug
-                .log
-                .messages
-                .lock()
-                .map(|messages| messages.clone())
-                .unwrap_or_default(),
-            None => Vec::new(),
-        }
+        let debug = self.debug.as_ref();
+        debug.map(DebugUtils::messages).unwrap_or_default()
     }
 
     /// Extensions a device offers.
@@ -431,70 +409,11 @@ impl Drop for Instance {
         // SAFETY: every device holds the instance alive, so none is left.
         unsafe {
             if let Some(debug) = &self.debug {
-                debug
-                    .instance
-                    .destroy_debug_utils_messenger(debug.messenger, None);
+                debug.destroy();
             }
             self.raw.destroy_instance(None);
         }
     }
-}
-
-impl DebugUtils {
-    fn new(entry: &ash::Entry, raw: &ash::Instance) -> Result<Self> {
-        let instance = ext::debug_utils::Instance::new(entry, raw);
-        let log = Box::<MessageLog>::default();
-        let info = vk::DebugUtilsMessengerCreateInfoEXT::default()
-            .message_severity(
-                vk::DebugUtilsMessageSeverityFlagsEXT::WARNING
-                    | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR,
-            )
-            .message_type(
-                vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION
-                    | vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE
-                    | vk::DebugUtilsMessageTypeFlagsEXT::GENERAL,
-            )
-            .pfn_user_callback(Some(on_message))
-            .user_data(std::ptr::from_ref::<MessageLog>(&log) as *mut c_void);
-        // SAFETY: the log outlives the messenger, which Instance::drop destroys first.
-        let messenger = unsafe { instance.create_debug_utils_messenger(&info, None) }
-            .map_err(|e| Error::failed(format!("Vulkan gives no debug messenger ({e})")))?;
-        Ok(Self {
-            instance,
-            messenger,
-            log,
-        })
-    }
-}
-
-/// Keeps every warning and error; drivers' general warnings are only logged.
-///
-/// # Safety
-/// Called by the loader with valid data and the `MessageLog` of [`DebugUtils::new`].
-unsafe extern "system" fn on_message(
-    severity: vk::DebugUtilsMessageSeverityFlagsEXT,
-    types: vk::DebugUtilsMessageTypeFlagsEXT,
-    data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
-    user: *mut c_void,
-) -> vk::Bool32 {
-    // SAFETY: the specification promises valid pointers during the call.
-    let (message, log) = unsafe {
-        let text = (*data).message_as_c_str().map(CStr::to_string_lossy);
-        (
-            text.map(|t| t.replace('\n', " ")).unwrap_or_default(),
-            &*(user as *const MessageLog),
-        )
-    };
-    log::debug!("Vulkan {severity:?} {types:?}: {message}");
-    if types.contains(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION)
-        && let Ok(mut messages) = log.messages.lock()
-    {
-        // A message in a loop must not fill the memory.
-        if log.count.fetch_add(1, Ordering::Relaxed) < 1000 {
-            messages.push(message);
-        }
-    }
-    vk::FALSE
 }
 
 #[cfg(test)]

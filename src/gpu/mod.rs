@@ -12,6 +12,7 @@ pub mod compiler;
 pub mod device;
 pub mod instance;
 pub mod layout;
+pub mod messages;
 pub mod pass;
 pub mod recording;
 pub mod reflection;

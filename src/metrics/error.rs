@@ -46,9 +46,48 @@ impl Errors {
     }
 }
 
+/// Pearson's correlation of two pictures' errors against one reference, −1…1, over all channels:
+/// how much of one frame's noise is still seen in the next. 0 where either has no error.
+///
+/// # Panics
+/// The sizes differ.
+pub fn error_correlation(a: &[[f32; 3]], b: &[[f32; 3]], reference: &[[f32; 3]]) -> f64 {
+    assert!(
+        a.len() == reference.len() && b.len() == reference.len(),
+        "pictures of one size"
+    );
+    let errors = |picture: &[[f32; 3]]| -> Vec<f64> {
+        let pairs = picture.iter().flatten().zip(reference.iter().flatten());
+        let all: Vec<f64> = pairs.map(|(p, r)| f64::from(*p) - f64::from(*r)).collect();
+        let mean = all.iter().sum::<f64>() / all.len().max(1) as f64;
+        all.into_iter().map(|e| e - mean).collect()
+    };
+    let (a, b) = (errors(a), errors(b));
+    let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>();
+    let scale = (dot(&a, &a) * dot(&b, &b)).sqrt();
+    if scale > 0.0 {
+        dot(&a, &b) / scale
+    } else {
+        0.0
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn errors_correlate_with_themselves_and_not_with_others() {
+        let reference = [[1.0; 3]; 2];
+        let a = [[2.0, 1.0, 0.0], [1.0, 1.0, 1.0]];
+        let b = [[1.0, 3.0, 1.0], [1.0, -1.0, 1.0]];
+        let correlation = |x: &[[f32; 3]], y: &[[f32; 3]]| error_correlation(x, y, &reference);
+        assert!((correlation(&a, &a) - 1.0).abs() < 1e-12);
+        let opposite = a.map(|p| p.map(|v| 2.0 - v));
+        assert!((correlation(&a, &opposite) + 1.0).abs() < 1e-12);
+        assert!(correlation(&a, &b).abs() < 1e-12);
+        assert_eq!(correlation(&a, &reference), 0.0);
+    }
 
     #[test]
     fn errors_are_what_a_hand_computes() {

@@ -1,7 +1,7 @@
 //! Arbitrary output variables: what the camera sees through each pixel's centre.
 
 use super::offered::Offered;
-use super::strips::strips_of;
+use super::strips::cut;
 use crate::Result;
 use crate::gpu::{Buffer, ComputePass, Device, Recording, Usage};
 use crate::layouts::{FrameConstants, GpuCamera, PrimarySurface};
@@ -55,8 +55,12 @@ impl Aovs {
         let previous = Buffer::from_slice(&self.device, "previous_camera", &[previous], uniform)?;
         let FrameConstants { width, height, .. } = *constants;
         let mut surfaces = Vec::with_capacity(width as usize * height as usize);
-        for (strip, primary) in strips_of::<PrimarySurface>(&self.device, "primary", width, height)?
-        {
+        let strips = cut::<PrimarySurface>(&self.device, "primary", width, height)?;
+        // One strip after the other, in the same memory; the first is as large as any.
+        let most = strips.first().map_or(0, |strip| strip.pixels(width));
+        let bytes = (most * size_of::<PrimarySurface>()) as u64;
+        let primary = Buffer::new(&self.device, "primary", bytes, Usage::default())?;
+        for strip in strips {
             let bindings = Primary {
                 scene: self.offered.as_ref(),
                 frame: &frame,

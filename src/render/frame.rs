@@ -1,12 +1,13 @@
 //! A frame of reservoir resampling, pass by pass from the top.
 
+use super::counters::{Counters, Counts};
 use super::offered::Offered;
 use super::settings::{Candidates, Direct, Mis, Reuse, Search, Settings, Visibility};
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
 use crate::layouts::{
-    COUNTER_REJECTED, COUNTERS, FrameConstants, GpuCamera, MIS_BALANCE, MIS_CONSTANT,
-    MIS_DEFENSIVE, MIS_PAIRWISE, PixelSums, RestirConstants, SampleData, SpatialStep, TILE,
-    VISIBILITY_FINAL, VISIBILITY_INITIAL, VISIBILITY_NONE, VISIBILITY_WEIGHTS,
+    FrameConstants, GpuCamera, MIS_BALANCE, MIS_CONSTANT, MIS_DEFENSIVE, MIS_PAIRWISE, PixelSums,
+    RestirConstants, SampleData, SpatialStep, TILE, VISIBILITY_FINAL, VISIBILITY_INITIAL,
+    VISIBILITY_NONE, VISIBILITY_WEIGHTS,
 };
 use crate::{Error, Result};
 use glam::{DVec3, Vec3};
@@ -19,6 +20,7 @@ crate::bindings! {
         uniform restir,
         write sample_data,
         write color,
+        write counters,
     }
 }
 
@@ -71,6 +73,15 @@ crate::bindings! {
     }
 }
 
+/// Every pass that counts.
+const PASSES: &[&str] = &[
+    "surfaces",
+    "initial_direct",
+    "temporal_direct",
+    "spatial_direct",
+    "shade",
+];
+
 /// The passes and buffers of a frame, and what the next frame reads of this one.
 pub struct Frame {
     device: Arc<Device>,
@@ -86,7 +97,7 @@ pub struct Frame {
     shade: ComputePass,
     restir: Buffer,
     color: Buffer,
-    counters: Buffer,
+    counters: Counters,
     /// Primary surfaces of this frame and, with temporal reuse, of the last: the first is the one
     /// that the next frame overwrites.
     sample_data: Vec<Buffer>,
@@ -107,6 +118,7 @@ impl Frame {
         offered: &Arc<Offered>,
         frame: &FrameConstants,
         settings: &Settings,
+        counting: bool,
     ) -> Result<Self> {
         let direct = settings.direct.clone();
         let layout = &settings.reservoirs;
@@ -177,14 +189,18 @@ impl Frame {
             depth_tolerance: direct.similar.depth,
             same_material: direct.similar.material.into(),
         };
-        let special = layout.constants();
+        let counters = Counters::new(device, PASSES, counting)?;
+        let pass = |name: &str| {
+            let special = [layout.constants(), counters.constants(name).to_vec()].concat();
+            offered.pass(name, &special)
+        };
         let temporal = direct.reuse.is_temporal();
         let made = Self {
-            surfaces: offered.pass("surfaces", &special)?,
-            initial_direct: offered.pass("initial_direct", &special)?,
-            temporal_direct: offered.pass("temporal_direct", &special)?,
-            spatial_direct: offered.pass("spatial_direct", &special)?,
-            shade: offered.pass("shade", &special)?,
+            surfaces: pass("surfaces")?,
+            initial_direct: pass("initial_direct")?,
+            temporal_direct: pass("temporal_direct")?,
+            spatial_direct: pass("spatial_direct")?,
+            shade: pass("shade")?,
             restir: Buffer::new(
                 device,
                 "restir",
@@ -192,18 +208,13 @@ impl Frame {
                 uniform,
             )?,
             color: buffer(2)?,
-            counters: Buffer::new(
-                device,
-                "counters",
-                u64::from(COUNTERS) * 4,
-                Usage::default(),
-            )?,
             sample_data: (0..if temporal { 2 } else { 1 })
                 .map(|_| buffer(0))
                 .collect::<Result<_>>()?,
             reservoirs: (0..if direct.reuse == Reuse::None { 1 } else { 2 })
                 .map(|_| buffer(1))
                 .collect::<Result<_>>()?,
+            counters,
             last: None,
             sums: Vec::new(),
             bounces: frame.bounces,
@@ -226,9 +237,7 @@ impl Frame {
         self.constants.seed = seed;
         self.last = None;
         self.sums.clear();
-        let mut recording = Recording::new(&self.device)?;
-        recording.clear(&self.counters);
-        recording.finish().map(drop)
+        self.counters.clear()
     }
 
     /// Whether a frame depends on the one before it.
@@ -249,7 +258,7 @@ impl Frame {
             1,
         ];
         let scene = self.offered.as_ref();
-        let (restir, color, counters) = (&self.restir, &self.color, &self.counters);
+        let (restir, color, counters) = (&self.restir, &self.color, &self.counters.buffer);
         let mut recording = Recording::new(&self.device)?;
 
         let sample_data = &self.sample_data[0];
@@ -258,6 +267,7 @@ impl Frame {
             restir,
             sample_data,
             color,
+            counters,
         };
         recording.pass(&self.surfaces, &surfaces, &(), groups)?;
 
@@ -375,8 +385,15 @@ impl Frame {
     /// # Errors
     /// The device fails.
     pub fn rejected(&self) -> Result<u32> {
-        let counters: Vec<u32> = self.counters.read(COUNTERS as usize)?;
-        Ok(counters[COUNTER_REJECTED as usize])
+        self.counters.rejected()
+    }
+
+    /// What each pass counted since the last call, if counting was asked for.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn counts(&mut self) -> Result<Vec<Counts>> {
+        self.counters.since_last()
     }
 
     /// Bytes on the device, by buffer.

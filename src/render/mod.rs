@@ -3,6 +3,7 @@
 
 pub mod aovs;
 pub mod camera;
+pub mod counters;
 pub mod energy;
 pub mod frame;
 pub mod offered;

@@ -1,11 +1,10 @@
 //! MIS path tracing: samples add up over calls; the reference that all else is judged against.
 
+use super::counters::{Counters, Counts};
 use super::offered::Offered;
 use super::strips::strips_of;
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
-use crate::layouts::{
-    COUNTER_CUT_SHORT, COUNTER_REJECTED, COUNTERS, FrameConstants, GpuCamera, PixelSums, Strip,
-};
+use crate::layouts::{FrameConstants, GpuCamera, PixelSums, Strip};
 use crate::{Error, Result};
 use std::sync::Arc;
 
@@ -32,7 +31,7 @@ pub struct PathTracer {
     frame: Buffer,
     /// The picture from top to bottom, each strip with its pixels' sums.
     strips: Vec<(Strip, Buffer)>,
-    counters: Buffer,
+    counters: Counters,
 }
 
 impl PathTracer {
@@ -44,6 +43,7 @@ impl PathTracer {
         device: &Arc<Device>,
         offered: &Arc<Offered>,
         constants: FrameConstants,
+        counting: bool,
     ) -> Result<Self> {
         let plain = Usage::default();
         let uniform = Usage {
@@ -51,11 +51,12 @@ impl PathTracer {
             ..plain
         };
         let (width, height) = (constants.width, constants.height);
+        let counters = Counters::new(device, &["path_trace"], counting)?;
         let tracer = Self {
-            path_trace: offered.pass("path_trace", &[])?,
+            path_trace: offered.pass("path_trace", &counters.constants("path_trace"))?,
             frame: Buffer::new(device, "frame", size_of::<FrameConstants>() as u64, uniform)?,
             strips: strips_of::<PixelSums>(device, "sums", width, height)?,
-            counters: Buffer::new(device, "counters", u64::from(COUNTERS) * 4, plain)?,
+            counters,
             offered: offered.clone(),
             constants,
             device: device.clone(),
@@ -64,7 +65,7 @@ impl PathTracer {
         Ok(tracer)
     }
 
-    /// Sets all sums and counts to zero.
+    /// Sets all sums to zero.
     ///
     /// # Errors
     /// The device fails.
@@ -73,7 +74,6 @@ impl PathTracer {
         for (_, sums) in &self.strips {
             recording.clear(sums);
         }
-        recording.clear(&self.counters);
         recording.finish().map(drop)
     }
 
@@ -83,6 +83,7 @@ impl PathTracer {
     /// The device fails.
     pub fn restart(&mut self, seed: u32) -> Result<()> {
         self.constants.seed = seed;
+        self.counters.clear()?;
         self.forget()
     }
 
@@ -91,23 +92,35 @@ impl PathTracer {
         self.constants.camera = camera;
     }
 
-    /// Adds `samples` samples, numbered from `first`, to every pixel.
+    /// Adds `samples` samples, numbered from `first`, to every pixel. `watch` is told between strips
+    /// which share of the work is done. It can end the work by an error: the pixels then differ in how
+    /// many samples they have.
     ///
     /// # Errors
-    /// The device fails.
-    pub fn add_samples(&mut self, first: u32, samples: u32) -> Result<Vec<PassTime>> {
+    /// The device fails, its driver is known to end loops early and did, or those of `watch`.
+    pub fn add_samples(
+        &mut self,
+        first: u32,
+        samples: u32,
+        watch: &mut dyn FnMut(f64) -> Result<()>,
+    ) -> Result<Vec<PassTime>> {
         let mut times = Vec::new();
         let at_once = self.samples_at_once();
         for done in (0..samples).step_by(at_once as usize) {
             self.constants.first_sample = first + done;
             self.constants.samples = at_once.min(samples - done);
             self.frame.write(&[self.constants])?;
-            for (strip, sums) in &self.strips {
+            for (number, (strip, sums)) in self.strips.iter().enumerate() {
+                if number > 0 {
+                    let of_strips = number as f64 / self.strips.len() as f64;
+                    let samples_done = of_strips * f64::from(self.constants.samples);
+                    watch((f64::from(done) + samples_done) / f64::from(samples))?;
+                }
                 let bindings = PathTrace {
                     scene: self.offered.as_ref(),
                     frame: &self.frame,
                     sums,
-                    counters: &self.counters,
+                    counters: &self.counters.buffer,
                 };
                 let groups = strip.groups(self.constants.width);
                 let mut recording = Recording::new(&self.device)?;
@@ -115,6 +128,7 @@ impl PathTracer {
                 PassTime::add(&mut times, recording.finish()?);
             }
         }
+        // Elsewhere the counters are looked at when the picture is read.
         if self.device.info.loop_turns.is_some() {
             self.assert_whole()?;
         }
@@ -129,10 +143,9 @@ impl PathTracer {
         })
     }
 
-    /// Fails if the driver ended loops early.
+    /// Fails if the driver ended loops early, which leaves pixels dark.
     fn assert_whole(&self) -> Result<()> {
-        let counters: Vec<u32> = self.counters.read(COUNTERS as usize)?;
-        match counters[COUNTER_CUT_SHORT as usize] {
+        match self.counters.cut_short()? {
             0 => Ok(()),
             count => Err(Error::failed(format!(
                 "driver '{}' ended the loops of {count} pixels early; use fewer bounces or a newer driver",
@@ -173,9 +186,17 @@ impl PathTracer {
     /// Values refused so far because they were NaN, negative or beyond [`crate::layouts::MOST_RADIANCE`].
     ///
     /// # Errors
-    /// The device fails.
+    /// The device fails, or its driver ended loops early.
     pub fn rejected(&self) -> Result<u32> {
-        let counters: Vec<u32> = self.counters.read(COUNTERS as usize)?;
-        Ok(counters[COUNTER_REJECTED as usize])
+        self.assert_whole()?;
+        self.counters.rejected()
+    }
+
+    /// What was counted since the last call, if counting was asked for.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn counts(&mut self) -> Result<Vec<Counts>> {
+        self.counters.since_last()
     }
 }

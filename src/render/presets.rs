@@ -3,6 +3,7 @@
 use super::settings::Settings;
 use crate::nearest::nearest;
 use crate::{Error, Result};
+use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 /// A named set of changes.
@@ -19,6 +20,14 @@ pub const PRESETS: &[Preset] = &[
     Preset {
         name: "path-tracing",
         text: include_str!("presets/path-tracing.toml"),
+    },
+    Preset {
+        name: "fast",
+        text: include_str!("presets/fast.toml"),
+    },
+    Preset {
+        name: "balanced",
+        text: include_str!("presets/balanced.toml"),
     },
     Preset {
         name: "accurate",
@@ -63,20 +72,23 @@ impl Preset {
     /// # Errors
     /// Never with the presets of this build; a test says so.
     pub fn settings(&self) -> Result<Settings> {
-        Settings::default().with(&parse_toml(self.name, self.text)?)
+        Settings::default().with(&parse_toml::<Value>(self.name, self.text)?)
     }
 }
 
-/// TOML text as a sparse tree, for [`Settings::with`].
+/// What TOML text says: a sparse tree for [`Settings::with`], or a structure of one's own.
 ///
 /// # Errors
-/// Text that is not TOML; the message names `origin`.
-pub fn parse_toml(origin: &str, text: &str) -> Result<Value> {
+/// Text that is not TOML or not of that structure; the message names `origin` and quotes the line.
+pub fn parse_toml<T: DeserializeOwned>(origin: &str, text: &str) -> Result<T> {
     toml::from_str(text).map_err(|e| {
-        let line = e
-            .span()
-            .map_or(1, |s| 1 + text[..s.start].matches('\n').count());
-        Error::input(format!("{origin}, line {line}: {}", e.message()))
+        let start = e.span().map_or(0, |span| span.start);
+        let number = 1 + text[..start].matches('\n').count();
+        let line = text.lines().nth(number - 1).unwrap_or_default().trim();
+        Error::input(format!(
+            "{origin}, line {number}, '{line}': {}",
+            e.message().replace('\n', " ")
+        ))
     })
 }
 
@@ -95,8 +107,11 @@ mod tests {
 
     #[test]
     fn an_error_names_its_line() {
-        for (text, line) in [("a = 1\na = 2", "line 2:"), ("= 1", "line 1:")] {
-            let error = parse_toml("x.toml", text).unwrap_err().to_string();
+        for (text, line) in [
+            ("a = 1\na = 2", "line 2, 'a = 2':"),
+            ("= 1", "line 1, '= 1':"),
+        ] {
+            let error = parse_toml::<Value>("x.toml", text).unwrap_err().to_string();
             assert!(error.contains(line), "{error}");
         }
     }

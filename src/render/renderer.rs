@@ -2,6 +2,7 @@
 
 use super::aovs::Aovs;
 use super::camera::gpu_camera;
+use super::counters::Counts;
 use super::frame::Frame;
 use super::offered::Offered;
 use super::path_tracing::PathTracer;
@@ -53,6 +54,30 @@ impl Renderer {
         view: &View,
         settings: &Settings,
     ) -> Result<Self> {
+        Self::make(device, scene, view, settings, false)
+    }
+
+    /// The same, with shaders that count rays, lanes and neighbours for [`Self::counts`], which costs
+    /// time.
+    ///
+    /// # Errors
+    /// Those of [`Self::new`].
+    pub fn counting(
+        device: &Arc<Device>,
+        scene: Arc<GpuScene>,
+        view: &View,
+        settings: &Settings,
+    ) -> Result<Self> {
+        Self::make(device, scene, view, settings, true)
+    }
+
+    fn make(
+        device: &Arc<Device>,
+        scene: Arc<GpuScene>,
+        view: &View,
+        settings: &Settings,
+        counting: bool,
+    ) -> Result<Self> {
         let constants = FrameConstants {
             camera: gpu_camera(&view.camera, scene.origin, view.width, view.height),
             width: view.width,
@@ -73,11 +98,11 @@ impl Renderer {
         };
         let offered = Arc::new(Offered::new(device, scene, settings)?);
         let technique = match settings.integrator {
-            Integrator::PathTracing => {
-                Technique::PathTracing(Box::new(PathTracer::new(device, &offered, constants)?))
-            }
+            Integrator::PathTracing => Technique::PathTracing(Box::new(PathTracer::new(
+                device, &offered, constants, counting,
+            )?)),
             Integrator::Restir => {
-                let frame = Frame::new(device, &offered, &constants, settings)?;
+                let frame = Frame::new(device, &offered, &constants, settings, counting)?;
                 Technique::Resampling(Box::new(frame))
             }
         };
@@ -130,20 +155,37 @@ impl Renderer {
     /// # Errors
     /// The device fails.
     pub fn add_samples(&mut self, first: u32, samples: u32) -> Result<Vec<PassTime>> {
+        self.add_samples_watched(first, samples, &mut |_| Ok(()))
+    }
+
+    /// [`Self::add_samples`]; `watch` is told now and then which share of the work is done. It can
+    /// end the work by an error: the pixels then differ in how many samples they have.
+    ///
+    /// # Errors
+    /// Those of [`Self::add_samples`] and of `watch`.
+    pub fn add_samples_watched(
+        &mut self,
+        first: u32,
+        samples: u32,
+        watch: &mut dyn FnMut(f64) -> Result<()>,
+    ) -> Result<Vec<PassTime>> {
         let mut times = Vec::new();
         let frames = match self.technique {
             // Samples of one moment need not be told apart.
             Technique::PathTracing(_) => 1,
             Technique::Resampling(_) => samples,
         };
-        for number in first..first + frames {
+        for number in 0..frames {
+            if number > 0 {
+                watch(f64::from(number) / f64::from(frames))?;
+            }
             let camera = self.begin()?;
             times = match &mut self.technique {
                 Technique::PathTracing(tracer) => {
                     tracer.set_camera(camera);
-                    tracer.add_samples(first, samples)?
+                    tracer.add_samples(first, samples, watch)?
                 }
-                Technique::Resampling(frame) => frame.add_frame(number, camera)?,
+                Technique::Resampling(frame) => frame.add_frame(first + number, camera)?,
             };
         }
         Ok(times)
@@ -185,7 +227,7 @@ impl Renderer {
             Technique::PathTracing(tracer) => {
                 tracer.set_camera(camera);
                 tracer.forget()?;
-                tracer.add_samples(number, 1)
+                tracer.add_samples(number, 1, &mut |_| Ok(()))
             }
             Technique::Resampling(frame) => frame.render(number, camera),
         }
@@ -249,6 +291,17 @@ impl Renderer {
             Technique::Resampling(_) => Err(Error::input(
                 "only path tracing can be resumed; use --preset path-tracing",
             )),
+        }
+    }
+
+    /// What each pass counted since the last call; empty unless made by [`Self::counting`].
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn counts(&mut self) -> Result<Vec<Counts>> {
+        match &mut self.technique {
+            Technique::PathTracing(tracer) => tracer.counts(),
+            Technique::Resampling(frame) => frame.counts(),
         }
     }
 

@@ -66,6 +66,17 @@ pub(super) fn strips_of<T>(
     width: u32,
     height: u32,
 ) -> Result<Vec<(Strip, Buffer)>> {
+    cut::<T>(device, name, width, height)?
+        .into_iter()
+        .map(|strip| {
+            let size = (strip.pixels(width) * size_of::<T>()) as u64;
+            Ok((strip, Buffer::new(device, name, size, Usage::default())?))
+        })
+        .collect()
+}
+
+/// The strips of a picture that keeps one `T` a pixel.
+pub(super) fn cut<T>(device: &Device, name: &str, width: u32, height: u32) -> Result<Vec<Strip>> {
     let bytes = size_of::<T>() as u64;
     let info = &device.info;
     let total = u64::from(width) * u64::from(height) * bytes;
@@ -76,13 +87,7 @@ pub(super) fn strips_of<T>(
         )));
     }
     let most = info.max_storage_buffer_range.min(info.max_buffer_size);
-    Strip::cut(width, height, bytes, most)?
-        .into_iter()
-        .map(|strip| {
-            let size = strip.pixels(width) as u64 * bytes;
-            Ok((strip, Buffer::new(device, name, size, Usage::default())?))
-        })
-        .collect()
+    Strip::cut(width, height, bytes, most)
 }
 
 #[cfg(test)]

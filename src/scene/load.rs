@@ -1,10 +1,15 @@
 //! Reads a scene from a file, whatever its format.
 
 use super::notices::quoted;
+use super::progress::{Progress, Watch, Watched, room_for};
 use super::{Scene, gltf, obj};
 use crate::{Error, Result};
+use std::fs::File;
 use std::io::Read;
 use std::path::Path;
+
+/// Bytes of a glTF file itself: a GLB counts its own in 32 bits.
+const MOST_BYTES: u64 = u32::MAX as u64;
 
 /// Reads and validates a scene: glTF 2.0 (`.gltf`, `.glb`) or Wavefront OBJ (`.obj`).
 ///
@@ -15,34 +20,31 @@ use std::path::Path;
 /// # Errors
 /// A file that cannot be read, or whose content is no scene.
 pub fn load(path: &Path) -> Result<Scene> {
-    load_watched(path, &mut |_, _| ())
+    load_watched(path, &mut |_, _, _| Ok(()))
 }
 
-/// [`load`]; `watch` is told how many of the file's bytes have been read, and of how many.
+/// [`load`]; `watch` is told how far it has come.
 ///
 /// # Errors
-/// Those of [`load`].
-pub fn load_watched(path: &Path, watch: &mut dyn FnMut(u64, u64)) -> Result<Scene> {
+/// Those of [`load`], and those of `watch`.
+pub fn load_watched(path: &Path, watch: &mut Watch<'_>) -> Result<Scene> {
     let extension = path
         .extension()
         .map(|extension| extension.to_string_lossy().to_lowercase());
     let folder = path.parent().unwrap_or(Path::new(""));
+    let mut progress = Progress::new(watch);
     let scene = match extension.as_deref() {
-        Some("gltf" | "glb") => {
-            let mut file = open_file(path, watch)?;
-            let mut bytes = Vec::with_capacity(file.total as usize);
-            file.read_to_end(&mut bytes)
-                .map_err(|cause| unreadable(path, cause))?;
+        Some("gltf" | "glb") => read_whole(path, &mut progress).and_then(|bytes| {
             if extension.as_deref() == Some("glb") && !bytes.starts_with(b"glTF") {
-                Err(Error::input(
+                return Err(Error::input(
                     "is no binary glTF, its first bytes are not \"glTF\"; export it again",
-                ))
-            } else {
-                gltf::read(&bytes, folder)
+                ));
             }
-        }
+            gltf::read(&bytes, folder, &mut progress)
+        }),
         Some("obj") => {
-            let file = open_file(path, watch)?;
+            let (file, _) = open_file(path, &mut progress)?;
+            let file = Watched::new(file, &mut progress);
             obj::read(std::io::BufReader::with_capacity(1 << 16, file), folder)
         }
         _ => Err(Error::input(
@@ -60,33 +62,28 @@ pub fn load_watched(path: &Path, watch: &mut dyn FnMut(u64, u64)) -> Result<Scen
         })
 }
 
-/// A file that tells how far it has been read.
-struct Watched<'a> {
-    file: std::fs::File,
-    done: u64,
-    total: u64,
-    watch: &'a mut dyn FnMut(u64, u64),
-}
-
-fn open_file<'a>(path: &Path, watch: &'a mut dyn FnMut(u64, u64)) -> Result<Watched<'a>> {
-    let file = std::fs::File::open(path).map_err(|cause| unreadable(path, cause))?;
+/// A file, and how many bytes it has.
+fn open_file(path: &Path, progress: &mut Progress<'_>) -> Result<(File, u64)> {
+    let file = File::open(path).map_err(|cause| unreadable(path, cause))?;
     // A pipe has no length; then the total stays below what is done.
-    let total = file.metadata().map_or(0, |about| about.len());
-    Ok(Watched {
-        file,
-        done: 0,
-        total,
-        watch,
-    })
+    let length = file.metadata().map_or(0, |about| about.len());
+    progress.expect(length);
+    Ok((file, length))
 }
 
-impl Read for Watched<'_> {
-    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
-        let count = self.file.read(buffer)?;
-        self.done += count as u64;
-        (self.watch)(self.done, self.total);
-        Ok(count)
+/// The bytes of a glTF file.
+fn read_whole(path: &Path, progress: &mut Progress<'_>) -> Result<Vec<u8>> {
+    let (file, length) = open_file(path, progress)?;
+    if length > MOST_BYTES {
+        return Err(Error::input(format!(
+            "has {length} bytes, a glTF file at most {MOST_BYTES}; give a smaller scene, or one with its buffers in files of their own"
+        )));
     }
+    let mut bytes = room_for(length)?;
+    Watched::new(file, progress)
+        .read_to_end(&mut bytes)
+        .map_err(|cause| Error::from_io(cause, |cause| unreadable(path, cause)))?;
+    Ok(bytes)
 }
 
 fn finished(mut scene: Scene, path: &Path) -> Scene {

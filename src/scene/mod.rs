@@ -15,6 +15,7 @@ mod notices;
 mod obj;
 mod polygon;
 pub mod procedural;
+pub mod progress;
 pub mod requirements;
 pub mod tracks;
 pub mod validate;
@@ -31,14 +32,14 @@ use std::path::Path;
 /// # Errors
 /// Neither a procedural scene nor a file that can be read.
 pub fn open(name: &str) -> Result<Scene> {
-    open_watched(name, &mut |_, _| ())
+    open_watched(name, &mut |_, _, _| Ok(()))
 }
 
-/// [`open`]; `watch` is told how many of a file's bytes have been read, and of how many.
+/// [`open`]; `watch` is told how far a file has been loaded.
 ///
 /// # Errors
-/// Those of [`open`].
-pub fn open_watched(name: &str, watch: &mut dyn FnMut(u64, u64)) -> Result<Scene> {
+/// Those of [`open`], and those of `watch`.
+pub fn open_watched(name: &str, watch: &mut progress::Watch<'_>) -> Result<Scene> {
     let path = Path::new(name);
     // A bare word is a name; a file of the same name can still be reached as ./NAME.
     if path.extension().is_none() && path.components().count() == 1 && !name.starts_with('.') {

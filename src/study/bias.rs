@@ -1,12 +1,16 @@
 //! Whether a configuration is biased, and what the answer is worth.
 //!
 //! Frames of a run depend on each other, so seeds are the samples. The image's mean is compared with
-//! the reference's by Student's t, the reference's error included, Holm's correction over everything
-//! the study compares; an interval too wide to see half a percent is no pass. Block by block, light
-//! noise is skewed to the right, so the t values are compared with those of an unbiased control.
+//! the reference's by Student's t, the reference's error included; an interval too wide to see half
+//! a percent is no pass. A bias may also cancel over the image, so blocks are looked at one by one:
+//! since light noise is skewed to the right, the distribution of their t values is compared with
+//! that of an unbiased control of like noise. Neighbouring blocks share samples, which that test
+//! does not know, so it only raises an alarm. After an alarm fresh seeds alone decide.
 
+use super::plan::{Expect, Resolved};
 use super::reference::Reference;
 use super::run::Run;
+use super::subject::path_tracing;
 use crate::metrics::statistics::{Estimate, kolmogorov_smirnov_p_value, welch_p_value};
 use serde::Serialize;
 
@@ -14,55 +18,267 @@ use serde::Serialize;
 pub const WIDEST: f64 = 0.005;
 /// Chance of a false alarm over all that a study compares.
 pub const LEVEL: f64 = 0.01;
+/// Fresh seeds that decide after an alarm.
+pub const CONFIRMING_SEEDS: u32 = 128;
+/// Most samples of a control: beyond, its noise is skewed no more.
+const MOST_CONTROL_SAMPLES: u32 = 64;
+/// Standard errors beyond its threshold at which a test fails nine times in ten.
+const NINE_IN_TEN: f64 = 1.2816;
 
 /// What seeds say of a configuration's mean.
 #[derive(Clone, Debug, Serialize)]
 pub struct Bias {
+    /// Runs that it was measured from.
+    pub seeds: usize,
     /// Relative bias of each channel's mean.
     pub relative: [f64; 3],
     /// 99 % half-widths of these.
     pub half_width: [f64; 3],
     /// Chance of differences as large without bias, for each channel, uncorrected.
     pub p_values: [f64; 3],
-    /// Chance that the blocks' t values come from the control's distribution; 1 without a control.
-    pub blocks_p_value: f64,
+    #[serde(skip)]
+    differences: [Estimate; 3],
+    #[serde(skip)]
+    truth: [f64; 3],
 }
 
-/// Measures the bias of one configuration's runs. `control` are the t values of an unbiased one.
-pub fn measure(runs: &[&Run], reference: &Reference, control: Option<&[f64]>) -> Bias {
-    let truth = reference.mean_estimates();
-    let mut bias = Bias {
-        relative: [0.0; 3],
-        half_width: [0.0; 3],
-        p_values: [1.0; 3],
-        blocks_p_value: 1.0,
-    };
-    for (c, truth) in truth.iter().enumerate() {
-        let means: Vec<f64> = runs.iter().map(|run| run.mean[c]).collect();
-        let estimate = Estimate::of(&means);
-        let difference = estimate.minus(truth);
-        let scale = truth.mean.abs().max(f64::MIN_POSITIVE);
-        bias.relative[c] = difference.mean / scale;
-        bias.half_width[c] = difference.t_interval_half_width(0.99) / scale;
-        bias.p_values[c] = welch_p_value(&estimate, truth);
+impl Bias {
+    /// Measures the bias of one configuration's runs.
+    pub fn measure(runs: &[&Run], reference: &Reference) -> Self {
+        let truth = reference.mean_estimates();
+        let own = [0, 1, 2].map(|c| {
+            let means: Vec<f64> = runs.iter().map(|run| run.mean[c]).collect();
+            Estimate::of(&means)
+        });
+        let differences = [0, 1, 2].map(|c| own[c].minus(&truth[c]));
+        let truth_or_least = truth.map(|t| t.mean.abs().max(f64::MIN_POSITIVE));
+        let over = |c: usize, value: f64| value / truth_or_least[c];
+        Self {
+            seeds: runs.len(),
+            relative: [0, 1, 2].map(|c| over(c, differences[c].mean)),
+            half_width: [0, 1, 2].map(|c| over(c, differences[c].t_interval_half_width(0.99))),
+            p_values: [0, 1, 2].map(|c| welch_p_value(&own[c], &truth[c])),
+            differences,
+            truth: truth_or_least,
+        }
     }
-    if let Some(control) = control {
-        bias.blocks_p_value = kolmogorov_smirnov_p_value(&block_t_values(runs, reference), control);
+
+    /// The largest half-width.
+    pub fn widest(&self) -> f64 {
+        self.half_width.iter().copied().fold(0.0, f64::max)
     }
-    bias
+
+    /// The relative bias that is found nine times in ten, when `tests` are made in all.
+    pub fn found_nine_times_in_ten(&self, tests: usize) -> f64 {
+        let level = LEVEL / tests.max(1) as f64;
+        let each = [0, 1, 2].map(|c| {
+            let difference = &self.differences[c];
+            let threshold = difference.t_interval_half_width(1.0 - level);
+            (threshold + NINE_IN_TEN * difference.standard_error) / self.truth[c]
+        });
+        each.into_iter().fold(0.0, f64::max)
+    }
 }
 
-/// How many standard errors each block's mean is from the reference's. Blocks without noise, black
-/// ones, are left out.
-pub fn block_t_values(runs: &[&Run], reference: &Reference) -> Vec<f64> {
+/// How far each block is from the reference. Blocks without noise, black ones, say nothing.
+fn block_differences(runs: &[&Run], reference: &Reference) -> Vec<Option<Estimate>> {
     let truth = reference.block_estimates();
-    truth
-        .iter()
-        .enumerate()
-        .filter_map(|(block, truth)| {
+    (truth.iter().enumerate())
+        .map(|(block, truth)| {
             let means: Vec<f64> = runs.iter().map(|run| run.blocks[block]).collect();
             let difference = Estimate::of(&means).minus(truth);
-            (difference.standard_error > 0.0).then(|| difference.mean / difference.standard_error)
+            (difference.standard_error > 0.0).then_some(difference)
         })
         .collect()
+}
+
+/// How many standard errors each block's mean is from the reference's.
+fn t_values(runs: &[&Run], reference: &Reference) -> Vec<f64> {
+    (block_differences(runs, reference).iter().flatten())
+        .map(|difference| difference.mean / difference.standard_error)
+        .collect()
+}
+
+/// Chance that the blocks' t values come from the control's distribution, if blocks were independent.
+pub fn blocks_p_value(runs: &[&Run], control: &[&Run], reference: &Reference) -> f64 {
+    kolmogorov_smirnov_p_value(&t_values(runs, reference), &t_values(control, reference))
+}
+
+/// Path tracing with `samples` samples a pixel, as an unbiased control for `configuration`.
+pub fn control(configuration: &Resolved, samples: u32) -> Resolved {
+    Resolved {
+        name: format!("control, {samples} samples"),
+        settings: path_tracing(configuration.settings.energy),
+        frames: samples,
+        accumulate: true,
+        count: false,
+        scenes: Vec::new(),
+        expect: Expect::Unbiased,
+    }
+}
+
+/// Samples that give a control the noise of these runs, to a power of two. `single` are a control's
+/// runs with one sample.
+pub fn control_samples(runs: &[&Run], single: &[&Run]) -> u32 {
+    let variance = |runs: &[&Run]| {
+        let blocks = runs.first().map_or(0, |run| run.blocks.len());
+        let mut all: Vec<f64> = (0..blocks)
+            .map(|b| {
+                let means: Vec<f64> = runs.iter().map(|run| run.blocks[b]).collect();
+                Estimate::of(&means).standard_error.powi(2) * means.len() as f64
+            })
+            .filter(|v| *v > 0.0)
+            .collect();
+        all.sort_by(f64::total_cmp);
+        all.get(all.len() / 2).copied().unwrap_or(1.0)
+    };
+    let wanted = (variance(single) / variance(runs)).max(1.0).log2().round();
+    (2.0_f64.powf(wanted) as u32).clamp(1, MOST_CONTROL_SAMPLES)
+}
+
+/// What fresh seeds say after an alarm.
+#[derive(Clone, Debug, Serialize)]
+pub struct Confirmation {
+    /// The bias of the fresh runs.
+    pub bias: Bias,
+    /// Chance that the fresh runs differ from the reference as much as they do in the pattern that the
+    /// first runs showed.
+    pub pattern_p_value: f64,
+}
+
+impl Confirmation {
+    /// Looks in `fresh` for what `first` showed. The pattern is one number a run, so that it does not
+    /// matter how blocks depend on each other.
+    pub fn measure(first: &[&Run], fresh: &[&Run], reference: &Reference) -> Self {
+        let pattern: Vec<f64> = (block_differences(first, reference).iter())
+            .map(|block| block.map_or(0.0, |d| d.mean / d.standard_error.powi(2)))
+            .collect();
+        let project = |values: &mut dyn Iterator<Item = f64>| -> f64 {
+            values.zip(&pattern).map(|(v, w)| v * w).sum()
+        };
+        let own: Vec<f64> = (fresh.iter())
+            .map(|run| project(&mut run.blocks.iter().copied()))
+            .collect();
+        let own = Estimate::of(&own);
+        let blocks = reference.block_estimates();
+        let error = (blocks.iter().zip(&pattern))
+            .map(|(b, w)| (b.standard_error * w).powi(2))
+            .sum::<f64>();
+        let truth = Estimate {
+            mean: project(&mut blocks.iter().map(|b| b.mean)),
+            standard_error: error.sqrt(),
+            samples: blocks.first().map_or(1, |b| b.samples),
+        };
+        // Only a difference to the same side confirms.
+        let pattern_p_value = if own.mean > truth.mean {
+            welch_p_value(&own, &truth) / 2.0
+        } else {
+            1.0
+        };
+        Self {
+            bias: Bias::measure(fresh, reference),
+            pattern_p_value,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BLOCKS: usize = 6;
+
+    /// A reference of six blocks in a row, each of luminance 1.
+    fn reference() -> Reference {
+        let side = super::super::run::BLOCK;
+        Reference {
+            width: (BLOCKS * side) as u32,
+            mean: vec![[1.0; 3]; BLOCKS * side * side],
+            error: vec![[0.001; 3]; BLOCKS * side * side],
+            emission: vec![[0.0; 3]; BLOCKS * side * side],
+            samples: 4096,
+        }
+    }
+
+    /// Runs whose blocks scatter around 1 + `offset`, the noise shared by neighbours.
+    fn runs(count: u32, first_seed: u32, offset: [f64; BLOCKS]) -> Vec<Run> {
+        let noise = |seed: u32, block: u32| {
+            let bits = blake3::hash(&[seed.to_le_bytes(), block.to_le_bytes()].concat());
+            let word = u32::from_le_bytes(bits.as_bytes()[..4].try_into().unwrap());
+            f64::from(word) / 4_294_967_296.0 - 0.5
+        };
+        (first_seed..first_seed + count)
+            .map(|seed| {
+                let blocks: Vec<f64> = (0..BLOCKS as u32)
+                    .map(|b| {
+                        1.0 + offset[b as usize] + 0.1 * (noise(seed, b) + noise(seed, b / 2 + 99))
+                    })
+                    .collect();
+                let mean = blocks.iter().sum::<f64>() / BLOCKS as f64;
+                Run {
+                    scene: String::new(),
+                    configuration: String::new(),
+                    key: String::new(),
+                    seed,
+                    rmse: Vec::new(),
+                    rmse_clamped: Vec::new(),
+                    relmse: Vec::new(),
+                    correlation: Vec::new(),
+                    mean: [mean; 3],
+                    blocks,
+                    milliseconds: Vec::new(),
+                    counts: Vec::new(),
+                    rejected: 0,
+                }
+            })
+            .collect()
+    }
+
+    fn confirmation(offset: [f64; BLOCKS]) -> Confirmation {
+        let (first, fresh) = (runs(64, 0, offset), runs(128, 1000, offset));
+        let (first, fresh): (Vec<_>, Vec<_>) = (first.iter().collect(), fresh.iter().collect());
+        Confirmation::measure(&first, &fresh, &reference())
+    }
+
+    #[test]
+    fn a_bias_that_cancels_over_the_image_is_confirmed_by_its_pattern() {
+        let found = confirmation([0.02, -0.02, 0.0, 0.02, -0.02, 0.0]);
+        assert!(found.bias.p_values[0] > 0.01, "{found:?}");
+        assert!(found.pattern_p_value < 1e-4, "{found:?}");
+    }
+
+    #[test]
+    fn no_bias_is_not_confirmed() {
+        let found = confirmation([0.0; BLOCKS]);
+        assert!(
+            found.bias.p_values[0] > 0.01 && found.pattern_p_value > 0.01,
+            "{found:?}"
+        );
+    }
+
+    #[test]
+    fn a_bias_as_large_as_is_found_nine_times_in_ten_is_beyond_the_threshold() {
+        let plain = runs(64, 0, [0.0; BLOCKS]);
+        let plain: Vec<&Run> = plain.iter().collect();
+        let bias = Bias::measure(&plain, &reference());
+        let found = bias.found_nine_times_in_ten(1);
+        assert!(
+            found > bias.widest() && found < 2.0 * bias.widest(),
+            "{bias:?} {found}"
+        );
+        // More tests need larger differences.
+        assert!(bias.found_nine_times_in_ten(100) > found);
+    }
+
+    #[test]
+    fn a_control_has_the_noise_of_what_it_controls() {
+        let loud = runs(64, 0, [0.0; BLOCKS]);
+        let mut quiet = runs(64, 0, [0.0; BLOCKS]);
+        for block in quiet.iter_mut().flat_map(|run| &mut run.blocks) {
+            *block = 1.0 + (*block - 1.0) / 3.0;
+        }
+        let (loud, quiet): (Vec<_>, Vec<_>) = (loud.iter().collect(), quiet.iter().collect());
+        assert_eq!(control_samples(&quiet, &loud), 8);
+        assert_eq!(control_samples(&loud, &quiet), 1);
+    }
 }

@@ -7,3 +7,5 @@ pub mod plan;
 pub mod reference;
 pub mod results;
 pub mod run;
+pub mod store;
+pub mod subject;

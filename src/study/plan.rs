@@ -1,17 +1,19 @@
 //! What a study renders: a TOML file.
 
+use crate::nearest::nearest;
 use crate::render::Settings;
 use crate::render::presets::{Preset, parse_toml};
 use crate::{Error, Result};
 use serde::Deserialize;
 use serde_json::{Map, Value};
+use std::path::Path;
 
 /// A study as its file says it.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
-    /// Scenes: procedural names or files.
-    pub scenes: Vec<String>,
+    /// What is rendered.
+    pub scenes: Vec<PlannedScene>,
     /// Pixels across; the height follows each camera.
     #[serde(default = "default_width")]
     pub width: u32,
@@ -21,12 +23,18 @@ pub struct Plan {
     /// Independent runs of each configuration.
     #[serde(default = "default_seeds")]
     pub seeds: u32,
+    /// Runs at most, where `seeds` leave the bias's interval too wide; by default four times as many.
+    #[serde(default)]
+    pub most_seeds: Option<u32>,
     /// Scattering events at most.
     #[serde(default = "one")]
     pub bounces: u32,
     /// Samples a pixel of the references.
     #[serde(default = "default_spp")]
     pub reference_spp: u32,
+    /// Whether rays, lanes and neighbours are counted, which costs time.
+    #[serde(default)]
+    pub count: bool,
     /// Configurations one by one.
     #[serde(default)]
     pub configurations: Vec<Configuration>,
@@ -51,6 +59,38 @@ fn default_spp() -> u32 {
     4096
 }
 
+/// A scene of a plan: its name, or that with a camera of the plan's own.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(untagged)]
+pub enum PlannedScene {
+    /// A procedural name or a file, seen by its first camera.
+    Name(String),
+    /// The same, seen from elsewhere.
+    Seen {
+        /// The procedural name or file.
+        scene: String,
+        /// Eye and target, and optionally the vertical field of view in degrees.
+        look_at: String,
+    },
+}
+
+impl PlannedScene {
+    /// The procedural name or file.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Name(scene) | Self::Seen { scene, .. } => scene,
+        }
+    }
+
+    /// The camera of the plan's own.
+    pub fn look_at(&self) -> Option<&str> {
+        match self {
+            Self::Name(_) => None,
+            Self::Seen { look_at, .. } => Some(look_at),
+        }
+    }
+}
+
 /// Whether a configuration should be found biased.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -73,6 +113,12 @@ pub struct Configuration {
     /// Settings over the preset's, by dotted key.
     #[serde(default)]
     pub set: Map<String, Value>,
+    /// Whether a frame is the mean of itself and those before it, instead of standing alone.
+    #[serde(default)]
+    pub accumulate: bool,
+    /// Names of the plan's scenes that it is rendered on; without, all.
+    #[serde(default)]
+    pub scenes: Vec<String>,
     /// What the bias check should find.
     #[serde(default)]
     pub expect: Expect,
@@ -89,6 +135,9 @@ pub struct Sweep {
     pub set: Map<String, Value>,
     /// Values by dotted key.
     pub over: Map<String, Value>,
+    /// Names of the plan's scenes that they are rendered on; without, all.
+    #[serde(default)]
+    pub scenes: Vec<String>,
     /// What the bias check should find.
     #[serde(default)]
     pub expect: Expect,
@@ -101,19 +150,59 @@ pub struct Resolved {
     pub name: String,
     /// The settings.
     pub settings: Settings,
+    /// Frames of a run, numbered from 0.
+    pub frames: u32,
+    /// Whether a frame is the mean of itself and those before it.
+    pub accumulate: bool,
+    /// Whether rays, lanes and neighbours are counted.
+    pub count: bool,
+    /// Names of the scenes that it is rendered on; empty: all.
+    pub scenes: Vec<String>,
     /// What the bias check should find.
     pub expect: Expect,
 }
 
+impl Resolved {
+    /// Whether it is rendered on a scene.
+    pub fn is_for(&self, scene: &str) -> bool {
+        self.scenes.is_empty() || self.scenes.iter().any(|name| name == scene)
+    }
+}
+
+/// The plans that come with the program.
+const PLANS: &[(&str, &str)] = &[
+    ("bias-matrix", include_str!("plans/bias-matrix.toml")),
+    ("bias-sample", include_str!("plans/bias-sample.toml")),
+];
+
 impl Plan {
+    /// A plan that comes with the program, or else one from a file.
+    ///
+    /// # Errors
+    /// Neither, or those of [`Self::parse`].
+    pub fn open(name: &str) -> Result<Self> {
+        if let Some((_, text)) = PLANS.iter().find(|(plan, _)| *plan == name) {
+            return Self::parse(name, text);
+        }
+        let path = Path::new(name);
+        if path.extension().is_none() && !path.exists() {
+            let known = PLANS.iter().map(|(plan, _)| *plan);
+            return Err(Error::input(format!(
+                "no plan '{name}'{}; there are {}, or name a file",
+                nearest(name, known.clone()),
+                known.collect::<Vec<_>>().join(", ")
+            )));
+        }
+        let text = std::fs::read_to_string(path).map_err(|e| Error::reading(path, e))?;
+        Self::parse(name, &text)
+    }
+
     /// Reads a plan; `origin` names it in messages.
     ///
     /// # Errors
     /// Text that is not TOML, unknown keys, or values that no plan can have.
     pub fn parse(origin: &str, text: &str) -> Result<Self> {
-        let tree = parse_toml(origin, text)?;
-        let plan: Self =
-            serde_json::from_value(tree).map_err(|e| Error::input(format!("{origin}: {e}")))?;
+        let plan: Self = parse_toml(origin, text)?;
         let wrong = |what: &str| Err(Error::input(format!("{origin}: {what}")));
         if plan.scenes.is_empty() {
             return wrong("scenes is empty; name at least one");
@@ -134,7 +223,16 @@ impl Plan {
     pub fn resolve(&self) -> Result<Vec<Resolved>> {
         let mut all = Vec::new();
         for c in &self.configurations {
-            all.push(resolved(&c.name, &c.preset, &[&c.set], c.expect)?);
+            let settings = settings(&c.preset, &[&c.set])?;
+            all.push(Resolved {
+                name: c.name.clone(),
+                settings,
+                frames: self.frames,
+                accumulate: c.accumulate,
+                count: self.count,
+                scenes: c.scenes.clone(),
+                expect: c.expect,
+            });
         }
         for sweep in &self.sweeps {
             for choice in combinations(&sweep.over)? {
@@ -142,12 +240,25 @@ impl Plan {
                     .values()
                     .map(|v| v.as_str().map_or(v.to_string(), str::to_owned));
                 let name = values.collect::<Vec<_>>().join("/");
-                all.push(resolved(
-                    &name,
-                    &sweep.preset,
-                    &[&sweep.set, &choice],
-                    sweep.expect,
-                )?);
+                let settings = settings(&sweep.preset, &[&sweep.set, &choice])?;
+                all.push(Resolved {
+                    name,
+                    settings,
+                    frames: self.frames,
+                    accumulate: false,
+                    count: self.count,
+                    scenes: sweep.scenes.clone(),
+                    expect: sweep.expect,
+                });
+            }
+        }
+        for scene in all.iter().flat_map(|c| &c.scenes) {
+            let named = self.scenes.iter().map(PlannedScene::name);
+            if !named.clone().any(|name| name == scene) {
+                return Err(Error::input(format!(
+                    "a configuration is for scene '{scene}', which is none of the plan's{}",
+                    nearest(scene, named)
+                )));
             }
         }
         let mut names: Vec<&str> = all.iter().map(|c| c.name.as_str()).collect();
@@ -160,14 +271,14 @@ impl Plan {
         }
         Ok(all)
     }
+
+    /// Runs at most.
+    pub fn most_seeds(&self) -> u32 {
+        self.most_seeds.unwrap_or(4 * self.seeds).max(self.seeds)
+    }
 }
 
-fn resolved(
-    name: &str,
-    preset: &str,
-    changes: &[&Map<String, Value>],
-    expect: Expect,
-) -> Result<Resolved> {
+fn settings(preset: &str, changes: &[&Map<String, Value>]) -> Result<Settings> {
     let mut settings = Preset::named(preset)?.settings()?;
     for (key, value) in changes.iter().flat_map(|map| map.iter()) {
         let leaf = key.rsplit('.').fold(value.clone(), |inner, part| {
@@ -175,11 +286,7 @@ fn resolved(
         });
         settings = settings.with(&leaf)?;
     }
-    Ok(Resolved {
-        name: name.to_owned(),
-        settings,
-        expect,
-    })
+    Ok(settings)
 }
 
 /// Every combination of one value for each key.
@@ -228,6 +335,18 @@ mod tests {
         assert_eq!(all.len(), 7);
         assert_eq!(all[6].name, "pairwise/3");
         assert_eq!(all[6].settings.direct.spatial.neighbours, 3);
+    }
+
+    #[test]
+    fn the_programs_own_plans_resolve() {
+        for (name, _) in PLANS {
+            assert!(
+                !Plan::open(name).unwrap().resolve().unwrap().is_empty(),
+                "{name}"
+            );
+        }
+        let message = Plan::open("bias-matrx").unwrap_err().to_string();
+        assert!(message.contains("bias-matrix"), "{message}");
     }
 
     #[test]

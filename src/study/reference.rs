@@ -1,12 +1,12 @@
 //! References: made once, kept under a name that is the hash of what they show.
 
 use super::run::BLOCK;
-use crate::Result;
 use crate::gpu::Device;
 use crate::image::Image;
 use crate::metrics::statistics::Estimate;
 use crate::render::{Renderer, Settings, View};
 use crate::tracing::GpuScene;
+use crate::{Error, Result};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -26,18 +26,18 @@ pub struct Reference {
     /// Light that the camera sees from lamps themselves. It needs no resampling and would make a
     /// picture's mean look better known than what is lit.
     pub emission: Vec<[f32; 3]>,
-    samples: u32,
+    /// Samples a pixel that it was made with.
+    pub samples: u32,
 }
 
 impl Reference {
-    /// Reads the reference from `folder`, or makes and keeps it. `progress` hears how many samples
-    /// are done.
+    /// Reads the reference from `path`, or makes it and keeps it there. `progress` hears how many
+    /// samples are done.
     ///
     /// # Errors
-    /// The device or the disk fails.
+    /// The device or the disk fails, or the file is not a reference of this view.
     pub fn obtain(
-        folder: &Path,
-        scene_hash: &str,
+        path: &Path,
         device: &Arc<Device>,
         scene: &Arc<GpuScene>,
         view: &View,
@@ -45,25 +45,15 @@ impl Reference {
         samples: u32,
         progress: &dyn Fn(u32),
     ) -> Result<Self> {
-        // The plain path tracer with the same surface model.
-        let settings = Settings {
-            energy: settings.energy,
-            ..Settings::default()
-        };
         let view = View {
             seed: SEED,
             ..view.clone()
         };
-        let text = format!(
-            "{scene_hash} {view:?} {:?} {samples} {}",
-            settings.energy, device.info.driver
-        );
-        let path = folder.join(format!("{}.exr", blake3::hash(text.as_bytes()).to_hex()));
         let dark = View {
             bounces: 0,
             ..view.clone()
         };
-        let mut renderer = Renderer::new(device, scene.clone(), &dark, &settings)?;
+        let mut renderer = Renderer::new(device, scene.clone(), &dark, settings)?;
         renderer.add_samples(0, 1)?;
         let emission = renderer
             .sums()?
@@ -71,9 +61,9 @@ impl Reference {
             .map(|p| p.mean(1).as_vec3().to_array())
             .collect();
         let image = if path.exists() {
-            Image::read(&path)?
+            Image::read(path)?
         } else {
-            let mut renderer = Renderer::new(device, scene.clone(), &view, &settings)?;
+            let mut renderer = Renderer::new(device, scene.clone(), &view, settings)?;
             for first in (0..samples).step_by(AT_ONCE as usize) {
                 renderer.add_samples(first, AT_ONCE.min(samples - first))?;
                 progress(first + AT_ONCE.min(samples - first));
@@ -90,26 +80,25 @@ impl Reference {
                 .collect();
             image.set_vectors("", ["R", "G", "B"], &mean);
             image.set_vectors("stderr.", ["R", "G", "B"], &error);
-            image.write(&path, 0.0)?;
+            image.write(path, 0.0)?;
             image
         };
-        let vectors = |prefix: &str| -> Vec<[f32; 3]> {
-            let [r, g, b] = ["R", "G", "B"].map(|c| {
-                image
-                    .floats(&format!("{prefix}{c}"))
-                    .unwrap_or_default()
-                    .to_vec()
-            });
-            r.iter()
-                .zip(&g)
-                .zip(&b)
-                .map(|((r, g), b)| [*r, *g, *b])
-                .collect()
+        let pixels = view.width as usize * view.height as usize;
+        let vectors = |prefix: &str| -> Result<Vec<[f32; 3]>> {
+            let channel = |c| image.floats(&format!("{prefix}{c}")).unwrap_or_default();
+            let (r, g, b) = (channel("R"), channel("G"), channel("B"));
+            if [r, g, b].iter().any(|c| c.len() != pixels) {
+                return Err(Error::failed(format!(
+                    "{}: not a reference of this view; remove it, and it is made again",
+                    path.display()
+                )));
+            }
+            Ok((0..pixels).map(|i| [r[i], g[i], b[i]]).collect())
         };
         Ok(Self {
             width: view.width,
-            mean: vectors(""),
-            error: vectors("stderr."),
+            mean: vectors("")?,
+            error: vectors("stderr.")?,
             emission,
             samples,
         })

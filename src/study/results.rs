@@ -1,9 +1,10 @@
 //! What a study found: one row for each scene and configuration, as JSON, CSV and a table.
 
-use super::bias::{Bias, LEVEL, WIDEST};
+use super::bias::{Bias, Confirmation, LEVEL, WIDEST};
 use super::plan::Expect;
 use super::run::Run;
 use crate::metrics::statistics::holm;
+use crate::render::counters::Counts;
 use crate::{Error, Result};
 use serde::Serialize;
 use serde_json::Value;
@@ -26,14 +27,27 @@ pub struct Row {
     pub rmse_clamped: Vec<f64>,
     /// Likewise.
     pub relmse: Vec<f64>,
+    /// Likewise, of errors with those of the frame before.
+    pub correlation: Vec<f64>,
     /// Median over seeds of the last frame's passes.
     pub milliseconds: Vec<(String, f64)>,
+    /// What the passes of the first run's last frame counted, if the plan asks for it.
+    pub counts: Vec<Counts>,
     /// Values refused, over all runs.
     pub rejected: u64,
     /// What the bias check measured.
     pub bias: Bias,
-    /// The least of the channels' p-values after Holm's correction over the whole study.
+    /// Chance that the blocks' t values are distributed as those of an unbiased control, were blocks
+    /// independent.
+    pub blocks_p_value: f64,
+    /// What fresh seeds say, where the first ones gave an alarm.
+    pub confirmation: Option<Confirmation>,
+    /// The least of its p-values after Holm's correction over the whole study.
     pub corrected_p_value: f64,
+    /// The relative bias that the check finds nine times in ten.
+    pub found_nine_times_in_ten: f64,
+    /// Whether a run comes out again to the last bit: if not, passes race for what they share.
+    pub replays: bool,
     /// What it was expected to be.
     pub expect: Expect,
     /// What it was found to be.
@@ -64,7 +78,13 @@ impl Verdict {
 
 impl Row {
     /// Summarises runs; verdicts follow in [`judge`].
-    pub fn new(runs: &[&Run], settings: Value, bias: Bias, expect: Expect) -> Self {
+    pub fn new(
+        runs: &[&Run],
+        settings: Value,
+        bias: Bias,
+        blocks_p_value: f64,
+        expect: Expect,
+    ) -> Self {
         let mean = |part: fn(&Run) -> &[f64]| {
             let frames = runs.first().map_or(0, |run| part(run).len());
             (0..frames)
@@ -90,43 +110,75 @@ impl Row {
             rmse: mean(|r| &r.rmse),
             rmse_clamped: mean(|r| &r.rmse_clamped),
             relmse: mean(|r| &r.relmse),
+            correlation: mean(|r| &r.correlation),
             milliseconds: (0..passes)
                 .map(|pass| (runs[0].milliseconds[pass].0.clone(), median(pass)))
                 .collect(),
+            counts: runs.first().map_or(Vec::new(), |r| r.counts.clone()),
             rejected: runs.iter().map(|r| u64::from(r.rejected)).sum(),
             bias,
+            blocks_p_value,
+            confirmation: None,
             corrected_p_value: 1.0,
+            found_nine_times_in_ten: f64::INFINITY,
+            replays: true,
             expect,
             verdict: Verdict::Unclear,
         }
     }
 
-    /// Whether it is what it was expected to be.
-    pub fn holds(&self) -> bool {
-        self.expect == Expect::Biased || self.verdict == Verdict::Unbiased
+    /// What is wrong with it, if anything is.
+    pub fn complaint(&self) -> Option<&'static str> {
+        if self.rejected > 0 {
+            Some("values were refused")
+        } else if !self.replays {
+            Some("the same seed gives another picture")
+        } else if self.expect == Expect::Biased || self.verdict == Verdict::Unbiased {
+            None
+        } else {
+            Some("should be unbiased")
+        }
     }
 
-    fn widest(&self) -> f64 {
-        self.bias.half_width.iter().copied().fold(0.0, f64::max)
+    /// Whether the first seeds give reason to ask fresh ones, when `rows` rows are looked at.
+    pub fn alarms(&self, rows: usize) -> bool {
+        let level = LEVEL / rows.max(1) as f64;
+        let least = self.bias.p_values.iter().copied().fold(1.0, f64::min);
+        3.0 * least < level || self.blocks_p_value < level
+    }
+
+    /// The bias that counts, and the p-values that decide: after an alarm those of fresh seeds alone.
+    fn deciding(&self) -> (&Bias, Vec<f64>) {
+        match &self.confirmation {
+            None => (&self.bias, self.bias.p_values.to_vec()),
+            Some(fresh) => {
+                let mut p_values = fresh.bias.p_values.to_vec();
+                p_values.push(fresh.pattern_p_value);
+                (&fresh.bias, p_values)
+            }
+        }
     }
 }
 
-/// Decides over all rows at once: Holm's correction is over every channel of every row that should be
+/// Decides over all rows at once: Holm's correction is over every test of every row that should be
 /// unbiased, and of the others by themselves.
 pub fn judge(rows: &mut [Row]) {
     for expect in [Expect::Unbiased, Expect::Biased] {
-        let chosen: Vec<usize> = (0..rows.len())
-            .filter(|i| rows[*i].expect == expect)
-            .collect();
-        let p_values: Vec<f64> = chosen.iter().flat_map(|i| rows[*i].bias.p_values).collect();
-        let corrected = holm(&p_values);
-        for (place, i) in chosen.into_iter().enumerate() {
-            let own = &corrected[3 * place..3 * place + 3];
-            let row = &mut rows[i];
+        let mut chosen: Vec<&mut Row> = rows.iter_mut().filter(|r| r.expect == expect).collect();
+        let p_values: Vec<Vec<f64>> = chosen.iter().map(|row| row.deciding().1).collect();
+        let corrected = holm(&p_values.concat());
+        let tests = corrected.len();
+        let mut rest = corrected.as_slice();
+        for (row, own) in chosen.iter_mut().zip(&p_values) {
+            let (own, others) = rest.split_at(own.len());
+            rest = others;
             row.corrected_p_value = own.iter().copied().fold(1.0, f64::min);
+            let bias = row.deciding().0;
+            let (widest, found) = (bias.widest(), bias.found_nine_times_in_ten(tests));
+            row.found_nine_times_in_ten = found;
             row.verdict = if row.corrected_p_value < LEVEL {
                 Verdict::Biased
-            } else if row.widest() > WIDEST {
+            } else if widest > WIDEST {
                 Verdict::Unclear
             } else {
                 Verdict::Unbiased
@@ -137,33 +189,86 @@ pub fn judge(rows: &mut [Row]) {
 
 /// All rows as lines for a reader.
 pub fn table(rows: &[Row]) -> String {
-    let mut text = String::from(
-        "scene            configuration                        bias %   ± 99 %   p (Holm)  blocks p  rmse first → last   verdict\n",
+    let width = |least: usize, text: fn(&Row) -> &str| {
+        let longest = rows.iter().map(|row| text(row).chars().count()).max();
+        longest.unwrap_or(0).max(least)
+    };
+    let (scenes, names) = (width(5, |r| &r.scene), width(13, |r| &r.configuration));
+    let mut text = format!(
+        "{:scenes$} {:names$} {:>5} {:>8} {:>7} {:>7} {:>8} {:>8}  {:>19}  verdict\n",
+        "scene",
+        "configuration",
+        "seeds",
+        "bias %",
+        "± 99 %",
+        "found %",
+        "p (Holm)",
+        "blocks p",
+        "rmse first → last",
     );
     for row in rows {
-        let largest = row
-            .bias
-            .relative
-            .iter()
-            .copied()
-            .fold(0.0_f64, |a, b| if b.abs() > a.abs() { b } else { a });
+        let (bias, _) = row.deciding();
+        let largest = |a: f64, b: f64| if b.abs() > a.abs() { b } else { a };
         let _ = writeln!(
             text,
-            "{:16} {:35} {:+8.3} {:8.3} {:10.3} {:9.3}  {:8.5} → {:8.5}  {}{}",
+            "{:scenes$} {:names$} {:5} {:+8.3} {:7.3} {:7.3} {:8.3} {:8.3}  {:8.5} → {:8.5}  {}{}{}",
             row.scene,
             row.configuration,
-            100.0 * largest,
-            100.0 * row.widest(),
+            bias.seeds,
+            100.0 * bias.relative.iter().copied().fold(0.0, largest),
+            100.0 * bias.widest(),
+            100.0 * row.found_nine_times_in_ten,
             row.corrected_p_value,
-            row.bias.blocks_p_value,
+            row.blocks_p_value,
             row.rmse.first().copied().unwrap_or(0.0),
             row.rmse.last().copied().unwrap_or(0.0),
             row.verdict.text(),
-            if row.holds() {
-                ""
+            if row.confirmation.is_some() {
+                " on fresh seeds"
             } else {
-                " (should be unbiased)"
+                ""
             },
+            row.complaint().map_or(String::new(), |c| format!(": {c}")),
+        );
+    }
+    text += &costs(rows);
+    let _ = writeln!(
+        text,
+        "bias: the largest of the channels' means, ± its 99 % half-width. found: the bias that this check finds nine times in ten. p: chance of what was seen without bias; below {LEVEL} it counts."
+    );
+    text
+}
+
+/// What frames cost, a line each: the time of every pass and, where the plan asks for them, rays,
+/// lanes in use and neighbours.
+fn costs(rows: &[Row]) -> String {
+    let mut text = String::new();
+    for row in rows {
+        let total: f64 = row.milliseconds.iter().map(|(_, ms)| ms).sum();
+        let passes = row.milliseconds.iter().map(|(pass, ms)| {
+            let mut part = format!("{pass} {ms:.2} ms");
+            let Some(counts) = row.counts.iter().find(|c| c.pass == *pass) else {
+                return part;
+            };
+            let _ = write!(part, ", {} rays", counts.rays);
+            for (what, share) in [
+                ("tracing", counts.tracing_share()),
+                ("merging", counts.merging_share()),
+            ] {
+                if let Some(share) = share {
+                    let _ = write!(part, ", {:.0} % of lanes {what}", 100.0 * share);
+                }
+            }
+            if counts.neighbours > 0 {
+                let _ = write!(part, ", {} neighbours", counts.neighbours);
+            }
+            part
+        });
+        let passes = passes.collect::<Vec<_>>().join("; ");
+        let _ = writeln!(
+            text,
+            "{} {}: {total:.2} ms ({passes})",
+            row.scene, row.configuration
         );
     }
     text
@@ -172,24 +277,24 @@ pub fn table(rows: &[Row]) -> String {
 /// All rows as CSV: a line for each frame.
 pub fn csv(rows: &[Row]) -> String {
     let mut text = String::from(
-        "scene,configuration,seeds,frame,rmse,rmse_clamped,relmse,bias_r,bias_g,bias_b,half_width,verdict\n",
+        "scene,configuration,seeds,frame,rmse,rmse_clamped,relmse,correlation,bias_r,bias_g,bias_b,half_width,verdict\n",
     );
     let quoted = |s: &str| format!("\"{}\"", s.replace('"', "\"\""));
     for row in rows {
+        let (bias, _) = row.deciding();
+        let [r, g, b] = bias.relative;
         for frame in 0..row.rmse.len() {
             let _ = writeln!(
                 text,
-                "{},{},{},{frame},{},{},{},{},{},{},{},{}",
+                "{},{},{},{frame},{},{},{},{},{r},{g},{b},{},{}",
                 quoted(&row.scene),
                 quoted(&row.configuration),
                 row.seeds,
                 row.rmse[frame],
                 row.rmse_clamped[frame],
                 row.relmse[frame],
-                row.bias.relative[0],
-                row.bias.relative[1],
-                row.bias.relative[2],
-                row.widest(),
+                row.correlation[frame],
+                bias.widest(),
                 row.verdict.text(),
             );
         }

@@ -1,10 +1,11 @@
 //! One run: the frames of one configuration with one seed, measured against a reference.
 
+use super::plan::Resolved;
 use super::reference::Reference;
 use crate::Result;
-use crate::gpu::PassTime;
-use crate::metrics::error::Errors;
+use crate::metrics::error::{Errors, error_correlation};
 use crate::render::Renderer;
+use crate::render::counters::Counts;
 use serde::{Deserialize, Serialize};
 
 /// Pixels of a block's side.
@@ -27,56 +28,91 @@ pub struct Run {
     pub rmse_clamped: Vec<f64>,
     /// relMSE of each frame.
     pub relmse: Vec<f64>,
-    /// Mean of the last frame's channels, emission seen directly left out.
+    /// How much each frame's errors resemble those of the one before it, as Pearson's correlation; 0
+    /// for the first.
+    #[serde(default)]
+    pub correlation: Vec<f64>,
+    /// Mean of the channels, emission seen directly left out: of the last frame, or of all frames
+    /// where they do not depend on each other.
     pub mean: [f64; 3],
-    /// Mean luminance of the last frame's blocks, likewise.
+    /// Mean luminance of blocks, likewise.
     pub blocks: Vec<f64>,
     /// Milliseconds by pass of the last frame, in the order of passes.
     pub milliseconds: Vec<(String, f64)>,
+    /// What the passes of the last frame counted, if the plan asks for it.
+    #[serde(default)]
+    pub counts: Vec<Counts>,
     /// Values refused.
     pub rejected: u32,
 }
 
-/// Renders and measures `frames` frames.
+/// Renders and measures the frames of one configuration, with `renderer` made for it.
 ///
 /// # Errors
 /// The device fails.
 pub fn measure(
     renderer: &mut Renderer,
-    frames: u32,
+    configuration: &Resolved,
     seed: u32,
     reference: &Reference,
 ) -> Result<Run> {
     renderer.restart(seed)?;
     let mut run = Run {
         scene: String::new(),
-        configuration: String::new(),
+        configuration: configuration.name.clone(),
         key: String::new(),
         seed,
         rmse: Vec::new(),
         rmse_clamped: Vec::new(),
         relmse: Vec::new(),
+        correlation: Vec::new(),
         mean: [0.0; 3],
         blocks: Vec::new(),
         milliseconds: Vec::new(),
+        counts: Vec::new(),
         rejected: 0,
     };
-    let mut last = Vec::new();
-    for number in 0..frames {
-        let times: Vec<PassTime> = renderer.single_frame(number)?;
+    let mut before: Option<Vec<[f32; 3]>> = None;
+    let mut judged: Vec<([f64; 3], Vec<f64>)> = Vec::new();
+    for number in 0..configuration.frames {
+        let (times, picture): (_, Vec<[f32; 3]>);
+        if configuration.accumulate {
+            times = renderer.add_samples(number, 1)?;
+            picture = (renderer.sums()?.iter())
+                .map(|p| p.mean(number + 1).as_vec3().to_array())
+                .collect();
+        } else {
+            times = renderer.single_frame(number)?;
+            picture = renderer.frame_radiance()?;
+        }
+        // A frame with history has in it what came before; the others are as good as further seeds.
+        if configuration.accumulate || renderer.has_history() {
+            judged.clear();
+        }
+        judged.push(reference.reduce(&picture));
         run.milliseconds = times
             .into_iter()
             .map(|t| (t.name, t.milliseconds))
             .collect();
-        last = renderer.frame_radiance()?;
-        let errors = Errors::between(&last, &reference.mean);
+        run.counts = renderer.counts()?;
+        let errors = Errors::between(&picture, &reference.mean);
         run.rmse.push(errors.rmse);
         run.rmse_clamped.push(errors.rmse_clamped);
         run.relmse.push(errors.relmse);
+        let last = before
+            .as_deref()
+            .map(|b| error_correlation(b, &picture, &reference.mean));
+        run.correlation.push(last.unwrap_or(0.0));
+        before = Some(picture);
     }
-    let (mean, blocks) = reference.reduce(&last);
-    run.mean = mean;
-    run.blocks = blocks;
+    let each = 1.0 / judged.len() as f64;
+    for (mean, blocks) in judged {
+        run.blocks.resize(blocks.len(), 0.0);
+        let parts = run.mean.iter_mut().zip(mean);
+        for (sum, value) in parts.chain(run.blocks.iter_mut().zip(blocks)) {
+            *sum += value * each;
+        }
+    }
     run.rejected = renderer.rejected()?;
     Ok(run)
 }

@@ -10,7 +10,9 @@ pub mod rays;
 pub mod scene;
 pub mod selection;
 pub mod shaders;
+pub mod sizes;
 mod stage;
 
 pub use crate::shaders::{Fetch, GeometryAccess, Tracer, Variant};
 pub use scene::GpuScene;
+pub use sizes::SceneSizes;

@@ -5,6 +5,7 @@ use super::epochs::{Contents, Moving};
 use super::gather::gather;
 use super::geometry::Geometry;
 use super::ray_query::RayQueryScene;
+use super::sizes::{SceneSizes, check_buffer};
 use super::stage::Stage;
 pub use super::stage::gpu_lights;
 use super::{Fetch, GeometryAccess, Tracer, Variant};
@@ -52,20 +53,14 @@ impl GpuScene {
     /// Uploads `scene` with `origin` (usually the camera's position) moved to zero.
     ///
     /// # Errors
-    /// More triangles than 32-bit indices hold, or more memory than the device has.
+    /// More triangles than 32-bit indices hold, or more memory than the device has or reads.
     pub fn new(
         device: &Arc<Device>,
         scene: &Scene,
         origin: DVec3,
         variant: Variant,
     ) -> Result<Self> {
-        let triangles: u64 = scene.meshes.iter().map(|m| m.triangles.len() as u64).sum();
-        if triangles * 9 > u64::from(u32::MAX) {
-            return Err(Error::failed(format!(
-                "{triangles} triangles need {} bytes of positions, more than shaders can index",
-                triangles * 36
-            )));
-        }
+        SceneSizes::of(scene).check(&device.info, variant)?;
         let trees = variant.tracer == Tracer::ComputeBvh;
         // The trees over the instances stand first, then those of the meshes.
         let gathered = gather(scene, origin);
@@ -100,6 +95,8 @@ impl GpuScene {
             child_base_idx: node.child_base_idx + mesh_nodes,
             ..*node
         }));
+        let node_bytes = size_of_val(nodes.as_slice()) as u64;
+        check_buffer(&device.info, variant, "nodes", node_bytes)?;
         let materials: Vec<GpuMaterial> = scene.materials.iter().map(gpu_material).collect();
         let plain = Usage::default();
         let fetched = Usage {
@@ -211,8 +208,6 @@ impl GpuScene {
             Fetch::Words => Resource::Read,
         };
         let mut offered = vec![
-            ("materials", Resource::Read(&self.materials)),
-            ("lights", Resource::Read(&self.lights)),
             ("carries", Resource::Read(&self.carries)),
             ("nodes", fetched(&self.nodes)),
             ("positions", fetched(&self.positions)),
@@ -224,6 +219,8 @@ impl GpuScene {
                 ("triangle_parts", Resource::Read(&self.triangle_parts)),
                 ("top_instances", Resource::Read(&self.top_instances)),
                 ("instances", Resource::Read(&self.instances)),
+                ("materials", Resource::Read(&self.materials)),
+                ("lights", Resource::Read(&self.lights)),
             ]),
         }
         if let Some(scene) = &self.ray_query {
@@ -267,6 +264,8 @@ impl GpuScene {
             instances: address(&self.instances)?,
             nodes: address(&self.nodes)?,
             positions: address(&self.positions)?,
+            materials: address(&self.materials)?,
+            lights: address(&self.lights)?,
         })
     }
 }

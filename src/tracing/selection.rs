@@ -1,6 +1,8 @@
-//! Which tracer and which geometry accessor a device gets: by rule from what the device is, never
-//! by a timing, so that the same command on the same machine always does the same.
+//! Which tracer and which geometry accessor a scene gets on a device: by rule from what the device is
+//! and how large the scene is, never by a timing, so that the same command on the same machine always
+//! does the same.
 
+use super::sizes::SceneSizes;
 use super::{Fetch, GeometryAccess, Tracer, Variant};
 use crate::gpu::{DeviceInfo, DriverKind, Features};
 use crate::{Error, Result};
@@ -24,11 +26,11 @@ pub struct Selection {
     /// What the shaders are compiled for.
     pub variant: Variant,
     /// Why this tracer.
-    pub tracer_reason: &'static str,
+    pub tracer_reason: String,
     /// Why this geometry access.
-    pub geometry_reason: &'static str,
+    pub geometry_reason: String,
     /// Why this fetch.
-    pub fetch_reason: &'static str,
+    pub fetch_reason: String,
 }
 
 impl Selection {
@@ -44,12 +46,28 @@ impl Selection {
 /// The rule. A CPU device traces in compute: its ray query is the slower one by far. Addresses are
 /// used where the device has them, since they reach further than a binding, but for drivers that
 /// were measured to be slow with them (processor time of path tracing `cornell-glossy` and
-/// `night-city`).
+/// `night-city`) and scenes that these can bind.
 ///
 /// # Errors
 /// Ray query was asked for on a device that has none.
-pub fn select(device: &DeviceInfo, wanted: TracerChoice) -> Result<Selection> {
-    let (tracer, tracer_reason) = match wanted {
+pub fn select(device: &DeviceInfo, wanted: TracerChoice, scene: &SceneSizes) -> Result<Selection> {
+    let (tracer, tracer_reason) = tracer(device, wanted)?;
+    let (fetch, fetch_reason) = fetch(device, scene);
+    let (geometry, geometry_reason) = geometry(device, scene, fetch);
+    Ok(Selection {
+        variant: Variant {
+            tracer,
+            geometry,
+            fetch,
+        },
+        tracer_reason: tracer_reason.into(),
+        geometry_reason,
+        fetch_reason,
+    })
+}
+
+fn tracer(device: &DeviceInfo, wanted: TracerChoice) -> Result<(Tracer, &'static str)> {
+    Ok(match wanted {
         TracerChoice::RayQuery if !device.ray_query => {
             return Err(Error::input(format!(
                 "device '{}' has no ray query; use --tracer compute-bvh or auto",
@@ -66,38 +84,50 @@ pub fn select(device: &DeviceInfo, wanted: TracerChoice) -> Result<Selection> {
             "ray query on a CPU device is slower than compute",
         ),
         TracerChoice::Auto => (Tracer::RayQuery, "the device has ray query"),
-    };
-    let (geometry, geometry_reason) = match device.driver_kind {
-        _ if !device.buffer_addresses => (
-            GeometryAccess::StorageBuffers,
-            "the device has no buffer addresses",
-        ),
-        DriverKind::Llvmpipe { mesa: ..=22 } => (
-            GeometryAccess::StorageBuffers,
-            "by address this driver takes 1.3 times as long",
-        ),
-        DriverKind::SwiftShader => (
-            GeometryAccess::StorageBuffers,
-            "by address this driver takes 1.05 times as long",
-        ),
-        _ => (
-            GeometryAccess::BufferAddresses,
-            "the device has buffer addresses",
-        ),
-    };
-    let (fetch, fetch_reason) = if device.max_texel_bytes() < device.max_storage_buffer_range {
-        (Fetch::Words, "texels reach less far than a binding")
-    } else {
-        (Fetch::Texels, "texels reach as far as a binding")
-    };
-    Ok(Selection {
-        variant: Variant {
-            tracer,
-            geometry,
-            fetch,
-        },
-        tracer_reason,
-        geometry_reason,
-        fetch_reason,
     })
+}
+
+fn fetch(device: &DeviceInfo, scene: &SceneSizes) -> (Fetch, String) {
+    let reach = device.max_texel_bytes();
+    if reach < device.max_storage_buffer_range {
+        (Fetch::Words, "texels reach less far than a binding".into())
+    } else if device.buffer_addresses && scene.positions > reach {
+        (
+            Fetch::Words,
+            format!(
+                "the positions take {} bytes, texels reach {reach}",
+                scene.positions
+            ),
+        )
+    } else {
+        (Fetch::Texels, "texels reach as far as a binding".into())
+    }
+}
+
+fn geometry(device: &DeviceInfo, scene: &SceneSizes, fetch: Fetch) -> (GeometryAccess, String) {
+    use GeometryAccess::{BufferAddresses, StorageBuffers};
+    let (name, bytes) = scene.largest(fetch);
+    let range = device.max_storage_buffer_range;
+    let slow = match device.driver_kind {
+        DriverKind::Llvmpipe { mesa: ..=22 } => {
+            Some("by address this driver takes 1.3 times as long")
+        }
+        DriverKind::SwiftShader => Some("by address this driver takes 1.05 times as long"),
+        _ => None,
+    };
+    match slow {
+        _ if !device.buffer_addresses => (
+            StorageBuffers,
+            "the device has no buffer addresses".to_owned(),
+        ),
+        Some(_) if bytes > range => (
+            BufferAddresses,
+            format!("the {name} take {bytes} bytes, a binding holds {range}"),
+        ),
+        Some(reason) => (StorageBuffers, reason.to_owned()),
+        None => (
+            BufferAddresses,
+            "the device has buffer addresses".to_owned(),
+        ),
+    }
 }

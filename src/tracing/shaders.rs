@@ -65,6 +65,24 @@ pub fn sources() -> Sources {
     sources
 }
 
+/// A hash, in hexadecimal, of the sources that shaders are made from: results found with others are
+/// not comparable.
+///
+/// # Errors
+/// `HEADWATER_GLSL` names a folder that cannot be read.
+pub fn fingerprint() -> Result<String> {
+    let sources = match std::env::var_os("HEADWATER_GLSL") {
+        Some(folder) => read_sources(Path::new(&folder))?,
+        None => sources(),
+    };
+    let mut hasher = blake3::Hasher::new();
+    for (name, text) in sources {
+        hasher.update(name.as_bytes()).update(b"\0");
+        hasher.update(text.as_bytes()).update(b"\0");
+    }
+    Ok(hasher.finalize().to_hex()[..16].to_owned())
+}
+
 /// Reads every file of `folder`.
 fn read_sources(folder: &Path) -> Result<Sources> {
     let mut sources = compiler::read_folder(folder).map_err(|e| Error::reading(folder, e))?;

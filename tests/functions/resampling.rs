@@ -100,6 +100,7 @@ fn weigh(mis: u32, techniques: &[Technique], fault: Option<(&str, &str)>) -> Vec
         }}
         bool is_visible(uint technique, Domain domain, Sample value) {{ return true; }}
         #include \"random.glsl\"
+        #include \"counters.glsl\"
         #include \"values.glsl\"
         #include \"resampling.glsl\"
         #include \"merge.glsl\"",

@@ -45,6 +45,19 @@ fn files_that_are_no_scene() {
 }
 
 #[test]
+fn a_sparse_file_of_terabytes_is_refused_at_once() {
+    let folder = Folder::new();
+    for name in ["sparse.glb", "sparse.gltf"] {
+        let path = folder.write(name, Gltf::triangle().glb());
+        let file = std::fs::File::options().write(true).open(&path).unwrap();
+        file.set_len(8 << 40).unwrap();
+        let error = load(&path).unwrap_err();
+        assert_eq!(error.exit_status(), 2);
+        assert_names(&error.to_string(), &[name, "8796093022208 bytes"]);
+    }
+}
+
+#[test]
 fn versions_and_extensions_that_are_not_supported() {
     let text = refuse(|json| json["asset"]["version"] = "1.0".into());
     assert_names(&text, &["version \"1.0\"", "glTF 2.0"]);

@@ -6,3 +6,4 @@ mod files;
 mod garbage;
 mod gltf;
 mod obj;
+mod progress;

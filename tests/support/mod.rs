@@ -9,7 +9,7 @@ use headwater::gpu::{Device, DeviceInfo, Instance};
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::{Camera, Instance as Placed, Material, Mesh, Part, Scene};
 use headwater::tracing::selection::{self, Selection, TracerChoice};
-use headwater::tracing::{GeometryAccess, GpuScene, Tracer, Variant};
+use headwater::tracing::{GeometryAccess, GpuScene, SceneSizes, Tracer, Variant};
 use std::io::Write as _;
 use std::sync::Arc;
 
@@ -35,6 +35,13 @@ fn choose(instance: &Instance) -> DeviceInfo {
     info.unwrap_or_else(|e| panic!("{e}"))
 }
 
+/// The tests' device and its instance, for opening it otherwise than [`open_device`] does.
+pub fn tests_device() -> (Arc<Instance>, DeviceInfo) {
+    let instance = open_instance();
+    let info = choose(&instance);
+    (instance, info)
+}
+
 /// The variants with a tracer that the tests' device can run; says which tracer it lacks.
 pub fn variants(tracer: Tracer) -> Vec<Variant> {
     let info = choose(&open_instance());
@@ -57,9 +64,9 @@ pub fn variants(tracer: Tracer) -> Vec<Variant> {
 
 /// The tests' device, opened for `variant` or, with none, for what the rule chooses.
 pub fn open_device(variant: Option<Variant>) -> (Arc<Device>, Selection) {
-    let instance = open_instance();
-    let info = choose(&instance);
-    let mut selection = selection::select(&info, TracerChoice::Auto).unwrap();
+    let (instance, info) = tests_device();
+    let mut selection =
+        selection::select(&info, TracerChoice::Auto, &SceneSizes::default()).unwrap();
     if let Some(variant) = variant {
         selection.variant = variant;
     }

@@ -3,6 +3,7 @@
 use super::damaged;
 use super::document::Document;
 use crate::scene::notices::quoted;
+use crate::scene::progress::{Progress, Watched, room_for};
 use crate::{Error, Result};
 use base64::Engine;
 use base64::alphabet;
@@ -80,8 +81,14 @@ pub fn load<'a>(
     document: &Document,
     binary: Option<&'a [u8]>,
     folder: &Path,
+    progress: &mut Progress<'_>,
 ) -> Result<Vec<Cow<'a, [u8]>>> {
     let mut buffers = Vec::new();
+    for buffer in &document.buffers {
+        if matches!(&buffer.uri, Some(uri) if !uri.starts_with("data:")) {
+            progress.expect(buffer.byte_length);
+        }
+    }
     for (index, buffer) in document.buffers.iter().enumerate() {
         let what = format!("buffer {index}");
         let length = buffer.byte_length;
@@ -89,7 +96,7 @@ pub fn load<'a>(
             (Some(uri), _) => Cow::Owned(match uri.strip_prefix("data:") {
                 Some(data) => decode_data_uri(data)
                     .ok_or_else(|| damaged(format!("{what}: its data URI is not base64")))?,
-                None => read_file(&what, uri, length, folder)?,
+                None => read_file(&what, uri, length, folder, progress)?,
             }),
             (None, Some(binary)) if index == 0 => Cow::Borrowed(binary),
             (None, _) => {
@@ -118,7 +125,13 @@ pub fn load<'a>(
 }
 
 /// At most `length` bytes of a file beside the glTF file: never more than it has.
-fn read_file(what: &str, uri: &str, length: u64, folder: &Path) -> Result<Vec<u8>> {
+fn read_file(
+    what: &str,
+    uri: &str,
+    length: u64,
+    folder: &Path,
+    progress: &mut Progress<'_>,
+) -> Result<Vec<u8>> {
     if uri.contains("://") {
         return Err(Error::input(format!(
             "{what}: the uri {} is not a file beside the scene; download it and name it there",
@@ -144,10 +157,11 @@ fn read_file(what: &str, uri: &str, length: u64, folder: &Path) -> Result<Vec<u8
         return Err(unreadable(&"it is not a file"));
     }
     let length = length.min(found.len());
-    let mut bytes = Vec::with_capacity(length as usize);
-    file.take(length)
+    let mut bytes = room_for(length).map_err(|cause| unreadable(&cause))?;
+    Watched::new(file, progress)
+        .take(length)
         .read_to_end(&mut bytes)
-        .map_err(|cause| unreadable(&cause))?;
+        .map_err(|cause| Error::from_io(cause, |cause| unreadable(&cause)))?;
     Ok(bytes)
 }
 

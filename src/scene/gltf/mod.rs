@@ -13,6 +13,7 @@ mod meshes;
 mod nodes;
 
 use super::notices::Tally;
+use super::progress::Progress;
 use super::{Instance, Material, Motion, Scene};
 use crate::{Error, Result};
 use accessors::{Accessors, get};
@@ -30,7 +31,7 @@ const EXTENSIONS: [&str; 4] = [
 
 /// Reads a glTF file from its bytes; files it names lie in `folder`. Errors name the element, not
 /// the file. The scene is not validated yet.
-pub(super) fn read(bytes: &[u8], folder: &Path) -> Result<Scene> {
+pub(super) fn read(bytes: &[u8], folder: &Path, progress: &mut Progress<'_>) -> Result<Scene> {
     let (json, binary) = buffers::split(bytes)?;
     let document = parse(json)?;
     check_extensions(&document)?;
@@ -39,7 +40,7 @@ pub(super) fn read(bytes: &[u8], folder: &Path) -> Result<Scene> {
 
     let placed = nodes::placed(&document)?;
     let materials = materials::read(&document, &mut tally);
-    let buffers = buffers::load(&document, binary, folder)?;
+    let buffers = buffers::load(&document, binary, folder, progress)?;
     let buffer_bytes: u64 = buffers.iter().map(|buffer| buffer.len() as u64).sum();
     let accessors = Accessors {
         document: &document,
@@ -89,6 +90,7 @@ pub(super) fn read(bytes: &[u8], folder: &Path) -> Result<Scene> {
                 Some(mesh) => mesh,
                 None => {
                     scene.meshes.push(meshes.read(index, source, &mut tally)?);
+                    progress.decoded(scene.meshes.len(), document.meshes.len())?;
                     scene.meshes.len() as u32 - 1
                 }
             };

@@ -41,10 +41,12 @@ impl<R: BufRead> Lines<R> {
             loop {
                 let read = self.source.read_until(b'\n', &mut self.bytes);
                 let count = read.map_err(|cause| {
-                    Error::input(format!(
-                        "cannot be read after line {}: {cause}",
-                        self.number
-                    ))
+                    Error::from_io(cause, |cause| {
+                        Error::input(format!(
+                            "cannot be read after line {}: {cause}",
+                            self.number
+                        ))
+                    })
                 })?;
                 if count == 0 && self.bytes.is_empty() {
                     return Ok(None);

@@ -3,7 +3,7 @@
 
 use super::colonnade::{self, BAY, RAIL, SPRING, STOREY, THICK};
 use super::parameters::{Parameter, Range, Values};
-use super::shapes::{Builder, Heap, Random, Shape, dielectric, lamp, metal};
+use super::shapes::{Builder, Heap, Random, SINK, Shape, dielectric, lamp, metal};
 use super::statue;
 use super::turned::Profile;
 use crate::scene::{Material, Scene};
@@ -43,8 +43,6 @@ const GALLERY: f32 = 2.7;
 /// From a floor to the gallery's ceiling above it, and to the court's ceiling.
 const CEILING: f32 = 4.6;
 const TOP: f32 = 2.0 * STOREY + 0.75;
-/// How deep things stand in what bears them, as two faces in one plane would be a toss-up.
-const SINK: f32 = 0.003;
 
 /// One side of the court: what is built facing +Z is turned towards the middle.
 struct Side {

@@ -141,8 +141,17 @@ fn materials() -> Vec<Material> {
     ]
 }
 
-/// A place that is taken: where, the radius around it, and how high.
-struct Taken(Vec3, f32, f32);
+/// The eye's place on the ground, in units of the scatter's radius.
+const EYE: Vec3 = Vec3::new(-0.3, 0.0, 1.12);
+/// No figure stands as near to the eye, in metres.
+const CLEAR_OF_EYE: f32 = 5.0;
+
+/// A place that is taken.
+struct Taken {
+    middle: Vec3,
+    radius: f32,
+    height: f32,
+}
 
 /// A board of squares amid a plane.
 fn ground(scene: &mut Builder, half: u32) {
@@ -156,7 +165,7 @@ fn ground(scene: &mut Builder, half: u32) {
         let corner = Vec3::new(i as f32, 0.0, j as f32);
         squares[(i + j).rem_euclid(2) as usize].add(Shape::quad(corner, Vec3::Z, Vec3::X));
     }
-    let far = 200.0;
+    let far = edge + 200.0;
     let mut around = Shape::default();
     for (x, z, width, depth) in [
         (-far, -far, 2.0 * far, far - edge),
@@ -194,18 +203,21 @@ fn scatter(
 ) -> Vec<Taken> {
     let materials = materials();
     let mut meshes: Vec<((usize, usize), u32)> = Vec::new();
-    let mut taken = vec![Taken(eye, 5.0, f32::MAX)];
+    let mut taken = vec![Taken {
+        middle: eye,
+        radius: CLEAR_OF_EYE,
+        height: f32::MAX,
+    }];
     for number in 0..count {
         let (kind, size) = if number == 0 {
             (0, 1.7)
         } else {
-            let kind = (random.unit() * KINDS.len() as f32) as usize % KINDS.len();
-            (kind, random.between(0.75, 1.35))
+            (random.index(KINDS.len()), random.between(0.75, 1.35))
         };
         let material = if number == 0 {
             2
         } else {
-            (random.unit() * materials.len() as f32) as usize % materials.len()
+            random.index(materials.len())
         };
         let foot = 0.42 * size;
         let mut at = if number == 0 {
@@ -215,7 +227,7 @@ fn scatter(
         };
         while taken
             .iter()
-            .any(|other| other.0.distance(at) < other.1 + foot + 0.1)
+            .any(|other| other.middle.distance(at) < other.radius + foot + 0.1)
         {
             *radius *= 1.0005;
             at = somewhere(random, *radius);
@@ -234,7 +246,11 @@ fn scatter(
             mesh,
             DAffine3::from_scale_rotation_translation(DVec3::splat(f64::from(size)), turn, place),
         );
-        taken.push(Taken(at, foot, 2.3 * size));
+        taken.push(Taken {
+            middle: at,
+            radius: foot,
+            height: 2.3 * size,
+        });
     }
     taken
 }
@@ -273,21 +289,26 @@ fn lights(
     }
     for _ in 0..count {
         let size = base * random.between(0.6, 1.4);
-        let mut at = Vec3::ZERO;
-        for _ in 0..200 {
+        let (mut reach, mut tries) = (radius, 0);
+        let at = loop {
             let height = size + 0.05 + 3.6 * random.unit().powi(2);
-            at = somewhere(random, radius) + Vec3::Y * height;
+            let at = somewhere(random, reach) + Vec3::Y * height;
             let inside = |other: &Taken| {
-                let away = (other.0 - at) * Vec3::new(1.0, 0.0, 1.0);
-                at.y - size < other.2 && away.length() < other.1 + size + 0.03
+                let away = (other.middle - at) * Vec3::new(1.0, 0.0, 1.0);
+                at.y - size < other.height && away.length() < other.radius + size + 0.03
             };
             // Nor between the eye and the king.
             let t = (at - eye).dot(-eye) / eye.length_squared();
             let off = (at - eye * (1.0 - t)) * Vec3::new(1.0, 0.0, 1.0);
             if (off.length() > 0.8 || t > 1.0) && !taken.iter().any(inside) {
-                break;
+                break at;
             }
-        }
+            tries += 1;
+            // There is always room farther out.
+            if tries % 200 == 0 {
+                reach *= 1.1;
+            }
+        };
         let place = DAffine3::from_scale_rotation_translation(
             DVec3::splat(f64::from(size)),
             DQuat::IDENTITY,
@@ -303,8 +324,9 @@ pub(super) fn make(values: &Values) -> Scene {
     let mut scene = Builder::default();
     let count = values.whole("figures");
     let mut radius = (count as f32 * ROOM / std::f32::consts::PI).sqrt() + 1.0;
-    // Near enough to stand among the figures at the edge, whatever their number.
-    let eye = Vec3::new(-0.3, 0.0, 1.12) * radius.min(10.9);
+    // Near enough to stand among the figures at the edge, whatever their number, but clear of the
+    // king where they are few.
+    let eye = EYE * radius.clamp(5.1, 10.9);
     let taken = scatter(&mut scene, &mut random, count, eye, &mut radius);
     ground(&mut scene, radius.ceil() as u32 + 2);
     lights(

@@ -2,7 +2,7 @@
 
 use super::car::car;
 use super::parameters::{Parameter, Range, Values};
-use super::shapes::{Builder, Heap, Random, Shape, dielectric, lamp, metal};
+use super::shapes::{Builder, Heap, Random, SINK, Shape, dielectric, lamp, metal};
 use super::turned::Profile;
 use super::{statue, workshop};
 use crate::scene::{Material, Scene};
@@ -36,8 +36,6 @@ const BACK: f32 = -4.6;
 const FRONT: f32 = 4.4;
 /// The ground under the slabs; the walls go down to it, or light would leak through the joints.
 const DEEP: f32 = -0.02;
-/// How deep things stand in what bears them, as two faces in one plane would be a toss-up.
-const SINK: f32 = 0.002;
 /// Where the rolling door is, and its height.
 const DOOR: (f32, f32) = (-3.15, -0.35);
 const DOOR_HIGH: f32 = 2.4;

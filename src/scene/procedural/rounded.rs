@@ -1,6 +1,7 @@
 //! Bodies with smooth normals: turned on a lathe, and boxes with round edges.
 
 use super::shapes::Shape;
+use super::turned::Profile;
 use glam::Vec3;
 
 /// Straight pieces that stand for one stretch of a curved profile.
@@ -9,35 +10,11 @@ const STEPS: usize = 4;
 /// A body turned around the y axis. A profile is made of pieces, from the foot upwards; each is a
 /// smooth curve through points (radius, height), and between two pieces there is an edge.
 pub(super) fn lathe(pieces: &[&[(f32, f32)]], sides: u32) -> Shape {
-    let around = |side: u32| {
-        let turn = std::f32::consts::TAU * (side % sides) as f32 / sides as f32;
-        (turn.cos(), turn.sin())
-    };
-    let out = |(radius, height): (f32, f32), (c, s): (f32, f32)| {
-        Vec3::new(radius * c, height, radius * s)
-    };
-    let mut corners = Vec::new();
+    let mut body = Shape::default();
     for piece in pieces {
-        let line = curve(piece);
-        let normals = normals(&line);
-        for k in 0..line.len() - 1 {
-            for side in 0..sides {
-                let (left, right) = (around(side), around(side + 1));
-                let corner = |k: usize, turn| [out(line[k], turn), out(normals[k], turn)];
-                let (a, b) = (corner(k, left), corner(k, right));
-                let (c, d) = (corner(k + 1, right), corner(k + 1, left));
-                // On the axis two corners are one.
-                if line[k + 1].0 > 0.0 {
-                    corners.extend([a, d, c]);
-                }
-                if line[k].0 > 0.0 {
-                    corners.extend([a, c, b]);
-                }
-            }
-        }
+        body.add(Profile::through(&curve(piece)).turned(sides));
     }
-    let (positions, normals) = corners.into_iter().map(|[p, n]| (p, n)).unzip();
-    Shape::smooth(positions, normals)
+    body
 }
 
 /// A Catmull-Rom curve through the points; two points are a straight line.
@@ -70,24 +47,6 @@ fn curve(points: &[(f32, f32)]) -> Vec<(f32, f32)> {
     }
     line.push(points[last]);
     line
-}
-
-/// Unit normals (outwards, upwards) at the points of a line.
-fn normals(line: &[(f32, f32)]) -> Vec<(f32, f32)> {
-    let unit = |(x, y): (f32, f32)| {
-        let length = x.hypot(y);
-        (x / length, y / length)
-    };
-    let across: Vec<_> = line
-        .windows(2)
-        .map(|p| unit((p[1].1 - p[0].1, p[0].0 - p[1].0)))
-        .collect();
-    (0..line.len())
-        .map(|k| {
-            let (a, b) = (across[k.saturating_sub(1)], across[k.min(across.len() - 1)]);
-            unit((a.0 + b.0, a.1 + b.1))
-        })
-        .collect()
 }
 
 /// A box by its middle and size whose edges are rounded with a radius.

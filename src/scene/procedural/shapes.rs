@@ -4,6 +4,10 @@ use crate::scene::camera::look_at;
 use crate::scene::{Camera, Instance, Material, Mesh, Part, Scene};
 use glam::{DAffine3, DVec3, Mat3, Vec3};
 
+/// How deep things stand in what bears them, in metres: of two faces in one plane, chance would
+/// decide which is seen.
+pub(super) const SINK: f32 = 0.002;
+
 /// Triangles that share no corners; flat unless they come with normals.
 #[derive(Clone, Default)]
 pub(super) struct Shape {
@@ -360,9 +364,14 @@ impl Random {
         low + (high - low) * self.unit()
     }
 
+    /// Below a count.
+    pub(super) fn index(&mut self, count: usize) -> usize {
+        (self.unit() * count as f32) as usize % count
+    }
+
     /// One of several things.
     pub(super) fn pick<T: Copy>(&mut self, things: &[T]) -> T {
-        things[(self.unit() * things.len() as f32) as usize % things.len()]
+        things[self.index(things.len())]
     }
 }
 

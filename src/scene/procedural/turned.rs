@@ -14,6 +14,11 @@ impl Profile {
         Self(vec![vec2(radius, height)])
     }
 
+    /// A profile through points (radius, height).
+    pub(super) fn through(points: &[(f32, f32)]) -> Self {
+        Self(points.iter().map(|p| vec2(p.0, p.1)).collect())
+    }
+
     fn last(&self) -> Vec2 {
         self.0.last().copied().unwrap_or_default()
     }

@@ -184,7 +184,7 @@ fn floor(heap: &mut Heap, random: &mut Random) {
                     Vec3::new(x + 0.001, -0.02, low),
                     Vec3::new(x + width - 0.001, 0.0, high),
                 );
-                let wood = (random.unit() * 3.0) as usize % 3;
+                let wood = random.index(3);
                 heap.add(&woods[wood], plank);
             }
             z += long;

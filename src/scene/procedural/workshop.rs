@@ -240,7 +240,7 @@ pub(super) fn tools(random: &mut Random) -> Heap {
     };
     for (i, x) in (0..12).map(|i| (i, -0.98 + 0.17 * i as f32)) {
         let long = random.between(0.2, 0.34);
-        let grip = &grips[(random.unit() * 3.0) as usize % 3];
+        let grip = &grips[random.index(3)];
         match i % 3 {
             0 => {
                 heap.add(grip, upright(x, 0.3, 0.014, long + 0.1));

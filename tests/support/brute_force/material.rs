@@ -98,7 +98,7 @@ impl Surface {
     }
 
     /// Probability of sampling the specular lobe.
-    fn specular_probability(&self, outgoing: DVec3) -> f64 {
+    pub fn specular_probability(&self, outgoing: DVec3) -> f64 {
         if self.metallic == 0.0 && self.dielectric_f90 == 0.0 {
             return 0.0;
         }

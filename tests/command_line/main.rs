@@ -1,13 +1,22 @@
 //! The command line's contract: exit statuses, one-line errors, no half-written files, equal bits.
 
+mod reference;
+mod study;
+
 use headwater::image::{Image, Samples};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
-use std::time::{Duration, Instant};
 
 fn headwater(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_headwater"));
     command.args(arguments).env_remove("HEADWATER_VALIDATION");
+    command
+}
+
+/// The same with the validation layers on: whatever they say makes it fail.
+fn validated(arguments: &[&str]) -> Command {
+    let mut command = headwater(arguments);
+    command.env("HEADWATER_VALIDATION", "1");
     command
 }
 
@@ -21,9 +30,13 @@ fn text(path: &Path) -> &str {
 
 /// Runs, expects success, and returns what it printed on stderr.
 fn succeed(arguments: &[&str]) -> String {
-    let output = run(arguments);
+    succeeded(headwater(arguments))
+}
+
+fn succeeded(mut command: Command) -> String {
+    let output = command.output().unwrap();
     let errors = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.success(), "{arguments:?}: {errors}");
+    assert!(output.status.success(), "{command:?}: {errors}");
     errors
 }
 
@@ -229,7 +242,7 @@ fn a_generated_scene_renders_with_every_aov() {
         folder.path().join("a.json"),
     );
     succeed(&["scene", "generate", "cornell", "-o", text(&glb)]);
-    succeed(&[
+    succeeded(validated(&[
         "render",
         text(&glb),
         "-o",
@@ -242,7 +255,7 @@ fn a_generated_scene_renders_with_every_aov() {
         "albedo,normal,depth,instance",
         "--report",
         text(&report),
-    ]);
+    ]));
     let image = Image::read(&exr).unwrap();
     assert_eq!((image.width, image.height), (48, 48));
     for channel in ["R", "albedo.G", "normal.X", "normal.Z", "depth.Z"] {
@@ -294,120 +307,46 @@ fn the_same_seed_gives_the_same_file_with_one_thread_and_with_all() {
     assert!(all != make("other.exr", None, "6"), "the seed does nothing");
 }
 
-const REFERENCE: [&str; 6] = ["reference", "cornell", "--width", "96", "--seed", "3"];
-
-fn samples_of(path: &Path) -> u32 {
-    let image = Image::read(path).unwrap();
-    image.metadata["headwater.samples"].parse().unwrap()
-}
-
-/// Waits until another process has put a file there.
-fn wait_for(path: &Path) {
-    let start = Instant::now();
-    while !path.exists() && start.elapsed() < Duration::from_secs(60) {
-        std::thread::sleep(Duration::from_millis(20));
-    }
-    assert!(path.exists(), "no file after a minute");
-}
-
 #[test]
-fn a_reference_that_was_stopped_resumes_to_the_same_bits() {
+fn what_the_validation_layers_say_makes_a_command_fail() {
     let folder = tempfile::tempdir().unwrap();
-    let [whole, parts] = ["whole.exr", "parts.exr"].map(|n| folder.path().join(n));
-    let arguments = [&REFERENCE[..], &["-o", text(&parts)]].concat();
-    let mut child = headwater(&[&arguments[..], &["--spp", "1000000"]].concat())
-        .env("HEADWATER_SAVE_SECONDS", "0")
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    wait_for(&parts);
-    // SAFETY: a signal to the child just started.
-    unsafe { libc::kill(child.id() as i32, libc::SIGINT) };
-    assert_eq!(child.wait().unwrap().code(), Some(130));
-    let stopped = samples_of(&parts);
-    let more = (stopped + 50).to_string();
-    succeed(&[&arguments[..], &["--spp", &more, "--resume"]].concat());
-    succeed(&[&REFERENCE[..], &["--spp", &more, "-o", text(&whole)]].concat());
-    assert_eq!(samples_of(&parts), stopped + 50);
-    assert!(
-        std::fs::read(&whole).unwrap() == std::fs::read(&parts).unwrap(),
-        "bits differ"
+    let shaders = folder.path().join("glsl");
+    copy_folder(
+        Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/glsl")),
+        &shaders,
     );
-    let other = [
-        &REFERENCE[..4],
-        &["--seed", "4", "-o", text(&parts), "--resume"],
-    ]
-    .concat();
-    assert!(fail(&other, 2).contains("headwater.seed"));
+    let pass = shaders.join("passes/path_trace.comp");
+    let source = std::fs::read_to_string(&pass).unwrap();
+    // A memory model that the device was not opened with, and that changes nothing.
+    let planted = source.replace(
+        "#version 460\n",
+        "#version 460\n#pragma use_vulkan_memory_model\n",
+    );
+    assert!(planted != source);
+    std::fs::write(&pass, planted).unwrap();
+    let out = folder.path().join("a.exr");
+    let mut command = validated(&["render", "cornell", "--width", "32", "-o", text(&out)]);
+    let output = command.env("HEADWATER_GLSL", &shaders).output().unwrap();
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{errors}");
+    // A slow device says before how far it is.
+    let last = errors.lines().last().unwrap_or_default();
+    assert!(last.contains("validation layers"), "{errors}");
+    assert!(last.contains("VulkanMemoryModel"), "{errors}");
 }
 
-#[test]
-fn a_target_error_is_met_at_the_same_samples_wherever_a_run_was_stopped() {
-    let folder = tempfile::tempdir().unwrap();
-    let [whole, parts] = ["whole.exr", "parts.exr"].map(|n| folder.path().join(n));
-    let target = ["--target-error", "0.05"];
-    succeed(&[&REFERENCE[..], &target, &["-o", text(&whole)]].concat());
-    let met = samples_of(&whole);
-    assert!(met > 80, "met after {met}, before a stop can matter");
-    let arguments = [&REFERENCE[..], &["-o", text(&parts)]].concat();
-    // Not one of the counts at which a run looks.
-    succeed(&[&arguments[..], &["--spp", "71"]].concat());
-    for _ in 0..2 {
-        succeed(&[&arguments[..], &target, &["--resume"]].concat());
-        assert!(
-            std::fs::read(&whole).unwrap() == std::fs::read(&parts).unwrap(),
-            "{} samples instead of {met}",
-            samples_of(&parts)
+fn copy_folder(from: &Path, to: &Path) {
+    std::fs::create_dir(to).unwrap();
+    for entry in std::fs::read_dir(from).unwrap() {
+        let (path, to) = (
+            entry.as_ref().unwrap().path(),
+            to.join(entry.unwrap().file_name()),
         );
-    }
-}
-
-#[test]
-fn a_reference_stopped_before_its_first_sample_leaves_the_file_alone() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("a.exr");
-    let arguments = [&REFERENCE[..], &["--spp", "2", "-o", text(&path)]].concat();
-    succeed(&arguments);
-    let before = std::fs::read(&path).unwrap();
-    let mut child = headwater(&[&arguments[..], &["--spp", "1000000"]].concat()[..])
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
-    // SAFETY: a signal to the child just started, which may not yet watch for it.
-    unsafe { libc::kill(child.id() as i32, libc::SIGINT) };
-    child.wait().unwrap();
-    assert!(std::fs::read(&path).unwrap() == before);
-}
-
-#[test]
-fn one_sample_claims_no_error() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("a.exr");
-    let output = run(&[&REFERENCE[..], &["--spp", "1", "-o", text(&path)]].concat());
-    let said = String::from_utf8(output.stdout).unwrap();
-    assert!(said.contains("nothing of its error"), "{said}");
-    assert!(Image::read(&path).unwrap().floats("stderr.R").is_none());
-}
-
-#[test]
-fn a_killed_reference_leaves_its_last_complete_file() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("a.exr");
-    let arguments = [&REFERENCE[..], &["--spp", "1000000", "-o", text(&path)]].concat();
-    for kill in 0..8 {
-        let mut child = headwater(&arguments)
-            .env("HEADWATER_SAVE_SECONDS", "0")
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
-        wait_for(&path);
-        // Saves follow each other, so these moments fall into different parts of one.
-        std::thread::sleep(Duration::from_millis(400 + 7 * kill));
-        child.kill().unwrap();
-        child.wait().unwrap();
-        assert!(samples_of(&path) > 0);
-        std::fs::remove_file(&path).unwrap();
+        if path.is_dir() {
+            copy_folder(&path, &to);
+        } else {
+            std::fs::copy(&path, &to).unwrap();
+        }
     }
 }
 

@@ -1,0 +1,151 @@
+//! What the validation layers say, and which of it may be said.
+
+use crate::{Error, Result};
+use ash::{ext, vk};
+use std::ffi::{CStr, c_void};
+use std::sync::Mutex;
+
+/// A message of the validation layers that is known and harmless.
+#[derive(Debug)]
+pub struct Allowed {
+    /// The message's identifier, such as `VUID-vkCmdDispatch-None-08114`.
+    pub id: &'static str,
+    /// A part of its text that tells this case from others of the identifier.
+    pub text: &'static str,
+    /// Why it is no fault of ours.
+    pub reason: &'static str,
+}
+
+/// The messages that are not counted. Every other one fails the tests, so a new entry needs a
+/// reason that a reader can check: the driver's or the layer's fault, with its version.
+///
+/// None is needed on Mesa 22.3.6 and 25.0.7 and on SwiftShader.
+pub const ALLOWED: &[Allowed] = &[];
+
+/// Messages kept at most: one in a loop must not fill the memory.
+const MOST_KEPT: usize = 1000;
+
+/// Labels, names and messages.
+pub(super) struct DebugUtils {
+    instance: ext::debug_utils::Instance,
+    messenger: vk::DebugUtilsMessengerEXT,
+    /// The messages the callback gathers; boxed so that its address stays put.
+    log: Box<Log>,
+}
+
+/// What the validation layers said.
+type Log = Mutex<Vec<String>>;
+
+impl DebugUtils {
+    pub(super) fn new(entry: &ash::Entry, raw: &ash::Instance) -> Result<Self> {
+        let instance = ext::debug_utils::Instance::new(entry, raw);
+        let log = Box::<Log>::default();
+        let info = vk::DebugUtilsMessengerCreateInfoEXT::default()
+            .message_severity(
+                vk::DebugUtilsMessageSeverityFlagsEXT::WARNING
+                    | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR,
+            )
+            .message_type(
+                vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION
+                    | vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE
+                    | vk::DebugUtilsMessageTypeFlagsEXT::GENERAL,
+            )
+            .pfn_user_callback(Some(on_message))
+            .user_data(std::ptr::from_ref::<Log>(&log) as *mut c_void);
+        // SAFETY: the log outlives the messenger, which Instance::drop destroys first.
+        let messenger = unsafe { instance.create_debug_utils_messenger(&info, None) }
+            .map_err(|e| Error::failed(format!("Vulkan gives no debug messenger ({e})")))?;
+        Ok(Self {
+            instance,
+            messenger,
+            log,
+        })
+    }
+
+    /// What the validation layers said so far, the allowed messages aside.
+    pub(super) fn messages(&self) -> Vec<String> {
+        self.log.lock().map(|log| log.clone()).unwrap_or_default()
+    }
+
+    /// Ends the messages.
+    ///
+    /// # Safety
+    /// Called once, while the instance lives.
+    pub(super) unsafe fn destroy(&self) {
+        // SAFETY: as the caller promises.
+        unsafe {
+            self.instance
+                .destroy_debug_utils_messenger(self.messenger, None);
+        }
+    }
+}
+
+/// Keeps every warning and error of the layers that is not allowed; what drivers and the loader say
+/// for themselves is only logged.
+///
+/// # Safety
+/// Called by the loader with valid data and the `Log` of [`DebugUtils::new`].
+unsafe extern "system" fn on_message(
+    severity: vk::DebugUtilsMessageSeverityFlagsEXT,
+    types: vk::DebugUtilsMessageTypeFlagsEXT,
+    data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
+    user: *mut c_void,
+) -> vk::Bool32 {
+    // SAFETY: the specification promises valid pointers during the call.
+    let (id, message, log) = unsafe {
+        let text = |text: Option<&CStr>| {
+            text.map(|t| t.to_string_lossy().replace('\n', " "))
+                .unwrap_or_default()
+        };
+        (
+            text((*data).message_id_name_as_c_str()),
+            text((*data).message_as_c_str()),
+            &*(user as *const Log),
+        )
+    };
+    log::debug!("Vulkan {severity:?} {types:?}: {message}");
+    let of_layers = vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION
+        | vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE;
+    if types.intersects(of_layers)
+        && !allows(ALLOWED, &id, &message)
+        && let Ok(mut messages) = log.lock()
+        && messages.len() < MOST_KEPT
+    {
+        messages.push(message);
+    }
+    vk::FALSE
+}
+
+/// Whether a message is on a list.
+fn allows(list: &[Allowed], id: &str, message: &str) -> bool {
+    list.iter()
+        .any(|allowed| allowed.id == id && message.contains(allowed.text))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_entry_allows_its_own_case_only() {
+        let list = [Allowed {
+            id: "VUID-a-1",
+            text: "queue 7",
+            reason: "a test",
+        }];
+        assert!(allows(&list, "VUID-a-1", "on queue 7 it is so"));
+        assert!(!allows(&list, "VUID-a-1", "on queue 8 it is so"));
+        assert!(!allows(&list, "VUID-a-10", "on queue 7 it is so"));
+        assert!(!allows(&[], "VUID-a-1", "on queue 7 it is so"));
+    }
+
+    #[test]
+    fn every_entry_says_which_case_it_means_and_why() {
+        for allowed in ALLOWED {
+            assert!(
+                !allowed.id.is_empty() && !allowed.text.is_empty() && allowed.reason.len() > 20,
+                "{allowed:?}"
+            );
+        }
+    }
+}

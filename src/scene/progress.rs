@@ -1,0 +1,97 @@
+//! How far the loading of a scene has come, told to whoever waits for it.
+
+use crate::{Error, Result};
+use std::fs::File;
+use std::io::Read;
+
+/// A step of loading.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// Bytes of the file and of those that it names.
+    Reading,
+    /// Meshes.
+    Decoding,
+}
+
+/// Is told the step, how much of it is done, and of how much; an error ends the loading.
+pub type Watch<'a> = dyn FnMut(Step, u64, u64) -> Result<()> + 'a;
+
+/// Adds up what is read of all files.
+pub(super) struct Progress<'a> {
+    watch: &'a mut Watch<'a>,
+    read: u64,
+    to_read: u64,
+}
+
+impl<'a> Progress<'a> {
+    pub(super) fn new(watch: &'a mut Watch<'a>) -> Self {
+        Self {
+            watch,
+            read: 0,
+            to_read: 0,
+        }
+    }
+
+    /// So many bytes are to be read, beside those known before.
+    pub(super) fn expect(&mut self, bytes: u64) {
+        self.to_read = self.to_read.saturating_add(bytes);
+    }
+
+    /// So many meshes are decoded, of so many.
+    pub(super) fn decoded(&mut self, done: usize, total: usize) -> Result<()> {
+        (self.watch)(Step::Decoding, done as u64, total as u64)
+    }
+}
+
+/// A file that tells how far it has been read.
+pub(super) struct Watched<'p, 'a> {
+    file: File,
+    progress: &'p mut Progress<'a>,
+}
+
+impl<'p, 'a> Watched<'p, 'a> {
+    pub(super) fn new(file: File, progress: &'p mut Progress<'a>) -> Self {
+        Self { file, progress }
+    }
+}
+
+impl Read for Watched<'_, '_> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let count = self.file.read(buffer)?;
+        self.progress.read += count as u64;
+        let (read, to_read) = (self.progress.read, self.progress.to_read);
+        // Carried through std::io as it is; see Error::from_io.
+        (self.progress.watch)(Step::Reading, read, to_read).map_err(std::io::Error::other)?;
+        Ok(count)
+    }
+}
+
+/// Memory for so many bytes of a file.
+///
+/// # Errors
+/// There is not as much: a file may be sparse and say that it is larger than any disk.
+pub(super) fn room_for(bytes: u64) -> Result<Vec<u8>> {
+    let mut room = Vec::new();
+    usize::try_from(bytes)
+        .ok()
+        .and_then(|bytes| room.try_reserve_exact(bytes).ok())
+        .ok_or_else(|| {
+            Error::input(format!(
+                "{bytes} bytes are more than there is memory for; give a smaller scene"
+            ))
+        })?;
+    Ok(room)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn there_is_room_for_little_and_none_for_all() {
+        assert!(room_for(1000).unwrap().capacity() >= 1000);
+        let error = room_for(u64::MAX).unwrap_err();
+        assert!(error.to_string().contains("18446744073709551615 bytes"));
+        assert_eq!(error.exit_status(), 2);
+    }
+}

@@ -1,0 +1,111 @@
+//! Finished runs, kept in a file as they come in.
+
+use super::run::Run;
+use crate::{Error, Result};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Finished runs: a line of JSON each; one that a crash cut short is left out.
+pub struct Store {
+    path: PathBuf,
+    runs: Vec<Run>,
+}
+
+impl Store {
+    /// Reads what is there already.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub fn open(path: &Path) -> Result<Self> {
+        let text = match std::fs::read_to_string(path) {
+            Ok(text) => text,
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => String::new(),
+            Err(e) => return Err(Error::reading(path, e)),
+        };
+        Ok(Self {
+            path: path.to_owned(),
+            runs: text
+                .lines()
+                .filter_map(|line| serde_json::from_str(line).ok())
+                .collect(),
+        })
+    }
+
+    /// The run of a key and seed.
+    pub fn find(&self, key: &str, seed: u32) -> Option<&Run> {
+        let own = |run: &&Run| run.seed == seed && run.key == key;
+        self.runs.iter().find(own)
+    }
+
+    /// All runs of a key with seeds in a range, those that there are.
+    pub fn of(&self, key: &str, seeds: std::ops::Range<u32>) -> Vec<&Run> {
+        let mut runs: Vec<&Run> = (self.runs.iter())
+            .filter(|run| run.key == key && seeds.contains(&run.seed))
+            .collect();
+        runs.sort_by_key(|run| run.seed);
+        runs.dedup_by_key(|run| run.seed);
+        runs
+    }
+
+    /// Keeps a run.
+    ///
+    /// # Errors
+    /// A disk that does not take it.
+    pub fn add(&mut self, run: Run) -> Result<()> {
+        let line = serde_json::to_string(&run)
+            .map_err(|e| Error::failed(format!("a run as JSON: {e}")))?;
+        let mut file = std::fs::OpenOptions::new()
+            .create(true)
+            .append(true)
+            .open(&self.path)
+            .map_err(|e| Error::writing(&self.path, e))?;
+        // A line that a crash cut short must not swallow this one.
+        writeln!(file, "\n{line}").map_err(|e| Error::writing(&self.path, e))?;
+        self.runs.push(run);
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn run(key: &str, seed: u32) -> Run {
+        Run {
+            scene: "scene".into(),
+            configuration: "configuration".into(),
+            key: key.into(),
+            seed,
+            rmse: vec![0.5],
+            rmse_clamped: vec![0.25],
+            relmse: vec![0.125],
+            correlation: vec![0.0],
+            mean: [1.0, 2.0, 3.0],
+            blocks: vec![1.0],
+            milliseconds: vec![("pass".into(), 1.5)],
+            counts: Vec::new(),
+            rejected: 0,
+        }
+    }
+
+    #[test]
+    fn runs_outlive_a_crash_in_the_midst_of_a_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("runs.jsonl");
+        let mut store = Store::open(&path).unwrap();
+        store.add(run("a", 1)).unwrap();
+        store.add(run("a", 0)).unwrap();
+        store.add(run("b", 0)).unwrap();
+        let whole = std::fs::read(&path).unwrap();
+        std::fs::write(&path, &whole[..whole.len() - 9]).unwrap();
+
+        let mut store = Store::open(&path).unwrap();
+        assert!(store.find("b", 0).is_none());
+        store.add(run("b", 0)).unwrap();
+        let store = Store::open(&path).unwrap();
+        let seeds: Vec<u32> = store.of("a", 0..9).iter().map(|r| r.seed).collect();
+        assert_eq!(seeds, [0, 1]);
+        assert_eq!(store.of("a", 1..9).len(), 1);
+        assert_eq!(store.find("b", 0).unwrap().mean, [1.0, 2.0, 3.0]);
+    }
+}

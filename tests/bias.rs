@@ -1,0 +1,158 @@
+//! The bias check itself: a sample of the bias matrix passes, and the same command fails on each fault
+//! that merges are known to have, planted in a copy of the shaders.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// Where a merge's own neighbours are weighed with visibility.
+const VISIBILITY: &str = "if (visibility && i != k &&";
+
+/// All of a command's output.
+fn text(output: &Output) -> String {
+    let part = String::from_utf8_lossy;
+    format!("{}{}", part(&output.stdout), part(&output.stderr))
+}
+
+fn study(plan: &str, folder: &Path, shaders: Option<&Path>) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_headwater"));
+    command.args(["study", "--plan", plan, "-o"]).arg(folder);
+    if let Some(shaders) = shaders {
+        command.env("HEADWATER_GLSL", shaders);
+    }
+    command.output().unwrap()
+}
+
+/// A copy of the shaders in which a fault was planted: of each file, texts and what replaces them.
+fn planted(folder: &Path, changes: &[(&str, &str, &str)]) {
+    let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("glsl");
+    std::fs::create_dir_all(folder.join("passes")).unwrap();
+    for part in ["", "passes"] {
+        for entry in std::fs::read_dir(from.join(part)).unwrap() {
+            let entry = entry.unwrap();
+            if !entry.file_type().unwrap().is_file() {
+                continue;
+            }
+            let name = Path::new(part).join(entry.file_name());
+            let mut source = std::fs::read_to_string(entry.path()).unwrap();
+            for (file, old, new) in changes {
+                if Path::new(file) == name {
+                    assert!(source.contains(old), "{file} has no '{old}'");
+                    source = source.replace(old, new);
+                }
+            }
+            std::fs::write(folder.join(&name), source).unwrap();
+        }
+    }
+}
+
+#[test]
+fn a_sample_of_the_bias_matrix_passes() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = study("bias-sample", folder.path(), None);
+    println!("{}", text(&output));
+    assert!(output.status.success());
+    // What is biased is seen to be.
+    let json = std::fs::read_to_string(folder.path().join("results.json")).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    for row in json["rows"].as_array().unwrap() {
+        let expected = row["expect"].as_str().unwrap();
+        assert_eq!(row["verdict"].as_str().unwrap(), expected, "{row:#}");
+    }
+}
+
+/// A short plan that passes, and fails with every fault below.
+const PLAN: &str = r#"
+scenes = ["cornell"]
+width = 48
+frames = 3
+seeds = 64
+bounces = 1
+reference_spp = 4096
+[[sweeps]]
+preset = "accurate"
+[sweeps.over]
+"direct.mis" = ["balance", "defensive"]
+"direct.reuse" = ["spatiotemporal"]
+"#;
+
+/// Runs the short plan on a planted fault; returns what it said.
+fn with_fault(changes: &[(&str, &str, &str)]) -> (bool, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let shaders = folder.path().join("glsl");
+    planted(&shaders, changes);
+    let plan = folder.path().join("plan.toml");
+    std::fs::write(&plan, PLAN).unwrap();
+    let output = study(plan.to_str().unwrap(), folder.path(), Some(&shaders));
+    println!("{}", text(&output));
+    (output.status.success(), text(&output))
+}
+
+#[test]
+fn without_a_fault_the_short_plan_passes() {
+    assert!(with_fault(&[]).0);
+}
+
+/// The classic one: pixels in shadow have no sample, and so their neighbours seem to be alone.
+#[test]
+fn empty_neighbours_that_are_skipped_are_found() {
+    let (passes, said) = with_fault(&[
+        (
+            "merge.glsl",
+            "neighbour_confidence += techniques[i].confidence;",
+            "if (techniques[i].contribution_weight > 0.0) neighbour_confidence += techniques[i].confidence;",
+        ),
+        (
+            "merge.glsl",
+            "Domain domain = domain_of(k);",
+            "if (k > 0u && techniques[k].contribution_weight <= 0.0) continue; Domain domain = domain_of(k);",
+        ),
+    ]);
+    assert!(!passes && said.contains("should be unbiased"));
+}
+
+#[test]
+fn confidence_that_depends_on_the_sample_is_found() {
+    let load = "techniques[i].confidence = min(techniques[i].confidence, restir.at.spatial_confidence_cap);";
+    let faulty =
+        format!("{load} if (techniques[i].value.light == 1u) techniques[i].confidence *= 0.25;");
+    let (passes, said) = with_fault(&[("passes/spatial_direct.comp", load, &faulty)]);
+    assert!(!passes && said.contains("should be unbiased"));
+}
+
+#[test]
+fn visibility_that_is_missing_at_the_pixel_itself_is_found() {
+    let (passes, said) = with_fault(&[(
+        "merge.glsl",
+        VISIBILITY,
+        "if (visibility && i != k && k != 0u &&",
+    )]);
+    assert!(!passes && said.contains("should be unbiased"));
+}
+
+#[test]
+fn visibility_that_is_missing_at_the_neighbours_is_found() {
+    let (passes, said) = with_fault(&[(
+        "merge.glsl",
+        VISIBILITY,
+        "if (visibility && i != k && k == 0u &&",
+    )]);
+    assert!(!passes && said.contains("should be unbiased"));
+}
+
+/// Merges that read what is being written are a race: not biased, but no two runs alike.
+#[test]
+fn neighbours_that_are_read_while_they_are_written_are_found() {
+    let (passes, said) = with_fault(&[
+        (
+            "passes/spatial_direct.comp",
+            "layout(scalar) writeonly buffer ReservoirsBlock",
+            "layout(scalar) buffer ReservoirsBlock",
+        ),
+        (
+            "passes/spatial_direct.comp",
+            "LOAD_RESERVOIR(neighbours, slot_of(pixels[i])",
+            "LOAD_RESERVOIR(reservoirs, slot_of(pixels[i])",
+        ),
+    ]);
+    assert!(!passes && said.contains("the same seed gives another picture"));
+}

@@ -1,0 +1,140 @@
+//! `study`: plans that make no sense, and work that is stopped and goes on.
+
+use super::{fail, headwater, text, validated};
+use std::path::Path;
+use std::process::Stdio;
+use std::time::{Duration, Instant};
+
+const PLAN: &str = r#"
+scenes = ["cornell"]
+width = 24
+frames = 3
+seeds = 24
+most_seeds = 24
+reference_spp = 64
+count = true
+[[configurations]]
+name = "accurate"
+preset = "accurate"
+expect = "biased"
+[[configurations]]
+name = "initial visibility"
+preset = "s1"
+expect = "biased"
+"#;
+
+fn write(folder: &Path, plan: &str) -> String {
+    let path = folder.join("plan.toml");
+    std::fs::write(&path, plan).unwrap();
+    text(&path).to_owned()
+}
+
+#[test]
+fn plans_that_make_no_sense_are_one_line_and_status_2() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = text(folder.path());
+    for (from, to, said) in [
+        ("width", "widht", "widht"),
+        ("frames = 3", "frames = 0", "frames"),
+        ("seeds = 24", "seeds = -1", "seeds"),
+        ("\"cornell\"", "\"cornel\"", "cornell"),
+        ("\"s1\"", "\"s2\"", "s1"),
+        ("expect = \"biased\"", "expect = \"hoped\"", "hoped"),
+        (
+            "name = \"accurate\"",
+            "name = \"initial visibility\"",
+            "initial visibility",
+        ),
+        (
+            "preset = \"accurate\"",
+            "preset = \"accurate\"\nset = { \"direct.mis\" = \"pairwize\" }",
+            "pairwise",
+        ),
+        (
+            "preset = \"accurate\"",
+            "preset = \"accurate\"\nset = { \"direct.spatial.radius\" = 1e9 }",
+            "direct.spatial.radius",
+        ),
+        (
+            "preset = \"accurate\"",
+            "preset = \"accurate\"\nscenes = [\"garage\"]",
+            "garage",
+        ),
+        ("[[configurations]]", "[[configurations", "plan.toml"),
+    ] {
+        assert!(PLAN.contains(from), "{from}");
+        let plan = write(folder.path(), &PLAN.replacen(from, to, 1));
+        let error = fail(&["study", "--plan", &plan, "-o", out], 2);
+        assert!(error.contains(said), "{error}");
+    }
+    let error = fail(&["study", "--plan", "bias-matrx", "-o", out], 2);
+    assert!(error.contains("bias-matrix"), "{error}");
+    let error = fail(&["study", "--plan", "no/such.toml", "-o", out], 2);
+    assert!(error.contains("no/such.toml"), "{error}");
+}
+
+#[test]
+fn a_study_that_is_stopped_goes_on_to_the_same_results() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = write(folder.path(), PLAN);
+    let (whole, parts) = (folder.path().join("whole"), folder.path().join("parts"));
+    let output = validated(&["study", "--plan", &plan, "-o", text(&whole)])
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{output:?}");
+
+    let mut child = headwater(&["study", "--plan", &plan, "-o", text(&parts)])
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let runs = parts.join("runs.jsonl");
+    let began = Instant::now();
+    while std::fs::read_to_string(&runs)
+        .unwrap_or_default()
+        .lines()
+        .count()
+        < 8
+    {
+        assert!(
+            began.elapsed() < Duration::from_secs(120),
+            "no run after two minutes"
+        );
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    // SAFETY: a signal to the child just started.
+    unsafe { libc::kill(child.id() as i32, libc::SIGINT) };
+    let stopped = child.wait().unwrap();
+    // A machine that is fast enough may have been done already.
+    if stopped.code() != Some(0) {
+        assert_eq!(stopped.code(), Some(130));
+        assert!(!parts.join("results.json").exists());
+    }
+    let kept = std::fs::read_to_string(&runs).unwrap();
+
+    let output = headwater(&["study", "--plan", &plan, "-o", text(&parts)])
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{output:?}");
+    assert!(std::fs::read_to_string(&runs).unwrap().starts_with(&kept));
+    // Times differ; pictures do not.
+    let results = |folder: &Path| -> Vec<serde_json::Value> {
+        let json = std::fs::read_to_string(folder.join("results.json")).unwrap();
+        let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+        let rows = json["rows"].as_array().unwrap();
+        let keys = [
+            "configuration",
+            "rmse",
+            "correlation",
+            "bias",
+            "counts",
+            "settings",
+        ];
+        rows.iter()
+            .map(|row| keys.map(|k| row[k].clone()).into())
+            .collect()
+    };
+    assert_eq!(results(&whole), results(&parts));
+    let csv = std::fs::read_to_string(parts.join("results.csv")).unwrap();
+    assert_eq!(csv.lines().count(), 1 + 2 * 3, "{csv}");
+}

@@ -1,0 +1,248 @@
+//! Scenes and pictures larger than what a device binds at once. Most tests pretend that the device
+//! binds less than it does; with `HEADWATER_TEST_ALL` one crosses the real limits.
+
+mod support;
+
+use glam::DVec3;
+use headwater::gpu::{Device, DeviceInfo};
+use headwater::layouts::PixelSums;
+use headwater::render::{Renderer, Settings, View};
+use headwater::scene::{Scene, procedural};
+use headwater::tracing::selection::{Selection, TracerChoice, select};
+use headwater::tracing::{Fetch, GeometryAccess, GpuScene, SceneSizes};
+use std::sync::Arc;
+
+/// The tests' device as `change` has it, opened for what the rule chooses for a scene.
+fn open(scene: &Scene, change: impl FnOnce(&mut DeviceInfo)) -> (Arc<Device>, Selection) {
+    let (instance, mut info) = support::tests_device();
+    change(&mut info);
+    let selection = select(&info, TracerChoice::Auto, &SceneSizes::of(scene)).unwrap();
+    let device = Device::open(&instance, info, selection.features()).unwrap();
+    (device, selection)
+}
+
+fn view(scene: &Scene, width: u32, height: u32) -> View {
+    View {
+        camera: scene.cameras[0].clone(),
+        width,
+        height,
+        seed: 5,
+        bounces: 1,
+        jitter: false,
+    }
+}
+
+fn renderer(device: &Arc<Device>, selection: &Selection, scene: &Scene, view: &View) -> Renderer {
+    let origin = view.camera.camera_to_world.translation;
+    let uploaded = GpuScene::new(device, scene, origin, selection.variant).unwrap();
+    Renderer::new(device, Arc::new(uploaded), view, &Settings::default()).unwrap()
+}
+
+fn bits<T: bytemuck::Pod>(values: &[T]) -> &[u8] {
+    bytemuck::cast_slice(values)
+}
+
+#[test]
+fn sizes_are_told_before_they_are_taken() {
+    for name in ["cornell", "cornell-glossy", "terrain", "city-grid"] {
+        let scene = procedural::generate(name, &[]).unwrap();
+        let (device, selection) = open(&scene, |_| ());
+        let uploaded = GpuScene::new(&device, &scene, DVec3::ZERO, selection.variant).unwrap();
+        let sizes = SceneSizes::of(&scene);
+        let taken = uploaded.memory();
+        let taken = |name| taken.iter().find(|(n, _)| *n == name).unwrap().1;
+        let whole = |bytes: u64| bytes.max(16).next_multiple_of(16);
+        for (buffer, told) in [
+            ("positions", sizes.positions),
+            ("normals", sizes.normals),
+            ("triangle_parts", sizes.triangle_parts),
+            ("materials", sizes.materials),
+            ("lights", sizes.lights),
+        ] {
+            assert_eq!(taken(buffer), whole(told), "{name}: {buffer}");
+        }
+        // There may be no flat mesh, or no smooth one, to gather.
+        for (buffer, told, one) in [
+            ("instances", sizes.instances, 128),
+            ("top_instances", sizes.top_instances, 4),
+        ] {
+            let least = whole(told.saturating_sub(one));
+            assert!(
+                (least..=whole(told)).contains(&taken(buffer)),
+                "{name}: {buffer}"
+            );
+        }
+        assert!(
+            sizes.triangles < 100 || taken("nodes") < sizes.positions,
+            "{name}"
+        );
+    }
+}
+
+/// Has a device bind 1 MiB, and read at most so many texels.
+fn pretend(info: &mut DeviceInfo, texels: u32) {
+    info.max_storage_buffer_range = 1 << 20;
+    info.max_texels = info.max_texels.min(texels);
+}
+
+#[test]
+fn a_scene_too_large_to_bind_is_read_by_address() {
+    let scene = procedural::generate("terrain", &[]).unwrap();
+    let view = view(&scene, 160, 90);
+    let picture = |change: fn(&mut DeviceInfo)| {
+        let (device, selection) = open(&scene, change);
+        let mut renderer = renderer(&device, &selection, &scene, &view);
+        renderer.add_samples(0, 2).unwrap();
+        support::assert_no_messages(&device);
+        (renderer.sums().unwrap(), selection)
+    };
+    let (whole, _) = picture(|_| ());
+    if !support::tests_device().1.buffer_addresses {
+        return;
+    }
+    // Less than its normals; texels reach less far still, or as far, or, where they can, past the
+    // positions.
+    for change in [
+        |info: &mut DeviceInfo| pretend(info, 1000),
+        |info: &mut DeviceInfo| pretend(info, 1 << 16),
+        |info: &mut DeviceInfo| pretend(info, 1 << 18),
+    ] {
+        let (sums, selection) = picture(change);
+        assert_eq!(selection.variant.geometry, GeometryAccess::BufferAddresses);
+        assert!(bits::<PixelSums>(&sums) == bits(&whole), "{selection:?}");
+    }
+    let (_, info) = support::tests_device();
+    let chosen = |range, texels| {
+        let mut info = info.clone();
+        (info.max_storage_buffer_range, info.max_texels) = (range, texels);
+        select(&info, TracerChoice::ComputeBvh, &SceneSizes::of(&scene)).unwrap()
+    };
+    assert_eq!(chosen(1 << 20, 1 << 18).variant.fetch, Fetch::Texels);
+    let words = chosen(1 << 20, 1 << 17);
+    assert_eq!(words.variant.fetch, Fetch::Words);
+    assert!(words.fetch_reason.contains("bytes"), "{words:?}");
+}
+
+#[test]
+fn what_no_variant_can_read_is_refused_with_its_bytes() {
+    let scene = procedural::generate("terrain", &[]).unwrap();
+    let sizes = SceneSizes::of(&scene);
+    let refused = |change: fn(&mut DeviceInfo), said: &[String]| {
+        let (device, selection) = open(&scene, change);
+        let error = GpuScene::new(&device, &scene, DVec3::ZERO, selection.variant);
+        let error = error.err().expect("it was taken");
+        assert_eq!(error.exit_status(), 2);
+        let text = error.to_string();
+        assert!(said.iter().all(|part| text.contains(part)), "{text}");
+    };
+    let bytes = sizes.normals.to_string();
+    refused(
+        |info| {
+            info.buffer_addresses = false;
+            (info.max_storage_buffer_range, info.max_texels) = (1 << 20, 1 << 27);
+        },
+        &["normals".into(), bytes, "1048576".into()],
+    );
+    let bytes = sizes.positions.to_string();
+    refused(
+        |info| (info.max_buffer_size, info.max_texels) = (1 << 21, 1 << 27),
+        &["positions".into(), bytes, "2097152".into()],
+    );
+    refused(|info| info.device_memory = 1 << 22, &["4194304".into()]);
+}
+
+#[test]
+fn a_picture_in_few_strips_in_many_and_resumed_has_the_same_bits() {
+    let scene = procedural::generate("cornell", &[]).unwrap();
+    // More pixels than a strip has, and a height that no strip divides.
+    let view = view(&scene, 2048, 1030);
+    let (device, selection) = open(&scene, |_| ());
+    let mut few = renderer(&device, &selection, &scene, &view);
+    // 40 rows a strip.
+    let (device, selection) = open(&scene, |info| {
+        info.max_storage_buffer_range = 40 * 2048 * size_of::<PixelSums>() as u64;
+    });
+    let mut many = renderer(&device, &selection, &scene, &view);
+    few.add_samples(0, 1).unwrap();
+    let after_one = few.sums().unwrap();
+    many.add_samples(0, 1).unwrap();
+    assert!(
+        bits::<PixelSums>(&after_one) == bits(&many.sums().unwrap()),
+        "strips differ"
+    );
+    let lit = after_one
+        .iter()
+        .filter(|p| p.sum.max_element() > 0.0)
+        .count();
+    assert!(lit > after_one.len() / 4, "{lit} pixels are lit");
+    few.add_samples(1, 1).unwrap();
+    many.set_sums(&after_one).unwrap();
+    many.add_samples(1, 1).unwrap();
+    assert!(
+        bits(&few.sums().unwrap()) == bits(&many.sums().unwrap()),
+        "resumed strips differ"
+    );
+    let surfaces = [&mut few, &mut many].map(|r| r.primary_surfaces().unwrap());
+    assert!(bits(&surfaces[0]) == bits(&surfaces[1]), "surfaces differ");
+    support::assert_no_messages(&device);
+}
+
+/// A tenth of this ground lies where no binding of 128 MiB reaches its normals and parts, and most of
+/// it where none reaches its positions.
+#[test]
+fn ground_past_the_limits_of_bindings_is_where_it_should_be() {
+    if std::env::var_os("HEADWATER_TEST_ALL").is_none() {
+        return;
+    }
+    let settings = [("triangles".to_owned(), "12500000".to_owned())];
+    let scene = procedural::generate("terrain", &settings).unwrap();
+    assert!(SceneSizes::of(&scene).normals * 9 > (1 << 27) * 10);
+    let mut view = view(&scene, 256, 256);
+    // Straight down, so that a ray meets the ground once.
+    let eye = DVec3::new(0.0, 110.0, 0.0);
+    view.camera = support::look_at(eye, DVec3::ZERO, DVec3::NEG_Z, 0.8);
+    let (device, selection) = open(&scene, |_| ());
+    let mut renderer = renderer(&device, &selection, &scene, &view);
+    let surfaces = renderer.primary_surfaces().unwrap();
+    let ground = &scene.meshes[0];
+    let side = ((ground.triangles.len() / 2) as f64).sqrt().round();
+    let half_height = (0.4_f64).tan();
+    let mut checked = 0;
+    for (index, seen) in surfaces.iter().enumerate() {
+        let (x, y) = ((index % 256) as f64 + 0.5, (index / 256) as f64 + 0.5);
+        let plane = DVec3::new(x / 128.0 - 1.0, 0.0, y / 128.0 - 1.0) * half_height;
+        let direction = (plane + DVec3::NEG_Y).normalize();
+        let at = eye + direction * f64::from(seen.depth);
+        let cell = (at + 50.0) / 100.0 * side;
+        if cell.x < 1.0 || cell.z < 1.0 || cell.x > side - 1.0 || cell.z > side - 1.0 {
+            continue;
+        }
+        // The cell's two triangles stand in a row; the ray met one of them.
+        let first = 2 * (cell.z.floor() as usize * side as usize + cell.x.floor() as usize);
+        let found = ground.triangles[first..first + 2].iter().any(|t| {
+            let [a, b, c] = t.map(|i| ground.positions[i as usize].as_dvec3());
+            // Weights of the corners as seen from above.
+            let (u, v, p) = (b - a, c - a, at - a);
+            let area = u.x * v.z - u.z * v.x;
+            let weights = (
+                (p.x * v.z - p.z * v.x) / area,
+                (u.x * p.z - u.z * p.x) / area,
+            );
+            let weights = DVec3::new(1.0 - weights.0 - weights.1, weights.0, weights.1);
+            let normals = t.map(|i| ground.normals[i as usize].as_dvec3());
+            let mix = |of: [DVec3; 3]| of[0] * weights.x + of[1] * weights.y + of[2] * weights.z;
+            // Rounding moves a point by some thousandths of a triangle.
+            weights.min_element() > -0.01
+                && (mix([a, b, c]).y - at.y).abs() < 1e-3
+                && mix(normals).normalize().dot(seen.normal.as_dvec3()) > 0.999
+        });
+        assert!(found, "{seen:?} at {at}");
+        assert_eq!(seen.instance, 0);
+        checked += 1;
+    }
+    assert!(
+        checked > surfaces.len() / 2,
+        "{checked} pixels show the ground"
+    );
+    support::assert_no_messages(&device);
+}
