@@ -237,6 +237,13 @@ impl Frame {
         self.constants.seed = seed;
         self.last = None;
         self.sums.clear();
+        // A shader that reads what no pass wrote finds nothing, instead of the number of a light that
+        // does not exist and whose address may be nobody's.
+        let mut recording = Recording::new(&self.device)?;
+        for buffer in self.sample_data.iter().chain(&self.reservoirs) {
+            recording.clear(buffer);
+        }
+        recording.finish()?;
         self.counters.clear()
     }
 
