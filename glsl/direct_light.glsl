@@ -13,23 +13,20 @@ struct Sample {
 
 Sample sample_at(uint number, uint barycentrics) {
     GpuLight light = light_at(number);
-    vec2 weight = unpackUnorm2x16(barycentrics);
-    return Sample(number, barycentrics, light.corner + weight.x * light.edge1 + weight.y * light.edge2, light.normal,
-                  light.emission, light.double_sided != 0u);
+    vec3 position = light_position(light, unpackUnorm2x16(barycentrics));
+    return Sample(number, barycentrics, position, light.normal, light.emission, light.double_sided != 0u);
 }
 
 // A point of a light that was picked by its probability, or evenly.
 Sample sample_lights(uint count, bool evenly, uvec4 bits) {
     uint number = evenly ? scale_to(bits.x, count) : pick_light(count, bits.xy);
-    float root = sqrt(to_unit(bits.z));
-    float across = to_unit(bits.w) * root;
-    return sample_at(number, packUnorm2x16(vec2(root - across, across)));
+    return sample_at(number, packUnorm2x16(uniform_barycentrics(bits.zw)));
 }
 
 // Density with which `sample_lights` makes a point of a light.
 float light_sample_pdf_area(uint count, bool evenly, uint number) {
     GpuLight light = light_at(number);
-    return (evenly ? 1.0 / float(count) : light.probability) / light.area;
+    return evenly ? 1.0 / (float(count) * light.area) : light_pdf_area(light);
 }
 
 // The integrand in area measure: f · emission · cosine · cosine / distance², without visibility.
@@ -51,9 +48,8 @@ vec3 direct_contribution(Domain domain, Sample value, out float pdf_area) {
 
 // The ray that decides whether a point of a light is visible.
 Ray shadow_ray(Domain domain, Sample value) {
-    GpuLight light = light_at(value.light);
     vec3 direction = value.position - domain.position;
-    vec3 error = 4.7683716e-7 * (abs(light.corner) + abs(light.edge1) + abs(light.edge2));
+    vec3 error = light_position_error(light_at(value.light));
     vec3 from = clear_origin(domain, direction);
     vec3 to = offset_origin(value.position, error, value.normal, -direction);
     // Ends short of the light by what rounding costs along the whole way.

@@ -29,15 +29,29 @@ float area_to_solid_angle(float pdf_area, float distance_squared, float cosine) 
     return pdf_area * distance_squared / max(abs(cosine), TINY);
 }
 
+// Barycentric weights of a uniform point on a triangle, for its second and third corner.
+vec2 uniform_barycentrics(uvec2 bits) {
+    float root = sqrt(to_unit(bits.x));
+    float across = to_unit(bits.y) * root;
+    return vec2(root - across, across);
+}
+
+vec3 light_position(GpuLight light, vec2 barycentrics) {
+    return light.corner + barycentrics.x * light.edge1 + barycentrics.y * light.edge2;
+}
+
+// Bound of what rounding moves such a position by, for each axis.
+vec3 light_position_error(GpuLight light) {
+    return 4.7683716e-7 * (abs(light.corner) + abs(light.edge1) + abs(light.edge2));
+}
+
 // A uniform point on a picked light.
 LightPoint sample_light(uint count, uvec4 bits) {
     LightPoint point;
     point.light = pick_light(count, bits.xy);
     GpuLight light = light_at(point.light);
-    float root = sqrt(to_unit(bits.z));
-    float across = to_unit(bits.w) * root;
-    point.position = light.corner + (root - across) * light.edge1 + across * light.edge2;
-    point.error = 4.7683716e-7 * (abs(light.corner) + abs(light.edge1) + abs(light.edge2));
+    point.position = light_position(light, uniform_barycentrics(bits.zw));
+    point.error = light_position_error(light);
     point.normal = light.normal;
     point.emission = light.emission;
     point.pdf_area = light_pdf_area(light);

@@ -56,8 +56,7 @@ void main() {
         uint found = 1u;
         for (uint i = 0u; i < restir.at.tries && found <= restir.at.neighbours; i += 1u) {
             vec2 u = to_unit(random_bits(random)).xy;
-            float angle = 2.0 * PI * u.y;
-            vec2 offset = restir.at.radius * sqrt(u.x) * vec2(cos(angle), sin(angle));
+            vec2 offset = restir.at.radius * sqrt(u.x) * on_circle(u.y);
             ivec2 other = ivec2(pixel) + ivec2(round(offset));
             if (other == ivec2(pixel) || any(lessThan(other, ivec2(0))) || is_outside(uvec2(other))) continue;
             if (!similar(data, ray, sample_data.at[slot_of(uvec2(other))], primary_ray(uvec2(other)))) continue;

@@ -82,19 +82,36 @@ const PASSES: &[&str] = &[
     "shade",
 ];
 
+/// The passes that find direct light, those of them that the settings need: a driver takes seconds to
+/// compile one.
+struct DirectPasses {
+    initial: ComputePass,
+    temporal: Option<ComputePass>,
+    spatial: Option<ComputePass>,
+    shade: ComputePass,
+}
+
+impl DirectPasses {
+    fn new(reuse: Reuse, pass: &dyn Fn(&str) -> Result<ComputePass>) -> Result<Self> {
+        let if_needed = |needed: bool, name: &str| needed.then(|| pass(name)).transpose();
+        Ok(Self {
+            initial: pass("initial_direct")?,
+            temporal: if_needed(reuse.is_temporal(), "temporal_direct")?,
+            spatial: if_needed(reuse.is_spatial(), "spatial_direct")?,
+            shade: pass("shade")?,
+        })
+    }
+}
+
 /// The passes and buffers of a frame, and what the next frame reads of this one.
 pub struct Frame {
     device: Arc<Device>,
     offered: Arc<Offered>,
     direct: Direct,
     constants: RestirConstants,
-    bounces: u32,
     jitter: bool,
     surfaces: ComputePass,
-    initial_direct: ComputePass,
-    temporal_direct: ComputePass,
-    spatial_direct: ComputePass,
-    shade: ComputePass,
+    direct_passes: Option<DirectPasses>,
     restir: Buffer,
     color: Buffer,
     counters: Counters,
@@ -195,12 +212,11 @@ impl Frame {
             offered.pass(name, &special)
         };
         let temporal = direct.reuse.is_temporal();
-        let made = Self {
+        let mut made = Self {
             surfaces: pass("surfaces")?,
-            initial_direct: pass("initial_direct")?,
-            temporal_direct: pass("temporal_direct")?,
-            spatial_direct: pass("spatial_direct")?,
-            shade: pass("shade")?,
+            direct_passes: (frame.bounces > 0)
+                .then(|| DirectPasses::new(direct.reuse, &pass))
+                .transpose()?,
             restir: Buffer::new(
                 device,
                 "restir",
@@ -217,14 +233,12 @@ impl Frame {
             counters,
             last: None,
             sums: Vec::new(),
-            bounces: frame.bounces,
             jitter: frame.jitter != 0,
             constants,
             direct,
             offered: offered.clone(),
             device: device.clone(),
         };
-        let mut made = made;
         made.restart(frame.seed)?;
         Ok(made)
     }
@@ -237,6 +251,13 @@ impl Frame {
         self.constants.seed = seed;
         self.last = None;
         self.sums.clear();
+        // A shader that reads what no pass wrote finds nothing, instead of the number of a light that
+        // does not exist and whose address may be nobody's.
+        let mut recording = Recording::new(&self.device)?;
+        for buffer in self.sample_data.iter().chain(&self.reservoirs) {
+            recording.clear(buffer);
+        }
+        recording.finish()?;
         self.counters.clear()
     }
 
@@ -273,7 +294,7 @@ impl Frame {
 
         // Which of the reservoir buffers holds this frame's.
         let mut current = 0;
-        if self.bounces > 0 {
+        if let Some(passes) = &self.direct_passes {
             let initial = InitialDirect {
                 scene,
                 restir,
@@ -282,9 +303,9 @@ impl Frame {
                 color,
                 counters,
             };
-            recording.pass(&self.initial_direct, &initial, &(), groups)?;
+            recording.pass(&passes.initial, &initial, &(), groups)?;
 
-            if self.direct.reuse.is_temporal() && self.last.is_some() {
+            if let Some(pass) = passes.temporal.as_ref().filter(|_| self.last.is_some()) {
                 let temporal = TemporalDirect {
                     scene,
                     restir,
@@ -294,10 +315,10 @@ impl Frame {
                     reservoirs: &self.reservoirs[current],
                     counters,
                 };
-                recording.pass(&self.temporal_direct, &temporal, &(), groups)?;
+                recording.pass(pass, &temporal, &(), groups)?;
             }
 
-            if self.direct.reuse.is_spatial() {
+            if let Some(pass) = &passes.spatial {
                 for step in 0..self.direct.spatial.passes {
                     let spatial = SpatialDirect {
                         scene,
@@ -308,7 +329,7 @@ impl Frame {
                         counters,
                     };
                     let step = SpatialStep { number: step };
-                    recording.pass(&self.spatial_direct, &spatial, &step, groups)?;
+                    recording.pass(pass, &spatial, &step, groups)?;
                     current = 1 - current;
                 }
             }
@@ -321,7 +342,7 @@ impl Frame {
                 color,
                 counters,
             };
-            recording.pass(&self.shade, &shade, &(), groups)?;
+            recording.pass(&passes.shade, &shade, &(), groups)?;
         }
         let mut times = Vec::new();
         PassTime::add(&mut times, recording.finish()?);
@@ -394,15 +415,6 @@ impl Frame {
     /// The device fails.
     pub fn counts(&mut self) -> Result<Vec<Counts>> {
         self.counters.since_last()
-    }
-
-    /// Bytes on the device, by buffer.
-    pub fn memory(&self) -> Vec<(&str, u64)> {
-        let buffers = self.sample_data.iter().chain(&self.reservoirs);
-        buffers
-            .chain([&self.color])
-            .map(|buffer| (buffer.name(), buffer.size()))
-            .collect()
     }
 
     /// Tells the shaders of the next frame.

@@ -279,14 +279,11 @@ impl Plan {
 }
 
 fn settings(preset: &str, changes: &[&Map<String, Value>]) -> Result<Settings> {
-    let mut settings = Preset::named(preset)?.settings()?;
-    for (key, value) in changes.iter().flat_map(|map| map.iter()) {
-        let leaf = key.rsplit('.').fold(value.clone(), |inner, part| {
-            Value::Object([(part.to_owned(), inner)].into_iter().collect())
-        });
-        settings = settings.with(&leaf)?;
-    }
-    Ok(settings)
+    changes
+        .iter()
+        .try_fold(Preset::named(preset)?.settings()?, |settings, map| {
+            settings.with(&Value::Object((*map).clone()))
+        })
 }
 
 /// Every combination of one value for each key.

@@ -1,0 +1,218 @@
+//! Settings by their dotted keys: changed, checked and described from the tree's own schema.
+
+use super::Settings;
+use crate::nearest::nearest;
+use crate::{Error, Result};
+use serde::Serialize;
+use serde_json::Value;
+
+/// One setting as the user sees it.
+#[derive(Clone, Debug, Serialize)]
+pub struct Description {
+    /// Dotted key.
+    pub key: String,
+    /// What it is, its unit, cost and effect on bias.
+    pub doc: String,
+    /// The values it takes.
+    pub values: String,
+    /// The value now.
+    pub value: Value,
+}
+
+impl Settings {
+    /// Puts `changes` (a sparse tree, whose keys may be dotted) over these settings.
+    ///
+    /// # Errors
+    /// An unknown key or a value out of range, named with the nearest valid key and the range.
+    pub fn with(&self, changes: &Value) -> Result<Self> {
+        let mut flat = Vec::new();
+        flatten("", changes, &mut flat);
+        let known = self.describe()?;
+        let mut tree = self.to_value()?;
+        for (key, value) in flat {
+            let Some(setting) = known.iter().find(|d| d.key == key) else {
+                return Err(Error::input(format!(
+                    "unknown setting '{key}'{}; see 'headwater presets' for all",
+                    nearest(&key, known.iter().map(|d| d.key.as_str()))
+                )));
+            };
+            let pointer = format!("/{}", key.replace('.', "/"));
+            let wrong = || {
+                Error::input(format!(
+                    "setting {key}={} is not valid; it takes {}",
+                    plain(&value),
+                    setting.values
+                ))
+            };
+            if !in_range(&pointer, &value)? {
+                return Err(wrong());
+            }
+            if let Some(slot) = tree.pointer_mut(&pointer) {
+                *slot = value.clone();
+            }
+            // Checked key by key, so that the message names the one that is wrong.
+            if serde_json::from_value::<Self>(tree.clone()).is_err() {
+                return Err(wrong());
+            }
+        }
+        serde_json::from_value(tree).map_err(|e| Error::input(format!("settings: {e}")))
+    }
+
+    /// `KEY=VALUE` as a sparse tree, for [`Settings::with`].
+    ///
+    /// # Errors
+    /// There is no `=`, or a part of the key is empty.
+    pub fn parse_change(text: &str) -> Result<Value> {
+        let malformed = || Error::input(format!("'{text}' is not KEY=VALUE"));
+        let (key, value) = text.split_once('=').ok_or_else(malformed)?;
+        if key.split('.').any(str::is_empty) {
+            return Err(malformed());
+        }
+        let value = serde_json::from_str(value).unwrap_or_else(|_| Value::String(value.to_owned()));
+        Ok(Value::Object(
+            [(key.to_owned(), value)].into_iter().collect(),
+        ))
+    }
+
+    /// Every setting with its doc, values and present value.
+    ///
+    /// # Errors
+    /// Never with the schema of this build.
+    pub fn describe(&self) -> Result<Vec<Description>> {
+        let schema = schema();
+        let mut flat = Vec::new();
+        flatten("", &self.to_value()?, &mut flat);
+        Ok(flat
+            .into_iter()
+            .map(|(key, value)| {
+                let field = field_schema(&schema, &key).unwrap_or_default();
+                Description {
+                    doc: doc_of(&field),
+                    values: values_of(&schema, &field),
+                    key,
+                    value,
+                }
+            })
+            .collect())
+    }
+
+    /// The tree as JSON.
+    ///
+    /// # Errors
+    /// Never with finite values.
+    pub fn to_value(&self) -> Result<Value> {
+        serde_json::to_value(self).map_err(|e| Error::failed(format!("settings: {e}")))
+    }
+}
+
+fn schema() -> Value {
+    schemars::schema_for!(Settings).to_value()
+}
+
+/// The schema of a dotted key, references followed on the way but not at the end.
+fn field_schema(schema: &Value, key: &str) -> Option<Value> {
+    key.split('.').try_fold(schema.clone(), |node, part| {
+        resolve(schema, &node).get("properties")?.get(part).cloned()
+    })
+}
+
+fn resolve(schema: &Value, node: &Value) -> Value {
+    let reference = node.get("$ref").and_then(Value::as_str);
+    reference
+        .and_then(|r| schema.pointer(r.trim_start_matches('#')))
+        .unwrap_or(node)
+        .clone()
+}
+
+fn doc_of(field: &Value) -> String {
+    let text = field.get("description").and_then(Value::as_str);
+    text.unwrap_or_default().replace('\n', " ")
+}
+
+fn values_of(schema: &Value, field: &Value) -> String {
+    let resolved = resolve(schema, field);
+    if let Some(choices) = resolved.get("oneOf").and_then(Value::as_array) {
+        let names = choices.iter().filter_map(|c| c.get("const")?.as_str());
+        return names.collect::<Vec<_>>().join(" | ");
+    }
+    let bound = |name: &str| resolved.get(name).and_then(Value::as_f64);
+    let kind = resolved.get("type").and_then(Value::as_str).unwrap_or("");
+    match (bound("minimum"), bound("maximum")) {
+        (Some(low), Some(high)) => format!("{kind} {low} to {high}"),
+        _ => kind.to_owned(),
+    }
+}
+
+/// Whether a value lies between its field's minimum and maximum.
+fn in_range(pointer: &str, value: &Value) -> Result<bool> {
+    let schema = schema();
+    let key = pointer.trim_start_matches('/').replace('/', ".");
+    let field = field_schema(&schema, &key)
+        .ok_or_else(|| Error::failed(format!("setting {key} has no schema")))?;
+    let bound = |name: &str| field.get(name).and_then(Value::as_f64);
+    Ok(value.as_f64().is_none_or(|number| {
+        bound("minimum").is_none_or(|low| number >= low)
+            && bound("maximum").is_none_or(|high| number <= high)
+    }))
+}
+
+fn flatten(prefix: &str, value: &Value, out: &mut Vec<(String, Value)>) {
+    match value {
+        Value::Object(map) if !map.is_empty() || prefix.is_empty() => {
+            for (key, value) in map {
+                let key = if prefix.is_empty() {
+                    key.clone()
+                } else {
+                    format!("{prefix}.{key}")
+                };
+                flatten(&key, value, out);
+            }
+        }
+        value => out.push((prefix.to_owned(), value.clone())),
+    }
+}
+
+fn plain(value: &Value) -> String {
+    value
+        .as_str()
+        .map_or_else(|| value.to_string(), str::to_owned)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Energy;
+    use super::*;
+
+    fn set(change: &str) -> Result<Settings> {
+        Settings::default().with(&Settings::parse_change(change)?)
+    }
+
+    #[test]
+    fn a_change_reaches_its_field() {
+        assert_eq!(
+            set("energy=compensated").unwrap().energy,
+            Energy::Compensated
+        );
+        assert_eq!(set("roulette.start=7").unwrap().roulette.start, 7);
+    }
+
+    #[test]
+    fn wrong_settings_name_key_range_and_nearest_key() {
+        let message = |change: &str| set(change).unwrap_err().to_string();
+        assert!(message("roulette.floor=2").contains("0.001 to 1"));
+        assert!(message("energy=magic").contains("gltf | compensated"));
+        assert!(message("roulete.start=1").contains("roulette.start"));
+        assert!(message("roulette.start=-1").contains("roulette.start"));
+        assert!(message("roulette.start=1.5").contains("roulette.start"));
+        assert!(message("roulette=3").contains("roulette"));
+        assert!(set("noequals").is_err());
+    }
+
+    #[test]
+    fn every_setting_has_a_doc_and_values() {
+        for setting in Settings::default().describe().unwrap() {
+            assert!(setting.doc.len() > 10, "{}", setting.key);
+            assert!(!setting.values.is_empty(), "{}", setting.key);
+        }
+    }
+}
