@@ -8,23 +8,17 @@ use crate::files::write_atomically;
 use crate::gpu::Device;
 use crate::render::View;
 use crate::scene::camera::framing_camera;
-use crate::study::bias::{self, Bias, CONFIRMING_SEEDS, Confirmation, WIDEST};
-use crate::study::plan::{Expect, Plan, PlannedScene, Resolved};
-use crate::study::reference::Reference;
+use crate::study::plan::{Plan, PlannedScene, Resolved};
 use crate::study::results::{self, Row};
 use crate::study::store::Store;
 use crate::study::subject::Subject;
+use crate::study::work::{Watcher, Work};
 use crate::tracing::SceneSizes;
 use crate::tracing::selection::{self, TracerChoice};
 use crate::{Error, Result};
+use std::cell::RefCell;
 use std::io::Write;
-use std::ops::Range;
 use std::path::PathBuf;
-use std::sync::Arc;
-
-/// First seed of controls, and of the runs that decide after an alarm: far from all others.
-const CONTROL_SEED: u32 = 1 << 20;
-const CONFIRMING_SEED: u32 = 1 << 21;
 
 /// Arguments of `study`.
 #[derive(clap::Args)]
@@ -71,16 +65,16 @@ pub fn run(args: &Args) -> Result<()> {
         .map_err(|e| Error::writing(&args.output, e))?;
     let instance = open_vulkan()?;
     let (info, _) = instance.choose(args.device.as_deref())?;
-    let mut work = Work {
-        store: Store::open(&args.output.join("runs.jsonl"))?,
-        folder: args.output.clone(),
+    let mut store = Store::open(&args.output.join("runs.jsonl"))?;
+    let watcher = Watching {
         interrupt: Interrupt::watch()?,
-        plan: &plan,
+        folder: args.output.clone(),
+        progress: RefCell::new(None),
     };
     let mut rows = Vec::new();
     for planned in &plan.scenes {
         let name = planned.name();
-        let scene = open_scene(name, &work.interrupt)?;
+        let scene = open_scene(name, &watcher.interrupt)?;
         let selection = selection::select(&info, args.tracer, &SceneSizes::of(&scene))?;
         let device = Device::open(&instance, info.clone(), selection.features())?;
         let camera = match planned.look_at() {
@@ -99,7 +93,16 @@ pub fn run(args: &Args) -> Result<()> {
         let references = args.output.join("references");
         let subject = Subject::new(name, &scene, view, &device, selection.variant, references)?;
         let own: Vec<&Resolved> = configurations.iter().filter(|c| c.is_for(name)).collect();
-        rows.append(&mut work.study(subject, &own)?);
+        if !subject.is_lit {
+            notice(&format!("{name}: the scene has no light"));
+        }
+        let mut work = Work {
+            plan: &plan,
+            subject,
+            store: &mut store,
+            watcher: &watcher,
+        };
+        rows.append(&mut work.rows(&own)?);
     }
     results::judge(&mut rows);
     let json = results::json(&rows, &info.name, &info.driver)?;
@@ -136,145 +139,30 @@ fn verdict(rows: &[Row]) -> Result<()> {
     )))
 }
 
-/// The work on one scene after another.
-struct Work<'a> {
-    store: Store,
-    folder: PathBuf,
+/// Shows how far a study is, and lets a signal end it.
+struct Watching {
     interrupt: Interrupt,
-    plan: &'a Plan,
+    folder: PathBuf,
+    /// The present piece of work, and what it is: its unit and number of steps.
+    progress: RefCell<Option<(&'static str, u32, Progress)>>,
 }
 
-impl Work<'_> {
-    /// A row for each configuration on one scene.
-    fn study(&mut self, mut subject: Subject, configurations: &[&Resolved]) -> Result<Vec<Row>> {
-        if !subject.is_lit {
-            notice(&format!("{}: the scene has no light", subject.name));
+impl Watcher for Watching {
+    fn at(&self, unit: &'static str, done: u32, total: u32) -> Result<()> {
+        self.interrupt.check(&format!(
+            "{} keeps the finished runs; the same command goes on",
+            self.folder.display()
+        ))?;
+        let mut progress = self.progress.borrow_mut();
+        let is_same = |(u, t, _): &(&str, u32, _)| *u == unit && *t == total;
+        if !progress.as_ref().is_some_and(is_same) {
+            *progress = Some((unit, total, Progress::new(Some(total.into()), unit)));
         }
-        // Configurations take turns, so that what disturbs the machine disturbs all alike.
-        self.run(&mut subject, configurations, 0..self.plan.seeds)?;
-        let mut seeds = self.plan.seeds;
-        while seeds < self.plan.most_seeds() {
-            let mut wide = Vec::new();
-            for configuration in configurations {
-                if configuration.expect == Expect::Unbiased
-                    && self.bias(&mut subject, configuration, 0..seeds)?.widest() > WIDEST
-                {
-                    wide.push(*configuration);
-                }
-            }
-            if wide.is_empty() {
-                break;
-            }
-            let more = (seeds + self.plan.seeds).min(self.plan.most_seeds());
-            self.run(&mut subject, &wide, seeds..more)?;
-            seeds = more;
+        if done == total {
+            *progress = None;
+        } else if let Some((_, _, bar)) = progress.as_ref() {
+            bar.at(f64::from(done));
         }
-
-        let mut rows = Vec::new();
-        for configuration in configurations {
-            let key = subject.key(configuration)?;
-            let bias = self.bias(&mut subject, configuration, 0..seeds)?;
-            let blocks_p_value = match configuration.expect {
-                Expect::Unbiased => self.blocks_p_value(&mut subject, configuration, 0..seeds)?,
-                Expect::Biased => 1.0,
-            };
-            let mut row = Row::new(
-                &self.store.of(&key, 0..seeds),
-                configuration.settings.to_value()?,
-                bias,
-                blocks_p_value,
-                configuration.expect,
-            );
-            if configuration.expect == Expect::Unbiased && row.alarms(configurations.len()) {
-                let fresh = CONFIRMING_SEED..CONFIRMING_SEED + CONFIRMING_SEEDS;
-                self.run(&mut subject, &[configuration], fresh.clone())?;
-                let reference = self.reference(&mut subject, configuration)?;
-                row.confirmation = Some(Confirmation::measure(
-                    &self.store.of(&key, 0..seeds),
-                    &self.store.of(&key, fresh),
-                    &reference,
-                ));
-            }
-            if let Some(first) = self.store.find(&key, 0).cloned() {
-                let reference = self.reference(&mut subject, configuration)?;
-                row.replays = subject.replays(configuration, &first, &reference)?;
-            }
-            rows.push(row);
-        }
-        Ok(rows)
-    }
-
-    /// Renders what is missing of some configurations' runs.
-    fn run(
-        &mut self,
-        subject: &mut Subject,
-        configurations: &[&Resolved],
-        seeds: Range<u32>,
-    ) -> Result<()> {
-        let total = seeds.len() * configurations.len();
-        let progress = Progress::new(Some(total as u64), "runs");
-        let mut done = 0.0;
-        for seed in seeds {
-            for configuration in configurations {
-                self.interrupt.check(&format!(
-                    "{} keeps the finished runs; the same command goes on",
-                    self.folder.display()
-                ))?;
-                let reference = self.reference(subject, configuration)?;
-                subject.run(configuration, seed, &reference, &mut self.store)?;
-                done += 1.0;
-                progress.at(done);
-            }
-        }
-        progress.finish();
         Ok(())
-    }
-
-    fn reference(&self, subject: &mut Subject, configuration: &Resolved) -> Result<Arc<Reference>> {
-        let samples = self.plan.reference_spp;
-        let progress = Progress::new(Some(u64::from(samples)), "samples of the reference");
-        let reference = subject.reference(configuration.settings.energy, samples, &|done| {
-            progress.at(f64::from(done));
-        });
-        progress.finish();
-        reference
-    }
-
-    fn bias(
-        &self,
-        subject: &mut Subject,
-        configuration: &Resolved,
-        seeds: Range<u32>,
-    ) -> Result<Bias> {
-        let reference = self.reference(subject, configuration)?;
-        let key = subject.key(configuration)?;
-        Ok(Bias::measure(&self.store.of(&key, seeds), &reference))
-    }
-
-    /// Compares the blocks with those of an unbiased control, whose noise is made alike.
-    fn blocks_p_value(
-        &mut self,
-        subject: &mut Subject,
-        configuration: &Resolved,
-        seeds: Range<u32>,
-    ) -> Result<f64> {
-        let own = subject.key(configuration)?;
-        let control_seeds = CONTROL_SEED..CONTROL_SEED + self.plan.seeds;
-        let single = bias::control(configuration, 1);
-        self.run(subject, &[&single], control_seeds.clone())?;
-        let single = subject.key(&single)?;
-        let samples = bias::control_samples(
-            &self.store.of(&own, seeds.clone()),
-            &self.store.of(&single, control_seeds.clone()),
-        );
-        let control = bias::control(configuration, samples);
-        self.run(subject, &[&control], control_seeds.clone())?;
-        let control = subject.key(&control)?;
-        let reference = self.reference(subject, configuration)?;
-        Ok(bias::blocks_p_value(
-            &self.store.of(&own, seeds),
-            &self.store.of(&control, control_seeds),
-            &reference,
-        ))
     }
 }

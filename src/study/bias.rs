@@ -216,19 +216,10 @@ mod tests {
                     .collect();
                 let mean = blocks.iter().sum::<f64>() / BLOCKS as f64;
                 Run {
-                    scene: String::new(),
-                    configuration: String::new(),
-                    key: String::new(),
                     seed,
-                    rmse: Vec::new(),
-                    rmse_clamped: Vec::new(),
-                    relmse: Vec::new(),
-                    correlation: Vec::new(),
                     mean: [mean; 3],
                     blocks,
-                    milliseconds: Vec::new(),
-                    counts: Vec::new(),
-                    rejected: 0,
+                    ..Run::default()
                 }
             })
             .collect()

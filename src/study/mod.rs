@@ -9,3 +9,4 @@ pub mod results;
 pub mod run;
 pub mod store;
 pub mod subject;
+pub mod work;

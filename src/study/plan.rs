@@ -173,6 +173,7 @@ impl Resolved {
 const PLANS: &[(&str, &str)] = &[
     ("bias-matrix", include_str!("plans/bias-matrix.toml")),
     ("bias-sample", include_str!("plans/bias-sample.toml")),
+    ("direct-light", include_str!("plans/direct-light.toml")),
 ];
 
 impl Plan {

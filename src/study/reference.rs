@@ -31,11 +31,11 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// Reads the reference from `path`, or makes it and keeps it there. `progress` hears how many
-    /// samples are done.
+    /// Reads the reference from `path`, or makes it and keeps it there. `watch` hears how many
+    /// samples are done, and can end the work.
     ///
     /// # Errors
-    /// The device or the disk fails, or the file is not a reference of this view.
+    /// The device or the disk fails, the file is not a reference of this view, or `watch` ends it.
     pub fn obtain(
         path: &Path,
         device: &Arc<Device>,
@@ -43,7 +43,7 @@ impl Reference {
         view: &View,
         settings: &Settings,
         samples: u32,
-        progress: &dyn Fn(u32),
+        watch: &dyn Fn(u32) -> Result<()>,
     ) -> Result<Self> {
         let view = View {
             seed: SEED,
@@ -66,7 +66,7 @@ impl Reference {
             let mut renderer = Renderer::new(device, scene.clone(), &view, settings)?;
             for first in (0..samples).step_by(AT_ONCE as usize) {
                 renderer.add_samples(first, AT_ONCE.min(samples - first))?;
-                progress(first + AT_ONCE.min(samples - first));
+                watch(first + AT_ONCE.min(samples - first))?;
             }
             let sums = renderer.sums()?;
             let mut image = Image::new(view.width, view.height);

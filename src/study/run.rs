@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 pub const BLOCK: usize = 8;
 
 /// What is kept of a run.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Run {
     /// The scene's name in the plan.
     pub scene: String,
@@ -58,19 +58,9 @@ pub fn measure(
 ) -> Result<Run> {
     renderer.restart(seed)?;
     let mut run = Run {
-        scene: String::new(),
         configuration: configuration.name.clone(),
-        key: String::new(),
         seed,
-        rmse: Vec::new(),
-        rmse_clamped: Vec::new(),
-        relmse: Vec::new(),
-        correlation: Vec::new(),
-        mean: [0.0; 3],
-        blocks: Vec::new(),
-        milliseconds: Vec::new(),
-        counts: Vec::new(),
-        rejected: 0,
+        ..Run::default()
     };
     let mut before: Option<Vec<[f32; 3]>> = None;
     let mut judged: Vec<([f64; 3], Vec<f64>)> = Vec::new();

@@ -2,13 +2,15 @@
 
 use super::run::Run;
 use crate::{Error, Result};
+use std::collections::{BTreeMap, HashMap};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// Finished runs: a line of JSON each; one that a crash cut short is left out.
 pub struct Store {
     path: PathBuf,
-    runs: Vec<Run>,
+    /// By key and seed.
+    runs: HashMap<String, BTreeMap<u32, Run>>,
 }
 
 impl Store {
@@ -22,29 +24,34 @@ impl Store {
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => String::new(),
             Err(e) => return Err(Error::reading(path, e)),
         };
-        Ok(Self {
+        let mut store = Self {
             path: path.to_owned(),
-            runs: text
-                .lines()
-                .filter_map(|line| serde_json::from_str(line).ok())
-                .collect(),
-        })
+            runs: HashMap::new(),
+        };
+        for run in text
+            .lines()
+            .filter_map(|line| serde_json::from_str(line).ok())
+        {
+            store.remember(run);
+        }
+        Ok(store)
+    }
+
+    fn remember(&mut self, run: Run) {
+        let seeds = self.runs.entry(run.key.clone()).or_default();
+        seeds.entry(run.seed).or_insert(run);
     }
 
     /// The run of a key and seed.
     pub fn find(&self, key: &str, seed: u32) -> Option<&Run> {
-        let own = |run: &&Run| run.seed == seed && run.key == key;
-        self.runs.iter().find(own)
+        self.runs.get(key)?.get(&seed)
     }
 
-    /// All runs of a key with seeds in a range, those that there are.
+    /// All runs of a key with seeds in a range, those that there are, by seed.
     pub fn of(&self, key: &str, seeds: std::ops::Range<u32>) -> Vec<&Run> {
-        let mut runs: Vec<&Run> = (self.runs.iter())
-            .filter(|run| run.key == key && seeds.contains(&run.seed))
-            .collect();
-        runs.sort_by_key(|run| run.seed);
-        runs.dedup_by_key(|run| run.seed);
-        runs
+        let own = self.runs.get(key).into_iter();
+        own.flat_map(|runs| runs.range(seeds.clone()).map(|(_, run)| run))
+            .collect()
     }
 
     /// Keeps a run.
@@ -61,7 +68,7 @@ impl Store {
             .map_err(|e| Error::writing(&self.path, e))?;
         // A line that a crash cut short must not swallow this one.
         writeln!(file, "\n{line}").map_err(|e| Error::writing(&self.path, e))?;
-        self.runs.push(run);
+        self.remember(run);
         Ok(())
     }
 }
@@ -72,19 +79,11 @@ mod tests {
 
     fn run(key: &str, seed: u32) -> Run {
         Run {
-            scene: "scene".into(),
-            configuration: "configuration".into(),
             key: key.into(),
             seed,
-            rmse: vec![0.5],
-            rmse_clamped: vec![0.25],
-            relmse: vec![0.125],
-            correlation: vec![0.0],
             mean: [1.0, 2.0, 3.0],
-            blocks: vec![1.0],
             milliseconds: vec![("pass".into(), 1.5)],
-            counts: Vec::new(),
-            rejected: 0,
+            ..Run::default()
         }
     }
 
@@ -106,6 +105,7 @@ mod tests {
         let seeds: Vec<u32> = store.of("a", 0..9).iter().map(|r| r.seed).collect();
         assert_eq!(seeds, [0, 1]);
         assert_eq!(store.of("a", 1..9).len(), 1);
+        assert!(store.of("c", 0..9).is_empty());
         assert_eq!(store.find("b", 0).unwrap().mean, [1.0, 2.0, 3.0]);
     }
 }

@@ -59,15 +59,15 @@ impl Subject {
     }
 
     /// The reference for configurations with this surface model; made, read, or known already.
-    /// `progress` hears how many samples are done.
+    /// `watch` hears how many samples are done, and can end the work.
     ///
     /// # Errors
-    /// The device or the disk fails.
+    /// The device or the disk fails, or `watch` ends it.
     pub fn reference(
         &mut self,
         energy: Energy,
         samples: u32,
-        progress: &dyn Fn(u32),
+        watch: &dyn Fn(u32) -> Result<()>,
     ) -> Result<Arc<Reference>> {
         let settings = path_tracing(energy);
         let key = self.hash(&format!("reference {samples} {}", settings.to_value()?));
@@ -82,7 +82,7 @@ impl Subject {
             &self.view,
             &settings,
             samples,
-            progress,
+            watch,
         )?);
         self.references.insert(key, reference.clone());
         Ok(reference)

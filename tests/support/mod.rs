@@ -14,8 +14,7 @@ use std::io::Write as _;
 use std::sync::Arc;
 
 fn open_instance() -> Arc<Instance> {
-    let validation = std::env::var_os("HEADWATER_VALIDATION").is_some_and(|v| v != "0");
-    Instance::new(validation).unwrap_or_else(|e| panic!("{e}"))
+    headwater::commands::open_vulkan().unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// The device that `HEADWATER_DEVICE` names, or else the CPU device. Tests without a device fail

@@ -1,0 +1,159 @@
+//! The work of a study on one scene: the runs that are missing, more where the bias is not yet known
+//! well enough, and what they say.
+
+use super::bias::{self, Bias, CONFIRMING_SEEDS, Confirmation, WIDEST};
+use super::plan::{Expect, Plan, Resolved};
+use super::reference::Reference;
+use super::results::Row;
+use super::store::Store;
+use super::subject::Subject;
+use crate::Result;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// First seed of controls, and of the runs that decide after an alarm: far from all others.
+const CONTROL_SEED: u32 = 1 << 20;
+const CONFIRMING_SEED: u32 = 1 << 21;
+
+/// Who waits for a study.
+pub trait Watcher {
+    /// `done` of `total` steps, called `unit`, are done; an error ends the study there.
+    ///
+    /// # Errors
+    /// Those of whoever wants it to end.
+    fn at(&self, unit: &'static str, done: u32, total: u32) -> Result<()>;
+}
+
+/// A plan's work on one scene.
+pub struct Work<'a> {
+    /// What is to be done.
+    pub plan: &'a Plan,
+    /// The scene.
+    pub subject: Subject,
+    /// Where finished runs are kept.
+    pub store: &'a mut Store,
+    /// Who waits.
+    pub watcher: &'a dyn Watcher,
+}
+
+impl Work<'_> {
+    /// Renders what is missing, and sums up each configuration in a row.
+    ///
+    /// # Errors
+    /// The device or the disk fails, or the watcher ends it.
+    pub fn rows(&mut self, configurations: &[&Resolved]) -> Result<Vec<Row>> {
+        // Configurations take turns, so that what disturbs the machine disturbs all alike.
+        self.run(configurations, 0..self.plan.seeds)?;
+        let seeds = self.extend(configurations)?;
+        (configurations.iter())
+            .map(|configuration| self.row(configuration, seeds, configurations.len()))
+            .collect()
+    }
+
+    /// Renders further seeds of what is to be shown unbiased until its intervals are narrow. Returns
+    /// how many seeds there may be.
+    fn extend(&mut self, configurations: &[&Resolved]) -> Result<u32> {
+        let mut seeds = self.plan.seeds;
+        while seeds < self.plan.most_seeds() {
+            let mut wide = Vec::new();
+            for configuration in configurations {
+                if configuration.expect == Expect::Unbiased
+                    && self.bias(configuration, seeds)?.widest() > WIDEST
+                {
+                    wide.push(*configuration);
+                }
+            }
+            if wide.is_empty() {
+                break;
+            }
+            let more = (seeds + self.plan.seeds).min(self.plan.most_seeds());
+            self.run(&wide, seeds..more)?;
+            seeds = more;
+        }
+        Ok(seeds)
+    }
+
+    /// What one of `all` configurations came to with the seeds that there are.
+    fn row(&mut self, configuration: &Resolved, seeds: u32, all: usize) -> Result<Row> {
+        let key = self.subject.key(configuration)?;
+        let bias = self.bias(configuration, seeds)?;
+        let blocks_p_value = match configuration.expect {
+            Expect::Unbiased => self.blocks_p_value(configuration, seeds)?,
+            Expect::Biased => 1.0,
+        };
+        let mut row = Row::new(
+            &self.store.of(&key, 0..seeds),
+            configuration.settings.to_value()?,
+            bias,
+            blocks_p_value,
+            configuration.expect,
+        );
+        if configuration.expect == Expect::Unbiased && row.alarms(all) {
+            let fresh = CONFIRMING_SEED..CONFIRMING_SEED + CONFIRMING_SEEDS;
+            self.run(&[configuration], fresh.clone())?;
+            let reference = self.reference(configuration)?;
+            row.confirmation = Some(Confirmation::measure(
+                &self.store.of(&key, 0..seeds),
+                &self.store.of(&key, fresh),
+                &reference,
+            ));
+        }
+        let reference = self.reference(configuration)?;
+        if let Some(first) = self.store.find(&key, 0) {
+            row.replays = self.subject.replays(configuration, first, &reference)?;
+        }
+        Ok(row)
+    }
+
+    /// Renders what is missing of some configurations' runs.
+    fn run(&mut self, configurations: &[&Resolved], seeds: Range<u32>) -> Result<()> {
+        let total = (seeds.len() * configurations.len()) as u32;
+        let mut done = 0;
+        for seed in seeds {
+            for configuration in configurations {
+                self.watcher.at("runs", done, total)?;
+                let reference = self.reference(configuration)?;
+                self.subject
+                    .run(configuration, seed, &reference, self.store)?;
+                done += 1;
+            }
+        }
+        self.watcher.at("runs", done, total)
+    }
+
+    fn reference(&mut self, configuration: &Resolved) -> Result<Arc<Reference>> {
+        let (watcher, samples) = (self.watcher, self.plan.reference_spp);
+        let energy = configuration.settings.energy;
+        self.subject.reference(energy, samples, &|done| {
+            watcher.at("samples of the reference", done, samples)
+        })
+    }
+
+    fn bias(&mut self, configuration: &Resolved, seeds: u32) -> Result<Bias> {
+        let reference = self.reference(configuration)?;
+        let key = self.subject.key(configuration)?;
+        Ok(Bias::measure(&self.store.of(&key, 0..seeds), &reference))
+    }
+
+    /// Compares the blocks with those of an unbiased control, whose noise is made alike.
+    fn blocks_p_value(&mut self, configuration: &Resolved, seeds: u32) -> Result<f64> {
+        let own = self.subject.key(configuration)?;
+        let control_seeds = CONTROL_SEED..CONTROL_SEED + self.plan.seeds;
+        let single = bias::control(configuration, 1);
+        self.run(&[&single], control_seeds.clone())?;
+        let single = self.subject.key(&single)?;
+        let samples = bias::control_samples(
+            &self.store.of(&own, 0..seeds),
+            &self.store.of(&single, control_seeds.clone()),
+        );
+        let control = bias::control(configuration, samples);
+        self.run(&[&control], control_seeds.clone())?;
+        let control = self.subject.key(&control)?;
+        let reference = self.reference(configuration)?;
+        Ok(bias::blocks_p_value(
+            &self.store.of(&own, 0..seeds),
+            &self.store.of(&control, control_seeds),
+            &reference,
+        ))
+    }
+}
