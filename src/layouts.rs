@@ -72,6 +72,8 @@ crate::gpu_constants! {
     pub const PASS_INITIAL_DIRECT: u32 = 1;
     /// Random numbers of temporal reuse of direct light.
     pub const PASS_TEMPORAL_DIRECT: u32 = 2;
+    /// Random numbers of the first BSDF candidates of direct light.
+    pub const PASS_PILOTS: u32 = 3;
     /// Random numbers of the first spatial pass of direct light; further ones count on.
     pub const PASS_SPATIAL_DIRECT: u32 = 16;
     /// Largest radiance of a sample: the squares of millions of them still add up in f32. It leaves
@@ -271,6 +273,10 @@ crate::gpu_struct! {
         pub light_samples: u32,
         /// BSDF candidates a pixel.
         pub bsdf_samples: u32,
+        /// And at most so many more, in pixels that need them.
+        pub more_bsdf_samples: u32,
+        /// Mean luminance of the lamps over their area.
+        pub lamp_luminance: f32,
         /// MIS_…
         pub mis: u32,
         /// VISIBILITY_…
@@ -299,6 +305,18 @@ crate::gpu_struct! {
     pub struct SpatialStep {
         /// Its number, from 0.
         pub number: u32,
+    }
+}
+
+crate::gpu_struct! {
+    /// A pixel's first BSDF candidate.
+    pub struct Pilot {
+        /// The light that it found, or NONE.
+        pub light: u32,
+        /// Where on it.
+        pub barycentrics: u32,
+        /// Luminance that it would add to the pixel as the only one, in units of the lamps' own.
+        pub brightness: f32,
     }
 }
 
@@ -412,6 +430,7 @@ pub const STRUCTS: &[StructLayout] = &[
     FrameConstants::LAYOUT,
     RestirConstants::LAYOUT,
     SpatialStep::LAYOUT,
+    Pilot::LAYOUT,
     SampleData::LAYOUT,
     Strip::LAYOUT,
     PixelSums::LAYOUT,

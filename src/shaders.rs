@@ -125,6 +125,7 @@ pub const TRACING_PASSES: &[&str] = &[
     "shade",
     "spatial_direct",
     "surfaces",
+    "pilots",
     "temporal_direct",
     "trace_rays",
 ];

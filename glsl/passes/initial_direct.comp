@@ -17,17 +17,39 @@
 #include "reservoirs.glsl"
 #include "resampling.glsl"
 #include "restir.glsl"
+#include "candidates.glsl"
 
 layout(local_size_x = TILE * TILE) in;
 
 layout(scalar) readonly buffer SampleDataBlock { SampleData at[]; } sample_data;
+layout(scalar) readonly buffer PilotsBlock { Pilot at[]; } pilots;
 layout(scalar) writeonly buffer ReservoirsBlock { uint at[]; } reservoirs;
 layout(scalar) buffer ColorBlock { vec3 at[]; } color;
 
-// The candidate's weight in the stream: target over the density that all techniques together have.
-float candidate_weight(Sample value, float target, float bsdf_pdf_area, uint light_samples, uint bsdf_samples) {
-    float light_pdf_area = light_sample_pdf_area(restir.at.lights, restir.at.uniform_candidates != 0u, value.light);
-    return target / (float(light_samples) * light_pdf_area + float(bsdf_samples) * bsdf_pdf_area);
+// BSDF candidates beside the pilot: more for narrow lobes, and where pixels around found bright light.
+uint more_bsdf_samples(ivec2 pixel, Bsdf bsdf) {
+    float squares = 0.0, count = 0.0;
+    for (int y = -PILOT_REACH; y <= PILOT_REACH; y += 1) {
+        for (int x = -PILOT_REACH; x <= PILOT_REACH; x += 1) {
+            ivec2 other = pixel + ivec2(x, y);
+            if (other == pixel || any(lessThan(other, ivec2(0))) || is_outside(uvec2(other))) continue;
+            squares += square(pilots.at[slot_of(uvec2(other))].brightness);
+            count += 1.0;
+        }
+    }
+    float most = float(restir.at.more_bsdf_samples);
+    // The best share for each is in proportion to the deviation (Neyman); a hit is rare enough for the
+    // root mean square to stand for it.
+    float for_brightness = MORE_FOR_BRIGHTNESS * sqrt(squares / max(count, 1.0));
+    return uint(clamp(for_brightness, MORE_FOR_LOBE * most * narrowness(bsdf), most));
+}
+
+// Offers what a BSDF ray found; returns whether it is chosen now.
+bool offer_bsdf_candidate(inout Stream stream, Domain domain, Sample value, uint number, float choice, uint bsdf_samples) {
+    float pdf_area;
+    float target = luminance(direct_contribution(domain, value, pdf_area));
+    float weight = candidate_weight(value, target, pdf_area, restir.at.light_samples, bsdf_samples);
+    return stream_add(stream, number, weight, target, choice);
 }
 
 void main() {
@@ -41,7 +63,9 @@ void main() {
         Ray ray = primary_ray(pixel);
         Domain domain = unpack_domain(data, ray);
         Random random = pass_random(pixel, PASS_INITIAL_DIRECT);
+        prefer_narrow_lobe(domain.bsdf);
         uint light_samples = restir.at.light_samples, bsdf_samples = restir.at.bsdf_samples;
+        if (PILOTS) bsdf_samples += more_bsdf_samples(ivec2(pixel), domain.bsdf);
 
         Stream stream = empty_stream();
         for (uint i = 0u; i < light_samples; i += 1u) {
@@ -54,20 +78,23 @@ void main() {
             if (stream_add(stream, i, weight, target, choice)) reservoir.value = value;
         }
 
+        if (PILOTS && pilots.at[slot].light != NONE) {
+            Sample value = sample_at(pilots.at[slot].light, pilots.at[slot].barycentrics);
+            float choice = to_unit(random_bits(random).x);
+            if (offer_bsdf_candidate(stream, domain, value, light_samples, choice, bsdf_samples)) reservoir.value = value;
+        }
+
         // One trace a turn: BSDF rays, the mirror's ray, and the survivor's visibility.
         uint mirror_turn = bsdf_samples, visibility_turn = bsdf_samples + 1u;
         bool mirror = domain.bsdf.alpha == 0.0 && domain.bsdf.specular_probability > 0.0;
-        for (uint turn = 0u; turn <= visibility_turn; turn += 1u) {
+        for (uint turn = PILOTS ? 1u : 0u; turn <= visibility_turn; turn += 1u) {
             Ray next;
             bool wanted;
             float choice = 0.0;
             if (turn < bsdf_samples) {
                 vec4 numbers = to_unit(random_bits(random));
                 choice = to_unit(random_bits(random).x);
-                BsdfSample chosen = sample_bsdf(domain.bsdf, domain.outgoing, numbers);
-                vec3 direction = to_world(domain, chosen.direction);
-                wanted = chosen.valid && !chosen.mirror && dot(direction, domain.geometric_normal) > 0.0;
-                next = Ray(clear_origin(domain, direction), 3.402823466e38, direction);
+                wanted = sample_bsdf_ray(domain, numbers, next);
             } else if (turn == mirror_turn) {
                 // What a mirror shows is one direction's light, which no reservoir can share.
                 vec3 direction = to_world(domain, vec3(-domain.outgoing.xy, domain.outgoing.z));
@@ -84,8 +111,7 @@ void main() {
                 if (hit.instance != NONE) stream = empty_stream();
                 continue;
             }
-            if (hit.instance == NONE) continue;
-            uint light = owner_of(instances.at[hit.instance], hit.primitive).light;
+            uint light = light_of(hit);
             if (light == NONE) continue;
             if (turn == mirror_turn) {
                 vec3 emission = light_emission(light_at(light), -dot(light_at(light).normal, next.direction));
@@ -94,10 +120,7 @@ void main() {
                 continue;
             }
             Sample value = sample_at(light, packUnorm2x16(hit.barycentrics));
-            float pdf_area;
-            float target = luminance(direct_contribution(domain, value, pdf_area));
-            float weight = candidate_weight(value, target, pdf_area, light_samples, bsdf_samples);
-            if (stream_add(stream, light_samples + turn, weight, target, choice)) reservoir.value = value;
+            if (offer_bsdf_candidate(stream, domain, value, light_samples + turn, choice, bsdf_samples)) reservoir.value = value;
         }
         reservoir.contribution_weight = accept_weight(contribution_weight(stream));
     }

@@ -34,7 +34,12 @@ Domain domains[MOST_TECHNIQUES];
 
 Domain domain_of(uint technique) { return domains[technique]; }
 
+// Whether the last frame saw just what this one sees: then all that a ray could tell is known.
+bool stands_still;
+
 bool is_visible(uint technique, Domain domain, Sample value) {
+    // Each sample is visible where it lives, and both live here.
+    if (stands_still) return true;
     return trace_visible(shadow_ray(domain, value), technique == 1u);
 }
 
@@ -91,6 +96,7 @@ void main() {
     techniques[1].confidence = min(techniques[1].confidence, restir.at.temporal_confidence_cap);
     techniques[1].age += 1u;
     carry_on(techniques[1]);
+    stands_still = !MOVES && before == ivec2(pixel) && previous == data && previous_ray == ray;
     domains[0] = unpack_domain(data, ray);
     domains[1] = unpack_domain(previous, previous_ray);
     count(COUNTER_NEIGHBOURS, 1u);

@@ -5,9 +5,9 @@ use super::offered::Offered;
 use super::settings::{Candidates, Direct, Mis, Reuse, Search, Settings, Visibility};
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
 use crate::layouts::{
-    FrameConstants, GpuCamera, MIS_BALANCE, MIS_CONSTANT, MIS_DEFENSIVE, MIS_PAIRWISE, PixelSums,
-    RestirConstants, SampleData, SpatialStep, TILE, VISIBILITY_FINAL, VISIBILITY_INITIAL,
-    VISIBILITY_NONE, VISIBILITY_WEIGHTS,
+    FrameConstants, GpuCamera, MIS_BALANCE, MIS_CONSTANT, MIS_DEFENSIVE, MIS_PAIRWISE, Pilot,
+    PixelSums, RestirConstants, SampleData, SpatialStep, TILE, VISIBILITY_FINAL,
+    VISIBILITY_INITIAL, VISIBILITY_NONE, VISIBILITY_WEIGHTS,
 };
 use crate::{Error, Result};
 use glam::{DVec3, Vec3};
@@ -25,11 +25,23 @@ crate::bindings! {
 }
 
 crate::bindings! {
+    /// What the pass `pilots` is bound to.
+    pub struct Pilots {
+        [offers scene: Offered]
+        uniform restir,
+        read sample_data,
+        write pilots,
+        write counters,
+    }
+}
+
+crate::bindings! {
     /// What the pass `initial_direct` is bound to.
     pub struct InitialDirect {
         [offers scene: Offered]
         uniform restir,
         read sample_data,
+        read pilots,
         write reservoirs,
         write color,
         write counters,
@@ -73,9 +85,13 @@ crate::bindings! {
     }
 }
 
+/// Specialisation constant: whether BSDF candidates begin with pilots.
+const PILOTS: u32 = 10;
+
 /// Every pass that counts.
 const PASSES: &[&str] = &[
     "surfaces",
+    "pilots",
     "initial_direct",
     "temporal_direct",
     "spatial_direct",
@@ -85,6 +101,7 @@ const PASSES: &[&str] = &[
 /// The passes that find direct light, those of them that the settings need: a driver takes seconds to
 /// compile one.
 struct DirectPasses {
+    pilots: Option<ComputePass>,
     initial: ComputePass,
     temporal: Option<ComputePass>,
     spatial: Option<ComputePass>,
@@ -92,9 +109,10 @@ struct DirectPasses {
 }
 
 impl DirectPasses {
-    fn new(reuse: Reuse, pass: &dyn Fn(&str) -> Result<ComputePass>) -> Result<Self> {
+    fn new(reuse: Reuse, pilots: bool, pass: &dyn Fn(&str) -> Result<ComputePass>) -> Result<Self> {
         let if_needed = |needed: bool, name: &str| needed.then(|| pass(name)).transpose();
         Ok(Self {
+            pilots: if_needed(pilots, "pilots")?,
             initial: pass("initial_direct")?,
             temporal: if_needed(reuse.is_temporal(), "temporal_direct")?,
             spatial: if_needed(reuse.is_spatial(), "spatial_direct")?,
@@ -114,6 +132,7 @@ pub struct Frame {
     direct_passes: Option<DirectPasses>,
     restir: Buffer,
     color: Buffer,
+    pilots: Buffer,
     counters: Counters,
     /// Primary surfaces of this frame and, with temporal reuse, of the last: the first is the one
     /// that the next frame overwrites.
@@ -138,6 +157,7 @@ impl Frame {
         counting: bool,
     ) -> Result<Self> {
         let direct = settings.direct.clone();
+        let pilots = direct.draws_pilots();
         let layout = &settings.reservoirs;
         let (width, height) = (frame.width, frame.height);
         let pixels = u64::from(width) * u64::from(height);
@@ -146,6 +166,11 @@ impl Frame {
             ("sample_data", slots * size_of::<SampleData>() as u64),
             ("reservoirs", slots * layout.bytes()),
             ("color", pixels * 12),
+            // A pass that names a buffer must find one.
+            (
+                "pilots",
+                if pilots { slots } else { 1 } * size_of::<Pilot>() as u64,
+            ),
         ];
         let most = device.info.max_storage_buffer_range;
         if let Some((name, bytes)) = needed.iter().find(|(_, bytes)| *bytes > most) {
@@ -162,7 +187,6 @@ impl Frame {
             uniform: true,
             ..Usage::default()
         };
-        let final_only = direct.visibility == Visibility::Final;
         let tries = match direct.spatial.search {
             Search::Random => direct.spatial.neighbours,
             Search::Greedy => direct.spatial.neighbours * direct.spatial.tries,
@@ -183,8 +207,13 @@ impl Frame {
             lights: frame.lights,
             uniform_candidates: u32::from(direct.candidates == Candidates::Uniform),
             light_samples: direct.light_samples,
-            // A BSDF ray's candidate has visibility in it, which targets without have not.
-            bsdf_samples: if final_only { 0 } else { direct.bsdf_samples },
+            bsdf_samples: if direct.draws_bsdf() {
+                direct.bsdf_samples
+            } else {
+                0
+            },
+            more_bsdf_samples: direct.more_bsdf_samples,
+            lamp_luminance: offered.scene.lamp_luminance,
             mis: match direct.mis {
                 Mis::Constant => MIS_CONSTANT,
                 Mis::Balance => MIS_BALANCE,
@@ -208,14 +237,15 @@ impl Frame {
         };
         let counters = Counters::new(device, PASSES, counting)?;
         let pass = |name: &str| {
-            let special = [layout.constants(), counters.constants(name).to_vec()].concat();
+            let mut special = [layout.constants(), counters.constants(name).to_vec()].concat();
+            special.push((PILOTS, pilots.into()));
             offered.pass(name, &special)
         };
         let temporal = direct.reuse.is_temporal();
         let mut made = Self {
             surfaces: pass("surfaces")?,
             direct_passes: (frame.bounces > 0)
-                .then(|| DirectPasses::new(direct.reuse, &pass))
+                .then(|| DirectPasses::new(direct.reuse, pilots, &pass))
                 .transpose()?,
             restir: Buffer::new(
                 device,
@@ -224,6 +254,7 @@ impl Frame {
                 uniform,
             )?,
             color: buffer(2)?,
+            pilots: buffer(3)?,
             sample_data: (0..if temporal { 2 } else { 1 })
                 .map(|_| buffer(0))
                 .collect::<Result<_>>()?,
@@ -295,10 +326,22 @@ impl Frame {
         // Which of the reservoir buffers holds this frame's.
         let mut current = 0;
         if let Some(passes) = &self.direct_passes {
+            let pilots = &self.pilots;
+            if let Some(pass) = &passes.pilots {
+                let bound = Pilots {
+                    scene,
+                    restir,
+                    sample_data,
+                    pilots,
+                    counters,
+                };
+                recording.pass(pass, &bound, &(), groups)?;
+            }
             let initial = InitialDirect {
                 scene,
                 restir,
                 sample_data,
+                pilots,
                 reservoirs: &self.reservoirs[current],
                 color,
                 counters,

@@ -190,6 +190,10 @@ pub struct Direct {
     /// BSDF candidates a pixel and frame. Cost: one ray each. Unbiased at any value.
     #[schemars(range(min = 0, max = 64))]
     pub bsdf_samples: u32,
+    /// BSDF candidates more, at most, where lobes are narrow or pixels around find bright light. Cost:
+    /// one ray each in a few pixels, and a pass. Unbiased at any value.
+    #[schemars(range(min = 0, max = 256))]
+    pub more_bsdf_samples: u32,
     /// Whose reservoirs a pixel merges with its own. Unbiased at any value.
     pub reuse: Reuse,
     /// How a merge weighs its techniques. `constant` is biased.
@@ -210,6 +214,7 @@ impl Default for Direct {
             candidates: Candidates::Auto,
             light_samples: 10,
             bsdf_samples: 1,
+            more_bsdf_samples: 16,
             reuse: Reuse::default(),
             mis: Mis::default(),
             visibility: Visibility::default(),
@@ -217,6 +222,19 @@ impl Default for Direct {
             spatial: Spatial::default(),
             similar: Similar::default(),
         }
+    }
+}
+
+impl Direct {
+    /// Whether BSDF rays make candidates. They have visibility in them, which targets without it have
+    /// not: then they would be another's samples.
+    pub fn draws_bsdf(&self) -> bool {
+        self.bsdf_samples > 0 && self.visibility != Visibility::Final
+    }
+
+    /// Whether the first of them tell where more are needed.
+    pub fn draws_pilots(&self) -> bool {
+        self.draws_bsdf() && self.more_bsdf_samples > 0
     }
 }
 

@@ -1,7 +1,7 @@
 //! Emissive triangles and the table that picks among them.
 
 use super::{Material, Scene};
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec3, Vec3};
 
 /// Share of all picks that is spread evenly over the lights, so that no light's probability falls
 /// below what 32 random bits resolve, however dim it is beside the brightest.
@@ -88,8 +88,12 @@ pub fn light_triangles(scene: &Scene) -> Vec<LightTriangle> {
 /// light that emits on both sides.
 pub fn power(light: &LightTriangle, material: &Material) -> f64 {
     let sides = if material.double_sided { 2.0 } else { 1.0 };
-    let weights = DVec3::new(0.2126, 0.7152, 0.0722);
-    sides * light.area * material.emission.as_dvec3().dot(weights)
+    sides * light.area * luminance(material.emission)
+}
+
+/// Luminance of a colour in linear sRGB (ITU-R BT.709).
+pub fn luminance(color: Vec3) -> f64 {
+    color.as_dvec3().dot(DVec3::new(0.2126, 0.7152, 0.0722))
 }
 
 /// One column of an alias table.

@@ -6,8 +6,8 @@ use super::gather::gather;
 use super::geometry::Geometry;
 use super::ray_query::RayQueryScene;
 use super::sizes::{SceneSizes, check_buffer};
-use super::stage::Stage;
 pub use super::stage::gpu_lights;
+use super::stage::{Stage, lamp_luminance};
 use super::{Fetch, GeometryAccess, Tracer, Variant};
 use crate::gpu::{Buffer, Device, Resource, Usage};
 use crate::layouts::{GpuMaterial, SceneAddresses};
@@ -33,6 +33,8 @@ pub struct GpuScene {
     pub origin: DVec3,
     /// Number of lights.
     pub light_count: u32,
+    /// Mean luminance of the lights over their area, as the scene was uploaded; 0 without any.
+    pub lamp_luminance: f32,
     /// Entries that the compute traversal's stack needs, rounded up so that scenes share shaders.
     stack_size: u32,
     positions: Buffer,
@@ -72,6 +74,7 @@ impl GpuScene {
         // One group a level, and two where an instance is entered.
         let levels = |top: u32| (top + geometry.depth + 2).next_multiple_of(8);
         let mut stack_size = levels(now.top.depth);
+        let lamp_luminance = lamp_luminance(&now.lights);
         let (light_count, visible) = (now.lights.len() as u32, now.visible.clone());
         let (mut moving, mut carries) = (None, Vec::new());
         let contents = match motion {
@@ -123,6 +126,7 @@ impl GpuScene {
             variant,
             origin,
             light_count,
+            lamp_luminance,
             stack_size,
             positions,
             normals: Buffer::from_slice(device, "normals", &geometry.normals, plain)?,

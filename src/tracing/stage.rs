@@ -248,3 +248,17 @@ fn place_lights(
         })
         .collect()
 }
+
+/// Mean luminance of lights over their area; 0 without any.
+pub fn lamp_luminance(lights: &[GpuLight]) -> f32 {
+    let (mut area, mut power) = (0.0, 0.0);
+    for light in lights {
+        area += f64::from(light.area);
+        power += f64::from(light.area) * lights::luminance(light.emission);
+    }
+    if area > 0.0 {
+        (power / area) as f32
+    } else {
+        0.0
+    }
+}

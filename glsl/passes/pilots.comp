@@ -1,0 +1,52 @@
+#version 460
+// The first BSDF candidate of each pixel. What it finds also tells the pixels around how many more
+// they should draw. It must not tell its own: a choice that depends on the sample that it concerns
+// would bias it.
+#include "prelude.glsl"
+#include "random.glsl"
+#include "counters.glsl"
+#include "geometry.glsl"
+#include "trace.glsl"
+#include "surface.glsl"
+#include "materials.glsl"
+#include "lights.glsl"
+#include "camera.glsl"
+#include "values.glsl"
+#include "workgroups.glsl"
+#include "sample_data.glsl"
+#include "direct_light.glsl"
+#include "reservoirs.glsl"
+#include "restir.glsl"
+#include "candidates.glsl"
+
+layout(local_size_x = TILE * TILE) in;
+
+layout(scalar) readonly buffer SampleDataBlock { SampleData at[]; } sample_data;
+layout(scalar) writeonly buffer PilotsBlock { Pilot at[]; } pilots;
+
+void main() {
+    uvec2 pixel = own_pixel();
+    if (is_outside(pixel)) return;
+    uint slot = slot_of(pixel);
+    SampleData data = sample_data.at[slot];
+    Pilot pilot = Pilot(NONE, 0u, 0.0);
+    if (has_surface(data) && restir.at.lights > 0u) {
+        Domain domain = unpack_domain(data, primary_ray(pixel));
+        prefer_narrow_lobe(domain.bsdf);
+        Random random = pass_random(pixel, PASS_PILOTS);
+        Ray ray;
+        if (sample_bsdf_ray(domain, to_unit(random_bits(random)), ray)) {
+            Hit hit = trace_closest(ray);
+            pilot.light = light_of(hit);
+            if (pilot.light != NONE) {
+                pilot.barycentrics = packUnorm2x16(hit.barycentrics);
+                Sample value = sample_at(pilot.light, pilot.barycentrics);
+                float pdf_area;
+                float target = luminance(direct_contribution(domain, value, pdf_area));
+                float weight = candidate_weight(value, target, pdf_area, restir.at.light_samples, 1u);
+                pilot.brightness = weight / max(restir.at.lamp_luminance, TINY);
+            }
+        }
+    }
+    pilots.at[slot] = pilot;
+}
