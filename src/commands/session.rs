@@ -7,9 +7,9 @@ use crate::gpu::{Device, Instance, PassTime};
 use crate::image::{Image, Samples};
 use crate::layouts::{MOST_RADIANCE, PixelSums};
 use crate::render::settings::{Integrator, Visibility};
-use crate::render::{Renderer, Settings, View};
+use crate::render::{Clock, Renderer, Settings, View};
 use crate::scene::camera::framing_camera;
-use crate::scene::{Camera, Scene};
+use crate::scene::{Camera, MovingCamera, Scene};
 use crate::tracing::selection::{self, Selection};
 use crate::tracing::{GpuScene, SceneSizes};
 use crate::{Error, Result};
@@ -40,29 +40,20 @@ pub struct Session {
     scene_hash: String,
     /// What time it is, for scenes that move.
     clock: Option<Clock>,
+    /// The camera, where it moves while the clock runs.
+    camera: Option<MovingCamera>,
     rejected: u32,
     times: Vec<PassTime>,
     opened: Instant,
     samples_a_submission: u32,
 }
 
-/// Which time frames show.
-struct Clock {
-    /// The first frame's, in seconds.
-    start: f64,
-    /// How many there are a second; none stops the clock.
-    fps: Option<f64>,
-    /// The camera that moves with the scene: its index, and a scene of nothing but cameras.
-    camera: Option<usize>,
-    cameras: Scene,
-}
-
 impl Session {
-    /// Loads the scene, opens the device, uploads. Without `fps` time stands still.
+    /// Loads the scene, opens the device, uploads.
     ///
     /// # Errors
     /// Wrong arguments or input, a device that fails, or a signal.
-    pub fn open(args: &SceneArgs, fps: Option<f64>, interrupt: &Interrupt) -> Result<Self> {
+    pub fn open(args: &SceneArgs, clock: Clock, interrupt: &Interrupt) -> Result<Self> {
         let opened = Instant::now();
         let settings = args.settings()?;
         let own_camera = args.look_at_camera()?;
@@ -70,19 +61,16 @@ impl Session {
         for text in &scene.notices {
             notice(text);
         }
-        if scene.motion.is_none() && (fps.is_some() || args.start_time != 0.0) {
+        let moves = scene.motion.is_some();
+        if !moves && (clock.fps.is_some() || clock.start_time != 0.0) {
             notice("nothing in the scene moves, so it is the same at all times");
         }
         let scene_hash = scene.content_hash();
-        let clock = start_clock(&mut scene, args.start_time, fps)?;
+        clock.settle(&mut scene)?;
         let (camera, followed) = match own_camera {
             Some(camera) => (camera, None),
-            None => choose_camera(&scene, args.camera.as_deref(), args.start_time)?,
+            None => choose_camera(&scene, args.camera.as_deref(), clock.start_time)?,
         };
-        let clock = clock.map(|clock| Clock {
-            camera: followed,
-            ..clock
-        });
         let (width, height) = args.size(&camera)?;
         if scene.emissive_triangle_count() == 0 {
             notice("the scene has no light, so the picture is black");
@@ -122,7 +110,8 @@ impl Session {
             gpu_scene,
             selection,
             scene_hash,
-            clock,
+            clock: moves.then_some(clock),
+            camera: followed.map(|index| MovingCamera::of(&scene, index)),
             rejected: 0,
             times: Vec::new(),
             opened,
@@ -151,19 +140,13 @@ impl Session {
 
     /// Shows the time of a frame; whether every frame has its own.
     fn set_clock(&mut self, number: u32) -> Result<bool> {
-        let Some(Clock {
-            start,
-            fps: Some(fps),
-            camera,
-            cameras,
-        }) = &self.clock
-        else {
+        let Some(clock) = self.clock.filter(|clock| clock.fps.is_some()) else {
             return Ok(false);
         };
-        let time = start + f64::from(number) / fps;
+        let time = clock.time(number);
         self.renderer.set_time(time);
-        if let Some(index) = camera {
-            self.renderer.set_camera(&cameras.camera_at(*index, time)?);
+        if let Some(camera) = &self.camera {
+            self.renderer.set_camera(&camera.at(time)?);
         }
         Ok(true)
     }
@@ -236,9 +219,9 @@ impl Session {
         ] {
             image.metadata.insert(format!("headwater.{key}"), value);
         }
-        if let Some(Clock { start, fps, .. }) = &self.clock {
+        if let Some(Clock { start_time, fps }) = self.clock {
             let fps = fps.map(|fps| ("fps", fps));
-            for (key, value) in fps.into_iter().chain([("start_time", *start)]) {
+            for (key, value) in fps.into_iter().chain([("start_time", start_time)]) {
                 let (key, value) = (format!("headwater.{key}"), format!("{value:?}"));
                 image.metadata.insert(key, value);
             }
@@ -339,27 +322,6 @@ fn tell_what_is_left_out(settings: &Settings, bounces: u32) {
     if settings.direct.visibility == Visibility::Final && settings.direct.bsdf_samples > 0 {
         notice("direct.visibility=final takes light candidates only, so no BSDF samples are drawn");
     }
-}
-
-/// The clock of a scene that moves. If it stands still, so will the scene, which is then no more work
-/// to render than any that never moves.
-fn start_clock(scene: &mut Scene, start: f64, fps: Option<f64>) -> Result<Option<Clock>> {
-    if scene.motion.is_none() {
-        return Ok(None);
-    }
-    if fps.is_none() {
-        *scene = scene.pose_at(start)?;
-    }
-    Ok(Some(Clock {
-        start,
-        fps,
-        camera: None,
-        cameras: Scene {
-            cameras: scene.cameras.clone(),
-            motion: scene.motion.clone(),
-            ..Scene::default()
-        },
-    }))
 }
 
 /// The camera that `wanted` names, as it is at a time; without it the first; without any one that

@@ -3,6 +3,7 @@
 
 pub mod aovs;
 pub mod camera;
+pub mod clock;
 pub mod counters;
 pub mod energy;
 pub mod frame;
@@ -16,6 +17,7 @@ mod strips;
 pub mod sums;
 pub mod view;
 
+pub use clock::Clock;
 pub use renderer::Renderer;
 pub use settings::Settings;
 pub use view::View;
