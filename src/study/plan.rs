@@ -182,6 +182,7 @@ const PLANS: &[(&str, &str)] = &[
     ("bias-matrix", include_str!("plans/bias-matrix.toml")),
     ("bias-sample", include_str!("plans/bias-sample.toml")),
     ("direct-light", include_str!("plans/direct-light.toml")),
+    ("motion", include_str!("plans/motion.toml")),
 ];
 
 impl Plan {
