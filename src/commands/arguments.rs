@@ -67,7 +67,7 @@ pub struct SceneArgs {
     /// The device, by name, part of a name, or index
     #[arg(long, value_name = "NAME|INDEX", env = "HEADWATER_DEVICE")]
     pub device: Option<String>,
-    /// Further channels: albedo, normal, depth, instance, motion
+    /// Further channels: albedo, normal, depth, instance, motion, direct
     #[arg(long, value_delimiter = ',', value_enum)]
     pub aov: Vec<Aov>,
     /// Exposure of PNG files, in stops
@@ -96,6 +96,8 @@ pub enum Aov {
     Instance,
     /// Pixels to where the last frame had it, rightwards and downwards.
     Motion,
+    /// What the last frame's reservoirs of direct light hold.
+    Direct,
 }
 
 impl SceneArgs {

@@ -5,7 +5,7 @@ use super::interrupt::Interrupt;
 use super::{NOTHING_WRITTEN, check_messages, notice, open_scene, open_vulkan};
 use crate::gpu::{Device, Instance, PassTime};
 use crate::image::{Image, Samples};
-use crate::layouts::{MOST_RADIANCE, PixelSums};
+use crate::layouts::{DirectAov, MOST_RADIANCE, PixelSums};
 use crate::render::settings::{Integrator, Visibility};
 use crate::render::{Clock, Renderer, Settings, View};
 use crate::scene::camera::framing_camera;
@@ -56,6 +56,11 @@ impl Session {
     pub fn open(args: &SceneArgs, clock: Clock, interrupt: &Interrupt) -> Result<Self> {
         let opened = Instant::now();
         let settings = args.settings()?;
+        if args.aov.contains(&Aov::Direct) && settings.integrator == Integrator::PathTracing {
+            return Err(Error::input(
+                "--aov direct shows reservoirs, of which path tracing has none; choose a --preset with integrator=restir",
+            ));
+        }
         let own_camera = args.look_at_camera()?;
         let mut scene = open_scene(&args.scene, interrupt)?;
         for text in &scene.notices {
@@ -230,9 +235,13 @@ impl Session {
     }
 
     fn add_aovs(&mut self, image: &mut Image, aovs: &[Aov]) -> Result<()> {
-        let surfaces = self.renderer.primary_surfaces()?;
+        let surfaces = match aovs {
+            [Aov::Direct] => Vec::new(),
+            _ => self.renderer.primary_surfaces()?,
+        };
         for aov in aovs {
             match aov {
+                Aov::Direct => self.add_direct_aovs(image)?,
                 Aov::Albedo => {
                     let values: Vec<_> = surfaces.iter().map(|s| s.albedo.to_array()).collect();
                     image.set_vectors("albedo.", ["R", "G", "B"], &values);
@@ -261,6 +270,22 @@ impl Session {
                 }
             }
         }
+        Ok(())
+    }
+
+    fn add_direct_aovs(&mut self, image: &mut Image) -> Result<()> {
+        let reservoirs = self.renderer.direct_aovs()?;
+        let mut add = |name: &str, samples| {
+            image.channels.insert(format!("direct.{name}"), samples);
+        };
+        let floats =
+            |value: fn(&DirectAov) -> f32| Samples::F32(reservoirs.iter().map(value).collect());
+        add("weight", floats(|r| r.weight));
+        add("confidence", floats(|r| r.confidence));
+        add("age", floats(|r| r.age as f32));
+        add("neighbours", floats(|r| r.neighbours as f32));
+        let lights = reservoirs.iter().map(|r| r.light).collect();
+        add("light", Samples::U32(lights));
         Ok(())
     }
 

@@ -1,13 +1,14 @@
 //! A frame of reservoir resampling, pass by pass from the top.
 
 use super::counters::{Counters, Counts};
+use super::direct_aovs::{DirectAovs, Left};
 use super::offered::Offered;
-use super::settings::{Candidates, Direct, Mis, Reuse, Search, Settings, Visibility};
+use super::settings::{Candidates, Direct, Mis, Reservoirs, Reuse, Search, Settings, Visibility};
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
 use crate::layouts::{
-    FrameConstants, GpuCamera, MIS_BALANCE, MIS_CONSTANT, MIS_DEFENSIVE, MIS_PAIRWISE, PixelSums,
-    RestirConstants, SampleData, SpatialStep, TILE, VISIBILITY_FINAL, VISIBILITY_INITIAL,
-    VISIBILITY_NONE, VISIBILITY_WEIGHTS,
+    DirectAov, FrameConstants, GpuCamera, MIS_BALANCE, MIS_CONSTANT, MIS_DEFENSIVE, MIS_PAIRWISE,
+    PixelSums, RestirConstants, SampleData, SpatialStep, TILE, VISIBILITY_FINAL,
+    VISIBILITY_INITIAL, VISIBILITY_NONE, VISIBILITY_WEIGHTS,
 };
 use crate::{Error, Result};
 use glam::{DVec3, Vec3};
@@ -108,10 +109,12 @@ pub struct Frame {
     device: Arc<Device>,
     offered: Arc<Offered>,
     direct: Direct,
+    layout: Reservoirs,
     constants: RestirConstants,
     jitter: bool,
     surfaces: ComputePass,
     direct_passes: Option<DirectPasses>,
+    direct_aovs: Option<DirectAovs>,
     restir: Buffer,
     color: Buffer,
     counters: Counters,
@@ -217,6 +220,7 @@ impl Frame {
             direct_passes: (frame.bounces > 0)
                 .then(|| DirectPasses::new(direct.reuse, &pass))
                 .transpose()?,
+            direct_aovs: None,
             restir: Buffer::new(
                 device,
                 "restir",
@@ -235,6 +239,7 @@ impl Frame {
             sums: Vec::new(),
             jitter: frame.jitter != 0,
             constants,
+            layout: *layout,
             direct,
             offered: offered.clone(),
             device: device.clone(),
@@ -354,6 +359,30 @@ impl Frame {
         }
         self.last = Some(number);
         Ok(times)
+    }
+
+    /// What the last frame left in its reservoirs, row by row from the top.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn direct_aovs(&mut self) -> Result<Vec<DirectAov>> {
+        let aovs = match self.direct_aovs.take() {
+            Some(aovs) => aovs,
+            None => DirectAovs::new(&self.device, &self.offered, &self.layout)?,
+        };
+        let passes = self.direct_passes.as_ref();
+        let spatial = passes.and_then(|passes| passes.spatial.as_ref());
+        // The newest of each lies last.
+        let left = Left {
+            constants: &self.constants,
+            restir: &self.restir,
+            sample_data: &self.sample_data[self.sample_data.len() - 1],
+            reservoirs: &self.reservoirs[self.reservoirs.len() - 1],
+            spatial_passes: spatial.map_or(0, |_| self.direct.spatial.passes),
+        };
+        let seen = aovs.look(&left);
+        self.direct_aovs = Some(aovs);
+        seen
     }
 
     /// Renders a frame and adds it to the sums.

@@ -5,6 +5,7 @@ pub mod aovs;
 pub mod camera;
 pub mod clock;
 pub mod counters;
+pub mod direct_aovs;
 pub mod energy;
 pub mod frame;
 pub mod offered;
