@@ -321,6 +321,30 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
+    /// How many spatial passes a frame has.
+    pub struct SpatialPasses {
+        /// Their number.
+        pub passes: u32,
+    }
+}
+
+crate::gpu_struct! {
+    /// What a frame left in a pixel's reservoir of direct light.
+    pub struct DirectAov {
+        /// Unbiased contribution weight, in squared scene units; 0 = empty.
+        pub weight: f32,
+        /// Confidence, in initial reservoirs.
+        pub confidence: f32,
+        /// Frames since the sample was made.
+        pub age: u32,
+        /// The sample's light; NONE = empty.
+        pub light: u32,
+        /// Neighbours that the frame's spatial passes found.
+        pub neighbours: u32,
+    }
+}
+
+crate::gpu_struct! {
     /// A pixel's primary surface, as later passes and the next frame need it.
     pub struct SampleData {
         /// Distance along the primary ray.
@@ -431,6 +455,8 @@ pub const STRUCTS: &[StructLayout] = &[
     RestirConstants::LAYOUT,
     SpatialStep::LAYOUT,
     Pilot::LAYOUT,
+    SpatialPasses::LAYOUT,
+    DirectAov::LAYOUT,
     SampleData::LAYOUT,
     Strip::LAYOUT,
     PixelSums::LAYOUT,

@@ -119,6 +119,7 @@ impl Variant {
 
 /// The passes that read geometry and trace rays: `glsl/passes/NAME.comp`, one for each [`Variant`].
 pub const TRACING_PASSES: &[&str] = &[
+    "direct_aovs",
     "initial_direct",
     "path_trace",
     "primary",

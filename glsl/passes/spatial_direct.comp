@@ -26,7 +26,8 @@ layout(scalar) readonly buffer NeighboursBlock { uint at[]; } neighbours;
 layout(scalar) writeonly buffer ReservoirsBlock { uint at[]; } reservoirs;
 
 const uint MOST_TECHNIQUES = MOST_NEIGHBOURS + 1u;
-uvec2 pixels[MOST_TECHNIQUES];
+
+#include "neighbours.glsl"
 
 Domain domain_of(uint technique) {
     uvec2 pixel = pixels[technique];
@@ -48,21 +49,9 @@ void main() {
     SampleData data = sample_data.at[slot];
     if (has_surface(data)) {
         Random random = pass_random(pixel, PASS_SPATIAL_DIRECT + step.number);
-        Ray ray = primary_ray(pixel);
-        pixels[0] = pixel;
+        // Before any reservoir is looked at.
+        uint found = find_neighbours(pixel, data, random);
         techniques[0] = unpack_reservoir(packed);
-        // The neighbours are chosen by their surfaces before any reservoir is looked at. Those that are
-        // refused are made up for while tries last: lanes whose lists are equally long idle less.
-        uint found = 1u;
-        for (uint i = 0u; i < restir.at.tries && found <= restir.at.neighbours; i += 1u) {
-            vec2 u = to_unit(random_bits(random)).xy;
-            vec2 offset = restir.at.radius * sqrt(u.x) * on_circle(u.y);
-            ivec2 other = ivec2(pixel) + ivec2(round(offset));
-            if (other == ivec2(pixel) || any(lessThan(other, ivec2(0))) || is_outside(uvec2(other))) continue;
-            if (!similar(data, ray, sample_data.at[slot_of(uvec2(other))], primary_ray(uvec2(other)))) continue;
-            pixels[found] = uvec2(other);
-            found += 1u;
-        }
         count(COUNTER_NEIGHBOURS, found - 1u);
         for (uint i = 1u; i < found; i += 1u) {
             LOAD_RESERVOIR(neighbours, slot_of(pixels[i]), restir.at.slots, packed);

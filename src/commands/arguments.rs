@@ -1,5 +1,6 @@
 //! Options that several commands share.
 
+use crate::render::Clock;
 use crate::render::presets::{self, Preset};
 use crate::render::settings::Settings;
 use crate::scene::Camera;
@@ -66,7 +67,7 @@ pub struct SceneArgs {
     /// The device, by name, part of a name, or index
     #[arg(long, value_name = "NAME|INDEX", env = "HEADWATER_DEVICE")]
     pub device: Option<String>,
-    /// Further channels: albedo, normal, depth, instance, motion
+    /// Further channels: albedo, normal, depth, instance, motion, direct
     #[arg(long, value_delimiter = ',', value_enum)]
     pub aov: Vec<Aov>,
     /// Exposure of PNG files, in stops
@@ -95,6 +96,8 @@ pub enum Aov {
     Instance,
     /// Pixels to where the last frame had it, rightwards and downwards.
     Motion,
+    /// What the last frame's reservoirs of direct light hold.
+    Direct,
 }
 
 impl SceneArgs {
@@ -116,6 +119,19 @@ impl SceneArgs {
         Ok(settings)
     }
 
+    /// Which time frames show, `fps` of them a second.
+    ///
+    /// # Errors
+    /// `--fps` or `--start-time` is what no clock can have.
+    pub fn clock(&self, fps: Option<f64>) -> Result<Clock> {
+        let clock = Clock {
+            start_time: self.start_time,
+            fps,
+        };
+        clock.check("--start-time", "--fps")?;
+        Ok(clock)
+    }
+
     /// Width and height for a camera's aspect ratio.
     ///
     /// # Errors
@@ -123,11 +139,6 @@ impl SceneArgs {
     pub fn size(&self, camera: &Camera) -> Result<(u32, u32)> {
         if !self.exposure.is_finite() {
             return Err(Error::input("--exposure takes a finite number of stops"));
-        }
-        if !self.start_time.is_finite() {
-            return Err(Error::input(
-                "--start-time takes a finite number of seconds",
-            ));
         }
         size_for(camera, self.width, self.height)
     }

@@ -38,14 +38,10 @@ pub fn run(args: &Args) -> Result<()> {
             "--frames 0 renders nothing; frames begin at 1",
         ));
     }
-    if let Some(fps) = args.fps.filter(|fps| !(*fps > 0.0 && fps.is_finite())) {
-        return Err(Error::input(format!(
-            "--fps {fps}: it must be positive and finite; without --fps time stands still"
-        )));
-    }
+    let clock = args.scene.clock(args.fps)?;
     check_outputs(&args.output, args.scene.report.as_deref())?;
     let interrupt = Interrupt::watch()?;
-    let mut session = Session::open(&args.scene, args.fps, &interrupt)?;
+    let mut session = Session::open(&args.scene, clock, &interrupt)?;
     // Without --accumulate only the last frame is shown; those before it are made where it needs
     // them as history.
     let first = if args.accumulate { 0 } else { args.frames - 1 };

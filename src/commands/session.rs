@@ -5,11 +5,11 @@ use super::interrupt::Interrupt;
 use super::{NOTHING_WRITTEN, check_messages, notice, open_scene, open_vulkan};
 use crate::gpu::{Device, Instance, PassTime};
 use crate::image::{Image, Samples};
-use crate::layouts::{MOST_RADIANCE, PixelSums};
+use crate::layouts::{DirectAov, MOST_RADIANCE, PixelSums};
 use crate::render::settings::{Integrator, Visibility};
-use crate::render::{Renderer, Settings, View};
+use crate::render::{Clock, Renderer, Settings, View};
 use crate::scene::camera::framing_camera;
-use crate::scene::{Camera, Scene};
+use crate::scene::{Camera, MovingCamera, Scene};
 use crate::tracing::selection::{self, Selection};
 use crate::tracing::{GpuScene, SceneSizes};
 use crate::{Error, Result};
@@ -40,49 +40,42 @@ pub struct Session {
     scene_hash: String,
     /// What time it is, for scenes that move.
     clock: Option<Clock>,
+    /// The camera, where it moves while the clock runs.
+    camera: Option<MovingCamera>,
     rejected: u32,
     times: Vec<PassTime>,
     opened: Instant,
     samples_a_submission: u32,
 }
 
-/// Which time frames show.
-struct Clock {
-    /// The first frame's, in seconds.
-    start: f64,
-    /// How many there are a second; none stops the clock.
-    fps: Option<f64>,
-    /// The camera that moves with the scene: its index, and a scene of nothing but cameras.
-    camera: Option<usize>,
-    cameras: Scene,
-}
-
 impl Session {
-    /// Loads the scene, opens the device, uploads. Without `fps` time stands still.
+    /// Loads the scene, opens the device, uploads.
     ///
     /// # Errors
     /// Wrong arguments or input, a device that fails, or a signal.
-    pub fn open(args: &SceneArgs, fps: Option<f64>, interrupt: &Interrupt) -> Result<Self> {
+    pub fn open(args: &SceneArgs, clock: Clock, interrupt: &Interrupt) -> Result<Self> {
         let opened = Instant::now();
         let settings = args.settings()?;
+        if args.aov.contains(&Aov::Direct) && settings.integrator == Integrator::PathTracing {
+            return Err(Error::input(
+                "--aov direct shows reservoirs, of which path tracing has none; choose a --preset with integrator=restir",
+            ));
+        }
         let own_camera = args.look_at_camera()?;
         let mut scene = open_scene(&args.scene, interrupt)?;
         for text in &scene.notices {
             notice(text);
         }
-        if scene.motion.is_none() && (fps.is_some() || args.start_time != 0.0) {
+        let moves = scene.motion.is_some();
+        if !moves && (clock.fps.is_some() || clock.start_time != 0.0) {
             notice("nothing in the scene moves, so it is the same at all times");
         }
         let scene_hash = scene.content_hash();
-        let clock = start_clock(&mut scene, args.start_time, fps)?;
+        clock.settle(&mut scene)?;
         let (camera, followed) = match own_camera {
             Some(camera) => (camera, None),
-            None => choose_camera(&scene, args.camera.as_deref(), args.start_time)?,
+            None => choose_camera(&scene, args.camera.as_deref(), clock.start_time)?,
         };
-        let clock = clock.map(|clock| Clock {
-            camera: followed,
-            ..clock
-        });
         let (width, height) = args.size(&camera)?;
         if scene.emissive_triangle_count() == 0 {
             notice("the scene has no light, so the picture is black");
@@ -122,7 +115,8 @@ impl Session {
             gpu_scene,
             selection,
             scene_hash,
-            clock,
+            clock: moves.then_some(clock),
+            camera: followed.map(|index| MovingCamera::of(&scene, index)),
             rejected: 0,
             times: Vec::new(),
             opened,
@@ -151,19 +145,13 @@ impl Session {
 
     /// Shows the time of a frame; whether every frame has its own.
     fn set_clock(&mut self, number: u32) -> Result<bool> {
-        let Some(Clock {
-            start,
-            fps: Some(fps),
-            camera,
-            cameras,
-        }) = &self.clock
-        else {
+        let Some(clock) = self.clock.filter(|clock| clock.fps.is_some()) else {
             return Ok(false);
         };
-        let time = start + f64::from(number) / fps;
+        let time = clock.time(number);
         self.renderer.set_time(time);
-        if let Some(index) = camera {
-            self.renderer.set_camera(&cameras.camera_at(*index, time)?);
+        if let Some(camera) = &self.camera {
+            self.renderer.set_camera(&camera.at(time)?);
         }
         Ok(true)
     }
@@ -236,9 +224,9 @@ impl Session {
         ] {
             image.metadata.insert(format!("headwater.{key}"), value);
         }
-        if let Some(Clock { start, fps, .. }) = &self.clock {
+        if let Some(Clock { start_time, fps }) = self.clock {
             let fps = fps.map(|fps| ("fps", fps));
-            for (key, value) in fps.into_iter().chain([("start_time", *start)]) {
+            for (key, value) in fps.into_iter().chain([("start_time", start_time)]) {
                 let (key, value) = (format!("headwater.{key}"), format!("{value:?}"));
                 image.metadata.insert(key, value);
             }
@@ -247,9 +235,13 @@ impl Session {
     }
 
     fn add_aovs(&mut self, image: &mut Image, aovs: &[Aov]) -> Result<()> {
-        let surfaces = self.renderer.primary_surfaces()?;
+        let surfaces = match aovs {
+            [Aov::Direct] => Vec::new(),
+            _ => self.renderer.primary_surfaces()?,
+        };
         for aov in aovs {
             match aov {
+                Aov::Direct => self.add_direct_aovs(image)?,
                 Aov::Albedo => {
                     let values: Vec<_> = surfaces.iter().map(|s| s.albedo.to_array()).collect();
                     image.set_vectors("albedo.", ["R", "G", "B"], &values);
@@ -278,6 +270,22 @@ impl Session {
                 }
             }
         }
+        Ok(())
+    }
+
+    fn add_direct_aovs(&mut self, image: &mut Image) -> Result<()> {
+        let reservoirs = self.renderer.direct_aovs()?;
+        let mut add = |name: &str, samples| {
+            image.channels.insert(format!("direct.{name}"), samples);
+        };
+        let floats =
+            |value: fn(&DirectAov) -> f32| Samples::F32(reservoirs.iter().map(value).collect());
+        add("weight", floats(|r| r.weight));
+        add("confidence", floats(|r| r.confidence));
+        add("age", floats(|r| r.age as f32));
+        add("neighbours", floats(|r| r.neighbours as f32));
+        let lights = reservoirs.iter().map(|r| r.light).collect();
+        add("light", Samples::U32(lights));
         Ok(())
     }
 
@@ -339,27 +347,6 @@ fn tell_what_is_left_out(settings: &Settings, bounces: u32) {
     if settings.direct.visibility == Visibility::Final && settings.direct.bsdf_samples > 0 {
         notice("direct.visibility=final takes light candidates only, so no BSDF samples are drawn");
     }
-}
-
-/// The clock of a scene that moves. If it stands still, so will the scene, which is then no more work
-/// to render than any that never moves.
-fn start_clock(scene: &mut Scene, start: f64, fps: Option<f64>) -> Result<Option<Clock>> {
-    if scene.motion.is_none() {
-        return Ok(None);
-    }
-    if fps.is_none() {
-        *scene = scene.pose_at(start)?;
-    }
-    Ok(Some(Clock {
-        start,
-        fps,
-        camera: None,
-        cameras: Scene {
-            cameras: scene.cameras.clone(),
-            motion: scene.motion.clone(),
-            ..Scene::default()
-        },
-    }))
 }
 
 /// The camera that `wanted` names, as it is at a time; without it the first; without any one that

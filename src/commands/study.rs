@@ -8,6 +8,7 @@ use crate::files::write_atomically;
 use crate::gpu::Device;
 use crate::render::View;
 use crate::scene::camera::framing_camera;
+use crate::scene::{Camera, MovingCamera, Scene};
 use crate::study::plan::{Plan, PlannedScene, Resolved};
 use crate::study::results::{self, Row};
 use crate::study::store::Store;
@@ -74,13 +75,17 @@ pub fn run(args: &Args) -> Result<()> {
     let mut rows = Vec::new();
     for planned in &plan.scenes {
         let name = planned.name();
-        let scene = open_scene(name, &watcher.interrupt)?;
+        let mut scene = open_scene(name, &watcher.interrupt)?;
+        let clock = plan.clock();
+        if scene.motion.is_none() && (clock.fps.is_some() || clock.start_time != 0.0) {
+            notice(&format!(
+                "{name}: nothing in the scene moves, so it is the same at all times"
+            ));
+        }
+        clock.settle(&mut scene)?;
         let selection = selection::select(&info, args.tracer, &SceneSizes::of(&scene))?;
         let device = Device::open(&instance, info.clone(), selection.features())?;
-        let camera = match planned.look_at() {
-            Some(text) => parse_look_at(text)?,
-            None => (scene.cameras.first().cloned()).unwrap_or_else(|| framing_camera(&scene)),
-        };
+        let (camera, moving) = camera(planned, &scene, clock.start_time)?;
         let (width, height) = size_for(&camera, Some(plan.width), None)?;
         let view = View {
             camera,
@@ -91,7 +96,15 @@ pub fn run(args: &Args) -> Result<()> {
             jitter: false,
         };
         let references = args.output.join("references");
-        let subject = Subject::new(name, &scene, view, &device, selection.variant, references)?;
+        let subject = Subject::new(
+            name,
+            &scene,
+            view,
+            moving,
+            &device,
+            selection.variant,
+            references,
+        )?;
         let own: Vec<&Resolved> = configurations.iter().filter(|c| c.is_for(name)).collect();
         if !subject.is_lit {
             notice(&format!("{name}: the scene has no light"));
@@ -115,6 +128,22 @@ pub fn run(args: &Args) -> Result<()> {
     print(results::table(&rows).trim_end())?;
     verdict(&rows)?;
     check_messages(&instance.validation_messages())
+}
+
+/// The camera at a time, and how it moves if it is one of the scene's own.
+fn camera(
+    planned: &PlannedScene,
+    scene: &Scene,
+    time: f64,
+) -> Result<(Camera, Option<MovingCamera>)> {
+    if let Some(text) = planned.look_at() {
+        return Ok((parse_look_at(text)?, None));
+    }
+    if scene.cameras.is_empty() {
+        return Ok((framing_camera(scene), None));
+    }
+    let moving = MovingCamera::of(scene, 0);
+    Ok((moving.at(time)?, Some(moving)))
 }
 
 /// An error if any row is not what it should be.

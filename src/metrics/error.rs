@@ -46,17 +46,16 @@ impl Errors {
     }
 }
 
-/// Pearson's correlation of two pictures' errors against one reference, −1…1, over all channels:
-/// how much of one frame's noise is still seen in the next. 0 where either has no error.
+/// Pearson's correlation of two pictures' errors, −1…1, over all channels: how much of one frame's
+/// noise is still seen in the next. Each picture comes with its reference. 0 where either has no
+/// error.
 ///
 /// # Panics
 /// The sizes differ.
-pub fn error_correlation(a: &[[f32; 3]], b: &[[f32; 3]], reference: &[[f32; 3]]) -> f64 {
-    assert!(
-        a.len() == reference.len() && b.len() == reference.len(),
-        "pictures of one size"
-    );
-    let errors = |picture: &[[f32; 3]]| -> Vec<f64> {
+pub fn error_correlation(a: [&[[f32; 3]]; 2], b: [&[[f32; 3]]; 2]) -> f64 {
+    let sizes = [a[1], b[0], b[1]].map(<[_]>::len);
+    assert!(sizes == [a[0].len(); 3], "pictures of one size");
+    let errors = |[picture, reference]: [&[[f32; 3]]; 2]| -> Vec<f64> {
         let pairs = picture.iter().flatten().zip(reference.iter().flatten());
         let all: Vec<f64> = pairs.map(|(p, r)| f64::from(*p) - f64::from(*r)).collect();
         let mean = all.iter().sum::<f64>() / all.len().max(1) as f64;
@@ -81,12 +80,17 @@ mod tests {
         let reference = [[1.0; 3]; 2];
         let a = [[2.0, 1.0, 0.0], [1.0, 1.0, 1.0]];
         let b = [[1.0, 3.0, 1.0], [1.0, -1.0, 1.0]];
-        let correlation = |x: &[[f32; 3]], y: &[[f32; 3]]| error_correlation(x, y, &reference);
+        let correlation =
+            |x: &[[f32; 3]], y: &[[f32; 3]]| error_correlation([x, &reference], [y, &reference]);
         assert!((correlation(&a, &a) - 1.0).abs() < 1e-12);
         let opposite = a.map(|p| p.map(|v| 2.0 - v));
         assert!((correlation(&a, &opposite) + 1.0).abs() < 1e-12);
         assert!(correlation(&a, &b).abs() < 1e-12);
         assert_eq!(correlation(&a, &reference), 0.0);
+        // What another reference moves is no error.
+        let (moved, other) = (a.map(|p| p.map(|v| v + 0.5)), [[1.5; 3]; 2]);
+        let same = error_correlation([&a, &reference], [&moved, &other]);
+        assert!((same - 1.0).abs() < 1e-12);
     }
 
     #[test]

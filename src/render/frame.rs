@@ -1,13 +1,15 @@
 //! A frame of reservoir resampling, pass by pass from the top.
 
+mod constants;
+
 use super::counters::{Counters, Counts};
+use super::direct_aovs::{DirectAovs, Left};
 use super::offered::Offered;
-use super::settings::{Candidates, Direct, Mis, Reuse, Search, Settings, Visibility};
+use super::settings::{Direct, Reservoirs, Reuse, Settings};
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
 use crate::layouts::{
-    FrameConstants, GpuCamera, MIS_BALANCE, MIS_CONSTANT, MIS_DEFENSIVE, MIS_PAIRWISE, Pilot,
-    PixelSums, RestirConstants, SampleData, SpatialStep, TILE, VISIBILITY_FINAL,
-    VISIBILITY_INITIAL, VISIBILITY_NONE, VISIBILITY_WEIGHTS,
+    DirectAov, FrameConstants, GpuCamera, Pilot, PixelSums, RestirConstants, SampleData,
+    SpatialStep, TILE,
 };
 use crate::{Error, Result};
 use glam::{DVec3, Vec3};
@@ -126,10 +128,12 @@ pub struct Frame {
     device: Arc<Device>,
     offered: Arc<Offered>,
     direct: Direct,
+    layout: Reservoirs,
     constants: RestirConstants,
     jitter: bool,
     surfaces: ComputePass,
     direct_passes: Option<DirectPasses>,
+    direct_aovs: Option<DirectAovs>,
     restir: Buffer,
     color: Buffer,
     pilots: Buffer,
@@ -187,53 +191,10 @@ impl Frame {
             uniform: true,
             ..Usage::default()
         };
-        let tries = match direct.spatial.search {
-            Search::Random => direct.spatial.neighbours,
-            Search::Greedy => direct.spatial.neighbours * direct.spatial.tries,
-        };
         let constants = RestirConstants {
-            camera: frame.camera,
-            previous_camera: frame.camera,
-            jitter_x: 0.5,
-            jitter_y: 0.5,
-            previous_jitter_x: 0.5,
-            previous_jitter_y: 0.5,
-            width,
-            height,
             slots: slots as u32,
-            interleave: frame.interleave,
-            seed: frame.seed,
-            frame: 0,
-            lights: frame.lights,
-            uniform_candidates: u32::from(direct.candidates == Candidates::Uniform),
-            light_samples: direct.light_samples,
-            bsdf_samples: if direct.draws_bsdf() {
-                direct.bsdf_samples
-            } else {
-                0
-            },
-            more_bsdf_samples: direct.more_bsdf_samples,
             lamp_luminance: offered.scene.lamp_luminance,
-            mis: match direct.mis {
-                Mis::Constant => MIS_CONSTANT,
-                Mis::Balance => MIS_BALANCE,
-                Mis::Pairwise => MIS_PAIRWISE,
-                Mis::Defensive => MIS_DEFENSIVE,
-            },
-            visibility: match direct.visibility {
-                Visibility::None => VISIBILITY_NONE,
-                Visibility::Final => VISIBILITY_FINAL,
-                Visibility::Initial => VISIBILITY_INITIAL,
-                Visibility::Weights => VISIBILITY_WEIGHTS,
-            },
-            temporal_confidence_cap: direct.temporal.confidence_cap as f32,
-            spatial_confidence_cap: direct.spatial.confidence_cap as f32,
-            neighbours: direct.spatial.neighbours,
-            tries,
-            radius: direct.spatial.radius,
-            least_normal_cosine: direct.similar.normal.to_radians().cos(),
-            depth_tolerance: direct.similar.depth,
-            same_material: direct.similar.material.into(),
+            ..constants::of(frame, &direct)
         };
         let counters = Counters::new(device, PASSES, counting)?;
         let pass = |name: &str| {
@@ -247,6 +208,7 @@ impl Frame {
             direct_passes: (frame.bounces > 0)
                 .then(|| DirectPasses::new(direct.reuse, pilots, &pass))
                 .transpose()?,
+            direct_aovs: None,
             restir: Buffer::new(
                 device,
                 "restir",
@@ -266,6 +228,7 @@ impl Frame {
             sums: Vec::new(),
             jitter: frame.jitter != 0,
             constants,
+            layout: *layout,
             direct,
             offered: offered.clone(),
             device: device.clone(),
@@ -399,6 +362,30 @@ impl Frame {
         Ok(times)
     }
 
+    /// What the last frame left in its reservoirs, row by row from the top.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn direct_aovs(&mut self) -> Result<Vec<DirectAov>> {
+        let aovs = match self.direct_aovs.take() {
+            Some(aovs) => aovs,
+            None => DirectAovs::new(&self.device, &self.offered, &self.layout)?,
+        };
+        let passes = self.direct_passes.as_ref();
+        let spatial = passes.and_then(|passes| passes.spatial.as_ref());
+        // The newest of each lies last.
+        let left = Left {
+            constants: &self.constants,
+            restir: &self.restir,
+            sample_data: &self.sample_data[self.sample_data.len() - 1],
+            reservoirs: &self.reservoirs[self.reservoirs.len() - 1],
+            spatial_passes: spatial.map_or(0, |_| self.direct.spatial.passes),
+        };
+        let seen = aovs.look(&left);
+        self.direct_aovs = Some(aovs);
+        seen
+    }
+
     /// Renders a frame and adds it to the sums.
     ///
     /// # Errors
@@ -470,26 +457,10 @@ impl Frame {
         constants.previous_jitter_y = constants.jitter_y;
         if self.jitter {
             // All pixels alike, so that what a pixel sees can be told from its depth alone.
-            let [x, y] = jitter(constants.seed, number);
+            let [x, y] = constants::jitter(constants.seed, number);
             constants.jitter_x = x;
             constants.jitter_y = y;
         }
         self.restir.write(&[*constants])
     }
-}
-
-/// A place in the pixel, uniform over frames and seeds (the generator of `random.glsl`).
-fn jitter(seed: u32, frame: u32) -> [f32; 2] {
-    let mut v = [0x9E37_79B9_u32, frame, seed, 0xFFFF_FFFF]
-        .map(|x| x.wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
-    let mix = |v: &mut [u32; 4]| {
-        v[0] = v[0].wrapping_add(v[1].wrapping_mul(v[3]));
-        v[1] = v[1].wrapping_add(v[2].wrapping_mul(v[0]));
-        v[2] = v[2].wrapping_add(v[0].wrapping_mul(v[1]));
-        v[3] = v[3].wrapping_add(v[1].wrapping_mul(v[2]));
-    };
-    mix(&mut v);
-    v.iter_mut().for_each(|x| *x ^= *x >> 16);
-    mix(&mut v);
-    [v[0], v[1]].map(|bits| (bits >> 8) as f32 * 2.0_f32.powi(-24))
 }

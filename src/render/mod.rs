@@ -3,7 +3,9 @@
 
 pub mod aovs;
 pub mod camera;
+pub mod clock;
 pub mod counters;
+pub mod direct_aovs;
 pub mod energy;
 pub mod frame;
 pub mod offered;
@@ -16,6 +18,7 @@ mod strips;
 pub mod sums;
 pub mod view;
 
+pub use clock::Clock;
 pub use renderer::Renderer;
 pub use settings::Settings;
 pub use view::View;

@@ -10,7 +10,8 @@ use super::settings::{Heuristic, Integrator, Settings};
 use super::view::View;
 use crate::gpu::{Device, PassTime};
 use crate::layouts::{
-    FrameConstants, GpuCamera, HEURISTIC_BALANCE, HEURISTIC_POWER, PixelSums, PrimarySurface,
+    DirectAov, FrameConstants, GpuCamera, HEURISTIC_BALANCE, HEURISTIC_POWER, PixelSums,
+    PrimarySurface,
 };
 use crate::scene::Camera;
 use crate::tracing::GpuScene;
@@ -268,6 +269,19 @@ impl Renderer {
         let surfaces = aovs.surfaces(&constants, before.camera);
         self.aovs = Some(aovs);
         surfaces
+    }
+
+    /// What the last frame left in its reservoirs of direct light, row by row from the top.
+    ///
+    /// # Errors
+    /// Path tracing, which has none, or the device fails.
+    pub fn direct_aovs(&mut self) -> Result<Vec<DirectAov>> {
+        match &mut self.technique {
+            Technique::PathTracing(_) => Err(Error::input(
+                "path tracing has no reservoirs to look into; use integrator=restir",
+            )),
+            Technique::Resampling(frame) => frame.direct_aovs(),
+        }
     }
 
     /// Each pixel's sums, row by row from the top.

@@ -11,6 +11,7 @@ pub mod lights;
 pub mod load;
 mod mend;
 pub mod motion;
+mod moving_camera;
 mod notices;
 mod obj;
 mod polygon;
@@ -22,6 +23,7 @@ pub mod validate;
 
 pub use bounds::Bounds;
 pub use motion::Motion;
+pub use moving_camera::MovingCamera;
 
 use crate::Result;
 use glam::{DAffine3, Vec3};

@@ -104,12 +104,14 @@ pub fn blocks_p_value(runs: &[&Run], control: &[&Run], reference: &Reference) ->
     kolmogorov_smirnov_p_value(&t_values(runs, reference), &t_values(control, reference))
 }
 
-/// Path tracing with `samples` samples a pixel, as an unbiased control for `configuration`.
+/// Path tracing with `samples` samples a pixel, as an unbiased control for what `configuration` shows
+/// in its last frame.
 pub fn control(configuration: &Resolved, samples: u32) -> Resolved {
     Resolved {
         name: format!("control, {samples} samples"),
         settings: path_tracing(configuration.settings.energy),
         frames: samples,
+        clock: configuration.clock.stopped_at(configuration.frames - 1),
         accumulate: true,
         count: false,
         scenes: Vec::new(),

@@ -1,8 +1,8 @@
 //! What a study renders: a TOML file.
 
 use crate::nearest::nearest;
-use crate::render::Settings;
 use crate::render::presets::{Preset, parse_toml};
+use crate::render::{Clock, Settings};
 use crate::{Error, Result};
 use serde::Deserialize;
 use serde_json::{Map, Value};
@@ -20,6 +20,12 @@ pub struct Plan {
     /// Frames of a run, numbered from 0; the last one is checked for bias.
     #[serde(default = "one")]
     pub frames: u32,
+    /// Frames a second; without, time stands at `start_time`.
+    #[serde(default)]
+    pub fps: Option<f64>,
+    /// The time of frame 0, in seconds.
+    #[serde(default)]
+    pub start_time: f64,
     /// Independent runs of each configuration.
     #[serde(default = "default_seeds")]
     pub seeds: u32,
@@ -152,6 +158,8 @@ pub struct Resolved {
     pub settings: Settings,
     /// Frames of a run, numbered from 0.
     pub frames: u32,
+    /// Which time each of them shows.
+    pub clock: Clock,
     /// Whether a frame is the mean of itself and those before it.
     pub accumulate: bool,
     /// Whether rays, lanes and neighbours are counted.
@@ -174,6 +182,7 @@ const PLANS: &[(&str, &str)] = &[
     ("bias-matrix", include_str!("plans/bias-matrix.toml")),
     ("bias-sample", include_str!("plans/bias-sample.toml")),
     ("direct-light", include_str!("plans/direct-light.toml")),
+    ("motion", include_str!("plans/motion.toml")),
 ];
 
 impl Plan {
@@ -214,7 +223,24 @@ impl Plan {
         if plan.configurations.is_empty() && plan.sweeps.is_empty() {
             return wrong("it has neither configurations nor sweeps");
         }
+        let named = |key: &str| format!("{origin}: {key}");
+        plan.clock().check(&named("start_time"), &named("fps"))?;
+        let mut accumulating = plan.configurations.iter().filter(|c| c.accumulate);
+        if let Some(configuration) = accumulating.next().filter(|_| plan.fps.is_some()) {
+            return wrong(&format!(
+                "configuration '{}' accumulates frames of different times; leave out its accumulate, or fps",
+                configuration.name
+            ));
+        }
         Ok(plan)
+    }
+
+    /// Which time each frame shows.
+    pub fn clock(&self) -> Clock {
+        Clock {
+            start_time: self.start_time,
+            fps: self.fps,
+        }
     }
 
     /// Every configuration with its settings.
@@ -229,6 +255,7 @@ impl Plan {
                 name: c.name.clone(),
                 settings,
                 frames: self.frames,
+                clock: self.clock(),
                 accumulate: c.accumulate,
                 count: self.count,
                 scenes: c.scenes.clone(),
@@ -246,6 +273,7 @@ impl Plan {
                     name,
                     settings,
                     frames: self.frames,
+                    clock: self.clock(),
                     accumulate: false,
                     count: self.count,
                     scenes: sweep.scenes.clone(),
@@ -356,6 +384,18 @@ mod tests {
         let message = |text: &str| parse(text).unwrap_err().to_string();
         assert!(message(&TEXT.replace("frames = 9", "framez = 9")).contains("framez"));
         assert!(message(&TEXT.replace("frames = 9", "frames = 0")).contains("frames"));
+        for (key, value) in [
+            ("fps", "0"),
+            ("fps", "-24"),
+            ("fps", "nan"),
+            ("start_time", "inf"),
+        ] {
+            let text = format!("{key} = {value}\n{TEXT}");
+            assert!(message(&text).contains(&format!("plan: {key} ")), "{text}");
+        }
+        let sums_up = TEXT.replace("\"one\"", "\"one\"\naccumulate = true");
+        assert!(parse(&sums_up).is_ok());
+        assert!(message(&format!("fps = 24\n{sums_up}")).contains("'one' accumulates"));
         assert!(message(&TEXT.replace("direct.mis", "direct.mess")).contains("direct.mis"));
         assert!(message(&TEXT.replace("\"accurate\"", "\"acurate\"")).contains("accurate"));
     }

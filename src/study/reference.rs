@@ -15,6 +15,36 @@ const SEED: u32 = 0x5EED_0000;
 /// Samples between looks at the clock of whoever waits.
 const AT_ONCE: u32 = 16;
 
+/// What a reference shows, and how it is made.
+pub struct Shot<'a> {
+    /// Where it is made.
+    pub device: &'a Arc<Device>,
+    /// The scene.
+    pub scene: &'a Arc<GpuScene>,
+    /// The time that the scene shows, in seconds.
+    pub time: f64,
+    /// How it is seen then, whatever its seed is.
+    pub view: View,
+    /// Settings of the path tracing.
+    pub settings: &'a Settings,
+    /// Samples a pixel.
+    pub samples: u32,
+}
+
+impl Shot<'_> {
+    /// A renderer of it, with `bounces` scattering events at most.
+    fn renderer(&self, bounces: u32) -> Result<Renderer> {
+        let view = View {
+            seed: SEED,
+            bounces,
+            ..self.view.clone()
+        };
+        let mut renderer = Renderer::new(self.device, self.scene.clone(), &view, self.settings)?;
+        renderer.set_time(self.time);
+        Ok(renderer)
+    }
+}
+
 /// A picture known well, row by row from the top.
 pub struct Reference {
     /// Pixels across.
@@ -36,24 +66,9 @@ impl Reference {
     ///
     /// # Errors
     /// The device or the disk fails, the file is not a reference of this view, or `watch` ends it.
-    pub fn obtain(
-        path: &Path,
-        device: &Arc<Device>,
-        scene: &Arc<GpuScene>,
-        view: &View,
-        settings: &Settings,
-        samples: u32,
-        watch: &dyn Fn(u32) -> Result<()>,
-    ) -> Result<Self> {
-        let view = View {
-            seed: SEED,
-            ..view.clone()
-        };
-        let dark = View {
-            bounces: 0,
-            ..view.clone()
-        };
-        let mut renderer = Renderer::new(device, scene.clone(), &dark, settings)?;
+    pub fn obtain(path: &Path, shot: &Shot, watch: &dyn Fn(u32) -> Result<()>) -> Result<Self> {
+        let (view, samples) = (&shot.view, shot.samples);
+        let mut renderer = shot.renderer(0)?;
         renderer.add_samples(0, 1)?;
         let emission = renderer
             .sums()?
@@ -63,7 +78,7 @@ impl Reference {
         let image = if path.exists() {
             Image::read(path)?
         } else {
-            let mut renderer = Renderer::new(device, scene.clone(), &view, settings)?;
+            let mut renderer = shot.renderer(view.bounces)?;
             for first in (0..samples).step_by(AT_ONCE as usize) {
                 renderer.add_samples(first, AT_ONCE.min(samples - first))?;
                 watch(first + AT_ONCE.min(samples - first))?;
@@ -171,5 +186,30 @@ impl Reference {
     fn empty_blocks(&self) -> Vec<(f64, f64)> {
         let rows = self.mean.len() / self.width as usize;
         vec![(0.0, 0.0); rows.div_ceil(BLOCK) * self.blocks_across()]
+    }
+}
+
+/// The references of a run's frames.
+pub struct References(Vec<Arc<Reference>>);
+
+impl References {
+    /// One for all frames, or else one for each.
+    pub fn new(references: Vec<Arc<Reference>>) -> Self {
+        Self(references)
+    }
+
+    /// Whether each frame has its own.
+    pub fn differ(&self) -> bool {
+        self.0.len() > 1
+    }
+
+    /// That of a frame.
+    pub fn of(&self, frame: u32) -> &Reference {
+        &self.0[(frame as usize).min(self.0.len() - 1)]
+    }
+
+    /// That of the last frame.
+    pub fn last(&self) -> &Reference {
+        &self.0[self.0.len() - 1]
     }
 }

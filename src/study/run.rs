@@ -1,11 +1,12 @@
-//! One run: the frames of one configuration with one seed, measured against a reference.
+//! One run: the frames of one configuration with one seed, measured against references.
 
 use super::plan::Resolved;
-use super::reference::Reference;
+use super::reference::References;
 use crate::Result;
 use crate::metrics::error::{Errors, error_correlation};
 use crate::render::Renderer;
 use crate::render::counters::Counts;
+use crate::scene::MovingCamera;
 use serde::{Deserialize, Serialize};
 
 /// Pixels of a block's side.
@@ -33,7 +34,7 @@ pub struct Run {
     #[serde(default)]
     pub correlation: Vec<f64>,
     /// Mean of the channels, emission seen directly left out: of the last frame, or of all frames
-    /// where they do not depend on each other.
+    /// where they show one time and do not depend on each other.
     pub mean: [f64; 3],
     /// Mean luminance of blocks, likewise.
     pub blocks: Vec<f64>,
@@ -46,15 +47,17 @@ pub struct Run {
     pub rejected: u32,
 }
 
-/// Renders and measures the frames of one configuration, with `renderer` made for it.
+/// Renders and measures the frames of one configuration, with `renderer` made for it. `camera` is
+/// there if it may move.
 ///
 /// # Errors
-/// The device fails.
+/// The device fails, or the scene cannot be rendered at a frame's time.
 pub fn measure(
     renderer: &mut Renderer,
     configuration: &Resolved,
     seed: u32,
-    reference: &Reference,
+    references: &References,
+    camera: Option<&MovingCamera>,
 ) -> Result<Run> {
     renderer.restart(seed)?;
     let mut run = Run {
@@ -65,6 +68,12 @@ pub fn measure(
     let mut before: Option<Vec<[f32; 3]>> = None;
     let mut judged: Vec<([f64; 3], Vec<f64>)> = Vec::new();
     for number in 0..configuration.frames {
+        let time = configuration.clock.time(number);
+        renderer.set_time(time);
+        if let Some(camera) = camera {
+            renderer.set_camera(&camera.at(time)?);
+        }
+        let reference = references.of(number);
         let (times, picture): (_, Vec<[f32; 3]>);
         if configuration.accumulate {
             times = renderer.add_samples(number, 1)?;
@@ -75,8 +84,9 @@ pub fn measure(
             times = renderer.single_frame(number)?;
             picture = renderer.frame_radiance()?;
         }
-        // A frame with history has in it what came before; the others are as good as further seeds.
-        if configuration.accumulate || renderer.has_history() {
+        // A frame with history has in it what came before; the others are as good as further seeds
+        // where they show one time.
+        if configuration.accumulate || renderer.has_history() || references.differ() {
             judged.clear();
         }
         judged.push(reference.reduce(&picture));
@@ -89,9 +99,10 @@ pub fn measure(
         run.rmse.push(errors.rmse);
         run.rmse_clamped.push(errors.rmse_clamped);
         run.relmse.push(errors.relmse);
-        let last = before
-            .as_deref()
-            .map(|b| error_correlation(b, &picture, &reference.mean));
+        let last = before.as_deref().map(|before| {
+            let before = [before, &references.of(number - 1).mean];
+            error_correlation(before, [&picture, &reference.mean])
+        });
         run.correlation.push(last.unwrap_or(0.0));
         before = Some(picture);
     }

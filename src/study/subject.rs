@@ -1,13 +1,13 @@
 //! A scene on the device, and what all configurations of a study share on it.
 
 use super::plan::Resolved;
-use super::reference::Reference;
+use super::reference::{Reference, References, Shot};
 use super::run::{self, Run};
 use super::store::Store;
 use crate::gpu::Device;
 use crate::render::settings::{Energy, Integrator};
 use crate::render::{Renderer, Settings, View};
-use crate::scene::Scene;
+use crate::scene::{MovingCamera, Scene};
 use crate::tracing::{GpuScene, Variant, shaders};
 use crate::{Error, Result};
 use std::collections::HashMap;
@@ -23,6 +23,9 @@ pub struct Subject {
     device: Arc<Device>,
     scene: Arc<GpuScene>,
     view: View,
+    camera: Option<MovingCamera>,
+    /// Whether anything in the scene moves.
+    moves: bool,
     scene_hash: String,
     shaders: String,
     references: HashMap<String, Arc<Reference>>,
@@ -31,7 +34,8 @@ pub struct Subject {
 }
 
 impl Subject {
-    /// Uploads `scene`; `folder` keeps references.
+    /// Uploads `scene`. `camera` is there if it may move from where `view` has it; `folder` keeps
+    /// references.
     ///
     /// # Errors
     /// The device fails, or `HEADWATER_GLSL` names a folder that cannot be read.
@@ -39,6 +43,7 @@ impl Subject {
         name: &str,
         scene: &Scene,
         view: View,
+        camera: Option<MovingCamera>,
         device: &Arc<Device>,
         variant: Variant,
         folder: PathBuf,
@@ -52,38 +57,70 @@ impl Subject {
             shaders: shaders::fingerprint()?,
             device: device.clone(),
             view,
+            camera,
+            moves: scene.motion.is_some(),
             references: HashMap::new(),
             renderers: HashMap::new(),
             folder,
         })
     }
 
-    /// The reference for configurations with this surface model; made, read, or known already.
-    /// `watch` hears how many samples are done, and can end the work.
+    /// The references for a configuration's frames: made, read, or known already. `watch` hears how
+    /// many samples of one are done, and can end the work.
     ///
     /// # Errors
-    /// The device or the disk fails, or `watch` ends it.
-    pub fn reference(
+    /// The device or the disk fails, the scene cannot be rendered at a frame's time, or `watch` ends it.
+    pub fn references(
         &mut self,
-        energy: Energy,
+        configuration: &Resolved,
+        samples: u32,
+        watch: &dyn Fn(u32) -> Result<()>,
+    ) -> Result<References> {
+        let clock = configuration.clock;
+        let frames = match clock.fps {
+            Some(_) if self.moves => configuration.frames,
+            _ => 1,
+        };
+        let settings = path_tracing(configuration.settings.energy);
+        (0..frames)
+            .map(|frame| self.reference(&settings, clock.time(frame), samples, watch))
+            .collect::<Result<_>>()
+            .map(References::new)
+    }
+
+    fn reference(
+        &mut self,
+        settings: &Settings,
+        time: f64,
         samples: u32,
         watch: &dyn Fn(u32) -> Result<()>,
     ) -> Result<Arc<Reference>> {
-        let settings = path_tracing(energy);
-        let key = self.hash(&format!("reference {samples} {}", settings.to_value()?));
+        let at = if self.moves {
+            format!("at {time:?}")
+        } else {
+            String::new()
+        };
+        let key = self.hash(&format!(
+            "reference {samples} {} {at}",
+            settings.to_value()?
+        ));
         if let Some(reference) = self.references.get(&key) {
             return Ok(reference.clone());
         }
-        let path = self.folder.join(format!("{key}.exr"));
-        let reference = Arc::new(Reference::obtain(
-            &path,
-            &self.device,
-            &self.scene,
-            &self.view,
-            &settings,
+        let mut view = self.view.clone();
+        if let Some(camera) = &self.camera {
+            view.camera = camera.at(time)?;
+        }
+        let shot = Shot {
+            device: &self.device,
+            scene: &self.scene,
+            time,
+            view,
+            settings,
             samples,
-            watch,
-        )?);
+        };
+        let path = self.folder.join(format!("{key}.exr"));
+        let reference = Arc::new(Reference::obtain(&path, &shot, watch)?);
         self.references.insert(key, reference.clone());
         Ok(reference)
     }
@@ -97,13 +134,17 @@ impl Subject {
             name: _,
             settings,
             frames,
+            clock,
             accumulate,
             count,
             scenes: _,
             expect: _,
         } = configuration;
         let settings = settings.to_value()?;
-        Ok(self.hash(&format!("run {settings} {frames} {accumulate} {count}")))
+        let clock = self.moves.then_some(clock);
+        Ok(self.hash(&format!(
+            "run {settings} {frames} {accumulate} {count} {clock:?}"
+        )))
     }
 
     /// Renders and keeps the run of a seed, unless it is there.
@@ -114,14 +155,14 @@ impl Subject {
         &mut self,
         configuration: &Resolved,
         seed: u32,
-        reference: &Reference,
+        references: &References,
         store: &mut Store,
     ) -> Result<()> {
         let key = self.key(configuration)?;
         if store.find(&key, seed).is_some() {
             return Ok(());
         }
-        store.add(self.measure(configuration, seed, reference)?)
+        store.add(self.measure(configuration, seed, references)?)
     }
 
     /// Whether a run comes out as it did before, to the last bit.
@@ -132,9 +173,9 @@ impl Subject {
         &mut self,
         configuration: &Resolved,
         run: &Run,
-        reference: &Reference,
+        references: &References,
     ) -> Result<bool> {
-        let again = self.measure(configuration, run.seed, reference)?;
+        let again = self.measure(configuration, run.seed, references)?;
         Ok(again.mean == run.mean && again.blocks == run.blocks && again.rmse == run.rmse)
     }
 
@@ -142,7 +183,7 @@ impl Subject {
         &mut self,
         configuration: &Resolved,
         seed: u32,
-        reference: &Reference,
+        references: &References,
     ) -> Result<Run> {
         let key = self.key(configuration)?;
         if !self.renderers.contains_key(&key) {
@@ -157,7 +198,8 @@ impl Subject {
         }
         let renderer = (self.renderers.get_mut(&key))
             .ok_or_else(|| Error::failed("a renderer was made and is missing"))?;
-        let measured = run::measure(renderer, configuration, seed, reference)?;
+        let camera = self.camera.as_ref();
+        let measured = run::measure(renderer, configuration, seed, references, camera)?;
         Ok(Run {
             scene: self.name.clone(),
             key,
@@ -168,9 +210,10 @@ impl Subject {
     /// A hash of what everything here depends on, and of `more`.
     fn hash(&self, more: &str) -> String {
         let text = format!(
-            "{} {:?} {} {} {} {more}",
+            "{} {:?} {} {} {} {} {more}",
             self.scene_hash,
             self.view,
+            self.camera.is_some(),
             self.device.info.driver,
             self.shaders,
             env!("HEADWATER_COMMIT")

@@ -3,13 +3,12 @@
 
 use super::bias::{self, Bias, CONFIRMING_SEEDS, Confirmation, WIDEST};
 use super::plan::{Expect, Plan, Resolved};
-use super::reference::Reference;
+use super::reference::References;
 use super::results::Row;
 use super::store::Store;
 use super::subject::Subject;
 use crate::Result;
 use std::ops::Range;
-use std::sync::Arc;
 
 /// First seed of controls, and of the runs that decide after an alarm: far from all others.
 const CONTROL_SEED: u32 = 1 << 20;
@@ -91,16 +90,16 @@ impl Work<'_> {
         if configuration.expect == Expect::Unbiased && row.alarms(all) {
             let fresh = CONFIRMING_SEED..CONFIRMING_SEED + CONFIRMING_SEEDS;
             self.run(&[configuration], fresh.clone())?;
-            let reference = self.reference(configuration)?;
+            let references = self.references(configuration)?;
             row.confirmation = Some(Confirmation::measure(
                 &self.store.of(&key, 0..seeds),
                 &self.store.of(&key, fresh),
-                &reference,
+                references.last(),
             ));
         }
-        let reference = self.reference(configuration)?;
+        let references = self.references(configuration)?;
         if let Some(first) = self.store.find(&key, 0) {
-            row.replays = self.subject.replays(configuration, first, &reference)?;
+            row.replays = self.subject.replays(configuration, first, &references)?;
         }
         Ok(row)
     }
@@ -112,27 +111,29 @@ impl Work<'_> {
         for seed in seeds {
             for configuration in configurations {
                 self.watcher.at("runs", done, total)?;
-                let reference = self.reference(configuration)?;
+                let references = self.references(configuration)?;
                 self.subject
-                    .run(configuration, seed, &reference, self.store)?;
+                    .run(configuration, seed, &references, self.store)?;
                 done += 1;
             }
         }
         self.watcher.at("runs", done, total)
     }
 
-    fn reference(&mut self, configuration: &Resolved) -> Result<Arc<Reference>> {
+    fn references(&mut self, configuration: &Resolved) -> Result<References> {
         let (watcher, samples) = (self.watcher, self.plan.reference_spp);
-        let energy = configuration.settings.energy;
-        self.subject.reference(energy, samples, &|done| {
+        self.subject.references(configuration, samples, &|done| {
             watcher.at("samples of the reference", done, samples)
         })
     }
 
     fn bias(&mut self, configuration: &Resolved, seeds: u32) -> Result<Bias> {
-        let reference = self.reference(configuration)?;
+        let references = self.references(configuration)?;
         let key = self.subject.key(configuration)?;
-        Ok(Bias::measure(&self.store.of(&key, 0..seeds), &reference))
+        Ok(Bias::measure(
+            &self.store.of(&key, 0..seeds),
+            references.last(),
+        ))
     }
 
     /// Compares the blocks with those of an unbiased control, whose noise is made alike.
@@ -149,11 +150,11 @@ impl Work<'_> {
         let control = bias::control(configuration, samples);
         self.run(&[&control], control_seeds.clone())?;
         let control = self.subject.key(&control)?;
-        let reference = self.reference(configuration)?;
+        let references = self.references(configuration)?;
         Ok(bias::blocks_p_value(
             &self.store.of(&own, 0..seeds),
             &self.store.of(&control, control_seeds),
-            &reference,
+            references.last(),
         ))
     }
 }

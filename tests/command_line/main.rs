@@ -275,6 +275,64 @@ fn a_generated_scene_renders_with_every_aov() {
 }
 
 #[test]
+fn reservoirs_are_shown_where_there_are_any() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("a.exr");
+    let arguments = [
+        "render",
+        "motion",
+        "-o",
+        text(&out),
+        "--width",
+        "40",
+        "--frames",
+        "3",
+        "--fps",
+        "8",
+        "--bounces",
+        "1",
+        "--aov",
+        "direct",
+    ];
+    assert!(fail(&arguments, 2).contains("--aov direct"));
+    succeeded(validated(
+        &[&arguments[..], &["--preset", "balanced"]].concat(),
+    ));
+    let image = Image::read(&out).unwrap();
+    let channels = image
+        .channels
+        .keys()
+        .filter(|name| name.starts_with("direct."));
+    assert_eq!(
+        channels.collect::<Vec<_>>(),
+        [
+            "direct.age",
+            "direct.confidence",
+            "direct.light",
+            "direct.neighbours",
+            "direct.weight"
+        ]
+    );
+    let most = |name: &str| {
+        image
+            .floats(name)
+            .unwrap()
+            .iter()
+            .copied()
+            .fold(0.0, f32::max)
+    };
+    assert_eq!((most("direct.age"), most("direct.neighbours")), (2.0, 2.0));
+    let Some(Samples::U32(lights)) = image.channels.get("direct.light") else {
+        panic!("no lights");
+    };
+    let weights = image.floats("direct.weight").unwrap();
+    for (light, weight) in lights.iter().zip(weights) {
+        assert_eq!(*light == u32::MAX, *weight == 0.0);
+        assert!(*light == u32::MAX || *light < 102, "light {light}");
+    }
+}
+
+#[test]
 fn the_same_seed_gives_the_same_file_with_one_thread_and_with_all() {
     let folder = tempfile::tempdir().unwrap();
     let make = |name: &str, threads: Option<&str>, seed: &str| {

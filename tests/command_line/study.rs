@@ -1,6 +1,6 @@
 //! `study`: plans that make no sense, and work that is stopped and goes on.
 
-use super::{fail, headwater, text, validated};
+use super::{fail, headwater, succeed, text, validated};
 use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
@@ -36,6 +36,14 @@ fn plans_that_make_no_sense_are_one_line_and_status_2() {
     for (from, to, said) in [
         ("width", "widht", "widht"),
         ("frames = 3", "frames = 0", "frames"),
+        ("frames = 3", "frames = 3\nfps = 0", "fps 0"),
+        ("frames = 3", "frames = 3\nfps = inf", "fps inf"),
+        ("frames = 3", "frames = 3\nstart_time = nan", "start_time"),
+        (
+            "count = true",
+            "fps = 4\n[[configurations]]\nname = \"sum\"\npreset = \"fast\"\naccumulate = true",
+            "'sum' accumulates",
+        ),
         ("seeds = 24", "seeds = -1", "seeds"),
         ("\"cornell\"", "\"cornel\"", "cornell"),
         ("\"s1\"", "\"s2\"", "s1"),
@@ -75,8 +83,36 @@ fn plans_that_make_no_sense_are_one_line_and_status_2() {
 
 #[test]
 fn a_study_that_is_stopped_goes_on_to_the_same_results() {
+    stop_and_go_on(PLAN);
+}
+
+#[test]
+fn a_study_of_what_moves_goes_on_to_the_same_results() {
+    let moving = PLAN.replace("\"cornell\"", "\"motion\"");
+    stop_and_go_on(&format!("fps = 4\nstart_time = 0.25{moving}"));
+}
+
+#[test]
+fn a_study_keeps_a_reference_for_each_time() {
+    let references = |settings: &str, scene: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        let plan = PLAN
+            .replace("seeds = 24", "seeds = 2")
+            .replace("reference_spp = 64", "reference_spp = 2")
+            .replace("\"cornell\"", scene);
+        let plan = write(folder.path(), &format!("{settings}{plan}"));
+        let said = succeed(&["study", "--plan", &plan, "-o", text(folder.path())]);
+        let kept = std::fs::read_dir(folder.path().join("references")).unwrap();
+        (kept.count(), said.contains("nothing in the scene moves"))
+    };
+    assert_eq!(references("fps = 4", "\"motion\""), (3, false));
+    assert_eq!(references("start_time = 0.3", "\"motion\""), (1, false));
+    assert_eq!(references("fps = 4", "\"cornell\""), (1, true));
+}
+
+fn stop_and_go_on(plan: &str) {
     let folder = tempfile::tempdir().unwrap();
-    let plan = write(folder.path(), PLAN);
+    let plan = write(folder.path(), plan);
     let (whole, parts) = (folder.path().join("whole"), folder.path().join("parts"));
     let output = validated(&["study", "--plan", &plan, "-o", text(&whole)])
         .output()

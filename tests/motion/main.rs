@@ -1,8 +1,9 @@
-//! Scenes that move: traced and lit as if each moment had been loaded alone, and resampled without
-//! bias though the last frame was another.
+//! Scenes that move: traced and lit as if each moment had been loaded alone, resampled without bias
+//! though the last frame was another, and measured against the moment that each frame shows.
 
 mod bias;
 mod moments;
+mod study;
 #[path = "../support/mod.rs"]
 mod support;
 mod vectors;

@@ -1,0 +1,77 @@
+//! Which time each frame shows.
+
+use crate::scene::Scene;
+use crate::{Error, Result};
+
+/// Which time each frame shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clock {
+    /// The time of frame 0, in seconds.
+    pub start_time: f64,
+    /// Frames a second; without, all frames show the same time.
+    pub fps: Option<f64>,
+}
+
+impl Clock {
+    /// Refuses what no clock can have. `start_time` and `fps` are the names of the two in messages.
+    ///
+    /// # Errors
+    /// A time that is not finite, or frames a second that are not positive and finite.
+    pub fn check(&self, start_time: &str, fps: &str) -> Result<()> {
+        if let Some(value) = self.fps.filter(|fps| !(*fps > 0.0 && fps.is_finite())) {
+            return Err(Error::input(format!(
+                "{fps} {value}: it must be positive and finite; without it time stands still"
+            )));
+        }
+        if !self.start_time.is_finite() {
+            return Err(Error::input(format!(
+                "{start_time} takes a finite number of seconds"
+            )));
+        }
+        Ok(())
+    }
+
+    /// The time that a frame shows, in seconds.
+    pub fn time(&self, frame: u32) -> f64 {
+        match self.fps {
+            Some(fps) => self.start_time + f64::from(frame) / fps,
+            None => self.start_time,
+        }
+    }
+
+    /// A clock that stands at the time of a frame.
+    pub fn stopped_at(&self, frame: u32) -> Self {
+        Self {
+            start_time: self.time(frame),
+            fps: None,
+        }
+    }
+
+    /// Where the clock stands, so does the scene from here on: it is then no more work to render than
+    /// one that never moves.
+    ///
+    /// # Errors
+    /// At that time something is further away than can be rendered, or a camera has no direction.
+    pub fn settle(&self, scene: &mut Scene) -> Result<()> {
+        if self.fps.is_none() && scene.motion.is_some() {
+            *scene = scene.pose_at(self.start_time)?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_show_their_times() {
+        let running = Clock {
+            start_time: -1.0,
+            fps: Some(4.0),
+        };
+        assert_eq!([0, 1, 6].map(|n| running.time(n)), [-1.0, -0.75, 0.5]);
+        let stopped = running.stopped_at(6);
+        assert_eq!([0, 1, 6].map(|n| stopped.time(n)), [0.5; 3]);
+    }
+}

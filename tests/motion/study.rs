@@ -1,0 +1,122 @@
+//! Studies of what moves: each frame is measured against a reference of its own time and camera.
+
+use crate::{playroom, support};
+use headwater::metrics::error::Errors;
+use headwater::render::{Clock, Settings, View};
+use headwater::scene::{MovingCamera, Scene};
+use headwater::study::bias;
+use headwater::study::plan::{Expect, Resolved};
+use headwater::study::store::Store;
+use headwater::study::subject::Subject;
+
+const FRAMES: u32 = 4;
+const FRAMES_A_SECOND: f64 = 4.0;
+/// Samples of references and controls.
+const SAMPLES: u32 = 256;
+
+/// Path tracing, one sample a frame.
+fn configuration() -> Resolved {
+    Resolved {
+        name: "path tracing".into(),
+        settings: Settings::default(),
+        frames: FRAMES,
+        clock: Clock {
+            start_time: 0.25,
+            fps: Some(FRAMES_A_SECOND),
+        },
+        accumulate: false,
+        count: false,
+        scenes: Vec::new(),
+        expect: Expect::Unbiased,
+    }
+}
+
+/// A scene on the tests' device in a folder of its own.
+fn subject(scene: &Scene, bounces: u32) -> (tempfile::TempDir, Store, Subject) {
+    let (device, selection) = support::open_device(None);
+    let folder = tempfile::tempdir().unwrap();
+    let camera = MovingCamera::of(scene, 0);
+    let view = View {
+        camera: camera.at(configuration().clock.time(0)).unwrap(),
+        width: 48,
+        height: 36,
+        seed: 0,
+        bounces,
+        jitter: false,
+    };
+    let path = folder.path().to_owned();
+    let variant = selection.variant;
+    let subject = Subject::new("scene", scene, view, Some(camera), &device, variant, path);
+    let store = Store::open(&folder.path().join("runs.jsonl")).unwrap();
+    (folder, store, subject.unwrap())
+}
+
+/// Without light that is reflected there is no noise: a frame is its reference, and no other's.
+#[test]
+fn each_frame_is_measured_against_its_own_reference() {
+    for moving in ["camera", "light", "toggle"] {
+        let (_folder, mut store, mut subject) = subject(&playroom(&[moving], 1.0), 0);
+        let configuration = configuration();
+        let references = subject.references(&configuration, 2, &|_| Ok(()));
+        let references = references.unwrap();
+        subject
+            .run(&configuration, 7, &references, &mut store)
+            .unwrap();
+        let key = subject.key(&configuration).unwrap();
+        let run = store.find(&key, 7).unwrap();
+        assert_eq!(run.rmse, [0.0; FRAMES as usize], "{moving}");
+        for frame in 1..FRAMES {
+            let [one, other] = [frame - 1, frame].map(|frame| &references.of(frame).mean);
+            let rmse = Errors::between(one, other).rmse;
+            assert!(rmse > 0.05, "{moving}: frame {frame} is like the last");
+        }
+    }
+}
+
+#[test]
+fn a_control_shows_what_the_last_frame_shows() {
+    let (_folder, mut store, mut subject) = subject(&playroom(&["camera", "object"], 4.0), 1);
+    let configuration = configuration();
+    let references = subject.references(&configuration, SAMPLES, &|_| Ok(()));
+    let references = references.unwrap();
+    let control = bias::control(&configuration, SAMPLES);
+    let own = subject.references(&control, SAMPLES, &|_| Ok(())).unwrap();
+    assert!(references.differ() && !own.differ());
+    assert!(std::ptr::eq(own.last(), references.last()));
+    subject.run(&control, 7, &own, &mut store).unwrap();
+    let run = store.find(&subject.key(&control).unwrap(), 7).unwrap();
+    let rmse = run.rmse[SAMPLES as usize - 1];
+    for frame in 0..FRAMES - 1 {
+        let other = &references.of(frame).mean;
+        let wrong = Errors::between(&own.last().mean, other).rmse;
+        println!("off by {rmse:.4}, from frame {frame} by {wrong:.4}");
+        assert!(wrong > 5.0 * rmse, "frame {frame}: {wrong} and {rmse}");
+    }
+}
+
+#[test]
+fn runs_at_other_times_are_other_runs() {
+    let (_folder, _store, subject) = subject(&playroom(&["light"], 1.0), 0);
+    let key = |clock: Clock| {
+        let configuration = Resolved {
+            clock,
+            ..configuration()
+        };
+        subject.key(&configuration).unwrap()
+    };
+    let clock = configuration().clock;
+    let others = [
+        Clock { fps: None, ..clock },
+        Clock {
+            fps: Some(5.0),
+            ..clock
+        },
+        Clock {
+            start_time: 0.5,
+            ..clock
+        },
+    ];
+    for other in others {
+        assert_ne!(key(clock), key(other), "{other:?}");
+    }
+}

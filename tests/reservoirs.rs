@@ -1,0 +1,178 @@
+//! What a frame leaves in its reservoirs, as `--aov direct` shows it.
+
+mod support;
+
+use headwater::gpu::Device;
+use headwater::layouts::{DirectAov, NONE, PrimarySurface};
+use headwater::render::presets::Preset;
+use headwater::render::{Renderer, Settings, View};
+use headwater::scene::{Scene, procedural};
+use headwater::tracing::GpuScene;
+use std::sync::Arc;
+
+/// Triangles of the room's lamp.
+const LIGHTS: u32 = 2;
+
+fn room() -> Scene {
+    procedural::generate("cornell", &[]).unwrap()
+}
+
+/// A renderer that counts, after `frames` frames of the room with changed settings.
+fn rendered(frames: u32, bounces: u32, changes: &[&str]) -> (Arc<Device>, Renderer) {
+    let scene = room();
+    let (device, selection) = support::open_device(None);
+    let preset = Preset::named("accurate").unwrap().settings().unwrap();
+    let settings = changes.iter().fold(preset, |settings: Settings, change| {
+        settings
+            .with(&Settings::parse_change(change).unwrap())
+            .unwrap()
+    });
+    let view = View {
+        camera: scene.cameras[0].clone(),
+        width: 50,
+        height: 44,
+        seed: 3,
+        bounces,
+        jitter: false,
+    };
+    let origin = view.camera.camera_to_world.translation;
+    let uploaded = Arc::new(GpuScene::new(&device, &scene, origin, selection.variant).unwrap());
+    let mut renderer = Renderer::counting(&device, uploaded, &view, &settings).unwrap();
+    for number in 0..frames {
+        renderer.counts().unwrap();
+        renderer.single_frame(number).unwrap();
+    }
+    (device, renderer)
+}
+
+/// What the reservoirs hold, and the surfaces that they belong to; what is empty says so.
+fn look((device, renderer): &mut (Arc<Device>, Renderer)) -> Vec<(DirectAov, PrimarySurface)> {
+    let reservoirs = renderer.direct_aovs().unwrap();
+    let surfaces = renderer.primary_surfaces().unwrap();
+    support::assert_no_messages(device);
+    assert_eq!(reservoirs.len(), surfaces.len());
+    for (reservoir, surface) in reservoirs.iter().zip(&surfaces) {
+        assert!(reservoir.weight.is_finite() && reservoir.weight >= 0.0);
+        let empty = reservoir.weight == 0.0;
+        assert_eq!(empty, reservoir.light == NONE, "{reservoir:?}");
+        assert!(empty || reservoir.light < LIGHTS, "{reservoir:?}");
+        assert!(empty || surface.instance != NONE, "{reservoir:?}");
+    }
+    let full = reservoirs.iter().filter(|r| r.weight > 0.0).count();
+    assert!(full > reservoirs.len() / 3, "{full} are not empty");
+    reservoirs.into_iter().zip(surfaces).collect()
+}
+
+#[test]
+fn confidence_grows_by_a_frame_up_to_the_cap_and_samples_age() {
+    for (frames, confidence) in [(1, 1.0), (3, 3.0), (5, 5.0), (9, 5.0)] {
+        let changes = ["direct.reuse=temporal", "direct.temporal.confidence_cap=4"];
+        let seen = look(&mut rendered(frames, 1, &changes));
+        for (reservoir, surface) in &seen {
+            let expected = match surface.instance {
+                NONE => 1.0,
+                _ => confidence,
+            };
+            assert_eq!(reservoir.confidence, expected, "after {frames} frames");
+            assert_eq!(reservoir.neighbours, 0);
+        }
+        let ages = seen.iter().map(|(reservoir, _)| reservoir.age);
+        let oldest = ages.max().unwrap();
+        // Some of so many are as old as can be.
+        assert!(oldest < frames && oldest >= (frames - 1).min(4), "{oldest}");
+    }
+}
+
+/// One candidate a pixel, picked evenly: what it weighs is one over its density, the lamp's area.
+#[test]
+fn a_lone_candidate_weighs_what_its_density_says() {
+    let lamp: Vec<f32> = lamp_areas(&room());
+    assert_eq!(lamp.len(), LIGHTS as usize);
+    for format in ["compact", "full"] {
+        let changes = [
+            "direct.reuse=none",
+            "direct.candidates=uniform",
+            "direct.light_samples=1",
+            "direct.bsdf_samples=0",
+            &format!("reservoirs.format={format}"),
+            "reservoirs.order=swizzle:8",
+        ];
+        for (reservoir, _) in look(&mut rendered(2, 1, &changes)) {
+            assert_eq!((reservoir.confidence, reservoir.age), (1.0, 0));
+            assert_eq!(reservoir.neighbours, 0);
+            if reservoir.light != NONE {
+                let expected = lamp[reservoir.light as usize] * LIGHTS as f32;
+                let off = reservoir.weight / expected - 1.0;
+                assert!(off.abs() < 1e-5, "{reservoir:?}, expected {expected}");
+            }
+        }
+    }
+}
+
+/// Areas of the emissive triangles.
+fn lamp_areas(scene: &Scene) -> Vec<f32> {
+    let mut areas = Vec::new();
+    for instance in &scene.instances {
+        let mesh = &scene.meshes[instance.mesh as usize];
+        for part in &mesh.parts {
+            if !scene.materials[part.material as usize].is_emissive() {
+                continue;
+            }
+            let first = part.first_triangle as usize;
+            for triangle in &mesh.triangles[first..first + part.triangle_count as usize] {
+                let [a, b, c] = triangle.map(|corner| {
+                    let point = mesh.positions[corner as usize].as_dvec3();
+                    instance.object_to_world.transform_point3(point)
+                });
+                areas.push(((b - a).cross(c - a).length() / 2.0) as f32);
+            }
+        }
+    }
+    areas
+}
+
+#[test]
+fn neighbours_are_those_that_the_frame_merged() {
+    for passes in [1, 3] {
+        let changes = [
+            "direct.reuse=spatial",
+            "direct.spatial.search=random",
+            "direct.spatial.neighbours=5",
+            &format!("direct.spatial.passes={passes}"),
+        ];
+        let mut renderer = rendered(2, 1, &changes);
+        let counted = renderer.1.counts().unwrap();
+        let counted = counted.iter().find(|c| c.pass == "spatial_direct").unwrap();
+        let seen = look(&mut renderer);
+        let sum: u64 = seen.iter().map(|(r, _)| u64::from(r.neighbours)).sum();
+        assert_eq!(sum, counted.neighbours);
+        for (reservoir, surface) in &seen {
+            let most = if surface.instance == NONE {
+                0
+            } else {
+                5 * passes
+            };
+            assert!(reservoir.neighbours <= most, "{reservoir:?}");
+            assert_eq!(reservoir.age, 0);
+            // All had one initial reservoir each.
+            if passes == 1 {
+                assert_eq!(reservoir.confidence, 1.0 + reservoir.neighbours as f32);
+            }
+        }
+    }
+}
+
+#[test]
+fn without_direct_light_all_are_empty() {
+    for reservoir in rendered(1, 0, &[]).1.direct_aovs().unwrap() {
+        assert_eq!((reservoir.weight, reservoir.light), (0.0, NONE));
+        assert_eq!(reservoir.neighbours, 0);
+    }
+}
+
+#[test]
+fn path_tracing_has_none() {
+    let (_, mut renderer) = rendered(1, 1, &["integrator=path-tracing"]);
+    let error = renderer.direct_aovs().unwrap_err().to_string();
+    assert!(error.contains("no reservoirs"), "{error}");
+}
