@@ -447,6 +447,15 @@ impl Frame {
         self.counters.since_last()
     }
 
+    /// Bytes of its buffers on the device, by name.
+    pub fn memory(&self) -> Vec<(&str, u64)> {
+        let buffers = self.sample_data.iter().chain(&self.reservoirs);
+        buffers
+            .chain([&self.color, &self.pilots])
+            .map(|buffer| (buffer.name(), buffer.size()))
+            .collect()
+    }
+
     /// Tells the shaders of the next frame.
     fn advance(&mut self, number: u32, camera: GpuCamera) -> Result<()> {
         let constants = &mut self.constants;

@@ -206,6 +206,16 @@ impl Renderer {
         Ok(())
     }
 
+    /// Bytes on the device that resampling keeps for each pixel, over all buffers; 0 for path
+    /// tracing, whose sums are its result.
+    pub fn bytes_per_pixel(&self) -> f64 {
+        let Technique::Resampling(frame) = &self.technique else {
+            return 0.0;
+        };
+        let bytes: u64 = frame.memory().iter().map(|(_, bytes)| bytes).sum();
+        bytes as f64 / (f64::from(self.constants.width) * f64::from(self.constants.height))
+    }
+
     /// Begins anew with another seed, without history or sums.
     ///
     /// # Errors

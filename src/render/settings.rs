@@ -127,7 +127,8 @@ pub struct Spatial {
     /// Neighbours wanted a pass. Cost: two targets each. Unbiased at any value.
     #[schemars(range(min = 0, max = 16))]
     pub neighbours: u32,
-    /// Radius of the disc they are drawn from. Unit: pixels. Higher: less alike, less correlated.
+    /// Radius of the disc they are drawn from. Unit: pixels. Lower: neighbours more alike, so first
+    /// frames have less noise; higher: they share fewer samples, so that later frames lose more of it.
     #[schemars(range(min = 0.5, max = 1000.0))]
     pub radius: f32,
     /// How they are looked for.
@@ -145,7 +146,7 @@ impl Default for Spatial {
         Self {
             passes: 1,
             neighbours: 3,
-            radius: 20.0,
+            radius: 10.0,
             search: Search::Greedy,
             tries: 3,
             confidence_cap: 128,

@@ -181,7 +181,10 @@ impl Resolved {
 const PLANS: &[(&str, &str)] = &[
     ("bias-matrix", include_str!("plans/bias-matrix.toml")),
     ("bias-sample", include_str!("plans/bias-sample.toml")),
+    ("confidence-cap", include_str!("plans/confidence-cap.toml")),
+    ("direct-layouts", include_str!("plans/direct-layouts.toml")),
     ("direct-light", include_str!("plans/direct-light.toml")),
+    ("many-lights", include_str!("plans/many-lights.toml")),
     ("motion", include_str!("plans/motion.toml")),
 ];
 

@@ -33,6 +33,8 @@ pub struct Row {
     pub milliseconds: Vec<(String, f64)>,
     /// What the passes of the first run's last frame counted, if the plan asks for it.
     pub counts: Vec<Counts>,
+    /// Bytes on the device that resampling keeps for each pixel.
+    pub bytes_per_pixel: f64,
     /// Values refused, over all runs.
     pub rejected: u64,
     /// What the bias check measured.
@@ -115,6 +117,7 @@ impl Row {
                 .map(|pass| (runs[0].milliseconds[pass].0.clone(), median(pass)))
                 .collect(),
             counts: runs.first().map_or(Vec::new(), |r| r.counts.clone()),
+            bytes_per_pixel: runs.first().map_or(0.0, |r| r.bytes_per_pixel),
             rejected: runs.iter().map(|r| u64::from(r.rejected)).sum(),
             bias,
             blocks_p_value,
@@ -267,8 +270,8 @@ fn costs(rows: &[Row]) -> String {
         let passes = passes.collect::<Vec<_>>().join("; ");
         let _ = writeln!(
             text,
-            "{} {}: {total:.2} ms ({passes})",
-            row.scene, row.configuration
+            "{} {}: {total:.2} ms, {:.0} bytes a pixel ({passes})",
+            row.scene, row.configuration, row.bytes_per_pixel
         );
     }
     text

@@ -43,6 +43,9 @@ pub struct Run {
     /// What the passes of the last frame counted, if the plan asks for it.
     #[serde(default)]
     pub counts: Vec<Counts>,
+    /// Bytes on the device that resampling keeps for each pixel.
+    #[serde(default)]
+    pub bytes_per_pixel: f64,
     /// Values refused.
     pub rejected: u32,
 }
@@ -63,6 +66,7 @@ pub fn measure(
     let mut run = Run {
         configuration: configuration.name.clone(),
         seed,
+        bytes_per_pixel: renderer.bytes_per_pixel(),
         ..Run::default()
     };
     let mut before: Option<Vec<[f32; 3]>> = None;
