@@ -142,6 +142,17 @@ fn visibility_that_is_missing_at_the_neighbours_is_found() {
     assert!(!passes && said.contains("should be unbiased"));
 }
 
+/// A pixel that draws more because its own first candidate was bright makes little of it.
+#[test]
+fn candidates_that_their_own_pixel_counts_by_are_found() {
+    let (passes, said) = with_fault(&[(
+        "passes/initial_direct.comp",
+        "if (other == pixel || any(",
+        "if (any(",
+    )]);
+    assert!(!passes && said.contains("should be unbiased"));
+}
+
 /// Merges that read what is being written are a race: not biased, but no two runs alike.
 #[test]
 fn neighbours_that_are_read_while_they_are_written_are_found() {

@@ -38,16 +38,23 @@ pub enum Arrays {
 }
 
 /// In which order pixels lie: `row`, `column`, or `swizzle:N` for square tiles of N pixels a side.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(into = "String", try_from = "String")]
 pub enum Order {
     /// Row by row.
-    #[default]
     Row,
     /// Column by column.
     Column,
     /// Tile by tile, 1…64 pixels a side.
     Swizzle(u32),
+}
+
+impl Default for Order {
+    /// What neighbours are found fastest in: by the plan `direct-layouts` on a CPU, frames take 2.5 to
+    /// 7.5 % less time than in rows.
+    fn default() -> Self {
+        Self::Swizzle(4)
+    }
 }
 
 impl From<Order> for String {

@@ -262,3 +262,20 @@ pub fn lamp_luminance(lights: &[GpuLight]) -> f32 {
         0.0
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn large_lamps_count_for_more_in_the_mean() {
+        let light = |area: f32, brightness: f32| GpuLight {
+            area,
+            emission: Vec3::splat(brightness),
+            ..bytemuck::Zeroable::zeroed()
+        };
+        let mean = lamp_luminance(&[light(1.0, 1.0), light(3.0, 5.0)]);
+        assert!((mean - 4.0).abs() < 1e-6, "{mean}");
+        assert_eq!(lamp_luminance(&[]), 0.0);
+    }
+}

@@ -296,7 +296,12 @@ fn reservoirs_are_shown_where_there_are_any() {
     ];
     assert!(fail(&arguments, 2).contains("--aov direct"));
     succeeded(validated(
-        &[&arguments[..], &["--preset", "balanced"]].concat(),
+        &[
+            &arguments[..],
+            &["--preset", "balanced", "--set"],
+            &["direct.spatial.neighbours=2"],
+        ]
+        .concat(),
     ));
     let image = Image::read(&out).unwrap();
     let channels = image
