@@ -275,7 +275,7 @@ crate::gpu_struct! {
         pub bsdf_samples: u32,
         /// And at most so many more, in pixels that need them.
         pub more_bsdf_samples: u32,
-        /// Mean luminance of the lamps over their area.
+        /// Mean luminance of the lamps, weighted by their power.
         pub lamp_luminance: f32,
         /// MIS_…
         pub mis: u32,

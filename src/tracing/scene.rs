@@ -33,7 +33,7 @@ pub struct GpuScene {
     pub origin: DVec3,
     /// Number of lights.
     pub light_count: u32,
-    /// Mean luminance of the lights over their area, as the scene was uploaded; 0 without any.
+    /// Mean luminance of the lights as the scene was uploaded, weighted by their power; 0 without any.
     pub lamp_luminance: f32,
     /// Entries that the compute traversal's stack needs, rounded up so that scenes share shaders.
     stack_size: u32,

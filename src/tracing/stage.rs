@@ -249,15 +249,16 @@ fn place_lights(
         .collect()
 }
 
-/// Mean luminance of lights over their area; 0 without any.
+/// Mean luminance of lights, weighted by the power that they send to one side; 0 without any.
 pub fn lamp_luminance(lights: &[GpuLight]) -> f32 {
-    let (mut area, mut power) = (0.0, 0.0);
+    let (mut power, mut weighted) = (0.0, 0.0);
     for light in lights {
-        area += f64::from(light.area);
-        power += f64::from(light.area) * lights::luminance(light.emission);
+        let luminance = lights::luminance(light.emission);
+        power += f64::from(light.area) * luminance;
+        weighted += f64::from(light.area) * luminance * luminance;
     }
-    if area > 0.0 {
-        (power / area) as f32
+    if power > 0.0 {
+        (weighted / power) as f32
     } else {
         0.0
     }
@@ -268,14 +269,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn large_lamps_count_for_more_in_the_mean() {
+    fn lamps_count_by_their_power() {
         let light = |area: f32, brightness: f32| GpuLight {
             area,
             emission: Vec3::splat(brightness),
             ..bytemuck::Zeroable::zeroed()
         };
         let mean = lamp_luminance(&[light(1.0, 1.0), light(3.0, 5.0)]);
-        assert!((mean - 4.0).abs() < 1e-6, "{mean}");
+        assert!((mean - 4.75).abs() < 1e-6, "{mean}");
         assert_eq!(lamp_luminance(&[]), 0.0);
     }
 }
