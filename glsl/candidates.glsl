@@ -23,16 +23,18 @@ void prefer_narrow_lobe(inout Bsdf bsdf) {
 }
 
 // The candidate's weight in the stream: target over the density that all techniques together have.
-float candidate_weight(Sample value, float target, float bsdf_pdf_area, uint light_samples, uint bsdf_samples) {
+float candidate_weight(Domain domain, Sample value, uint bsdf_samples, out float target) {
+    float bsdf_pdf_area;
+    target = luminance(direct_contribution(domain, value, bsdf_pdf_area));
     float light_pdf_area = light_sample_pdf_area(restir.at.lights, restir.at.uniform_candidates != 0u, value.light);
-    return target / (float(light_samples) * light_pdf_area + float(bsdf_samples) * bsdf_pdf_area);
+    return target / (float(restir.at.light_samples) * light_pdf_area + float(bsdf_samples) * bsdf_pdf_area);
 }
 
 // A direction by the BSDF, unless it is a mirror's or leaves the surface to its back.
 bool sample_bsdf_ray(Domain domain, vec4 numbers, out Ray ray) {
     BsdfSample chosen = sample_bsdf(domain.bsdf, domain.outgoing, numbers);
     vec3 direction = to_world(domain, chosen.direction);
-    ray = Ray(clear_origin(domain, direction), 3.402823466e38, direction);
+    ray = Ray(clear_origin(domain, direction), LARGEST, direction);
     return chosen.valid && !chosen.mirror && dot(direction, domain.geometric_normal) > 0.0;
 }
 

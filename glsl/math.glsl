@@ -3,6 +3,8 @@
 const float PI = 3.14159265358979;
 // Smallest normal number: divisors are kept above it.
 const float TINY = 1.17549435e-38;
+// The largest finite number.
+const float LARGEST = 3.402823466e38;
 
 float luminance(vec3 color) { return dot(color, vec3(0.2126, 0.7152, 0.0722)); }
 

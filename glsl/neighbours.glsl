@@ -14,7 +14,7 @@ uint find_neighbours(uvec2 pixel, SampleData data, inout Random random) {
         vec2 u = to_unit(random_bits(random)).xy;
         vec2 offset = restir.at.radius * sqrt(u.x) * on_circle(u.y);
         ivec2 other = ivec2(pixel) + ivec2(round(offset));
-        if (other == ivec2(pixel) || any(lessThan(other, ivec2(0))) || is_outside(uvec2(other))) continue;
+        if (other == ivec2(pixel) || is_outside(other)) continue;
         if (!similar(data, ray, sample_data.at[slot_of(uvec2(other))], primary_ray(uvec2(other)))) continue;
         pixels[found] = uvec2(other);
         found += 1u;

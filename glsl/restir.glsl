@@ -13,6 +13,9 @@ uvec2 picture_size() { return uvec2(restir.at.width, restir.at.height); }
 
 bool is_outside(uvec2 pixel) { return pixel.x >= restir.at.width || pixel.y >= restir.at.height; }
 
+// Coordinates below 0 wrap to the largest.
+bool is_outside(ivec2 pixel) { return is_outside(uvec2(pixel)); }
+
 // The pixel of this invocation, or one outside.
 uvec2 own_pixel() { return tile_pixel(restir.at.width, 0u, restir.at.interleave); }
 

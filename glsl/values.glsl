@@ -11,7 +11,7 @@ vec3 accept_radiance(vec3 value) {
 
 // An unbiased contribution weight.
 float accept_weight(float value) {
-    if (value >= 0.0 && value <= 3.402823466e38) return value;
+    if (value >= 0.0 && value <= LARGEST) return value;
     count_fault(COUNTER_REJECTED);
     return 0.0;
 }

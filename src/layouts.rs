@@ -285,6 +285,8 @@ crate::gpu_struct! {
         pub temporal_confidence_cap: f32,
         /// Confidence of a neighbour at most.
         pub spatial_confidence_cap: f32,
+        /// Spatial passes of a frame.
+        pub spatial_passes: u32,
         /// Neighbours wanted.
         pub neighbours: u32,
         /// Neighbours looked at.
@@ -317,14 +319,6 @@ crate::gpu_struct! {
         pub barycentrics: u32,
         /// Luminance that it would add to the pixel as the only one, in units of the lamps' own.
         pub brightness: f32,
-    }
-}
-
-crate::gpu_struct! {
-    /// How many spatial passes a frame has.
-    pub struct SpatialPasses {
-        /// Their number.
-        pub passes: u32,
     }
 }
 
@@ -455,7 +449,6 @@ pub const STRUCTS: &[StructLayout] = &[
     RestirConstants::LAYOUT,
     SpatialStep::LAYOUT,
     Pilot::LAYOUT,
-    SpatialPasses::LAYOUT,
     DirectAov::LAYOUT,
     SampleData::LAYOUT,
     Strip::LAYOUT,

@@ -19,7 +19,6 @@
 
 layout(local_size_x = TILE * TILE) in;
 
-layout(push_constant, scalar) uniform SpatialPassesBlock { SpatialPasses spatial; };
 layout(scalar) readonly buffer SampleDataBlock { SampleData at[]; } sample_data;
 layout(scalar) readonly buffer ReservoirsBlock { uint at[]; } reservoirs;
 layout(scalar) writeonly buffer DirectAovsBlock { DirectAov at[]; } direct_aovs;
@@ -37,7 +36,7 @@ void main() {
     Reservoir reservoir = unpack_reservoir(packed);
     SampleData data = sample_data.at[slot];
     uint found = 0u;
-    for (uint step = 0u; has_surface(data) && step < spatial.passes; step += 1u) {
+    for (uint step = 0u; has_surface(data) && step < restir.at.spatial_passes; step += 1u) {
         // The same random numbers find the same neighbours again.
         Random random = pass_random(pixel, PASS_SPATIAL_DIRECT + step);
         found += find_neighbours(pixel, data, random) - 1u;

@@ -32,7 +32,7 @@ uint more_bsdf_samples(ivec2 pixel, Bsdf bsdf) {
     for (int y = -PILOT_REACH; y <= PILOT_REACH; y += 1) {
         for (int x = -PILOT_REACH; x <= PILOT_REACH; x += 1) {
             ivec2 other = pixel + ivec2(x, y);
-            if (other == pixel || any(lessThan(other, ivec2(0))) || is_outside(uvec2(other))) continue;
+            if (other == pixel || is_outside(other)) continue;
             squares += square(pilots.at[slot_of(uvec2(other))].brightness);
             count += 1.0;
         }
@@ -44,11 +44,10 @@ uint more_bsdf_samples(ivec2 pixel, Bsdf bsdf) {
     return uint(clamp(for_brightness, MORE_FOR_LOBE * most * narrowness(bsdf), most));
 }
 
-// Offers what a BSDF ray found; returns whether it is chosen now.
-bool offer_bsdf_candidate(inout Stream stream, Domain domain, Sample value, uint number, float choice, uint bsdf_samples) {
-    float pdf_area;
-    float target = luminance(direct_contribution(domain, value, pdf_area));
-    float weight = candidate_weight(value, target, pdf_area, restir.at.light_samples, bsdf_samples);
+// Offers a candidate of either technique; returns whether it is chosen now.
+bool offer_candidate(inout Stream stream, Domain domain, Sample value, uint number, float choice, uint bsdf_samples) {
+    float target;
+    float weight = candidate_weight(domain, value, bsdf_samples, target);
     return stream_add(stream, number, weight, target, choice);
 }
 
@@ -72,16 +71,13 @@ void main() {
             uvec4 bits = random_bits(random);
             float choice = to_unit(random_bits(random).x);
             Sample value = sample_lights(restir.at.lights, restir.at.uniform_candidates != 0u, bits);
-            float pdf_area;
-            float target = luminance(direct_contribution(domain, value, pdf_area));
-            float weight = candidate_weight(value, target, pdf_area, light_samples, bsdf_samples);
-            if (stream_add(stream, i, weight, target, choice)) reservoir.value = value;
+            if (offer_candidate(stream, domain, value, i, choice, bsdf_samples)) reservoir.value = value;
         }
 
         if (PILOTS && pilots.at[slot].light != NONE) {
             Sample value = sample_at(pilots.at[slot].light, pilots.at[slot].barycentrics);
             float choice = to_unit(random_bits(random).x);
-            if (offer_bsdf_candidate(stream, domain, value, light_samples, choice, bsdf_samples)) reservoir.value = value;
+            if (offer_candidate(stream, domain, value, light_samples, choice, bsdf_samples)) reservoir.value = value;
         }
 
         // One trace a turn: BSDF rays, the mirror's ray, and the survivor's visibility.
@@ -99,7 +95,7 @@ void main() {
                 // What a mirror shows is one direction's light, which no reservoir can share.
                 vec3 direction = to_world(domain, vec3(-domain.outgoing.xy, domain.outgoing.z));
                 wanted = mirror && dot(direction, domain.geometric_normal) > 0.0;
-                next = Ray(clear_origin(domain, direction), 3.402823466e38, direction);
+                next = Ray(clear_origin(domain, direction), LARGEST, direction);
             } else {
                 // What a BSDF ray found was seen.
                 wanted = restir.at.visibility >= VISIBILITY_INITIAL && stream.chosen < light_samples;
@@ -120,7 +116,7 @@ void main() {
                 continue;
             }
             Sample value = sample_at(light, packUnorm2x16(hit.barycentrics));
-            if (offer_bsdf_candidate(stream, domain, value, light_samples + turn, choice, bsdf_samples)) reservoir.value = value;
+            if (offer_candidate(stream, domain, value, light_samples + turn, choice, bsdf_samples)) reservoir.value = value;
         }
         reservoir.contribution_weight = accept_weight(contribution_weight(stream));
     }

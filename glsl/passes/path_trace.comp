@@ -157,7 +157,7 @@ void main() {
         next_alive = next_alive && most > 0.0;
         next.origin = offset_origin(surface.position, surface.error, surface.geometric_normal, direction);
         next.direction = direction;
-        next.t_max = 3.402823466e38;
+        next.t_max = LARGEST;
         if (shadow) {
             ray = shadow_ray;
         } else {

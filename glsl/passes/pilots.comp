@@ -41,9 +41,8 @@ void main() {
             if (pilot.light != NONE) {
                 pilot.barycentrics = packUnorm2x16(hit.barycentrics);
                 Sample value = sample_at(pilot.light, pilot.barycentrics);
-                float pdf_area;
-                float target = luminance(direct_contribution(domain, value, pdf_area));
-                float weight = candidate_weight(value, target, pdf_area, restir.at.light_samples, 1u);
+                float target;
+                float weight = candidate_weight(domain, value, 1u, target);
                 pilot.brightness = weight / max(restir.at.lamp_luminance, TINY);
             }
         }

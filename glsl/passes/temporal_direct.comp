@@ -77,7 +77,7 @@ void main() {
     vec2 at;
     if (!camera_sees(restir.at.previous_camera, position - eye, vec2(picture_size()), at)) return;
     ivec2 before = ivec2(floor(at));
-    if (any(lessThan(before, ivec2(0))) || is_outside(uvec2(before))) return;
+    if (is_outside(before)) return;
     uint previous_slot = slot_of(uvec2(before));
     SampleData previous = previous_sample_data.at[previous_slot];
     Ray previous_ray = previous_primary_ray(uvec2(before));

@@ -13,6 +13,7 @@ pub mod session;
 pub mod study;
 
 use crate::gpu::Instance;
+use crate::render::Clock;
 use crate::scene::Scene;
 use crate::scene::progress::Step;
 use crate::{Error, Result};
@@ -161,6 +162,20 @@ pub fn check_messages(messages: &[String]) -> Result<()> {
             messages.len()
         ))),
     }
+}
+
+/// Lets a scene stand still where the clock does, and says if there is nothing for the clock to move;
+/// `whose` begins that line.
+///
+/// # Errors
+/// Those of [`Clock::settle`].
+pub fn settle(clock: &Clock, scene: &mut Scene, whose: &str) -> Result<()> {
+    if scene.motion.is_none() && (clock.fps.is_some() || clock.start_time != 0.0) {
+        notice(&format!(
+            "{whose}nothing in the scene moves, so it is the same at all times"
+        ));
+    }
+    clock.settle(scene)
 }
 
 /// One line for the user about something assumed or ignored.

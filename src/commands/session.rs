@@ -2,7 +2,7 @@
 
 use super::arguments::{Aov, SceneArgs};
 use super::interrupt::Interrupt;
-use super::{NOTHING_WRITTEN, check_messages, notice, open_scene, open_vulkan};
+use super::{NOTHING_WRITTEN, check_messages, notice, open_scene, open_vulkan, settle};
 use crate::gpu::{Device, Instance, PassTime};
 use crate::image::{Image, Samples};
 use crate::layouts::{DirectAov, MOST_RADIANCE, PixelSums};
@@ -67,11 +67,8 @@ impl Session {
             notice(text);
         }
         let moves = scene.motion.is_some();
-        if !moves && (clock.fps.is_some() || clock.start_time != 0.0) {
-            notice("nothing in the scene moves, so it is the same at all times");
-        }
         let scene_hash = scene.content_hash();
-        clock.settle(&mut scene)?;
+        settle(&clock, &mut scene, "")?;
         let (camera, followed) = match own_camera {
             Some(camera) => (camera, None),
             None => choose_camera(&scene, args.camera.as_deref(), clock.start_time)?,

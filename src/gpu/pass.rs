@@ -104,6 +104,14 @@ impl ComputePass {
                     .stage_flags(vk::ShaderStageFlags::COMPUTE)
             })
             .collect();
+        let repeated = (constants.iter().enumerate())
+            .find(|(index, (id, _))| constants[..*index].iter().any(|(other, _)| other == id));
+        if let Some((_, (id, _))) = repeated {
+            // Vulkan does not say which of the values counts then.
+            return Err(Error::failed(format!(
+                "pass {name}: two values for the specialisation constant {id}"
+            )));
+        }
         let mut pass = Self {
             device: device.clone(),
             pipeline: vk::Pipeline::null(),

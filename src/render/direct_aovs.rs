@@ -4,7 +4,7 @@ use super::offered::Offered;
 use super::settings::Reservoirs;
 use crate::Result;
 use crate::gpu::{Buffer, ComputePass, Device, Recording, Usage};
-use crate::layouts::{DirectAov, RestirConstants, SpatialPasses, TILE};
+use crate::layouts::{DirectAov, RestirConstants, TILE};
 use std::sync::Arc;
 
 crate::bindings! {
@@ -28,8 +28,6 @@ pub struct Left<'a> {
     pub sample_data: &'a Buffer,
     /// Its reservoirs, as the last pass found them.
     pub reservoirs: &'a Buffer,
-    /// How many spatial passes it had.
-    pub spatial_passes: u32,
 }
 
 /// The pass that looks into reservoirs.
@@ -74,11 +72,8 @@ impl DirectAovs {
             direct_aovs: &direct_aovs,
         };
         let groups = [width.div_ceil(TILE), height.div_ceil(TILE), 1];
-        let passes = SpatialPasses {
-            passes: frame.spatial_passes,
-        };
         let mut recording = Recording::new(&self.device)?;
-        recording.pass(&self.pass, &bindings, &passes, groups)?;
+        recording.pass(&self.pass, &bindings, &(), groups)?;
         recording.finish()?;
         direct_aovs.read(pixels)
     }

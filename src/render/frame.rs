@@ -191,11 +191,8 @@ impl Frame {
             uniform: true,
             ..Usage::default()
         };
-        let constants = RestirConstants {
-            slots: slots as u32,
-            lamp_luminance: offered.scene.lamp_luminance,
-            ..constants::of(frame, &direct)
-        };
+        let lamp_luminance = offered.scene.lamp_luminance;
+        let constants = constants::of(frame, &direct, slots as u32, lamp_luminance);
         let counters = Counters::new(device, PASSES, counting)?;
         let pass = |name: &str| {
             let mut special = [layout.constants(), counters.constants(name).to_vec()].concat();
@@ -325,7 +322,7 @@ impl Frame {
             }
 
             if let Some(pass) = &passes.spatial {
-                for step in 0..self.direct.spatial.passes {
+                for step in 0..self.constants.spatial_passes {
                     let spatial = SpatialDirect {
                         scene,
                         restir,
@@ -371,15 +368,12 @@ impl Frame {
             Some(aovs) => aovs,
             None => DirectAovs::new(&self.device, &self.offered, &self.layout)?,
         };
-        let passes = self.direct_passes.as_ref();
-        let spatial = passes.and_then(|passes| passes.spatial.as_ref());
         // The newest of each lies last.
         let left = Left {
             constants: &self.constants,
             restir: &self.restir,
             sample_data: &self.sample_data[self.sample_data.len() - 1],
             reservoirs: &self.reservoirs[self.reservoirs.len() - 1],
-            spatial_passes: spatial.map_or(0, |_| self.direct.spatial.passes),
         };
         let seen = aovs.look(&left);
         self.direct_aovs = Some(aovs);
@@ -447,13 +441,13 @@ impl Frame {
         self.counters.since_last()
     }
 
-    /// Bytes of its buffers on the device, by name.
-    pub fn memory(&self) -> Vec<(&str, u64)> {
+    /// Bytes of its buffers on the device.
+    pub fn bytes(&self) -> u64 {
         let buffers = self.sample_data.iter().chain(&self.reservoirs);
         buffers
             .chain([&self.color, &self.pilots])
-            .map(|buffer| (buffer.name(), buffer.size()))
-            .collect()
+            .map(Buffer::size)
+            .sum()
     }
 
     /// Tells the shaders of the next frame.

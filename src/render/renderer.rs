@@ -212,8 +212,7 @@ impl Renderer {
         let Technique::Resampling(frame) = &self.technique else {
             return 0.0;
         };
-        let bytes: u64 = frame.memory().iter().map(|(_, bytes)| bytes).sum();
-        bytes as f64 / (f64::from(self.constants.width) * f64::from(self.constants.height))
+        frame.bytes() as f64 / (f64::from(self.constants.width) * f64::from(self.constants.height))
     }
 
     /// Begins anew with another seed, without history or sums.

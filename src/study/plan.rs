@@ -186,6 +186,7 @@ const PLANS: &[(&str, &str)] = &[
     ("direct-light", include_str!("plans/direct-light.toml")),
     ("many-lights", include_str!("plans/many-lights.toml")),
     ("motion", include_str!("plans/motion.toml")),
+    ("moving-frames", include_str!("plans/moving-frames.toml")),
 ];
 
 impl Plan {

@@ -6,8 +6,13 @@ use crate::layouts::{
 };
 use crate::render::settings::{Candidates, Direct, Mis, Search, Visibility};
 
-/// What settings and view say; the buffers' slots and the lamps' luminance are yet to be told.
-pub fn of(frame: &FrameConstants, direct: &Direct) -> RestirConstants {
+/// What settings, view and scene say; the buffers have `slots` places for pixels.
+pub fn of(
+    frame: &FrameConstants,
+    direct: &Direct,
+    slots: u32,
+    lamp_luminance: f32,
+) -> RestirConstants {
     let tries = match direct.spatial.search {
         Search::Random => direct.spatial.neighbours,
         Search::Greedy => direct.spatial.neighbours * direct.spatial.tries,
@@ -21,7 +26,7 @@ pub fn of(frame: &FrameConstants, direct: &Direct) -> RestirConstants {
         previous_jitter_y: 0.5,
         width: frame.width,
         height: frame.height,
-        slots: 0,
+        slots,
         interleave: frame.interleave,
         seed: frame.seed,
         frame: 0,
@@ -34,7 +39,7 @@ pub fn of(frame: &FrameConstants, direct: &Direct) -> RestirConstants {
             0
         },
         more_bsdf_samples: direct.more_bsdf_samples,
-        lamp_luminance: 0.0,
+        lamp_luminance,
         mis: match direct.mis {
             Mis::Constant => MIS_CONSTANT,
             Mis::Balance => MIS_BALANCE,
@@ -49,6 +54,11 @@ pub fn of(frame: &FrameConstants, direct: &Direct) -> RestirConstants {
         },
         temporal_confidence_cap: direct.temporal.confidence_cap as f32,
         spatial_confidence_cap: direct.spatial.confidence_cap as f32,
+        spatial_passes: if frame.bounces > 0 && direct.reuse.is_spatial() {
+            direct.spatial.passes
+        } else {
+            0
+        },
         neighbours: direct.spatial.neighbours,
         tries,
         radius: direct.spatial.radius,
