@@ -27,8 +27,9 @@ Stream empty_stream() { return Stream(0.0, NONE, 0.0); }
 
 // Offers a candidate; returns whether it is chosen now. `random` is uniform in [0, 1).
 bool stream_add(inout Stream stream, uint candidate, float weight, float target, float random) {
-    // Written so that NaN is turned away, and infinity, which would stay for ever.
-    if (!(weight > 0.0 && weight <= LARGEST)) return false;
+    // NaN and infinity would stay for ever.
+    weight = accept_weight(weight);
+    if (weight == 0.0) return false;
     stream.weight_sum += weight;
     // A weight of 0 is never chosen: random · sum < weight fails.
     if (random * stream.weight_sum >= weight) return false;

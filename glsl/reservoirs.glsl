@@ -40,13 +40,13 @@ Reservoir empty_reservoir(float confidence) {
 }
 
 // Radiance as 18 bits a channel under a shared exponent of 8: no overflow where halves have one, and
-// four more digits than they have.
+// seven more digits than they have.
 uvec2 pack_radiance(vec3 radiance) {
     float most = max_component(radiance);
     if (!(most > 0.0)) return uvec2(0u);
-    // The least power of two above the largest channel.
-    int exponent = int(floatBitsToUint(most) >> 23u) - 126;
-    uvec3 m = uvec3(round(ldexp(radiance, ivec3(17 - exponent))));
+    // The least power of two above the largest channel. Below, the scale itself would overflow.
+    int exponent = max(int(floatBitsToUint(most) >> 23u) - 126, -108);
+    uvec3 m = uvec3(round(ldexp(radiance, ivec3(18 - exponent))));
     m = min(m, uvec3(0x3FFFFu));
     return uvec2(m.x | (m.y << 18u), (m.y >> 14u) | (m.z << 4u) | (uint(exponent + 126) << 22u));
 }
@@ -54,7 +54,7 @@ uvec2 pack_radiance(vec3 radiance) {
 vec3 unpack_radiance(uvec2 words) {
     uvec3 m = uvec3(words.x & 0x3FFFFu, (words.x >> 18u) | ((words.y & 0xFu) << 14u), (words.y >> 4u) & 0x3FFFFu);
     int exponent = int(words.y >> 22u) - 126;
-    return ldexp(vec3(m), ivec3(exponent - 17));
+    return ldexp(vec3(m), ivec3(exponent - 18));
 }
 
 PackedReservoir pack_reservoir(Reservoir r) {

@@ -5,6 +5,7 @@ mod support;
 
 use glam::{DAffine3, DVec3, Vec3};
 use headwater::layouts::PixelSums;
+use headwater::render::presets::Preset;
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::validate::{BRIGHTEST, LARGEST_COORDINATE};
 use headwater::scene::{Scene, procedural};
@@ -23,8 +24,14 @@ fn scene() -> Scene {
     scene
 }
 
+/// What the extremes are tried on: path tracing, and resampling with all that it can do.
+fn techniques() -> [Settings; 2] {
+    let accurate = Preset::named("accurate").unwrap();
+    [Settings::default(), accurate.settings().unwrap()]
+}
+
 /// The sums of a picture of the scene, by its first camera.
-fn picture(scene: &Scene) -> Vec<PixelSums> {
+fn picture(scene: &Scene, settings: &Settings) -> Vec<PixelSums> {
     let (device, selection) = support::open_device(None);
     let view = View {
         camera: scene.cameras[0].clone(),
@@ -36,8 +43,7 @@ fn picture(scene: &Scene) -> Vec<PixelSums> {
     };
     let origin = view.camera.camera_to_world.translation;
     let uploaded = GpuScene::new(&device, scene, origin, selection.variant).unwrap();
-    let settings = Settings::default();
-    let mut renderer = Renderer::new(&device, Arc::new(uploaded), &view, &settings).unwrap();
+    let mut renderer = Renderer::new(&device, Arc::new(uploaded), &view, settings).unwrap();
     renderer.add_samples(0, 8).unwrap();
     assert_eq!(renderer.rejected().unwrap(), 0);
     support::assert_no_messages(&device);
@@ -52,55 +58,65 @@ fn assert_same(name: &str, a: &[PixelSums], b: &[PixelSums]) {
 #[test]
 fn size_changes_nothing() {
     let plain = scene();
-    let seen = picture(&plain);
-    assert!(seen.iter().filter(|p| p.sum.x > 0.0).count() > seen.len() / 2);
-    for power in [-40, -12, 12, 40] {
-        let scale = 2_f64.powi(power);
-        assert!(10.0 * scale < LARGEST_COORDINATE);
-        // By the instances' transforms, and by the meshes' own coordinates.
-        for in_meshes in [false, true] {
-            let mut scaled = plain.clone();
-            for instance in &mut scaled.instances {
-                let place = &mut instance.object_to_world;
-                place.translation *= scale;
-                if !in_meshes {
-                    place.matrix3 *= scale;
-                }
+    for settings in techniques() {
+        let seen = picture(&plain, &settings);
+        assert!(seen.iter().filter(|p| p.sum.x > 0.0).count() > seen.len() / 2);
+        for power in [-40, -12, 12, 40] {
+            // By the instances' transforms, and by the meshes' own coordinates.
+            for in_meshes in [false, true] {
+                let scaled = scaled(&plain, 2_f64.powi(power), in_meshes);
+                assert_same(&format!("2^{power}"), &seen, &picture(&scaled, &settings));
             }
-            if in_meshes {
-                let positions = scaled.meshes.iter_mut().flat_map(|m| &mut m.positions);
-                positions.for_each(|p| *p *= scale as f32);
-            }
-            scaled.cameras[0].camera_to_world.translation *= scale;
-            scaled.validate().unwrap();
-            assert_same(&format!("2^{power}"), &seen, &picture(&scaled));
         }
     }
+}
+
+/// The scene at another scale.
+fn scaled(scene: &Scene, scale: f64, in_meshes: bool) -> Scene {
+    assert!(10.0 * scale < LARGEST_COORDINATE);
+    let mut scaled = scene.clone();
+    for instance in &mut scaled.instances {
+        let place = &mut instance.object_to_world;
+        place.translation *= scale;
+        if !in_meshes {
+            place.matrix3 *= scale;
+        }
+    }
+    if in_meshes {
+        let positions = scaled.meshes.iter_mut().flat_map(|m| &mut m.positions);
+        positions.for_each(|p| *p *= scale as f32);
+    }
+    scaled.cameras[0].camera_to_world.translation *= scale;
+    scaled.validate().unwrap();
+    scaled
 }
 
 #[test]
 fn brightness_scales_the_picture() {
     let plain = scene();
-    let seen = picture(&plain);
     let brightest = plain.materials.iter().map(|m| m.emission.max_element());
     let brightest = brightest.fold(0.0, f32::max);
-    for power in [-60, 30] {
-        let scale = 2_f32.powi(power);
-        assert!(brightest * scale < BRIGHTEST);
-        let mut scaled = plain.clone();
-        scaled
-            .materials
-            .iter_mut()
-            .for_each(|m| m.emission *= scale);
-        scaled.validate().unwrap();
-        let expected: Vec<PixelSums> = seen
-            .iter()
-            .map(|p| PixelSums {
-                sum: p.sum * scale,
-                ..*p
-            })
-            .collect();
-        assert_same(&format!("2^{power}"), &expected, &picture(&scaled));
+    for settings in techniques() {
+        let seen = picture(&plain, &settings);
+        for power in [-60, 30] {
+            let scale = 2_f32.powi(power);
+            assert!(brightest * scale < BRIGHTEST);
+            let mut scaled = plain.clone();
+            scaled
+                .materials
+                .iter_mut()
+                .for_each(|m| m.emission *= scale);
+            scaled.validate().unwrap();
+            let expected: Vec<PixelSums> = seen
+                .iter()
+                .map(|p| PixelSums {
+                    sum: p.sum * scale,
+                    ..*p
+                })
+                .collect();
+            let picture = picture(&scaled, &settings);
+            assert_same(&format!("2^{power}"), &expected, &picture);
+        }
     }
 }
 

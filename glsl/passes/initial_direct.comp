@@ -83,7 +83,8 @@ void main() {
         // One trace a turn: BSDF rays, the mirror's ray, and the survivor's visibility.
         uint mirror_turn = bsdf_samples, visibility_turn = bsdf_samples + 1u;
         bool mirror = domain.bsdf.alpha == 0.0 && domain.bsdf.specular_probability > 0.0;
-        for (uint turn = PILOTS ? 1u : 0u; turn <= visibility_turn; turn += 1u) {
+        uint turn = PILOTS ? 1u : 0u;
+        for (; turn <= visibility_turn; turn += 1u) {
             Ray next;
             bool wanted;
             float choice = 0.0;
@@ -99,7 +100,7 @@ void main() {
             } else {
                 // What a BSDF ray found was seen.
                 wanted = restir.at.visibility >= VISIBILITY_INITIAL && stream.chosen < light_samples;
-                next = shadow_ray(domain, reservoir.value);
+                if (wanted) next = shadow_ray(domain, reservoir.value);
             }
             if (!wanted) continue;
             Hit hit = trace(next, turn == visibility_turn);
@@ -118,6 +119,8 @@ void main() {
             Sample value = sample_at(light, packUnorm2x16(hit.barycentrics));
             if (offer_candidate(stream, domain, value, light_samples + turn, choice, bsdf_samples)) reservoir.value = value;
         }
+        // A driver may end a loop that seems endless to it; the pixel would then lack light.
+        if (turn <= visibility_turn) count_fault(COUNTER_CUT_SHORT);
         reservoir.contribution_weight = accept_weight(contribution_weight(stream));
     }
     PackedReservoir packed = pack_reservoir(reservoir);

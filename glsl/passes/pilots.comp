@@ -43,7 +43,8 @@ void main() {
                 Sample value = sample_at(pilot.light, pilot.barycentrics);
                 float target;
                 float weight = candidate_weight(domain, value, 1u, target);
-                pilot.brightness = weight / max(restir.at.lamp_luminance, TINY);
+                // Lamps that all were off when their brightness was measured ask for no more.
+                if (restir.at.lamp_luminance > 0.0) pilot.brightness = weight / restir.at.lamp_luminance;
             }
         }
     }

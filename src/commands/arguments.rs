@@ -148,7 +148,10 @@ impl SceneArgs {
     /// # Errors
     /// Those of [`parse_look_at`].
     pub fn look_at_camera(&self) -> Result<Option<Camera>> {
-        self.look_at.as_deref().map(parse_look_at).transpose()
+        self.look_at
+            .as_deref()
+            .map(|text| parse_look_at("--look-at", text))
+            .transpose()
     }
 }
 
@@ -157,28 +160,30 @@ impl SceneArgs {
 /// # Errors
 /// Not six or seven finite numbers, eye and target in one place, or a field of view outside
 /// 0…180 degrees.
-pub fn parse_look_at(text: &str) -> Result<Camera> {
+pub fn parse_look_at(origin: &str, text: &str) -> Result<Camera> {
     let numbers: Option<Vec<f64>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
     let numbers = numbers
         .filter(|n| (n.len() == 6 || n.len() == 7) && n.iter().all(|value| value.is_finite()));
     let numbers = numbers.ok_or_else(|| {
         Error::input(format!(
-            "--look-at '{text}' is not EX,EY,EZ,TX,TY,TZ or EX,EY,EZ,TX,TY,TZ,DEGREES"
+            "{origin} '{text}' is not EX,EY,EZ,TX,TY,TZ or EX,EY,EZ,TX,TY,TZ,DEGREES"
         ))
     })?;
     let eye = DVec3::from_slice(&numbers[..3]);
     let target = DVec3::from_slice(&numbers[3..6]);
     let degrees = numbers.get(6).copied().unwrap_or(45.0);
     if eye == target {
-        return Err(Error::input("--look-at: eye and target are the same point"));
+        return Err(Error::input(format!(
+            "{origin}: eye and target are the same point"
+        )));
     }
     if !(degrees > 0.0 && degrees < 180.0) {
         return Err(Error::input(format!(
-            "--look-at: a field of view of {degrees} degrees; it lies between 0 and 180"
+            "{origin}: a field of view of {degrees} degrees; it lies between 0 and 180"
         )));
     }
     let camera = look_at(eye, target, degrees.to_radians());
-    check_camera("--look-at", &camera)?;
+    check_camera(origin, &camera)?;
     Ok(camera)
 }
 

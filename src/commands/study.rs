@@ -8,8 +8,9 @@ use crate::files::write_atomically;
 use crate::gpu::Device;
 use crate::render::View;
 use crate::scene::camera::framing_camera;
-use crate::scene::{Camera, MovingCamera, Scene};
-use crate::study::plan::{Plan, PlannedScene, Resolved};
+use crate::scene::{Camera, MovingCamera, Scene, check_name};
+use crate::study::plan::{Plan, Resolved};
+use crate::study::planned_scene::PlannedScene;
 use crate::study::results::{self, Row};
 use crate::study::store::Store;
 use crate::study::subject::Subject;
@@ -53,12 +54,28 @@ pub fn run(args: &Args) -> Result<()> {
     let configurations = plan.resolve()?;
     if !args.scenes.is_empty() {
         let wanted = |name: &String| {
-            let planned = plan.scenes.iter().find(|scene| scene.name() == name);
-            planned.cloned().unwrap_or(PlannedScene::Name(name.clone()))
+            let planned = plan.scenes.iter().find(|scene| scene.name == *name);
+            planned.cloned().unwrap_or_else(|| PlannedScene {
+                name: name.clone(),
+                look_at: None,
+            })
         };
         plan.scenes = args.scenes.iter().map(wanted).collect();
     }
+    // What may be wrong is found before hours of work on the scenes before it.
+    for planned in &plan.scenes {
+        let name = &planned.name;
+        check_name(name)?;
+        own_camera(planned)?;
+        if !configurations.iter().any(|c| c.is_for(name)) {
+            return Err(Error::input(format!(
+                "plan {}: none of its configurations is for scene '{name}'; name one of those in their scenes, or write a plan",
+                args.plan
+            )));
+        }
+    }
     if args.quick {
+        plan.most_seeds = Some((plan.most_seeds() / 4).max(2));
         plan.seeds = (plan.seeds / 4).max(2);
         plan.reference_spp = (plan.reference_spp / 4).max(2);
     }
@@ -74,7 +91,7 @@ pub fn run(args: &Args) -> Result<()> {
     };
     let mut rows = Vec::new();
     for planned in &plan.scenes {
-        let name = planned.name();
+        let name = &planned.name;
         let mut scene = open_scene(name, &watcher.interrupt)?;
         let clock = plan.clock();
         settle(&clock, &mut scene, &format!("{name}: "))?;
@@ -125,14 +142,22 @@ pub fn run(args: &Args) -> Result<()> {
     check_messages(&instance.validation_messages())
 }
 
+/// The camera of the plan's own.
+fn own_camera(planned: &PlannedScene) -> Result<Option<Camera>> {
+    let origin = format!("{}: look_at", planned.name);
+    (planned.look_at.as_deref())
+        .map(|text| parse_look_at(&origin, text))
+        .transpose()
+}
+
 /// The camera at a time, and how it moves if it is one of the scene's own.
 fn camera(
     planned: &PlannedScene,
     scene: &Scene,
     time: f64,
 ) -> Result<(Camera, Option<MovingCamera>)> {
-    if let Some(text) = planned.look_at() {
-        return Ok((parse_look_at(text)?, None));
+    if let Some(camera) = own_camera(planned)? {
+        return Ok((camera, None));
     }
     if scene.cameras.is_empty() {
         return Ok((framing_camera(scene), None));

@@ -1,11 +1,11 @@
 //! What passes count: refused values always; rays, lanes and neighbours where it was asked for.
 
-use crate::Result;
 use crate::gpu::{Buffer, Device, Recording, Usage};
 use crate::layouts::{
     COUNTER_CUT_SHORT, COUNTER_MERGE_LANES, COUNTER_NEIGHBOURS, COUNTER_RAYS, COUNTER_REJECTED,
     COUNTER_TRACE_LANES, COUNTERS,
 };
+use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -125,17 +125,24 @@ impl Counters {
     /// Values refused since the counters were cleared, over all passes.
     ///
     /// # Errors
-    /// The device fails.
+    /// Those of [`Self::assert_whole`].
     pub fn rejected(&self) -> Result<u32> {
+        self.assert_whole()?;
         self.sum(COUNTER_REJECTED)
     }
 
-    /// Invocations whose loops the driver ended early since then.
+    /// Fails if the driver has ended loops early since then, which leaves pixels dark.
     ///
     /// # Errors
-    /// The device fails.
-    pub fn cut_short(&self) -> Result<u32> {
-        self.sum(COUNTER_CUT_SHORT)
+    /// It did, or the device fails.
+    pub fn assert_whole(&self) -> Result<()> {
+        match self.sum(COUNTER_CUT_SHORT)? {
+            0 => Ok(()),
+            count => Err(Error::failed(format!(
+                "driver '{}' ended the loops of {count} pixels early; use fewer bounces, samples or neighbours, or a newer driver",
+                self.device.info.driver
+            ))),
+        }
     }
 
     fn sum(&self, counter: u32) -> Result<u32> {

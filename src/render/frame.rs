@@ -6,6 +6,7 @@ use super::counters::{Counters, Counts};
 use super::direct_aovs::{DirectAovs, Left};
 use super::offered::Offered;
 use super::settings::{Direct, Reservoirs, Reuse, Settings};
+use super::strips::check_side;
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
 use crate::layouts::{
     DirectAov, FrameConstants, GpuCamera, Pilot, PixelSums, RestirConstants, SampleData,
@@ -176,11 +177,14 @@ impl Frame {
                 if pilots { slots } else { 1 } * size_of::<Pilot>() as u64,
             ),
         ];
-        let most = device.info.max_storage_buffer_range;
+        check_side("wide", width)?;
+        check_side("high", height)?;
+        let info = &device.info;
+        let most = info.max_storage_buffer_range.min(info.max_buffer_size);
         if let Some((name, bytes)) = needed.iter().find(|(_, bytes)| *bytes > most) {
             return Err(Error::input(format!(
                 "a picture of {width} × {height} needs {bytes} bytes for its {name}, but device '{}' binds at most {most}; choose a smaller picture, or --preset path-tracing",
-                device.info.name
+                info.name
             )));
         }
         let buffer = |which: usize| {
@@ -242,8 +246,8 @@ impl Frame {
         self.constants.seed = seed;
         self.last = None;
         self.sums.clear();
-        // A shader that reads what no pass wrote finds nothing, instead of the number of a light that
-        // does not exist and whose address may be nobody's.
+        // A shader that reads a reservoir which no pass wrote finds it empty, instead of the number of a
+        // light that does not exist and whose address may be nobody's.
         let mut recording = Recording::new(&self.device)?;
         for buffer in self.sample_data.iter().chain(&self.reservoirs) {
             recording.clear(buffer);
@@ -349,6 +353,10 @@ impl Frame {
         }
         let mut times = Vec::new();
         PassTime::add(&mut times, recording.finish()?);
+        // Elsewhere the counters are looked at when the picture is read.
+        if self.device.info.loop_turns.is_some() {
+            self.counters.assert_whole()?;
+        }
 
         // The next frame overwrites what is oldest and reads the rest as history.
         self.sample_data.reverse();
@@ -428,7 +436,7 @@ impl Frame {
     /// Values refused so far because they were NaN, negative or out of range.
     ///
     /// # Errors
-    /// The device fails.
+    /// The device fails, or its driver ended loops early.
     pub fn rejected(&self) -> Result<u32> {
         self.counters.rejected()
     }

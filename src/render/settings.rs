@@ -192,7 +192,8 @@ pub struct Direct {
     #[schemars(range(min = 0, max = 64))]
     pub bsdf_samples: u32,
     /// BSDF candidates more, at most, where lobes are narrow or pixels around find bright light. Cost:
-    /// one ray each in a few pixels, and a pass. Unbiased at any value.
+    /// one ray each in a few pixels, and a pass. Not drawn where `bsdf_samples` are not. Unbiased at any
+    /// value.
     #[schemars(range(min = 0, max = 256))]
     pub more_bsdf_samples: u32,
     /// Whose reservoirs a pixel merges with its own. Unbiased at any value.

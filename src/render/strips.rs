@@ -9,8 +9,21 @@ use std::sync::Arc;
 /// Pixels of a strip at most: about a second of path tracing on two cores.
 const MOST_PIXELS: u64 = 1 << 20;
 
-/// Pixels across at most: Vulkan promises 65,535 workgroups along an axis.
-const WIDEST: u32 = 65_535 * TILE;
+/// Pixels of a side at most: Vulkan promises 65,535 workgroups along an axis.
+const LONGEST: u32 = 65_535 * TILE;
+
+/// Refuses a side of more tiles than every device takes along an axis.
+///
+/// # Errors
+/// It is too long; `how`, wide or high, says which side it is.
+pub(super) fn check_side(how: &str, pixels: u32) -> Result<()> {
+    if pixels > LONGEST {
+        return Err(Error::input(format!(
+            "a picture {pixels} pixels {how}; at most {LONGEST} are possible"
+        )));
+    }
+    Ok(())
+}
 
 impl Strip {
     /// Cuts a picture so that a strip with `bytes_a_pixel` fits `most_bytes`. Strips begin where
@@ -24,11 +37,7 @@ impl Strip {
         bytes_a_pixel: u64,
         most_bytes: u64,
     ) -> Result<Vec<Self>> {
-        if width > WIDEST {
-            return Err(Error::input(format!(
-                "a picture {width} pixels wide; at most {WIDEST} are possible"
-            )));
-        }
+        check_side("wide", width)?;
         let row = u64::from(width) * bytes_a_pixel;
         let fitting = most_bytes / row / u64::from(TILE);
         if fitting == 0 {
@@ -113,6 +122,6 @@ mod tests {
     fn rows_that_cannot_be_bound_are_refused_with_their_bytes() {
         let error = |width| Strip::cut(width, 8, 48, 1 << 27).unwrap_err().to_string();
         assert!(error(400_000).contains("153600000"));
-        assert!(error(WIDEST + 1).contains("524280"));
+        assert!(error(LONGEST + 1).contains("524280"));
     }
 }

@@ -25,7 +25,7 @@ pub use bounds::Bounds;
 pub use motion::Motion;
 pub use moving_camera::MovingCamera;
 
-use crate::Result;
+use crate::{Error, Result};
 use glam::{DAffine3, Vec3};
 use std::path::Path;
 
@@ -42,12 +42,28 @@ pub fn open(name: &str) -> Result<Scene> {
 /// # Errors
 /// Those of [`open`], and those of `watch`.
 pub fn open_watched(name: &str, watch: &mut progress::Watch<'_>) -> Result<Scene> {
-    let path = Path::new(name);
-    // A bare word is a name; a file of the same name can still be reached as ./NAME.
-    if path.extension().is_none() && path.components().count() == 1 && !name.starts_with('.') {
+    if is_procedural(name) {
         return procedural::generate(name, &[]);
     }
-    load::load_watched(path, watch)
+    load::load_watched(Path::new(name), watch)
+}
+
+/// A bare word is a name; a file of the same name can still be reached as ./NAME.
+fn is_procedural(name: &str) -> bool {
+    let path = Path::new(name);
+    path.extension().is_none() && path.components().count() == 1 && !name.starts_with('.')
+}
+
+/// Whether there is something for [`open`] to open, as far as can be told at once.
+///
+/// # Errors
+/// There is not.
+pub fn check_name(name: &str) -> Result<()> {
+    if is_procedural(name) {
+        return procedural::find(name).map(drop);
+    }
+    let path = Path::new(name);
+    (path.metadata().map(drop)).map_err(|e| Error::reading(path, e))
 }
 
 /// A complete scene: meshes placed by instances, seen by cameras.

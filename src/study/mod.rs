@@ -4,6 +4,7 @@
 
 pub mod bias;
 pub mod plan;
+pub mod planned_scene;
 pub mod reference;
 pub mod results;
 pub mod run;

@@ -1,5 +1,6 @@
 //! What a study renders: a TOML file.
 
+use super::planned_scene::PlannedScene;
 use crate::nearest::nearest;
 use crate::render::presets::{Preset, parse_toml};
 use crate::render::{Clock, Settings};
@@ -49,6 +50,9 @@ pub struct Plan {
     pub sweeps: Vec<Sweep>,
 }
 
+/// Seeds at most: those of controls and of confirmations begin far beyond.
+const MOST_SEEDS: u32 = 1 << 16;
+
 fn default_width() -> u32 {
     120
 }
@@ -63,38 +67,6 @@ fn default_seeds() -> u32 {
 
 fn default_spp() -> u32 {
     4096
-}
-
-/// A scene of a plan: its name, or that with a camera of the plan's own.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(untagged)]
-pub enum PlannedScene {
-    /// A procedural name or a file, seen by its first camera.
-    Name(String),
-    /// The same, seen from elsewhere.
-    Seen {
-        /// The procedural name or file.
-        scene: String,
-        /// Eye and target, and optionally the vertical field of view in degrees.
-        look_at: String,
-    },
-}
-
-impl PlannedScene {
-    /// The procedural name or file.
-    pub fn name(&self) -> &str {
-        match self {
-            Self::Name(scene) | Self::Seen { scene, .. } => scene,
-        }
-    }
-
-    /// The camera of the plan's own.
-    pub fn look_at(&self) -> Option<&str> {
-        match self {
-            Self::Name(_) => None,
-            Self::Seen { look_at, .. } => Some(look_at),
-        }
-    }
 }
 
 /// Whether a configuration should be found biased.
@@ -224,6 +196,9 @@ impl Plan {
         if plan.frames == 0 || plan.width == 0 || plan.seeds < 2 || plan.reference_spp < 2 {
             return wrong("frames and width begin at 1, seeds and reference_spp at 2");
         }
+        if plan.seeds.max(plan.most_seeds.unwrap_or(0)) > MOST_SEEDS {
+            return wrong(&format!("seeds and most_seeds end at {MOST_SEEDS}"));
+        }
         if plan.configurations.is_empty() && plan.sweeps.is_empty() {
             return wrong("it has neither configurations nor sweeps");
         }
@@ -286,7 +261,7 @@ impl Plan {
             }
         }
         for scene in all.iter().flat_map(|c| &c.scenes) {
-            let named = self.scenes.iter().map(PlannedScene::name);
+            let named = self.scenes.iter().map(|scene| scene.name.as_str());
             if !named.clone().any(|name| name == scene) {
                 return Err(Error::input(format!(
                     "a configuration is for scene '{scene}', which is none of the plan's{}",

@@ -83,6 +83,12 @@ impl Reference {
                 renderer.add_samples(first, AT_ONCE.min(samples - first))?;
                 watch(first + AT_ONCE.min(samples - first))?;
             }
+            if renderer.rejected()? > 0 {
+                return Err(Error::failed(format!(
+                    "{}: path tracing refused values, so the reference would be too dark",
+                    path.display()
+                )));
+            }
             let sums = renderer.sums()?;
             let mut image = Image::new(view.width, view.height);
             let mean: Vec<_> = sums

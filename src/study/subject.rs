@@ -209,12 +209,15 @@ impl Subject {
 
     /// A hash of what everything here depends on, and of `more`.
     fn hash(&self, more: &str) -> String {
+        let info = &self.device.info;
         let text = format!(
-            "{} {:?} {} {} {} {} {more}",
+            "{} {:?} {} {:?} {} {} {} {} {more}",
             self.scene_hash,
             self.view,
             self.camera.is_some(),
-            self.device.info.driver,
+            self.scene.variant,
+            info.name,
+            info.driver,
             self.shaders,
             env!("HEADWATER_COMMIT")
         );

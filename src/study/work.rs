@@ -77,16 +77,16 @@ impl Work<'_> {
         let key = self.subject.key(configuration)?;
         let bias = self.bias(configuration, seeds)?;
         let blocks_p_value = match configuration.expect {
-            Expect::Unbiased => self.blocks_p_value(configuration, seeds)?,
+            Expect::Unbiased => self.blocks_p_value(configuration)?,
             Expect::Biased => 1.0,
         };
         let mut row = Row::new(
+            &self.subject.name,
+            configuration,
             &self.store.of(&key, 0..seeds),
-            configuration.settings.to_value()?,
             bias,
             blocks_p_value,
-            configuration.expect,
-        );
+        )?;
         if configuration.expect == Expect::Unbiased && row.alarms(all) {
             let fresh = CONFIRMING_SEED..CONFIRMING_SEED + CONFIRMING_SEEDS;
             self.run(&[configuration], fresh.clone())?;
@@ -136,8 +136,9 @@ impl Work<'_> {
         ))
     }
 
-    /// Compares the blocks with those of an unbiased control, whose noise is made alike.
-    fn blocks_p_value(&mut self, configuration: &Resolved, seeds: u32) -> Result<f64> {
+    /// Compares the blocks with those of an unbiased control, of as many runs and of like noise.
+    fn blocks_p_value(&mut self, configuration: &Resolved) -> Result<f64> {
+        let seeds = self.plan.seeds;
         let own = self.subject.key(configuration)?;
         let control_seeds = CONTROL_SEED..CONTROL_SEED + self.plan.seeds;
         let single = bias::control(configuration, 1);

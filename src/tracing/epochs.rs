@@ -109,16 +109,22 @@ impl Moving {
             return Ok(None);
         }
         let turned = held[0].time == before;
+        let kept = |which: usize| if turned { 1 - which } else { which };
+        let missing = |which: usize, time: f64| {
+            let found = held[kept(which)].time == time;
+            (!found)
+                .then(|| self.stage.standing(time, self.motion.pose(time)))
+                .transpose()
+        };
+        // All that may fail comes first: after an error what is held is still what the device has.
+        let made = [missing(0, now)?, missing(1, before)?];
         if turned {
             held.reverse();
         }
-        let mut new = [false; 2];
-        // Before first: if either fails, neither is taken for what the device has.
-        for (which, time) in [(1, before), (0, now)] {
-            if held[which].time != time {
-                held[which].time = f64::NAN;
-                held[which] = self.stage.standing(time, self.motion.pose(time))?;
-                new[which] = true;
+        let new = made.each_ref().map(Option::is_some);
+        for (place, standing) in held.iter_mut().zip(made) {
+            if let Some(standing) = standing {
+                *place = standing;
             }
         }
         Ok(Some(Change {

@@ -45,7 +45,19 @@ fn plans_that_make_no_sense_are_one_line_and_status_2() {
             "'sum' accumulates",
         ),
         ("seeds = 24", "seeds = -1", "seeds"),
+        ("seeds = 24", "seeds = 4000000000", "65536"),
         ("\"cornell\"", "\"cornel\"", "cornell"),
+        ("\"cornell\"", "\"cornell\", \"no.glb\"", "no.glb"),
+        (
+            "\"cornell\"",
+            "{ scene = \"cornell\", look_att = \"0\" }",
+            "look_att",
+        ),
+        (
+            "\"cornell\"",
+            "{ scene = \"cornell\", look_at = \"0\" }",
+            "cornell: look_at '0'",
+        ),
         ("\"s1\"", "\"s2\"", "s1"),
         ("expect = \"biased\"", "expect = \"hoped\"", "hoped"),
         (
@@ -77,6 +89,12 @@ fn plans_that_make_no_sense_are_one_line_and_status_2() {
     }
     let error = fail(&["study", "--plan", "bias-matrx", "-o", out], 2);
     assert!(error.contains("bias-matrix"), "{error}");
+    let plan = write(
+        folder.path(),
+        &PLAN.replace("preset =", "scenes = [\"cornell\"]\npreset ="),
+    );
+    let error = fail(&["study", "garage", "--plan", &plan, "-o", out], 2);
+    assert!(error.contains("for scene 'garage'"), "{error}");
     let error = fail(&["study", "--plan", "no/such.toml", "-o", out], 2);
     assert!(error.contains("no/such.toml"), "{error}");
 }

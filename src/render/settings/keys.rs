@@ -158,7 +158,7 @@ fn in_range(pointer: &str, value: &Value) -> Result<bool> {
 
 fn flatten(prefix: &str, value: &Value, out: &mut Vec<(String, Value)>) {
     match value {
-        Value::Object(map) if !map.is_empty() || prefix.is_empty() => {
+        Value::Object(map) => {
             for (key, value) in map {
                 let key = if prefix.is_empty() {
                     key.clone()
@@ -194,6 +194,12 @@ mod tests {
             Energy::Compensated
         );
         assert_eq!(set("roulette.start=7").unwrap().roulette.start, 7);
+    }
+
+    #[test]
+    fn a_table_that_is_empty_changes_nothing() {
+        let same = Settings::default().with(&serde_json::json!({ "direct": {} }));
+        assert_eq!(same.unwrap(), Settings::default());
     }
 
     #[test]

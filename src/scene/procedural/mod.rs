@@ -142,17 +142,25 @@ pub fn list() -> &'static [Procedural] {
     SCENES
 }
 
+/// The procedural scene of that name.
+///
+/// # Errors
+/// There is none; the message names the nearest.
+pub fn find(name: &str) -> Result<&'static Procedural> {
+    SCENES.iter().find(|s| s.name == name).ok_or_else(|| {
+        Error::input(format!(
+            "no scene '{name}'{}; 'headwater scene list' names the procedural ones, a file ends in .gltf, .glb or .obj",
+            nearest(name, SCENES.iter().map(|s| s.name))
+        ))
+    })
+}
+
 /// Makes a scene; `settings` are parameters by name, the others keep their defaults.
 ///
 /// # Errors
 /// An unknown scene or parameter, or a value out of range.
 pub fn generate(name: &str, settings: &[(String, String)]) -> Result<Scene> {
-    let procedural = SCENES.iter().find(|s| s.name == name).ok_or_else(|| {
-        Error::input(format!(
-            "no scene '{name}'{}; 'headwater scene list' names the procedural ones, a file ends in .gltf, .glb or .obj",
-            nearest(name, SCENES.iter().map(|s| s.name))
-        ))
-    })?;
+    let procedural = find(name)?;
     let values = Values::new(procedural, settings)?;
     let mut scene = (procedural.make)(&values);
     scene.name = name.to_owned();
