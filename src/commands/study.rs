@@ -55,10 +55,9 @@ pub fn run(args: &Args) -> Result<()> {
     if !args.scenes.is_empty() {
         let wanted = |name: &String| {
             let planned = plan.scenes.iter().find(|scene| scene.name == *name);
-            planned.cloned().unwrap_or_else(|| PlannedScene {
-                name: name.clone(),
-                look_at: None,
-            })
+            planned
+                .cloned()
+                .unwrap_or_else(|| PlannedScene::named(name))
         };
         plan.scenes = args.scenes.iter().map(wanted).collect();
     }
@@ -78,6 +77,13 @@ pub fn run(args: &Args) -> Result<()> {
         plan.most_seeds = Some((plan.most_seeds() / 4).max(2));
         plan.seeds = (plan.seeds / 4).max(2);
         plan.reference_spp = (plan.reference_spp / 4).max(2);
+        for spp in plan
+            .scenes
+            .iter_mut()
+            .filter_map(|s| s.reference_spp.as_mut())
+        {
+            *spp = (*spp / 4).max(2);
+        }
     }
     std::fs::create_dir_all(args.output.join("references"))
         .map_err(|e| Error::writing(&args.output, e))?;
@@ -123,6 +129,7 @@ pub fn run(args: &Args) -> Result<()> {
         }
         let mut work = Work {
             plan: &plan,
+            reference_spp: planned.reference_spp.unwrap_or(plan.reference_spp),
             subject,
             store: &mut store,
             watcher: &watcher,

@@ -16,6 +16,8 @@ use serde::Serialize;
 
 /// Widest 99 % half-width, as a part of the mean, that still shows something.
 pub const WIDEST: f64 = 0.005;
+/// Widest 99 % half-width of a reference, as a part of the mean, that leaves room for the runs' own.
+pub const WIDEST_REFERENCE: f64 = 0.004;
 /// Chance of a false alarm over all that a study compares.
 pub const LEVEL: f64 = 0.01;
 /// Fresh seeds that decide after an alarm.

@@ -196,6 +196,13 @@ impl Plan {
         if plan.frames == 0 || plan.width == 0 || plan.seeds < 2 || plan.reference_spp < 2 {
             return wrong("frames and width begin at 1, seeds and reference_spp at 2");
         }
+        if plan
+            .scenes
+            .iter()
+            .any(|s| s.reference_spp.is_some_and(|spp| spp < 2))
+        {
+            return wrong("a scene's reference_spp begins at 2");
+        }
         if plan.seeds.max(plan.most_seeds.unwrap_or(0)) > MOST_SEEDS {
             return wrong(&format!("seeds and most_seeds end at {MOST_SEEDS}"));
         }

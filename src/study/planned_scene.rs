@@ -13,6 +13,19 @@ pub struct PlannedScene {
     /// Eye and target, and optionally the vertical field of view in degrees; without, the scene is seen
     /// by its first camera.
     pub look_at: Option<String>,
+    /// Samples a pixel of its references, instead of the plan's.
+    pub reference_spp: Option<u32>,
+}
+
+impl PlannedScene {
+    /// A scene as it is, seen by its first camera.
+    pub fn named(name: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            look_at: None,
+            reference_spp: None,
+        }
+    }
 }
 
 impl<'de> Deserialize<'de> for PlannedScene {
@@ -23,14 +36,11 @@ impl<'de> Deserialize<'de> for PlannedScene {
             type Value = PlannedScene;
 
             fn expecting(&self, f: &mut Formatter<'_>) -> fmt::Result {
-                f.write_str("a scene's name, or a table with scene and look_at")
+                f.write_str("a scene's name, or a table with scene, look_at and reference_spp")
             }
 
             fn visit_str<E>(self, name: &str) -> Result<PlannedScene, E> {
-                Ok(PlannedScene {
-                    name: name.to_owned(),
-                    look_at: None,
-                })
+                Ok(PlannedScene::named(name))
             }
 
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<PlannedScene, A::Error> {
@@ -39,11 +49,13 @@ impl<'de> Deserialize<'de> for PlannedScene {
                 struct Seen {
                     scene: String,
                     look_at: Option<String>,
+                    reference_spp: Option<u32>,
                 }
-                let Seen { scene, look_at } = Seen::deserialize(MapAccessDeserializer::new(map))?;
+                let seen = Seen::deserialize(MapAccessDeserializer::new(map))?;
                 Ok(PlannedScene {
-                    name: scene,
-                    look_at,
+                    name: seen.scene,
+                    look_at: seen.look_at,
+                    reference_spp: seen.reference_spp,
                 })
             }
         }

@@ -154,6 +154,13 @@ impl Reference {
         })
     }
 
+    /// The largest 99 % half-width of the channels' means, as a part of the mean.
+    pub fn half_width(&self) -> f64 {
+        (self.mean_estimates().iter())
+            .map(|e| e.t_interval_half_width(0.99) / e.mean.abs().max(f64::MIN_POSITIVE))
+            .fold(0.0, f64::max)
+    }
+
     /// What it says of the blocks' luminance. Channels of a pixel go together, so their errors add up.
     pub fn block_estimates(&self) -> Vec<Estimate> {
         let (_, means) = self.reduce(&self.mean);

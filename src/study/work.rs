@@ -1,13 +1,13 @@
 //! The work of a study on one scene: the runs that are missing, more where the bias is not yet known
 //! well enough, and what they say.
 
-use super::bias::{self, Bias, CONFIRMING_SEEDS, Confirmation, WIDEST};
+use super::bias::{self, Bias, CONFIRMING_SEEDS, Confirmation, WIDEST, WIDEST_REFERENCE};
 use super::plan::{Expect, Plan, Resolved};
 use super::reference::References;
 use super::results::Row;
 use super::store::Store;
 use super::subject::Subject;
-use crate::Result;
+use crate::{Error, Result};
 use std::ops::Range;
 
 /// First seed of controls, and of the runs that decide after an alarm: far from all others.
@@ -27,6 +27,8 @@ pub trait Watcher {
 pub struct Work<'a> {
     /// What is to be done.
     pub plan: &'a Plan,
+    /// Samples a pixel of its references.
+    pub reference_spp: u32,
     /// The scene.
     pub subject: Subject,
     /// Where finished runs are kept.
@@ -41,12 +43,34 @@ impl Work<'_> {
     /// # Errors
     /// The device or the disk fails, or the watcher ends it.
     pub fn rows(&mut self, configurations: &[&Resolved]) -> Result<Vec<Row>> {
+        self.check_references(configurations)?;
         // Configurations take turns, so that what disturbs the machine disturbs all alike.
         self.run(configurations, 0..self.plan.seeds)?;
         let seeds = self.extend(configurations)?;
         (configurations.iter())
             .map(|configuration| self.row(configuration, seeds, configurations.len()))
             .collect()
+    }
+
+    /// Refuses references that know less than the bias check has to: no number of runs would do then.
+    fn check_references(&mut self, configurations: &[&Resolved]) -> Result<()> {
+        let spp = self.reference_spp;
+        for configuration in configurations {
+            if configuration.expect == Expect::Biased {
+                continue;
+            }
+            let width = self.references(configuration)?.last().half_width();
+            if width > WIDEST_REFERENCE {
+                let needed = f64::from(spp) * (width / WIDEST_REFERENCE).powi(2);
+                return Err(Error::input(format!(
+                    "scene {}: its reference of {spp} samples a pixel knows the mean to ±{:.2} % only; give it a reference_spp of about {:.0}",
+                    self.subject.name,
+                    100.0 * width,
+                    needed.ceil()
+                )));
+            }
+        }
+        Ok(())
     }
 
     /// Renders further seeds of what is to be shown unbiased until its intervals are narrow. Returns
@@ -121,7 +145,7 @@ impl Work<'_> {
     }
 
     fn references(&mut self, configuration: &Resolved) -> Result<References> {
-        let (watcher, samples) = (self.watcher, self.plan.reference_spp);
+        let (watcher, samples) = (self.watcher, self.reference_spp);
         self.subject.references(configuration, samples, &|done| {
             watcher.at("samples of the reference", done, samples)
         })
