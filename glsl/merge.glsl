@@ -57,14 +57,13 @@ Reservoir merge_techniques(uint mis, uint count, bool visibility, inout Random r
     weigh_techniques(mis, count, visibility);
     Stream stream = empty_stream();
     float confidence = 0.0;
-    uint merged_count = 0u;
-    for (; merged_count < count; merged_count += 1u) {
-        uint i = merged_count;
+    uint i = 0u;
+    for (; i < count; i += 1u) {
         confidence += techniques[i].confidence;
         stream_add(stream, i, technique_weights[i], technique_targets[i], to_unit(random_bits(random).x));
     }
     // A driver that counts an invocation's turns ends all of its loops at once, this one too.
-    if (merged_count < count) count_fault(COUNTER_CUT_SHORT);
+    if (i < count) count_fault(COUNTER_CUT_SHORT);
     Reservoir merged = empty_reservoir(0.0);
     if (stream.chosen != NONE) {
         merged = techniques[stream.chosen];

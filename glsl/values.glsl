@@ -9,7 +9,7 @@ vec3 accept_radiance(vec3 value) {
     return vec3(0.0);
 }
 
-// An unbiased contribution weight.
+// A weight, of a candidate or of a reservoir.
 float accept_weight(float value) {
     if (value >= 0.0 && value <= LARGEST) return value;
     count_fault(COUNTER_REJECTED);

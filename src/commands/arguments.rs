@@ -155,7 +155,8 @@ impl SceneArgs {
     }
 }
 
-/// A camera from its eye, target and optionally vertical field of view in degrees.
+/// A camera from its eye, target and optionally vertical field of view in degrees; `origin` names the
+/// text in messages.
 ///
 /// # Errors
 /// Not six or seven finite numbers, eye and target in one place, or a field of view outside

@@ -74,16 +74,7 @@ pub fn run(args: &Args) -> Result<()> {
         }
     }
     if args.quick {
-        plan.most_seeds = Some((plan.most_seeds() / 4).max(2));
-        plan.seeds = (plan.seeds / 4).max(2);
-        plan.reference_spp = (plan.reference_spp / 4).max(2);
-        for spp in plan
-            .scenes
-            .iter_mut()
-            .filter_map(|s| s.reference_spp.as_mut())
-        {
-            *spp = (*spp / 4).max(2);
-        }
+        plan.quicken();
     }
     std::fs::create_dir_all(args.output.join("references"))
         .map_err(|e| Error::writing(&args.output, e))?;
@@ -134,6 +125,10 @@ pub fn run(args: &Args) -> Result<()> {
             store: &mut store,
             watcher: &watcher,
         };
+        // A first look proves nothing in any case.
+        if !args.quick {
+            work.check_references(&own)?;
+        }
         rows.append(&mut work.rows(&own)?);
     }
     results::judge(&mut rows);

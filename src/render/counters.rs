@@ -44,6 +44,12 @@ fn share([busy, all]: [u64; 2]) -> Option<f64> {
     (all > 0).then(|| busy as f64 / all as f64)
 }
 
+/// One counter of every pass, summed.
+fn sum(all: &[u32], counter: u32) -> u32 {
+    let own = all.iter().skip(counter as usize).step_by(COUNTERS as usize);
+    own.fold(0, |sum: u32, n| sum.saturating_add(*n))
+}
+
 /// The counters of some passes.
 pub struct Counters {
     /// What passes bind.
@@ -127,8 +133,9 @@ impl Counters {
     /// # Errors
     /// Those of [`Self::assert_whole`].
     pub fn rejected(&self) -> Result<u32> {
-        self.assert_whole()?;
-        self.sum(COUNTER_REJECTED)
+        let all = self.read()?;
+        self.check_whole(&all)?;
+        Ok(sum(&all, COUNTER_REJECTED))
     }
 
     /// Fails if the driver has ended loops early since then, which leaves pixels dark.
@@ -136,19 +143,17 @@ impl Counters {
     /// # Errors
     /// It did, or the device fails.
     pub fn assert_whole(&self) -> Result<()> {
-        match self.sum(COUNTER_CUT_SHORT)? {
+        self.check_whole(&self.read()?)
+    }
+
+    fn check_whole(&self, all: &[u32]) -> Result<()> {
+        match sum(all, COUNTER_CUT_SHORT) {
             0 => Ok(()),
             count => Err(Error::failed(format!(
                 "driver '{}' ended the loops of {count} pixels early; use fewer bounces, samples or neighbours, or a newer driver",
                 self.device.info.driver
             ))),
         }
-    }
-
-    fn sum(&self, counter: u32) -> Result<u32> {
-        let all = self.read()?;
-        let own = all.iter().skip(counter as usize).step_by(COUNTERS as usize);
-        Ok(own.fold(0, |sum: u32, n| sum.saturating_add(*n)))
     }
 
     fn read(&self) -> Result<Vec<u32>> {

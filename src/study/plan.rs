@@ -287,6 +287,17 @@ impl Plan {
         Ok(all)
     }
 
+    /// Leaves a fourth of the seeds and of the references' samples.
+    pub fn quicken(&mut self) {
+        self.most_seeds = Some(self.most_seeds());
+        let counts = [&mut self.seeds, &mut self.reference_spp].into_iter();
+        let own = self.scenes.iter_mut().map(|scene| &mut scene.reference_spp);
+        let optional = own.chain([&mut self.most_seeds]).flatten();
+        for count in counts.chain(optional) {
+            *count = (*count / 4).max(2);
+        }
+    }
+
     /// Runs at most.
     pub fn most_seeds(&self) -> u32 {
         self.most_seeds.unwrap_or(4 * self.seeds).max(self.seeds)

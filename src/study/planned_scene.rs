@@ -6,9 +6,11 @@ use serde::{Deserialize, Deserializer};
 use std::fmt::{self, Formatter};
 
 /// A scene of a plan: written as its name alone, or as a table.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(remote = "Self", deny_unknown_fields)]
 pub struct PlannedScene {
     /// A procedural name or a file.
+    #[serde(rename = "scene")]
     pub name: String,
     /// Eye and target, and optionally the vertical field of view in degrees; without, the scene is seen
     /// by its first camera.
@@ -44,19 +46,8 @@ impl<'de> Deserialize<'de> for PlannedScene {
             }
 
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<PlannedScene, A::Error> {
-                #[derive(Deserialize)]
-                #[serde(deny_unknown_fields)]
-                struct Seen {
-                    scene: String,
-                    look_at: Option<String>,
-                    reference_spp: Option<u32>,
-                }
-                let seen = Seen::deserialize(MapAccessDeserializer::new(map))?;
-                Ok(PlannedScene {
-                    name: seen.scene,
-                    look_at: seen.look_at,
-                    reference_spp: seen.reference_spp,
-                })
+                // What `remote` derives: the table's own reading, which has this name too.
+                PlannedScene::deserialize(MapAccessDeserializer::new(map))
             }
         }
         deserializer.deserialize_any(NameOrTable)

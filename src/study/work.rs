@@ -43,7 +43,6 @@ impl Work<'_> {
     /// # Errors
     /// The device or the disk fails, or the watcher ends it.
     pub fn rows(&mut self, configurations: &[&Resolved]) -> Result<Vec<Row>> {
-        self.check_references(configurations)?;
         // Configurations take turns, so that what disturbs the machine disturbs all alike.
         self.run(configurations, 0..self.plan.seeds)?;
         let seeds = self.extend(configurations)?;
@@ -53,7 +52,10 @@ impl Work<'_> {
     }
 
     /// Refuses references that know less than the bias check has to: no number of runs would do then.
-    fn check_references(&mut self, configurations: &[&Resolved]) -> Result<()> {
+    ///
+    /// # Errors
+    /// There is one, or those of [`Self::rows`].
+    pub fn check_references(&mut self, configurations: &[&Resolved]) -> Result<()> {
         let spp = self.reference_spp;
         for configuration in configurations {
             if configuration.expect == Expect::Biased {

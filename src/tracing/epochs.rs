@@ -111,8 +111,7 @@ impl Moving {
         let turned = held[0].time == before;
         let kept = |which: usize| if turned { 1 - which } else { which };
         let missing = |which: usize, time: f64| {
-            let found = held[kept(which)].time == time;
-            (!found)
+            (held[kept(which)].time != time)
                 .then(|| self.stage.standing(time, self.motion.pose(time)))
                 .transpose()
         };

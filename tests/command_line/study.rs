@@ -192,3 +192,18 @@ fn stop_and_go_on(plan: &str) {
     let csv = std::fs::read_to_string(parts.join("results.csv")).unwrap();
     assert_eq!(csv.lines().count(), 1 + 2 * 3, "{csv}");
 }
+
+#[test]
+fn a_reference_that_knows_too_little_is_refused_where_something_is_to_be_proved() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = PLAN.replace("expect = \"biased\"", "");
+    let plan = plan.replace("reference_spp = 64", "reference_spp = 4");
+    let plan = write(folder.path(), &plan);
+    let out = text(folder.path());
+    let error = fail(&["study", "--plan", &plan, "-o", out], 2);
+    assert!(error.contains("reference_spp of about"), "{error}");
+    // A first look gets its table, if no proof.
+    let mut quick = headwater(&["study", "--plan", &plan, "-o", out, "--quick"]);
+    assert_eq!(quick.output().unwrap().status.code(), Some(1));
+    assert!(folder.path().join("results.json").exists());
+}
