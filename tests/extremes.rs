@@ -1,5 +1,6 @@
-//! The numerical extremes: scenes from atoms to solar systems, lamps from dim to blinding. Scaling by
-//! a power of two rounds nothing, so the picture must not change by a bit.
+//! The numerical extremes: scenes from atoms to solar systems, lamps from dim to blinding, things on a
+//! landscape of two triangles, creases under a pixel's very centre. Scaling by a power of two rounds
+//! nothing, so the picture must not change by a bit.
 
 mod support;
 
@@ -8,7 +9,7 @@ use headwater::layouts::PixelSums;
 use headwater::render::presets::Preset;
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::validate::{BRIGHTEST, LARGEST_COORDINATE};
-use headwater::scene::{Scene, procedural};
+use headwater::scene::{Camera, Material, Scene, procedural};
 use headwater::tracing::GpuScene;
 use std::sync::Arc;
 
@@ -133,5 +134,92 @@ fn what_is_too_large_or_too_bright_is_refused() {
     assert!(refused(&|s| s.meshes[0].positions[0] = far.as_vec3()).contains("1e15"));
     for emission in [BRIGHTEST * 1.01, f32::INFINITY, f32::NAN, -1.0] {
         assert!(refused(&|s| s.materials[0].emission = Vec3::splat(emission)).contains("1e12"));
+    }
+}
+
+/// The brightness of each pixel of a picture in direct light, through the pixels' centres.
+fn direct_light(scene: &Scene, camera: &Camera, settings: &Settings) -> Vec<f64> {
+    let (device, selection) = support::open_device(None);
+    let view = View {
+        camera: camera.clone(),
+        width: SIDE,
+        height: SIDE,
+        seed: 5,
+        bounces: 1,
+        jitter: false,
+    };
+    let picture = support::render(&device, scene, selection.variant, &view, settings, 32);
+    support::assert_no_messages(&device);
+    picture.mean.iter().map(|p| p.iter().sum()).collect()
+}
+
+/// Width and height of these pictures.
+const SIDE: u32 = 96;
+
+/// Where a ray meets two surfaces at once, rounding may put the shading point behind the other one,
+/// from where it sees nothing.
+#[test]
+fn no_crease_is_dark() {
+    // The centres of some pixels lie on the room's creases to the last bit. Resampling, which rebuilds
+    // its shading points from depths, is the technique that had them in the walls.
+    let scene = procedural::generate("cornell", &[]).unwrap();
+    let [_, resampling] = techniques();
+    let side = SIDE as usize;
+    let lit = direct_light(&scene, &scene.cameras[0], &resampling);
+    for y in 1..side - 1 {
+        for x in 1..side - 1 {
+            let i = side * y + x;
+            let around = [i - 1, i + 1, i - side, i + side].map(|i| lit[i]);
+            let least = around.into_iter().fold(f64::INFINITY, f64::min);
+            assert!(lit[i] >= 0.1 * least, "({x}, {y}): {} in {least}", lit[i]);
+        }
+    }
+}
+
+/// A box under a lamp on ground of two triangles that reach this far.
+fn box_on_ground(reach: f32) -> Scene {
+    let white = Material {
+        base_color: Vec3::splat(0.7),
+        ..Material::default()
+    };
+    let lamp = Material {
+        emission: Vec3::splat(20.0),
+        ..white.clone()
+    };
+    let (x, y, z) = (Vec3::X, Vec3::Y, Vec3::Z);
+    // The box stands away from the ground's middle, where their common edge would be.
+    let middle = Vec3::new(0.0, 0.0, -0.15 * reach);
+    let ground = support::quad(middle - reach * (x - z), 2.0 * reach * x, -2.0 * reach * z);
+    let corner = Vec3::new(-0.5, 0.0, -0.5);
+    let walls = [
+        support::quad(corner, y, x),
+        support::quad(corner, z, y),
+        support::quad(corner + x, y, z),
+        support::quad(corner + z, x, y),
+        support::quad(corner + y, z, x),
+    ];
+    let above = support::quad(Vec3::new(1.5, 3.0, -1.0), x, 2.0 * z);
+    support::scene_of(&[
+        (white.clone(), ground),
+        (white, walls.concat()),
+        (lamp, above),
+    ])
+}
+
+/// Rounding moves what barycentrics say of a triangle of a thousand kilometres by some centimetres.
+#[test]
+fn a_landscape_of_two_triangles_is_lit_like_a_floor() {
+    let eye = DVec3::new(2.0, 3.0, 5.0);
+    let camera = support::look_at(eye, DVec3::new(0.0, 0.3, 0.0), DVec3::Y, 0.8);
+    for settings in techniques() {
+        let lit = |reach| direct_light(&box_on_ground(reach), &camera, &settings);
+        let (floor, landscape) = (lit(16.0), lit(1_048_576.0));
+        let seen = floor.iter().filter(|&&value| value > 0.0).count();
+        assert!(seen > floor.len() / 2, "{seen} pixels are lit");
+        let dark = floor.iter().zip(&landscape);
+        let dark = dark.filter(|(near, far)| **far < 0.2 * **near).count();
+        // Distances to the ground are known no better, so a ray beside the box may meet it first
+        // where it is inside.
+        assert!(dark <= seen / 200, "{dark} of {seen} pixels are dark");
     }
 }

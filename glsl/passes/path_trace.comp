@@ -84,7 +84,7 @@ void main() {
             alive = false;
             continue;
         }
-        Surface surface = surface_at(hit, ray.direction);
+        Surface surface = surface_at(hit, ray);
         GpuMaterial material = material_at(surface.material);
         if (surface.light != NONE) {
             GpuLight light = light_at(surface.light);
@@ -102,6 +102,7 @@ void main() {
             alive = false;
             continue;
         }
+        surface.position -= way_back(surface.error) * ray.direction;
         vec3 tangent, bitangent;
         tangent_frame(surface.shading_normal, tangent, bitangent);
         vec3 outgoing = -vec3(dot(ray.direction, tangent), dot(ray.direction, bitangent),

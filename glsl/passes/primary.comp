@@ -32,7 +32,7 @@ void main() {
     Hit hit = trace_closest(ray);
     PrimarySurface seen = PrimarySurface(vec3(0.0), vec3(0.0), 0.0, NONE, motion_of(ray.direction, ray.direction));
     if (hit.instance != NONE) {
-        Surface surface = surface_at(hit, ray.direction);
+        Surface surface = surface_at(hit, ray);
         float cosine = max(-dot(ray.direction, surface.shading_normal), 0.0);
         Bsdf bsdf = make_bsdf(material_at(surface.material), cosine);
         vec3 specular = specular_fresnel(bsdf, cosine);

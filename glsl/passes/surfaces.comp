@@ -28,7 +28,7 @@ void main() {
     SampleData data = SampleData(0.0, 0u, 0u, 0u, NONE, NONE);
     vec3 emission = vec3(0.0);
     if (hit.instance != NONE) {
-        Surface surface = surface_at(hit, ray.direction);
+        Surface surface = surface_at(hit, ray);
         data = pack_sample_data(surface, ray);
         if (surface.light != NONE) {
             GpuLight light = light_at(surface.light);
