@@ -154,7 +154,8 @@ impl Confirmation {
     /// Looks in `fresh` for what `first` showed. The pattern is one number a run, so that it does not
     /// matter how blocks depend on each other.
     pub fn measure(first: &[&Run], fresh: &[&Run], reference: &Reference) -> Self {
-        let pattern: Vec<f64> = (block_differences(first, reference).iter())
+        let differences = block_differences(first, reference);
+        let pattern: Vec<f64> = (differences.iter())
             .map(|block| block.map_or(0.0, |d| d.mean / d.standard_error.powi(2)))
             .collect();
         let project = |values: &mut dyn Iterator<Item = f64>| -> f64 {
@@ -165,11 +166,19 @@ impl Confirmation {
             .collect();
         let own = Estimate::of(&own);
         let blocks = reference.block_estimates();
-        let error = (blocks.iter().zip(&pattern))
-            .map(|(b, w)| (b.standard_error * w).powi(2))
-            .sum::<f64>();
+        // The reference's error is in the pattern and in what the fresh runs are held against: they
+        // would seem to agree by each block's share of it.
+        let (mut shared, mut error) = (0.0, 0.0);
+        for ((block, difference), weight) in blocks.iter().zip(&differences).zip(&pattern) {
+            let Some(difference) = difference else {
+                continue;
+            };
+            let share = (block.standard_error / difference.standard_error).powi(2);
+            shared += share;
+            error += (block.standard_error * weight).powi(2) + 2.0 * share * share;
+        }
         let truth = Estimate {
-            mean: project(&mut blocks.iter().map(|b| b.mean)),
+            mean: project(&mut blocks.iter().map(|b| b.mean)) + shared,
             standard_error: error.sqrt(),
             samples: blocks.first().map_or(1, |b| b.samples),
         };
@@ -249,6 +258,34 @@ mod tests {
             found.bias.p_values[0] > 0.01 && found.pattern_p_value > 0.01,
             "{found:?}"
         );
+    }
+
+    #[test]
+    fn a_reference_as_noisy_as_the_runs_confirms_nothing() {
+        const TRIALS: u32 = 200;
+        let found = (0..TRIALS).filter(|trial| {
+            let seed = |what: u32| 100_000 * (trial + 1) + 1000 * what;
+            // A block's error is that of the mean of runs of its own.
+            let blocks = [0, 1, 2, 3, 4, 5].map(|b| {
+                let of = runs(64, seed(b as u32), [0.0; BLOCKS]);
+                Estimate::of(&of.iter().map(|run| run.blocks[b]).collect::<Vec<f64>>())
+            });
+            let side = super::super::run::BLOCK;
+            let mut noisy = reference();
+            for (i, (mean, error)) in noisy.mean.iter_mut().zip(&mut noisy.error).enumerate() {
+                let block = &blocks[i % (BLOCKS * side) / side];
+                *mean = [block.mean as f32; 3];
+                // Pixels are independent, so a block's error is a part of each one's.
+                *error = [(block.standard_error * side as f64) as f32; 3];
+            }
+            let first = runs(64, seed(6), [0.0; BLOCKS]);
+            let fresh = runs(128, seed(7), [0.0; BLOCKS]);
+            let (first, fresh): (Vec<_>, Vec<_>) = (first.iter().collect(), fresh.iter().collect());
+            Confirmation::measure(&first, &fresh, &noisy).pattern_p_value < 0.1
+        });
+        // Of 200 at one in ten more than 35 come once in two thousand times.
+        let found = found.count();
+        assert!(found <= 35, "{found} of {TRIALS} were confirmed");
     }
 
     #[test]
