@@ -159,6 +159,10 @@ const PLANS: &[(&str, &str)] = &[
     ("many-lights", include_str!("plans/many-lights.toml")),
     ("motion", include_str!("plans/motion.toml")),
     ("moving-frames", include_str!("plans/moving-frames.toml")),
+    (
+        "neighbour-radius",
+        include_str!("plans/neighbour-radius.toml"),
+    ),
 ];
 
 impl Plan {
