@@ -10,6 +10,8 @@ float luminance(vec3 color) { return dot(color, vec3(0.2126, 0.7152, 0.0722)); }
 
 float max_component(vec3 v) { return max(v.x, max(v.y, v.z)); }
 
+float component_sum(vec3 v) { return v.x + v.y + v.z; }
+
 float square(float x) { return x * x; }
 
 // The error of a rounded sum: a + b == two_sum(a, b) + low exactly (Knuth).

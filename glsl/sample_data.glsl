@@ -47,13 +47,12 @@ uint pack_geometry(vec3 geometric_normal, float clearance) {
 }
 
 SampleData pack_sample_data(Surface surface, Ray ray) {
-    // Along the ray, so that camera, pixel and depth give the position back.
-    float depth = dot(surface.position - ray.origin, ray.direction);
-    vec3 direction = abs(ray.direction);
-    vec3 error = ray_error(ray, depth) + dot(direction, surface.error) * direction;
-    float clearance = 2.0 * dot(abs(surface.geometric_normal), error);
-    depth -= way_back(error);
-    return SampleData(depth, pack_geometry(surface.geometric_normal, clearance),
+    // Along the ray, so that camera, pixel and depth give back a position that rays can start from.
+    vec3 error;
+    vec3 normal = surface.geometric_normal;
+    float depth = depth_along(ray.origin, ray.direction, surface.position, surface.error, normal, error);
+    depth -= way_back(error, depth);
+    return SampleData(depth, pack_geometry(normal, clearance_of(normal, error)),
                       pack_octahedral(surface.shading_normal, 16u), surface.material, surface.instance, surface.light);
 }
 

@@ -1,8 +1,10 @@
 // From a hit to the surface there.
+#include "rounding.glsl"
 
 struct Surface {
     vec3 position;
-    // Bound of the position's error by rounding, for each axis.
+    // Bound of what rounding may have moved the position by, for each axis. Within the triangle's plane it
+    // may have slid further, since barycentrics are not exact.
     vec3 error;
     // Unit normals on the side the ray came from.
     vec3 geometric_normal;
@@ -44,26 +46,6 @@ vec3 corner_normal(GpuInstance instance, uint packed) {
     return normalize(transform_normal(instance.world_to_object, unpack_octahedral(packed)));
 }
 
-// Rounding of a point on a ray, for each axis.
-vec3 ray_error(Ray ray, float depth) { return 2.4e-7 * (abs(ray.origin) + abs(depth * ray.direction)); }
-
-// A point of a triangle that was hit lies on the ray too. Each coordinate comes from where it is known
-// better: what barycentrics say of a triangle as large as a landscape can be wrong by the size of
-// things that stand on it, and would lie inside them.
-void refine_by_ray(inout Surface surface, Ray ray) {
-    vec3 off = surface.position - ray.origin;
-    float along = dot(off, ray.direction);
-    float cosine = dot(ray.direction, surface.geometric_normal);
-    // To the triangle's plane; the normal's own error weighs only on the way from the ray to the point.
-    float depth = along + dot(off - along * ray.direction, surface.geometric_normal) / min(cosine, -1e-6);
-    vec3 rounding = ray_error(ray, depth);
-    float depth_error = dot(abs(surface.geometric_normal), surface.error + rounding) / max(-cosine, 1e-6);
-    vec3 error = rounding + depth_error * abs(ray.direction);
-    bvec3 better = lessThan(error, surface.error);
-    surface.position = mix(surface.position, ray.origin + depth * ray.direction, better);
-    surface.error = mix(surface.error, error, better);
-}
-
 // The surface that a ray of unit direction met.
 Surface surface_at(Hit hit, Ray ray) {
     GpuInstance instance = instances.at[hit.instance];
@@ -84,7 +66,7 @@ Surface surface_at(Hit hit, Ray ray) {
     vec3 normal = normalize(transform_normal(instance.world_to_object, unit_cross(edge1, edge2)));
     surface.front = dot(normal, ray.direction) < 0.0;
     surface.geometric_normal = surface.front ? normal : -normal;
-    refine_by_ray(surface, ray);
+    refine_by_ray(surface.position, surface.error, surface.geometric_normal, ray.origin, ray.direction);
     surface.shading_normal = surface.geometric_normal;
     if (instance.first_normal != NONE) {
         uvec3 corners = normals.at[instance.first_normal + hit.primitive];
@@ -107,16 +89,4 @@ Surface surface_at(Hit hit, Ray ray) {
     surface.instance = owner.instance;
     surface.light = owner.light;
     return surface;
-}
-
-// How far back along the ray that came a point surely lies before the surface. Before any surface: in a
-// crease the point itself may lie behind the other wall, which would then hide everything from it.
-float way_back(vec3 error) { return 2.0 * (error.x + error.y + error.z); }
-
-// A ray origin that is off the surface on the side of `direction`, by as much as rounding can have
-// moved the position: never a constant, which leaks in the small and floats in the large.
-vec3 offset_origin(vec3 position, vec3 error, vec3 geometric_normal, vec3 direction) {
-    float distance = 2.0 * dot(abs(geometric_normal), error);
-    vec3 moved = position + (dot(direction, geometric_normal) < 0.0 ? -distance : distance) * geometric_normal;
-    return moved;
 }

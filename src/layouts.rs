@@ -341,7 +341,7 @@ crate::gpu_struct! {
 crate::gpu_struct! {
     /// A pixel's primary surface, as later passes and the next frame need it.
     pub struct SampleData {
-        /// Distance along the primary ray.
+        /// Distance along the primary ray to just before the surface.
         pub depth: f32,
         /// Geometric normal (12 + 12 bits, octahedral) and the exponent of the ray offset (8).
         pub geometry: u32,

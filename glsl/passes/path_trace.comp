@@ -102,7 +102,7 @@ void main() {
             alive = false;
             continue;
         }
-        surface.position -= way_back(surface.error) * ray.direction;
+        surface.position -= way_back(surface.error, hit.t) * ray.direction;
         vec3 tangent, bitangent;
         tangent_frame(surface.shading_normal, tangent, bitangent);
         vec3 outgoing = -vec3(dot(ray.direction, tangent), dot(ray.direction, bitangent),

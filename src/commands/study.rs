@@ -86,8 +86,12 @@ pub fn run(args: &Args) -> Result<()> {
         folder: args.output.clone(),
         progress: RefCell::new(None),
     };
-    let mut rows = Vec::new();
-    for planned in &plan.scenes {
+    let own = |planned: &PlannedScene| -> Vec<&Resolved> {
+        (configurations.iter())
+            .filter(|c| c.is_for(&planned.name))
+            .collect()
+    };
+    let subject = |planned: &PlannedScene| -> Result<Subject> {
         let name = &planned.name;
         let mut scene = open_scene(name, &watcher.interrupt)?;
         let clock = plan.clock();
@@ -105,7 +109,7 @@ pub fn run(args: &Args) -> Result<()> {
             jitter: false,
         };
         let references = args.output.join("references");
-        let subject = Subject::new(
+        Subject::new(
             name,
             &scene,
             view,
@@ -113,23 +117,31 @@ pub fn run(args: &Args) -> Result<()> {
             &device,
             selection.variant,
             references,
-        )?;
-        let own: Vec<&Resolved> = configurations.iter().filter(|c| c.is_for(name)).collect();
-        if !subject.is_lit {
-            notice(&format!("{name}: the scene has no light"));
-        }
-        let mut work = Work {
+        )
+    };
+    let mut work = |planned: &PlannedScene, wanted: &mut dyn FnMut(&mut Work<'_>) -> Result<()>| {
+        wanted(&mut Work {
             plan: &plan,
             reference_spp: planned.reference_spp.unwrap_or(plan.reference_spp),
-            subject,
+            subject: subject(planned)?,
             store: &mut store,
             watcher: &watcher,
-        };
-        // A first look proves nothing in any case.
-        if !args.quick {
-            work.check_references(&own)?;
-        }
-        rows.append(&mut work.rows(&own)?);
+        })
+    };
+    // All references first: one that knows too little would else be found out after hours of work on the
+    // scenes before. A first look proves nothing in any case.
+    for planned in plan.scenes.iter().filter(|_| !args.quick) {
+        work(planned, &mut |work| work.check_references(&own(planned)))?;
+    }
+    let mut rows = Vec::new();
+    for planned in &plan.scenes {
+        work(planned, &mut |work| {
+            if !work.subject.is_lit {
+                notice(&format!("{}: the scene has no light", planned.name));
+            }
+            rows.append(&mut work.rows(&own(planned))?);
+            Ok(())
+        })?;
     }
     results::judge(&mut rows);
     let json = results::json(&rows, &info.name, &info.driver)?;

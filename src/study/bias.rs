@@ -283,9 +283,13 @@ mod tests {
             let (first, fresh): (Vec<_>, Vec<_>) = (first.iter().collect(), fresh.iter().collect());
             Confirmation::measure(&first, &fresh, &noisy).pattern_p_value < 0.1
         });
-        // Of 200 at one in ten more than 35 come once in two thousand times.
+        // Of 200 at one in ten more than 35 come once in two thousand times. The level is not quite
+        // reached; none at all would say that too much is taken off.
         let found = found.count();
-        assert!(found <= 35, "{found} of {TRIALS} were confirmed");
+        assert!(
+            (2..=35).contains(&found),
+            "{found} of {TRIALS} were confirmed"
+        );
     }
 
     #[test]

@@ -161,6 +161,20 @@ impl Reference {
             .fold(0.0, f64::max)
     }
 
+    /// Samples a pixel that would make that half-width so wide.
+    pub fn samples_for(&self, half_width: f64) -> f64 {
+        // With as many as are asked for Student's interval is a normal one.
+        let many = |e: &Estimate| Estimate {
+            samples: u64::from(u32::MAX),
+            ..*e
+        };
+        (self.mean_estimates().iter())
+            .map(|e| many(e).relative_half_width(0.99) / half_width)
+            .fold(0.0, f64::max)
+            .powi(2)
+            * f64::from(self.samples)
+    }
+
     /// What it says of the blocks' luminance. Channels of a pixel go together, so their errors add up.
     pub fn block_estimates(&self) -> Vec<Estimate> {
         let (_, means) = self.reduce(&self.mean);

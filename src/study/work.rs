@@ -51,7 +51,8 @@ impl Work<'_> {
             .collect()
     }
 
-    /// Refuses references that know less than the bias check has to: no number of runs would do then.
+    /// Makes the references of what is to be shown unbiased, and refuses those that leave the runs too
+    /// little room in the interval that the bias check asks for.
     ///
     /// # Errors
     /// There is one, or those of [`Self::rows`].
@@ -61,9 +62,10 @@ impl Work<'_> {
             if configuration.expect == Expect::Biased {
                 continue;
             }
-            let width = self.references(configuration)?.last().half_width();
+            let references = self.references(configuration)?;
+            let width = references.last().half_width();
             if width > WIDEST_REFERENCE {
-                let needed = f64::from(spp) * (width / WIDEST_REFERENCE).powi(2);
+                let needed = references.last().samples_for(WIDEST_REFERENCE);
                 return Err(Error::input(format!(
                     "scene {}: its reference of {spp} samples a pixel knows the mean to ±{:.2} % only; give it a reference_spp of about {:.0}",
                     self.subject.name,

@@ -4,6 +4,7 @@ mod directions;
 mod lights;
 mod numbers;
 mod resampling;
+mod rounding;
 #[path = "../support/mod.rs"]
 mod support;
 mod surfaces;
