@@ -14,8 +14,6 @@ struct Surface {
     uint instance;
     // NONE unless the triangle is a light.
     uint light;
-    // Whether the ray came to the counter-clockwise side.
-    bool front;
 };
 
 // Whose a triangle is.
@@ -64,8 +62,7 @@ Surface surface_at(Hit hit, Ray ray) {
         + abs(instance.object_to_world[2]) * reach.z + abs(instance.object_to_world[3]));
 
     vec3 normal = normalize(transform_normal(instance.world_to_object, unit_cross(edge1, edge2)));
-    surface.front = dot(normal, ray.direction) < 0.0;
-    surface.geometric_normal = surface.front ? normal : -normal;
+    surface.geometric_normal = dot(normal, ray.direction) < 0.0 ? normal : -normal;
     refine_by_ray(surface.position, surface.error, surface.geometric_normal, ray.origin, ray.direction);
     surface.shading_normal = surface.geometric_normal;
     if (instance.first_normal != NONE) {

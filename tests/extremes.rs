@@ -11,7 +11,7 @@ use headwater::render::settings::Integrator;
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::validate::{BRIGHTEST, LARGEST_COORDINATE};
 use headwater::scene::{Camera, Material, Scene, procedural};
-use headwater::tracing::{GpuScene, Tracer};
+use headwater::tracing::{GpuScene, Tracer, Variant};
 use std::sync::Arc;
 
 /// Glossy spheres with smooth normals, one of them placed twice, so that not all is gathered.
@@ -32,9 +32,26 @@ fn techniques() -> [Settings; 2] {
     [Settings::default(), accurate.settings().unwrap()]
 }
 
+/// The sums of a picture of the scene by a device that has its origin at `origin`.
+fn sums(
+    scene: &Scene,
+    variant: Option<Variant>,
+    origin: DVec3,
+    view: &View,
+    settings: &Settings,
+    samples: u32,
+) -> Vec<PixelSums> {
+    let (device, selection) = support::open_device(variant);
+    let uploaded = GpuScene::new(&device, scene, origin, selection.variant).unwrap();
+    let mut renderer = Renderer::new(&device, Arc::new(uploaded), view, settings).unwrap();
+    renderer.add_samples(0, samples).unwrap();
+    assert_eq!(renderer.rejected().unwrap(), 0);
+    support::assert_no_messages(&device);
+    renderer.sums().unwrap()
+}
+
 /// The sums of a picture of the scene, by its first camera.
 fn picture(scene: &Scene, settings: &Settings) -> Vec<PixelSums> {
-    let (device, selection) = support::open_device(None);
     let view = View {
         camera: scene.cameras[0].clone(),
         width: 48,
@@ -44,12 +61,7 @@ fn picture(scene: &Scene, settings: &Settings) -> Vec<PixelSums> {
         jitter: true,
     };
     let origin = view.camera.camera_to_world.translation;
-    let uploaded = GpuScene::new(&device, scene, origin, selection.variant).unwrap();
-    let mut renderer = Renderer::new(&device, Arc::new(uploaded), &view, settings).unwrap();
-    renderer.add_samples(0, 8).unwrap();
-    assert_eq!(renderer.rejected().unwrap(), 0);
-    support::assert_no_messages(&device);
-    renderer.sums().unwrap()
+    sums(scene, None, origin, &view, settings, 8)
 }
 
 fn assert_same(name: &str, a: &[PixelSums], b: &[PixelSums]) {
@@ -146,7 +158,6 @@ const SIDE: usize = 96;
 /// triangles: a hole would look like a dark pixel.
 fn direct_light(scene: &Scene, camera: &Camera, settings: &Settings) -> Vec<f64> {
     let variants = support::variants(Tracer::ComputeBvh);
-    let (device, selection) = support::open_device(variants.first().copied());
     let view = View {
         camera: camera.clone(),
         width: SIDE as u32,
@@ -161,12 +172,8 @@ fn direct_light(scene: &Scene, camera: &Camera, settings: &Settings) -> Vec<f64>
     };
     // The camera is not where the device has its origin, nor are the origins of most rays.
     let origin = camera.camera_to_world.translation + DVec3::new(2.0, -1.0, 1.5);
-    let uploaded = GpuScene::new(&device, scene, origin, selection.variant).unwrap();
-    let mut renderer = Renderer::new(&device, Arc::new(uploaded), &view, settings).unwrap();
-    renderer.add_samples(0, samples).unwrap();
-    assert_eq!(renderer.rejected().unwrap(), 0);
-    support::assert_no_messages(&device);
-    let sums = renderer.sums().unwrap();
+    let variant = variants.first().copied();
+    let sums = sums(scene, variant, origin, &view, settings, samples);
     sums.iter().map(|p| p.mean(samples).element_sum()).collect()
 }
 

@@ -9,7 +9,7 @@ use crate::gpu::Device;
 use crate::render::View;
 use crate::scene::camera::framing_camera;
 use crate::scene::{Camera, MovingCamera, Scene, check_name};
-use crate::study::plan::{Plan, Resolved};
+use crate::study::plan::{Expect, Plan, Resolved};
 use crate::study::planned_scene::PlannedScene;
 use crate::study::results::{self, Row};
 use crate::study::store::Store;
@@ -119,29 +119,23 @@ pub fn run(args: &Args) -> Result<()> {
             references,
         )
     };
-    let mut work = |planned: &PlannedScene, wanted: &mut dyn FnMut(&mut Work<'_>) -> Result<()>| {
-        wanted(&mut Work {
-            plan: &plan,
-            reference_spp: planned.reference_spp.unwrap_or(plan.reference_spp),
-            subject: subject(planned)?,
-            store: &mut store,
-            watcher: &watcher,
-        })
-    };
-    // All references first: one that knows too little would else be found out after hours of work on the
-    // scenes before. A first look proves nothing in any case.
+    // References first: one that knows too little would else be found out after hours of work on the
+    // scenes before. A first look proves nothing in any case, nor does a scene without a claim.
     for planned in plan.scenes.iter().filter(|_| !args.quick) {
-        work(planned, &mut |work| work.check_references(&own(planned)))?;
+        let own = own(planned);
+        if own.iter().any(|c| c.expect == Expect::Unbiased) {
+            let subject = subject(planned)?;
+            Work::new(&plan, planned, subject, &mut store, &watcher).check_references(&own)?;
+        }
     }
     let mut rows = Vec::new();
     for planned in &plan.scenes {
-        work(planned, &mut |work| {
-            if !work.subject.is_lit {
-                notice(&format!("{}: the scene has no light", planned.name));
-            }
-            rows.append(&mut work.rows(&own(planned))?);
-            Ok(())
-        })?;
+        let subject = subject(planned)?;
+        if !subject.is_lit {
+            notice(&format!("{}: the scene has no light", planned.name));
+        }
+        let mut work = Work::new(&plan, planned, subject, &mut store, &watcher);
+        rows.append(&mut work.rows(&own(planned))?);
     }
     results::judge(&mut rows);
     let json = results::json(&rows, &info.name, &info.driver)?;

@@ -293,6 +293,17 @@ mod tests {
     }
 
     #[test]
+    fn a_black_channel_asks_for_no_samples() {
+        let mut red = reference();
+        for (mean, error) in red.mean.iter_mut().zip(&mut red.error) {
+            (*mean, *error) = ([1.0, 0.0, 0.0], [0.001, 0.0, 0.0]);
+        }
+        // With as many as it has, it knows what it knows.
+        let again = red.samples_for(red.half_width());
+        assert!((again / 4096.0 - 1.0).abs() < 1e-3, "{again}");
+    }
+
+    #[test]
     fn a_bias_as_large_as_is_found_nine_times_in_ten_is_beyond_the_threshold() {
         let plain = runs(64, 0, [0.0; BLOCKS]);
         let plain: Vec<&Run> = plain.iter().collect();

@@ -156,7 +156,13 @@ impl Reference {
 
     /// The largest 99 % half-width of the channels' means, as a part of the mean.
     pub fn half_width(&self) -> f64 {
-        (self.mean_estimates().iter())
+        self.half_width_by(u64::from(self.samples))
+    }
+
+    /// The same by Student's quantile of so many samples. A black channel is known for sure.
+    fn half_width_by(&self, samples: u64) -> f64 {
+        (self.mean_estimates().into_iter())
+            .map(|e| Estimate { samples, ..e })
             .map(|e| e.t_interval_half_width(0.99) / e.mean.abs().max(f64::MIN_POSITIVE))
             .fold(0.0, f64::max)
     }
@@ -164,15 +170,8 @@ impl Reference {
     /// Samples a pixel that would make that half-width so wide.
     pub fn samples_for(&self, half_width: f64) -> f64 {
         // With as many as are asked for Student's interval is a normal one.
-        let many = |e: &Estimate| Estimate {
-            samples: u64::from(u32::MAX),
-            ..*e
-        };
-        (self.mean_estimates().iter())
-            .map(|e| many(e).relative_half_width(0.99) / half_width)
-            .fold(0.0, f64::max)
-            .powi(2)
-            * f64::from(self.samples)
+        let normal = self.half_width_by(u64::from(u32::MAX));
+        (normal / half_width).powi(2) * f64::from(self.samples)
     }
 
     /// What it says of the blocks' luminance. Channels of a pixel go together, so their errors add up.

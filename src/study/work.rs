@@ -3,6 +3,7 @@
 
 use super::bias::{self, Bias, CONFIRMING_SEEDS, Confirmation, WIDEST, WIDEST_REFERENCE};
 use super::plan::{Expect, Plan, Resolved};
+use super::planned_scene::PlannedScene;
 use super::reference::References;
 use super::results::Row;
 use super::store::Store;
@@ -26,18 +27,35 @@ pub trait Watcher {
 /// A plan's work on one scene.
 pub struct Work<'a> {
     /// What is to be done.
-    pub plan: &'a Plan,
+    plan: &'a Plan,
     /// Samples a pixel of its references.
-    pub reference_spp: u32,
+    reference_spp: u32,
     /// The scene.
-    pub subject: Subject,
+    subject: Subject,
     /// Where finished runs are kept.
-    pub store: &'a mut Store,
+    store: &'a mut Store,
     /// Who waits.
-    pub watcher: &'a dyn Watcher,
+    watcher: &'a dyn Watcher,
 }
 
-impl Work<'_> {
+impl<'a> Work<'a> {
+    /// The plan's work on one of its scenes, which `subject` shows. Finished runs are kept in `store`.
+    pub fn new(
+        plan: &'a Plan,
+        planned: &PlannedScene,
+        subject: Subject,
+        store: &'a mut Store,
+        watcher: &'a dyn Watcher,
+    ) -> Self {
+        Self {
+            plan,
+            reference_spp: planned.reference_spp.unwrap_or(plan.reference_spp),
+            subject,
+            store,
+            watcher,
+        }
+    }
+
     /// Renders what is missing, and sums up each configuration in a row.
     ///
     /// # Errors
@@ -63,9 +81,10 @@ impl Work<'_> {
                 continue;
             }
             let references = self.references(configuration)?;
-            let width = references.last().half_width();
+            let reference = references.last();
+            let width = reference.half_width();
             if width > WIDEST_REFERENCE {
-                let needed = references.last().samples_for(WIDEST_REFERENCE);
+                let needed = reference.samples_for(WIDEST_REFERENCE);
                 return Err(Error::input(format!(
                     "scene {}: its reference of {spp} samples a pixel knows the mean to ±{:.2} % only; give it a reference_spp of about {:.0}",
                     self.subject.name,
