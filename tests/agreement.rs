@@ -6,11 +6,9 @@ mod support;
 
 use headwater::image::Image;
 use headwater::metrics::error::Errors;
-use headwater::render::{Renderer, Settings, View};
+use headwater::render::{Settings, View};
 use headwater::scene::procedural;
-use headwater::tracing::GpuScene;
 use std::path::Path;
-use std::sync::Arc;
 
 const SAMPLES: u32 = 16;
 /// A pixel agrees when each channel does to this part of the larger value.
@@ -33,11 +31,8 @@ fn picture(name: &str) -> (Image, String) {
     };
     let (device, selection) = support::open_device(None);
     let origin = view.camera.camera_to_world.translation;
-    let uploaded = GpuScene::new(&device, &scene, origin, selection.variant).unwrap();
-    let settings = Settings::default();
-    let mut renderer = Renderer::new(&device, Arc::new(uploaded), &view, &settings).unwrap();
-    renderer.add_samples(0, SAMPLES).unwrap();
-    let sums = renderer.sums().unwrap();
+    let (variant, settings) = (selection.variant, Settings::default());
+    let sums = support::sums(&device, &scene, origin, variant, &view, &settings, SAMPLES);
     let mut image = Image::new(view.width, view.height);
     let means = sums.iter().map(|p| p.mean(SAMPLES).as_vec3().to_array());
     image.set_vectors("", ["R", "G", "B"], &means.collect::<Vec<_>>());

@@ -8,11 +8,10 @@ use glam::{DAffine3, DQuat, DVec3, EulerRot, Vec3};
 use headwater::layouts::PixelSums;
 use headwater::render::presets::Preset;
 use headwater::render::settings::Integrator;
-use headwater::render::{Renderer, Settings, View};
+use headwater::render::{Settings, View};
 use headwater::scene::validate::{BRIGHTEST, LARGEST_COORDINATE};
 use headwater::scene::{Camera, Material, Scene, procedural};
-use headwater::tracing::{GpuScene, Tracer, Variant};
-use std::sync::Arc;
+use headwater::tracing::{Tracer, Variant};
 
 /// Glossy spheres with smooth normals, one of them placed twice, so that not all is gathered.
 fn scene() -> Scene {
@@ -42,12 +41,10 @@ fn sums(
     samples: u32,
 ) -> Vec<PixelSums> {
     let (device, selection) = support::open_device(variant);
-    let uploaded = GpuScene::new(&device, scene, origin, selection.variant).unwrap();
-    let mut renderer = Renderer::new(&device, Arc::new(uploaded), view, settings).unwrap();
-    renderer.add_samples(0, samples).unwrap();
-    assert_eq!(renderer.rejected().unwrap(), 0);
+    let variant = selection.variant;
+    let sums = support::sums(&device, scene, origin, variant, view, settings, samples);
     support::assert_no_messages(&device);
-    renderer.sums().unwrap()
+    sums
 }
 
 /// The sums of a picture of the scene, by its first camera.

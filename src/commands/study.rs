@@ -122,10 +122,11 @@ pub fn run(args: &Args) -> Result<()> {
     // References first: one that knows too little would else be found out after hours of work on the
     // scenes before. A first look proves nothing in any case, nor does a scene without a claim.
     for planned in plan.scenes.iter().filter(|_| !args.quick) {
-        let own = own(planned);
-        if own.iter().any(|c| c.expect == Expect::Unbiased) {
+        let mut claims = own(planned);
+        claims.retain(|c| c.expect != Expect::Biased);
+        if !claims.is_empty() {
             let subject = subject(planned)?;
-            Work::new(&plan, planned, subject, &mut store, &watcher).check_references(&own)?;
+            Work::new(&plan, planned, subject, &mut store, &watcher).check_references(&claims)?;
         }
     }
     let mut rows = Vec::new();

@@ -162,8 +162,8 @@ impl Reference {
     /// The same by Student's quantile of so many samples. A black channel is known for sure.
     fn half_width_by(&self, samples: u64) -> f64 {
         (self.mean_estimates().into_iter())
-            .map(|e| Estimate { samples, ..e })
-            .map(|e| e.t_interval_half_width(0.99) / e.mean.abs().max(f64::MIN_POSITIVE))
+            .filter(|e| e.mean != 0.0)
+            .map(|e| Estimate { samples, ..e }.relative_half_width(0.99))
             .fold(0.0, f64::max)
     }
 

@@ -69,17 +69,14 @@ impl<'a> Work<'a> {
             .collect()
     }
 
-    /// Makes the references of what is to be shown unbiased, and refuses those that leave the runs too
-    /// little room in the interval that the bias check asks for.
+    /// Makes the references of `claims`, which are to be shown unbiased, and refuses those that leave the
+    /// runs too little room in the interval that the bias check asks for.
     ///
     /// # Errors
     /// There is one, or those of [`Self::rows`].
-    pub fn check_references(&mut self, configurations: &[&Resolved]) -> Result<()> {
+    pub fn check_references(&mut self, claims: &[&Resolved]) -> Result<()> {
         let spp = self.reference_spp;
-        for configuration in configurations {
-            if configuration.expect == Expect::Biased {
-                continue;
-            }
+        for configuration in claims {
             let references = self.references(configuration)?;
             let reference = references.last();
             let width = reference.half_width();

@@ -6,6 +6,7 @@ pub mod random;
 
 use glam::{DAffine3, DVec3, Vec3};
 use headwater::gpu::{Device, DeviceInfo, Instance};
+use headwater::layouts::PixelSums;
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::{Camera, Instance as Placed, Material, Mesh, Part, Scene};
 use headwater::tracing::selection::{self, Selection, TracerChoice};
@@ -132,7 +133,24 @@ pub struct Rendered {
     pub error_squared: Vec<[f64; 3]>,
 }
 
-/// Renders `samples` samples a pixel.
+/// The sums of `samples` samples a pixel, by a device that has its origin at `origin`.
+pub fn sums(
+    device: &Arc<Device>,
+    scene: &Scene,
+    origin: DVec3,
+    variant: Variant,
+    view: &View,
+    settings: &Settings,
+    samples: u32,
+) -> Vec<PixelSums> {
+    let uploaded = Arc::new(GpuScene::new(device, scene, origin, variant).unwrap());
+    let mut renderer = Renderer::new(device, uploaded, view, settings).unwrap();
+    renderer.add_samples(0, samples).unwrap();
+    assert_eq!(renderer.rejected().unwrap(), 0, "values were rejected");
+    renderer.sums().unwrap()
+}
+
+/// Mean and error of `samples` samples a pixel.
 pub fn render(
     device: &Arc<Device>,
     scene: &Scene,
@@ -142,11 +160,7 @@ pub fn render(
     samples: u32,
 ) -> Rendered {
     let origin = view.camera.camera_to_world.translation;
-    let uploaded = Arc::new(GpuScene::new(device, scene, origin, variant).unwrap());
-    let mut renderer = Renderer::new(device, uploaded, view, settings).unwrap();
-    renderer.add_samples(0, samples).unwrap();
-    assert_eq!(renderer.rejected().unwrap(), 0, "values were rejected");
-    let sums = renderer.sums().unwrap();
+    let sums = sums(device, scene, origin, variant, view, settings, samples);
     Rendered {
         mean: sums.iter().map(|p| p.mean(samples).to_array()).collect(),
         error_squared: sums
