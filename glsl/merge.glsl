@@ -4,6 +4,8 @@
 //   Domain domain_of(uint technique)
 //   float target_function(Domain domain, Sample value)
 //   bool is_visible(uint technique, Domain domain, Sample value), as the technique knows it
+//   bool shift_exists(uint technique, Sample value), whether the canonical's sample is one of the technique's
+//     too, and the other way round: what rejects samples has to stand here, where all weights see it
 // and, where techniques know one sample by different values, defines CARRIES_SAMPLES and
 //   Sample carried(uint technique, Sample value, out float jacobian), the canonical's as the technique
 //     knows it, and how much larger the same piece of the space is to the technique
@@ -14,13 +16,29 @@ Reservoir techniques[MOST_TECHNIQUES];
 float technique_weights[MOST_TECHNIQUES];
 float technique_targets[MOST_TECHNIQUES];
 
+// The canonical's sample as a technique knows it.
+Sample known_to(uint technique, Sample value, out float jacobian) {
+    jacobian = 1.0;
+#ifdef CARRIES_SAMPLES
+    value = carried(technique, value, jacobian);
+#endif
+    return value;
+}
+
 // Weighs `count` techniques, the canonical being number 0. With `visibility`, targets include it.
-void weigh_techniques(uint mis, uint count, bool visibility) {
+//
+// The balance heuristic must know for every sample who sees it. Weights by pairs need that only in two sums:
+// of what neighbours say of the canonical's sample, and of the neighbours' samples that the canonical sees.
+// A term of each, drawn by what it may change, stands for all of its sum: two rays, however many neighbours,
+// and the weights keep their expectation.
+void weigh_techniques(uint mis, uint count, bool visibility, inout Random random) {
     float canonical_confidence = techniques[0].confidence;
     float neighbour_confidence = 0.0;
     for (uint i = 1u; i < count; i += 1u) neighbour_confidence += techniques[i].confidence;
 
     Balance balances[MOST_TECHNIQUES];
+    // The neighbour that is asked whether it sees the canonical's sample.
+    Stream asked = empty_stream();
     for (uint i = 0u; i < count; i += 1u) balances[i] = empty_balance();
     for (uint k = 0u; k < count; k += 1u) {
         Domain domain = domain_of(k);
@@ -30,31 +48,53 @@ void weigh_techniques(uint mis, uint count, bool visibility) {
 #ifdef COUNTS
             count_lanes(COUNTER_MERGE_LANES);
 #endif
-            Sample value = techniques[i].value;
-#ifdef CARRIES_SAMPLES
-            float jacobian;
-            value = carried(k, value, jacobian);
-            float target = target_function(domain, value) * jacobian;
-#else
-            float target = target_function(domain, value);
-#endif
-            // Where a sample lives it is visible, or its weight were 0.
-            if (visibility && i != k && target > 0.0 && !is_visible(k, domain, value)) target = 0.0;
-            balance_add(balances[i], i, k, target, techniques[k].confidence, canonical_confidence,
-                        neighbour_confidence);
+            float target = 0.0;
+            uint other = k != 0u ? k : i;
+            if (other == 0u || shift_exists(other, techniques[i].value)) {
+                float jacobian;
+                Sample value = known_to(k, techniques[i].value, jacobian);
+                target = target_function(domain, value) * jacobian;
+                // Where a sample lives it is visible, or its weight were 0.
+                bool unseen = visibility && mis == MIS_BALANCE && i != k && target > 0.0 && !is_visible(k, domain, value);
+                if (unseen) target = 0.0;
+            }
+            float hides = balance_add(balances[i], i, k, target, techniques[k].confidence, canonical_confidence,
+                                      neighbour_confidence);
+            if (visibility && hides > 0.0) stream_add(asked, k, hides, 1.0, to_unit(random_bits(random).x));
         }
     }
+    // The neighbours' sample that is looked for from the canonical's domain.
+    Stream drawn = empty_stream();
     for (uint i = 0u; i < count; i += 1u) {
         float m = mis_weight(mis, i, balances[i], techniques[i].confidence, canonical_confidence,
                              neighbour_confidence);
         technique_targets[i] = balances[i].canonical;
         technique_weights[i] = m * balances[i].canonical * techniques[i].contribution_weight;
+        if (visibility && mis != MIS_BALANCE && i > 0u) {
+            stream_add(drawn, i, technique_weights[i], 1.0, to_unit(random_bits(random).x));
+            technique_weights[i] = 0.0;
+        }
+    }
+    if (!visibility || mis == MIS_BALANCE) return;
+    // One trace in a loop: drivers compile it as often as it stands in the code.
+    for (uint turn = 0u; turn < 2u; turn += 1u) {
+        bool asks = turn == 0u;
+        uint owner = asks ? 0u : drawn.chosen, looks = asks ? asked.chosen : 0u;
+        if (owner == NONE || looks == NONE) continue;
+        float jacobian;
+        bool seen = is_visible(looks, domain_of(looks), known_to(looks, techniques[owner].value, jacobian));
+        if (asks && !seen) {
+            balances[0].pairs = 1.0;
+            technique_weights[0] = mis_weight(mis, 0u, balances[0], canonical_confidence, canonical_confidence,
+                                              neighbour_confidence)
+                * balances[0].canonical * techniques[0].contribution_weight;
+        }
+        if (!asks && seen) technique_weights[owner] = drawn.weight_sum;
     }
 }
 
-// Merges `count` techniques into one reservoir.
-Reservoir merge_techniques(uint mis, uint count, bool visibility, inout Random random) {
-    weigh_techniques(mis, count, visibility);
+// Merges `count` techniques that were weighed into one reservoir.
+Reservoir choose_technique(uint count, inout Random random) {
     Stream stream = empty_stream();
     float confidence = 0.0;
     uint i = 0u;

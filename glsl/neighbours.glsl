@@ -10,9 +10,11 @@ uint find_neighbours(uvec2 pixel, SampleData data, inout Random random) {
     Ray ray = primary_ray(pixel);
     pixels[0] = pixel;
     uint found = 1u;
-    for (uint i = 0u; i < restir.at.tries && found <= restir.at.neighbours; i += 1u) {
+    for (uint i = 0u; i < restir.at.tries && found <= NEIGHBOURS; i += 1u) {
         vec2 u = to_unit(random_bits(random)).xy;
-        vec2 offset = restir.at.radius * sqrt(u.x) * on_circle(u.y);
+        // Half of them within a quarter of the radius, where surfaces and light are most alike; the rest bring
+        // samples that those around do not share.
+        vec2 offset = mix(min(1.0, restir.at.radius), restir.at.radius, square(u.x)) * on_circle(u.y);
         ivec2 other = ivec2(pixel) + ivec2(round(offset));
         if (other == ivec2(pixel) || is_outside(other)) continue;
         if (!similar(data, ray, sample_data.at[slot_of(uvec2(other))], primary_ray(uvec2(other)))) continue;

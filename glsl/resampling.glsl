@@ -69,17 +69,19 @@ bool pair_counts(uint mis, uint i, uint k) {
     return mis == MIS_BALANCE || i == k || i == 0u;
 }
 
-// Takes up p̂←k(y_i), in the order of k. `confidence` is c_k, `canonical_confidence` c_0.
-void balance_add(inout Balance balance, uint i, uint k, float target, float confidence,
+// Takes up p̂←k(y_i), in the order of k. `confidence` is c_k, `canonical_confidence` c_0. Returns by how much
+// the canonical's own weight would grow if technique k did not see the sample.
+float balance_add(inout Balance balance, uint i, uint k, float target, float confidence,
                  float canonical_confidence, float neighbour_confidence) {
     float term = confidence * target;
     balance.all += term;
     if (k == 0u) balance.canonical = target;
     if (k == i) balance.own = term;
-    if (i == 0u && k != 0u && neighbour_confidence > 0.0) {
-        float canonical = canonical_confidence * balance.canonical;
-        balance.pairs += confidence / neighbour_confidence * share_of(canonical, neighbour_confidence * target);
-    }
+    if (i != 0u || k == 0u || neighbour_confidence <= 0.0) return 0.0;
+    float part = confidence / neighbour_confidence;
+    float share = share_of(canonical_confidence * balance.canonical, neighbour_confidence * target);
+    balance.pairs += part * share;
+    return part * (1.0 - share);
 }
 
 // m_i(y_i), once every target that counts was added.

@@ -2,12 +2,26 @@
 
 layout(scalar) uniform RestirBlock { RestirConstants at; } restir;
 
+layout(constant_id = 11) const uint MIS = MIS_DEFENSIVE;
+layout(constant_id = 12) const uint VISIBILITY = VISIBILITY_WEIGHTS;
+// Neighbours of a spatial merge.
+layout(constant_id = 13) const uint NEIGHBOURS = 3u;
+
+#ifdef INDIRECT
+const uint FIRST_PASS = PASS_INDIRECT;
+#else
+const uint FIRST_PASS = 0u;
+#endif
+
 // What a pass draws must not depend on how much an earlier one drew, so each counts on its own.
 Random pass_random(uvec2 pixel, uint pass) {
     Random random = random_start(pixel.y * restir.at.width + pixel.x, restir.at.frame, restir.at.seed);
     random.counter.w = pass << 16u;
     return random;
 }
+
+// The same for passes that each kind of light has of its own.
+Random kind_random(uvec2 pixel, uint pass) { return pass_random(pixel, FIRST_PASS + pass); }
 
 uvec2 picture_size() { return uvec2(restir.at.width, restir.at.height); }
 

@@ -53,23 +53,30 @@ SampleData pack_sample_data(Surface surface, Ray ray) {
     float depth = depth_along(ray.origin, ray.direction, surface.position, surface.error, normal, error);
     depth -= way_back(error, depth);
     return SampleData(depth, pack_geometry(normal, clearance_of(normal, error)),
-                      pack_octahedral(surface.shading_normal, 16u), surface.material, surface.instance, surface.light);
+                      pack_octahedral(surface.shading_normal, 16u), surface.material, surface.instance);
 }
 
 bool has_surface(SampleData data) { return data.instance != NONE; }
 
 vec3 surface_position(SampleData data, Ray ray) { return ray.origin + data.depth * ray.direction; }
 
-Domain unpack_domain(SampleData data, Ray ray) {
+// A surface as who looks along `direction` sees it, with the normals on that side.
+Domain make_domain(vec3 position, float clearance, vec3 geometric_normal, vec3 shading_normal, uint material, vec3 direction) {
     Domain domain;
-    domain.position = surface_position(data, ray);
-    domain.clearance = uintBitsToFloat((data.geometry >> 24u) << 23u);
-    domain.geometric_normal = unpack_octahedral(data.geometry, 12u);
-    domain.shading_normal = unpack_octahedral(data.shading_normal, 16u);
-    tangent_frame(domain.shading_normal, domain.tangent, domain.bitangent);
-    domain.outgoing = to_shading(domain, -ray.direction);
-    domain.bsdf = make_bsdf(material_at(data.material), max(domain.outgoing.z, 0.0));
+    domain.position = position;
+    domain.clearance = clearance;
+    domain.geometric_normal = geometric_normal;
+    domain.shading_normal = shading_normal;
+    tangent_frame(shading_normal, domain.tangent, domain.bitangent);
+    domain.outgoing = to_shading(domain, -direction);
+    domain.bsdf = make_bsdf(material_at(material), max(domain.outgoing.z, 0.0));
     return domain;
+}
+
+Domain unpack_domain(SampleData data, Ray ray) {
+    float clearance = uintBitsToFloat((data.geometry >> 24u) << 23u);
+    return make_domain(surface_position(data, ray), clearance, unpack_octahedral(data.geometry, 12u),
+                       unpack_octahedral(data.shading_normal, 16u), data.material, ray.direction);
 }
 
 // A ray origin clear of the surface on the side of `direction`.

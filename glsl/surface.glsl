@@ -44,44 +44,66 @@ vec3 corner_normal(GpuInstance instance, uint packed) {
     return normalize(transform_normal(instance.world_to_object, unpack_octahedral(packed)));
 }
 
-// The surface that a ray of unit direction met.
-Surface surface_at(Hit hit, Ray ray) {
-    GpuInstance instance = instances.at[hit.instance];
-    uint triangle = instance.first_triangle + hit.primitive;
+// A point of a triangle, whoever looks at it.
+struct TrianglePoint {
+    vec3 position;
+    // Bound of what rounding may have moved the position by, for each axis.
+    vec3 error;
+    // Unit, of the triangle's front.
+    vec3 normal;
+    // Unit, interpolated between the corners' where they have normals.
+    vec3 shading_normal;
+    bool interpolated;
+};
+
+TrianglePoint triangle_point(GpuInstance instance, uint primitive, vec2 weight) {
+    TrianglePoint point;
     vec3 a, b, c;
-    triangle_corners(triangle, a, b, c);
-    vec2 weight = hit.barycentrics;
+    triangle_corners(instance.first_triangle + primitive, a, b, c);
     vec3 edge1 = b - a, edge2 = c - a;
     vec3 p = a + weight.x * edge1 + weight.y * edge2;
-    Surface surface;
-    surface.position = transform_point(instance.object_to_world, p);
+    point.position = transform_point(instance.object_to_world, p);
     // Seven roundings, each half of 2^-23 of the largest term.
     vec3 reach = max(abs(a), max(abs(b), abs(c)));
-    surface.error = 8.3446503e-7 * (abs(instance.object_to_world[0]) * reach.x
+    point.error = 8.3446503e-7 * (abs(instance.object_to_world[0]) * reach.x
         + abs(instance.object_to_world[1]) * reach.y
         + abs(instance.object_to_world[2]) * reach.z + abs(instance.object_to_world[3]));
-
-    vec3 normal = normalize(transform_normal(instance.world_to_object, unit_cross(edge1, edge2)));
-    surface.geometric_normal = dot(normal, ray.direction) < 0.0 ? normal : -normal;
-    refine_by_ray(surface.position, surface.error, surface.geometric_normal, ray.origin, ray.direction);
-    surface.shading_normal = surface.geometric_normal;
-    if (instance.first_normal != NONE) {
-        uvec3 corners = normals.at[instance.first_normal + hit.primitive];
+    point.normal = normalize(transform_normal(instance.world_to_object, unit_cross(edge1, edge2)));
+    point.shading_normal = point.normal;
+    point.interpolated = instance.first_normal != NONE;
+    if (point.interpolated) {
+        uvec3 corners = normals.at[instance.first_normal + primitive];
         vec3 shading = (1.0 - weight.x - weight.y) * corner_normal(instance, corners.x)
             + weight.x * corner_normal(instance, corners.y) + weight.y * corner_normal(instance, corners.z);
         float size = dot(shading, shading);
         // Opposite corner normals can cancel.
-        if (size > TINY) shading *= inversesqrt(size);
-        else shading = normal;
-        if (dot(shading, surface.geometric_normal) < 0.0) shading = -shading;
-        // At a silhouette the interpolated normal may look away from the eye, which would leave
-        // black specks there: it is bent until it just faces the eye.
-        float facing = -dot(shading, ray.direction);
-        if (facing < LEAST_FACING) shading = normalize(shading - (LEAST_FACING - facing) * ray.direction);
-        surface.shading_normal = shading;
+        if (size > TINY) point.shading_normal = shading * inversesqrt(size);
     }
+    return point;
+}
 
+// Normals as who looks along `direction` sees them: on the side that the ray comes from.
+void face(TrianglePoint point, vec3 direction, out vec3 geometric_normal, out vec3 shading_normal) {
+    geometric_normal = dot(point.normal, direction) < 0.0 ? point.normal : -point.normal;
+    shading_normal = geometric_normal;
+    if (!point.interpolated) return;
+    shading_normal = dot(point.shading_normal, geometric_normal) < 0.0 ? -point.shading_normal : point.shading_normal;
+    // At a silhouette the interpolated normal may look away from the eye, which would leave
+    // black specks there: it is bent until it just faces the eye.
+    float facing = -dot(shading_normal, direction);
+    if (facing < LEAST_FACING) shading_normal = normalize(shading_normal - (LEAST_FACING - facing) * direction);
+}
+
+// The surface that a ray of unit direction met.
+Surface surface_at(Hit hit, Ray ray) {
+    GpuInstance instance = instances.at[hit.instance];
+    TrianglePoint point = triangle_point(instance, hit.primitive, hit.barycentrics);
     Owner owner = owner_of(instance, hit.primitive);
+    Surface surface;
+    surface.position = point.position;
+    surface.error = point.error;
+    face(point, ray.direction, surface.geometric_normal, surface.shading_normal);
+    refine_by_ray(surface.position, surface.error, surface.geometric_normal, ray.origin, ray.direction);
     surface.material = owner.material;
     surface.instance = owner.instance;
     surface.light = owner.light;

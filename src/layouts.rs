@@ -45,10 +45,16 @@ crate::gpu_constants! {
     pub const FORMAT_COMPACT: u32 = 0;
     /// Reservoirs that carry the point, its normal and its radiance too.
     pub const FORMAT_FULL: u32 = 1;
-    /// Words of a compact reservoir.
-    pub const COMPACT_WORDS: u32 = 4;
-    /// Words of a full reservoir.
-    pub const FULL_WORDS: u32 = 10;
+    /// Words of a compact reservoir of direct light.
+    pub const DIRECT_COMPACT_WORDS: u32 = 4;
+    /// Words of a full reservoir of direct light.
+    pub const DIRECT_FULL_WORDS: u32 = 10;
+    /// Words of a compact reservoir of indirect light.
+    pub const INDIRECT_COMPACT_WORDS: u32 = 8;
+    /// Words of a full reservoir of indirect light.
+    pub const INDIRECT_FULL_WORDS: u32 = 15;
+    /// Words of what a pixel's first BSDF ray met, at most as many as a reservoir of indirect light has.
+    pub const PILOT_WORDS: u32 = 5;
     /// Pixels row by row.
     pub const ORDER_ROW: u32 = 0;
     /// Pixels column by column.
@@ -66,16 +72,20 @@ crate::gpu_constants! {
     pub const KIND_DOUBLE_SIDED: u32 = 0x2000_0000;
     /// The light's number.
     pub const LIGHT_MASK: u32 = 0x1FFF_FFFF;
+    /// The number of the instance that holds a path's second vertex, under the path's kind.
+    pub const INSTANCE_MASK: u32 = 0x3FFF_FFFF;
     /// Neighbours of a spatial merge at most.
     pub const MOST_NEIGHBOURS: u32 = 16;
-    /// Random numbers of the initial candidates of direct light.
-    pub const PASS_INITIAL_DIRECT: u32 = 1;
-    /// Random numbers of temporal reuse of direct light.
-    pub const PASS_TEMPORAL_DIRECT: u32 = 2;
-    /// Random numbers of the first BSDF candidates of direct light.
+    /// Random numbers of the initial candidates.
+    pub const PASS_INITIAL: u32 = 1;
+    /// Random numbers of temporal reuse.
+    pub const PASS_TEMPORAL: u32 = 2;
+    /// Random numbers of the first BSDF rays.
     pub const PASS_PILOTS: u32 = 3;
-    /// Random numbers of the first spatial pass of direct light; further ones count on.
-    pub const PASS_SPATIAL_DIRECT: u32 = 16;
+    /// Random numbers of the first spatial pass; further ones count on.
+    pub const PASS_SPATIAL: u32 = 16;
+    /// What passes of indirect light add to these, but for the pilots, which serve both kinds.
+    pub const PASS_INDIRECT: u32 = 64;
     /// Largest radiance of a sample: the squares of millions of them still add up in f32. It leaves
     /// room above the brightest lamp for what improbable samples weigh.
     pub const MOST_RADIANCE: f32 = 1e15;
@@ -267,9 +277,21 @@ crate::gpu_struct! {
         pub frame: u32,
         /// Number of lights.
         pub lights: u32,
+        /// Number of instances; behind them stand those of the last frame, and so do its lights.
+        pub instance_count: u32,
+        /// Scattering events of a path at most.
+        pub bounces: u32,
+        /// Scattering events before Russian roulette begins.
+        pub roulette_start: u32,
+        /// Least probability of going on.
+        pub roulette_floor: f32,
+        /// Largest ratio of two views' spreads at a second vertex between which it is reconnected; 0: any.
+        pub jacobian_limit: f32,
+        /// Least distance to a second vertex that is reconnected, as a share of the eye's distance.
+        pub min_distance: f32,
         /// Whether light candidates are picked evenly (1) or by power (0).
         pub uniform_candidates: u32,
-        /// Light candidates a pixel.
+        /// Points on lights that a pixel, or a vertex of a path, chooses from.
         pub light_samples: u32,
         /// BSDF candidates a pixel.
         pub bsdf_samples: u32,
@@ -277,18 +299,12 @@ crate::gpu_struct! {
         pub more_bsdf_samples: u32,
         /// Mean luminance of the lamps, weighted by their power.
         pub lamp_luminance: f32,
-        /// MIS_…
-        pub mis: u32,
-        /// VISIBILITY_…
-        pub visibility: u32,
         /// Confidence of history at most.
         pub temporal_confidence_cap: f32,
         /// Confidence of a neighbour at most.
         pub spatial_confidence_cap: f32,
         /// Spatial passes of a frame.
         pub spatial_passes: u32,
-        /// Neighbours wanted.
-        pub neighbours: u32,
         /// Neighbours looked at.
         pub tries: u32,
         /// Radius of the disc they lie in, in pixels.
@@ -307,31 +323,22 @@ crate::gpu_struct! {
     pub struct SpatialStep {
         /// Its number, from 0.
         pub number: u32,
+        /// Whether it also adds what it merges to the picture (0 or 1).
+        pub shades: u32,
     }
 }
 
 crate::gpu_struct! {
-    /// A pixel's first BSDF candidate.
-    pub struct Pilot {
-        /// The light that it found, or NONE.
-        pub light: u32,
-        /// Where on it.
-        pub barycentrics: u32,
-        /// Luminance that it would add to the pixel as the only one, in units of the lamps' own.
-        pub brightness: f32,
-    }
-}
-
-crate::gpu_struct! {
-    /// What a frame left in a pixel's reservoir of direct light.
-    pub struct DirectAov {
+    /// What a frame left in a pixel's reservoir.
+    pub struct ReservoirAov {
         /// Unbiased contribution weight, in squared scene units; 0 = empty.
         pub weight: f32,
         /// Confidence, in initial reservoirs.
         pub confidence: f32,
         /// Frames since the sample was made.
         pub age: u32,
-        /// The sample's light; NONE = empty.
+        /// The sample's light; NONE = empty, or a path of indirect light that does not reach one from its
+        /// second vertex.
         pub light: u32,
         /// Neighbours that the frame's spatial passes found.
         pub neighbours: u32,
@@ -351,8 +358,6 @@ crate::gpu_struct! {
         pub material: u32,
         /// The scene's number of the instance; NONE = no surface.
         pub instance: u32,
-        /// Index of the light that the surface is; NONE = none.
-        pub light: u32,
     }
 }
 
@@ -448,8 +453,7 @@ pub const STRUCTS: &[StructLayout] = &[
     FrameConstants::LAYOUT,
     RestirConstants::LAYOUT,
     SpatialStep::LAYOUT,
-    Pilot::LAYOUT,
-    DirectAov::LAYOUT,
+    ReservoirAov::LAYOUT,
     SampleData::LAYOUT,
     Strip::LAYOUT,
     PixelSums::LAYOUT,

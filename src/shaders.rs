@@ -119,14 +119,19 @@ impl Variant {
 
 /// The passes that read geometry and trace rays: `glsl/passes/NAME.comp`, one for each [`Variant`].
 pub const TRACING_PASSES: &[&str] = &[
-    "direct_aovs",
+    "aovs_direct",
+    "aovs_indirect",
     "initial_direct",
+    "initial_indirect",
     "path_trace",
-    "primary",
-    "shade",
-    "spatial_direct",
-    "surfaces",
     "pilots",
+    "primary",
+    "shade_direct",
+    "shade_indirect",
+    "spatial_direct",
+    "spatial_indirect",
+    "surfaces",
     "temporal_direct",
+    "temporal_indirect",
     "trace_rays",
 ];

@@ -4,8 +4,11 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// Where a merge's own neighbours are weighed with visibility.
-const VISIBILITY: &str = "if (visibility && i != k &&";
+/// Where a merge's techniques are weighed with visibility: by the balance heuristic one by one, by pairs
+/// for those that one ray stands for.
+const UNSEEN: &str = "mis == MIS_BALANCE && i != k &&";
+const SEEN: &str = "if (!asks && seen)";
+const ASKED: &str = "if (asks && !seen)";
 
 /// All of a command's output.
 fn text(output: &Output) -> String {
@@ -50,8 +53,17 @@ fn planted(folder: &Path, changes: &[(&str, &str, &str)]) {
 
 #[test]
 fn a_sample_of_the_bias_matrix_passes() {
+    assert_sample_passes("bias-sample");
+}
+
+#[test]
+fn a_sample_of_the_bias_matrix_of_indirect_light_passes() {
+    assert_sample_passes("indirect-sample");
+}
+
+fn assert_sample_passes(plan: &str) {
     let folder = tempfile::tempdir().unwrap();
-    let output = study("bias-sample", folder.path(), None);
+    let output = study(plan, folder.path(), None);
     println!("{}", text(&output));
     assert!(output.status.success());
     // What is biased is seen to be.
@@ -123,27 +135,27 @@ fn confidence_that_depends_on_the_sample_is_found() {
     let load = "techniques[i].confidence = min(techniques[i].confidence, restir.at.spatial_confidence_cap);";
     let faulty =
         format!("{load} if (techniques[i].value.light == 1u) techniques[i].confidence *= 0.25;");
-    let (passes, said) = with_fault(&[("passes/spatial_direct.comp", load, &faulty)]);
+    let (passes, said) = with_fault(&[("spatial.glsl", load, &faulty)]);
     assert!(!passes && said.contains("should be unbiased"));
 }
 
 #[test]
 fn visibility_that_is_missing_at_the_pixel_itself_is_found() {
-    let (passes, said) = with_fault(&[(
-        "merge.glsl",
-        VISIBILITY,
-        "if (visibility && i != k && k != 0u &&",
-    )]);
+    let weighed = "mis == MIS_BALANCE && i != k && k != 0u &&";
+    let (passes, said) = with_fault(&[
+        ("merge.glsl", UNSEEN, weighed),
+        ("merge.glsl", SEEN, "if (!asks)"),
+    ]);
     assert!(!passes && said.contains("should be unbiased"));
 }
 
 #[test]
 fn visibility_that_is_missing_at_the_neighbours_is_found() {
-    let (passes, said) = with_fault(&[(
-        "merge.glsl",
-        VISIBILITY,
-        "if (visibility && i != k && k == 0u &&",
-    )]);
+    let weighed = "mis == MIS_BALANCE && i != k && k == 0u &&";
+    let (passes, said) = with_fault(&[
+        ("merge.glsl", UNSEEN, weighed),
+        ("merge.glsl", ASKED, "if (false)"),
+    ]);
     assert!(!passes && said.contains("should be unbiased"));
 }
 
@@ -168,8 +180,46 @@ set = { "direct.light_samples" = 1 }
         plan,
         &[(
             "passes/initial_direct.comp",
-            "squares += square(pilots.at[slot_of(uvec2(other))].brightness);",
-            "squares += square(pilots.at[slot_of(uvec2(pixel))].brightness);",
+            "pilot_word(slot_of(uvec2(other)), 4u)",
+            "pilot_word(slot_of(uvec2(pixel)), 4u)",
+        )],
+    );
+    assert!(!passes && said.contains("should be unbiased"));
+}
+
+/// Paths that neighbours take over as if they saw the second vertex as large as the pixel that made them do.
+/// Near neighbours do so almost, and the error cancels over the picture: it takes far ones to see.
+#[test]
+fn a_jacobian_that_is_dropped_is_found() {
+    let plan = r#"
+scenes = ["cornell"]
+width = 48
+frames = 3
+seeds = 64
+bounces = 2
+reference_spp = 32768
+[[configurations]]
+name = "neighbours far away"
+preset = "accurate"
+[configurations.set]
+"direct.reuse" = "none"
+"indirect.reuse" = "spatial"
+"indirect.mis" = "pairwise"
+"indirect.jacobian_limit" = 0
+"indirect.spatial.passes" = 2
+"indirect.spatial.neighbours" = 8
+"indirect.spatial.radius" = 40
+"indirect.similar.normal" = 180
+"indirect.similar.depth" = 10
+"indirect.similar.material" = false
+"#;
+    assert!(study_with_fault(plan, &[]).0);
+    let (passes, said) = study_with_fault(
+        plan,
+        &[(
+            "indirect_light.glsl",
+            "vec3(spread), pdf_solid_angle",
+            "vec3(1.0), pdf_solid_angle",
         )],
     );
     assert!(!passes && said.contains("should be unbiased"));
@@ -180,12 +230,12 @@ set = { "direct.light_samples" = 1 }
 fn neighbours_that_are_read_while_they_are_written_are_found() {
     let (passes, said) = with_fault(&[
         (
-            "passes/spatial_direct.comp",
+            "spatial.glsl",
             "layout(scalar) writeonly buffer ReservoirsBlock",
             "layout(scalar) buffer ReservoirsBlock",
         ),
         (
-            "passes/spatial_direct.comp",
+            "spatial.glsl",
             "LOAD_RESERVOIR(neighbours, slot_of(pixels[i])",
             "LOAD_RESERVOIR(reservoirs, slot_of(pixels[i])",
         ),

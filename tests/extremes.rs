@@ -165,7 +165,7 @@ fn direct_light(scene: &Scene, camera: &Camera, settings: &Settings) -> Vec<f64>
     };
     let samples = match settings.integrator {
         Integrator::PathTracing => 512,
-        Integrator::Restir => 32,
+        Integrator::Restir => 96,
     };
     // The camera is not where the device has its origin, nor are the origins of most rays.
     let origin = camera.camera_to_world.translation + DVec3::new(2.0, -1.0, 1.5);

@@ -3,9 +3,9 @@
 mod support;
 
 use headwater::gpu::Device;
-use headwater::layouts::{DirectAov, NONE, PrimarySurface};
+use headwater::layouts::{NONE, PrimarySurface, ReservoirAov};
 use headwater::render::presets::Preset;
-use headwater::render::{Renderer, Settings, View};
+use headwater::render::{Kind, Renderer, Settings, View};
 use headwater::scene::{Scene, procedural};
 use headwater::tracing::GpuScene;
 use std::sync::Arc;
@@ -46,8 +46,8 @@ fn rendered(frames: u32, bounces: u32, changes: &[&str]) -> (Arc<Device>, Render
 }
 
 /// What the reservoirs hold, and the surfaces that they belong to; what is empty says so.
-fn look((device, renderer): &mut (Arc<Device>, Renderer)) -> Vec<(DirectAov, PrimarySurface)> {
-    let reservoirs = renderer.direct_aovs().unwrap();
+fn look((device, renderer): &mut (Arc<Device>, Renderer)) -> Vec<(ReservoirAov, PrimarySurface)> {
+    let reservoirs = renderer.reservoir_aovs(Kind::Direct).unwrap();
     let surfaces = renderer.primary_surfaces().unwrap();
     support::assert_no_messages(device);
     assert_eq!(reservoirs.len(), surfaces.len());
@@ -164,7 +164,7 @@ fn neighbours_are_those_that_the_frame_merged() {
 
 #[test]
 fn without_direct_light_all_are_empty() {
-    for reservoir in rendered(1, 0, &[]).1.direct_aovs().unwrap() {
+    for reservoir in rendered(1, 0, &[]).1.reservoir_aovs(Kind::Direct).unwrap() {
         assert_eq!((reservoir.weight, reservoir.light), (0.0, NONE));
         assert_eq!(reservoir.neighbours, 0);
     }
@@ -172,7 +172,58 @@ fn without_direct_light_all_are_empty() {
 
 #[test]
 fn path_tracing_has_none() {
-    let (_, mut renderer) = rendered(1, 1, &["integrator=path-tracing"]);
-    let error = renderer.direct_aovs().unwrap_err().to_string();
+    let (_, renderer) = rendered(1, 1, &["integrator=path-tracing"]);
+    let error = renderer
+        .reservoir_aovs(Kind::Direct)
+        .unwrap_err()
+        .to_string();
     assert!(error.contains("no reservoirs"), "{error}");
+}
+
+/// Where a pixel's data lie is nobody's business but the device's.
+#[test]
+fn orders_and_arrays_give_the_same_bits() {
+    let picture = |changes: &[&str]| {
+        let (device, renderer) = rendered(3, 3, changes);
+        support::assert_no_messages(&device);
+        renderer.frame_radiance().unwrap()
+    };
+    for format in ["reservoirs.format=compact", "reservoirs.format=full"] {
+        let first = picture(&[format, "reservoirs.order=row"]);
+        assert!(first.iter().any(|pixel| pixel[0] > 0.0));
+        for order in ["row", "column", "swizzle:2", "swizzle:40"] {
+            for arrays in ["aos", "soa"] {
+                let order = format!("reservoirs.order={order}");
+                let arrays = format!("reservoirs.arrays={arrays}");
+                let other = picture(&[format, &order, &arrays]);
+                assert!(first == other, "{format} {order} {arrays}");
+            }
+        }
+    }
+}
+
+/// Reservoirs of indirect light hold what those of direct light do, and grow old alike.
+#[test]
+fn indirect_light_has_reservoirs_of_its_own() {
+    let changes = [
+        "indirect.temporal.confidence_cap=4",
+        "indirect.reuse=temporal",
+    ];
+    let (device, renderer) = rendered(4, 3, &changes);
+    let seen = renderer.reservoir_aovs(Kind::Indirect).unwrap();
+    support::assert_no_messages(&device);
+    let full = seen.iter().filter(|r| r.weight > 0.0).count();
+    assert!(full > seen.len() / 2, "{full} are not empty");
+    let lit = seen.iter().filter(|r| r.light != NONE).count();
+    assert!(lit > full / 4 && lit < full, "{lit} of {full} end at once");
+    assert!(seen.iter().all(|r| r.light == NONE || r.light < LIGHTS));
+    assert!(seen.iter().all(|r| r.weight.is_finite()));
+    assert_eq!(seen.iter().map(|r| r.age).max(), Some(3));
+    let confident = |c: f32| seen.iter().filter(|r| r.confidence == c).count();
+    assert_eq!(confident(4.0) + confident(1.0), seen.len());
+
+    // Without a second bounce there are none.
+    let (_, renderer) = rendered(1, 1, &[]);
+    let seen = renderer.reservoir_aovs(Kind::Indirect).unwrap();
+    assert!(seen.iter().all(|r| r.weight == 0.0 && r.light == NONE));
 }

@@ -22,7 +22,7 @@
 layout(local_size_x = TILE * TILE) in;
 
 layout(scalar) readonly buffer SampleDataBlock { SampleData at[]; } sample_data;
-layout(scalar) readonly buffer PilotsBlock { Pilot at[]; } pilots;
+layout(scalar) readonly buffer PilotsBlock { uint at[]; } pilots;
 layout(scalar) writeonly buffer ReservoirsBlock { uint at[]; } reservoirs;
 layout(scalar) buffer ColorBlock { vec3 at[]; } color;
 
@@ -33,7 +33,7 @@ uint more_bsdf_samples(ivec2 pixel, Bsdf bsdf) {
         for (int x = -PILOT_REACH; x <= PILOT_REACH; x += 1) {
             ivec2 other = pixel + ivec2(x, y);
             if (other == pixel || is_outside(other)) continue;
-            squares += square(pilots.at[slot_of(uvec2(other))].brightness);
+            squares += square(uintBitsToFloat(pilots.at[pilot_word(slot_of(uvec2(other)), 4u)]));
             count += 1.0;
         }
     }
@@ -45,7 +45,7 @@ uint more_bsdf_samples(ivec2 pixel, Bsdf bsdf) {
 }
 
 // Offers a candidate of either technique; returns whether it is chosen now.
-bool offer_candidate(inout Stream stream, Domain domain, Sample value, uint number, float choice, uint bsdf_samples) {
+bool offer_candidate(inout Stream stream, Domain domain, LightSample value, uint number, float choice, uint bsdf_samples) {
     float target;
     float weight = candidate_weight(domain, value, bsdf_samples, target);
     return stream_add(stream, number, weight, target, choice);
@@ -61,7 +61,8 @@ void main() {
     if (has_surface(data) && restir.at.lights > 0u) {
         Ray ray = primary_ray(pixel);
         Domain domain = unpack_domain(data, ray);
-        Random random = pass_random(pixel, PASS_INITIAL_DIRECT);
+        Random random = kind_random(pixel, PASS_INITIAL);
+        bool mirror = is_mirror(domain.bsdf);
         prefer_narrow_lobe(domain.bsdf);
         uint light_samples = restir.at.light_samples, bsdf_samples = restir.at.bsdf_samples;
         if (PILOTS) bsdf_samples += more_bsdf_samples(ivec2(pixel), domain.bsdf);
@@ -70,19 +71,21 @@ void main() {
         for (uint i = 0u; i < light_samples; i += 1u) {
             uvec4 bits = random_bits(random);
             float choice = to_unit(random_bits(random).x);
-            Sample value = sample_lights(restir.at.lights, restir.at.uniform_candidates != 0u, bits);
+            LightSample value = sample_lights(restir.at.lights, restir.at.uniform_candidates != 0u, bits);
             if (offer_candidate(stream, domain, value, i, choice, bsdf_samples)) reservoir.value = value;
         }
 
-        if (PILOTS && pilots.at[slot].light != NONE) {
-            Sample value = sample_at(pilots.at[slot].light, pilots.at[slot].barycentrics);
+        Hit pilot = Hit(0.0, NONE, 0u, vec2(0.0));
+        if (PILOTS) pilot = pilot_hit(LOAD_PILOT(pilots, slot));
+        uint pilot_light = light_of(pilot);
+        if (pilot_light != NONE) {
+            LightSample value = sample_at(pilot_light, packUnorm2x16(pilot.barycentrics));
             float choice = to_unit(random_bits(random).x);
             if (offer_candidate(stream, domain, value, light_samples, choice, bsdf_samples)) reservoir.value = value;
         }
 
         // One trace a turn: BSDF rays, the mirror's ray, and the survivor's visibility.
         uint mirror_turn = bsdf_samples, visibility_turn = bsdf_samples + 1u;
-        bool mirror = domain.bsdf.alpha == 0.0 && domain.bsdf.specular_probability > 0.0;
         uint turn = PILOTS ? 1u : 0u;
         for (; turn <= visibility_turn; turn += 1u) {
             Ray next;
@@ -91,15 +94,14 @@ void main() {
             if (turn < bsdf_samples) {
                 vec4 numbers = to_unit(random_bits(random));
                 choice = to_unit(random_bits(random).x);
-                wanted = sample_bsdf_ray(domain, numbers, next);
+                BsdfSample chosen;
+                wanted = sample_bsdf_ray(domain, numbers, chosen, next);
             } else if (turn == mirror_turn) {
                 // What a mirror shows is one direction's light, which no reservoir can share.
-                vec3 direction = to_world(domain, vec3(-domain.outgoing.xy, domain.outgoing.z));
-                wanted = mirror && dot(direction, domain.geometric_normal) > 0.0;
-                next = Ray(clear_origin(domain, direction), LARGEST, direction);
+                wanted = mirror && mirror_ray(domain, next);
             } else {
                 // What a BSDF ray found was seen.
-                wanted = restir.at.visibility >= VISIBILITY_INITIAL && stream.chosen < light_samples;
+                wanted = VISIBILITY >= VISIBILITY_INITIAL && stream.chosen < light_samples;
                 if (wanted) next = shadow_ray(domain, reservoir.value);
             }
             if (!wanted) continue;
@@ -116,7 +118,7 @@ void main() {
                 color.at[index] += emission * specular_fresnel(domain.bsdf, domain.outgoing.z);
                 continue;
             }
-            Sample value = sample_at(light, packUnorm2x16(hit.barycentrics));
+            LightSample value = sample_at(light, packUnorm2x16(hit.barycentrics));
             if (offer_candidate(stream, domain, value, light_samples + turn, choice, bsdf_samples)) reservoir.value = value;
         }
         // A driver may end a loop that seems endless to it; the pixel would then lack light.

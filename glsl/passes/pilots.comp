@@ -1,7 +1,7 @@
 #version 460
-// The first BSDF candidate of each pixel. What it finds also tells the pixels around how many more
-// they should draw. It must not tell its own: a choice that depends on the sample that it concerns
-// would bias it.
+// The first BSDF ray of each pixel: a candidate of direct light where it meets a light, and the beginning of a
+// path of indirect light. What it finds also tells the pixels around how many more they should draw. It
+// must not tell its own: a choice that depends on the sample that it concerns would bias it.
 #include "prelude.glsl"
 #include "random.glsl"
 #include "counters.glsl"
@@ -22,25 +22,27 @@
 layout(local_size_x = TILE * TILE) in;
 
 layout(scalar) readonly buffer SampleDataBlock { SampleData at[]; } sample_data;
-layout(scalar) writeonly buffer PilotsBlock { Pilot at[]; } pilots;
+layout(scalar) writeonly buffer PilotsBlock { uint at[]; } pilots;
 
 void main() {
     uvec2 pixel = own_pixel();
     if (is_outside(pixel)) return;
     uint slot = slot_of(pixel);
     SampleData data = sample_data.at[slot];
-    Pilot pilot = Pilot(NONE, 0u, 0.0);
+    Pilot pilot = Pilot(NONE, 0u, vec2(0.0), 0.0);
     if (has_surface(data) && restir.at.lights > 0u) {
         Domain domain = unpack_domain(data, primary_ray(pixel));
         prefer_narrow_lobe(domain.bsdf);
-        Random random = pass_random(pixel, PASS_PILOTS);
+        BsdfSample chosen;
         Ray ray;
-        if (sample_bsdf_ray(domain, to_unit(random_bits(random)), ray)) {
+        if (pilot_ray(domain, pixel, chosen, ray)) {
             Hit hit = trace_closest(ray);
-            pilot.light = light_of(hit);
-            if (pilot.light != NONE) {
-                pilot.barycentrics = packUnorm2x16(hit.barycentrics);
-                Sample value = sample_at(pilot.light, pilot.barycentrics);
+            pilot.instance = hit.instance;
+            pilot.primitive = hit.primitive;
+            pilot.barycentrics = hit.barycentrics;
+            uint light = light_of(hit);
+            if (light != NONE) {
+                LightSample value = sample_at(light, packUnorm2x16(hit.barycentrics));
                 float target;
                 float weight = candidate_weight(domain, value, 1u, target);
                 // Lamps that all were off when their brightness was measured ask for no more.
@@ -48,5 +50,9 @@ void main() {
             }
         }
     }
-    pilots.at[slot] = pilot;
+    pilots.at[pilot_word(slot, 0u)] = pilot.instance;
+    pilots.at[pilot_word(slot, 1u)] = pilot.primitive;
+    pilots.at[pilot_word(slot, 2u)] = floatBitsToUint(pilot.barycentrics.x);
+    pilots.at[pilot_word(slot, 3u)] = floatBitsToUint(pilot.barycentrics.y);
+    pilots.at[pilot_word(slot, 4u)] = floatBitsToUint(pilot.brightness);
 }

@@ -98,6 +98,8 @@ pub enum Aov {
     Motion,
     /// What the last frame's reservoirs of direct light hold.
     Direct,
+    /// What the last frame's reservoirs of indirect light hold.
+    Indirect,
 }
 
 impl SceneArgs {

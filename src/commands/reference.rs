@@ -51,10 +51,11 @@ pub struct Args {
 /// all complete samples.
 pub fn run(args: &Args) -> Result<()> {
     let limit = sample_limit(args)?;
+    let settings = args.scene.settings()?.of_path_tracing();
     let clock = args.scene.clock(None)?;
     check_outputs(&args.output, args.scene.report.as_deref())?;
     let interrupt = Interrupt::watch()?;
-    let mut session = Session::open(&args.scene, clock, &interrupt)?;
+    let mut session = Session::open(&args.scene, settings, clock, &interrupt)?;
     let mut done = if args.resume {
         resume(args, &mut session)?
     } else {

@@ -38,10 +38,11 @@ pub fn run(args: &Args) -> Result<()> {
             "--frames 0 renders nothing; frames begin at 1",
         ));
     }
+    let settings = args.scene.settings()?;
     let clock = args.scene.clock(args.fps)?;
     check_outputs(&args.output, args.scene.report.as_deref())?;
     let interrupt = Interrupt::watch()?;
-    let mut session = Session::open(&args.scene, clock, &interrupt)?;
+    let mut session = Session::open(&args.scene, settings, clock, &interrupt)?;
     // Without --accumulate only the last frame is shown; those before it are made where it needs
     // them as history.
     let first = if args.accumulate { 0 } else { args.frames - 1 };

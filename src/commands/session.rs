@@ -5,9 +5,9 @@ use super::interrupt::Interrupt;
 use super::{NOTHING_WRITTEN, check_messages, notice, open_scene, open_vulkan, settle};
 use crate::gpu::{Device, Instance, PassTime};
 use crate::image::{Image, Samples};
-use crate::layouts::{DirectAov, MOST_RADIANCE, PixelSums};
-use crate::render::settings::{Integrator, Visibility};
-use crate::render::{Clock, Renderer, Settings, View};
+use crate::layouts::{MOST_RADIANCE, PixelSums, ReservoirAov};
+use crate::render::settings::{IndirectMode, Integrator, Visibility};
+use crate::render::{Clock, Kind, Renderer, Settings, View};
 use crate::scene::camera::framing_camera;
 use crate::scene::{Camera, MovingCamera, Scene};
 use crate::tracing::selection::{self, Selection};
@@ -53,14 +53,14 @@ impl Session {
     ///
     /// # Errors
     /// Wrong arguments or input, a device that fails, or a signal.
-    pub fn open(args: &SceneArgs, clock: Clock, interrupt: &Interrupt) -> Result<Self> {
+    pub fn open(
+        args: &SceneArgs,
+        settings: Settings,
+        clock: Clock,
+        interrupt: &Interrupt,
+    ) -> Result<Self> {
         let opened = Instant::now();
-        let settings = args.settings()?;
-        if args.aov.contains(&Aov::Direct) && settings.integrator == Integrator::PathTracing {
-            return Err(Error::input(
-                "--aov direct shows reservoirs, of which path tracing has none; choose a --preset with integrator=restir",
-            ));
-        }
+        check_aovs(&args.aov, &settings, args.bounces)?;
         let own_camera = args.look_at_camera()?;
         let mut scene = open_scene(&args.scene, interrupt)?;
         for text in &scene.notices {
@@ -233,12 +233,13 @@ impl Session {
 
     fn add_aovs(&mut self, image: &mut Image, aovs: &[Aov]) -> Result<()> {
         let surfaces = match aovs {
-            [Aov::Direct] => Vec::new(),
+            [Aov::Direct | Aov::Indirect] => Vec::new(),
             _ => self.renderer.primary_surfaces()?,
         };
         for aov in aovs {
             match aov {
-                Aov::Direct => self.add_direct_aovs(image)?,
+                Aov::Direct => self.add_reservoir_aovs(image, Kind::Direct)?,
+                Aov::Indirect => self.add_reservoir_aovs(image, Kind::Indirect)?,
                 Aov::Albedo => {
                     let values: Vec<_> = surfaces.iter().map(|s| s.albedo.to_array()).collect();
                     image.set_vectors("albedo.", ["R", "G", "B"], &values);
@@ -270,13 +271,14 @@ impl Session {
         Ok(())
     }
 
-    fn add_direct_aovs(&mut self, image: &mut Image) -> Result<()> {
-        let reservoirs = self.renderer.direct_aovs()?;
+    fn add_reservoir_aovs(&self, image: &mut Image, kind: Kind) -> Result<()> {
+        let reservoirs = self.renderer.reservoir_aovs(kind)?;
         let mut add = |name: &str, samples| {
-            image.channels.insert(format!("direct.{name}"), samples);
+            let name = format!("{}.{name}", kind.name());
+            image.channels.insert(name, samples);
         };
         let floats =
-            |value: fn(&DirectAov) -> f32| Samples::F32(reservoirs.iter().map(value).collect());
+            |value: fn(&ReservoirAov) -> f32| Samples::F32(reservoirs.iter().map(value).collect());
         add("weight", floats(|r| r.weight));
         add("confidence", floats(|r| r.confidence));
         add("age", floats(|r| r.age as f32));
@@ -333,13 +335,30 @@ impl Session {
     }
 }
 
+/// Refuses AOVs of reservoirs that there are none of.
+fn check_aovs(aovs: &[Aov], settings: &Settings, bounces: u32) -> Result<()> {
+    let resampled = settings.integrator == Integrator::Restir;
+    if aovs.contains(&Aov::Direct) && !resampled {
+        return Err(Error::input(
+            "--aov direct shows reservoirs, of which path tracing has none; choose a --preset with integrator=restir",
+        ));
+    }
+    let indirect = resampled && bounces > 1 && settings.indirect.mode == IndirectMode::Restir;
+    if aovs.contains(&Aov::Indirect) && !indirect {
+        return Err(Error::input(
+            "--aov indirect shows reservoirs of indirect light, of which there are none; choose a --preset with integrator=restir and indirect.mode=restir, and --bounces of at least 2",
+        ));
+    }
+    Ok(())
+}
+
 /// Says what the settings leave out of the picture or of the work.
 fn tell_what_is_left_out(settings: &Settings, bounces: u32) {
     if settings.integrator != Integrator::Restir {
         return;
     }
-    if bounces > 1 {
-        notice("integrator=restir gives direct light only, as with --bounces 1");
+    if bounces > 1 && settings.indirect.mode == IndirectMode::Off {
+        notice("indirect.mode=off gives direct light only, as with --bounces 1");
     }
     if settings.direct.visibility == Visibility::Final && settings.direct.bsdf_samples > 0 {
         notice("direct.visibility=final takes light candidates only, so no BSDF samples are drawn");

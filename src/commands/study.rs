@@ -33,6 +33,9 @@ pub struct Args {
     /// What to render: a plan of the program's own, or a file
     #[arg(long, value_name = "NAME|FILE.toml", default_value = "bias-matrix")]
     plan: String,
+    /// Scattering events at most, instead of the plan's
+    #[arg(long)]
+    bounces: Option<u32>,
     /// A fourth of the seeds and of the references' samples: a first look, no proof
     #[arg(long)]
     quick: bool,
@@ -51,6 +54,7 @@ pub struct Args {
 /// should be unbiased and is not shown to be.
 pub fn run(args: &Args) -> Result<()> {
     let mut plan = Plan::open(&args.plan)?;
+    plan.bounces = args.bounces.unwrap_or(plan.bounces);
     let configurations = plan.resolve()?;
     if !args.scenes.is_empty() {
         let wanted = |name: &String| {

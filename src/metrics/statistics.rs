@@ -108,7 +108,8 @@ fn t_quantile(probability: f64, degrees: f64) -> f64 {
     }
 }
 
-fn t_tail(t: f64, degrees: f64) -> f64 {
+/// Chance that Student's t with so many degrees of freedom is above `t`.
+pub(crate) fn t_tail(t: f64, degrees: f64) -> f64 {
     if t.is_nan() {
         return t;
     }

@@ -1,19 +1,22 @@
 //! A frame of reservoir resampling, pass by pass from the top.
 
 mod constants;
+mod resampled;
 
 use super::counters::{Counters, Counts};
-use super::direct_aovs::{DirectAovs, Left};
+use super::kind::{Kind, PassNames};
 use super::offered::Offered;
-use super::settings::{Direct, Reservoirs, Reuse, Settings};
+use super::reservoir_aovs::{self, Left};
+use super::settings::{Resampling, Reservoirs, Settings};
 use super::strips::check_side;
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
 use crate::layouts::{
-    DirectAov, FrameConstants, GpuCamera, Pilot, PixelSums, RestirConstants, SampleData,
-    SpatialStep, TILE,
+    FrameConstants, GpuCamera, NONE, PILOT_WORDS, PixelSums, ReservoirAov, RestirConstants,
+    SampleData, TILE,
 };
 use crate::{Error, Result};
 use glam::{DVec3, Vec3};
+use resampled::{Common, Resampled, specialisation};
 use std::sync::Arc;
 
 crate::bindings! {
@@ -38,112 +41,47 @@ crate::bindings! {
     }
 }
 
-crate::bindings! {
-    /// What the pass `initial_direct` is bound to.
-    pub struct InitialDirect {
-        [offers scene: Offered]
-        uniform restir,
-        read sample_data,
-        read pilots,
-        write reservoirs,
-        write color,
-        write counters,
-    }
-}
-
-crate::bindings! {
-    /// What the pass `temporal_direct` is bound to.
-    pub struct TemporalDirect {
-        [offers scene: Offered]
-        uniform restir,
-        read sample_data,
-        read previous_sample_data,
-        read history,
-        write reservoirs,
-        write counters,
-    }
-}
-
-crate::bindings! {
-    /// What the pass `spatial_direct` is bound to.
-    pub struct SpatialDirect {
-        [offers scene: Offered]
-        uniform restir,
-        read sample_data,
-        read neighbours,
-        write reservoirs,
-        write counters,
-    }
-}
-
-crate::bindings! {
-    /// What the pass `shade` is bound to.
-    pub struct Shade {
-        [offers scene: Offered]
-        uniform restir,
-        read sample_data,
-        read reservoirs,
-        write color,
-        write counters,
-    }
-}
-
-/// Specialisation constant: whether BSDF candidates begin with pilots.
+/// Specialisation constants: whether BSDF candidates begin with pilots, and how far these lie apart.
 const PILOTS: u32 = 10;
+const PILOT_STRIDE: u32 = 16;
 
 /// Every pass that counts.
 const PASSES: &[&str] = &[
     "surfaces",
     "pilots",
-    "initial_direct",
-    "temporal_direct",
-    "spatial_direct",
-    "shade",
+    DIRECT.initial,
+    INDIRECT.initial,
+    DIRECT.temporal,
+    INDIRECT.temporal,
+    DIRECT.spatial,
+    INDIRECT.spatial,
+    DIRECT.shade,
+    INDIRECT.shade,
 ];
-
-/// The passes that find direct light, those of them that the settings need: a driver takes seconds to
-/// compile one.
-struct DirectPasses {
-    pilots: Option<ComputePass>,
-    initial: ComputePass,
-    temporal: Option<ComputePass>,
-    spatial: Option<ComputePass>,
-    shade: ComputePass,
-}
-
-impl DirectPasses {
-    fn new(reuse: Reuse, pilots: bool, pass: &dyn Fn(&str) -> Result<ComputePass>) -> Result<Self> {
-        let if_needed = |needed: bool, name: &str| needed.then(|| pass(name)).transpose();
-        Ok(Self {
-            pilots: if_needed(pilots, "pilots")?,
-            initial: pass("initial_direct")?,
-            temporal: if_needed(reuse.is_temporal(), "temporal_direct")?,
-            spatial: if_needed(reuse.is_spatial(), "spatial_direct")?,
-            shade: pass("shade")?,
-        })
-    }
-}
+const DIRECT: PassNames = Kind::Direct.passes();
+const INDIRECT: PassNames = Kind::Indirect.passes();
 
 /// The passes and buffers of a frame, and what the next frame reads of this one.
 pub struct Frame {
     device: Arc<Device>,
     offered: Arc<Offered>,
-    direct: Direct,
-    layout: Reservoirs,
+    /// What its shaders are told, but for what each kind of light is told of itself.
     constants: RestirConstants,
+    layout: Reservoirs,
     jitter: bool,
     surfaces: ComputePass,
-    direct_passes: Option<DirectPasses>,
-    direct_aovs: Option<DirectAovs>,
+    pilot_pass: Option<ComputePass>,
+    /// The kinds of light that are looked for, direct light first.
+    kinds: Vec<Resampled>,
+    /// What passes of no kind read: told as those of direct light are.
     restir: Buffer,
+    direct: Resampling,
     color: Buffer,
     pilots: Buffer,
     counters: Counters,
     /// Primary surfaces of this frame and, with temporal reuse, of the last: the first is the one
     /// that the next frame overwrites.
     sample_data: Vec<Buffer>,
-    /// Each pass reads one and writes the other; the first is the one to be written next.
-    reservoirs: Vec<Buffer>,
     /// The frame whose samples the buffers hold.
     last: Option<u32>,
     sums: Vec<[DVec3; 2]>,
@@ -161,24 +99,39 @@ impl Frame {
         settings: &Settings,
         counting: bool,
     ) -> Result<Self> {
-        let direct = settings.direct.clone();
-        let pilots = direct.draws_pilots();
-        let layout = &settings.reservoirs;
+        let layout = settings.reservoirs;
         let (width, height) = (frame.width, frame.height);
-        let pixels = u64::from(width) * u64::from(height);
-        let slots = layout.slots(width, height);
-        let needed = [
-            ("sample_data", slots * size_of::<SampleData>() as u64),
-            ("reservoirs", slots * layout.bytes()),
-            ("color", pixels * 12),
-            // A pass that names a buffer must find one.
-            (
-                "pilots",
-                if pilots { slots } else { 1 } * size_of::<Pilot>() as u64,
-            ),
-        ];
         check_side("wide", width)?;
         check_side("high", height)?;
+        let pixels = u64::from(width) * u64::from(height);
+        let slots = layout.slots(width, height);
+        let wanted = [Kind::Direct, Kind::Indirect].map(|kind| {
+            let resampling = Resampled::wanted(kind, settings, frame.bounces);
+            resampling.map(|resampling| (kind, resampling))
+        });
+        let [direct, indirect] = wanted;
+        // The first BSDF ray is a candidate of direct light and the beginning of a path.
+        let direct_pilots = direct.is_some() && settings.direct.draws_pilots();
+        let draws_pilots = direct_pilots || indirect.is_some();
+
+        let color_bytes = pixels * 12;
+        let sample_data_bytes = slots * size_of::<SampleData>() as u64;
+        // With indirect light they lie among its reservoirs. A pass that names a buffer must find one.
+        let own_pilots = direct_pilots && indirect.is_none();
+        let pilot_stride = match indirect {
+            Some((kind, _)) => Resampled::reservoir_bytes(kind, settings),
+            None => u64::from(4 * PILOT_WORDS),
+        };
+        let pilot_bytes = if own_pilots { slots } else { 1 } * pilot_stride;
+        let mut needed = vec![
+            ("sample_data", sample_data_bytes),
+            ("color", color_bytes),
+            ("pilots", pilot_bytes),
+        ];
+        for (kind, _) in wanted.iter().flatten() {
+            let bytes = slots * Resampled::reservoir_bytes(*kind, settings);
+            needed.push(("reservoirs", bytes));
+        }
         let info = &device.info;
         let most = info.max_storage_buffer_range.min(info.max_buffer_size);
         if let Some((name, bytes)) = needed.iter().find(|(_, bytes)| *bytes > most) {
@@ -187,50 +140,46 @@ impl Frame {
                 info.name
             )));
         }
-        let buffer = |which: usize| {
-            let (name, bytes) = needed[which];
-            Buffer::new(device, name, bytes, Usage::default())
+
+        let counters = Counters::new(device, PASSES, counting)?;
+        let pass = |name: &str, own: &[(u32, u32)]| {
+            let counting = counters.constants(name);
+            let pilots = (PILOTS, direct_pilots.into());
+            let stride = (PILOT_STRIDE, (pilot_stride / 4) as u32);
+            offered.pass(
+                name,
+                &[&layout.constants()[..], &counting, &[pilots, stride], own].concat(),
+            )
         };
+        let buffer = |name, bytes| Buffer::new(device, name, bytes, Usage::default());
         let uniform = Usage {
             uniform: true,
             ..Usage::default()
         };
-        let lamp_luminance = offered.scene.lamp_luminance;
-        let constants = constants::of(frame, &direct, slots as u32, lamp_luminance);
-        let counters = Counters::new(device, PASSES, counting)?;
-        let pass = |name: &str| {
-            let mut special = [layout.constants(), counters.constants(name).to_vec()].concat();
-            special.push((PILOTS, pilots.into()));
-            offered.pass(name, &special)
-        };
-        let temporal = direct.reuse.is_temporal();
+        let kinds = (wanted.into_iter().flatten())
+            .map(|(kind, resampling)| {
+                Resampled::new(device, kind, resampling, settings, slots as u32, pass)
+            })
+            .collect::<Result<Vec<_>>>()?;
+        let temporal = kinds.iter().any(|kind| kind.settings.reuse.is_temporal());
+        let restir_bytes = size_of::<RestirConstants>() as u64;
         let mut made = Self {
-            surfaces: pass("surfaces")?,
-            direct_passes: (frame.bounces > 0)
-                .then(|| DirectPasses::new(direct.reuse, pilots, &pass))
-                .transpose()?,
-            direct_aovs: None,
-            restir: Buffer::new(
-                device,
-                "restir",
-                size_of::<RestirConstants>() as u64,
-                uniform,
-            )?,
-            color: buffer(2)?,
-            pilots: buffer(3)?,
+            surfaces: pass("surfaces", &[])?,
+            pilot_pass: draws_pilots.then(|| pass("pilots", &[])).transpose()?,
+            kinds,
+            restir: Buffer::new(device, "restir", restir_bytes, uniform)?,
+            direct: settings.direct.resampling(),
+            color: buffer("color", color_bytes)?,
+            pilots: buffer("pilots", pilot_bytes)?,
             sample_data: (0..if temporal { 2 } else { 1 })
-                .map(|_| buffer(0))
-                .collect::<Result<_>>()?,
-            reservoirs: (0..if direct.reuse == Reuse::None { 1 } else { 2 })
-                .map(|_| buffer(1))
+                .map(|_| buffer("sample_data", sample_data_bytes))
                 .collect::<Result<_>>()?,
             counters,
             last: None,
             sums: Vec::new(),
             jitter: frame.jitter != 0,
-            constants,
-            layout: *layout,
-            direct,
+            constants: constants::of_frame(frame, offered, settings, slots as u32),
+            layout,
             offered: offered.clone(),
             device: device.clone(),
         };
@@ -249,7 +198,7 @@ impl Frame {
         // A shader that reads a reservoir which no pass wrote finds it empty, instead of the number of a
         // light that does not exist and whose address may be nobody's.
         let mut recording = Recording::new(&self.device)?;
-        for buffer in self.sample_data.iter().chain(&self.reservoirs) {
+        for buffer in self.buffers() {
             recording.clear(buffer);
         }
         recording.finish()?;
@@ -258,7 +207,14 @@ impl Frame {
 
     /// Whether a frame depends on the one before it.
     pub fn has_history(&self) -> bool {
-        self.direct.reuse.is_temporal()
+        self.sample_data.len() > 1
+    }
+
+    /// Everything that is kept for each pixel.
+    fn buffers(&self) -> impl Iterator<Item = &Buffer> {
+        let reservoirs = self.kinds.iter().flat_map(|kind| &kind.reservoirs);
+        let shared = [&self.color, &self.pilots];
+        self.sample_data.iter().chain(shared).chain(reservoirs)
     }
 
     /// Renders the frame of this number as `camera` sees it; what the frame before it left is its
@@ -275,9 +231,11 @@ impl Frame {
         ];
         let scene = self.offered.as_ref();
         let (restir, color, counters) = (&self.restir, &self.color, &self.counters.buffer);
+        let sample_data = &self.sample_data[0];
+        let indirect = self.kinds.iter().find(|kind| kind.kind == Kind::Indirect);
+        let pilots = indirect.map_or(&self.pilots, |kind| &kind.reservoirs[0]);
         let mut recording = Recording::new(&self.device)?;
 
-        let sample_data = &self.sample_data[0];
         let surfaces = Surfaces {
             scene,
             restir,
@@ -287,70 +245,29 @@ impl Frame {
         };
         recording.pass(&self.surfaces, &surfaces, &(), groups)?;
 
-        // Which of the reservoir buffers holds this frame's.
-        let mut current = 0;
-        if let Some(passes) = &self.direct_passes {
-            let pilots = &self.pilots;
-            if let Some(pass) = &passes.pilots {
-                let bound = Pilots {
-                    scene,
-                    restir,
-                    sample_data,
-                    pilots,
-                    counters,
-                };
-                recording.pass(pass, &bound, &(), groups)?;
-            }
-            let initial = InitialDirect {
+        if let Some(pass) = &self.pilot_pass {
+            let bound = Pilots {
                 scene,
                 restir,
                 sample_data,
                 pilots,
-                reservoirs: &self.reservoirs[current],
-                color,
                 counters,
             };
-            recording.pass(&passes.initial, &initial, &(), groups)?;
-
-            if let Some(pass) = passes.temporal.as_ref().filter(|_| self.last.is_some()) {
-                let temporal = TemporalDirect {
-                    scene,
-                    restir,
-                    sample_data,
-                    previous_sample_data: &self.sample_data[1],
-                    history: &self.reservoirs[1],
-                    reservoirs: &self.reservoirs[current],
-                    counters,
-                };
-                recording.pass(pass, &temporal, &(), groups)?;
-            }
-
-            if let Some(pass) = &passes.spatial {
-                for step in 0..self.constants.spatial_passes {
-                    let spatial = SpatialDirect {
-                        scene,
-                        restir,
-                        sample_data,
-                        neighbours: &self.reservoirs[current],
-                        reservoirs: &self.reservoirs[1 - current],
-                        counters,
-                    };
-                    let step = SpatialStep { number: step };
-                    recording.pass(pass, &spatial, &step, groups)?;
-                    current = 1 - current;
-                }
-            }
-
-            let shade = Shade {
-                scene,
-                restir,
-                sample_data,
-                reservoirs: &self.reservoirs[current],
-                color,
-                counters,
-            };
-            recording.pass(&passes.shade, &shade, &(), groups)?;
+            recording.pass(pass, &bound, &(), groups)?;
         }
+
+        let common = Common {
+            scene,
+            sample_data,
+            previous_sample_data: self.last.and(self.sample_data.get(1)),
+            pilots,
+            color,
+            counters,
+            groups,
+        };
+        let newest = (self.kinds.iter())
+            .map(|kind| kind.record(&mut recording, &common))
+            .collect::<Result<Vec<_>>>()?;
         let mut times = Vec::new();
         PassTime::add(&mut times, recording.finish()?);
         // Elsewhere the counters are looked at when the picture is read.
@@ -360,32 +277,42 @@ impl Frame {
 
         // The next frame overwrites what is oldest and reads the rest as history.
         self.sample_data.reverse();
-        if current == 0 {
-            self.reservoirs.reverse();
+        for (kind, newest) in self.kinds.iter_mut().zip(newest) {
+            if newest == 0 {
+                kind.reservoirs.reverse();
+            }
         }
         self.last = Some(number);
         Ok(times)
     }
 
-    /// What the last frame left in its reservoirs, row by row from the top.
+    /// What the last frame left in a kind's reservoirs, row by row from the top; all is empty where that
+    /// kind is not resampled.
     ///
     /// # Errors
     /// The device fails.
-    pub fn direct_aovs(&mut self) -> Result<Vec<DirectAov>> {
-        let aovs = match self.direct_aovs.take() {
-            Some(aovs) => aovs,
-            None => DirectAovs::new(&self.device, &self.offered, &self.layout)?,
+    pub fn reservoir_aovs(&self, kind: Kind) -> Result<Vec<ReservoirAov>> {
+        let Some(resampled) = self.kinds.iter().find(|resampled| resampled.kind == kind) else {
+            let empty = ReservoirAov {
+                light: NONE,
+                ..ReservoirAov::default()
+            };
+            let pixels = self.constants.width as usize * self.constants.height as usize;
+            return Ok(vec![empty; pixels]);
         };
+        let special = [
+            &self.layout.constants()[..],
+            &specialisation(&resampled.settings),
+        ];
+        let pass = self.offered.pass(kind.passes().aovs, &special.concat())?;
         // The newest of each lies last.
         let left = Left {
-            constants: &self.constants,
-            restir: &self.restir,
+            constants: &resampled.constants,
+            restir: &resampled.restir,
             sample_data: &self.sample_data[self.sample_data.len() - 1],
-            reservoirs: &self.reservoirs[self.reservoirs.len() - 1],
+            reservoirs: &resampled.reservoirs[resampled.reservoirs.len() - 1],
         };
-        let seen = aovs.look(&left);
-        self.direct_aovs = Some(aovs);
-        seen
+        reservoir_aovs::look(&self.device, &self.offered, &pass, &left)
     }
 
     /// Renders a frame and adds it to the sums.
@@ -451,11 +378,7 @@ impl Frame {
 
     /// Bytes of its buffers on the device.
     pub fn bytes(&self) -> u64 {
-        let buffers = self.sample_data.iter().chain(&self.reservoirs);
-        buffers
-            .chain([&self.color, &self.pilots])
-            .map(Buffer::size)
-            .sum()
+        self.buffers().map(Buffer::size).sum()
     }
 
     /// Tells the shaders of the next frame.
@@ -472,6 +395,11 @@ impl Frame {
             constants.jitter_x = x;
             constants.jitter_y = y;
         }
-        self.restir.write(&[*constants])
+        let constants = *constants;
+        for kind in &mut self.kinds {
+            kind.tell(&constants)?;
+        }
+        let told = constants::of_kind(&constants, &self.direct);
+        self.restir.write(&[told])
     }
 }

@@ -40,7 +40,7 @@ pub const PRESETS: &[Preset] = &[
 ];
 
 /// The preset taken when none is named.
-pub const DEFAULT: &str = "path-tracing";
+pub const DEFAULT: &str = "balanced";
 
 impl Preset {
     /// The preset of that name.

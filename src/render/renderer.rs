@@ -4,14 +4,15 @@ use super::aovs::Aovs;
 use super::camera::gpu_camera;
 use super::counters::Counts;
 use super::frame::Frame;
+use super::kind::Kind;
 use super::offered::Offered;
 use super::path_tracing::PathTracer;
 use super::settings::{Heuristic, Integrator, Settings};
 use super::view::View;
 use crate::gpu::{Device, PassTime};
 use crate::layouts::{
-    DirectAov, FrameConstants, GpuCamera, HEURISTIC_BALANCE, HEURISTIC_POWER, PixelSums,
-    PrimarySurface,
+    FrameConstants, GpuCamera, HEURISTIC_BALANCE, HEURISTIC_POWER, PixelSums, PrimarySurface,
+    ReservoirAov,
 };
 use crate::scene::Camera;
 use crate::tracing::GpuScene;
@@ -280,16 +281,16 @@ impl Renderer {
         surfaces
     }
 
-    /// What the last frame left in its reservoirs of direct light, row by row from the top.
+    /// What the last frame left in its reservoirs of a kind of light, row by row from the top.
     ///
     /// # Errors
     /// Path tracing, which has none, or the device fails.
-    pub fn direct_aovs(&mut self) -> Result<Vec<DirectAov>> {
-        match &mut self.technique {
+    pub fn reservoir_aovs(&self, kind: Kind) -> Result<Vec<ReservoirAov>> {
+        match &self.technique {
             Technique::PathTracing(_) => Err(Error::input(
                 "path tracing has no reservoirs to look into; use integrator=restir",
             )),
-            Technique::Resampling(frame) => frame.direct_aovs(),
+            Technique::Resampling(frame) => frame.reservoir_aovs(kind),
         }
     }
 

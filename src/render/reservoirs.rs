@@ -1,9 +1,11 @@
 //! How reservoirs lie in memory. None of it changes a picture beyond the last digits that a format
 //! keeps; what it costs depends on the device.
 
+use super::kind::Kind;
 use super::settings::Reservoirs;
 use crate::layouts::{
-    COMPACT_WORDS, FORMAT_COMPACT, FORMAT_FULL, FULL_WORDS, ORDER_COLUMN, ORDER_ROW, ORDER_SWIZZLE,
+    DIRECT_COMPACT_WORDS, DIRECT_FULL_WORDS, FORMAT_COMPACT, FORMAT_FULL, INDIRECT_COMPACT_WORDS,
+    INDIRECT_FULL_WORDS, ORDER_COLUMN, ORDER_ROW, ORDER_SWIZZLE,
 };
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
@@ -19,10 +21,10 @@ const SWIZZLE: u32 = 5;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Format {
-    /// 16 bytes: the light and where on it; the rest is looked up.
+    /// 16 bytes for direct and 32 for indirect light: what is named, and where on it; the rest is looked up.
     #[default]
     Compact,
-    /// 40 bytes: the point, its normal and its radiance too.
+    /// 40 and 60 bytes: points, their normals and radiance too.
     Full,
 }
 
@@ -118,11 +120,13 @@ impl Reservoirs {
         ]
     }
 
-    /// Bytes of a reservoir of direct light.
-    pub fn bytes(&self) -> u64 {
-        4 * u64::from(match self.format {
-            Format::Compact => COMPACT_WORDS,
-            Format::Full => FULL_WORDS,
+    /// Bytes of a reservoir.
+    pub fn bytes(&self, kind: Kind) -> u64 {
+        4 * u64::from(match (kind, self.format) {
+            (Kind::Direct, Format::Compact) => DIRECT_COMPACT_WORDS,
+            (Kind::Direct, Format::Full) => DIRECT_FULL_WORDS,
+            (Kind::Indirect, Format::Compact) => INDIRECT_COMPACT_WORDS,
+            (Kind::Indirect, Format::Full) => INDIRECT_FULL_WORDS,
         })
     }
 

@@ -124,11 +124,13 @@ pub struct Spatial {
     /// Passes, each over the results of the one before. Cost: proportional. Unbiased at any value.
     #[schemars(range(min = 1, max = 8))]
     pub passes: u32,
-    /// Neighbours wanted a pass. Cost: two targets each. Unbiased at any value.
+    /// Neighbours wanted a pass. Cost: three targets each, but with `mis=balance` no rays: a merge by pairs
+    /// traces two, however many there are. Unbiased at any value.
     #[schemars(range(min = 0, max = 16))]
     pub neighbours: u32,
-    /// Radius of the disc they are drawn from. Unit: pixels. Lower: neighbours more alike, so first
-    /// frames have less noise; higher: they share fewer samples, so that later frames lose more of it.
+    /// Radius of the disc they are drawn from, half of them within a quarter of it. Unit: pixels. Lower:
+    /// neighbours more alike, so first frames have less noise; higher: they share fewer samples, so that
+    /// later frames lose more of it.
     #[schemars(range(min = 0.5, max = 1000.0))]
     pub radius: f32,
     /// How they are looked for.
@@ -227,7 +229,42 @@ impl Default for Direct {
     }
 }
 
+/// How one kind of light is resampled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Resampling {
+    /// How lights are picked.
+    pub candidates: Candidates,
+    /// Points on lights that a pixel, or a vertex of a path, chooses from.
+    pub light_samples: u32,
+    /// Whose reservoirs a pixel merges with its own.
+    pub reuse: Reuse,
+    /// How a merge weighs its techniques.
+    pub mis: Mis,
+    /// Where visibility enters.
+    pub visibility: Visibility,
+    /// Temporal reuse.
+    pub temporal: Temporal,
+    /// Spatial reuse.
+    pub spatial: Spatial,
+    /// Which surfaces are alike enough to share samples.
+    pub similar: Similar,
+}
+
 impl Direct {
+    /// How it is resampled.
+    pub fn resampling(&self) -> Resampling {
+        Resampling {
+            candidates: self.candidates,
+            light_samples: self.light_samples,
+            reuse: self.reuse,
+            mis: self.mis,
+            visibility: self.visibility,
+            temporal: self.temporal,
+            spatial: self.spatial,
+            similar: self.similar,
+        }
+    }
+
     /// Whether BSDF rays make candidates. They have visibility in them, which targets without it have
     /// not: then they would be another's samples.
     pub fn draws_bsdf(&self) -> bool {
@@ -237,6 +274,125 @@ impl Direct {
     /// Whether the first of them tell where more are needed.
     pub fn draws_pilots(&self) -> bool {
         self.draws_bsdf() && self.more_bsdf_samples > 0
+    }
+}
+
+/// How indirect light is found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum IndirectMode {
+    /// Not at all: direct light only, whatever `--bounces` says.
+    Off,
+    /// By a path a pixel, shared with nobody: unbiased, noisy.
+    Path,
+    /// By paths that neighbours and frames share.
+    #[default]
+    Restir,
+}
+
+/// How another pixel takes over a path of indirect light, at its second vertex.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Shift {
+    /// What leaves the second vertex is taken to be the same for all: cheapest; biased where that vertex
+    /// is not matt.
+    Biased,
+    /// The second vertex' BSDF is evaluated again: unbiased.
+    #[default]
+    Unbiased,
+}
+
+/// How the vertices of indirect paths look for lights.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Secondary {
+    /// One point on a light.
+    Power,
+    /// One of `indirect.light_samples` points, by what the vertex would reflect of each.
+    #[default]
+    Ris,
+}
+
+/// Resampling of indirect light.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Indirect {
+    /// How indirect light is found; with `--bounces 1` or less there is none.
+    pub mode: IndirectMode,
+    /// How lights are picked at the vertices of paths. No effect on bias.
+    pub candidates: Candidates,
+    /// How these vertices look for lights. `ris` costs a tenth to a quarter of the paths' time. Unbiased
+    /// either way.
+    pub secondary: Secondary,
+    /// Points on lights that each vertex chooses from, with `secondary=ris`. Cost: one target each, no
+    /// ray. Unbiased at any value.
+    #[schemars(range(min = 1, max = 1024))]
+    pub light_samples: u32,
+    /// Whose reservoirs a pixel merges with its own. Unbiased at any value, in motion too: there only
+    /// paths that reach a light from their second vertex are carried on.
+    pub reuse: Reuse,
+    /// How a merge weighs its techniques. `constant` is biased.
+    pub mis: Mis,
+    /// Where visibility enters. Paths are traced, so that without it in the weights light is missing:
+    /// only `weights` is unbiased.
+    pub visibility: Visibility,
+    /// How another pixel takes over a path. `biased` is biased.
+    pub shift: Shift,
+    /// Largest ratio between two pixels' views of a second vertex, by the solid angle that it has in
+    /// each, with which they share it; 0: any. Lower: fewer outliers, less reuse. Unbiased at any value.
+    #[schemars(range(min = 0.0, max = 1e9))]
+    pub jacobian_limit: f32,
+    /// Least distance to a second vertex that is shared, as a share of the pixel's distance from the
+    /// camera. Higher: fewer outliers in corners, less reuse. Unbiased at any value.
+    #[schemars(range(min = 0.0, max = 1000.0))]
+    pub min_distance: f32,
+    /// Temporal reuse.
+    pub temporal: Temporal,
+    /// Spatial reuse.
+    pub spatial: Spatial,
+    /// Which surfaces are alike enough to share samples.
+    pub similar: Similar,
+}
+
+impl Default for Indirect {
+    fn default() -> Self {
+        Self {
+            mode: IndirectMode::default(),
+            candidates: Candidates::Auto,
+            secondary: Secondary::default(),
+            light_samples: 8,
+            reuse: Reuse::default(),
+            mis: Mis::default(),
+            visibility: Visibility::default(),
+            shift: Shift::default(),
+            jacobian_limit: 10.0,
+            min_distance: 0.0,
+            temporal: Temporal::default(),
+            spatial: Spatial::default(),
+            similar: Similar::default(),
+        }
+    }
+}
+
+impl Indirect {
+    /// How it is resampled.
+    pub fn resampling(&self) -> Resampling {
+        Resampling {
+            candidates: self.candidates,
+            light_samples: match self.secondary {
+                Secondary::Power => 1,
+                Secondary::Ris => self.light_samples,
+            },
+            reuse: match self.mode {
+                IndirectMode::Restir => self.reuse,
+                IndirectMode::Off | IndirectMode::Path => Reuse::None,
+            },
+            mis: self.mis,
+            visibility: self.visibility,
+            temporal: self.temporal,
+            spatial: self.spatial,
+            similar: self.similar,
+        }
     }
 }
 
@@ -314,6 +470,21 @@ pub struct Settings {
     pub roulette: Roulette,
     /// Resampling of direct light.
     pub direct: Direct,
+    /// Resampling of indirect light.
+    pub indirect: Indirect,
     /// How reservoirs lie in memory.
     pub reservoirs: Reservoirs,
+}
+
+impl Settings {
+    /// What of these concerns path tracing, for path tracing: what references are made with.
+    pub fn of_path_tracing(&self) -> Self {
+        Self {
+            integrator: Integrator::PathTracing,
+            heuristic: self.heuristic,
+            energy: self.energy,
+            roulette: self.roulette,
+            ..Self::default()
+        }
+    }
 }

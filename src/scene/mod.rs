@@ -42,16 +42,37 @@ pub fn open(name: &str) -> Result<Scene> {
 /// # Errors
 /// Those of [`open`], and those of `watch`.
 pub fn open_watched(name: &str, watch: &mut progress::Watch<'_>) -> Result<Scene> {
-    if is_procedural(name) {
-        return procedural::generate(name, &[]);
+    if let Some((name, parameters)) = as_procedural(name) {
+        return procedural::generate(name, &parse_parameters(name, parameters)?);
     }
     load::load_watched(Path::new(name), watch)
 }
 
-/// A bare word is a name; a file of the same name can still be reached as ./NAME.
-fn is_procedural(name: &str) -> bool {
+/// A procedural scene's name, and what stands behind its colon. A bare word is a name, too; a file of the same
+/// name can still be reached as ./NAME.
+fn as_procedural(name: &str) -> Option<(&str, &str)> {
+    let (bare, parameters) = name.split_once(':').unwrap_or((name, ""));
+    if procedural::list().iter().any(|scene| scene.name == bare) {
+        return Some((bare, parameters));
+    }
     let path = Path::new(name);
-    path.extension().is_none() && path.components().count() == 1 && !name.starts_with('.')
+    let bare_word =
+        path.extension().is_none() && path.components().count() == 1 && !name.starts_with('.');
+    bare_word.then_some((name, ""))
+}
+
+/// `KEY=VALUE`, separated by commas.
+fn parse_parameters(name: &str, text: &str) -> Result<Vec<(String, String)>> {
+    let parts = text.split(',').filter(|part| !part.is_empty());
+    let parse = |part: &str| {
+        let (key, value) = part.split_once('=').ok_or_else(|| {
+            Error::input(format!(
+                "scene {name}: '{part}' is not KEY=VALUE; write {name}:KEY=VALUE,KEY=VALUE"
+            ))
+        })?;
+        Ok((key.to_owned(), value.to_owned()))
+    };
+    parts.map(parse).collect()
 }
 
 /// Whether there is something for [`open`] to open, as far as can be told at once.
@@ -59,8 +80,8 @@ fn is_procedural(name: &str) -> bool {
 /// # Errors
 /// There is not.
 pub fn check_name(name: &str) -> Result<()> {
-    if is_procedural(name) {
-        return procedural::find(name).map(drop);
+    if let Some((name, parameters)) = as_procedural(name) {
+        return procedural::check(name, &parse_parameters(name, parameters)?);
     }
     let path = Path::new(name);
     (path.metadata().map(drop)).map_err(|e| Error::reading(path, e))

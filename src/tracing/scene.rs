@@ -33,6 +33,8 @@ pub struct GpuScene {
     pub origin: DVec3,
     /// Number of lights.
     pub light_count: u32,
+    /// Number of instances that are traced.
+    pub instance_count: u32,
     /// Mean luminance of the lights as the scene was uploaded, weighted by their power; 0 without any.
     pub lamp_luminance: f32,
     /// Entries that the compute traversal's stack needs, rounded up so that scenes share shaders.
@@ -76,6 +78,7 @@ impl GpuScene {
         let mut stack_size = levels(now.top.depth);
         let lamp_luminance = lamp_luminance(&now.lights);
         let (light_count, visible) = (now.lights.len() as u32, now.visible.clone());
+        let instance_count = now.instances.len() as u32;
         let (mut moving, mut carries) = (None, Vec::new());
         let contents = match motion {
             None => Contents::of(&[&now], now.top.nodes.len()),
@@ -126,6 +129,7 @@ impl GpuScene {
             variant,
             origin,
             light_count,
+            instance_count,
             lamp_luminance,
             stack_size,
             positions,

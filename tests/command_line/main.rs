@@ -294,7 +294,10 @@ fn reservoirs_are_shown_where_there_are_any() {
         "--aov",
         "direct",
     ];
-    assert!(fail(&arguments, 2).contains("--aov direct"));
+    let path_traced = [&arguments[..], &["--preset", "path-tracing"]].concat();
+    assert!(fail(&path_traced, 2).contains("--aov direct"));
+    let direct_alone = [&arguments[..], &["--aov", "indirect"]].concat();
+    assert!(fail(&direct_alone, 2).contains("--aov indirect"));
     succeeded(validated(
         &[
             &arguments[..],
@@ -378,7 +381,7 @@ fn what_the_validation_layers_say_makes_a_command_fail() {
         Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/glsl")),
         &shaders,
     );
-    let pass = shaders.join("passes/path_trace.comp");
+    let pass = shaders.join("passes/surfaces.comp");
     let source = std::fs::read_to_string(&pass).unwrap();
     // A memory model that the device was not opened with, and that changes nothing.
     let planted = source.replace(

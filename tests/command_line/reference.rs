@@ -124,7 +124,14 @@ fn a_large_picture_is_stopped_between_its_strips_and_a_reference_of_it_resumes()
     );
 
     let picture = folder.path().join("large.exr");
-    let size = ["--width", "6000", "--bounces", "3"];
+    let size = [
+        "--width",
+        "6000",
+        "--bounces",
+        "3",
+        "--preset",
+        "path-tracing",
+    ];
     let mut child = headwater(&[&["render", "cornell", "-o", text(&picture)], &size[..]].concat())
         .stderr(Stdio::piped())
         .spawn()

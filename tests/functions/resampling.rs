@@ -8,6 +8,8 @@ use headwater::layouts::{MIS_BALANCE, MIS_CONSTANT, MIS_DEFENSIVE, MIS_PAIRWISE}
 const SAMPLES: usize = 4;
 /// Techniques at most.
 const MOST: usize = 4;
+/// Draws that stand for the expectation of weights that are drawn themselves.
+const DRAWS: u32 = 1 << 16;
 const UNBIASED: [u32; 3] = [MIS_BALANCE, MIS_PAIRWISE, MIS_DEFENSIVE];
 
 /// What one technique may come to: a sample with its contribution weight, or nothing.
@@ -18,10 +20,11 @@ struct Outcome {
     weight: f64,
 }
 
-/// A technique: its target function, its confidence, and all it may come to.
+/// A technique: its target function, which of the samples it sees, its confidence, and all it may come to.
 #[derive(Clone, Debug)]
 struct Technique {
     targets: [f64; SAMPLES],
+    sees: [bool; SAMPLES],
     confidence: f64,
     outcomes: Vec<Outcome>,
 }
@@ -49,9 +52,20 @@ impl Technique {
         }
         Self {
             targets,
+            sees: [true; SAMPLES],
             confidence,
             outcomes,
         }
+    }
+
+    /// Behind a wall, with targets that know nothing of it.
+    fn seeing(self, sees: [bool; SAMPLES]) -> Self {
+        Self { sees, ..self }
+    }
+
+    /// Whether a sample adds anything to the technique's own picture.
+    fn needs(&self, sample: usize) -> bool {
+        self.sees[sample] && self.targets[sample] > 0.0
     }
 }
 
@@ -71,7 +85,7 @@ fn combinations(techniques: &[Technique]) -> Vec<(f64, Vec<Outcome>)> {
     })
 }
 
-/// One combination's resampling weights and canonical targets, by the shaders' merge.
+/// One combination's resampling weights, by the shaders' merge; where these are drawn, their mean.
 struct Weighed {
     probability: f64,
     outcomes: Vec<Outcome>,
@@ -85,6 +99,10 @@ fn weigh(mis: u32, techniques: &[Technique], fault: Option<(&str, &str)>) -> Vec
     };
     let targets = table(techniques.iter().flat_map(|t| t.targets).collect());
     let confidences = table(techniques.iter().map(|t| t.confidence).collect());
+    let sees = techniques.iter().flat_map(|t| t.sees);
+    let walls = sees.clone().any(|sees| !sees);
+    let sees = table(sees.map(|sees| f64::from(u8::from(sees))).collect());
+    let draws = if walls { DRAWS } else { 1 };
     let count = techniques.len();
     let globals = format!(
         "struct Sample {{ uint number; }};
@@ -92,13 +110,17 @@ fn weigh(mis: u32, techniques: &[Technique], fault: Option<(&str, &str)>) -> Vec
         struct Reservoir {{ Sample value; float contribution_weight; float confidence; }};
         const uint MOST_TECHNIQUES = {MOST}u;
         const float TARGETS[{all}] = {targets};
+        const float SEES[{all}] = {sees};
         const float CONFIDENCES[{count}] = {confidences};
         Reservoir empty_reservoir(float confidence) {{ return Reservoir(Sample(NONE), 0.0, confidence); }}
         Domain domain_of(uint technique) {{ return Domain(technique); }}
         float target_function(Domain domain, Sample value) {{
             return TARGETS[{SAMPLES}u * domain.technique + value.number];
         }}
-        bool is_visible(uint technique, Domain domain, Sample value) {{ return true; }}
+        bool is_visible(uint technique, Domain domain, Sample value) {{
+            return SEES[{SAMPLES}u * technique + value.number] > 0.0;
+        }}
+        bool shift_exists(uint technique, Sample value) {{ return true; }}
         #include \"random.glsl\"
         #include \"counters.glsl\"
         #include \"values.glsl\"
@@ -109,11 +131,16 @@ fn weigh(mis: u32, techniques: &[Technique], fault: Option<(&str, &str)>) -> Vec
     let body = format!(
         "for (uint i = 0u; i < {count}u; i += 1u)
             techniques[i] = Reservoir(Sample(a[i]), uintBitsToFloat(b[i]), CONFIDENCES[i]);
-        weigh_techniques({mis}u, {count}u, true);
-        for (uint i = 0u; i < {count}u; i += 1u) x[i] = floatBitsToUint(technique_weights[i]);
-        // A random choice by these weights is tested elsewhere; it needs no more than that it ends.
         Random random = random_start(1u, 2u, 3u);
-        if (merge_techniques({mis}u, {count}u, true, random).confidence < 0.0) y.x = 1u;"
+        float sums[{count}];
+        for (uint i = 0u; i < {count}u; i += 1u) sums[i] = 0.0;
+        for (uint n = 0u; n < {draws}u; n += 1u) {{
+            weigh_techniques({mis}u, {count}u, {walls}, random);
+            for (uint i = 0u; i < {count}u; i += 1u) sums[i] += technique_weights[i];
+        }}
+        for (uint i = 0u; i < {count}u; i += 1u) x[i] = floatBitsToUint(sums[i] / float({draws}u));
+        // A random choice by these weights is tested elsewhere; it needs no more than that it ends.
+        if (choose_technique({count}u, random).confidence < 0.0) y.x = 1u;"
     );
     let function = Function {
         globals: &globals,
@@ -162,7 +189,7 @@ fn mean_weights(techniques: &[Technique], weighed: &[Weighed]) -> [f64; SAMPLES]
 fn bias(mis: u32, techniques: &[Technique], fault: Option<(&str, &str)>) -> f64 {
     let mean = mean_weights(techniques, &weigh(mis, techniques, fault));
     (0..SAMPLES)
-        .map(|y| (mean[y] - f64::from(u8::from(techniques[0].targets[y] > 0.0))).abs())
+        .map(|y| (mean[y] - f64::from(u8::from(techniques[0].needs(y)))).abs())
         .fold(0.0, f64::max)
 }
 
@@ -223,6 +250,72 @@ fn toys() -> Vec<(&'static str, Vec<Technique>)> {
             ],
         ),
     ]
+}
+
+/// Toys with walls: what a technique can make it sees.
+fn walled() -> Vec<(&'static str, Vec<Technique>)> {
+    let t = Technique::new;
+    let all = [1.0, 2.0, 3.0, 4.0];
+    vec![
+        (
+            "a neighbour before the wall",
+            vec![
+                t(all, 1.0, [0.3, 0.4, 0.0, 0.0]).seeing([true, true, false, false]),
+                t([4.0, 3.0, 2.0, 1.0], 5.0, [0.0, 0.2, 0.3, 0.4])
+                    .seeing([false, true, true, true]),
+            ],
+        ),
+        (
+            "three views",
+            vec![
+                t(all, 1.0, [0.2, 0.2, 0.2, 0.0]).seeing([true, true, true, false]),
+                t(all, 4.0, [0.4, 0.0, 0.3, 0.2]).seeing([true, false, true, true]),
+                t([2.0, 1.0, 1.0, 3.0], 2.0, [0.0, 0.5, 0.0, 0.5])
+                    .seeing([false, true, false, true]),
+                t([1.0, 1.0, 4.0, 0.0], 7.0, [0.3, 0.3, 0.3, 0.0]),
+            ],
+        ),
+    ]
+}
+
+/// Of neighbours' views of the pixel's own sample one is asked, and of their samples one is looked for: the
+/// weights are drawn, and right on average.
+#[test]
+fn merges_behind_walls_are_unbiased() {
+    for (name, techniques) in walled() {
+        for mis in UNBIASED {
+            let bias = bias(mis, &techniques, None);
+            println!("{name}, mode {mis}: {bias:.4}");
+            assert!(bias < 0.02, "{name}, mode {mis}: {bias}");
+        }
+    }
+}
+
+#[test]
+fn faults_behind_walls_are_seen() {
+    let (_, techniques) = walled().swap_remove(1);
+    let faults = [
+        (
+            "neighbours never asked",
+            ("if (asks && !seen) {", "if (false) {"),
+        ),
+        (
+            "one that does not see it answers for itself alone",
+            (
+                "balances[0].pairs = 1.0;",
+                "balances[0].pairs += techniques[looks].confidence / neighbour_confidence * 0.25;",
+            ),
+        ),
+        (
+            "the canonical's own view left out",
+            ("if (!asks && seen)", "if (!asks)"),
+        ),
+    ];
+    for (name, fault) in faults {
+        let seen = bias(MIS_PAIRWISE, &techniques, Some(fault));
+        println!("{name}: {seen:.3}");
+        assert!(seen > 0.05, "{name}: {seen}");
+    }
 }
 
 #[test]
@@ -304,6 +397,7 @@ fn merges_of_merges_are_unbiased() {
         }
         let merged = Technique {
             targets: first[0].targets,
+            sees: [true; SAMPLES],
             confidence: first.iter().map(|t| t.confidence).sum(),
             outcomes,
         };
@@ -334,7 +428,10 @@ fn planted_faults_are_seen() {
         ),
         (
             "the canonical's pair term without its own target",
-            ("share_of(canonical, neighbour_confidence * target)", "0.5"),
+            (
+                "share_of(canonical_confidence * balance.canonical, neighbour_confidence * target)",
+                "0.5",
+            ),
         ),
     ];
     for (name, fault) in faults {

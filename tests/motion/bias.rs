@@ -44,7 +44,7 @@ fn mean(picture: &[[f32; 3]]) -> [f64; 3] {
 }
 
 /// What path tracing says of a moment's mean by light that fell on something, and what emission adds.
-fn moment(scene: &Scene, time: f64) -> ([Estimate; 3], [f64; 3]) {
+fn moment(scene: &Scene, time: f64, bounces: u32) -> ([Estimate; 3], [f64; 3]) {
     let still = scene.pose_at(time).unwrap();
     let (device, selection) = support::open_device(None);
     let render = |bounces, samples| {
@@ -59,7 +59,7 @@ fn moment(scene: &Scene, time: f64) -> ([Estimate; 3], [f64; 3]) {
             samples,
         )
     };
-    let (dark, lit) = (render(0, 1), render(1, SAMPLES));
+    let (dark, lit) = (render(0, 1), render(bounces, SAMPLES));
     let pixels = f64::from(WIDTH * HEIGHT);
     let sum = |c: usize, of: &[[f64; 3]]| of.iter().map(|p| p[c]).sum::<f64>() / pixels;
     let emission = [0, 1, 2].map(|c| sum(c, &dark.mean));
@@ -72,8 +72,19 @@ fn moment(scene: &Scene, time: f64) -> ([Estimate; 3], [f64; 3]) {
     (lit, emission)
 }
 
-/// Renders with every seed and compares.
-fn check(name: &str, mut scene: Scene, tracer: Option<Tracer>, change: fn(&mut Settings)) {
+/// Renders with every seed and compares, direct light only.
+fn check(name: &str, scene: Scene, tracer: Option<Tracer>, change: fn(&mut Settings)) {
+    check_at(1, name, scene, tracer, change);
+}
+
+/// The same with so many scattering events.
+fn check_at(
+    bounces: u32,
+    name: &str,
+    mut scene: Scene,
+    tracer: Option<Tracer>,
+    change: fn(&mut Settings),
+) {
     // Highlights are most of the noise, and none of what is looked for.
     for material in &mut scene.materials {
         (material.metallic, material.specular) = (0.0, 0.0);
@@ -89,7 +100,7 @@ fn check(name: &str, mut scene: Scene, tracer: Option<Tracer>, change: fn(&mut S
     let (device, selection) = support::open_device(variant);
     let mut settings = Preset::named("accurate").unwrap().settings().unwrap();
     change(&mut settings);
-    let view = view(scene, 1);
+    let view = view(scene, bounces);
     let origin = view.camera.camera_to_world.translation;
     let uploaded = GpuScene::new(&device, scene, origin, selection.variant).unwrap();
     let mut renderer = Renderer::new(&device, Arc::new(uploaded), &view, &settings).unwrap();
@@ -109,7 +120,7 @@ fn check(name: &str, mut scene: Scene, tracer: Option<Tracer>, change: fn(&mut S
     assert_eq!(renderer.rejected().unwrap(), 0);
     support::assert_no_messages(&device);
     for (frame, means) in LOOKED_AT.iter().zip(means) {
-        let (expected, emission) = moment(scene, time(*frame));
+        let (expected, emission) = moment(scene, time(*frame), bounces);
         for c in 0..3 {
             let lit: Vec<f64> = means.iter().map(|mean| mean[c] - emission[c]).collect();
             let difference = Estimate::of(&lit).minus(&expected[c]);
@@ -131,6 +142,7 @@ fn check(name: &str, mut scene: Scene, tracer: Option<Tracer>, change: fn(&mut S
 fn temporal(settings: &mut Settings) {
     settings.direct.reuse = Reuse::Temporal;
     settings.direct.light_samples = 24;
+    settings.indirect.reuse = Reuse::Temporal;
 }
 
 #[test]
@@ -160,4 +172,31 @@ fn everything_at_once_with_ray_query_and_full_reservoirs() {
         settings.reservoirs.format = Format::Full;
         settings.direct.light_samples = 24;
     });
+}
+
+#[test]
+fn indirect_light_of_moving_objects() {
+    let objects = playroom(&["camera", "object"], 2.0);
+    check_at(3, "indirect, objects", objects, None, temporal);
+}
+
+#[test]
+fn indirect_light_of_lamps_that_move_and_go_on_and_off() {
+    let lamps = playroom(&["light", "toggle"], 1.0);
+    check_at(3, "indirect, lamps", lamps, None, temporal);
+}
+
+#[test]
+fn indirect_light_where_everything_moves_with_ray_query_and_full_reservoirs() {
+    let all = playroom(&["camera", "object", "light", "toggle"], 1.0);
+    check_at(
+        3,
+        "indirect, all",
+        all,
+        Some(Tracer::RayQuery),
+        |settings| {
+            temporal(settings);
+            settings.reservoirs.format = Format::Full;
+        },
+    );
 }

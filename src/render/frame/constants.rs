@@ -1,22 +1,17 @@
 //! What a frame's shaders are told.
 
-use crate::layouts::{
-    FrameConstants, MIS_BALANCE, MIS_CONSTANT, MIS_DEFENSIVE, MIS_PAIRWISE, RestirConstants,
-    VISIBILITY_FINAL, VISIBILITY_INITIAL, VISIBILITY_NONE, VISIBILITY_WEIGHTS,
-};
-use crate::render::settings::{Candidates, Direct, Mis, Search, Visibility};
+use crate::layouts::{FrameConstants, RestirConstants};
+use crate::render::offered::Offered;
+use crate::render::settings::{Candidates, Resampling, Search, Settings};
 
-/// What settings, view and scene say; the buffers have `slots` places for pixels.
-pub fn of(
+/// What view, scene and settings say to all passes; the buffers have `slots` places for pixels.
+pub fn of_frame(
     frame: &FrameConstants,
-    direct: &Direct,
+    offered: &Offered,
+    settings: &Settings,
     slots: u32,
-    lamp_luminance: f32,
 ) -> RestirConstants {
-    let tries = match direct.spatial.search {
-        Search::Random => direct.spatial.neighbours,
-        Search::Greedy => direct.spatial.neighbours * direct.spatial.tries,
-    };
+    let (direct, indirect) = (&settings.direct, &settings.indirect);
     RestirConstants {
         camera: frame.camera,
         previous_camera: frame.camera,
@@ -31,40 +26,44 @@ pub fn of(
         seed: frame.seed,
         frame: 0,
         lights: frame.lights,
-        uniform_candidates: u32::from(direct.candidates == Candidates::Uniform),
-        light_samples: direct.light_samples,
+        instance_count: offered.scene.instance_count,
+        bounces: frame.bounces,
+        roulette_start: frame.roulette_start,
+        roulette_floor: frame.roulette_floor,
+        jacobian_limit: indirect.jacobian_limit,
+        min_distance: indirect.min_distance,
         bsdf_samples: if direct.draws_bsdf() {
             direct.bsdf_samples
         } else {
             0
         },
         more_bsdf_samples: direct.more_bsdf_samples,
-        lamp_luminance,
-        mis: match direct.mis {
-            Mis::Constant => MIS_CONSTANT,
-            Mis::Balance => MIS_BALANCE,
-            Mis::Pairwise => MIS_PAIRWISE,
-            Mis::Defensive => MIS_DEFENSIVE,
-        },
-        visibility: match direct.visibility {
-            Visibility::None => VISIBILITY_NONE,
-            Visibility::Final => VISIBILITY_FINAL,
-            Visibility::Initial => VISIBILITY_INITIAL,
-            Visibility::Weights => VISIBILITY_WEIGHTS,
-        },
-        temporal_confidence_cap: direct.temporal.confidence_cap as f32,
-        spatial_confidence_cap: direct.spatial.confidence_cap as f32,
-        spatial_passes: if frame.bounces > 0 && direct.reuse.is_spatial() {
-            direct.spatial.passes
+        lamp_luminance: offered.scene.lamp_luminance,
+        ..RestirConstants::default()
+    }
+}
+
+/// The same for the passes of one kind of light.
+pub fn of_kind(frame: &RestirConstants, kind: &Resampling) -> RestirConstants {
+    RestirConstants {
+        uniform_candidates: u32::from(kind.candidates == Candidates::Uniform),
+        light_samples: kind.light_samples,
+        temporal_confidence_cap: kind.temporal.confidence_cap as f32,
+        spatial_confidence_cap: kind.spatial.confidence_cap as f32,
+        spatial_passes: if kind.reuse.is_spatial() {
+            kind.spatial.passes
         } else {
             0
         },
-        neighbours: direct.spatial.neighbours,
-        tries,
-        radius: direct.spatial.radius,
-        least_normal_cosine: direct.similar.normal.to_radians().cos(),
-        depth_tolerance: direct.similar.depth,
-        same_material: direct.similar.material.into(),
+        tries: match kind.spatial.search {
+            Search::Random => kind.spatial.neighbours,
+            Search::Greedy => kind.spatial.neighbours * kind.spatial.tries,
+        },
+        radius: kind.spatial.radius,
+        least_normal_cosine: kind.similar.normal.to_radians().cos(),
+        depth_tolerance: kind.similar.depth,
+        same_material: kind.similar.material.into(),
+        ..*frame
     }
 }
 

@@ -5,6 +5,9 @@ use super::shapes::{Builder, Shape, dielectric, lamp, metal};
 use crate::scene::{Material, Scene};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
+/// Reflectance of what is white.
+const WHITE: [f32; 3] = [0.73, 0.73, 0.73];
+
 pub(super) const GLOSSY_PARAMETERS: &[Parameter] = &[Parameter {
     name: "subdivisions",
     doc: "How often the spheres' icosahedra are split; each time four times the triangles",
@@ -12,14 +15,29 @@ pub(super) const GLOSSY_PARAMETERS: &[Parameter] = &[Parameter {
     values: Range::Whole(0, 8),
 }];
 
-/// Walls, lamp and camera.
-fn room() -> Builder {
+pub(super) const PARAMETERS: &[Parameter] = &[
+    Parameter {
+        name: "finish",
+        doc: "What blocks and floor are made of",
+        default: "matte",
+        values: Range::Words(&["matte", "metal", "lacquer"]),
+    },
+    Parameter {
+        name: "roughness",
+        doc: "Roughness of metal and lacquer; below .01 a mirror",
+        default: "0.3",
+        values: Range::Real(0.0, 1.0),
+    },
+];
+
+/// Walls, lamp and camera; the floor is of a material of one's own.
+fn room(floor: Material) -> Builder {
     let mut room = Builder::default();
     let wall = |name: &str, color: [f32; 3]| Material::lambert(name, Vec3::from(color));
-    let white = [0.73, 0.73, 0.73];
+    let white = WHITE;
     let (x, y, z) = (Vec3::X * 2.0, Vec3::Y * 2.0, Vec3::Z * 2.0);
     let low = Vec3::new(-1.0, 0.0, -1.0);
-    room.stand(wall("floor", white), Shape::quad(low, z, x));
+    room.stand(floor, Shape::quad(low, z, x));
     room.stand(wall("ceiling", white), Shape::quad(low + y, x, z));
     room.stand(wall("back wall", white), Shape::quad(low, x, y));
     room.stand(wall("red wall", [0.65, 0.05, 0.05]), Shape::quad(low, y, z));
@@ -55,9 +73,16 @@ fn unit_cube() -> Shape {
     Shape::block(Vec3::splat(-0.5), Vec3::splat(0.5))
 }
 
-pub(super) fn matte(_: &Values) -> Scene {
-    let mut room = room();
-    let block = room.mesh(Material::lambert("block", Vec3::splat(0.73)), unit_cube());
+/// The box with two blocks.
+pub(super) fn plain(values: &Values) -> Scene {
+    let roughness = values.real("roughness");
+    let made_of = |name: &str| match values.text("finish") {
+        "metal" => metal(name, Vec3::from(WHITE), roughness),
+        "lacquer" => dielectric(name, Vec3::from(WHITE), roughness),
+        _ => Material::lambert(name, Vec3::from(WHITE)),
+    };
+    let mut room = room(made_of("floor"));
+    let block = room.mesh(made_of("block"), unit_cube());
     room.place(
         "tall block",
         block,
@@ -72,7 +97,7 @@ pub(super) fn matte(_: &Values) -> Scene {
 }
 
 pub(super) fn glossy(values: &Values) -> Scene {
-    let mut room = room();
+    let mut room = room(Material::lambert("floor", Vec3::from(WHITE)));
     let subdivisions = values.whole("subdivisions") as u32;
     let gold = Vec3::new(1.0, 0.77, 0.34);
     let copper = Vec3::new(0.95, 0.64, 0.54);

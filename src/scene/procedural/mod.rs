@@ -72,8 +72,8 @@ const SCENES: &[Procedural] = &[
     Procedural {
         name: "cornell",
         description: "The box: matte red, green and white walls, two blocks, one lamp",
-        parameters: &[],
-        make: cornell::matte,
+        parameters: cornell::PARAMETERS,
+        make: cornell::plain,
     },
     Procedural {
         name: "cornell-glossy",
@@ -153,6 +153,14 @@ pub fn find(name: &str) -> Result<&'static Procedural> {
             nearest(name, SCENES.iter().map(|s| s.name))
         ))
     })
+}
+
+/// Whether there is a scene of that name with such parameters.
+///
+/// # Errors
+/// There is not, or a value is out of range.
+pub fn check(name: &str, settings: &[(String, String)]) -> Result<()> {
+    Values::new(find(name)?, settings).map(drop)
 }
 
 /// Makes a scene; `settings` are parameters by name, the others keep their defaults.

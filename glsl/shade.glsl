@@ -1,5 +1,4 @@
-#version 460
-// The last pass of a frame: the chosen sample's light is added to the pixel.
+// What a pixel's reservoir has chosen is added to its colour.
 #include "prelude.glsl"
 #include "random.glsl"
 #include "counters.glsl"
@@ -13,16 +12,18 @@
 #include "workgroups.glsl"
 #include "sample_data.glsl"
 #include "direct_light.glsl"
+#ifdef INDIRECT
+#include "indirect_light.glsl"
+#endif
 #include "reservoirs.glsl"
 #include "restir.glsl"
-
-layout(local_size_x = TILE * TILE) in;
 
 layout(scalar) readonly buffer SampleDataBlock { SampleData at[]; } sample_data;
 layout(scalar) readonly buffer ReservoirsBlock { uint at[]; } reservoirs;
 layout(scalar) buffer ColorBlock { vec3 at[]; } color;
 
-void main() {
+// Adds to the pixel of this invocation.
+void shade() {
     uvec2 pixel = own_pixel();
     if (is_outside(pixel)) return;
     uint index = pixel.y * restir.at.width + pixel.x;
@@ -35,9 +36,8 @@ void main() {
         Reservoir reservoir = unpack_reservoir(packed);
         if (reservoir.contribution_weight > 0.0) {
             Domain domain = unpack_domain(data, primary_ray(pixel));
-            float pdf_area;
-            vec3 light = direct_contribution(domain, reservoir.value, pdf_area) * reservoir.contribution_weight;
-            bool traced = restir.at.visibility == VISIBILITY_FINAL || restir.at.visibility == VISIBILITY_INITIAL;
+            vec3 light = contribution(domain, reservoir.value) * reservoir.contribution_weight;
+            bool traced = VISIBILITY == VISIBILITY_FINAL || VISIBILITY == VISIBILITY_INITIAL;
             if (max_component(light) > 0.0 && (!traced || trace_visible(shadow_ray(domain, reservoir.value)))) radiance += light;
         }
     }

@@ -1,0 +1,34 @@
+// Radiance in two words, and in one.
+
+// 18 bits a channel under a shared exponent of 8: no overflow where halves have one, and seven more
+// digits than they have.
+uvec2 pack_radiance(vec3 radiance) {
+    float most = max_component(radiance);
+    if (!(most > 0.0)) return uvec2(0u);
+    // The least power of two above the largest channel. Below, the scale itself would overflow.
+    int exponent = max(int(floatBitsToUint(most) >> 23u) - 126, -108);
+    uvec3 m = uvec3(round(ldexp(radiance, ivec3(18 - exponent))));
+    m = min(m, uvec3(0x3FFFFu));
+    return uvec2(m.x | (m.y << 18u), (m.y >> 14u) | (m.z << 4u) | (uint(exponent + 126) << 22u));
+}
+
+vec3 unpack_radiance(uvec2 words) {
+    uvec3 m = uvec3(words.x & 0x3FFFFu, (words.x >> 18u) | ((words.y & 0xFu) << 14u), (words.y >> 4u) & 0x3FFFFu);
+    int exponent = int(words.y >> 22u) - 126;
+    return ldexp(vec3(m), ivec3(exponent - 18));
+}
+
+// 8 bits a channel under a shared exponent. What that rounds is the colour: a sample's weight is judged by what
+// is stored, so that its brightness stays.
+uint pack_color(vec3 radiance) {
+    float most = max_component(radiance);
+    if (!(most > 0.0)) return 0u;
+    int exponent = max(int(floatBitsToUint(most) >> 23u) - 126, -118);
+    uvec3 m = min(uvec3(round(ldexp(radiance, ivec3(8 - exponent)))), uvec3(0xFFu));
+    return m.x | (m.y << 8u) | (m.z << 16u) | (uint(exponent + 126) << 24u);
+}
+
+vec3 unpack_color(uint word) {
+    uvec3 m = uvec3(word & 0xFFu, (word >> 8u) & 0xFFu, (word >> 16u) & 0xFFu);
+    return ldexp(vec3(m), ivec3(int(word >> 24u) - 134));
+}

@@ -1,0 +1,100 @@
+// Spatial reuse: each pixel's reservoir merges with those of neighbours in a disc.
+#include "prelude.glsl"
+#include "random.glsl"
+#include "counters.glsl"
+#include "geometry.glsl"
+#include "trace.glsl"
+#include "surface.glsl"
+#include "materials.glsl"
+#include "lights.glsl"
+#include "camera.glsl"
+#include "values.glsl"
+#include "workgroups.glsl"
+#include "sample_data.glsl"
+#include "direct_light.glsl"
+#ifdef INDIRECT
+#include "indirect_light.glsl"
+#endif
+#include "reservoirs.glsl"
+#include "resampling.glsl"
+#include "restir.glsl"
+#include "similar.glsl"
+#ifdef INDIRECT
+#include "limits.glsl"
+#endif
+
+layout(push_constant, scalar) uniform SpatialStepBlock { SpatialStep step; };
+layout(scalar) readonly buffer SampleDataBlock { SampleData at[]; } sample_data;
+layout(scalar) readonly buffer NeighboursBlock { uint at[]; } neighbours;
+layout(scalar) writeonly buffer ReservoirsBlock { uint at[]; } reservoirs;
+layout(scalar) buffer ColorBlock { vec3 at[]; } color;
+
+const uint MOST_TECHNIQUES = NEIGHBOURS + 1u;
+
+#include "neighbours.glsl"
+
+Domain domain_of(uint technique) {
+    uvec2 pixel = pixels[technique];
+    return unpack_domain(sample_data.at[slot_of(pixel)], primary_ray(pixel));
+}
+
+bool is_visible(uint technique, Domain domain, Sample value) {
+    return trace_visible(shadow_ray(domain, value));
+}
+
+vec3 position_of(uint technique) {
+    uvec2 pixel = pixels[technique];
+    return surface_position(sample_data.at[slot_of(pixel)], primary_ray(pixel));
+}
+
+bool shift_exists(uint technique, Sample value) {
+#ifdef INDIRECT
+    vec3 eye = restir.at.camera.position;
+    return is_within_limits(View(position_of(0u), eye), value, View(position_of(technique), eye), value);
+#else
+    return true;
+#endif
+}
+
+#include "merge.glsl"
+
+// The light of all samples that were weighed, where the one that is chosen would stand for all: as bright, and less
+// noisy in its colour.
+vec3 merged_light(uint count) {
+    Domain domain = domain_of(0u);
+    vec3 light = vec3(0.0);
+    for (uint i = 0u; i < count; i += 1u) {
+        if (technique_weights[i] <= 0.0) continue;
+        light += contribution(domain, techniques[i].value) * (technique_weights[i] / technique_targets[i]);
+    }
+    return light;
+}
+
+// Merges the pixel of this invocation.
+void merge_neighbours() {
+    uvec2 pixel = own_pixel();
+    if (is_outside(pixel)) return;
+    uint slot = slot_of(pixel);
+    PackedReservoir packed;
+    LOAD_RESERVOIR(neighbours, slot, restir.at.slots, packed);
+    SampleData data = sample_data.at[slot];
+    if (has_surface(data)) {
+        Random random = kind_random(pixel, PASS_SPATIAL + step.number);
+        // Before any reservoir is looked at.
+        uint found = find_neighbours(pixel, data, random);
+        techniques[0] = unpack_reservoir(packed);
+        count(COUNTER_NEIGHBOURS, found - 1u);
+        for (uint i = 1u; i < found; i += 1u) {
+            LOAD_RESERVOIR(neighbours, slot_of(pixels[i]), restir.at.slots, packed);
+            techniques[i] = unpack_reservoir(packed);
+            techniques[i].confidence = min(techniques[i].confidence, restir.at.spatial_confidence_cap);
+        }
+        weigh_techniques(MIS, found, VISIBILITY == VISIBILITY_WEIGHTS, random);
+        if (step.shades != 0u) {
+            uint index = pixel.y * restir.at.width + pixel.x;
+            color.at[index] = accept_radiance(color.at[index] + merged_light(found));
+        }
+        packed = pack_reservoir(choose_technique(found, random));
+    }
+    STORE_RESERVOIR(reservoirs, slot, restir.at.slots, packed);
+}

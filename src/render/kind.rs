@@ -1,0 +1,54 @@
+//! The two kinds of light that are resampled, each by passes of its own.
+
+/// A kind of light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// From lights straight to what the camera sees.
+    Direct,
+    /// By way of other surfaces.
+    Indirect,
+}
+
+/// The names of a kind's passes, in their order.
+pub struct PassNames {
+    /// Candidates.
+    pub initial: &'static str,
+    /// Reuse over time.
+    pub temporal: &'static str,
+    /// Reuse by neighbours.
+    pub spatial: &'static str,
+    /// What is chosen becomes colour.
+    pub shade: &'static str,
+    /// What reservoirs hold.
+    pub aovs: &'static str,
+}
+
+impl Kind {
+    /// The names of its passes.
+    pub const fn passes(self) -> PassNames {
+        match self {
+            Self::Direct => PassNames {
+                initial: "initial_direct",
+                temporal: "temporal_direct",
+                spatial: "spatial_direct",
+                shade: "shade_direct",
+                aovs: "aovs_direct",
+            },
+            Self::Indirect => PassNames {
+                initial: "initial_indirect",
+                temporal: "temporal_indirect",
+                spatial: "spatial_indirect",
+                shade: "shade_indirect",
+                aovs: "aovs_indirect",
+            },
+        }
+    }
+
+    /// The name in channels and settings.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Direct => "direct",
+            Self::Indirect => "indirect",
+        }
+    }
+}
