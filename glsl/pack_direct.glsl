@@ -28,3 +28,7 @@ Sample unpack_sample(PackedReservoir p) {
                   unpack_octahedral(p.words[7], 16u), unpack_radiance(uvec2(p.words[8], p.words[9])),
                   (p.words[2] & KIND_DOUBLE_SIDED) != 0u);
 }
+
+vec3 place_of(Sample value) { return value.position; }
+
+vec3 normal_of(Sample value) { return value.normal; }

@@ -60,3 +60,7 @@ Sample unpack_sample(PackedReservoir p) {
     }
     return value;
 }
+
+vec3 place_of(Sample value) { return value.point.position; }
+
+vec3 normal_of(Sample value) { return value.point.normal; }

@@ -42,6 +42,14 @@ void look() {
         Random random = kind_random(pixel, PASS_SPATIAL + step);
         found += find_neighbours(pixel, data, random) - 1u;
     }
+    vec2 source = vec2(-1.0);
+    float jacobian = 0.0;
+    if (KEEPS_ORIGINS && reservoir.contribution_weight > 0.0) {
+        source = vec2(reservoir.origin & 0xFFFFu, reservoir.origin >> 16u);
+        float here = sample_spread(surface_position(data, primary_ray(pixel)), reservoir.value);
+        jacobian = here / max(reservoir.origin_spread, TINY);
+    }
     reservoir_aovs.at[pixel.y * restir.at.width + pixel.x] =
-        ReservoirAov(reservoir.contribution_weight, reservoir.confidence, reservoir.age, reservoir.value.light, found);
+        ReservoirAov(reservoir.contribution_weight, reservoir.confidence, reservoir.age, reservoir.value.light, found,
+                     source, jacobian);
 }

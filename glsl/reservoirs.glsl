@@ -5,6 +5,8 @@ layout(constant_id = 2) const uint RESERVOIR_FORMAT = FORMAT_COMPACT;
 layout(constant_id = 3) const bool RESERVOIR_SOA = false;
 layout(constant_id = 4) const uint PIXEL_ORDER = ORDER_ROW;
 layout(constant_id = 5) const uint SWIZZLE = 4u;
+// Whether reservoirs remember where their samples come from, for those who look for faults.
+layout(constant_id = 17) const bool KEEPS_ORIGINS = false;
 
 // Of either kind of sample the first words hold weight and history.
 const uint WEIGHT_WORD = 0u;
@@ -19,7 +21,7 @@ const uint FULL_WORDS = DIRECT_FULL_WORDS;
 #endif
 
 struct PackedReservoir {
-    uint words[FULL_WORDS];
+    uint words[FULL_WORDS + ORIGIN_WORDS];
 };
 
 // The kind's Sample, and how it is stored.
@@ -37,9 +39,15 @@ struct Reservoir {
     float confidence;
     // Frames since the sample was made.
     uint age;
+    // With KEEPS_ORIGINS the pixel that made it, as x | y << 16, and the solid angle that a unit of area around
+    // the sample had from there.
+    uint origin;
+    float origin_spread;
 };
 
-uint reservoir_words() { return RESERVOIR_FORMAT == FORMAT_FULL ? FULL_WORDS : COMPACT_WORDS; }
+uint sample_words() { return RESERVOIR_FORMAT == FORMAT_FULL ? FULL_WORDS : COMPACT_WORDS; }
+
+uint reservoir_words() { return sample_words() + (KEEPS_ORIGINS ? ORIGIN_WORDS : 0u); }
 
 // Where a pixel's data lie among those of all pixels.
 uint slot_of(uvec2 pixel, uvec2 size) {
@@ -54,15 +62,19 @@ uint word_of(uint slot, uint word, uint slots) {
     return RESERVOIR_SOA ? word * slots + slot : slot * reservoir_words() + word;
 }
 
-Reservoir empty_reservoir(float confidence) { return Reservoir(empty_sample(), 0.0, confidence, 0u); }
+Reservoir empty_reservoir(float confidence) { return Reservoir(empty_sample(), 0.0, confidence, 0u, NONE, 0.0); }
 
 PackedReservoir pack_reservoir(Reservoir r) {
     PackedReservoir p;
-    for (uint i = 0u; i < FULL_WORDS; i += 1u) p.words[i] = 0u;
+    for (uint i = 0u; i < FULL_WORDS + ORIGIN_WORDS; i += 1u) p.words[i] = 0u;
     p.words[HISTORY_WORD] = uint(min(r.confidence, 65535.0)) | (min(r.age, 0xFFFFu) << 16u);
     if (!(r.contribution_weight > 0.0)) return p;
     p.words[WEIGHT_WORD] = floatBitsToUint(r.contribution_weight);
     pack_sample(r.value, p);
+    if (KEEPS_ORIGINS) {
+        p.words[sample_words()] = r.origin;
+        p.words[sample_words() + 1u] = floatBitsToUint(r.origin_spread);
+    }
     return p;
 }
 
@@ -72,7 +84,25 @@ Reservoir unpack_reservoir(PackedReservoir p) {
     r.age = history >> 16u;
     r.contribution_weight = uintBitsToFloat(p.words[WEIGHT_WORD]);
     if (r.contribution_weight > 0.0) r.value = unpack_sample(p);
+    if (KEEPS_ORIGINS) {
+        r.origin = p.words[sample_words()];
+        r.origin_spread = uintBitsToFloat(p.words[sample_words() + 1u]);
+    }
     return r;
+}
+
+// The solid angle that a unit of area around a sample has from a point.
+float sample_spread(vec3 from, Sample value) {
+    vec3 direction;
+    float cosine;
+    return spread_of(from, place_of(value), normal_of(value), direction, cosine);
+}
+
+// Marks a sample as made here.
+void mark_origin(inout Reservoir r, uvec2 pixel, Domain domain) {
+    if (!KEEPS_ORIGINS || r.contribution_weight <= 0.0) return;
+    r.origin = pixel.x | (pixel.y << 16u);
+    r.origin_spread = sample_spread(domain.position, r.value);
 }
 
 // What resampling aims at: the luminance that a sample adds for each unit of its weight.

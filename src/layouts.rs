@@ -53,6 +53,8 @@ crate::gpu_constants! {
     pub const INDIRECT_COMPACT_WORDS: u32 = 8;
     /// Words of a full reservoir of indirect light.
     pub const INDIRECT_FULL_WORDS: u32 = 15;
+    /// Words of where a reservoir's sample comes from.
+    pub const ORIGIN_WORDS: u32 = 2;
     /// Words of what a pixel's first BSDF ray met, at most as many as a reservoir of indirect light has.
     pub const PILOT_WORDS: u32 = 5;
     /// Pixels row by row.
@@ -342,6 +344,11 @@ crate::gpu_struct! {
         pub light: u32,
         /// Neighbours that the frame's spatial passes found.
         pub neighbours: u32,
+        /// The pixel that made the sample, in its own frame; −1 = empty, or origins were not kept.
+        pub source: Vec2,
+        /// The solid angle that the sample has from here over that from where it was made: the Jacobian of
+        /// all shifts on the way, by solid angle; 0 = empty, or origins were not kept.
+        pub jacobian: f32,
     }
 }
 

@@ -2,8 +2,10 @@
 
 mod support;
 
+use glam::Vec2;
 use headwater::gpu::Device;
 use headwater::layouts::{NONE, PrimarySurface, ReservoirAov};
+use headwater::render::frame::Tracking;
 use headwater::render::presets::Preset;
 use headwater::render::{Kind, Renderer, Settings, View};
 use headwater::scene::{Scene, procedural};
@@ -37,7 +39,11 @@ fn rendered(frames: u32, bounces: u32, changes: &[&str]) -> (Arc<Device>, Render
     };
     let origin = view.camera.camera_to_world.translation;
     let uploaded = Arc::new(GpuScene::new(&device, &scene, origin, selection.variant).unwrap());
-    let mut renderer = Renderer::counting(&device, uploaded, &view, &settings).unwrap();
+    let tracking = Tracking {
+        counts: true,
+        origins: true,
+    };
+    let mut renderer = Renderer::tracking(&device, uploaded, &view, &settings, tracking).unwrap();
     for number in 0..frames {
         renderer.counts().unwrap();
         renderer.single_frame(number).unwrap();
@@ -191,13 +197,15 @@ fn orders_and_arrays_give_the_same_bits() {
     for format in ["reservoirs.format=compact", "reservoirs.format=full"] {
         let first = picture(&[format, "reservoirs.order=row"]);
         assert!(first.iter().any(|pixel| pixel[0] > 0.0));
-        for order in ["row", "column", "swizzle:2", "swizzle:40"] {
-            for arrays in ["aos", "soa"] {
-                let order = format!("reservoirs.order={order}");
-                let arrays = format!("reservoirs.arrays={arrays}");
-                let other = picture(&[format, &order, &arrays]);
-                assert!(first == other, "{format} {order} {arrays}");
-            }
+        for (order, arrays) in [
+            ("column", "soa"),
+            ("swizzle:40", "soa"),
+            ("swizzle:2", "aos"),
+        ] {
+            let order = format!("reservoirs.order={order}");
+            let arrays = format!("reservoirs.arrays={arrays}");
+            let other = picture(&[format, &order, &arrays]);
+            assert!(first == other, "{format} {order} {arrays}");
         }
     }
 }
@@ -226,4 +234,42 @@ fn indirect_light_has_reservoirs_of_its_own() {
     let (_, renderer) = rendered(1, 1, &[]);
     let seen = renderer.reservoir_aovs(Kind::Indirect).unwrap();
     assert!(seen.iter().all(|r| r.weight == 0.0 && r.light == NONE));
+}
+
+/// Samples come from the pixel itself or from neighbours, and what they look like from there is known.
+#[test]
+fn sources_are_near_and_own_samples_have_no_jacobian() {
+    for (kind, bounces) in [(Kind::Direct, 1), (Kind::Indirect, 3)] {
+        let changes = [
+            "direct.reuse=spatial",
+            "indirect.reuse=spatial",
+            "direct.spatial.radius=6",
+            "indirect.spatial.radius=6",
+            "indirect.jacobian_limit=1.5",
+        ];
+        let (device, renderer) = rendered(1, bounces, &changes);
+        let seen = renderer.reservoir_aovs(kind).unwrap();
+        support::assert_no_messages(&device);
+        let (mut own, mut others) = (0, 0);
+        for (number, reservoir) in seen.iter().enumerate() {
+            if reservoir.weight == 0.0 {
+                assert_eq!((reservoir.source.x, reservoir.jacobian), (-1.0, 0.0));
+                continue;
+            }
+            let pixel = Vec2::new((number % 50) as f32, (number / 50) as f32);
+            let away = pixel.distance(reservoir.source);
+            // A pixel is half as wide again along its diagonal.
+            assert!(away <= 6.0 + 0.75, "{kind:?} {pixel} {reservoir:?}");
+            if away == 0.0 {
+                own += 1;
+                let off = reservoir.jacobian - 1.0;
+                assert!(off.abs() < 1e-4, "{kind:?} {pixel} {reservoir:?}");
+            } else {
+                others += 1;
+                let within = (1.0 / 1.501..=1.501).contains(&reservoir.jacobian);
+                assert!(within || kind == Kind::Direct, "{pixel} {reservoir:?}");
+            }
+        }
+        assert!(own > 100 && others > 100, "{kind:?}: {own} and {others}");
+    }
 }

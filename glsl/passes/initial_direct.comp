@@ -124,6 +124,7 @@ void main() {
         // A driver may end a loop that seems endless to it; the pixel would then lack light.
         if (turn <= visibility_turn) count_fault(COUNTER_CUT_SHORT);
         reservoir.contribution_weight = accept_weight(contribution_weight(stream));
+        mark_origin(reservoir, pixel, domain);
     }
     PackedReservoir packed = pack_reservoir(reservoir);
     STORE_RESERVOIR(reservoirs, slot, restir.at.slots, packed);

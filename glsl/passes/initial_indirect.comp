@@ -225,6 +225,7 @@ void main() {
             }
             float target = target_function(eye, reservoir.value);
             if (target > 0.0) reservoir.contribution_weight = accept_weight(stream.weight_sum / target);
+            mark_origin(reservoir, pixel, eye);
             packed = pack_reservoir(reservoir);
         }
     }

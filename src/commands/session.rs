@@ -6,6 +6,7 @@ use super::{NOTHING_WRITTEN, check_messages, notice, open_scene, open_vulkan, se
 use crate::gpu::{Device, Instance, PassTime};
 use crate::image::{Image, Samples};
 use crate::layouts::{MOST_RADIANCE, PixelSums, ReservoirAov};
+use crate::render::frame::Tracking;
 use crate::render::settings::{IndirectMode, Integrator, Visibility};
 use crate::render::{Clock, Kind, Renderer, Settings, View};
 use crate::scene::camera::framing_camera;
@@ -102,7 +103,12 @@ impl Session {
             bounces: args.bounces,
             jitter: args.jitter,
         };
-        let renderer = Renderer::new(&device, gpu_scene.clone(), &view, &settings)?;
+        let tracking = Tracking {
+            origins: args.aov.contains(&Aov::Direct) || args.aov.contains(&Aov::Indirect),
+            ..Tracking::default()
+        };
+        let uploaded = gpu_scene.clone();
+        let renderer = Renderer::tracking(&device, uploaded, &view, &settings, tracking)?;
         Ok(Self {
             settings,
             view,
@@ -283,6 +289,9 @@ impl Session {
         add("confidence", floats(|r| r.confidence));
         add("age", floats(|r| r.age as f32));
         add("neighbours", floats(|r| r.neighbours as f32));
+        add("source.X", floats(|r| r.source.x));
+        add("source.Y", floats(|r| r.source.y));
+        add("jacobian", floats(|r| r.jacobian));
         let lights = reservoirs.iter().map(|r| r.light).collect();
         add("light", Samples::U32(lights));
         Ok(())

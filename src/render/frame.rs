@@ -7,7 +7,8 @@ use super::counters::{Counters, Counts};
 use super::kind::{Kind, PassNames};
 use super::offered::Offered;
 use super::reservoir_aovs::{self, Left};
-use super::settings::{Resampling, Reservoirs, Settings};
+use super::reservoirs::ReservoirLayout;
+use super::settings::{Resampling, Settings};
 use super::strips::check_side;
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
 use crate::layouts::{
@@ -61,13 +62,22 @@ const PASSES: &[&str] = &[
 const DIRECT: PassNames = Kind::Direct.passes();
 const INDIRECT: PassNames = Kind::Indirect.passes();
 
+/// What is kept beside the picture, which costs time or memory.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tracking {
+    /// Rays, lanes and neighbours, for [`super::Renderer::counts`].
+    pub counts: bool,
+    /// Where reservoirs' samples come from, for [`super::Renderer::reservoir_aovs`].
+    pub origins: bool,
+}
+
 /// The passes and buffers of a frame, and what the next frame reads of this one.
 pub struct Frame {
     device: Arc<Device>,
     offered: Arc<Offered>,
     /// What its shaders are told, but for what each kind of light is told of itself.
     constants: RestirConstants,
-    layout: Reservoirs,
+    layout: ReservoirLayout,
     jitter: bool,
     surfaces: ComputePass,
     pilot_pass: Option<ComputePass>,
@@ -97,9 +107,12 @@ impl Frame {
         offered: &Arc<Offered>,
         frame: &FrameConstants,
         settings: &Settings,
-        counting: bool,
+        tracking: Tracking,
     ) -> Result<Self> {
-        let layout = settings.reservoirs;
+        let layout = ReservoirLayout {
+            settings: settings.reservoirs,
+            origins: tracking.origins,
+        };
         let (width, height) = (frame.width, frame.height);
         check_side("wide", width)?;
         check_side("high", height)?;
@@ -119,7 +132,7 @@ impl Frame {
         // With indirect light they lie among its reservoirs. A pass that names a buffer must find one.
         let own_pilots = direct_pilots && indirect.is_none();
         let pilot_stride = match indirect {
-            Some((kind, _)) => Resampled::reservoir_bytes(kind, settings),
+            Some((kind, _)) => Resampled::reservoir_bytes(kind, settings, &layout),
             None => u64::from(4 * PILOT_WORDS),
         };
         let pilot_bytes = if own_pilots { slots } else { 1 } * pilot_stride;
@@ -129,7 +142,7 @@ impl Frame {
             ("pilots", pilot_bytes),
         ];
         for (kind, _) in wanted.iter().flatten() {
-            let bytes = slots * Resampled::reservoir_bytes(*kind, settings);
+            let bytes = slots * Resampled::reservoir_bytes(*kind, settings, &layout);
             needed.push(("reservoirs", bytes));
         }
         let info = &device.info;
@@ -141,7 +154,7 @@ impl Frame {
             )));
         }
 
-        let counters = Counters::new(device, PASSES, counting)?;
+        let counters = Counters::new(device, PASSES, tracking.counts)?;
         let pass = |name: &str, own: &[(u32, u32)]| {
             let counting = counters.constants(name);
             let pilots = (PILOTS, direct_pilots.into());
@@ -158,7 +171,15 @@ impl Frame {
         };
         let kinds = (wanted.into_iter().flatten())
             .map(|(kind, resampling)| {
-                Resampled::new(device, kind, resampling, settings, slots as u32, pass)
+                Resampled::new(
+                    device,
+                    kind,
+                    resampling,
+                    settings,
+                    &layout,
+                    slots as u32,
+                    pass,
+                )
             })
             .collect::<Result<Vec<_>>>()?;
         let temporal = kinds.iter().any(|kind| kind.settings.reuse.is_temporal());

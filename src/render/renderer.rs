@@ -3,7 +3,7 @@
 use super::aovs::Aovs;
 use super::camera::gpu_camera;
 use super::counters::Counts;
-use super::frame::Frame;
+use super::frame::{Frame, Tracking};
 use super::kind::Kind;
 use super::offered::Offered;
 use super::path_tracing::PathTracer;
@@ -56,29 +56,19 @@ impl Renderer {
         view: &View,
         settings: &Settings,
     ) -> Result<Self> {
-        Self::make(device, scene, view, settings, false)
+        Self::tracking(device, scene, view, settings, Tracking::default())
     }
 
-    /// The same, with shaders that count rays, lanes and neighbours for [`Self::counts`], which costs
-    /// time.
+    /// The same, keeping what is asked for beside the picture.
     ///
     /// # Errors
     /// Those of [`Self::new`].
-    pub fn counting(
+    pub fn tracking(
         device: &Arc<Device>,
         scene: Arc<GpuScene>,
         view: &View,
         settings: &Settings,
-    ) -> Result<Self> {
-        Self::make(device, scene, view, settings, true)
-    }
-
-    fn make(
-        device: &Arc<Device>,
-        scene: Arc<GpuScene>,
-        view: &View,
-        settings: &Settings,
-        counting: bool,
+        tracking: Tracking,
     ) -> Result<Self> {
         let constants = FrameConstants {
             camera: gpu_camera(&view.camera, scene.origin, view.width, view.height),
@@ -101,10 +91,13 @@ impl Renderer {
         let offered = Arc::new(Offered::new(device, scene, settings)?);
         let technique = match settings.integrator {
             Integrator::PathTracing => Technique::PathTracing(Box::new(PathTracer::new(
-                device, &offered, constants, counting,
+                device,
+                &offered,
+                constants,
+                tracking.counts,
             )?)),
             Integrator::Restir => {
-                let frame = Frame::new(device, &offered, &constants, settings, counting)?;
+                let frame = Frame::new(device, &offered, &constants, settings, tracking)?;
                 Technique::Resampling(Box::new(frame))
             }
         };
@@ -318,7 +311,7 @@ impl Renderer {
         }
     }
 
-    /// What each pass counted since the last call; empty unless made by [`Self::counting`].
+    /// What each pass counted since the last call; empty unless [`Tracking::counts`].
     ///
     /// # Errors
     /// The device fails.

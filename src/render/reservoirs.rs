@@ -5,17 +5,18 @@ use super::kind::Kind;
 use super::settings::Reservoirs;
 use crate::layouts::{
     DIRECT_COMPACT_WORDS, DIRECT_FULL_WORDS, FORMAT_COMPACT, FORMAT_FULL, INDIRECT_COMPACT_WORDS,
-    INDIRECT_FULL_WORDS, ORDER_COLUMN, ORDER_ROW, ORDER_SWIZZLE,
+    INDIRECT_FULL_WORDS, ORDER_COLUMN, ORDER_ROW, ORDER_SWIZZLE, ORIGIN_WORDS,
 };
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// Specialisation constants: format, arrays, order, and a tile's side.
+/// Specialisation constants: format, arrays, order, a tile's side, and whether origins are kept.
 const RESERVOIR_FORMAT: u32 = 2;
 const RESERVOIR_SOA: u32 = 3;
 const PIXEL_ORDER: u32 = 4;
 const SWIZZLE: u32 = 5;
+const KEEPS_ORIGINS: u32 = 17;
 
 /// What a reservoir stores.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -100,39 +101,53 @@ impl JsonSchema for Order {
     }
 }
 
-impl Reservoirs {
+/// How reservoirs lie, and what they keep beside what their settings say.
+#[derive(Clone, Copy, Debug)]
+pub struct ReservoirLayout {
+    /// As the settings say.
+    pub settings: Reservoirs,
+    /// Whether they keep where their samples come from.
+    pub origins: bool,
+}
+
+impl ReservoirLayout {
     /// The specialisation constants that tell shaders.
     pub fn constants(&self) -> Vec<(u32, u32)> {
-        let format = match self.format {
+        let settings = &self.settings;
+        let format = match settings.format {
             Format::Compact => FORMAT_COMPACT,
             Format::Full => FORMAT_FULL,
         };
-        let (order, side) = match self.order {
+        let (order, side) = match settings.order {
             Order::Row => (ORDER_ROW, 1),
             Order::Column => (ORDER_COLUMN, 1),
             Order::Swizzle(side) => (ORDER_SWIZZLE, side),
         };
         vec![
             (RESERVOIR_FORMAT, format),
-            (RESERVOIR_SOA, u32::from(self.arrays == Arrays::Soa)),
+            (RESERVOIR_SOA, u32::from(settings.arrays == Arrays::Soa)),
             (PIXEL_ORDER, order),
             (SWIZZLE, side),
+            (KEEPS_ORIGINS, self.origins.into()),
         ]
     }
 
     /// Bytes of a reservoir.
     pub fn bytes(&self, kind: Kind) -> u64 {
-        4 * u64::from(match (kind, self.format) {
-            (Kind::Direct, Format::Compact) => DIRECT_COMPACT_WORDS,
-            (Kind::Direct, Format::Full) => DIRECT_FULL_WORDS,
-            (Kind::Indirect, Format::Compact) => INDIRECT_COMPACT_WORDS,
-            (Kind::Indirect, Format::Full) => INDIRECT_FULL_WORDS,
-        })
+        let origin = if self.origins { ORIGIN_WORDS } else { 0 };
+        4 * u64::from(
+            match (kind, self.settings.format) {
+                (Kind::Direct, Format::Compact) => DIRECT_COMPACT_WORDS,
+                (Kind::Direct, Format::Full) => DIRECT_FULL_WORDS,
+                (Kind::Indirect, Format::Compact) => INDIRECT_COMPACT_WORDS,
+                (Kind::Indirect, Format::Full) => INDIRECT_FULL_WORDS,
+            } + origin,
+        )
     }
 
     /// Places that a picture's pixels take; tiles at the borders are whole.
     pub fn slots(&self, width: u32, height: u32) -> u64 {
-        let side = match self.order {
+        let side = match self.settings.order {
             Order::Swizzle(side) => side,
             Order::Row | Order::Column => 1,
         };

@@ -5,6 +5,7 @@ use super::reference::{Reference, References, Shot};
 use super::run::{self, Run};
 use super::store::Store;
 use crate::gpu::Device;
+use crate::render::frame::Tracking;
 use crate::render::settings::{Energy, Integrator};
 use crate::render::{Renderer, Settings, View};
 use crate::scene::{MovingCamera, Scene};
@@ -188,12 +189,11 @@ impl Subject {
         let key = self.key(configuration)?;
         if !self.renderers.contains_key(&key) {
             let (scene, settings) = (self.scene.clone(), &configuration.settings);
-            let make = if configuration.count {
-                Renderer::counting
-            } else {
-                Renderer::new
+            let tracking = Tracking {
+                counts: configuration.count,
+                ..Tracking::default()
             };
-            let renderer = make(&self.device, scene, &self.view, settings)?;
+            let renderer = Renderer::tracking(&self.device, scene, &self.view, settings, tracking)?;
             self.renderers.insert(key.clone(), renderer);
         }
         let renderer = (self.renderers.get_mut(&key))

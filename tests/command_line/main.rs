@@ -301,7 +301,7 @@ fn reservoirs_are_shown_where_there_are_any() {
     succeeded(validated(
         &[
             &arguments[..],
-            &["--preset", "balanced", "--set"],
+            &["--preset", "accurate", "--set"],
             &["direct.spatial.neighbours=2"],
         ]
         .concat(),
@@ -316,8 +316,11 @@ fn reservoirs_are_shown_where_there_are_any() {
         [
             "direct.age",
             "direct.confidence",
+            "direct.jacobian",
             "direct.light",
             "direct.neighbours",
+            "direct.source.X",
+            "direct.source.Y",
             "direct.weight"
         ]
     );

@@ -9,6 +9,7 @@ use crate::layouts::{
 };
 use crate::render::kind::Kind;
 use crate::render::offered::Offered;
+use crate::render::reservoirs::ReservoirLayout;
 use crate::render::settings::{IndirectMode, Mis, Resampling, Reuse, Settings, Shift, Visibility};
 use std::sync::Arc;
 
@@ -136,9 +137,9 @@ impl Resampled {
 
     /// Bytes of each place in its reservoir buffers. Indirect light that is shared with nobody has only
     /// pilots there.
-    pub fn reservoir_bytes(kind: Kind, settings: &Settings) -> u64 {
+    pub fn reservoir_bytes(kind: Kind, settings: &Settings, layout: &ReservoirLayout) -> u64 {
         if shares(kind, settings) {
-            settings.reservoirs.bytes(kind)
+            layout.bytes(kind)
         } else {
             u64::from(4 * PILOT_WORDS)
         }
@@ -153,6 +154,7 @@ impl Resampled {
         kind: Kind,
         resampling: Resampling,
         settings: &Settings,
+        layout: &ReservoirLayout,
         slots: u32,
         pass: impl Fn(&str, &[(u32, u32)]) -> Result<ComputePass>,
     ) -> Result<Self> {
@@ -179,7 +181,7 @@ impl Resampled {
         } else {
             2
         };
-        let reservoir_bytes = u64::from(slots) * Self::reservoir_bytes(kind, settings);
+        let reservoir_bytes = u64::from(slots) * Self::reservoir_bytes(kind, settings, layout);
         Ok(Self {
             kind,
             settings: resampling,
