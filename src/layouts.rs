@@ -76,8 +76,6 @@ crate::gpu_constants! {
     pub const LIGHT_MASK: u32 = 0x1FFF_FFFF;
     /// The number of the instance that holds a path's second vertex, under the path's kind.
     pub const INSTANCE_MASK: u32 = 0x3FFF_FFFF;
-    /// Neighbours of a spatial merge at most.
-    pub const MOST_NEIGHBOURS: u32 = 16;
     /// Random numbers of the initial candidates.
     pub const PASS_INITIAL: u32 = 1;
     /// Random numbers of temporal reuse.
@@ -344,7 +342,7 @@ crate::gpu_struct! {
         pub light: u32,
         /// Neighbours that the frame's spatial passes found.
         pub neighbours: u32,
-        /// The pixel that made the sample, in its own frame; −1 = empty, or origins were not kept.
+        /// The pixel that made the sample, in its own frame, of a picture of less than 65,536 a side; −1 = empty, or origins were not kept.
         pub source: Vec2,
         /// The solid angle that the sample has from here over that from where it was made: the Jacobian of
         /// all shifts on the way, by solid angle; 0 = empty, or origins were not kept.

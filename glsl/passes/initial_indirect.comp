@@ -61,7 +61,7 @@ void offer_path(bool can_share, vec3 light, IndirectSample found, float choice) 
     else if (stream_add(stream, 0u, luminance(light), 1.0, choice)) chosen = found;
 }
 
-// Which way a path ends that has come by `beyond`: at a light straight from its second vertex, or further on.
+// A path as it ends: at a light straight from its second vertex, or further on with this radiance from there.
 IndirectSample ended(IndirectSample here, bool at_once, uint light, uint barycentrics, vec3 radiance) {
     here.kind = at_once ? PATH_TO_LIGHT : PATH_ONWARD;
     here.light = light;

@@ -8,7 +8,7 @@ use super::kind::{Kind, PassNames};
 use super::offered::Offered;
 use super::reservoir_aovs::{self, Left};
 use super::reservoirs::ReservoirLayout;
-use super::settings::{Resampling, Settings};
+use super::settings::Settings;
 use super::strips::check_side;
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
 use crate::layouts::{
@@ -75,7 +75,7 @@ pub struct Tracking {
 pub struct Frame {
     device: Arc<Device>,
     offered: Arc<Offered>,
-    /// What its shaders are told, but for what each kind of light is told of itself.
+    /// What its shaders are told; where kinds of light differ, as those of direct light are.
     constants: RestirConstants,
     layout: ReservoirLayout,
     jitter: bool,
@@ -83,9 +83,8 @@ pub struct Frame {
     pilot_pass: Option<ComputePass>,
     /// The kinds of light that are looked for, direct light first.
     kinds: Vec<Resampled>,
-    /// What passes of no kind read: told as those of direct light are.
+    /// What passes of no kind read.
     restir: Buffer,
-    direct: Resampling,
     color: Buffer,
     pilots: Buffer,
     counters: Counters,
@@ -189,7 +188,6 @@ impl Frame {
             pilot_pass: draws_pilots.then(|| pass("pilots", &[])).transpose()?,
             kinds,
             restir: Buffer::new(device, "restir", restir_bytes, uniform)?,
-            direct: settings.direct.resampling(),
             color: buffer("color", color_bytes)?,
             pilots: buffer("pilots", pilot_bytes)?,
             sample_data: (0..if temporal { 2 } else { 1 })
@@ -199,7 +197,10 @@ impl Frame {
             last: None,
             sums: Vec::new(),
             jitter: frame.jitter != 0,
-            constants: constants::of_frame(frame, offered, settings, slots as u32),
+            constants: constants::of_kind(
+                &constants::of_frame(frame, offered, settings, slots as u32),
+                &settings.direct.resampling(),
+            ),
             layout,
             offered: offered.clone(),
             device: device.clone(),
@@ -420,7 +421,6 @@ impl Frame {
         for kind in &mut self.kinds {
             kind.tell(&constants)?;
         }
-        let told = constants::of_kind(&constants, &self.direct);
-        self.restir.write(&[told])
+        self.restir.write(&[constants])
     }
 }

@@ -85,7 +85,7 @@ pub enum Visibility {
     Final,
     /// Of the initial survivor, and where the chosen sample is shaded. Biased, dark.
     Initial,
-    /// In every target function: most rays. Unbiased.
+    /// In every target function: one ray each with `mis=balance`, two a merge by pairs. Unbiased.
     #[default]
     Weights,
 }
