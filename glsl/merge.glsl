@@ -4,26 +4,16 @@
 //   Domain domain_of(uint technique)
 //   float target_function(Domain domain, Sample value)
 //   bool is_visible(uint technique, Domain domain, Sample value), as the technique knows it
-//   bool shift_exists(uint technique, Sample value), whether the canonical's sample is one of the technique's
-//     too, and the other way round: what rejects samples has to stand here, where all weights see it
-// and, where techniques know one sample by different values, defines CARRIES_SAMPLES and
-//   Sample carried(uint technique, Sample value, out float jacobian), the canonical's as the technique
-//     knows it, and how much larger the same piece of the space is to the technique
+//   Sample known_to(uint technique, Sample value, out float jacobian), the canonical's sample as the technique
+//     knows it, and how much larger the same piece of the space is to the technique; 0 where it is none of the
+//     technique's, nor one like it of the technique's the canonical's: what rejects samples has to stand here,
+//     where all weights see it
 
 Reservoir techniques[MOST_TECHNIQUES];
 
 // What each technique's sample weighs in the merge, m_i · p̂_0(y_i) · W_i, and p̂_0(y_i).
 float technique_weights[MOST_TECHNIQUES];
 float technique_targets[MOST_TECHNIQUES];
-
-// The canonical's sample as a technique knows it.
-Sample known_to(uint technique, Sample value, out float jacobian) {
-    jacobian = 1.0;
-#ifdef CARRIES_SAMPLES
-    value = carried(technique, value, jacobian);
-#endif
-    return value;
-}
 
 // Weighs `count` techniques, the canonical being number 0. With `visibility`, targets include it.
 //
@@ -32,6 +22,8 @@ Sample known_to(uint technique, Sample value, out float jacobian) {
 // A term of each, drawn by what it may change, stands for all of its sum: two rays, however many neighbours,
 // and the weights keep their expectation.
 void weigh_techniques(uint mis, uint count, bool visibility, inout Random random) {
+    // Whether a ray for each sum stands for the rays of all its terms.
+    bool draws = visibility && mis != MIS_BALANCE;
     float canonical_confidence = techniques[0].confidence;
     float neighbour_confidence = 0.0;
     for (uint i = 1u; i < count; i += 1u) neighbour_confidence += techniques[i].confidence;
@@ -48,19 +40,21 @@ void weigh_techniques(uint mis, uint count, bool visibility, inout Random random
 #ifdef COUNTS
             count_lanes(COUNTER_MERGE_LANES);
 #endif
-            float target = 0.0;
-            uint other = k != 0u ? k : i;
-            if (other == 0u || shift_exists(other, techniques[i].value)) {
-                float jacobian;
-                Sample value = known_to(k, techniques[i].value, jacobian);
+            float target = 0.0, jacobian;
+            Sample value = known_to(k != 0u ? k : i, techniques[i].value, jacobian);
+            if (jacobian > 0.0) {
+                if (k == 0u) {
+                    value = techniques[i].value;
+                    jacobian = 1.0;
+                }
                 target = target_function(domain, value) * jacobian;
                 // Where a sample lives it is visible, or its weight were 0.
-                bool unseen = visibility && mis == MIS_BALANCE && i != k && target > 0.0 && !is_visible(k, domain, value);
+                bool unseen = visibility && !draws && i != k && target > 0.0 && !is_visible(k, domain, value);
                 if (unseen) target = 0.0;
             }
             float hides = balance_add(balances[i], i, k, target, techniques[k].confidence, canonical_confidence,
                                       neighbour_confidence);
-            if (visibility && hides > 0.0) stream_add(asked, k, hides, 1.0, to_unit(random_bits(random).x));
+            if (draws && hides > 0.0) stream_add(asked, k, hides, 1.0, to_unit(random_bits(random).x));
         }
     }
     // The neighbours' sample that is looked for from the canonical's domain.
@@ -70,12 +64,12 @@ void weigh_techniques(uint mis, uint count, bool visibility, inout Random random
                              neighbour_confidence);
         technique_targets[i] = balances[i].canonical;
         technique_weights[i] = m * balances[i].canonical * techniques[i].contribution_weight;
-        if (visibility && mis != MIS_BALANCE && i > 0u) {
+        if (draws && i > 0u) {
             stream_add(drawn, i, technique_weights[i], 1.0, to_unit(random_bits(random).x));
             technique_weights[i] = 0.0;
         }
     }
-    if (!visibility || mis == MIS_BALANCE) return;
+    if (!draws) return;
     // One trace in a loop: drivers compile it as often as it stands in the code.
     for (uint turn = 0u; turn < 2u; turn += 1u) {
         bool asks = turn == 0u;

@@ -42,18 +42,21 @@ bool is_visible(uint technique, Domain domain, Sample value) {
     return trace_visible(shadow_ray(domain, value));
 }
 
-vec3 position_of(uint technique) {
+#ifdef INDIRECT
+
+View view_of(uint technique) {
     uvec2 pixel = pixels[technique];
-    return surface_position(sample_data.at[slot_of(pixel)], primary_ray(pixel));
+    return View(surface_position(sample_data.at[slot_of(pixel)], primary_ray(pixel)), restir.at.camera.position);
 }
 
-bool shift_exists(uint technique, Sample value) {
-#ifdef INDIRECT
-    vec3 eye = restir.at.camera.position;
-    return is_within_limits(View(position_of(0u), eye), value, View(position_of(technique), eye), value);
-#else
-    return true;
 #endif
+
+Sample known_to(uint technique, Sample value, out float jacobian) {
+    jacobian = 1.0;
+#ifdef INDIRECT
+    if (technique != 0u && !is_within_limits(view_of(0u), value, view_of(technique), value)) jacobian = 0.0;
+#endif
+    return value;
 }
 
 #include "merge.glsl"

@@ -107,14 +107,22 @@ Sample at_time(Sample value, bool before) {
 
 #endif
 
-// The canonical's sample as the last frame had it.
-Sample carried(uint technique, Sample value, out float jacobian) {
+// The canonical's sample as the last frame had it, where technique 1 is asked.
+Sample known_to(uint technique, Sample value, out float jacobian) {
     jacobian = 1.0;
-    if (!MOVES || technique == 0u) return value;
-    float now = measure_of(value, false), before = measure_of(value, true);
-    jacobian = now > 0.0 ? before / now : 0.0;
-    if (jacobian > 0.0) value = at_time(value, true);
-    return value;
+    if (technique == 0u) return value;
+    Sample there = value;
+    if (MOVES) {
+        float now = measure_of(value, false), before = measure_of(value, true);
+        jacobian = now > 0.0 ? before / now : 0.0;
+        if (jacobian > 0.0) there = at_time(value, true);
+    }
+#ifdef INDIRECT
+    View now = View(domains[0].position, restir.at.camera.position);
+    View before = View(domains[1].position, restir.at.previous_camera.position);
+    if (!is_within_limits(now, value, before, there)) jacobian = 0.0;
+#endif
+    return there;
 }
 
 // History's sample in this frame: where its light is now, and worth what that has grown by.
@@ -125,19 +133,6 @@ void carry_on(inout Reservoir reservoir) {
     if (reservoir.contribution_weight > 0.0) reservoir.value = at_time(reservoir.value, false);
 }
 
-bool shift_exists(uint technique, Sample value) {
-#ifdef INDIRECT
-    float jacobian;
-    Sample there = carried(technique, value, jacobian);
-    return jacobian > 0.0
-        && is_within_limits(View(domains[0].position, restir.at.camera.position), value,
-                            View(domains[technique].position, restir.at.previous_camera.position), there);
-#else
-    return true;
-#endif
-}
-
-#define CARRIES_SAMPLES
 #include "merge.glsl"
 
 // Merges the pixel of this invocation.

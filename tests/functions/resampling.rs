@@ -120,7 +120,10 @@ fn weigh(mis: u32, techniques: &[Technique], fault: Option<(&str, &str)>) -> Vec
         bool is_visible(uint technique, Domain domain, Sample value) {{
             return SEES[{SAMPLES}u * technique + value.number] > 0.0;
         }}
-        bool shift_exists(uint technique, Sample value) {{ return true; }}
+        Sample known_to(uint technique, Sample value, out float jacobian) {{
+            jacobian = 1.0;
+            return value;
+        }}
         #include \"random.glsl\"
         #include \"counters.glsl\"
         #include \"values.glsl\"
