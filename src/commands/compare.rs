@@ -1,8 +1,7 @@
 //! `compare`: one picture against a reference, with checks.
 
 use super::print;
-use crate::files::check_writable;
-use crate::image::{Format, Image, png};
+use crate::image::{Format, Image, check_output, png};
 use crate::metrics::error::Errors;
 use crate::metrics::flip::{PIXELS_PER_DEGREE, flip};
 use crate::{Error, Result};
@@ -19,9 +18,9 @@ pub struct Args {
     /// Print one JSON object; what has no finite value, as a ratio to black has not, is null
     #[arg(long)]
     json: bool,
-    /// Write the FLIP error of each pixel as a picture in the colours of magma: black is no error,
-    /// then violet, orange, and pale yellow at 1
-    #[arg(long, value_name = "FILE.png")]
+    /// Write where they differ: as .png the FLIP error of each pixel in the colours of magma (black is no
+    /// error, then violet, orange, and pale yellow at 1), as .exr the picture minus the reference
+    #[arg(long, value_name = "FILE.png|FILE.exr")]
     diff: Option<PathBuf>,
     /// Exposure at which FLIP sees both, in stops
     #[arg(
@@ -67,7 +66,10 @@ pub fn run(args: &Args) -> Result<()> {
     let errors = Errors::between(&picture, &reference);
     let perceived = flip(&picture, &reference, size, args.exposure);
     if let Some(path) = &args.diff {
-        png::write_bytes(path, size, &perceived.map)?;
+        match Format::of(path)? {
+            Format::Png => png::write_bytes(path, size, &perceived.map)?,
+            Format::Exr => write_difference(path, size, &picture, &reference)?,
+        }
     }
     let rows = [
         ("rmse", errors.rmse),
@@ -134,15 +136,24 @@ fn check(args: &Args) -> Result<()> {
         return Err(Error::input("--exposure takes a finite number of stops"));
     }
     if let Some(path) = &args.diff {
-        if Format::of(path)? != Format::Png {
-            let path = path.display();
-            return Err(Error::input(format!(
-                "--diff {path}: it is written as .png"
-            )));
-        }
-        check_writable(path)?;
+        check_output(path)?;
     }
     Ok(())
+}
+
+/// Writes the picture minus the reference.
+fn write_difference(
+    path: &Path,
+    (width, height): (u32, u32),
+    picture: &[[f32; 3]],
+    reference: &[[f32; 3]],
+) -> Result<()> {
+    let differences: Vec<[f32; 3]> = std::iter::zip(picture, reference)
+        .map(|(a, b)| [a[0] - b[0], a[1] - b[1], a[2] - b[2]])
+        .collect();
+    let mut image = Image::new(width, height);
+    image.set_vectors("", ["R", "G", "B"], &differences);
+    image.write(path, 0.0)
 }
 
 /// A number to six figures or so, however large or small it is.
@@ -242,8 +253,8 @@ mod tests {
             "--max-rmse=-1",
             "--max-flip=nan",
             "--exposure=inf",
-            "--diff=a.exr",
             "--diff=a",
+            "--diff=a.jpg",
         ] {
             let error = compare([0.5, 0.5], &[option]).unwrap_err();
             assert_eq!(error.exit_status(), 2, "{option}: {error}");
@@ -268,6 +279,11 @@ mod tests {
         let bright = Image::read(&path).unwrap().rgb().unwrap();
         assert_eq!((black.len(), bright.len()), (16, 16));
         assert!(black[0].iter().all(|v| *v < 0.01) && bright[0][0] > 0.5);
+
+        let path = folder.path().join("d.exr");
+        let option = format!("--diff={}", path.display());
+        compare([0.25, 1.0], &[&option]).unwrap();
+        assert_eq!(Image::read(&path).unwrap().rgb().unwrap(), [[-0.75; 3]; 16]);
     }
 
     #[test]

@@ -202,14 +202,14 @@ impl Confirmation {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod samples {
     use super::*;
 
-    const BLOCKS: usize = 6;
+    pub const BLOCKS: usize = 6;
 
     /// A reference of six blocks in a row, each of luminance 1.
-    fn reference() -> Reference {
-        let side = super::super::run::BLOCK;
+    pub fn reference() -> Reference {
+        let side = crate::study::run::BLOCK;
         Reference {
             width: (BLOCKS * side) as u32,
             mean: vec![[1.0; 3]; BLOCKS * side * side],
@@ -220,7 +220,7 @@ mod tests {
     }
 
     /// Runs whose blocks scatter around 1 + `offset`, the noise shared by neighbours.
-    fn runs(count: u32, first_seed: u32, offset: [f64; BLOCKS]) -> Vec<Run> {
+    pub fn runs(count: u32, first_seed: u32, offset: [f64; BLOCKS]) -> Vec<Run> {
         let noise = |seed: u32, block: u32| {
             let bits = blake3::hash(&[seed.to_le_bytes(), block.to_le_bytes()].concat());
             let word = u32::from_le_bytes(bits.as_bytes()[..4].try_into().unwrap());
@@ -243,6 +243,13 @@ mod tests {
             })
             .collect()
     }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    use super::samples::{BLOCKS, reference, runs};
 
     fn confirmation(offset: [f64; BLOCKS]) -> Confirmation {
         let (first, fresh) = (runs(64, 0, offset), runs(128, 1000, offset));

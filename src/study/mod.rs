@@ -3,6 +3,7 @@
 //! stopped goes on where it was.
 
 pub mod bias;
+pub mod block_bias;
 pub mod plan;
 pub mod planned_scene;
 pub mod reference;

@@ -1,6 +1,7 @@
 //! What a study found: one row for each scene and configuration, as JSON, CSV and a table.
 
 use super::bias::{Bias, Confirmation, LEVEL, WIDEST};
+use super::block_bias::BlockBias;
 use super::plan::{Expect, Resolved};
 use super::run::Run;
 use crate::metrics::statistics::holm;
@@ -39,6 +40,8 @@ pub struct Row {
     pub rejected: u64,
     /// What the bias check measured.
     pub bias: Bias,
+    /// The bias by blocks.
+    pub block_bias: BlockBias,
     /// Chance that the blocks' t values are distributed as those of an unbiased control, were blocks
     /// independent.
     pub blocks_p_value: f64,
@@ -88,6 +91,7 @@ impl Row {
         configuration: &Resolved,
         runs: &[&Run],
         bias: Bias,
+        block_bias: BlockBias,
         blocks_p_value: f64,
     ) -> Result<Self> {
         let mean = |part: fn(&Run) -> &[f64]| {
@@ -121,6 +125,7 @@ impl Row {
             bytes_per_pixel: runs.first().map_or(0.0, |r| r.bytes_per_pixel),
             rejected: runs.iter().map(|r| u64::from(r.rejected)).sum(),
             bias,
+            block_bias,
             blocks_p_value,
             confirmation: None,
             corrected_p_value: 1.0,
@@ -199,7 +204,7 @@ pub fn table(rows: &[Row]) -> String {
     };
     let (scenes, names) = (width(5, |r| &r.scene), width(13, |r| &r.configuration));
     let mut text = format!(
-        "{:scenes$} {:names$} {:>5} {:>8} {:>7} {:>7} {:>8} {:>8}  {:>19}  verdict\n",
+        "{:scenes$} {:names$} {:>5} {:>8} {:>7} {:>7} {:>8} {:>8} {:>17}  {:>19}  verdict\n",
         "scene",
         "configuration",
         "seeds",
@@ -208,14 +213,18 @@ pub fn table(rows: &[Row]) -> String {
         "found %",
         "p (Holm)",
         "blocks p",
+        "blocks % (99 %)",
         "rmse first → last",
     );
     for row in rows {
         let (bias, _) = row.deciding();
+        let blocks = 100.0 * row.block_bias.relative;
+        let [low, high] = row.block_bias.interval.map(|bias| 100.0 * bias);
+        let blocks = format!("{blocks:.2} ({low:.2}–{high:.2})");
         let largest = |a: f64, b: f64| if b.abs() > a.abs() { b } else { a };
         let _ = writeln!(
             text,
-            "{:scenes$} {:names$} {:5} {:+8.3} {:7.3} {:7.3} {:8.3} {:8.3}  {:8.5} → {:8.5}  {}{}{}",
+            "{:scenes$} {:names$} {:5} {:+8.3} {:7.3} {:7.3} {:8.3} {:8.3} {blocks:>17}  {:8.5} → {:8.5}  {}{}{}",
             row.scene,
             row.configuration,
             bias.seeds,
@@ -238,7 +247,7 @@ pub fn table(rows: &[Row]) -> String {
     text += &costs(rows);
     let _ = writeln!(
         text,
-        "bias: the largest of the channels' means, ± its 99 % half-width. found: the bias that this check finds nine times in ten. p: chance of what was seen without bias; below {LEVEL} it counts."
+        "bias: the largest of the channels' means, ± its 99 % half-width. found: the bias that this check finds nine times in ten. p: chance of what was seen without bias; below {LEVEL} it counts. blocks %: root mean square of the bias of blocks, noise taken off, and its interval."
     );
     text
 }
@@ -282,12 +291,13 @@ fn costs(rows: &[Row]) -> String {
 /// counting, the rays are left out.
 pub fn csv(rows: &[Row]) -> String {
     let mut text = String::from(
-        "scene,configuration,seeds,frame,rmse,rmse_clamped,relmse,correlation,bias_r,bias_g,bias_b,half_width,verdict,milliseconds,rays,bytes_per_pixel\n",
+        "scene,configuration,seeds,frame,rmse,rmse_clamped,relmse,correlation,bias_r,bias_g,bias_b,half_width,verdict,milliseconds,rays,bytes_per_pixel,block_bias,block_bias_low,block_bias_high\n",
     );
     let quoted = |s: &str| format!("\"{}\"", s.replace('"', "\"\""));
     for row in rows {
         let (bias, _) = row.deciding();
         let [r, g, b] = bias.relative;
+        let [low, high] = row.block_bias.interval;
         let milliseconds: f64 = row.milliseconds.iter().map(|(_, ms)| ms).sum();
         let rays: u64 = row.counts.iter().map(|c| c.rays).sum();
         let rays = if row.counts.is_empty() {
@@ -298,7 +308,7 @@ pub fn csv(rows: &[Row]) -> String {
         for frame in 0..row.rmse.len() {
             let _ = writeln!(
                 text,
-                "{},{},{},{frame},{},{},{},{},{r},{g},{b},{},{},{milliseconds},{rays},{}",
+                "{},{},{},{frame},{},{},{},{},{r},{g},{b},{},{},{milliseconds},{rays},{},{},{low},{high}",
                 quoted(&row.scene),
                 quoted(&row.configuration),
                 row.seeds,
@@ -309,6 +319,7 @@ pub fn csv(rows: &[Row]) -> String {
                 bias.widest(),
                 row.verdict.text(),
                 row.bytes_per_pixel,
+                row.block_bias.relative,
             );
         }
     }

@@ -2,6 +2,7 @@
 //! well enough, and what they say.
 
 use super::bias::{self, Bias, CONFIRMING_SEEDS, Confirmation, WIDEST, WIDEST_REFERENCE};
+use super::block_bias::BlockBias;
 use super::plan::{Expect, Plan, Resolved};
 use super::planned_scene::PlannedScene;
 use super::reference::References;
@@ -124,13 +125,11 @@ impl<'a> Work<'a> {
             Expect::Unbiased => self.blocks_p_value(configuration)?,
             Expect::Biased => 1.0,
         };
-        let mut row = Row::new(
-            &self.subject.name,
-            configuration,
-            &self.store.of(&key, 0..seeds),
-            bias,
-            blocks_p_value,
-        )?;
+        let references = self.references(configuration)?;
+        let runs = self.store.of(&key, 0..seeds);
+        let block_bias = BlockBias::measure(&runs, references.last());
+        let name = &self.subject.name;
+        let mut row = Row::new(name, configuration, &runs, bias, block_bias, blocks_p_value)?;
         if configuration.expect == Expect::Unbiased && row.alarms(all) {
             let fresh = CONFIRMING_SEED..CONFIRMING_SEED + CONFIRMING_SEEDS;
             self.run(&[configuration], fresh.clone())?;
