@@ -14,7 +14,7 @@ bool is_within_limits(View a, IndirectSample here, View b, IndirectSample there)
     float spread_a = spread_of(a.position, here.point.position, here.point.normal, direction, cosine);
     float spread_b = spread_of(b.position, there.point.position, there.point.normal, direction, cosine);
     float limit = restir.at.jacobian_limit, least = restir.at.min_distance;
-    if (limit > 0.0 && max(spread_a, spread_b) > limit * min(spread_a, spread_b)) return false;
+    if (limit >= 1.0 && max(spread_a, spread_b) > limit * min(spread_a, spread_b)) return false;
     return distance(a.position, here.point.position) >= least * distance(a.position, a.eye)
         && distance(b.position, there.point.position) >= least * distance(b.position, b.eye);
 }

@@ -21,7 +21,8 @@ void pack_sample(Sample value, inout PackedReservoir p) {
         p.words[7] = value.light_barycentrics;
     } else {
         p.words[6] = pack_octahedral(value.direction, 16u);
-        p.words[7] = pack_color(value.radiance);
+        // What was unpacked once goes back as it was.
+        p.words[7] = pack_color(value.radiance, vec3(0.5));
     }
     if (RESERVOIR_FORMAT != FORMAT_FULL) return;
     uvec3 position = floatBitsToUint(value.point.position);
@@ -59,6 +60,15 @@ Sample unpack_sample(PackedReservoir p) {
         value.radiance = unpack_color(p.words[7]);
     }
     return value;
+}
+
+// A new sample as others will find it, rounded to what a reservoir stores.
+Sample stored(Sample value, inout Random random) {
+    vec3 numbers = to_unit(random_bits(random)).xyz;
+    value.radiance = unpack_color(pack_color(value.radiance, numbers));
+    PackedReservoir packed;
+    pack_sample(value, packed);
+    return unpack_sample(packed);
 }
 
 vec3 place_of(Sample value) { return value.point.position; }

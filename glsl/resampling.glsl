@@ -81,7 +81,8 @@ float balance_add(inout Balance balance, uint i, uint k, float target, float con
     float part = confidence / neighbour_confidence;
     float share = share_of(canonical_confidence * balance.canonical, neighbour_confidence * target);
     balance.pairs += part * share;
-    return part * (1.0 - share);
+    // Who cannot make the sample at all has nothing to hide.
+    return target > 0.0 ? part * (1.0 - share) : 0.0;
 }
 
 // m_i(y_i), once every target that counts was added.

@@ -1,21 +1,4 @@
 // What a frame left in its reservoirs, for those who look for faults.
-#include "prelude.glsl"
-#include "random.glsl"
-#include "counters.glsl"
-#include "geometry.glsl"
-#include "trace.glsl"
-#include "surface.glsl"
-#include "materials.glsl"
-#include "lights.glsl"
-#include "camera.glsl"
-#include "values.glsl"
-#include "workgroups.glsl"
-#include "sample_data.glsl"
-#include "direct_light.glsl"
-#ifdef INDIRECT
-#include "indirect_light.glsl"
-#endif
-#include "reservoirs.glsl"
 #include "restir.glsl"
 #include "similar.glsl"
 

@@ -1,4 +1,25 @@
-// What the passes of resampling share: the frame, its pixels, their primary surfaces.
+// What the passes of resampling share: the scene and its light, the frame, its pixels, their primary surfaces.
+#include "prelude.glsl"
+#include "random.glsl"
+#include "counters.glsl"
+#include "geometry.glsl"
+#ifdef LAST_FRAME
+#include "last_frame.glsl"
+#endif
+#include "trace.glsl"
+#include "surface.glsl"
+#include "materials.glsl"
+#include "lights.glsl"
+#include "camera.glsl"
+#include "values.glsl"
+#include "workgroups.glsl"
+#include "sample_data.glsl"
+#include "direct_light.glsl"
+#ifdef INDIRECT
+#include "indirect_light.glsl"
+#endif
+#include "reservoirs.glsl"
+#include "resampling.glsl"
 
 layout(scalar) uniform RestirBlock { RestirConstants at; } restir;
 
@@ -16,7 +37,7 @@ const uint FIRST_PASS = 0u;
 // What a pass draws must not depend on how much an earlier one drew, so each counts on its own.
 Random pass_random(uvec2 pixel, uint pass) {
     Random random = random_start(pixel.y * restir.at.width + pixel.x, restir.at.frame, restir.at.seed);
-    random.counter.w = pass << 16u;
+    random.counter.w = pass << 24u;
     return random;
 }
 

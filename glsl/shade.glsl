@@ -1,21 +1,4 @@
 // What a pixel's reservoir has chosen is added to its colour.
-#include "prelude.glsl"
-#include "random.glsl"
-#include "counters.glsl"
-#include "geometry.glsl"
-#include "trace.glsl"
-#include "surface.glsl"
-#include "materials.glsl"
-#include "lights.glsl"
-#include "camera.glsl"
-#include "values.glsl"
-#include "workgroups.glsl"
-#include "sample_data.glsl"
-#include "direct_light.glsl"
-#ifdef INDIRECT
-#include "indirect_light.glsl"
-#endif
-#include "reservoirs.glsl"
 #include "restir.glsl"
 
 layout(scalar) readonly buffer SampleDataBlock { SampleData at[]; } sample_data;
@@ -26,9 +9,7 @@ layout(scalar) buffer ColorBlock { vec3 at[]; } color;
 void shade() {
     uvec2 pixel = own_pixel();
     if (is_outside(pixel)) return;
-    uint index = pixel.y * restir.at.width + pixel.x;
     uint slot = slot_of(pixel);
-    vec3 radiance = color.at[index];
     SampleData data = sample_data.at[slot];
     if (has_surface(data)) {
         PackedReservoir packed;
@@ -38,8 +19,8 @@ void shade() {
             Domain domain = unpack_domain(data, primary_ray(pixel));
             vec3 light = contribution(domain, reservoir.value) * reservoir.contribution_weight;
             bool traced = VISIBILITY == VISIBILITY_FINAL || VISIBILITY == VISIBILITY_INITIAL;
-            if (max_component(light) > 0.0 && (!traced || trace_visible(shadow_ray(domain, reservoir.value)))) radiance += light;
+            if (max_component(light) > 0.0 && (!traced || trace_visible(shadow_ray(domain, reservoir.value))))
+                color.at[pixel.y * restir.at.width + pixel.x] += accept_radiance(light);
         }
     }
-    color.at[index] = accept_radiance(radiance);
 }

@@ -1,22 +1,4 @@
 // Spatial reuse: each pixel's reservoir merges with those of neighbours in a disc.
-#include "prelude.glsl"
-#include "random.glsl"
-#include "counters.glsl"
-#include "geometry.glsl"
-#include "trace.glsl"
-#include "surface.glsl"
-#include "materials.glsl"
-#include "lights.glsl"
-#include "camera.glsl"
-#include "values.glsl"
-#include "workgroups.glsl"
-#include "sample_data.glsl"
-#include "direct_light.glsl"
-#ifdef INDIRECT
-#include "indirect_light.glsl"
-#endif
-#include "reservoirs.glsl"
-#include "resampling.glsl"
 #include "restir.glsl"
 #include "similar.glsl"
 #ifdef INDIRECT
@@ -67,7 +49,7 @@ vec3 merged_light(uint count) {
     Domain domain = domain_of(0u);
     vec3 light = vec3(0.0);
     for (uint i = 0u; i < count; i += 1u) {
-        if (technique_weights[i] <= 0.0) continue;
+        if (!(technique_weights[i] > 0.0)) continue;
         light += contribution(domain, techniques[i].value) * (technique_weights[i] / technique_targets[i]);
     }
     return light;
@@ -95,7 +77,7 @@ void merge_neighbours() {
         weigh_techniques(MIS, found, VISIBILITY == VISIBILITY_WEIGHTS, random);
         if (step.shades != 0u) {
             uint index = pixel.y * restir.at.width + pixel.x;
-            color.at[index] = accept_radiance(color.at[index] + merged_light(found));
+            color.at[index] += accept_radiance(merged_light(found));
         }
         packed = pack_reservoir(choose_technique(found, random));
     }

@@ -2,25 +2,6 @@
 // things move, that one is judged among the last frame's instances and lights, and its sample is carried
 // on by those that it names.
 #define LAST_FRAME
-#include "prelude.glsl"
-#include "random.glsl"
-#include "counters.glsl"
-#include "geometry.glsl"
-#include "last_frame.glsl"
-#include "trace.glsl"
-#include "surface.glsl"
-#include "materials.glsl"
-#include "lights.glsl"
-#include "camera.glsl"
-#include "values.glsl"
-#include "workgroups.glsl"
-#include "sample_data.glsl"
-#include "direct_light.glsl"
-#ifdef INDIRECT
-#include "indirect_light.glsl"
-#endif
-#include "reservoirs.glsl"
-#include "resampling.glsl"
 #include "restir.glsl"
 #include "similar.glsl"
 #ifdef INDIRECT
@@ -46,7 +27,7 @@ bool is_visible(uint technique, Domain domain, Sample value) {
     if (stands_still) return true;
     bool before = technique == 1u;
     // Where things move, they may have come behind the second vertex too.
-    uint rays = MOVES ? 2u : 1u;
+    uint rays = MOVES && value.kind == PATH_TO_LIGHT ? 2u : 1u;
     bool seen = true;
     for (uint turn = 0u; seen && turn < rays; turn += 1u) {
         Ray ray = shadow_ray(domain, value);
@@ -60,9 +41,10 @@ bool is_visible(uint technique, Domain domain, Sample value) {
 }
 
 // The area of the second vertex' triangle times the solid angle that the light at the path's end covers from
-// there; 0 if either has no size, or what lies beyond the vertex may have changed unseen.
+// there; 0 if either has no size, or what lies beyond the vertex may have changed unseen. The biased shift takes
+// that not to change.
 float measure_of(Sample value, bool before) {
-    if (value.kind != PATH_TO_LIGHT) return 0.0;
+    if (value.kind == PATH_ONWARD) return 0.0;
     GpuInstance instance = instances.at[value.instance + (before ? restir.at.instance_count : 0u)];
     vec3 a, b, c;
     triangle_corners(instance.first_triangle + value.primitive, a, b, c);
@@ -72,6 +54,7 @@ float measure_of(Sample value, bool before) {
     float size1 = max_component(abs(edge1)), size2 = max_component(abs(edge2));
     float area = size1 * size2 * length(cross(edge1 / max(size1, TINY), edge2 / max(size2, TINY)));
     if (!(area > 0.0)) return 0.0;
+    if (value.kind == PATH_OUTGOING) return area;
     uint number = value.light + (before ? restir.at.lights : 0u);
     LightSample light = sample_at(number, value.light_barycentrics);
     vec3 point = triangle_point(instance, value.primitive, value.barycentrics).position;
@@ -83,7 +66,7 @@ float measure_of(Sample value, bool before) {
 // The same sample in this frame or in the one before, if it was one there.
 Sample at_time(Sample value, bool before) {
     place_vertex(value, value.instance + (before ? restir.at.instance_count : 0u));
-    aim_at_light(value, value.light + (before ? restir.at.lights : 0u));
+    if (value.kind == PATH_TO_LIGHT) aim_at_light(value, value.light + (before ? restir.at.lights : 0u));
     return value;
 }
 

@@ -55,7 +55,7 @@ crate::gpu_constants! {
     pub const INDIRECT_FULL_WORDS: u32 = 15;
     /// Words of where a reservoir's sample comes from.
     pub const ORIGIN_WORDS: u32 = 2;
-    /// Words of what a pixel's first BSDF ray met, at most as many as a reservoir of indirect light has.
+    /// Words of what a pixel's first BSDF ray met.
     pub const PILOT_WORDS: u32 = 5;
     /// Pixels row by row.
     pub const ORDER_ROW: u32 = 0;

@@ -6,7 +6,7 @@ use std::process::{Command, Output};
 
 /// Where a merge's techniques are weighed with visibility: by the balance heuristic one by one, by pairs
 /// for those that one ray stands for.
-const UNSEEN: &str = "mis == MIS_BALANCE && i != k &&";
+const UNSEEN: &str = "!draws && i != k &&";
 const SEEN: &str = "if (!asks && seen)";
 const ASKED: &str = "if (asks && !seen)";
 
@@ -141,7 +141,7 @@ fn confidence_that_depends_on_the_sample_is_found() {
 
 #[test]
 fn visibility_that_is_missing_at_the_pixel_itself_is_found() {
-    let weighed = "mis == MIS_BALANCE && i != k && k != 0u &&";
+    let weighed = "!draws && i != k && k != 0u &&";
     let (passes, said) = with_fault(&[
         ("merge.glsl", UNSEEN, weighed),
         ("merge.glsl", SEEN, "if (!asks)"),
@@ -151,7 +151,7 @@ fn visibility_that_is_missing_at_the_pixel_itself_is_found() {
 
 #[test]
 fn visibility_that_is_missing_at_the_neighbours_is_found() {
-    let weighed = "mis == MIS_BALANCE && i != k && k == 0u &&";
+    let weighed = "!draws && i != k && k == 0u &&";
     let (passes, said) = with_fault(&[
         ("merge.glsl", UNSEEN, weighed),
         ("merge.glsl", ASKED, "if (false)"),

@@ -173,6 +173,7 @@ fn without_direct_light_all_are_empty() {
     for reservoir in rendered(1, 0, &[]).1.reservoir_aovs(Kind::Direct).unwrap() {
         assert_eq!((reservoir.weight, reservoir.light), (0.0, NONE));
         assert_eq!(reservoir.neighbours, 0);
+        assert_eq!(reservoir.source, Vec2::NEG_ONE);
     }
 }
 

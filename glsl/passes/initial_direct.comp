@@ -1,21 +1,6 @@
 #version 460
 // Initial candidates for direct light: points on lights and hits of BSDF rays, weighed against each
 // other by the balance heuristic, one of them chosen by resampled importance sampling.
-#include "prelude.glsl"
-#include "random.glsl"
-#include "counters.glsl"
-#include "geometry.glsl"
-#include "trace.glsl"
-#include "surface.glsl"
-#include "materials.glsl"
-#include "lights.glsl"
-#include "camera.glsl"
-#include "values.glsl"
-#include "workgroups.glsl"
-#include "sample_data.glsl"
-#include "direct_light.glsl"
-#include "reservoirs.glsl"
-#include "resampling.glsl"
 #include "restir.glsl"
 #include "candidates.glsl"
 
@@ -28,6 +13,7 @@ layout(scalar) buffer ColorBlock { vec3 at[]; } color;
 
 // BSDF candidates beside the pilot: more for narrow lobes, and where pixels around found bright light.
 uint more_bsdf_samples(ivec2 pixel, Bsdf bsdf) {
+    if (restir.at.more_bsdf_samples == 0u) return 0u;
     float squares = 0.0, count = 0.0;
     for (int y = -PILOT_REACH; y <= PILOT_REACH; y += 1) {
         for (int x = -PILOT_REACH; x <= PILOT_REACH; x += 1) {

@@ -3,22 +3,6 @@
 // light that it finds is a candidate for the pixel's reservoir, one of them chosen by resampled importance
 // sampling; what none but this pixel can use is added to its colour at once.
 #define INDIRECT
-#include "prelude.glsl"
-#include "random.glsl"
-#include "counters.glsl"
-#include "geometry.glsl"
-#include "trace.glsl"
-#include "surface.glsl"
-#include "materials.glsl"
-#include "lights.glsl"
-#include "camera.glsl"
-#include "values.glsl"
-#include "workgroups.glsl"
-#include "sample_data.glsl"
-#include "direct_light.glsl"
-#include "indirect_light.glsl"
-#include "reservoirs.glsl"
-#include "resampling.glsl"
 #include "restir.glsl"
 #include "candidates.glsl"
 
@@ -172,17 +156,15 @@ void main() {
             }
             vec4 numbers = to_unit(random_bits(random));
             choice = to_unit(random_bits(random).x);
-            if (points.chosen != NONE) {
-                light_arrives = path.throughput * contribution(vertex, point) * contribution_weight(points);
-                shadow = max_component(light_arrives) > 0.0;
-            }
             Ray to_light;
-            if (shadow) {
+            if (points.chosen != NONE) {
                 vec3 direction;
                 float cosine, pdf_solid_angle;
-                spread_of(vertex.position, point.position, point.normal, direction, cosine);
-                vec3 radiance = path.beyond * reflected_light(vertex, direction, point.emission, pdf_solid_angle);
-                there = ended(here, at_second, point.light, point.barycentrics, radiance);
+                float spread = spread_of(vertex.position, point.position, point.normal, direction, cosine);
+                vec3 reflected = reflected_light(vertex, direction, point.emission, pdf_solid_angle);
+                light_arrives = path.throughput * reflected * (spread * contribution_weight(points));
+                shadow = max_component(light_arrives) > 0.0;
+                there = ended(here, at_second, point.light, point.barycentrics, path.beyond * reflected);
                 light_shared = path.can_share;
                 to_light = shadow_ray(vertex, point);
             }
@@ -215,13 +197,12 @@ void main() {
 
         if (stream.chosen != NONE) {
             place_vertex(chosen, chosen.instance);
-            // Weighed as others will find it, rounded to what a reservoir stores.
-            pack_sample(chosen, packed);
-            reservoir.value = unpack_sample(packed);
+            reservoir.value = stored(chosen, random);
             if (BIASED_SHIFT) {
                 vec3 direction = normalize(reservoir.value.point.position - eye.position);
                 reservoir.value.radiance = outgoing_radiance(reservoir.value, direction);
                 reservoir.value.kind = PATH_OUTGOING;
+                reservoir.value = stored(reservoir.value, random);
             }
             float target = target_function(eye, reservoir.value);
             if (target > 0.0) reservoir.contribution_weight = accept_weight(stream.weight_sum / target);

@@ -2,20 +2,6 @@
 // The first BSDF ray of each pixel: a candidate of direct light where it meets a light, and the beginning of a
 // path of indirect light. What it finds also tells the pixels around how many more they should draw. It
 // must not tell its own: a choice that depends on the sample that it concerns would bias it.
-#include "prelude.glsl"
-#include "random.glsl"
-#include "counters.glsl"
-#include "geometry.glsl"
-#include "trace.glsl"
-#include "surface.glsl"
-#include "materials.glsl"
-#include "lights.glsl"
-#include "camera.glsl"
-#include "values.glsl"
-#include "workgroups.glsl"
-#include "sample_data.glsl"
-#include "direct_light.glsl"
-#include "reservoirs.glsl"
 #include "restir.glsl"
 #include "candidates.glsl"
 

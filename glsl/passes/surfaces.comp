@@ -1,18 +1,5 @@
 #version 460
 // The first pass of a frame: what each pixel's ray meets, and the light that it sends by itself.
-#include "prelude.glsl"
-#include "random.glsl"
-#include "counters.glsl"
-#include "geometry.glsl"
-#include "trace.glsl"
-#include "surface.glsl"
-#include "materials.glsl"
-#include "lights.glsl"
-#include "camera.glsl"
-#include "workgroups.glsl"
-#include "sample_data.glsl"
-#include "direct_light.glsl"
-#include "reservoirs.glsl"
 #include "restir.glsl"
 
 layout(local_size_x = TILE * TILE) in;

@@ -346,17 +346,20 @@ impl Session {
 
 /// Refuses AOVs of reservoirs that there are none of.
 fn check_aovs(aovs: &[Aov], settings: &Settings, bounces: u32) -> Result<()> {
-    let resampled = settings.integrator == Integrator::Restir;
-    if aovs.contains(&Aov::Direct) && !resampled {
-        return Err(Error::input(
-            "--aov direct shows reservoirs, of which path tracing has none; choose a --preset with integrator=restir",
-        ));
-    }
-    let indirect = resampled && bounces > 1 && settings.indirect.mode == IndirectMode::Restir;
-    if aovs.contains(&Aov::Indirect) && !indirect {
-        return Err(Error::input(
-            "--aov indirect shows reservoirs of indirect light, of which there are none; choose a --preset with integrator=restir and indirect.mode=restir, and --bounces of at least 2",
-        ));
+    for (aov, kind, needed) in [
+        (Aov::Direct, Kind::Direct, "--bounces of at least 1"),
+        (
+            Aov::Indirect,
+            Kind::Indirect,
+            "indirect.mode=restir, and --bounces of at least 2",
+        ),
+    ] {
+        if aovs.contains(&aov) && !kind.has_reservoirs(settings, bounces) {
+            return Err(Error::input(format!(
+                "--aov {} shows reservoirs, of which there are none; choose a --preset with integrator=restir, {needed}",
+                kind.name()
+            )));
+        }
     }
     Ok(())
 }

@@ -16,7 +16,7 @@ use crate::layouts::{
     SampleData, TILE,
 };
 use crate::{Error, Result};
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use resampled::{Common, Resampled, specialisation};
 use std::sync::Arc;
 
@@ -123,8 +123,9 @@ impl Frame {
         });
         let [direct, indirect] = wanted;
         // The first BSDF ray is a candidate of direct light and the beginning of a path.
-        let direct_pilots = direct.is_some() && settings.direct.draws_pilots();
-        let draws_pilots = direct_pilots || indirect.is_some();
+        let paths = indirect.is_some();
+        let direct_pilots = direct.is_some() && settings.direct.draws_pilots(paths);
+        let draws_pilots = direct_pilots || paths;
 
         let color_bytes = pixels * 12;
         let sample_data_bytes = slots * size_of::<SampleData>() as u64;
@@ -140,6 +141,10 @@ impl Frame {
             ("color", color_bytes),
             ("pilots", pilot_bytes),
         ];
+        if tracking.origins {
+            let bytes = pixels * size_of::<ReservoirAov>() as u64;
+            needed.push(("reservoir_aovs", bytes));
+        }
         for (kind, _) in wanted.iter().flatten() {
             let bytes = slots * Resampled::reservoir_bytes(*kind, settings, &layout);
             needed.push(("reservoirs", bytes));
@@ -317,6 +322,7 @@ impl Frame {
         let Some(resampled) = self.kinds.iter().find(|resampled| resampled.kind == kind) else {
             let empty = ReservoirAov {
                 light: NONE,
+                source: Vec2::NEG_ONE,
                 ..ReservoirAov::default()
             };
             let pixels = self.constants.width as usize * self.constants.height as usize;

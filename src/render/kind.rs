@@ -1,5 +1,7 @@
 //! The two kinds of light that are resampled, each by passes of its own.
 
+use super::settings::{IndirectMode, Integrator, Settings};
+
 /// A kind of light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
@@ -42,6 +44,15 @@ impl Kind {
                 aovs: "aovs_indirect",
             },
         }
+    }
+
+    /// Whether frames with these settings and that many scattering events keep reservoirs of it.
+    pub fn has_reservoirs(self, settings: &Settings, bounces: u32) -> bool {
+        let kept = match self {
+            Self::Direct => bounces > 0,
+            Self::Indirect => bounces > 1 && settings.indirect.mode == IndirectMode::Restir,
+        };
+        kept && settings.integrator == Integrator::Restir
     }
 
     /// The name in channels and settings.

@@ -41,7 +41,6 @@ pub fn look(
 ) -> Result<Vec<ReservoirAov>> {
     let RestirConstants { width, height, .. } = *frame.constants;
     let pixels = width as usize * height as usize;
-    // Smaller than its primary surfaces, so it can be bound where those could.
     let bytes = (pixels * size_of::<ReservoirAov>()) as u64;
     let reservoir_aovs = Buffer::new(device, "reservoir_aovs", bytes, Usage::default())?;
     let bindings = Bindings {

@@ -15,7 +15,7 @@ pub enum Integrator {
     /// MIS path tracing: unbiased, the reference.
     #[default]
     PathTracing,
-    /// Reservoir resampling: light samples shared by neighbours and frames.
+    /// Reservoir resampling: light samples and paths shared by neighbours and frames.
     Restir,
 }
 
@@ -80,8 +80,8 @@ pub enum Mis {
 pub enum Visibility {
     /// Nowhere: shadows are missing. Biased, for comparisons only.
     None,
-    /// Where the chosen sample is shaded: one ray. Unbiased, noisy in shadows; BSDF samples are not
-    /// drawn.
+    /// Where the chosen sample is shaded: one ray. For direct light unbiased, noisy in shadows, and without
+    /// BSDF samples. Paths of indirect light are traced, so for them the same as `initial`.
     Final,
     /// Of the initial survivor, and where the chosen sample is shaded. Biased, dark.
     Initial,
@@ -124,8 +124,9 @@ pub struct Spatial {
     /// Passes, each over the results of the one before. Cost: proportional. Unbiased at any value.
     #[schemars(range(min = 1, max = 8))]
     pub passes: u32,
-    /// Neighbours wanted a pass. Cost: three targets each, but with `mis=balance` no rays: a merge by pairs
-    /// traces two, however many there are. Unbiased at any value.
+    /// Neighbours wanted a pass. Cost: three targets each and no rays, since a merge by pairs traces two
+    /// however many there are; with `mis=balance` targets and rays grow with the square. Unbiased at any
+    /// value.
     #[schemars(range(min = 0, max = 16))]
     pub neighbours: u32,
     /// Radius of the disc they are drawn from, half of them within a quarter of it. Unit: pixels. Lower:
@@ -271,9 +272,10 @@ impl Direct {
         self.bsdf_samples > 0 && self.visibility != Visibility::Final
     }
 
-    /// Whether the first of them tell where more are needed.
-    pub fn draws_pilots(&self) -> bool {
-        self.draws_bsdf() && self.more_bsdf_samples > 0
+    /// Whether the first of them are drawn beforehand: to tell where more are needed, or because they begin
+    /// `paths` too.
+    pub fn draws_pilots(&self, paths: bool) -> bool {
+        self.draws_bsdf() && (paths || self.more_bsdf_samples > 0)
     }
 }
 
@@ -294,8 +296,8 @@ pub enum IndirectMode {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Shift {
-    /// What leaves the second vertex is taken to be the same for all: cheapest; biased where that vertex
-    /// is not matt.
+    /// What leaves the second vertex is taken to be the same for all, and not to change: cheapest; biased
+    /// where that vertex is not matt, and in motion.
     Biased,
     /// The second vertex' BSDF is evaluated again: unbiased.
     #[default]
@@ -321,8 +323,7 @@ pub struct Indirect {
     pub mode: IndirectMode,
     /// How lights are picked at the vertices of paths. No effect on bias.
     pub candidates: Candidates,
-    /// How these vertices look for lights. `ris` costs a tenth to a quarter of the paths' time. Unbiased
-    /// either way.
+    /// How these vertices look for lights. Unbiased either way.
     pub secondary: Secondary,
     /// Points on lights that each vertex chooses from, with `secondary=ris`. Cost: one target each, no
     /// ray. Unbiased at any value.
@@ -339,7 +340,8 @@ pub struct Indirect {
     /// How another pixel takes over a path. `biased` is biased.
     pub shift: Shift,
     /// Largest ratio between two pixels' views of a second vertex, by the solid angle that it has in
-    /// each, with which they share it; 0: any. Lower: fewer outliers, less reuse. Unbiased at any value.
+    /// each, with which they share it; below 1: any. Lower: fewer outliers, less reuse. Unbiased at any
+    /// value.
     #[schemars(range(min = 0.0, max = 1e9))]
     pub jacobian_limit: f32,
     /// Least distance to a second vertex that is shared, as a share of the pixel's distance from the
@@ -436,8 +438,9 @@ pub enum Energy {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Roulette {
-    /// Scattering events before roulette begins. Unit: events. Cost: higher traces longer paths;
-    /// lower adds noise. Unbiased at any value.
+    /// Scattering events before roulette begins; with `integrator=restir` it leaves out the first one, whose
+    /// ray serves direct light too. Unit: events. Cost: higher traces longer paths; lower adds noise. Unbiased
+    /// at any value.
     #[schemars(range(min = 0, max = 1000))]
     pub start: u32,
     /// Least probability that a path goes on. Higher wastes rays on dark paths, lower lets rare

@@ -4,8 +4,9 @@ use super::constants;
 use crate::Result;
 use crate::gpu::{Buffer, ComputePass, Device, Recording, Usage};
 use crate::layouts::{
-    MIS_BALANCE, MIS_CONSTANT, MIS_DEFENSIVE, MIS_PAIRWISE, PILOT_WORDS, RestirConstants,
-    SpatialStep, VISIBILITY_FINAL, VISIBILITY_INITIAL, VISIBILITY_NONE, VISIBILITY_WEIGHTS,
+    INDIRECT_COMPACT_WORDS, MIS_BALANCE, MIS_CONSTANT, MIS_DEFENSIVE, MIS_PAIRWISE, PILOT_WORDS,
+    RestirConstants, SpatialStep, VISIBILITY_FINAL, VISIBILITY_INITIAL, VISIBILITY_NONE,
+    VISIBILITY_WEIGHTS,
 };
 use crate::render::kind::Kind;
 use crate::render::offered::Offered;
@@ -75,6 +76,9 @@ crate::bindings! {
         write counters,
     }
 }
+
+// Pilots lie in reservoirs of indirect light before those are written.
+const _: () = assert!(PILOT_WORDS <= INDIRECT_COMPACT_WORDS);
 
 /// Specialisation constants of all passes of a kind.
 const MIS: u32 = 11;
@@ -165,11 +169,11 @@ impl Resampled {
         special.push((BIASED_SHIFT, biased.into()));
         let names = kind.passes();
         // The last merge knows the light of all that it merged, unless that has to be looked for yet.
-        let seen = matches!(
+        let needs_no_ray = matches!(
             resampling.visibility,
             Visibility::None | Visibility::Weights
         );
-        let merge_shades = resampling.reuse.is_spatial() && seen;
+        let merge_shades = resampling.reuse.is_spatial() && needs_no_ray;
         let if_needed = |needed: bool, name: &str| needed.then(|| pass(name, &special)).transpose();
         let uniform = Usage {
             uniform: true,
