@@ -1,8 +1,11 @@
 //! The bias check itself: a sample of the bias matrix passes, and the same command fails on each fault
 //! that merges are known to have, planted in a copy of the shaders.
 
+mod support;
+
 use std::path::Path;
 use std::process::{Command, Output};
+use support::planted;
 
 /// Where a merge's techniques are weighed with visibility: by the balance heuristic one by one, by pairs
 /// for those that one ray stands for.
@@ -26,29 +29,6 @@ fn study(plan: &str, folder: &Path, shaders: Option<&Path>) -> Output {
         command.env("HEADWATER_GLSL", shaders);
     }
     command.output().unwrap()
-}
-
-/// A copy of the shaders in which a fault was planted: of each file, texts and what replaces them.
-fn planted(folder: &Path, changes: &[(&str, &str, &str)]) {
-    let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("glsl");
-    std::fs::create_dir_all(folder.join("passes")).unwrap();
-    for part in ["", "passes"] {
-        for entry in std::fs::read_dir(from.join(part)).unwrap() {
-            let entry = entry.unwrap();
-            if !entry.file_type().unwrap().is_file() {
-                continue;
-            }
-            let name = Path::new(part).join(entry.file_name());
-            let mut source = std::fs::read_to_string(entry.path()).unwrap();
-            for (file, old, new) in changes {
-                if Path::new(file) == name {
-                    assert!(source.contains(old), "{file} has no '{old}'");
-                    source = source.replace(old, new);
-                }
-            }
-            std::fs::write(folder.join(&name), source).unwrap();
-        }
-    }
 }
 
 #[test]

@@ -3,6 +3,7 @@
 mod directions;
 mod lights;
 mod numbers;
+mod radiance;
 mod resampling;
 mod rounding;
 #[path = "../support/mod.rs"]

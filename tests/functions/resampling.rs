@@ -20,11 +20,13 @@ struct Outcome {
     weight: f64,
 }
 
-/// A technique: its target function, which of the samples it sees, its confidence, and all it may come to.
+/// A technique: its target function, carried to the canonical's space; which of the samples it sees; the Jacobian
+/// of each sample's shift to it, 0 where that fails; its confidence, and all it may come to.
 #[derive(Clone, Debug)]
 struct Technique {
     targets: [f64; SAMPLES],
     sees: [bool; SAMPLES],
+    jacobians: [f64; SAMPLES],
     confidence: f64,
     outcomes: Vec<Outcome>,
 }
@@ -53,6 +55,7 @@ impl Technique {
         Self {
             targets,
             sees: [true; SAMPLES],
+            jacobians: [1.0; SAMPLES],
             confidence,
             outcomes,
         }
@@ -61,6 +64,11 @@ impl Technique {
     /// Behind a wall, with targets that know nothing of it.
     fn seeing(self, sees: [bool; SAMPLES]) -> Self {
         Self { sees, ..self }
+    }
+
+    /// With shifts that stretch samples or fail; samples of its own that fail nobody can take over.
+    fn shifting(self, jacobians: [f64; SAMPLES]) -> Self {
+        Self { jacobians, ..self }
     }
 
     /// Whether a sample adds anything to the technique's own picture.
@@ -98,6 +106,7 @@ fn weigh(mis: u32, techniques: &[Technique], fault: Option<(&str, &str)>) -> Vec
         format!("float[]({})", texts.join(", "))
     };
     let targets = table(techniques.iter().flat_map(|t| t.targets).collect());
+    let jacobians = table(techniques.iter().flat_map(|t| t.jacobians).collect());
     let confidences = table(techniques.iter().map(|t| t.confidence).collect());
     let sees = techniques.iter().flat_map(|t| t.sees);
     let walls = sees.clone().any(|sees| !sees);
@@ -110,18 +119,20 @@ fn weigh(mis: u32, techniques: &[Technique], fault: Option<(&str, &str)>) -> Vec
         struct Reservoir {{ Sample value; float contribution_weight; float confidence; }};
         const uint MOST_TECHNIQUES = {MOST}u;
         const float TARGETS[{all}] = {targets};
+        const float JACOBIANS[{all}] = {jacobians};
         const float SEES[{all}] = {sees};
         const float CONFIDENCES[{count}] = {confidences};
         Reservoir empty_reservoir(float confidence) {{ return Reservoir(Sample(NONE), 0.0, confidence); }}
         Domain domain_of(uint technique) {{ return Domain(technique); }}
         float target_function(Domain domain, Sample value) {{
-            return TARGETS[{SAMPLES}u * domain.technique + value.number];
+            uint index = {SAMPLES}u * domain.technique + value.number;
+            return TARGETS[index] / (JACOBIANS[index] > 0.0 ? JACOBIANS[index] : 1.0);
         }}
         bool is_visible(uint technique, Domain domain, Sample value) {{
             return SEES[{SAMPLES}u * technique + value.number] > 0.0;
         }}
         Sample known_to(uint technique, Sample value, out float jacobian) {{
-            jacobian = 1.0;
+            jacobian = JACOBIANS[{SAMPLES}u * technique + value.number];
             return value;
         }}
         #include \"random.glsl\"
@@ -243,6 +254,14 @@ fn toys() -> Vec<(&'static str, Vec<Technique>)> {
                 // What it can never make, its target must not claim.
                 t([1.0, 2.0, 3.0, 4.0], 6.0, [1e-3; 4]),
                 t([0.0; 4], 6.0, [0.0; 4]),
+            ],
+        ),
+        (
+            "shifts that stretch or fail",
+            vec![
+                t([1.0, 2.0, 3.0, 4.0], 1.0, [0.25; 4]),
+                t([4.0, 3.0, 2.0, 1.0], 5.0, [0.1, 0.2, 0.3, 0.4]).shifting([2.0, 0.5, 0.0, 3.0]),
+                t([1.0; 4], 2.0, [0.4, 0.3, 0.2, 0.1]).shifting([0.0, 1.0, 4.0, 0.0]),
             ],
         ),
         (
@@ -401,6 +420,7 @@ fn merges_of_merges_are_unbiased() {
         let merged = Technique {
             targets: first[0].targets,
             sees: [true; SAMPLES],
+            jacobians: [1.0; SAMPLES],
             confidence: first.iter().map(|t| t.confidence).sum(),
             outcomes,
         };
@@ -441,5 +461,19 @@ fn planted_faults_are_seen() {
         let seen = bias(MIS_PAIRWISE, &techniques, Some(fault));
         println!("{name}: {seen:.3}");
         assert!(seen > 0.005, "{name}: {seen}");
+    }
+}
+
+#[test]
+fn a_failed_shift_that_the_canonical_forgets_is_seen() {
+    let (name, techniques) = toys().swap_remove(6);
+    assert_eq!(name, "shifts that stretch or fail");
+    let fault = (
+        "if (jacobian > 0.0) {",
+        "if (i == 0u) jacobian = 1.0; if (jacobian > 0.0) {",
+    );
+    for mis in UNBIASED {
+        let seen = bias(mis, &techniques, Some(fault));
+        assert!(seen > 0.1, "mode {mis}: {seen}");
     }
 }

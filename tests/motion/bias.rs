@@ -2,13 +2,17 @@
 //! seeds against path tracing of that moment alone.
 
 use crate::{playroom, support};
+use glam::{DAffine3, DQuat, DVec3};
 use headwater::metrics::statistics::Estimate;
 use headwater::render::presets::Preset;
 use headwater::render::reservoirs::Format;
 use headwater::render::settings::Reuse;
 use headwater::render::{Renderer, Settings, View};
-use headwater::scene::Scene;
+use headwater::scene::motion::{Moving, Node, Place};
+use headwater::scene::tracks::{Interpolation, Track};
+use headwater::scene::{Instance, Motion, Scene, procedural};
 use headwater::tracing::{GpuScene, Tracer};
+use std::process::Command;
 use std::sync::Arc;
 
 const WIDTH: u32 = 64;
@@ -16,6 +20,8 @@ const HEIGHT: u32 = 48;
 const FRAMES_A_SECOND: f64 = 4.0;
 /// Runs, each of its own seed.
 const SEEDS: u32 = 96;
+/// The same where less light is left.
+const MANY_SEEDS: u32 = 600;
 /// Frames that are looked at: just after the sign went off, and just after it went on.
 const LOOKED_AT: [u32; 2] = [1, 2];
 /// Samples of the path-traced moments.
@@ -74,12 +80,13 @@ fn moment(scene: &Scene, time: f64, bounces: u32) -> ([Estimate; 3], [f64; 3]) {
 
 /// Renders with every seed and compares, direct light only.
 fn check(name: &str, scene: Scene, tracer: Option<Tracer>, change: fn(&mut Settings)) {
-    check_at(1, name, scene, tracer, change);
+    check_at(1, SEEDS, name, scene, tracer, change);
 }
 
-/// The same with so many scattering events.
+/// The same with so many scattering events and runs.
 fn check_at(
     bounces: u32,
+    seeds: u32,
     name: &str,
     mut scene: Scene,
     tracer: Option<Tracer>,
@@ -106,7 +113,7 @@ fn check_at(
     let mut renderer = Renderer::new(&device, Arc::new(uploaded), &view, &settings).unwrap();
     let time = |frame: u32| f64::from(frame) / FRAMES_A_SECOND;
     let mut means = LOOKED_AT.map(|_| Vec::new());
-    for seed in 0..SEEDS {
+    for seed in 0..seeds {
         renderer.restart(seed).unwrap();
         for frame in 0..=LOOKED_AT[LOOKED_AT.len() - 1] {
             renderer.set_time(time(frame));
@@ -177,20 +184,116 @@ fn everything_at_once_with_ray_query_and_full_reservoirs() {
 #[test]
 fn indirect_light_of_moving_objects() {
     let objects = playroom(&["camera", "object"], 2.0);
-    check_at(3, "indirect, objects", objects, None, temporal);
+    check_at(3, SEEDS, "indirect, objects", objects, None, temporal);
 }
 
 #[test]
 fn indirect_light_of_lamps_that_move_and_go_on_and_off() {
     let lamps = playroom(&["light", "toggle"], 1.0);
-    check_at(3, "indirect, lamps", lamps, None, temporal);
+    check_at(3, SEEDS, "indirect, lamps", lamps, None, temporal);
 }
 
 #[test]
 fn indirect_light_where_everything_moves_with_full_reservoirs() {
     let all = playroom(&["camera", "object", "light", "toggle"], 1.0);
-    check_at(3, "indirect, all", all, None, |settings| {
+    check_at(3, SEEDS, "indirect, all", all, None, |settings| {
         temporal(settings);
         settings.reservoirs.format = Format::Full;
     });
+}
+
+/// The Cornell box with one of its instances moved or scaled from what it is to something else between frames 0 and 1.
+fn box_with_a_step(instance: usize, translations: [DVec3; 2], scales: [DVec3; 2]) -> Scene {
+    let mut scene = procedural::generate("cornell", &[]).unwrap();
+    if instance == scene.instances.len() {
+        let board = scene.instances.last().unwrap().clone();
+        scene.instances.push(Instance {
+            name: "board".into(),
+            ..board
+        });
+    }
+    let step = |values: [DVec3; 2]| {
+        Some(Track {
+            interpolation: Interpolation::Step,
+            times: vec![0.0, 1.0 / FRAMES_A_SECOND],
+            values: values.to_vec(),
+        })
+    };
+    let mut moving = Moving::still(translations[0], DQuat::IDENTITY, scales[0]);
+    moving.translation.track = step(translations);
+    moving.scale.track = step(scales);
+    scene.instances[instance].object_to_world =
+        DAffine3::from_scale_rotation_translation(scales[0], DQuat::IDENTITY, translations[0]);
+    let mut nodes = vec![None; scene.instances.len()];
+    nodes[instance] = Some(0);
+    scene.motion = Some(Motion {
+        nodes: vec![Node {
+            parent: None,
+            place: Place::Moving(Box::new(moving)),
+        }],
+        instances: nodes,
+        cameras: vec![None; scene.cameras.len()],
+        emission: Vec::new(),
+    });
+    scene
+}
+
+/// A board comes between the lamp and what it lit, so that paths of the last frame end in its shadow.
+#[test]
+fn indirect_light_that_a_board_cuts_off() {
+    let scene = procedural::generate("cornell", &[]).unwrap();
+    let (outside, inside) = (DVec3::new(5.0, 1.4, 0.0), DVec3::new(0.0, 1.4, 0.0));
+    let size = DVec3::new(1.0, 0.02, 1.0);
+    let scene = box_with_a_step(scene.instances.len(), [outside, inside], [size; 2]);
+    check_at(2, MANY_SEEDS, "board", scene, None, temporal);
+}
+
+/// The floor grows, and with it what a sample on it stands for.
+#[test]
+fn indirect_light_from_a_floor_that_grows() {
+    let scales = [DVec3::ONE, DVec3::new(1.6, 1.0, 1.6)];
+    let scene = box_with_a_step(0, [DVec3::ZERO; 2], scales);
+    check_at(2, SEEDS, "floor", scene, None, temporal);
+}
+
+/// Runs a test of this file once more by itself, with a fault in temporal reuse, and expects it to fail.
+fn assert_seen(test: &str, right: &str, wrong: &str) {
+    let folder = tempfile::tempdir().unwrap();
+    support::planted(folder.path(), &[("temporal.glsl", right, wrong)]);
+    let output = Command::new(std::env::current_exe().unwrap())
+        .args(["--exact", test, "--nocapture"])
+        .env("HEADWATER_GLSL", folder.path())
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&output.stdout);
+    println!("{said}");
+    // It ran, and came to another mean.
+    assert!(!output.status.success() && said.contains("channel 0:"));
+}
+
+#[test]
+fn what_has_come_behind_the_second_vertex_is_seen_if_it_is_not_looked_for() {
+    assert_seen(
+        "bias::indirect_light_that_a_board_cuts_off",
+        "MOVES && value.kind == PATH_TO_LIGHT ? 2u : 1u",
+        "1u",
+    );
+}
+
+#[test]
+fn an_area_that_is_left_out_is_seen() {
+    assert_seen(
+        "bias::indirect_light_from_a_floor_that_grows",
+        "return area * (light_at",
+        "return (light_at",
+    );
+}
+
+#[test]
+fn paths_that_are_kept_though_what_lies_behind_may_have_changed_are_seen() {
+    assert_seen(
+        "bias::indirect_light_of_lamps_that_move_and_go_on_and_off",
+        "if (value.kind == PATH_ONWARD) return 0.0;",
+        "if (value.kind == PATH_ONWARD) return 1.0;",
+    );
 }

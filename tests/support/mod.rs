@@ -12,6 +12,7 @@ use headwater::scene::{Camera, Instance as Placed, Material, Mesh, Part, Scene};
 use headwater::tracing::selection::{self, Selection, TracerChoice};
 use headwater::tracing::{GeometryAccess, GpuScene, SceneSizes, Tracer, Variant};
 use std::io::Write as _;
+use std::path::Path;
 use std::sync::Arc;
 
 fn open_instance() -> Arc<Instance> {
@@ -167,5 +168,28 @@ pub fn render(
             .iter()
             .map(|p| p.error_squared(samples).to_array())
             .collect(),
+    }
+}
+
+/// A copy of the shaders in which a fault was planted: of each file, texts and what replaces them.
+pub fn planted(folder: &Path, changes: &[(&str, &str, &str)]) {
+    let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("glsl");
+    std::fs::create_dir_all(folder.join("passes")).unwrap();
+    for part in ["", "passes"] {
+        for entry in std::fs::read_dir(from.join(part)).unwrap() {
+            let entry = entry.unwrap();
+            if !entry.file_type().unwrap().is_file() {
+                continue;
+            }
+            let name = Path::new(part).join(entry.file_name());
+            let mut source = std::fs::read_to_string(entry.path()).unwrap();
+            for (file, old, new) in changes {
+                if Path::new(file) == name {
+                    assert!(source.contains(old), "{file} has no '{old}'");
+                    source = source.replace(old, new);
+                }
+            }
+            std::fs::write(folder.join(&name), source).unwrap();
+        }
     }
 }

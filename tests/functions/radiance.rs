@@ -1,0 +1,92 @@
+//! Radiance as reservoirs store it.
+
+use crate::{Function, floats, number};
+
+/// Colours of all brightnesses that there are, dim channels beside bright ones.
+fn colours() -> Vec<[f32; 3]> {
+    let shapes = [
+        [1.0, 1.0, 1.0],
+        [1.0, 0.5, 0.02],
+        [0.003, 1.9999, 0.7],
+        [0.0, 0.0, 1.0],
+        [0.999_999_9, 1.000_000_1, 0.123],
+    ];
+    let brightness = [-100, -40, -1, 0, 3, 49, 100].map(|power| 2.0_f32.powi(power));
+    brightness
+        .iter()
+        .flat_map(|b| shapes.map(|shape| shape.map(|c: f32| c * b)))
+        .collect()
+}
+
+fn largest(colour: [f32; 3]) -> f64 {
+    f64::from(colour.iter().copied().fold(0.0, f32::max))
+}
+
+#[test]
+fn two_words_keep_radiance() {
+    let function = Function {
+        includes: &["radiance.glsl"],
+        body: "x.xyz = floatBitsToUint(unpack_radiance(pack_radiance(uintBitsToFloat(a.xyz))));",
+        ..Function::default()
+    };
+    let inputs: Vec<[u32; 8]> = colours().iter().map(|c| floats(c)).collect();
+    for (colour, words) in colours().into_iter().zip(function.run(&inputs)) {
+        for c in 0..3 {
+            let error = number(words[c]) - f64::from(colour[c]);
+            assert!(error.abs() <= largest(colour) / 262_144.0, "{colour:?}");
+        }
+    }
+}
+
+/// Numbers spread evenly over [0, 1) stand for random ones: what is lost on average they show to 1/4096 of a step.
+#[test]
+fn one_word_keeps_colour_on_average() {
+    let function = Function {
+        includes: &["radiance.glsl"],
+        body: "vec3 colour = uintBitsToFloat(a.xyz), sum = vec3(0.0);
+            float most = max_component(colour);
+            for (uint i = 0u; i < 4096u; i += 1u)
+                sum += unpack_color(pack_color(colour, vec3(float(i) / 4096.0))) / most;
+            x.xyz = floatBitsToUint(sum / 4096.0);",
+        ..Function::default()
+    };
+    let inputs: Vec<[u32; 8]> = colours().iter().map(|c| floats(c)).collect();
+    let nearest = Function {
+        fault: Some(("+ numbers)", "+ 0.5)")),
+        ..function
+    };
+    let dim = number(nearest.run(&inputs)[1][2]);
+    assert!((dim - 0.02).abs() > 1e-3, "rounding to the nearest: {dim}");
+    for (colour, words) in colours().into_iter().zip(function.run(&inputs)) {
+        for c in 0..3 {
+            let share = f64::from(colour[c]) / largest(colour);
+            let error = number(words[c]) - share;
+            // Above the last step there is none to round up to.
+            let least = if share > 0.99 { -1.0 / 256.0 } else { -1e-5 };
+            assert!((least..1e-5).contains(&error), "{colour:?}: {error:e}");
+        }
+    }
+}
+
+#[test]
+fn a_stored_colour_goes_back_as_it_was() {
+    let function = Function {
+        includes: &["radiance.glsl"],
+        body: "x.x = pack_color(uintBitsToFloat(a.xyz), uintBitsToFloat(b.xyz));
+            x.y = pack_color(unpack_color(x.x), vec3(0.5));",
+        ..Function::default()
+    };
+    let inputs: Vec<[u32; 8]> = (colours().iter())
+        .flat_map(|colour| {
+            [[0.0, 0.3, 0.999_999], [0.7, 0.0, 0.5]].map(|numbers: [f32; 3]| {
+                let (colour, numbers) = (colour.map(f32::to_bits), numbers.map(f32::to_bits));
+                let [r, g, b] = colour;
+                let [i, j, k] = numbers;
+                [r, g, b, 0, i, j, k, 0]
+            })
+        })
+        .collect();
+    for (input, words) in inputs.iter().zip(function.run(&inputs)) {
+        assert_eq!(words[0], words[1], "{input:?}");
+    }
+}
