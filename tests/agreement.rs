@@ -16,7 +16,7 @@ const PRESETS: [(&str, u32); 2] = [("path-tracing", 16), ("accurate", 2)];
 /// A pixel agrees when each channel does to this part of the larger value.
 const NEAR: f32 = 1e-3;
 /// The part of the pixels that need not agree: where rounding turns a choice, a path goes elsewhere.
-/// SwiftShader and lavapipe differ in 1.1 % of the night city's, and in .07 % elsewhere.
+/// SwiftShader and lavapipe differ in .4 % of the night city's, and in .07 % elsewhere.
 const MOST_APART: f64 = 0.03;
 /// What those pixels may change of the whole picture's mean.
 const MOST_MEAN: f64 = 1e-3;

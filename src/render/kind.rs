@@ -46,13 +46,24 @@ impl Kind {
         }
     }
 
+    /// Whether resampling with these settings and that many scattering events looks for it at all.
+    pub fn is_looked_for(self, settings: &Settings, bounces: u32) -> bool {
+        match self {
+            Self::Direct => bounces > 0,
+            Self::Indirect => bounces > 1 && settings.indirect.mode != IndirectMode::Off,
+        }
+    }
+
+    /// Whether its samples go to reservoirs, where it is looked for.
+    pub fn is_shared(self, settings: &Settings) -> bool {
+        self == Self::Direct || settings.indirect.mode == IndirectMode::Restir
+    }
+
     /// Whether frames with these settings and that many scattering events keep reservoirs of it.
     pub fn has_reservoirs(self, settings: &Settings, bounces: u32) -> bool {
-        let kept = match self {
-            Self::Direct => bounces > 0,
-            Self::Indirect => bounces > 1 && settings.indirect.mode == IndirectMode::Restir,
-        };
-        kept && settings.integrator == Integrator::Restir
+        settings.integrator == Integrator::Restir
+            && self.is_looked_for(settings, bounces)
+            && self.is_shared(settings)
     }
 
     /// The name in channels and settings.

@@ -30,14 +30,16 @@ impl BlockBias {
                 interval: [0.0, f64::INFINITY],
             };
         }
+        let differences: Vec<Vec<f64>> = (runs.iter())
+            .map(|run| {
+                let pairs = run.blocks.iter().zip(&truth);
+                pairs.map(|(own, truth)| own - truth.mean).collect()
+            })
+            .collect();
         // With Σ and Σ² over runs all pairs' products sum to (Σ)² − Σ².
-        let differences = |run: &Run| -> Vec<f64> {
-            let pairs = run.blocks.iter().zip(&truth);
-            pairs.map(|(own, truth)| own - truth.mean).collect()
-        };
         let mut sums = vec![(0.0, 0.0); truth.len()];
-        for run in runs {
-            for (sum, d) in sums.iter_mut().zip(differences(run)) {
+        for of_run in &differences {
+            for (sum, d) in sums.iter_mut().zip(of_run) {
                 *sum = (sum.0 + d, sum.1 + d * d);
             }
         }
@@ -49,11 +51,8 @@ impl BlockBias {
             all / (runs * (runs - 1.0) * blocks)
         };
         let whole = mean_product(&vec![0.0; truth.len()], count);
-        let parts: Vec<f64> = (runs.iter())
-            .map(|run| {
-                let rest = mean_product(&differences(run), count - 1.0);
-                count * whole - (count - 1.0) * rest
-            })
+        let parts: Vec<f64> = (differences.iter())
+            .map(|of_run| count * whole - (count - 1.0) * mean_product(of_run, count - 1.0))
             .collect();
 
         // The reference's own error is in every difference.

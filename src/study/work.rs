@@ -133,14 +133,12 @@ impl<'a> Work<'a> {
         if configuration.expect == Expect::Unbiased && row.alarms(all) {
             let fresh = CONFIRMING_SEED..CONFIRMING_SEED + CONFIRMING_SEEDS;
             self.run(&[configuration], fresh.clone())?;
-            let references = self.references(configuration)?;
             row.confirmation = Some(Confirmation::measure(
                 &self.store.of(&key, 0..seeds),
                 &self.store.of(&key, fresh),
                 references.last(),
             ));
         }
-        let references = self.references(configuration)?;
         if let Some(first) = self.store.find(&key, 0) {
             row.replays = self.subject.replays(configuration, first, &references)?;
         }

@@ -202,16 +202,13 @@ fn indirect_light_where_everything_moves_with_full_reservoirs() {
     });
 }
 
-/// The Cornell box with one of its instances moved or scaled from what it is to something else between frames 0 and 1.
-fn box_with_a_step(instance: usize, translations: [DVec3; 2], scales: [DVec3; 2]) -> Scene {
-    let mut scene = procedural::generate("cornell", &[]).unwrap();
-    if instance == scene.instances.len() {
-        let board = scene.instances.last().unwrap().clone();
-        scene.instances.push(Instance {
-            name: "board".into(),
-            ..board
-        });
-    }
+/// A scene in which one instance is moved or scaled between frames 0 and 1.
+fn with_a_step(
+    mut scene: Scene,
+    instance: usize,
+    translations: [DVec3; 2],
+    scales: [DVec3; 2],
+) -> Scene {
     let step = |values: [DVec3; 2]| {
         Some(Track {
             interpolation: Interpolation::Step,
@@ -241,10 +238,16 @@ fn box_with_a_step(instance: usize, translations: [DVec3; 2], scales: [DVec3; 2]
 /// A board comes between the lamp and what it lit, so that paths of the last frame end in its shadow.
 #[test]
 fn indirect_light_that_a_board_cuts_off() {
-    let scene = procedural::generate("cornell", &[]).unwrap();
+    let mut scene = procedural::generate("cornell", &[]).unwrap();
+    let block = scene.instances.last().unwrap().clone();
+    let board = scene.instances.len();
+    scene.instances.push(Instance {
+        name: "board".into(),
+        ..block
+    });
     let (outside, inside) = (DVec3::new(5.0, 1.4, 0.0), DVec3::new(0.0, 1.4, 0.0));
     let size = DVec3::new(1.0, 0.02, 1.0);
-    let scene = box_with_a_step(scene.instances.len(), [outside, inside], [size; 2]);
+    let scene = with_a_step(scene, board, [outside, inside], [size; 2]);
     check_at(2, MANY_SEEDS, "board", scene, None, temporal);
 }
 
@@ -252,7 +255,8 @@ fn indirect_light_that_a_board_cuts_off() {
 #[test]
 fn indirect_light_from_a_floor_that_grows() {
     let scales = [DVec3::ONE, DVec3::new(1.6, 1.0, 1.6)];
-    let scene = box_with_a_step(0, [DVec3::ZERO; 2], scales);
+    let scene = procedural::generate("cornell", &[]).unwrap();
+    let scene = with_a_step(scene, 0, [DVec3::ZERO; 2], scales);
     check_at(2, SEEDS, "floor", scene, None, temporal);
 }
 

@@ -11,7 +11,7 @@ use crate::layouts::{
 use crate::render::kind::Kind;
 use crate::render::offered::Offered;
 use crate::render::reservoirs::ReservoirLayout;
-use crate::render::settings::{IndirectMode, Mis, Resampling, Reuse, Settings, Shift, Visibility};
+use crate::render::settings::{Mis, Resampling, Reuse, Settings, Shift, Visibility};
 use std::sync::Arc;
 
 crate::bindings! {
@@ -130,19 +130,16 @@ impl Resampled {
     /// How a kind is resampled with these settings and that many scattering events, if it is looked for
     /// at all.
     pub fn wanted(kind: Kind, settings: &Settings, bounces: u32) -> Option<Resampling> {
-        match kind {
-            Kind::Direct => (bounces > 0).then(|| settings.direct.resampling()),
-            Kind::Indirect => {
-                let found = bounces > 1 && settings.indirect.mode != IndirectMode::Off;
-                found.then(|| settings.indirect.resampling())
-            }
-        }
+        (kind.is_looked_for(settings, bounces)).then(|| match kind {
+            Kind::Direct => settings.direct.resampling(),
+            Kind::Indirect => settings.indirect.resampling(),
+        })
     }
 
     /// Bytes of each place in its reservoir buffers. Indirect light that is shared with nobody has only
     /// pilots there.
     pub fn reservoir_bytes(kind: Kind, settings: &Settings, layout: &ReservoirLayout) -> u64 {
-        if shares(kind, settings) {
+        if kind.is_shared(settings) {
             layout.bytes(kind)
         } else {
             u64::from(4 * PILOT_WORDS)
@@ -162,7 +159,7 @@ impl Resampled {
         slots: u32,
         pass: impl Fn(&str, &[(u32, u32)]) -> Result<ComputePass>,
     ) -> Result<Self> {
-        let shares = shares(kind, settings);
+        let shares = kind.is_shared(settings);
         let mut special = specialisation(&resampling).to_vec();
         special.push((SHARES, shares.into()));
         let biased = settings.indirect.shift == Shift::Biased;
@@ -305,11 +302,6 @@ impl Resampled {
         }
         Ok(current)
     }
-}
-
-/// Whether a kind's samples go to reservoirs.
-fn shares(kind: Kind, settings: &Settings) -> bool {
-    kind == Kind::Direct || settings.indirect.mode == IndirectMode::Restir
 }
 
 /// The specialisation constants that tell a kind's passes how to merge.
