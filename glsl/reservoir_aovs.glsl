@@ -28,11 +28,11 @@ void look() {
     vec2 source = vec2(-1.0);
     float jacobian = 0.0;
     if (KEEPS_ORIGINS && reservoir.contribution_weight > 0.0) {
-        source = vec2(reservoir.origin & 0xFFFFu, reservoir.origin >> 16u);
+        source = vec2(reservoir.origin % restir.at.width, reservoir.origin / restir.at.width);
         float here = sample_spread(surface_position(data, primary_ray(pixel)), reservoir.value);
         jacobian = here / max(reservoir.origin_spread, TINY);
     }
-    reservoir_aovs.at[pixel.y * restir.at.width + pixel.x] =
+    reservoir_aovs.at[number_of(pixel)] =
         ReservoirAov(reservoir.contribution_weight, reservoir.confidence, reservoir.age, reservoir.value.light, found,
                      source, jacobian);
 }

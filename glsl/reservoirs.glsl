@@ -39,8 +39,8 @@ struct Reservoir {
     float confidence;
     // Frames since the sample was made.
     uint age;
-    // With KEEPS_ORIGINS the pixel that made it, as x | y << 16, and the solid angle that a unit of area around
-    // the sample had from there.
+    // With KEEPS_ORIGINS the number of the pixel that made it, and the solid angle that a unit of area around the
+    // sample had from there.
     uint origin;
     float origin_spread;
 };
@@ -98,10 +98,10 @@ float sample_spread(vec3 from, Sample value) {
     return spread_of(from, place_of(value), normal_of(value), direction, cosine);
 }
 
-// Marks a sample as made here.
-void mark_origin(inout Reservoir r, uvec2 pixel, Domain domain) {
+// Marks a sample as made by the pixel of this number.
+void mark_origin(inout Reservoir r, uint number, Domain domain) {
     if (!KEEPS_ORIGINS || r.contribution_weight <= 0.0) return;
-    r.origin = pixel.x | (pixel.y << 16u);
+    r.origin = number;
     r.origin_spread = sample_spread(domain.position, r.value);
 }
 

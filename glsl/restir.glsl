@@ -34,9 +34,12 @@ const uint FIRST_PASS = PASS_INDIRECT;
 const uint FIRST_PASS = 0u;
 #endif
 
+// A pixel's number in the picture, by rows.
+uint number_of(uvec2 pixel) { return pixel.y * restir.at.width + pixel.x; }
+
 // What a pass draws must not depend on how much an earlier one drew, so each counts on its own.
 Random pass_random(uvec2 pixel, uint pass) {
-    Random random = random_start(pixel.y * restir.at.width + pixel.x, restir.at.frame, restir.at.seed);
+    Random random = random_start(number_of(pixel), restir.at.frame, restir.at.seed);
     random.counter.w = pass << 24u;
     return random;
 }

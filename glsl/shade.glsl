@@ -20,7 +20,7 @@ void shade() {
             vec3 light = contribution(domain, reservoir.value) * reservoir.contribution_weight;
             bool traced = VISIBILITY == VISIBILITY_FINAL || VISIBILITY == VISIBILITY_INITIAL;
             if (max_component(light) > 0.0 && (!traced || trace_visible(shadow_ray(domain, reservoir.value))))
-                color.at[pixel.y * restir.at.width + pixel.x] += accept_radiance(light);
+                color.at[number_of(pixel)] += accept_radiance(light);
         }
     }
 }

@@ -75,10 +75,7 @@ void merge_neighbours() {
             techniques[i].confidence = min(techniques[i].confidence, restir.at.spatial_confidence_cap);
         }
         weigh_techniques(MIS, found, VISIBILITY == VISIBILITY_WEIGHTS, random);
-        if (step.shades != 0u) {
-            uint index = pixel.y * restir.at.width + pixel.x;
-            color.at[index] += accept_radiance(merged_light(found));
-        }
+        if (step.shades != 0u) color.at[number_of(pixel)] += accept_radiance(merged_light(found));
         packed = pack_reservoir(choose_technique(found, random));
     }
     STORE_RESERVOIR(reservoirs, slot, restir.at.slots, packed);

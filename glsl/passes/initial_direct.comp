@@ -100,8 +100,7 @@ void main() {
             if (light == NONE) continue;
             if (turn == mirror_turn) {
                 vec3 emission = light_emission(light_at(light), -dot(light_at(light).normal, next.direction));
-                uint index = pixel.y * restir.at.width + pixel.x;
-                color.at[index] += emission * specular_fresnel(domain.bsdf, domain.outgoing.z);
+                color.at[number_of(pixel)] += emission * specular_fresnel(domain.bsdf, domain.outgoing.z);
                 continue;
             }
             LightSample value = sample_at(light, packUnorm2x16(hit.barycentrics));
@@ -110,7 +109,7 @@ void main() {
         // A driver may end a loop that seems endless to it; the pixel would then lack light.
         if (turn <= visibility_turn) count_fault(COUNTER_CUT_SHORT);
         reservoir.contribution_weight = accept_weight(contribution_weight(stream));
-        mark_origin(reservoir, pixel, domain);
+        mark_origin(reservoir, number_of(pixel), domain);
     }
     PackedReservoir packed = pack_reservoir(reservoir);
     STORE_RESERVOIR(reservoirs, slot, restir.at.slots, packed);

@@ -13,6 +13,7 @@
 #include "materials.glsl"
 #include "lights.glsl"
 #include "camera.glsl"
+#include "roulette.glsl"
 #include "values.glsl"
 #include "workgroups.glsl"
 
@@ -149,13 +150,10 @@ void main() {
         path.scatterings += 1u;
         path.pdf_solid_angle = chosen.pdf_solid_angle;
         path.mirror = chosen.mirror;
-        float most = max_component(path.throughput);
-        if (path.scatterings >= frame.at.roulette_start) {
-            float survival = clamp(most, frame.at.roulette_floor, 1.0);
-            next_alive = next_alive && bsdf_numbers.w < survival;
-            path.throughput /= survival;
-        }
-        next_alive = next_alive && most > 0.0;
+        next_alive = next_alive && max_component(path.throughput) > 0.0;
+        bool survives = survives_roulette(path.throughput, path.scatterings, frame.at.roulette_start,
+                                          frame.at.roulette_floor, bsdf_numbers.w);
+        next_alive = next_alive && survives;
         next.origin = offset_origin(surface.position, surface.error, surface.geometric_normal, direction);
         next.direction = direction;
         next.t_max = LARGEST;

@@ -23,5 +23,5 @@ void main() {
         }
     }
     sample_data.at[slot_of(pixel)] = data;
-    color.at[pixel.y * restir.at.width + pixel.x] = emission;
+    color.at[number_of(pixel)] = emission;
 }

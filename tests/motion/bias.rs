@@ -194,9 +194,10 @@ fn indirect_light_of_lamps_that_move_and_go_on_and_off() {
 }
 
 #[test]
-fn indirect_light_where_everything_moves_with_full_reservoirs() {
+fn indirect_light_where_everything_moves_with_ray_query_and_full_reservoirs() {
     let all = playroom(&["camera", "object", "light", "toggle"], 1.0);
-    check_at(3, SEEDS, "indirect, all", all, None, |settings| {
+    let tracer = Some(Tracer::RayQuery);
+    check_at(3, SEEDS, "indirect, all", all, tracer, |settings| {
         temporal(settings);
         settings.reservoirs.format = Format::Full;
     });
