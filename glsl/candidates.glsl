@@ -1,4 +1,4 @@
-// Initial candidates of direct light, and how many BSDF rays a pixel spends on them.
+// Rays and points that initial candidates of direct and of indirect light begin with.
 
 // With pilots the first BSDF candidate has a pass of its own, and others may follow it.
 layout(constant_id = 10) const bool PILOTS = false;

@@ -5,9 +5,9 @@
 //   float target_function(Domain domain, Sample value)
 //   bool is_visible(uint technique, Domain domain, Sample value), as the technique knows it
 //   Sample known_to(uint technique, Sample value, out float jacobian), the canonical's sample as the technique
-//     knows it, and how much larger the same piece of the space is to the technique; 0 where it is none of the
-//     technique's, nor one like it of the technique's the canonical's: what rejects samples has to stand here,
-//     where all weights see it
+//     knows it. The Jacobian is how much larger the same piece of the space is to the technique. It is 0 where the
+//     shift does not exist, which must hold both ways: what rejects samples has to stand here, where all weights
+//     see it
 
 Reservoir techniques[MOST_TECHNIQUES];
 

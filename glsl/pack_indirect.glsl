@@ -62,13 +62,19 @@ Sample unpack_sample(PackedReservoir p) {
     return value;
 }
 
-// A new sample as others will find it, rounded to what a reservoir stores.
-Sample stored(Sample value, inout Random random) {
-    vec3 numbers = to_unit(random_bits(random)).xyz;
-    value.radiance = unpack_color(pack_color(value.radiance, numbers));
+// A new sample as others will find it, but for its colour.
+Sample stored(Sample value) {
     PackedReservoir packed;
     pack_sample(value, packed);
-    return unpack_sample(packed);
+    Sample found = unpack_sample(packed);
+    if (value.kind != PATH_TO_LIGHT) found.radiance = value.radiance;
+    return found;
+}
+
+// Its colour too, once the sample's weight is known: judged by what chance made of the colour, the weight would
+// make up in one channel for what another has lost.
+void round_color(inout Sample value, inout Random random) {
+    value.radiance = unpack_color(pack_color(value.radiance, to_unit(random_bits(random)).xyz));
 }
 
 vec3 place_of(Sample value) { return value.point.position; }

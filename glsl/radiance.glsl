@@ -18,14 +18,15 @@ vec3 unpack_radiance(uvec2 words) {
     return ldexp(vec3(m), ivec3(exponent - 18));
 }
 
-// 8 bits a channel under a shared exponent, rounded up or down by `numbers` in [0, 1): to the nearest, the dim
-// channels of a lamp's colour would be wrong by the same part for ever. Where a sample's weight is judged by what
-// is stored, its brightness stays.
+// 8 bits a channel under a shared exponent, rounded up or down by `numbers` in [0, 1), so that each channel is right
+// on average: to the nearest, the dim channels of a lamp's colour would be wrong by the same part for ever.
 uint pack_color(vec3 radiance, vec3 numbers) {
     float most = max_component(radiance);
     if (!(most > 0.0)) return 0u;
     int exponent = max(int(floatBitsToUint(most) >> 23u) - 126, -118);
-    uvec3 m = min(uvec3(ldexp(radiance, ivec3(8 - exponent)) + numbers), uvec3(0xFFu));
+    // Above the last step there is none to round up to.
+    if (ldexp(most, 8 - exponent) > 255.0) exponent += 1;
+    uvec3 m = uvec3(ldexp(radiance, ivec3(8 - exponent)) + numbers);
     return m.x | (m.y << 8u) | (m.z << 16u) | (uint(exponent + 126) << 24u);
 }
 

@@ -39,9 +39,7 @@ uint number_of(uvec2 pixel) { return pixel.y * restir.at.width + pixel.x; }
 
 // What a pass draws must not depend on how much an earlier one drew, so each counts on its own.
 Random pass_random(uvec2 pixel, uint pass) {
-    Random random = random_start(number_of(pixel), restir.at.frame, restir.at.seed);
-    random.counter.w = pass << 24u;
-    return random;
+    return random_stream(number_of(pixel), restir.at.frame, restir.at.seed, pass);
 }
 
 // The same for passes that each kind of light has of its own.

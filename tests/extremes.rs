@@ -7,7 +7,7 @@ mod support;
 use glam::{DAffine3, DQuat, DVec3, EulerRot, Vec3};
 use headwater::layouts::PixelSums;
 use headwater::render::presets::Preset;
-use headwater::render::settings::Integrator;
+use headwater::render::settings::{Integrator, Reuse};
 use headwater::render::{Settings, View};
 use headwater::scene::validate::{BRIGHTEST, LARGEST_COORDINATE};
 use headwater::scene::{Camera, Material, Scene, procedural};
@@ -129,6 +129,50 @@ fn brightness_scales_the_picture() {
             assert_same(&format!("2^{power}"), &expected, &picture);
         }
     }
+}
+
+/// A floor that reflects nothing but red, under a lamp that has almost none: what a reservoir stores of a
+/// path's colour is dark in the only channel that counts.
+#[test]
+fn the_dim_channel_of_a_lamp_is_kept() {
+    let mut scene = procedural::generate("cornell", &[]).unwrap();
+    let floor = scene.meshes[scene.instances[0].mesh as usize].parts[0].material;
+    // Without the two blocks.
+    scene.instances.truncate(scene.instances.len() - 2);
+    for (number, material) in scene.materials.iter_mut().enumerate() {
+        material.base_color = match number == floor as usize {
+            true => Vec3::X,
+            false => Vec3::splat(0.9),
+        };
+        material.emission *= Vec3::new(0.001, 1.0, 0.0);
+    }
+    let view = View {
+        camera: scene.cameras[0].clone(),
+        width: 32,
+        height: 32,
+        seed: 7,
+        bounces: 5,
+        jitter: false,
+    };
+    let (device, selection) = support::open_device(None);
+    let floor_red = |settings: &Settings, samples| {
+        let variant = selection.variant;
+        let seen = support::render(&device, &scene, variant, &view, settings, samples);
+        // Pixels of the floor alone: of the walls' light hardly any is red, so that theirs is noise.
+        let on_floor = |n: &usize| n / 32 >= 27 && (8..24).contains(&(n % 32));
+        let sum_of =
+            |of: &[[f64; 3]]| -> f64 { (0..of.len()).filter(on_floor).map(|n| of[n][0]).sum() };
+        (sum_of(&seen.mean), sum_of(&seen.error_squared))
+    };
+    let [path_tracing, mut alone] = techniques();
+    alone.direct.reuse = Reuse::None;
+    alone.indirect.reuse = Reuse::None;
+    let (truth, variance) = floor_red(&path_tracing, 1024);
+    let (seen, own_variance) = floor_red(&alone, 256);
+    support::assert_no_messages(&device);
+    let sigma = (variance + own_variance).sqrt() / truth;
+    let off = seen / truth - 1.0;
+    assert!(sigma < 0.01 && off.abs() < 4.0 * sigma, "{off} ± {sigma}");
 }
 
 #[test]

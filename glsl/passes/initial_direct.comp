@@ -100,7 +100,7 @@ void main() {
             if (light == NONE) continue;
             if (turn == mirror_turn) {
                 vec3 emission = light_emission(light_at(light), -dot(light_at(light).normal, next.direction));
-                color.at[number_of(pixel)] += emission * specular_fresnel(domain.bsdf, domain.outgoing.z);
+                color.at[number_of(pixel)] += accept_radiance(emission * specular_fresnel(domain.bsdf, domain.outgoing.z));
                 continue;
             }
             LightSample value = sample_at(light, packUnorm2x16(hit.barycentrics));

@@ -116,15 +116,16 @@ void main() {
 
         if (stream.chosen != NONE) {
             place_vertex(chosen, chosen.instance);
-            reservoir.value = stored(chosen, random);
+            chosen = stored(chosen);
             if (BIASED_SHIFT) {
-                vec3 direction = normalize(reservoir.value.point.position - eye.position);
-                reservoir.value.radiance = outgoing_radiance(reservoir.value, direction);
-                reservoir.value.kind = PATH_OUTGOING;
-                reservoir.value = stored(reservoir.value, random);
+                chosen.radiance = outgoing_radiance(chosen, normalize(chosen.point.position - eye.position));
+                chosen.kind = PATH_OUTGOING;
+                chosen = stored(chosen);
             }
-            float target = target_function(eye, reservoir.value);
+            float target = target_function(eye, chosen);
             if (target > 0.0) reservoir.contribution_weight = accept_weight(stream.weight_sum / target);
+            if (chosen.kind != PATH_TO_LIGHT) round_color(chosen, random);
+            reservoir.value = chosen;
             mark_origin(reservoir, number_of(pixel), eye);
             packed = pack_reservoir(reservoir);
         }

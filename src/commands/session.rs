@@ -347,7 +347,7 @@ impl Session {
 /// Refuses AOVs of reservoirs that there are none of.
 fn check_aovs(aovs: &[Aov], settings: &Settings, bounces: u32) -> Result<()> {
     for (aov, kind, needed) in [
-        (Aov::Direct, Kind::Direct, "--bounces of at least 1"),
+        (Aov::Direct, Kind::Direct, "and --bounces of at least 1"),
         (
             Aov::Indirect,
             Kind::Indirect,

@@ -25,7 +25,7 @@ pub enum Format {
     /// 16 bytes for direct and 32 for indirect light: what is named, and where on it; the rest is looked up.
     #[default]
     Compact,
-    /// 40 and 60 bytes: points, their normals and what lights emit too.
+    /// 40 and 60 bytes: points, their normals and materials, and of direct light what lights emit too.
     Full,
 }
 

@@ -219,6 +219,25 @@ pub(super) mod samples {
         }
     }
 
+    /// A reference whose blocks are the means of so many runs of their own.
+    pub fn noisy_reference(first_seed: u32, counts: [u32; BLOCKS]) -> Reference {
+        let blocks: Vec<Estimate> = (0..BLOCKS)
+            .map(|b| {
+                let of = runs(counts[b], first_seed + 1000 * b as u32, [0.0; BLOCKS]);
+                Estimate::of(&of.iter().map(|run| run.blocks[b]).collect::<Vec<f64>>())
+            })
+            .collect();
+        let side = crate::study::run::BLOCK;
+        let mut noisy = reference();
+        for (i, (mean, error)) in noisy.mean.iter_mut().zip(&mut noisy.error).enumerate() {
+            let block = &blocks[i % (BLOCKS * side) / side];
+            *mean = [block.mean as f32; 3];
+            // Pixels are independent, so a block's error is a part of each one's.
+            *error = [(block.standard_error * side as f64) as f32; 3];
+        }
+        noisy
+    }
+
     /// Runs whose blocks scatter around 1 + `offset`, the noise shared by neighbours.
     pub fn runs(count: u32, first_seed: u32, offset: [f64; BLOCKS]) -> Vec<Run> {
         let noise = |seed: u32, block: u32| {
@@ -249,7 +268,7 @@ pub(super) mod samples {
 mod tests {
     use super::*;
 
-    use super::samples::{BLOCKS, reference, runs};
+    use super::samples::{BLOCKS, noisy_reference, reference, runs};
 
     fn confirmation(offset: [f64; BLOCKS]) -> Confirmation {
         let (first, fresh) = (runs(64, 0, offset), runs(128, 1000, offset));
@@ -290,19 +309,7 @@ mod tests {
         const TRIALS: u32 = 200;
         let found = (0..TRIALS).filter(|trial| {
             let seed = |what: u32| 100_000 * (trial + 1) + 1000 * what;
-            // A block's error is that of the mean of runs of its own.
-            let blocks = [0, 1, 2, 3, 4, 5].map(|b| {
-                let of = runs(64, seed(b as u32), [0.0; BLOCKS]);
-                Estimate::of(&of.iter().map(|run| run.blocks[b]).collect::<Vec<f64>>())
-            });
-            let side = super::super::run::BLOCK;
-            let mut noisy = reference();
-            for (i, (mean, error)) in noisy.mean.iter_mut().zip(&mut noisy.error).enumerate() {
-                let block = &blocks[i % (BLOCKS * side) / side];
-                *mean = [block.mean as f32; 3];
-                // Pixels are independent, so a block's error is a part of each one's.
-                *error = [(block.standard_error * side as f64) as f32; 3];
-            }
+            let noisy = noisy_reference(seed(0), [64; BLOCKS]);
             let first = runs(64, seed(6), [0.0; BLOCKS]);
             let fresh = runs(128, seed(7), [0.0; BLOCKS]);
             let (first, fresh): (Vec<_>, Vec<_>) = (first.iter().collect(), fresh.iter().collect());

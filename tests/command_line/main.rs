@@ -2,6 +2,8 @@
 
 mod reference;
 mod study;
+#[path = "../support/mod.rs"]
+mod support;
 
 use headwater::image::{Image, Samples};
 use std::path::Path;
@@ -382,19 +384,12 @@ fn the_same_seed_gives_the_same_file_with_one_thread_and_with_all() {
 fn what_the_validation_layers_say_makes_a_command_fail() {
     let folder = tempfile::tempdir().unwrap();
     let shaders = folder.path().join("glsl");
-    copy_folder(
-        Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/glsl")),
-        &shaders,
-    );
-    let pass = shaders.join("passes/surfaces.comp");
-    let source = std::fs::read_to_string(&pass).unwrap();
     // A memory model that the device was not opened with, and that changes nothing.
-    let planted = source.replace(
+    let model = (
         "#version 460\n",
         "#version 460\n#pragma use_vulkan_memory_model\n",
     );
-    assert!(planted != source);
-    std::fs::write(&pass, planted).unwrap();
+    support::planted(&shaders, &[("passes/surfaces.comp", model.0, model.1)]);
     let out = folder.path().join("a.exr");
     let mut command = validated(&["render", "cornell", "--width", "32", "-o", text(&out)]);
     let output = command.env("HEADWATER_GLSL", &shaders).output().unwrap();
@@ -404,21 +399,6 @@ fn what_the_validation_layers_say_makes_a_command_fail() {
     let last = errors.lines().last().unwrap_or_default();
     assert!(last.contains("validation layers"), "{errors}");
     assert!(last.contains("VulkanMemoryModel"), "{errors}");
-}
-
-fn copy_folder(from: &Path, to: &Path) {
-    std::fs::create_dir(to).unwrap();
-    for entry in std::fs::read_dir(from).unwrap() {
-        let (path, to) = (
-            entry.as_ref().unwrap().path(),
-            to.join(entry.unwrap().file_name()),
-        );
-        if path.is_dir() {
-            copy_folder(&path, &to);
-        } else {
-            std::fs::copy(&path, &to).unwrap();
-        }
-    }
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Random numbers and sums.
 
 use crate::{Function, floats, number};
+use headwater::layouts::{PASS_INDIRECT, PASS_INITIAL, PASS_PILOTS, PASS_SPATIAL, PASS_TEMPORAL};
 use headwater::metrics::statistics::{chi_square_p_value, holm};
 
 /// pcg4d of Jarzynski and Olano, written down once more.
@@ -62,6 +63,71 @@ fn draws_are_even() {
         p_values.push(chi_square_p_value(&paired, &even));
     }
     assert!(holm(&p_values).iter().all(|p| *p > 1e-4), "{p_values:?}");
+}
+
+/// Largest number of a stream that a frame has.
+const STREAMS: u32 = PASS_INDIRECT + PASS_SPATIAL + 8;
+
+/// The first draws of two streams at the same pixels have nothing to do with each other.
+#[test]
+fn streams_are_independent() {
+    let p_values = streams_p_values(None);
+    assert!(holm(&p_values).iter().all(|p| *p > 1e-4), "{p_values:?}");
+    let high_bits_alone = streams_p_values(Some(("stream * 0x9E3779B9u", "stream << 24u")));
+    assert!(holm(&high_bits_alone).iter().any(|p| *p < 1e-12));
+}
+
+fn streams_p_values(fault: Option<(&str, &str)>) -> Vec<f64> {
+    const PIXELS: u32 = 1 << 14;
+    let passes: Vec<u32> = [0, PASS_INDIRECT]
+        .iter()
+        .flat_map(|first| {
+            let named = [PASS_INITIAL, PASS_TEMPORAL, PASS_PILOTS];
+            let spatial = PASS_SPATIAL..PASS_SPATIAL + 8;
+            named
+                .into_iter()
+                .chain(spatial)
+                .map(move |pass| first + pass)
+        })
+        .collect();
+    let inputs: Vec<[u32; 8]> = (passes.iter())
+        .flat_map(|pass| (0..PIXELS).map(|pixel| [pixel, *pass, 0, 0, 0, 0, 0, 0]))
+        .collect();
+    let function = Function {
+        includes: &["random.glsl"],
+        body: "Random random = random_stream(a.x, 1u, 123456789u, a.y);
+            x = random_bits(random); y = random_bits(random);",
+        fault,
+        ..Function::default()
+    };
+    let outputs = function.run(&inputs);
+    let streams: Vec<&[[u32; 8]]> = outputs.chunks(PIXELS as usize).collect();
+    let even = vec![f64::from(PIXELS) / 256.0; 256];
+    let mut p_values = Vec::new();
+    for (i, one) in streams.iter().enumerate() {
+        for other in &streams[..i] {
+            for word in 0..8 {
+                let mut paired = vec![0; 256];
+                for (a, b) in one.iter().zip(*other) {
+                    paired[(a[word] as usize >> 28) * 16 + (b[word] as usize >> 28)] += 1;
+                }
+                p_values.push(chi_square_p_value(&paired, &even));
+            }
+        }
+    }
+    p_values
+}
+
+/// A frame draws less from each than lies between them.
+#[test]
+fn streams_do_not_meet() {
+    let starts: Vec<u32> = (0..STREAMS).map(|n| n.wrapping_mul(0x9E37_79B9)).collect();
+    for (i, one) in starts.iter().enumerate() {
+        for other in &starts[..i] {
+            let apart = one.wrapping_sub(*other);
+            assert!(apart.min(apart.wrapping_neg()) > 1 << 25, "{i}");
+        }
+    }
 }
 
 #[test]
