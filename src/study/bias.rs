@@ -21,7 +21,7 @@ pub const WIDEST: f64 = 0.005;
 pub const WIDEST_REFERENCE: f64 = 0.004;
 /// Chance of a false alarm over all that a study compares.
 pub const LEVEL: f64 = 0.01;
-/// Fresh seeds that decide after an alarm.
+/// Fresh seeds that decide after an alarm, at least: as many as raised it.
 pub const CONFIRMING_SEEDS: u32 = 128;
 /// Most samples of a control: beyond, its noise is skewed no more.
 const MOST_CONTROL_SAMPLES: u32 = 64;
