@@ -26,7 +26,8 @@ uint pack_color(vec3 radiance, vec3 numbers) {
     int exponent = max(int(floatBitsToUint(most) >> 23u) - 126, -118);
     // Above the last step there is none to round up to.
     if (ldexp(most, 8 - exponent) > 255.0) exponent += 1;
-    uvec3 m = uvec3(ldexp(radiance, ivec3(8 - exponent)) + numbers);
+    // The sum itself rounds, from just below 256 to 256, which would carry into the next channel.
+    uvec3 m = min(uvec3(ldexp(radiance, ivec3(8 - exponent)) + numbers), uvec3(0xFFu));
     return m.x | (m.y << 8u) | (m.z << 16u) | (uint(exponent + 126) << 24u);
 }
 

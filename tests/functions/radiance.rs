@@ -68,6 +68,27 @@ fn one_word_keeps_colour_on_average() {
 }
 
 #[test]
+fn the_largest_step_and_number_stay_in_their_channel() {
+    let mut function = Function {
+        includes: &["radiance.glsl"],
+        body: "x.xyz = floatBitsToUint(unpack_color(pack_color(uintBitsToFloat(a.xyz), vec3(0.99999994))));",
+        ..Function::default()
+    };
+    let input = floats(&[255.0 / 256.0, 0.0, 0.0]);
+    let expected = [255.0 / 256.0, 0.0, 0.0];
+    let found = |function: &Function| {
+        let words = function.run(&[input])[0];
+        [0, 1, 2].map(|c| number(words[c]))
+    };
+    assert_eq!(found(&function), expected);
+    function.fault = Some((
+        " + numbers), uvec3(0xFFu));",
+        " + numbers), uvec3(0xFFFu));",
+    ));
+    assert_ne!(found(&function), expected);
+}
+
+#[test]
 fn a_stored_colour_goes_back_as_it_was() {
     let function = Function {
         includes: &["radiance.glsl"],
