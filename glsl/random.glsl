@@ -10,9 +10,8 @@ Random random_start(uint pixel, uint sample_number, uint seed) {
     return Random(uvec4(pixel, sample_number, seed, 0u));
 }
 
-// One of several streams of a sample, for passes that must not depend on how much others drew: streams 0 to 88 are
-// 2^25 draws apart. They start where the golden ratio takes them: the hash carries bits upward, and what
-// differs in a few high bits alone comes out alike.
+// One of several streams of a sample: 0 to 88 are 2^25 draws apart. They start where the golden ratio takes them:
+// the hash carries bits upward, and what differs in a few high bits alone comes out alike.
 Random random_stream(uint pixel, uint sample_number, uint seed, uint stream) {
     return Random(uvec4(pixel, sample_number, seed, stream * 0x9E3779B9u));
 }

@@ -385,11 +385,11 @@ fn what_the_validation_layers_say_makes_a_command_fail() {
     let folder = tempfile::tempdir().unwrap();
     let shaders = folder.path().join("glsl");
     // A memory model that the device was not opened with, and that changes nothing.
-    let model = (
+    let (plain, other) = (
         "#version 460\n",
         "#version 460\n#pragma use_vulkan_memory_model\n",
     );
-    support::planted(&shaders, &[("passes/surfaces.comp", model.0, model.1)]);
+    support::planted(&shaders, &[("passes/surfaces.comp", plain, other)]);
     let out = folder.path().join("a.exr");
     let mut command = validated(&["render", "cornell", "--width", "32", "-o", text(&out)]);
     let output = command.env("HEADWATER_GLSL", &shaders).output().unwrap();
