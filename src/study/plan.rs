@@ -39,7 +39,7 @@ pub struct Plan {
     /// Samples a pixel of the references.
     #[serde(default = "default_spp")]
     pub reference_spp: u32,
-    /// Whether rays, lanes and neighbours are counted, which costs time.
+    /// Whether rays, lanes and neighbours are counted, by runs that are not timed.
     #[serde(default)]
     pub count: bool,
     /// Configurations one by one.

@@ -32,7 +32,7 @@ pub struct Row {
     pub correlation: Vec<f64>,
     /// Median over seeds of the last frame's passes.
     pub milliseconds: Vec<(String, f64)>,
-    /// What the passes of the first run's last frame counted, if the plan asks for it.
+    /// What the passes of the last frame count where the first run is repeated, if the plan asks for it.
     pub counts: Vec<Counts>,
     /// Bytes on the device that resampling keeps for each pixel.
     pub bytes_per_pixel: f64,
@@ -121,7 +121,7 @@ impl Row {
             milliseconds: (0..passes)
                 .map(|pass| (runs[0].milliseconds[pass].0.clone(), median(pass)))
                 .collect(),
-            counts: runs.first().map_or(Vec::new(), |r| r.counts.clone()),
+            counts: Vec::new(),
             bytes_per_pixel: runs.first().map_or(0.0, |r| r.bytes_per_pixel),
             rejected: runs.iter().map(|r| u64::from(r.rejected)).sum(),
             bias,

@@ -40,14 +40,21 @@ pub struct Run {
     pub blocks: Vec<f64>,
     /// Milliseconds by pass of the last frame, in the order of passes.
     pub milliseconds: Vec<(String, f64)>,
-    /// What the passes of the last frame counted, if the plan asks for it.
-    #[serde(default)]
+    /// What the passes of the last frame counted, if they were asked to.
+    #[serde(skip)]
     pub counts: Vec<Counts>,
     /// Bytes on the device that resampling keeps for each pixel.
     #[serde(default)]
     pub bytes_per_pixel: f64,
     /// Values refused.
     pub rejected: u32,
+}
+
+impl Run {
+    /// Whether both show the same, to the last bit.
+    pub fn same_as(&self, other: &Self) -> bool {
+        (self.mean, &self.blocks, &self.rmse) == (other.mean, &other.blocks, &other.rmse)
+    }
 }
 
 /// Renders and measures the frames of one configuration, with `renderer` made for it. `camera` is

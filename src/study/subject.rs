@@ -4,14 +4,15 @@ use super::plan::Resolved;
 use super::reference::{Reference, References, Shot};
 use super::run::{self, Run};
 use super::store::Store;
+use crate::Result;
 use crate::gpu::Device;
 use crate::render::frame::Tracking;
 use crate::render::settings::{Energy, Integrator};
 use crate::render::{Renderer, Settings, View};
 use crate::scene::{MovingCamera, Scene};
 use crate::tracing::{GpuScene, Variant, shaders};
-use crate::{Error, Result};
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -30,7 +31,8 @@ pub struct Subject {
     scene_hash: String,
     shaders: String,
     references: HashMap<String, Arc<Reference>>,
-    renderers: HashMap<String, Renderer>,
+    /// By what they depend on, and whether they count.
+    renderers: HashMap<(String, bool), Renderer>,
     folder: PathBuf,
 }
 
@@ -137,15 +139,13 @@ impl Subject {
             frames,
             clock,
             accumulate,
-            count,
+            count: _,
             scenes: _,
             expect: _,
         } = configuration;
         let settings = settings.to_value()?;
         let clock = self.moves.then_some(clock);
-        Ok(self.hash(&format!(
-            "run {settings} {frames} {accumulate} {count} {clock:?}"
-        )))
+        Ok(self.hash(&format!("run {settings} {frames} {accumulate} {clock:?}")))
     }
 
     /// Renders and keeps the run of a seed, unless it is there.
@@ -163,21 +163,25 @@ impl Subject {
         if store.find(&key, seed).is_some() {
             return Ok(());
         }
-        store.add(self.measure(configuration, seed, references)?)
+        store.add(self.measure(configuration, seed, references, Tracking::default())?)
     }
 
-    /// Whether a run comes out as it did before, to the last bit.
+    /// The run of a seed again, with what its passes count if the plan asks for it: counting takes time,
+    /// which the runs that are kept must not.
     ///
     /// # Errors
     /// The device fails.
-    pub fn replays(
+    pub fn repeat(
         &mut self,
         configuration: &Resolved,
-        run: &Run,
+        seed: u32,
         references: &References,
-    ) -> Result<bool> {
-        let again = self.measure(configuration, run.seed, references)?;
-        Ok(again.mean == run.mean && again.blocks == run.blocks && again.rmse == run.rmse)
+    ) -> Result<Run> {
+        let tracking = Tracking {
+            counts: configuration.count,
+            ..Tracking::default()
+        };
+        self.measure(configuration, seed, references, tracking)
     }
 
     fn measure(
@@ -185,19 +189,23 @@ impl Subject {
         configuration: &Resolved,
         seed: u32,
         references: &References,
+        tracking: Tracking,
     ) -> Result<Run> {
         let key = self.key(configuration)?;
-        if !self.renderers.contains_key(&key) {
-            let (scene, settings) = (self.scene.clone(), &configuration.settings);
-            let tracking = Tracking {
-                counts: configuration.count,
-                ..Tracking::default()
-            };
-            let renderer = Renderer::tracking(&self.device, scene, &self.view, settings, tracking)?;
-            self.renderers.insert(key.clone(), renderer);
-        }
-        let renderer = (self.renderers.get_mut(&key))
-            .ok_or_else(|| Error::failed("a renderer was made and is missing"))?;
+        let renderer = match self.renderers.entry((key.clone(), tracking.counts)) {
+            Entry::Occupied(made) => made.into_mut(),
+            Entry::Vacant(place) => {
+                let (scene, settings) = (self.scene.clone(), &configuration.settings);
+                let view = &self.view;
+                place.insert(Renderer::tracking(
+                    &self.device,
+                    scene,
+                    view,
+                    settings,
+                    tracking,
+                )?)
+            }
+        };
         let camera = self.camera.as_ref();
         let measured = run::measure(renderer, configuration, seed, references, camera)?;
         Ok(Run {

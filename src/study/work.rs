@@ -142,7 +142,9 @@ impl<'a> Work<'a> {
             ));
         }
         if let Some(first) = self.store.find(&key, 0) {
-            row.replays = self.subject.replays(configuration, first, &references)?;
+            let again = self.subject.repeat(configuration, 0, &references)?;
+            row.replays = again.same_as(first);
+            row.counts = again.counts;
         }
         Ok(row)
     }

@@ -188,7 +188,10 @@ fn stop_and_go_on(plan: &str) {
             .map(|row| keys.map(|k| row[k].clone()).into())
             .collect()
     };
-    assert_eq!(results(&whole), results(&parts));
+    let rows = results(&whole);
+    assert_eq!(rows, results(&parts));
+    let rays = |row: &serde_json::Value| row[4][0]["rays"].as_u64();
+    assert!(rows.iter().all(|row| rays(row) > Some(0)), "{rows:?}");
     let csv = std::fs::read_to_string(parts.join("results.csv")).unwrap();
     assert_eq!(csv.lines().count(), 1 + 2 * 3, "{csv}");
 }
