@@ -1,6 +1,7 @@
 //! Intervals and tests: how far a difference is from chance.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
+use statrs::statistics::{Data, OrderStatistics};
 
 /// From this many degrees of freedom Student's distribution is taken as the normal one: their
 /// quantiles differ by about z²/4ν, less than 1e-5 of themselves.
@@ -11,6 +12,11 @@ const LEAST_EXPECTED: f64 = 5.0;
 
 /// Up to this product of two samples' sizes their Kolmogorov–Smirnov test is exact.
 const MOST_COUNTED: usize = 10_000_000;
+
+/// The value in the middle, of an even number the mean of the middle two; NaN without values.
+pub fn median(values: impl Iterator<Item = f64>) -> f64 {
+    Data::new(values.collect::<Vec<f64>>()).median()
+}
 
 /// A mean that was estimated from independent samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -285,6 +291,13 @@ mod tests {
         let e = Estimate::of(&[1.0, 2.0, 3.0, 4.0]);
         assert_eq!((e.mean, e.samples), (2.5, 4));
         near(e.standard_error, (5.0 / 3.0_f64 / 4.0).sqrt(), 1e-15);
+    }
+
+    #[test]
+    fn the_median_is_in_the_middle() {
+        assert_eq!(median([3.0, 1.0, 20.0].into_iter()), 3.0);
+        assert_eq!(median([4.0, 1.0, 20.0, 3.0].into_iter()), 3.5);
+        assert!(median(std::iter::empty()).is_nan());
     }
 
     #[test]

@@ -4,7 +4,7 @@ use super::bias::{Bias, Confirmation, LEVEL, WIDEST};
 use super::block_bias::BlockBias;
 use super::plan::{Expect, Resolved};
 use super::run::Run;
-use crate::metrics::statistics::holm;
+use crate::metrics::statistics::{holm, median};
 use crate::render::counters::Counts;
 use crate::{Error, Result};
 use serde::Serialize;
@@ -30,7 +30,7 @@ pub struct Row {
     pub relmse: Vec<f64>,
     /// Likewise, of errors with those of the frame before.
     pub correlation: Vec<f64>,
-    /// Median over seeds of the last frame's passes.
+    /// Median over seeds of what passes take, the median over frames each.
     pub milliseconds: Vec<(String, f64)>,
     /// What the passes of the last frame count where the first run is repeated, if the plan asks for it.
     pub counts: Vec<Counts>,
@@ -101,13 +101,11 @@ impl Row {
                 .collect()
         };
         let passes = runs.first().map_or(0, |run| run.milliseconds.len());
-        let median = |pass: usize| {
-            let mut all: Vec<f64> = runs
+        let milliseconds = |pass: usize| {
+            let of_runs = runs
                 .iter()
-                .filter_map(|r| Some(r.milliseconds.get(pass)?.1))
-                .collect();
-            all.sort_by(f64::total_cmp);
-            all[all.len() / 2]
+                .filter_map(|r| Some(r.milliseconds.get(pass)?.1));
+            median(of_runs)
         };
         Ok(Self {
             scene: scene.to_owned(),
@@ -119,7 +117,7 @@ impl Row {
             relmse: mean(|r| &r.relmse),
             correlation: mean(|r| &r.correlation),
             milliseconds: (0..passes)
-                .map(|pass| (runs[0].milliseconds[pass].0.clone(), median(pass)))
+                .map(|pass| (runs[0].milliseconds[pass].0.clone(), milliseconds(pass)))
                 .collect(),
             counts: Vec::new(),
             bytes_per_pixel: runs.first().map_or(0.0, |r| r.bytes_per_pixel),
@@ -287,8 +285,8 @@ fn costs(rows: &[Row]) -> String {
     text
 }
 
-/// All rows as CSV: a line for each frame. Milliseconds and rays are those of the last one; without
-/// counting, the rays are left out.
+/// All rows as CSV: a line for each frame. Milliseconds are medians over all frames, rays those of the last one;
+/// without counting, the rays are left out.
 pub fn csv(rows: &[Row]) -> String {
     let mut text = String::from(
         "scene,configuration,seeds,frame,rmse,rmse_clamped,relmse,correlation,bias_r,bias_g,bias_b,half_width,verdict,milliseconds,rays,bytes_per_pixel,block_bias,block_bias_low,block_bias_high\n",

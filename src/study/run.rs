@@ -3,7 +3,9 @@
 use super::plan::Resolved;
 use super::reference::References;
 use crate::Result;
+use crate::gpu::PassTime;
 use crate::metrics::error::{Errors, error_correlation};
+use crate::metrics::statistics::median;
 use crate::render::Renderer;
 use crate::render::counters::Counts;
 use crate::scene::MovingCamera;
@@ -38,7 +40,8 @@ pub struct Run {
     pub mean: [f64; 3],
     /// Mean luminance of blocks, likewise.
     pub blocks: Vec<f64>,
-    /// Milliseconds by pass of the last frame, in the order of passes.
+    /// Milliseconds by pass, in the order of passes: the median over frames, of which the first, which has
+    /// no history, is left out where there are others.
     pub milliseconds: Vec<(String, f64)>,
     /// What the passes of the last frame counted, if they were asked to.
     #[serde(skip)]
@@ -77,6 +80,7 @@ pub fn measure(
         ..Run::default()
     };
     let mut before: Option<Vec<[f32; 3]>> = None;
+    let mut times: Vec<Vec<PassTime>> = Vec::new();
     let mut judged: Vec<([f64; 3], Vec<f64>)> = Vec::new();
     for number in 0..configuration.frames {
         let time = configuration.clock.time(number);
@@ -85,26 +89,21 @@ pub fn measure(
             renderer.set_camera(&camera.at(time)?);
         }
         let reference = references.of(number);
-        let (times, picture): (_, Vec<[f32; 3]>);
-        if configuration.accumulate {
-            times = renderer.add_samples(number, 1)?;
-            picture = (renderer.sums()?.iter())
+        let picture: Vec<[f32; 3]> = if configuration.accumulate {
+            times.push(renderer.add_samples(number, 1)?);
+            (renderer.sums()?.iter())
                 .map(|p| p.mean(number + 1).as_vec3().to_array())
-                .collect();
+                .collect()
         } else {
-            times = renderer.single_frame(number)?;
-            picture = renderer.frame_radiance()?;
-        }
+            times.push(renderer.single_frame(number)?);
+            renderer.frame_radiance()?
+        };
         // A frame with history has in it what came before; the others are as good as further seeds
         // where they show one time.
         if configuration.accumulate || renderer.has_history() || references.differ() {
             judged.clear();
         }
         judged.push(reference.reduce(&picture));
-        run.milliseconds = times
-            .into_iter()
-            .map(|t| (t.name, t.milliseconds))
-            .collect();
         run.counts = renderer.counts()?;
         let errors = Errors::between(&picture, &reference.mean);
         run.rmse.push(errors.rmse);
@@ -125,6 +124,19 @@ pub fn measure(
             *sum += value * each;
         }
     }
+    run.milliseconds = by_pass(&times[usize::from(times.len() > 1)..]);
     run.rejected = renderer.rejected()?;
     Ok(run)
+}
+
+/// Median milliseconds of each pass that the last of `frames` has.
+fn by_pass(frames: &[Vec<PassTime>]) -> Vec<(String, f64)> {
+    let all = |name: &str| {
+        let passes = frames.iter().flatten().filter(|pass| pass.name == name);
+        median(passes.map(|pass| pass.milliseconds))
+    };
+    let passes = frames.last().into_iter().flatten();
+    passes
+        .map(|pass| (pass.name.clone(), all(&pass.name)))
+        .collect()
 }
