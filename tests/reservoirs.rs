@@ -220,6 +220,7 @@ fn indirect_light_has_reservoirs_of_its_own() {
     ];
     let (device, renderer) = rendered(4, 3, &changes);
     let seen = renderer.reservoir_aovs(Kind::Indirect).unwrap();
+    let pixels = seen.len();
     support::assert_no_messages(&device);
     let full = seen.iter().filter(|r| r.weight > 0.0).count();
     assert!(full > seen.len() / 2, "{full} are not empty");
@@ -231,10 +232,18 @@ fn indirect_light_has_reservoirs_of_its_own() {
     let confident = |c: f32| seen.iter().filter(|r| r.confidence == c).count();
     assert_eq!(confident(4.0) + confident(1.0), seen.len());
 
-    // Without a second bounce there are none.
-    let (_, renderer) = rendered(1, 1, &[]);
-    let seen = renderer.reservoir_aovs(Kind::Indirect).unwrap();
-    assert!(seen.iter().all(|r| r.weight == 0.0 && r.light == NONE));
+    // Without a second bounce there are none, nor before a frame, nor where what is found is shared with nobody.
+    for (frames, bounces, changes) in [
+        (1, 1, &[][..]),
+        (0, 3, &[]),
+        (1, 3, &["indirect.mode=path"]),
+    ] {
+        let (device, renderer) = rendered(frames, bounces, changes);
+        let seen = renderer.reservoir_aovs(Kind::Indirect).unwrap();
+        support::assert_no_messages(&device);
+        assert_eq!(seen.len(), pixels);
+        assert!(seen.iter().all(|r| r.weight == 0.0 && r.light == NONE));
+    }
 }
 
 /// Samples come from the pixel itself or from neighbours, and what they look like from there is known.

@@ -313,13 +313,15 @@ impl Frame {
         Ok(times)
     }
 
-    /// What the last frame left in a kind's reservoirs, row by row from the top; all is empty where that
-    /// kind is not resampled.
+    /// What the last frame left in a kind's reservoirs, row by row from the top; all is empty before the
+    /// first frame, and where that kind has no reservoirs.
     ///
     /// # Errors
     /// The device fails.
     pub fn reservoir_aovs(&self, kind: Kind) -> Result<Vec<ReservoirAov>> {
-        let Some(resampled) = self.kinds.iter().find(|resampled| resampled.kind == kind) else {
+        let resampled =
+            (self.kinds.iter()).find(|resampled| resampled.kind == kind && resampled.shares);
+        let Some(resampled) = resampled.filter(|_| self.last.is_some()) else {
             let empty = ReservoirAov {
                 light: NONE,
                 source: Vec2::NEG_ONE,

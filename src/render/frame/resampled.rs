@@ -111,6 +111,8 @@ pub struct Common<'a> {
 pub struct Resampled {
     /// Which kind.
     pub kind: Kind,
+    /// Whether its samples go to reservoirs; else the buffer of those holds pilots alone.
+    pub shares: bool,
     /// How it is resampled.
     pub settings: Resampling,
     initial: ComputePass,
@@ -185,6 +187,7 @@ impl Resampled {
         let reservoir_bytes = u64::from(slots) * Self::reservoir_bytes(kind, settings, layout);
         Ok(Self {
             kind,
+            shares,
             settings: resampling,
             initial: pass(names.initial, &special)?,
             temporal: if_needed(resampling.reuse.is_temporal(), names.temporal)?,
