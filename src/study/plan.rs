@@ -254,8 +254,22 @@ impl Plan {
     /// Every configuration with its settings.
     ///
     /// # Errors
-    /// An unknown preset or setting, a value out of range, or two configurations of one name.
+    /// An unknown preset or setting, a value out of range, settings of indirect light where there is none, or
+    /// two configurations of one name.
     pub fn resolve(&self) -> Result<Vec<Resolved>> {
+        let sweeps = self.sweeps.iter().flat_map(|s| [&s.set, &s.over]);
+        let sets = self.configurations.iter().map(|c| &c.set).chain(sweeps);
+        // They would all show the same, and pass for what is not there.
+        if self.bounces < 2
+            && let Some(key) = sets
+                .flat_map(Map::keys)
+                .find(|key| key.starts_with("indirect."))
+        {
+            return Err(Error::input(format!(
+                "the plan sets {key}, but with bounces {} there is no indirect light; it begins with 2",
+                self.bounces
+            )));
+        }
         let mut all = Vec::new();
         for c in &self.configurations {
             let settings = settings(&c.preset, &[&c.set])?;
@@ -415,6 +429,9 @@ mod tests {
         let sums_up = TEXT.replace("\"one\"", "\"one\"\naccumulate = true");
         assert!(parse(&sums_up).is_ok());
         assert!(message(&format!("fps = 24\n{sums_up}")).contains("'one' accumulates"));
+        let indirect = TEXT.replace("direct.mis", "indirect.mis");
+        assert!(message(&indirect).contains("indirect.mis"));
+        assert!(parse(&format!("bounces = 2\n{indirect}")).is_ok());
         assert!(message(&TEXT.replace("direct.mis", "direct.mess")).contains("direct.mis"));
         assert!(message(&TEXT.replace("\"accurate\"", "\"acurate\"")).contains("accurate"));
     }

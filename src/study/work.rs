@@ -135,9 +135,11 @@ impl<'a> Work<'a> {
             let count = CONFIRMING_SEEDS.max(row.bias.seeds as u32);
             let fresh = CONFIRMING_SEED..CONFIRMING_SEED + count;
             self.run(&[configuration], fresh.clone())?;
+            let fresh = self.store.of(&key, fresh);
+            row.rejected += fresh.iter().map(|run| u64::from(run.rejected)).sum::<u64>();
             row.confirmation = Some(Confirmation::measure(
                 &self.store.of(&key, 0..seeds),
-                &self.store.of(&key, fresh),
+                &fresh,
                 references.last(),
             ));
         }
