@@ -67,7 +67,7 @@ pub struct SceneArgs {
     /// The device, by name, part of a name, or index
     #[arg(long, value_name = "NAME|INDEX", env = "HEADWATER_DEVICE")]
     pub device: Option<String>,
-    /// Further channels: albedo, normal, depth, instance, motion, direct
+    /// Further channels, for EXR files
     #[arg(long, value_delimiter = ',', value_enum)]
     pub aov: Vec<Aov>,
     /// Exposure of PNG files, in stops

@@ -7,7 +7,7 @@ use crate::gpu::{Device, Instance, PassTime};
 use crate::image::{Image, Samples};
 use crate::layouts::{MOST_RADIANCE, PixelSums, ReservoirAov};
 use crate::render::frame::Tracking;
-use crate::render::settings::{IndirectMode, Integrator, Visibility};
+use crate::render::settings::{Heuristic, IndirectMode, Integrator, Visibility};
 use crate::render::{Clock, Kind, Renderer, Settings, View};
 use crate::scene::camera::framing_camera;
 use crate::scene::{Camera, MovingCamera, Scene};
@@ -368,6 +368,11 @@ fn check_aovs(aovs: &[Aov], settings: &Settings, bounces: u32) -> Result<()> {
 fn tell_what_is_left_out(settings: &Settings, bounces: u32) {
     if settings.integrator != Integrator::Restir {
         return;
+    }
+    if settings.heuristic == Heuristic::Power {
+        notice(
+            "heuristic=power is for integrator=path-tracing; candidates share light by the balance heuristic",
+        );
     }
     if bounces > 1 && settings.indirect.mode == IndirectMode::Off {
         notice("indirect.mode=off gives direct light only, as with --bounces 1");

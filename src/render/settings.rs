@@ -464,7 +464,8 @@ impl Default for Roulette {
 pub struct Settings {
     /// Which technique makes the image.
     pub integrator: Integrator,
-    /// How light sampling and BSDF sampling share the light. No effect on bias.
+    /// How light sampling and BSDF sampling share the light in path tracing; candidates of resampling always
+    /// share it by the balance heuristic. No effect on bias.
     pub heuristic: Heuristic,
     /// What becomes of light that single scattering loses. `compensated` costs one table look-up a
     /// vertex.
