@@ -41,6 +41,7 @@ void weigh_techniques(uint mis, uint count, bool visibility, inout Random random
             count_lanes(COUNTER_MERGE_LANES);
 #endif
             float target = 0.0, jacobian;
+            // The canonical takes samples as they stand, if their technique could have taken them from it.
             Sample value = known_to(k != 0u ? k : i, techniques[i].value, jacobian);
             if (jacobian > 0.0) {
                 if (k == 0u) {
