@@ -3,8 +3,8 @@
 use super::bias::{Bias, Confirmation, LEVEL, WIDEST};
 use super::block_bias::BlockBias;
 use super::plan::{Expect, Resolved};
-use super::run::Run;
-use crate::metrics::statistics::{holm, median};
+use super::run::{Milliseconds, Run, medians};
+use crate::metrics::statistics::holm;
 use crate::render::counters::Counts;
 use crate::{Error, Result};
 use serde::Serialize;
@@ -31,7 +31,7 @@ pub struct Row {
     /// Likewise, of errors with those of the frame before.
     pub correlation: Vec<f64>,
     /// Median over seeds of what passes take, the median over frames each.
-    pub milliseconds: Vec<(String, f64)>,
+    pub milliseconds: Milliseconds,
     /// What the passes of the last frame count where the first run is repeated, if the plan asks for it.
     pub counts: Vec<Counts>,
     /// Bytes on the device that resampling keeps for each pixel.
@@ -100,13 +100,6 @@ impl Row {
                 .map(|f| runs.iter().map(|run| part(run)[f]).sum::<f64>() / runs.len() as f64)
                 .collect()
         };
-        let passes = runs.first().map_or(0, |run| run.milliseconds.len());
-        let milliseconds = |pass: usize| {
-            let of_runs = runs
-                .iter()
-                .filter_map(|r| Some(r.milliseconds.get(pass)?.1));
-            median(of_runs)
-        };
         Ok(Self {
             scene: scene.to_owned(),
             configuration: configuration.name.clone(),
@@ -116,9 +109,7 @@ impl Row {
             rmse_clamped: mean(|r| &r.rmse_clamped),
             relmse: mean(|r| &r.relmse),
             correlation: mean(|r| &r.correlation),
-            milliseconds: (0..passes)
-                .map(|pass| (runs[0].milliseconds[pass].0.clone(), milliseconds(pass)))
-                .collect(),
+            milliseconds: medians(runs.iter().map(|run| &run.milliseconds)),
             counts: Vec::new(),
             bytes_per_pixel: runs.first().map_or(0.0, |r| r.bytes_per_pixel),
             rejected: runs.iter().map(|r| u64::from(r.rejected)).sum(),

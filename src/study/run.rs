@@ -3,7 +3,6 @@
 use super::plan::Resolved;
 use super::reference::References;
 use crate::Result;
-use crate::gpu::PassTime;
 use crate::metrics::error::{Errors, error_correlation};
 use crate::metrics::statistics::median;
 use crate::render::Renderer;
@@ -13,6 +12,9 @@ use serde::{Deserialize, Serialize};
 
 /// Pixels of a block's side.
 pub const BLOCK: usize = 8;
+
+/// What passes take, by their names, in their order.
+pub type Milliseconds = Vec<(String, f64)>;
 
 /// What is kept of a run.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -40,9 +42,8 @@ pub struct Run {
     pub mean: [f64; 3],
     /// Mean luminance of blocks, likewise.
     pub blocks: Vec<f64>,
-    /// Milliseconds by pass, in the order of passes: the median over frames, of which the first, which has
-    /// no history, is left out where there are others.
-    pub milliseconds: Vec<(String, f64)>,
+    /// The median over frames, of which the first, which has no history, is left out where there are others.
+    pub milliseconds: Milliseconds,
     /// What the passes of the last frame counted, if they were asked to.
     #[serde(skip)]
     pub counts: Vec<Counts>,
@@ -80,7 +81,7 @@ pub fn measure(
         ..Run::default()
     };
     let mut before: Option<Vec<[f32; 3]>> = None;
-    let mut times: Vec<Vec<PassTime>> = Vec::new();
+    let mut times: Vec<Milliseconds> = Vec::new();
     let mut judged: Vec<([f64; 3], Vec<f64>)> = Vec::new();
     for number in 0..configuration.frames {
         let time = configuration.clock.time(number);
@@ -89,15 +90,21 @@ pub fn measure(
             renderer.set_camera(&camera.at(time)?);
         }
         let reference = references.of(number);
-        let picture: Vec<[f32; 3]> = if configuration.accumulate {
-            times.push(renderer.add_samples(number, 1)?);
-            (renderer.sums()?.iter())
+        let (passes, picture): (_, Vec<[f32; 3]>) = if configuration.accumulate {
+            let passes = renderer.add_samples(number, 1)?;
+            let sums = (renderer.sums()?.iter())
                 .map(|p| p.mean(number + 1).as_vec3().to_array())
-                .collect()
+                .collect();
+            (passes, sums)
         } else {
-            times.push(renderer.single_frame(number)?);
-            renderer.frame_radiance()?
+            (renderer.single_frame(number)?, renderer.frame_radiance()?)
         };
+        times.push(
+            passes
+                .into_iter()
+                .map(|pass| (pass.name, pass.milliseconds))
+                .collect(),
+        );
         // A frame with history has in it what came before; the others are as good as further seeds
         // where they show one time.
         if configuration.accumulate || renderer.has_history() || references.differ() {
@@ -124,19 +131,24 @@ pub fn measure(
             *sum += value * each;
         }
     }
-    run.milliseconds = by_pass(&times[usize::from(times.len() > 1)..]);
+    run.milliseconds = medians(&times[usize::from(times.len() > 1)..]);
     run.rejected = renderer.rejected()?;
     Ok(run)
 }
 
-/// Median milliseconds of each pass that the last of `frames` has.
-fn by_pass(frames: &[Vec<PassTime>]) -> Vec<(String, f64)> {
-    let all = |name: &str| {
-        let passes = frames.iter().flatten().filter(|pass| pass.name == name);
-        median(passes.map(|pass| pass.milliseconds))
+/// Of each pass that the last of `all` has, the median over all of them.
+pub fn medians<'a>(all: impl IntoIterator<Item = &'a Milliseconds>) -> Milliseconds {
+    let all: Vec<&Milliseconds> = all.into_iter().collect();
+    let of_pass = |name: &str| {
+        let passes = all
+            .iter()
+            .copied()
+            .flatten()
+            .filter(|(pass, _)| pass == name);
+        median(passes.map(|(_, milliseconds)| *milliseconds))
     };
-    let passes = frames.last().into_iter().flatten();
+    let passes = all.last().copied().into_iter().flatten();
     passes
-        .map(|pass| (pass.name.clone(), all(&pass.name)))
+        .map(|(name, _)| (name.clone(), of_pass(name)))
         .collect()
 }
