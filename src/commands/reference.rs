@@ -1,7 +1,7 @@
 //! `reference`: MIS path tracing with its standard error; can be stopped and resumed.
 
 use super::NOTHING_WRITTEN;
-use super::arguments::{Aov, SceneArgs, check_outputs};
+use super::arguments::{SceneArgs, check_outputs};
 use super::interrupt::Interrupt;
 use super::print;
 use super::progress::Progress;
@@ -54,11 +54,6 @@ pub fn run(args: &Args) -> Result<()> {
     let settings = args.scene.settings()?.of_path_tracing();
     let clock = args.scene.clock(None)?;
     check_outputs(&args.output, args.scene.report.as_deref())?;
-    if (args.scene.aov.iter()).any(|aov| matches!(aov, Aov::Direct | Aov::Indirect)) {
-        return Err(Error::input(
-            "--aov direct and indirect show reservoirs, which a reference has none of, whatever its preset; render shows them",
-        ));
-    }
     let interrupt = Interrupt::watch()?;
     let mut session = Session::open(&args.scene, settings, clock, &interrupt)?;
     let mut done = if args.resume {

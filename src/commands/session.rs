@@ -347,16 +347,16 @@ impl Session {
 /// Refuses AOVs of reservoirs that there are none of.
 fn check_aovs(aovs: &[Aov], settings: &Settings, bounces: u32) -> Result<()> {
     for (aov, kind, needed) in [
-        (Aov::Direct, Kind::Direct, "and --bounces of at least 1"),
+        (Aov::Direct, Kind::Direct, "--bounces of at least 1"),
         (
             Aov::Indirect,
             Kind::Indirect,
-            "indirect.mode=restir, and --bounces of at least 2",
+            "indirect.mode=restir, --bounces of at least 2",
         ),
     ] {
         if aovs.contains(&aov) && !kind.has_reservoirs(settings, bounces) {
             return Err(Error::input(format!(
-                "--aov {} shows reservoirs, of which there are none; choose a --preset with integrator=restir, {needed}",
+                "--aov {} shows reservoirs, of which there are none; they come of render with a --preset of integrator=restir, {needed}",
                 kind.name()
             )));
         }
