@@ -139,7 +139,9 @@ pub struct Spatial {
     /// Tries for each neighbour wanted, with `search=greedy`.
     #[schemars(range(min = 1, max = 16))]
     pub tries: u32,
-    /// Confidence of a neighbour at most. Unit: initial reservoirs. Unbiased at any value.
+    /// Confidence of a neighbour at most. Unit: initial reservoirs. Lower: later frames have less noise,
+    /// since a merge trusts the pixel's own history, which is about its own surface, more than theirs;
+    /// higher: the first few frames have. Unbiased at any value.
     #[schemars(range(min = 1, max = 500))]
     pub confidence_cap: u32,
 }
@@ -224,7 +226,10 @@ impl Default for Direct {
             mis: Mis::default(),
             visibility: Visibility::default(),
             temporal: Temporal::default(),
-            spatial: Spatial::default(),
+            spatial: Spatial {
+                confidence_cap: 8,
+                ..Spatial::default()
+            },
             similar: Similar::default(),
         }
     }

@@ -175,6 +175,10 @@ const PLANS: &[(&str, &str)] = &[
     ("motion", include_str!("plans/motion.toml")),
     ("moving-frames", include_str!("plans/moving-frames.toml")),
     (
+        "neighbour-confidence",
+        include_str!("plans/neighbour-confidence.toml"),
+    ),
+    (
         "neighbour-radius",
         include_str!("plans/neighbour-radius.toml"),
     ),
