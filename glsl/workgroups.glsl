@@ -11,7 +11,8 @@ uint interleaved_group(uint threads) {
     return (group % run) * threads + group / run;
 }
 
-// The pixel of this invocation in a strip that begins at row `first_row`, or a pixel outside. Eight neighbouring invocations form a 4×2 block, so that a subgroup's rays stay close.
+// The pixel of this invocation in a strip that begins at row `first_row`, or a pixel outside. Eight neighbouring
+// invocations form a 4×2 block, so that a subgroup's rays stay close.
 uvec2 tile_pixel(uint width, uint first_row, uint threads) {
     uint tiles_x = (width + TILE - 1u) / TILE;
     uint group = interleaved_group(threads);

@@ -63,11 +63,9 @@ crate::gpu_constants! {
     pub const ORDER_COLUMN: u32 = 1;
     /// Pixels in square tiles.
     pub const ORDER_SWIZZLE: u32 = 2;
-    /// Where a reservoir's first word holds what kind of sample it is; 2 (environment) and 3
+    /// Where a sample's first word holds what kind it is; of direct light, 2 (environment) and 3
     /// (punctual light) are reserved.
     pub const KIND_SHIFT: u32 = 30;
-    /// No sample.
-    pub const KIND_NONE: u32 = 0;
     /// A point on an emissive triangle, in area measure.
     pub const KIND_TRIANGLE: u32 = 1;
     /// The light of a full reservoir shines to both sides.
@@ -285,7 +283,7 @@ crate::gpu_struct! {
         pub roulette_start: u32,
         /// Least probability of going on.
         pub roulette_floor: f32,
-        /// Largest ratio of two views' spreads at a second vertex between which it is reconnected; 0: any.
+        /// Largest ratio of two views' spreads at a second vertex between which it is reconnected; below 1: any.
         pub jacobian_limit: f32,
         /// Least distance to a second vertex that is reconnected, as a share of the eye's distance.
         pub min_distance: f32,
@@ -342,7 +340,7 @@ crate::gpu_struct! {
         pub light: u32,
         /// Neighbours that the frame's spatial passes found.
         pub neighbours: u32,
-        /// The pixel that made the sample, in its own frame, of a picture of less than 65,536 a side; −1 = empty, or origins were not kept.
+        /// The pixel that made the sample, in its own frame; −1 = empty, or origins were not kept.
         pub source: Vec2,
         /// The solid angle that the sample has from here over that from where it was made: the Jacobian of
         /// all shifts on the way, by solid angle; 0 = empty, or origins were not kept.

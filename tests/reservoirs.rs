@@ -1,4 +1,4 @@
-//! What a frame leaves in its reservoirs, as `--aov direct` shows it.
+//! What a frame leaves in its reservoirs, as `--aov direct` and `--aov indirect` show it.
 
 mod support;
 

@@ -227,6 +227,8 @@ impl Default for Direct {
             visibility: Visibility::default(),
             temporal: Temporal::default(),
             spatial: Spatial {
+                // By the plan `neighbour-confidence`; indirect light has less noise in first frames, and no
+                // more in later ones, without a limit.
                 confidence_cap: 8,
                 ..Spatial::default()
             },

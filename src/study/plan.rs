@@ -267,7 +267,7 @@ impl Plan {
         if self.bounces < 2
             && let Some(key) = sets
                 .flat_map(Map::keys)
-                .find(|key| key.starts_with("indirect."))
+                .find(|key| key.split('.').next() == Some("indirect"))
         {
             return Err(Error::input(format!(
                 "the plan sets {key}, but with bounces {} there is no indirect light; it begins with 2",
@@ -435,6 +435,8 @@ mod tests {
         assert!(message(&format!("fps = 24\n{sums_up}")).contains("'one' accumulates"));
         let indirect = TEXT.replace("direct.mis", "indirect.mis");
         assert!(message(&indirect).contains("indirect.mis"));
+        let nested = TEXT.replace("\"one\"", "\"one\"\nset.indirect.mis = \"balance\"");
+        assert!(message(&nested).contains("the plan sets indirect,"));
         assert!(parse(&format!("bounces = 2\n{indirect}")).is_ok());
         assert!(message(&TEXT.replace("direct.mis", "direct.mess")).contains("direct.mis"));
         assert!(message(&TEXT.replace("\"accurate\"", "\"acurate\"")).contains("accurate"));

@@ -172,7 +172,8 @@ pub fn judge(rows: &mut [Row]) {
             rest = others;
             row.corrected_p_value = own.iter().copied().fold(1.0, f64::min);
             row.found_nine_times_in_ten = row.deciding().0.found_nine_times_in_ten(tests);
-            // Fresh seeds decide whether there is a difference; how fine a one can be seen, all of them.
+            // Fresh seeds decide whether there is a difference; how fine a one can be seen, they or those
+            // before, whichever see finer.
             let widest = row.bias.widest().min(row.deciding().0.widest());
             row.verdict = if row.corrected_p_value < LEVEL {
                 Verdict::Biased
@@ -276,7 +277,7 @@ fn costs(rows: &[Row]) -> String {
     text
 }
 
-/// All rows as CSV: a line for each frame. Milliseconds are medians over all frames, rays those of the last one;
+/// All rows as CSV: a line for each frame. Milliseconds are medians as in [`Row::milliseconds`], rays those of the last one;
 /// without counting, the rays are left out.
 pub fn csv(rows: &[Row]) -> String {
     let mut text = String::from(

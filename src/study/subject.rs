@@ -6,6 +6,7 @@ use super::run::{self, Run};
 use super::store::Store;
 use crate::Result;
 use crate::gpu::Device;
+use crate::render::counters::Counts;
 use crate::render::frame::Tracking;
 use crate::render::settings::{Energy, Integrator};
 use crate::render::{Renderer, Settings, View};
@@ -166,8 +167,7 @@ impl Subject {
         store.add(self.measure(configuration, seed, references, Tracking::default())?)
     }
 
-    /// The run of a seed again, with what its passes count if the plan asks for it: counting takes time,
-    /// which the runs that are kept must not.
+    /// The run of a seed again.
     ///
     /// # Errors
     /// The device fails.
@@ -177,11 +177,26 @@ impl Subject {
         seed: u32,
         references: &References,
     ) -> Result<Run> {
+        self.measure(configuration, seed, references, Tracking::default())
+    }
+
+    /// What the passes of the run of a seed count. Counting takes time, which the runs that are kept must
+    /// not, and shaders that count may round otherwise.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn counts(
+        &mut self,
+        configuration: &Resolved,
+        seed: u32,
+        references: &References,
+    ) -> Result<Vec<Counts>> {
         let tracking = Tracking {
-            counts: configuration.count,
+            counts: true,
             ..Tracking::default()
         };
-        self.measure(configuration, seed, references, tracking)
+        let run = self.measure(configuration, seed, references, tracking)?;
+        Ok(run.counts)
     }
 
     fn measure(

@@ -146,7 +146,9 @@ impl<'a> Work<'a> {
         if let Some(first) = self.store.find(&key, 0) {
             let again = self.subject.repeat(configuration, 0, &references)?;
             row.replays = again.same_as(first);
-            row.counts = again.counts;
+            if configuration.count {
+                row.counts = self.subject.counts(configuration, 0, &references)?;
+            }
         }
         Ok(row)
     }
