@@ -143,7 +143,7 @@ impl Session {
     /// The device fails, or the scene cannot be rendered at that frame's time.
     pub fn skip_frame(&mut self, number: u32) -> Result<()> {
         self.set_clock(number)?;
-        self.renderer.skip_frames(number, 1)
+        self.renderer.skip_frame(number)
     }
 
     /// Shows the time of a frame; whether every frame has its own.
@@ -238,9 +238,11 @@ impl Session {
     }
 
     fn add_aovs(&mut self, image: &mut Image, aovs: &[Aov]) -> Result<()> {
-        let surfaces = match aovs {
-            [Aov::Direct | Aov::Indirect] => Vec::new(),
-            _ => self.renderer.primary_surfaces()?,
+        let of_reservoirs = |aov: &Aov| matches!(aov, Aov::Direct | Aov::Indirect);
+        let surfaces = if aovs.iter().all(of_reservoirs) {
+            Vec::new()
+        } else {
+            self.renderer.primary_surfaces()?
         };
         for aov in aovs {
             match aov {

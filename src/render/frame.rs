@@ -135,7 +135,8 @@ impl Frame {
             Some((kind, _)) => Resampled::reservoir_bytes(kind, settings, &layout),
             None => u64::from(4 * PILOT_WORDS),
         };
-        let pilot_bytes = if own_pilots { slots } else { 1 } * pilot_stride;
+        let pilot_count = if own_pilots { slots } else { 1 };
+        let pilot_bytes = pilot_count * pilot_stride;
         let mut needed = vec![
             ("sample_data", sample_data_bytes),
             ("color", color_bytes),

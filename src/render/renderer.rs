@@ -186,18 +186,16 @@ impl Renderer {
         Ok(times)
     }
 
-    /// Renders frames for the sake of those that follow.
+    /// Renders a frame for the sake of those that follow.
     ///
     /// # Errors
     /// The device fails.
-    pub fn skip_frames(&mut self, first: u32, frames: u32) -> Result<()> {
-        for number in first..first + frames {
-            let camera = self.begin()?;
-            if let Technique::Resampling(frame) = &mut self.technique {
-                frame.render(number, camera)?;
-            }
+    pub fn skip_frame(&mut self, number: u32) -> Result<()> {
+        let camera = self.begin()?;
+        match &mut self.technique {
+            Technique::PathTracing(_) => Ok(()),
+            Technique::Resampling(frame) => frame.render(number, camera).map(drop),
         }
-        Ok(())
     }
 
     /// Bytes on the device that resampling keeps for each pixel, over all buffers; 0 for path

@@ -48,7 +48,7 @@ fn check(scene: &Scene, before: f64, now: f64) -> (f64, f64, usize) {
     for time in [before, now] {
         renderer.set_time(time);
         renderer.set_camera(&scene.camera_at(0, time).unwrap());
-        renderer.skip_frames(0, 1).unwrap();
+        renderer.skip_frame(0).unwrap();
     }
     let surfaces = renderer.primary_surfaces().unwrap();
     support::assert_no_messages(&device);
