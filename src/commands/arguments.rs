@@ -1,8 +1,8 @@
 //! Options that several commands share.
 
-use crate::render::Clock;
 use crate::render::presets::{self, Preset};
 use crate::render::settings::Settings;
+use crate::render::{Clock, Kind};
 use crate::scene::Camera;
 use crate::scene::camera::look_at;
 use crate::scene::validate::check_camera;
@@ -100,6 +100,17 @@ pub enum Aov {
     Direct,
     /// What the last frame's reservoirs of indirect light hold.
     Indirect,
+}
+
+impl Aov {
+    /// The kind of light whose reservoirs it shows; the others show surfaces.
+    pub const fn reservoirs_of(self) -> Option<Kind> {
+        match self {
+            Self::Direct => Some(Kind::Direct),
+            Self::Indirect => Some(Kind::Indirect),
+            Self::Albedo | Self::Normal | Self::Depth | Self::Instance | Self::Motion => None,
+        }
+    }
 }
 
 impl SceneArgs {

@@ -42,6 +42,9 @@ pub struct Args {
     /// Fail if the ratio of the means is further from 1 than this
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     max_mean_deviation: Option<f64>,
+    /// Fail unless both have the same channels with the same bits; metadata may differ
+    #[arg(long)]
+    exact: bool,
 }
 
 /// Compares, prints, and checks.
@@ -50,8 +53,11 @@ pub struct Args {
 /// Pictures that cannot be compared (wrong input), or a check that does not hold.
 pub fn run(args: &Args) -> Result<()> {
     check(args)?;
-    let (size, picture) = read(&args.picture)?;
-    let (reference_size, reference) = read(&args.reference)?;
+    let images = [&args.picture, &args.reference].map(|path| Image::read(path));
+    let [image, reference_image] = images;
+    let (image, reference_image) = (image?, reference_image?);
+    let (size, picture) = finite_pixels(&args.picture, &image)?;
+    let (reference_size, reference) = finite_pixels(&args.reference, &reference_image)?;
     if size != reference_size {
         return Err(Error::input(format!(
             "{} is {} × {}, {} is {} × {}; only pictures of one size compare",
@@ -93,7 +99,7 @@ pub fn run(args: &Args) -> Result<()> {
                 .join("\n"),
         )?;
     }
-    let broken: Vec<String> = [
+    let mut broken: Vec<String> = [
         ("rmse", errors.rmse, args.max_rmse),
         ("relmse", errors.relmse, args.max_relmse),
         ("flip", perceived.mean, args.max_flip),
@@ -111,6 +117,13 @@ pub fn run(args: &Args) -> Result<()> {
         (!holds).then(|| format!("{name} {value:?} is above {limit:?}"))
     })
     .collect();
+    if args.exact {
+        let different = image.different_channels(&reference_image);
+        broken.extend(
+            (!different.is_empty())
+                .then(|| format!("channels whose bits differ: {}", different.join(", "))),
+        );
+    }
     if broken.is_empty() {
         Ok(())
     } else {
@@ -168,9 +181,8 @@ fn figures(value: f64) -> String {
 /// Width, height and pixels.
 type Picture = ((u32, u32), Vec<[f32; 3]>);
 
-/// A picture whose pixels are all finite.
-fn read(path: &Path) -> Result<Picture> {
-    let image = Image::read(path)?;
+/// The pixels of a picture, all of them finite.
+fn finite_pixels(path: &Path, image: &Image) -> Result<Picture> {
     let pixels = image.rgb().map_err(|e| Error::reading(path, e))?;
     let wrong = pixels
         .iter()
@@ -210,6 +222,18 @@ mod tests {
             .chain(paths.iter().map(|path| path.to_str().unwrap()))
             .chain(options.iter().copied());
         run(&Line::try_parse_from(line).unwrap().args)
+    }
+
+    #[test]
+    fn exact_comparison_sees_the_last_bit() {
+        let next = f32::from_bits(0.25_f32.to_bits() + 1);
+        compare([0.25, 0.25], &["--exact"]).unwrap();
+        compare([0.25, next], &["--max-rmse=1e-6"]).unwrap();
+        let error = compare([0.25, next], &["--exact"]).unwrap_err().to_string();
+        assert!(
+            error.ends_with("channels whose bits differ: B, G, R"),
+            "{error}"
+        );
     }
 
     #[test]

@@ -104,7 +104,7 @@ impl Session {
             jitter: args.jitter,
         };
         let tracking = Tracking {
-            origins: args.aov.contains(&Aov::Direct) || args.aov.contains(&Aov::Indirect),
+            origins: args.aov.iter().any(|aov| aov.reservoirs_of().is_some()),
             ..Tracking::default()
         };
         let uploaded = gpu_scene.clone();
@@ -238,11 +238,10 @@ impl Session {
     }
 
     fn add_aovs(&mut self, image: &mut Image, aovs: &[Aov]) -> Result<()> {
-        let of_reservoirs = |aov: &Aov| matches!(aov, Aov::Direct | Aov::Indirect);
-        let surfaces = if aovs.iter().all(of_reservoirs) {
-            Vec::new()
-        } else {
+        let surfaces = if aovs.iter().any(|aov| aov.reservoirs_of().is_none()) {
             self.renderer.primary_surfaces()?
+        } else {
+            Vec::new()
         };
         for aov in aovs {
             match aov {
@@ -348,15 +347,15 @@ impl Session {
 
 /// Refuses AOVs of reservoirs that there are none of.
 fn check_aovs(aovs: &[Aov], settings: &Settings, bounces: u32) -> Result<()> {
-    for (aov, kind, needed) in [
-        (Aov::Direct, Kind::Direct, "--bounces of at least 1"),
+    for (kind, needed) in [
+        (Kind::Direct, "--bounces of at least 1"),
         (
-            Aov::Indirect,
             Kind::Indirect,
             "indirect.mode=restir, --bounces of at least 2",
         ),
     ] {
-        if aovs.contains(&aov) && !kind.has_reservoirs(settings, bounces) {
+        let shows = |aov: &Aov| aov.reservoirs_of() == Some(kind);
+        if aovs.iter().any(shows) && !kind.has_reservoirs(settings, bounces) {
             return Err(Error::input(format!(
                 "--aov {} shows reservoirs, of which there are none; they come of render with a --preset of integrator=restir, {needed}",
                 kind.name()

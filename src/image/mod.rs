@@ -5,7 +5,7 @@ pub(crate) mod png;
 pub(crate) mod tonemap;
 
 use crate::{Error, Result};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// One channel's values, row by row from the top.
@@ -22,6 +22,15 @@ impl Samples {
         match self {
             Self::F32(values) => values.len(),
             Self::U32(values) => values.len(),
+        }
+    }
+
+    fn has_bits_of(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::F32(a), Self::F32(b)) => {
+                bytemuck::cast_slice::<f32, u32>(a) == bytemuck::cast_slice::<f32, u32>(b)
+            }
+            _ => self == other,
         }
     }
 }
@@ -122,6 +131,18 @@ impl Image {
             .zip(b)
             .map(|((r, g), b)| [*r, *g, *b])
             .collect())
+    }
+
+    /// The names of channels that only one of two pictures has, or whose bits differ: 0 differs from −0,
+    /// and equal NaNs do not differ.
+    pub fn different_channels<'a>(&'a self, other: &'a Self) -> Vec<&'a str> {
+        let names: BTreeSet<&String> = self.channels.keys().chain(other.channels.keys()).collect();
+        let same = |name: &String| match (self.channels.get(name), other.channels.get(name)) {
+            (Some(a), Some(b)) => a.has_bits_of(b),
+            _ => false,
+        };
+        let different = names.into_iter().filter(|name| !same(name));
+        different.map(String::as_str).collect()
     }
 
     /// Writes the picture in the format that the path names. `exposure` counts for PNG only.

@@ -277,8 +277,8 @@ fn costs(rows: &[Row]) -> String {
     text
 }
 
-/// All rows as CSV: a line for each frame. Milliseconds are medians as in [`Row::milliseconds`], rays those of the last one;
-/// without counting, the rays are left out.
+/// All rows as CSV: a line for each frame. Milliseconds are medians as in [`Row::milliseconds`], rays those
+/// of the last frame; without counting, the rays are left out.
 pub fn csv(rows: &[Row]) -> String {
     let mut text = String::from(
         "scene,configuration,seeds,frame,rmse,rmse_clamped,relmse,correlation,bias_r,bias_g,bias_b,half_width,verdict,milliseconds,rays,bytes_per_pixel,block_bias,block_bias_low,block_bias_high\n",

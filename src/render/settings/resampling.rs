@@ -1,0 +1,190 @@
+//! What the kinds of light that are resampled have in common.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// How lights are picked for initial candidates.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Candidates {
+    /// What fits the scene: `power`.
+    #[default]
+    Auto,
+    /// Every light alike.
+    Uniform,
+    /// By area × luminance, with a uniform share.
+    Power,
+}
+
+/// Whose reservoirs a pixel merges with its own.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Reuse {
+    /// Nobody's.
+    None,
+    /// That of the last frame.
+    Temporal,
+    /// Those of neighbours.
+    Spatial,
+    /// That of the last frame, then those of neighbours.
+    #[default]
+    Spatiotemporal,
+}
+
+impl Reuse {
+    /// Whether the last frame is used.
+    pub fn is_temporal(self) -> bool {
+        matches!(self, Self::Temporal | Self::Spatiotemporal)
+    }
+
+    /// Whether neighbours are used.
+    pub fn is_spatial(self) -> bool {
+        matches!(self, Self::Spatial | Self::Spatiotemporal)
+    }
+}
+
+/// How a merge weighs its techniques against each other.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Mis {
+    /// By confidence alone: cheapest; biased where neighbours cannot make what the pixel needs.
+    Constant,
+    /// The balance heuristic over all: unbiased, least noise, cost grows with the square.
+    Balance,
+    /// The balance heuristic between the pixel and one neighbour at a time: unbiased, cheaper.
+    Pairwise,
+    /// Pairwise with a share kept by the pixel's own sample: unbiased, guards against bad neighbours.
+    #[default]
+    Defensive,
+}
+
+/// Where visibility enters.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Visibility {
+    /// Nowhere: shadows are missing. Biased, for comparisons only.
+    None,
+    /// Where the chosen sample is shaded: one ray. For direct light unbiased, noisy in shadows, and without
+    /// BSDF samples. Paths of indirect light are traced, so for them the same as `initial`.
+    Final,
+    /// Of the initial survivor, and where the chosen sample is shaded. Biased, dark.
+    Initial,
+    /// In every target function: one ray each with `mis=balance`, two a merge by pairs. Unbiased.
+    #[default]
+    Weights,
+}
+
+/// How neighbours are looked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Search {
+    /// As many tries as neighbours wanted; those refused are missing.
+    Random,
+    /// More tries, until enough are found.
+    #[default]
+    Greedy,
+}
+
+/// Temporal reuse.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Temporal {
+    /// Confidence of history at most. Unit: initial reservoirs. Higher: less noise, but errors stay
+    /// longer and frames resemble each other. Unbiased at any value.
+    #[schemars(range(min = 0, max = 500))]
+    pub confidence_cap: u32,
+}
+
+impl Default for Temporal {
+    fn default() -> Self {
+        Self { confidence_cap: 16 }
+    }
+}
+
+/// Spatial reuse.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Spatial {
+    /// Passes, each over the results of the one before. Cost: proportional. Unbiased at any value.
+    #[schemars(range(min = 1, max = 8))]
+    pub passes: u32,
+    /// Neighbours wanted a pass. Cost: three targets each and no rays, since a merge by pairs traces two
+    /// however many there are; with `mis=balance` targets and rays grow with the square. Unbiased at any
+    /// value.
+    #[schemars(range(min = 0, max = 16))]
+    pub neighbours: u32,
+    /// Radius of the disc they are drawn from, half of them within a quarter of it. Unit: pixels. Lower:
+    /// neighbours more alike, so first frames have less noise; higher: they share fewer samples, so that
+    /// later frames lose more of it.
+    #[schemars(range(min = 0.5, max = 1000.0))]
+    pub radius: f32,
+    /// How they are looked for.
+    pub search: Search,
+    /// Tries for each neighbour wanted, with `search=greedy`.
+    #[schemars(range(min = 1, max = 16))]
+    pub tries: u32,
+    /// Confidence of a neighbour at most. Unit: initial reservoirs. Lower: later frames have less noise,
+    /// since a merge trusts the pixel's own history, which is about its own surface, more than theirs;
+    /// higher: the first few frames have. Unbiased at any value.
+    #[schemars(range(min = 1, max = 500))]
+    pub confidence_cap: u32,
+}
+
+impl Default for Spatial {
+    fn default() -> Self {
+        Self {
+            passes: 1,
+            neighbours: 3,
+            radius: 10.0,
+            search: Search::Greedy,
+            tries: 3,
+            confidence_cap: 128,
+        }
+    }
+}
+
+/// Which surfaces are alike enough to share samples. Stricter: less noise at edges, fewer
+/// neighbours. Unbiased at any value, since no sample is looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Similar {
+    /// Largest angle between shading normals. Unit: degrees.
+    #[schemars(range(min = 0.0, max = 180.0))]
+    pub normal: f32,
+    /// Largest difference of depths, as a share of the pixel's own.
+    #[schemars(range(min = 0.0, max = 1000.0))]
+    pub depth: f32,
+    /// Whether materials must be the same.
+    pub material: bool,
+}
+
+impl Default for Similar {
+    fn default() -> Self {
+        Self {
+            normal: 25.0,
+            depth: 0.1,
+            material: true,
+        }
+    }
+}
+
+/// How one kind of light is resampled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Resampling {
+    /// How lights are picked.
+    pub candidates: Candidates,
+    /// Points on lights that a pixel, or a vertex of a path, chooses from.
+    pub light_samples: u32,
+    /// Whose reservoirs a pixel merges with its own.
+    pub reuse: Reuse,
+    /// How a merge weighs its techniques.
+    pub mis: Mis,
+    /// Where visibility enters.
+    pub visibility: Visibility,
+    /// Temporal reuse.
+    pub temporal: Temporal,
+    /// Spatial reuse.
+    pub spatial: Spatial,
+    /// Which surfaces are alike enough to share samples.
+    pub similar: Similar,
+}
