@@ -1,46 +1,66 @@
 //! Compiles every shader of the table to SPIR-V and embeds the GLSL sources' compiled form.
 
+#![allow(dead_code)]
+// The crate's own parts of shared files are marked `cfg(headwater)`.
+#![allow(unexpected_cfgs)]
+
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 #[path = "src/gpu"]
-#[allow(dead_code)]
 mod gpu {
     #[macro_use]
     pub mod layout;
     pub mod compiler;
 }
+#[path = "src/render"]
+mod render {
+    pub mod specialisation;
+}
+#[path = "src/tracing"]
+mod tracing {
+    pub mod buffers;
+}
+#[path = "src/choices.rs"]
+mod choices;
 #[path = "src/layouts.rs"]
-#[allow(dead_code)]
 mod layouts;
 #[path = "src/shaders.rs"]
-#[allow(dead_code)]
 mod shaders;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
+    println!("cargo:rustc-cfg=headwater");
+    println!("cargo:rustc-check-cfg=cfg(headwater)");
     for path in [
         "build.rs",
         "glsl",
+        "src/choices.rs",
         "src/gpu/layout.rs",
         "src/gpu/compiler.rs",
         "src/layouts.rs",
+        "src/render/specialisation.rs",
         "src/shaders.rs",
+        "src/tracing/buffers.rs",
     ] {
         println!("cargo:rerun-if-changed={path}");
     }
     println!("cargo:rustc-env=HEADWATER_COMMIT={}", commit());
     let out = PathBuf::from(std::env::var("OUT_DIR")?);
     let mut sources = gpu::compiler::read_folder(Path::new("glsl"))?;
-    sources.insert("layouts.glsl".into(), layouts::glsl());
+    let generated = layouts::generated();
+    let shipped: Vec<String> = sources.keys().cloned().collect();
+    sources.extend(generated.map(|(name, text)| (name.to_owned(), text)));
 
     let mut table = String::from("&[\n");
-    for pass in shaders::TRACING_PASSES {
+    // Every file in `glsl/passes` is a pass.
+    let passes = shipped
+        .iter()
+        .filter_map(|file| file.strip_prefix("passes/")?.strip_suffix(".comp"));
+    for pass in passes {
         for variant in shaders::Variant::all() {
             let key = variant.key(pass);
             let file = format!("passes/{pass}.comp");
-            let source = sources
-                .get(&file)
-                .ok_or(format!("glsl/{file} is missing"))?;
+            let source = &sources[&file];
             let words = gpu::compiler::compile(&file, source, &sources, &variant.defines())?;
             let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
             std::fs::write(out.join(format!("{key}.spv")), bytes)?;
@@ -55,7 +75,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     // The sources travel along for tests and tools that compile shaders of their own.
     let mut listing = String::from("&[\n");
-    for name in sources.keys().filter(|name| *name != "layouts.glsl") {
+    for name in &shipped {
         let path = std::env::current_dir()?.join("glsl").join(name);
         writeln!(listing, "    ({name:?}, include_str!({path:?})),")?;
     }

@@ -1,4 +1,6 @@
-// Extensions that every pass uses, and the shared declarations. Included first.
+#pragma once
+// Extensions that every shader uses, and the declarations shared with Rust. Every file includes it first, since
+// extensions must stand before all code.
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_KHR_shader_subgroup_basic : require
 #if GEOMETRY_ADDRESSES
@@ -10,4 +12,3 @@
 #endif
 
 #include "layouts.glsl"
-#include "math.glsl"

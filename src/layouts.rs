@@ -1,9 +1,14 @@
-//! What Rust and the shaders share: structures and constants.
+//! The structures and constants that Rust and the shaders share, besides enumerations
+//! ([`crate::choices`]), specialisation constants ([`crate::render::specialisation`]) and the buffers of a
+//! scene ([`crate::tracing::buffers`]).
 //!
-//! This file is also compiled into the build script.
+//! The build script compiles this file too, for the GLSL text.
 
+use crate::choices;
 use crate::gpu::layout::{GpuStruct, StructLayout};
-use glam::{UVec2, Vec2, Vec3};
+use crate::render::specialisation::Specialisation;
+use crate::tracing::buffers::{self, SceneTable};
+use glam::{Vec2, Vec3};
 
 crate::gpu_constants! {
     /// Marks "none": no normals, no light, no hit.
@@ -18,33 +23,9 @@ crate::gpu_constants! {
     /// exceed what f32 half-vectors resolve.
     pub const MIRROR_ROUGHNESS: f32 = 0.01;
     /// Least cosine between a shading normal and the direction to the eye.
-    pub const LEAST_FACING: f32 = 0.01;
+    pub const MIN_FACING: f32 = 0.01;
     /// Cells a side of the directional albedo table (cosine × roughness).
     pub const ALBEDO_CELLS: u32 = 64;
-    /// Next-event estimation weighs by the balance heuristic.
-    pub const HEURISTIC_BALANCE: u32 = 0;
-    /// Next-event estimation weighs by the power heuristic (β = 2).
-    pub const HEURISTIC_POWER: u32 = 1;
-    /// MIS weights by confidence alone.
-    pub const MIS_CONSTANT: u32 = 0;
-    /// The balance heuristic over all techniques.
-    pub const MIS_BALANCE: u32 = 1;
-    /// The balance heuristic between the canonical and one neighbour at a time.
-    pub const MIS_PAIRWISE: u32 = 2;
-    /// Pairwise, with a share that the canonical keeps in any case.
-    pub const MIS_DEFENSIVE: u32 = 3;
-    /// No visibility at all.
-    pub const VISIBILITY_NONE: u32 = 0;
-    /// Visibility where the chosen sample is shaded.
-    pub const VISIBILITY_FINAL: u32 = 1;
-    /// Visibility of the initial survivor, and where the chosen sample is shaded.
-    pub const VISIBILITY_INITIAL: u32 = 2;
-    /// Visibility in every target function.
-    pub const VISIBILITY_WEIGHTS: u32 = 3;
-    /// Reservoirs that name light and barycentrics.
-    pub const FORMAT_COMPACT: u32 = 0;
-    /// Reservoirs that carry the point, its normal and its radiance too.
-    pub const FORMAT_FULL: u32 = 1;
     /// Words of a compact reservoir of direct light.
     pub const DIRECT_COMPACT_WORDS: u32 = 4;
     /// Words of a full reservoir of direct light.
@@ -57,12 +38,6 @@ crate::gpu_constants! {
     pub const ORIGIN_WORDS: u32 = 2;
     /// Words of what a pixel's first BSDF ray met.
     pub const PILOT_WORDS: u32 = 5;
-    /// Pixels row by row.
-    pub const ORDER_ROW: u32 = 0;
-    /// Pixels column by column.
-    pub const ORDER_COLUMN: u32 = 1;
-    /// Pixels in square tiles.
-    pub const ORDER_SWIZZLE: u32 = 2;
     /// Where a sample's first word holds what kind it is; of direct light, 2 (environment) and 3
     /// (punctual light) are reserved.
     pub const KIND_SHIFT: u32 = 30;
@@ -74,20 +49,20 @@ crate::gpu_constants! {
     pub const LIGHT_MASK: u32 = 0x1FFF_FFFF;
     /// The number of the instance that holds a path's second vertex, under the path's kind.
     pub const INSTANCE_MASK: u32 = 0x3FFF_FFFF;
-    /// Random numbers of the initial candidates.
-    pub const PASS_INITIAL: u32 = 1;
-    /// Random numbers of temporal reuse.
-    pub const PASS_TEMPORAL: u32 = 2;
-    /// Random numbers of the first BSDF rays.
-    pub const PASS_PILOTS: u32 = 3;
-    /// Random numbers of the first spatial pass; further ones count on.
-    pub const PASS_SPATIAL: u32 = 16;
-    /// What passes of indirect light add to these, but for the pilots, which serve both kinds.
-    pub const PASS_INDIRECT: u32 = 64;
+    /// Random stream of the initial candidates.
+    pub const STREAM_INITIAL: u32 = 1;
+    /// Random stream of temporal reuse.
+    pub const STREAM_TEMPORAL: u32 = 2;
+    /// Random stream of the pilots.
+    pub const STREAM_PILOTS: u32 = 3;
+    /// Random stream of the first spatial pass; that of pass n is n higher.
+    pub const STREAM_SPATIAL: u32 = 16;
+    /// Added to these by passes of indirect light, except by the pilots, which both kinds share.
+    pub const STREAM_INDIRECT: u32 = 64;
     /// Largest radiance of a sample: the squares of millions of them still add up in f32. It leaves
     /// room above the brightest lamp for what improbable samples weigh.
-    pub const MOST_RADIANCE: f32 = 1e15;
-    /// Values refused because they were NaN, negative or beyond MOST_RADIANCE.
+    pub const MAX_RADIANCE: f32 = 1e15;
+    /// Values refused because they were NaN, negative or beyond MAX_RADIANCE.
     pub const COUNTER_REJECTED: u32 = 0;
     /// Invocations whose loops the driver ended before their last sample.
     pub const COUNTER_CUT_SHORT: u32 = 1;
@@ -101,29 +76,6 @@ crate::gpu_constants! {
     pub const COUNTER_NEIGHBOURS: u32 = 7;
     /// Counters of a pass.
     pub const COUNTERS: u32 = 8;
-}
-
-crate::gpu_struct! {
-    /// Where the scene lies, for shaders that read it by address.
-    pub struct SceneAddresses {
-        /// Corner normals, three packed octahedral words a triangle.
-        pub normals: UVec2,
-        /// Three words a triangle of a mesh of several parts: material, emissive rank, and what its
-        /// part adds to the instance's number.
-        pub triangle_parts: UVec2,
-        /// Instances in the order of the top level's leaves.
-        pub top_instances: UVec2,
-        /// Instances.
-        pub instances: UVec2,
-        /// Nodes, five times four words each.
-        pub nodes: UVec2,
-        /// Corner positions, three a triangle.
-        pub positions: UVec2,
-        /// Materials.
-        pub materials: UVec2,
-        /// Lights.
-        pub lights: UVec2,
-    }
 }
 
 crate::gpu_struct! {
@@ -193,10 +145,10 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// Where the points of an instance were in the last frame.
-    pub struct GpuCarry {
-        /// Columns of the 3×4 transform from the world now to the world then.
-        pub now_to_before: [Vec3; 4],
+    /// Where the points of an instance were in the previous frame.
+    pub struct GpuPreviousTransform {
+        /// Columns of the 3×4 transform from current to previous world positions.
+        pub current_to_previous: [Vec3; 4],
     }
 }
 
@@ -215,101 +167,63 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// What one dispatch of the passes over pixels needs to know.
-    pub struct FrameConstants {
+    /// What is rendered, and how far.
+    pub struct ViewConstants {
         /// The camera.
         pub camera: GpuCamera,
         /// Image width in pixels.
         pub width: u32,
         /// Image height in pixels.
         pub height: u32,
-        /// Threads that the device gives fixed runs of workgroups, or 1.
+        /// Threads of a device that gives each a contiguous range of workgroups, or 1.
         pub interleave: u32,
         /// The run's seed.
         pub seed: u32,
-        /// Number of the first sample.
-        pub first_sample: u32,
-        /// Samples a pixel in this dispatch.
-        pub samples: u32,
-        /// Scattering events at most.
+        /// Maximum scattering events of a path.
         pub bounces: u32,
-        /// Box filter over the pixel (1) or pixel centres (0).
-        pub jitter: u32,
-        /// HEURISTIC_…
-        pub heuristic: u32,
-        /// Number of lights.
-        pub lights: u32,
         /// Scattering events before Russian roulette begins.
         pub roulette_start: u32,
-        /// Least probability of going on.
+        /// Minimum probability of continuing a path.
         pub roulette_floor: f32,
     }
 }
 
 crate::gpu_struct! {
-    /// What the passes of resampling need to know of a frame.
-    pub struct RestirConstants {
-        /// The camera.
-        pub camera: GpuCamera,
-        /// The last frame's camera.
-        pub previous_camera: GpuCamera,
-        /// Where in the pixel this frame's rays go through, 0…1.
-        pub jitter_x: f32,
-        /// Downwards.
-        pub jitter_y: f32,
-        /// Where the last frame's went through.
-        pub previous_jitter_x: f32,
-        /// Downwards.
-        pub previous_jitter_y: f32,
-        /// Image width in pixels.
-        pub width: u32,
-        /// Image height in pixels.
-        pub height: u32,
-        /// Places for pixels in a buffer: with tiles, more than there are pixels.
-        pub slots: u32,
-        /// Threads that the device gives fixed runs of workgroups, or 1.
-        pub interleave: u32,
-        /// The run's seed.
-        pub seed: u32,
-        /// Number of the frame.
-        pub frame: u32,
-        /// Number of lights.
-        pub lights: u32,
-        /// Number of instances; behind them stand those of the last frame, and so do its lights.
-        pub instance_count: u32,
-        /// Scattering events of a path at most.
-        pub bounces: u32,
-        /// Scattering events before Russian roulette begins.
-        pub roulette_start: u32,
-        /// Least probability of going on.
-        pub roulette_floor: f32,
-        /// Largest ratio of two views' spreads at a second vertex between which it is reconnected; below 1: any.
-        pub jacobian_limit: f32,
-        /// Least distance to a second vertex that is reconnected, as a share of the eye's distance.
-        pub min_distance: f32,
-        /// Whether light candidates are picked evenly (1) or by power (0).
+    /// Constants of path tracing and of the AOVs.
+    pub struct FrameConstants {
+        /// The view.
+        pub view: ViewConstants,
+        /// Index of the first sample.
+        pub first_sample: u32,
+        /// Samples a pixel in this dispatch.
+        pub samples: u32,
+        /// Box filter over the pixel (1) or pixel centres (0).
+        pub jitter: u32,
+        /// The [`Heuristic`](crate::choices::Heuristic).
+        pub heuristic: u32,
+    }
+}
+
+crate::gpu_struct! {
+    /// How one kind of light is resampled.
+    pub struct ReuseConstants {
+        /// Whether lights are selected uniformly (1) or by power (0).
         pub uniform_candidates: u32,
-        /// Points on lights that a pixel, or a vertex of a path, chooses from.
+        /// Light samples of a pixel, or of a vertex of a path.
         pub light_samples: u32,
-        /// BSDF candidates a pixel.
-        pub bsdf_samples: u32,
-        /// And at most so many more, in pixels that need them.
-        pub more_bsdf_samples: u32,
-        /// Mean luminance of the lamps, weighted by their power.
-        pub lamp_luminance: f32,
-        /// Confidence of history at most.
+        /// Maximum confidence of history.
         pub temporal_confidence_cap: f32,
-        /// Confidence of a neighbour at most.
+        /// Maximum confidence of a neighbour.
         pub spatial_confidence_cap: f32,
         /// Spatial passes of a frame.
         pub spatial_passes: u32,
-        /// Neighbours looked at.
+        /// Maximum number of pixels that a search for neighbours tries.
         pub tries: u32,
-        /// Radius of the disc they lie in, in pixels.
+        /// Radius of the disc of neighbours, in pixels.
         pub radius: f32,
-        /// Least cosine between the normals of similar surfaces.
-        pub least_normal_cosine: f32,
-        /// Largest relative difference of similar surfaces' depths.
+        /// Minimum cosine between the normals of similar surfaces.
+        pub min_normal_cosine: f32,
+        /// Maximum relative difference of similar surfaces' depths.
         pub depth_tolerance: f32,
         /// Whether similar surfaces must have the same material.
         pub same_material: u32,
@@ -317,10 +231,40 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
+    /// Constants of the passes of resampling.
+    pub struct RestirConstants {
+        /// The view.
+        pub view: ViewConstants,
+        /// The previous frame's camera.
+        pub previous_camera: GpuCamera,
+        /// The position in the pixel of this frame's primary rays, 0…1, downwards.
+        pub jitter: Vec2,
+        /// That of the previous frame.
+        pub previous_jitter: Vec2,
+        /// Places for pixels in a buffer: with tiles, more than there are pixels.
+        pub slots: u32,
+        /// Index of the frame.
+        pub frame: u32,
+        /// Maximum ratio of the solid angles per area at a second vertex between two views that share it; below 1: any.
+        pub jacobian_limit: f32,
+        /// Minimum distance to a second vertex that is shared, relative to the viewer's distance from the camera.
+        pub min_distance: f32,
+        /// BSDF candidates of a pixel.
+        pub bsdf_samples: u32,
+        /// Maximum number of additional BSDF candidates, in pixels that need them.
+        pub more_bsdf_samples: u32,
+        /// Mean luminance of the lights, weighted by their power.
+        pub mean_light_luminance: f32,
+        /// How the kind of light of the pass is resampled.
+        pub reuse: ReuseConstants,
+    }
+}
+
+crate::gpu_struct! {
     /// Which of a frame's spatial passes this is.
     pub struct SpatialStep {
-        /// Its number, from 0.
-        pub number: u32,
+        /// Its index, from 0.
+        pub index: u32,
         /// Whether it also adds what it merges to the picture (0 or 1).
         pub shades: u32,
     }
@@ -447,13 +391,15 @@ crate::gpu_struct! {
 
 /// Every shared structure, in an order in which each stands after those it contains.
 pub const STRUCTS: &[StructLayout] = &[
-    SceneAddresses::LAYOUT,
+    SceneTable::LAYOUT,
     GpuInstance::LAYOUT,
     GpuMaterial::LAYOUT,
     GpuLight::LAYOUT,
-    GpuCarry::LAYOUT,
+    GpuPreviousTransform::LAYOUT,
     GpuCamera::LAYOUT,
+    ViewConstants::LAYOUT,
     FrameConstants::LAYOUT,
+    ReuseConstants::LAYOUT,
     RestirConstants::LAYOUT,
     SpatialStep::LAYOUT,
     ReservoirAov::LAYOUT,
@@ -466,11 +412,19 @@ pub const STRUCTS: &[StructLayout] = &[
     RayBatch::LAYOUT,
 ];
 
-/// The text of `layouts.glsl`: every constant and structure of this file.
+/// The text of `layouts.glsl`: constants, enumerations, specialisation constants and structures.
 pub fn glsl() -> String {
-    let mut text = constants_glsl();
+    let mut text = constants_glsl() + &choices::glsl() + &Specialisation::glsl();
     for layout in STRUCTS {
         text += &layout.glsl();
     }
     text
+}
+
+/// The files that are generated for the shaders, by name.
+pub fn generated() -> [(&'static str, String); 2] {
+    [
+        ("layouts.glsl", glsl()),
+        ("scene_buffers.glsl", buffers::glsl()),
+    ]
 }

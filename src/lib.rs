@@ -4,6 +4,7 @@
 //! The way of the data: [`scene`] → [`gpu`] → [`tracing`] → [`render`] → `image` → `metrics`.
 #![warn(missing_docs)]
 
+pub mod choices;
 pub mod commands;
 pub mod error;
 pub mod files;

@@ -1,7 +1,7 @@
-//! The table of shaders: every pass and every legal variant of it.
+//! The legal variants of shaders. The build script compiles every pass, `glsl/passes/NAME.comp`, in each of
+//! them and embeds the SPIR-V.
 //!
-//! Their SPIR-V is made by the build script from this table and embedded. This file is also
-//! compiled into the build script, so it knows nothing of the rest.
+//! The build script compiles this file too, so it imports nothing else of the crate.
 
 /// How rays are traced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -116,22 +116,3 @@ impl Variant {
         )
     }
 }
-
-/// The passes that read geometry and trace rays: `glsl/passes/NAME.comp`, one for each [`Variant`].
-pub const TRACING_PASSES: &[&str] = &[
-    "aovs_direct",
-    "aovs_indirect",
-    "initial_direct",
-    "initial_indirect",
-    "path_trace",
-    "pilots",
-    "primary",
-    "shade_direct",
-    "shade_indirect",
-    "spatial_direct",
-    "spatial_indirect",
-    "surfaces",
-    "temporal_direct",
-    "temporal_indirect",
-    "trace_rays",
-];

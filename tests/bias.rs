@@ -9,7 +9,7 @@ use support::planted;
 
 /// Where a merge's techniques are weighed with visibility: by the balance heuristic one by one, by pairs
 /// for those that one ray stands for.
-const UNSEEN: &str = "!draws && i != k &&";
+const UNSEEN: &str = "!two_rays && i != k &&";
 const SEEN: &str = "if (!asks && seen)";
 const ASKED: &str = "if (asks && !seen)";
 
@@ -107,12 +107,12 @@ fn without_a_fault_the_short_plan_passes() {
 fn empty_neighbours_that_are_skipped_are_found() {
     let (passes, said) = with_fault(&[
         (
-            "merge.glsl",
+            "restir/merge.glsl",
             "neighbour_confidence += techniques[i].confidence;",
             "if (techniques[i].contribution_weight > 0.0) neighbour_confidence += techniques[i].confidence;",
         ),
         (
-            "merge.glsl",
+            "restir/merge.glsl",
             "Domain domain = domain_of(k);",
             "if (k > 0u && techniques[k].contribution_weight <= 0.0) continue; Domain domain = domain_of(k);",
         ),
@@ -122,29 +122,29 @@ fn empty_neighbours_that_are_skipped_are_found() {
 
 #[test]
 fn confidence_that_depends_on_the_sample_is_found() {
-    let load = "techniques[i].confidence = min(techniques[i].confidence, restir.at.spatial_confidence_cap);";
+    let load = "techniques[i].confidence = min(techniques[i].confidence, restir.at.reuse.spatial_confidence_cap);";
     let faulty =
         format!("{load} if (techniques[i].value.light == 1u) techniques[i].confidence *= 0.25;");
-    let (passes, said) = with_fault(&[("spatial.glsl", load, &faulty)]);
+    let (passes, said) = with_fault(&[("restir/spatial.glsl", load, &faulty)]);
     assert!(!passes && said.contains("should be unbiased"));
 }
 
 #[test]
 fn visibility_that_is_missing_at_the_pixel_itself_is_found() {
-    let weighed = "!draws && i != k && k != 0u &&";
+    let weighed = "!two_rays && i != k && k != 0u &&";
     let (passes, said) = with_fault(&[
-        ("merge.glsl", UNSEEN, weighed),
-        ("merge.glsl", SEEN, "if (!asks)"),
+        ("restir/merge.glsl", UNSEEN, weighed),
+        ("restir/merge.glsl", SEEN, "if (!asks)"),
     ]);
     assert_both_fail(passes, &said);
 }
 
 #[test]
 fn visibility_that_is_missing_at_the_neighbours_is_found() {
-    let weighed = "!draws && i != k && k == 0u &&";
+    let weighed = "!two_rays && i != k && k == 0u &&";
     let (passes, said) = with_fault(&[
-        ("merge.glsl", UNSEEN, weighed),
-        ("merge.glsl", ASKED, "if (false)"),
+        ("restir/merge.glsl", UNSEEN, weighed),
+        ("restir/merge.glsl", ASKED, "if (false)"),
     ]);
     assert_both_fail(passes, &said);
 }
@@ -170,8 +170,8 @@ set = { "direct.light_samples" = 1 }
         plan,
         &[(
             "passes/initial_direct.comp",
-            "pilot_word(slot_of(uvec2(other)), 4u)",
-            "pilot_word(slot_of(uvec2(pixel)), 4u)",
+            "LOAD_PILOT_BRIGHTNESS(pilots, slot_of(uvec2(other)))",
+            "LOAD_PILOT_BRIGHTNESS(pilots, slot_of(uvec2(pixel)))",
         )],
     );
     assert!(!passes && said.contains("should be unbiased"));
@@ -207,8 +207,8 @@ preset = "accurate"
     let (passes, said) = study_with_fault(
         plan,
         &[(
-            "indirect_light.glsl",
-            "vec3(spread), pdf_solid_angle",
+            "restir/path_sample.glsl",
+            "vec3(solid_angle), pdf_solid_angle",
             "vec3(1.0), pdf_solid_angle",
         )],
     );
@@ -220,12 +220,12 @@ preset = "accurate"
 fn neighbours_that_are_read_while_they_are_written_are_found() {
     let (passes, said) = with_fault(&[
         (
-            "spatial.glsl",
+            "restir/spatial.glsl",
             "layout(scalar) writeonly buffer ReservoirsBlock",
             "layout(scalar) buffer ReservoirsBlock",
         ),
         (
-            "spatial.glsl",
+            "restir/spatial.glsl",
             "LOAD_RESERVOIR(neighbours, slot_of(pixels[i])",
             "LOAD_RESERVOIR(reservoirs, slot_of(pixels[i])",
         ),

@@ -7,7 +7,7 @@ mod support;
 use glam::{DAffine3, DQuat, DVec3, EulerRot, Vec3};
 use headwater::layouts::PixelSums;
 use headwater::render::presets::Preset;
-use headwater::render::settings::{Integrator, Reuse};
+use headwater::render::settings::{Integrator, ReuseMode};
 use headwater::render::{Settings, View};
 use headwater::scene::validate::{BRIGHTEST, LARGEST_COORDINATE};
 use headwater::scene::{Camera, Material, Scene, procedural};
@@ -165,8 +165,8 @@ fn the_dim_channel_of_a_lamp_is_kept() {
         (sum_of(&seen.mean), sum_of(&seen.error_squared))
     };
     let [path_tracing, mut alone] = techniques();
-    alone.direct.reuse = Reuse::None;
-    alone.indirect.reuse = Reuse::None;
+    alone.direct.resampling.reuse = ReuseMode::None;
+    alone.indirect.resampling.reuse = ReuseMode::None;
     let (truth, variance) = floor_red(&path_tracing, 1024);
     let (seen, own_variance) = floor_red(&alone, 256);
     support::assert_no_messages(&device);

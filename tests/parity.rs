@@ -5,11 +5,11 @@ mod support;
 use glam::{DAffine3, DMat3, DVec3, Quat, Vec3};
 use headwater::gpu::DriverKind;
 use headwater::layouts::{NONE, RayAnswer, RayQuery};
+use headwater::render::outputs::ray_list::RayTracer;
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::{Instance, Material, Scene};
 use headwater::tracing::gather::gather;
 use headwater::tracing::geometry::Geometry;
-use headwater::tracing::rays::RayTracer;
 use headwater::tracing::{GpuScene, Tracer};
 use std::sync::Arc;
 use support::brute_force;
@@ -209,9 +209,9 @@ fn check(name: &str, scene: &Scene, origin: DVec3) {
                 let (device, _) = support::open_device(Some(variant));
                 let uploaded = match GpuScene::new(&device, scene, origin, variant) {
                     Err(e) if e.to_string().contains("as texels") => return None,
-                    uploaded => uploaded.unwrap(),
+                    uploaded => Arc::new(uploaded.unwrap()),
                 };
-                let tracer = RayTracer::new(&device, &uploaded, &rays).unwrap();
+                let tracer = RayTracer::new(&device, uploaded, &rays).unwrap();
                 tracer.run().unwrap();
                 support::assert_no_messages(&device);
                 Some(tracer.answers().unwrap())
@@ -399,8 +399,8 @@ fn closed_meshes_are_watertight_at_their_edges_and_corners() {
                 continue;
             };
             let (device, _) = support::open_device(Some(variant));
-            let uploaded = GpuScene::new(&device, &scene, DVec3::ZERO, variant).unwrap();
-            let batch = RayTracer::new(&device, &uploaded, &rays).unwrap();
+            let uploaded = Arc::new(GpuScene::new(&device, &scene, DVec3::ZERO, variant).unwrap());
+            let batch = RayTracer::new(&device, uploaded, &rays).unwrap();
             batch.run().unwrap();
             let answers = batch.answers().unwrap();
             let misses = answers.iter().filter(|a| a.t < 0.0).count();

@@ -1,7 +1,8 @@
 #version 460
-// What a frame left in its reservoirs of direct light.
-#include "reservoir_aovs.glsl"
+// Debug AOVs of the reservoirs of direct light.
+#include "restir/direct.glsl"
+#include "restir/reservoir_aovs.glsl"
 
 layout(local_size_x = TILE * TILE) in;
 
-void main() { look(); }
+void main() { write_aovs(); }

@@ -1,29 +1,25 @@
 #version 460
-// Initial candidates of indirect light: of all that a path finds, one is chosen for the pixel's reservoir by
-// resampled importance sampling; what none but this pixel can use is added to its colour at once.
-#define INDIRECT
-#include "restir.glsl"
-#include "candidates.glsl"
-#include "indirect_candidates.glsl"
+// Initial candidates of indirect light: one of the lights that a path finds is selected for the pixel's reservoir by
+// resampled importance sampling. Light that only this pixel can use is added to its colour at once.
+#include "restir/indirect.glsl"
+#include "restir/path_candidates.glsl"
+#include "restir/reservoir.glsl"
+#include "restir/sample_data.glsl"
 
 layout(local_size_x = TILE * TILE) in;
 
-// Whether candidates go to reservoirs at all; else this is path tracing.
-layout(constant_id = 14) const bool SHARES = true;
-layout(constant_id = 15) const bool BIASED_SHIFT = false;
-
 layout(scalar) readonly buffer SampleDataBlock { SampleData at[]; } sample_data;
-// Until a pixel's reservoir is written, its pilot lies there.
+// Holds each pixel's pilot until its reservoir is written.
 layout(scalar) buffer ReservoirsBlock { uint at[]; } reservoirs;
 layout(scalar) buffer ColorBlock { vec3 at[]; } color;
 
-// What is chosen so far.
+// The selection so far.
 Stream stream;
-IndirectSample chosen;
-// What only this pixel can use.
+PathSample chosen;
+// Light that only this pixel can use.
 vec3 unshared;
 
-void offer(Candidate found, float choice) {
+void add_candidate(Candidate found, float choice) {
     if (!found.can_share || !SHARES) unshared += found.light;
     else if (stream_add(stream, 0u, luminance(found.light), 1.0, choice)) chosen = found.value;
 }
@@ -33,100 +29,101 @@ void main() {
     if (is_outside(pixel)) return;
     uint slot = slot_of(pixel);
     SampleData data = sample_data.at[slot];
-    // Empty or not, it counts as one attempt.
+    // Empty or not, it has the confidence of one initial reservoir.
     Reservoir reservoir = empty_reservoir(1.0);
     PackedReservoir packed = pack_reservoir(reservoir);
-    if (has_surface(data) && restir.at.lights > 0u) {
+    if (has_surface(data) && scene.at.light_count > 0u) {
         Domain eye = unpack_domain(data, primary_ray(pixel));
         bool mirror = is_mirror(eye.bsdf);
-        vec3 mirrored = specular_fresnel(eye.bsdf, eye.outgoing.z);
+        vec3 mirror_reflectance = specular_fresnel(eye.bsdf, eye.outgoing.z);
         prefer_narrow_lobe(eye.bsdf);
         Pilot pilot = LOAD_PILOT(reservoirs, slot);
-        Random random = kind_random(pixel, PASS_INITIAL);
+        Random random = pass_random(pixel, FIRST_STREAM + STREAM_INITIAL);
         stream = empty_stream();
-        chosen = empty_sample();
+        chosen = empty_path_sample();
         unshared = vec3(0.0);
 
-        // One trace a turn: what a mirror shows and on, then the path that begins with the pilot's ray.
+        // First the path that a perfect mirror reflects, then the path that begins with the pilot.
+        uint paths_begun = 0u;
         Path path;
-        Ray ray, next;
-        // What a shadow ray on its way decides on.
-        Candidate looked_for;
+        uint purpose = RAY_NONE;
+        Ray ray;
+        // While a shadow ray is traced: the path's next ray and its purpose, and the candidate to be decided on.
+        Ray next;
+        uint next_purpose = RAY_NONE;
+        Candidate shadowed;
         float choice = 0.0;
-        bool alive = false, next_alive = false, shadow = false, met = false;
-        uint begun = 0u;
         while (true) {
-            if (!alive) {
-                begun += 1u;
-                if (begun > 2u) break;
-                if (begun == 1u) {
-                    alive = mirror && mirror_ray(eye, ray);
-                    path = mirror_path(mirrored);
+            if (purpose == RAY_NONE) {
+                paths_begun += 1u;
+                if (paths_begun > 2u) break;
+                if (paths_begun == 1u) {
+                    if (mirror && mirror_ray(eye, ray)) purpose = RAY_PATH;
+                    path = mirror_path(mirror_reflectance);
                 } else {
                     BsdfSample first;
-                    alive = pilot.instance != NONE && pilot_ray(eye, pixel, first, ray);
+                    if (pilot.instance != NONE && pilot_ray(eye, pixel, first, ray)) purpose = RAY_PILOT;
                     path = first_path(first);
-                    met = true;
                 }
                 continue;
             }
             Hit hit = pilot_hit(pilot);
-            if (!met) hit = trace(ray, shadow);
-            if (shadow) {
-                if (hit.instance == NONE) offer(looked_for, choice);
-                shadow = false;
+            if (purpose != RAY_PILOT) hit = trace(ray, purpose == RAY_SHADOW);
+            if (purpose == RAY_SHADOW) {
+                if (hit.instance == NONE) add_candidate(shadowed, choice);
                 ray = next;
-                alive = next_alive;
+                purpose = next_purpose;
                 continue;
             }
             if (hit.instance == NONE) {
-                alive = false;
+                purpose = RAY_NONE;
                 continue;
             }
             Surface surface = surface_at(hit, ray);
-            if (met) hit.t = distance(surface.position, ray.origin);
-            met = false;
+            if (purpose == RAY_PILOT) hit.t = distance(surface.position, ray.origin);
             if (left_first(path)) {
                 path.second.instance = hit.instance;
                 path.second.primitive = hit.primitive;
                 path.second.barycentrics = hit.barycentrics;
             } else if (surface.light != NONE) {
-                // Of what the first vertex sees of a light direct light takes care.
-                offer(light_hit(path, surface.light, hit, ray.direction), to_unit(random_bits(random).x));
+                // Emission at the second vertex belongs to direct light.
+                add_candidate(light_hit(path, surface.light, hit, ray.direction), to_unit(random_bits(random).x));
             }
-            if (path.scatterings >= restir.at.bounces) {
-                alive = false;
+            if (path.scatterings >= restir.at.view.bounces) {
+                purpose = RAY_NONE;
                 continue;
             }
-            surface.position -= way_back(surface.error, hit.t) * ray.direction;
+            surface.position -= back_off_distance(surface.error, hit.t) * ray.direction;
             Domain vertex = make_domain(surface.position, clearance_of(surface.geometric_normal, surface.error),
                                         surface.geometric_normal, surface.shading_normal, surface.material, ray.direction);
-            shadow = look_for_light(path, vertex, random, looked_for, ray);
+            bool shadow = sample_light_at(path, vertex, random, shadowed, ray);
             vec4 numbers = to_unit(random_bits(random));
             choice = to_unit(random_bits(random).x);
-            next_alive = scatter(path, vertex, numbers, next);
-            if (!shadow) {
+            next_purpose = scatter(path, vertex, numbers, next) ? RAY_PATH : RAY_NONE;
+            if (shadow) {
+                purpose = RAY_SHADOW;
+            } else {
                 ray = next;
-                alive = next_alive;
+                purpose = next_purpose;
             }
         }
         // A driver may end a loop that seems endless to it; the pixel would then lack light.
-        if (begun <= 2u) count_fault(COUNTER_CUT_SHORT);
-        color.at[number_of(pixel)] += accept_radiance(unshared);
+        if (paths_begun <= 2u) count_fault(COUNTER_CUT_SHORT);
+        color.at[pixel_index(pixel)] += accept_radiance(unshared);
 
         if (stream.chosen != NONE) {
-            place_vertex(chosen, chosen.instance);
-            chosen = stored(chosen);
+            place_vertex(chosen, CURRENT);
+            chosen = as_stored(chosen);
             if (BIASED_SHIFT) {
                 chosen.radiance = outgoing_radiance(chosen, normalize(chosen.point.position - eye.position));
                 chosen.kind = PATH_OUTGOING;
-                chosen = stored(chosen);
+                chosen = as_stored(chosen);
             }
             float target = target_function(eye, chosen);
             if (target > 0.0) reservoir.contribution_weight = accept_weight(stream.weight_sum / target);
-            if (chosen.kind != PATH_TO_LIGHT) round_color(chosen, random);
+            if (chosen.kind != PATH_TO_LIGHT) round_color(chosen, to_unit(random_bits(random)).xyz);
             reservoir.value = chosen;
-            mark_origin(reservoir, number_of(pixel), eye);
+            record_origin(reservoir, pixel_index(pixel), eye);
             packed = pack_reservoir(reservoir);
         }
     }

@@ -1,21 +1,18 @@
 #version 460
 // MIS path tracing: samples are added to each pixel's sums.
 //
-// One loop traces one ray a turn, a path's next ray or the shadow ray to a light, and begins the
-// pixel's next sample when a path ends. So the trace stands in the code once, which compilers of
-// software drivers need, and no lane idles while its neighbours' paths are longer.
-#include "prelude.glsl"
-#include "random.glsl"
-#include "counters.glsl"
-#include "geometry.glsl"
-#include "trace.glsl"
-#include "surface.glsl"
-#include "materials.glsl"
-#include "lights.glsl"
-#include "camera.glsl"
-#include "roulette.glsl"
-#include "values.glsl"
-#include "workgroups.glsl"
+// This is the reference that resampling is measured against. So it does not use the domains, candidates and shadow rays
+// of resampling, but repeats them in its own way: an error in one of them cannot be in both.
+//
+// One loop traces one ray a turn and begins the pixel's next sample when a path ends, so that no lane idles while its
+// neighbours' paths are longer.
+#include "core/roulette.glsl"
+#include "core/values.glsl"
+#include "core/workgroups.glsl"
+#include "lights/triangle.glsl"
+#include "scene/camera.glsl"
+#include "scene/material.glsl"
+#include "scene/surface.glsl"
 
 layout(local_size_x = TILE * TILE) in;
 
@@ -24,71 +21,72 @@ layout(scalar) uniform FrameBlock { FrameConstants at; } frame;
 layout(scalar) buffer SumsBlock { PixelSums at[]; } sums;
 
 float heuristic_weight(float pdf, float other) {
-    // By the ratio: squares of densities overflow.
+    // Of the ratio, because squares of densities overflow.
     if (pdf <= 0.0) return 0.0;
     float ratio = other / pdf;
     if (frame.at.heuristic == HEURISTIC_POWER) ratio *= ratio;
     return 1.0 / (1.0 + ratio);
 }
 
-// A path under way.
+// A path under construction.
 struct Path {
     vec3 throughput;
     uint scatterings;
-    // How the ray under way was sampled: for weighing the light that it may hit.
+    // The density of the current ray, for the MIS weight of a light that it hits.
     float pdf_solid_angle;
     bool mirror;
 };
 
 void main() {
-    uvec2 pixel = tile_pixel(frame.at.width, strip.first_row, frame.at.interleave);
-    if (pixel.x >= frame.at.width || pixel.y >= strip.first_row + strip.rows) return;
-    uint index = (pixel.y - strip.first_row) * frame.at.width + pixel.x;
+    uvec2 pixel = tile_pixel(frame.at.view.width, strip.first_row, frame.at.view.interleave);
+    if (pixel.x >= frame.at.view.width || pixel.y >= strip.first_row + strip.rows) return;
+    uint index = (pixel.y - strip.first_row) * frame.at.view.width + pixel.x;
     PixelSums total = sums.at[index];
 
-    uint sample_number = frame.at.first_sample;
-    uint end = sample_number + frame.at.samples;
+    uint sample_index = frame.at.first_sample;
+    uint end = sample_index + frame.at.samples;
     Random random;
     vec3 radiance = vec3(0.0);
     Path path;
-    Ray ray, next;
-    bool alive = false, next_alive = false, shadow = false;
-    vec3 light_arrives = vec3(0.0);
+    uint purpose = RAY_NONE;
+    Ray ray;
+    // While a shadow ray is traced: the path's next ray and its purpose, and the light to be decided on.
+    Ray next;
+    uint next_purpose = RAY_NONE;
+    vec3 shadowed = vec3(0.0);
     bool started = false;
     while (true) {
-        if (!alive) {
+        if (purpose == RAY_NONE) {
             if (started) {
                 radiance = accept_radiance(radiance);
                 pair_add(total.sum, total.sum_low, radiance);
                 pair_add(total.square, total.square_low, radiance * radiance);
-                sample_number += 1u;
+                sample_index += 1u;
             }
-            if (sample_number >= end) break;
+            if (sample_index >= end) break;
             started = true;
-            random = random_start(pixel.y * frame.at.width + pixel.x, sample_number, frame.at.seed);
+            random = random_start(pixel.y * frame.at.view.width + pixel.x, sample_index, frame.at.view.seed);
             vec2 offset = frame.at.jitter != 0u ? to_unit(random_bits(random)).xy : vec2(0.5);
-            ray = camera_ray(frame.at.camera, vec2(pixel) + offset, vec2(frame.at.width, frame.at.height));
+            ray = camera_ray(frame.at.view.camera, vec2(pixel) + offset, vec2(frame.at.view.width, frame.at.view.height));
             radiance = vec3(0.0);
             path = Path(vec3(1.0), 0u, 0.0, true);
-            shadow = false;
-            alive = true;
+            purpose = RAY_PATH;
         }
-        Hit hit = trace(ray, shadow);
-        if (shadow) {
-            if (hit.instance == NONE) radiance += light_arrives;
-            shadow = false;
+        Hit hit = trace(ray, purpose == RAY_SHADOW);
+        if (purpose == RAY_SHADOW) {
+            if (hit.instance == NONE) radiance += shadowed;
             ray = next;
-            alive = next_alive;
+            purpose = next_purpose;
             continue;
         }
         if (hit.instance == NONE) {
-            alive = false;
+            purpose = RAY_NONE;
             continue;
         }
         Surface surface = surface_at(hit, ray);
         GpuMaterial material = material_at(surface.material);
         if (surface.light != NONE) {
-            GpuLight light = light_at(surface.light);
+            GpuLight light = light_at(surface.light, CURRENT);
             float cosine = -dot(light.normal, ray.direction);
             vec3 emission = light_emission(light, cosine);
             float weight = 1.0;
@@ -99,28 +97,30 @@ void main() {
             }
             radiance += path.throughput * emission * weight;
         }
-        if (path.scatterings >= frame.at.bounces) {
-            alive = false;
+        if (path.scatterings >= frame.at.view.bounces) {
+            purpose = RAY_NONE;
             continue;
         }
-        surface.position -= way_back(surface.error, hit.t) * ray.direction;
+        surface.position -= back_off_distance(surface.error, hit.t) * ray.direction;
         vec3 tangent, bitangent;
         tangent_frame(surface.shading_normal, tangent, bitangent);
         vec3 outgoing = -vec3(dot(ray.direction, tangent), dot(ray.direction, bitangent),
                               dot(ray.direction, surface.shading_normal));
         Bsdf bsdf = make_bsdf(material, max(outgoing.z, 0.0));
 
-        // Draws come whether they are needed or not: what a scene lacks must not shift the rest.
+        // Drawn whether they are needed or not, so that what a scene lacks does not shift the others.
         uvec4 light_bits = random_bits(random);
         vec4 bsdf_numbers = to_unit(random_bits(random));
 
-        if (frame.at.lights > 0u) {
-            LightPoint point = sample_light(frame.at.lights, light_bits);
+        Ray shadow_ray;
+        bool shadow = false;
+        if (scene.at.light_count > 0u) {
+            LightPoint point = sample_light(scene.at.light_count, light_bits);
             vec3 toward = point.position - surface.position;
             float distance_squared = dot(toward, toward);
             vec3 direction = toward * inversesqrt(max(distance_squared, TINY));
             float cosine = -dot(point.normal, direction);
-            vec3 emission = light_emission(light_at(point.light), cosine);
+            vec3 emission = light_emission(light_at(point.light, CURRENT), cosine);
             vec3 incoming = vec3(dot(direction, tangent), dot(direction, bitangent),
                                  dot(direction, surface.shading_normal));
             if (max_component(emission) > 0.0 && dot(direction, surface.geometric_normal) > 0.0) {
@@ -128,43 +128,35 @@ void main() {
                 vec3 f = evaluate_bsdf(bsdf, outgoing, incoming, pdf_bsdf);
                 float pdf_light = area_to_solid_angle(point.pdf_area, distance_squared, cosine);
                 float weight = heuristic_weight(pdf_light, pdf_bsdf) / pdf_light;
-                light_arrives = path.throughput * f * emission * (max(incoming.z, 0.0) * weight);
-                shadow = max_component(light_arrives) > 0.0;
+                shadowed = path.throughput * f * emission * (max(incoming.z, 0.0) * weight);
+                shadow = max_component(shadowed) > 0.0;
                 if (shadow) {
                     vec3 from = offset_origin(surface.position, surface.error, surface.geometric_normal, direction);
                     vec3 to = offset_origin(point.position, point.error, point.normal, -direction);
-                    // Ends short of the light by what rounding costs along the whole way.
-                    next.origin = from;
-                    next.direction = to - from;
-                    next.t_max = 1.0 - 1e-6;
+                    // Ends short of the light by the rounding error along the whole ray.
+                    shadow_ray = Ray(from, 1.0 - 1e-6, to - from);
                 }
             }
         }
-        Ray shadow_ray = next;
 
         BsdfSample chosen = sample_bsdf(bsdf, outgoing, bsdf_numbers);
         vec3 direction = tangent * chosen.direction.x + bitangent * chosen.direction.y
             + surface.shading_normal * chosen.direction.z;
-        next_alive = chosen.valid && dot(direction, surface.geometric_normal) > 0.0;
+        bool alive = chosen.valid && dot(direction, surface.geometric_normal) > 0.0;
         path.throughput *= chosen.weight;
         path.scatterings += 1u;
         path.pdf_solid_angle = chosen.pdf_solid_angle;
         path.mirror = chosen.mirror;
-        next_alive = next_alive && max_component(path.throughput) > 0.0;
-        bool survives = survives_roulette(path.throughput, path.scatterings, frame.at.roulette_start,
-                                          frame.at.roulette_floor, bsdf_numbers.w);
-        next_alive = next_alive && survives;
-        next.origin = offset_origin(surface.position, surface.error, surface.geometric_normal, direction);
-        next.direction = direction;
-        next.t_max = LARGEST;
-        if (shadow) {
-            ray = shadow_ray;
-        } else {
-            ray = next;
-            alive = next_alive;
-        }
+        alive = alive && max_component(path.throughput) > 0.0;
+        bool survives = survives_roulette(path.throughput, path.scatterings, frame.at.view.roulette_start,
+                                          frame.at.view.roulette_floor, bsdf_numbers.w);
+        next = Ray(offset_origin(surface.position, surface.error, surface.geometric_normal, direction), LARGEST, direction);
+        next_purpose = alive && survives ? RAY_PATH : RAY_NONE;
+        purpose = shadow ? RAY_SHADOW : next_purpose;
+        ray = next;
+        if (shadow) ray = shadow_ray;
     }
     // A driver may end a loop that seems endless to it; the sums would then lack light.
-    if (sample_number != end) count_fault(COUNTER_CUT_SHORT);
+    if (sample_index != end) count_fault(COUNTER_CUT_SHORT);
     sums.at[index] = total;
 }

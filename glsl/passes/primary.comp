@@ -1,13 +1,10 @@
 #version 460
-// What the camera sees through each pixel's centre.
-#include "prelude.glsl"
-#include "geometry.glsl"
-#include "last_frame.glsl"
-#include "trace.glsl"
-#include "surface.glsl"
-#include "materials.glsl"
-#include "camera.glsl"
-#include "workgroups.glsl"
+// The surface through each pixel's centre, for the AOVs.
+#include "core/workgroups.glsl"
+#include "scene/camera.glsl"
+#include "scene/material.glsl"
+#include "scene/previous_frame.glsl"
+#include "scene/surface.glsl"
 
 layout(local_size_x = TILE * TILE) in;
 
@@ -16,19 +13,20 @@ layout(scalar) uniform FrameBlock { FrameConstants at; } frame;
 layout(scalar) uniform PreviousCameraBlock { GpuCamera at; } previous_camera;
 layout(scalar) writeonly buffer PrimaryBlock { PrimarySurface at[]; } primary;
 
-// How far what lies at `now` from the camera has come in the image, if the last frame had it at `before`.
+// The motion vector of a point, given relative to the camera in this frame and in the previous one: pixels from here to
+// there, 0 if it was behind the camera.
 vec2 motion_of(vec3 now, vec3 before) {
-    vec2 size = vec2(frame.at.width, frame.at.height), here, there;
-    // Both are computed, so that what stands still has no motion to the last bit.
-    bool seen = camera_sees(frame.at.camera, now, size, here) && camera_sees(previous_camera.at, before, size, there);
+    vec2 size = vec2(frame.at.view.width, frame.at.view.height), here, there;
+    // Both are projected by the same code, so that without motion the difference is exactly 0.
+    bool seen = project(frame.at.view.camera, now, size, here) && project(previous_camera.at, before, size, there);
     return seen ? there - here : vec2(0.0);
 }
 
 void main() {
-    uvec2 pixel = tile_pixel(frame.at.width, strip.first_row, frame.at.interleave);
-    if (pixel.x >= frame.at.width || pixel.y >= strip.first_row + strip.rows) return;
-    uint index = (pixel.y - strip.first_row) * frame.at.width + pixel.x;
-    Ray ray = camera_ray(frame.at.camera, vec2(pixel) + 0.5, vec2(frame.at.width, frame.at.height));
+    uvec2 pixel = tile_pixel(frame.at.view.width, strip.first_row, frame.at.view.interleave);
+    if (pixel.x >= frame.at.view.width || pixel.y >= strip.first_row + strip.rows) return;
+    uint index = (pixel.y - strip.first_row) * frame.at.view.width + pixel.x;
+    Ray ray = camera_ray(frame.at.view.camera, vec2(pixel) + 0.5, vec2(frame.at.view.width, frame.at.view.height));
     Hit hit = trace_closest(ray);
     PrimarySurface seen = PrimarySurface(vec3(0.0), vec3(0.0), 0.0, NONE, motion_of(ray.direction, ray.direction));
     if (hit.instance != NONE) {
@@ -38,8 +36,8 @@ void main() {
         vec3 specular = specular_fresnel(bsdf, cosine);
         seen = PrimarySurface(bsdf.diffuse * diffuse_share(bsdf, cosine) + specular, surface.shading_normal,
                               hit.t, surface.instance,
-                              motion_of(surface.position - frame.at.camera.position,
-                                        carried_point(surface.instance, surface.position) - previous_camera.at.position));
+                              motion_of(surface.position - frame.at.view.camera.position,
+                                        previous_point(surface.instance, surface.position) - previous_camera.at.position));
     }
     primary.at[index] = seen;
 }

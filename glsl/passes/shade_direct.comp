@@ -1,6 +1,7 @@
 #version 460
-// The direct light that a pixel has chosen.
-#include "shade.glsl"
+// Adds the selected direct light to each pixel.
+#include "restir/direct.glsl"
+#include "restir/shade.glsl"
 
 layout(local_size_x = TILE * TILE) in;
 

@@ -1,7 +1,7 @@
 #version 460
-// The indirect light that a pixel has chosen.
-#define INDIRECT
-#include "shade.glsl"
+// Adds the selected indirect light to each pixel.
+#include "restir/indirect.glsl"
+#include "restir/shade.glsl"
 
 layout(local_size_x = TILE * TILE) in;
 

@@ -1,6 +1,7 @@
 #version 460
 // Spatial reuse of direct light.
-#include "spatial.glsl"
+#include "restir/direct.glsl"
+#include "restir/spatial.glsl"
 
 layout(local_size_x = TILE * TILE) in;
 

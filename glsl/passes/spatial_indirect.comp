@@ -1,7 +1,7 @@
 #version 460
 // Spatial reuse of indirect light.
-#define INDIRECT
-#include "spatial.glsl"
+#include "restir/indirect.glsl"
+#include "restir/spatial.glsl"
 
 layout(local_size_x = TILE * TILE) in;
 

@@ -1,6 +1,9 @@
 #version 460
-// The first pass of a frame: what each pixel's ray meets, and the light that it sends by itself.
-#include "restir.glsl"
+// The first pass of a frame: the primary surface of each pixel, and the light that it emits itself.
+#include "core/values.glsl"
+#include "lights/triangle.glsl"
+#include "restir/frame.glsl"
+#include "restir/sample_data.glsl"
 
 layout(local_size_x = TILE * TILE) in;
 
@@ -18,10 +21,10 @@ void main() {
         Surface surface = surface_at(hit, ray);
         data = pack_sample_data(surface, ray);
         if (surface.light != NONE) {
-            GpuLight light = light_at(surface.light);
+            GpuLight light = light_at(surface.light, CURRENT);
             emission = accept_radiance(light_emission(light, -dot(light.normal, ray.direction)));
         }
     }
     sample_data.at[slot_of(pixel)] = data;
-    color.at[number_of(pixel)] = emission;
+    color.at[pixel_index(pixel)] = emission;
 }

@@ -1,6 +1,7 @@
 #version 460
 // Temporal reuse of direct light.
-#include "temporal.glsl"
+#include "restir/direct.glsl"
+#include "restir/temporal.glsl"
 
 layout(local_size_x = TILE * TILE) in;
 

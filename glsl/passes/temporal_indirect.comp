@@ -1,7 +1,7 @@
 #version 460
 // Temporal reuse of indirect light.
-#define INDIRECT
-#include "temporal.glsl"
+#include "restir/indirect.glsl"
+#include "restir/temporal.glsl"
 
 layout(local_size_x = TILE * TILE) in;
 

@@ -1,16 +1,13 @@
 #version 460
-// Traces rays from a buffer: the tracers' tests and benchmarks.
-#include "prelude.glsl"
-#include "geometry.glsl"
-#include "trace.glsl"
+// Traces rays from a buffer, for tests and benchmarks of the tracers.
+#include "core/workgroups.glsl"
+#include "scene/trace.glsl"
 
 layout(local_size_x = RAYS_PER_GROUP) in;
 
 layout(scalar) readonly buffer RaysBlock { RayQuery at[]; } rays;
 layout(scalar) writeonly buffer AnswersBlock { RayAnswer at[]; } answers;
 layout(push_constant, scalar) uniform BatchBlock { RayBatch batch; };
-
-#include "workgroups.glsl"
 
 void main() {
     uint index = interleaved_group(batch.interleave) * RAYS_PER_GROUP + gl_LocalInvocationIndex;

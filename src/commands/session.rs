@@ -5,10 +5,9 @@ use super::interrupt::Interrupt;
 use super::{NOTHING_WRITTEN, check_messages, notice, open_scene, open_vulkan, settle};
 use crate::gpu::{Device, Instance, PassTime};
 use crate::image::{Image, Samples};
-use crate::layouts::{MOST_RADIANCE, PixelSums, ReservoirAov};
-use crate::render::frame::Tracking;
+use crate::layouts::{MAX_RADIANCE, PixelSums, ReservoirAov};
 use crate::render::settings::{Heuristic, IndirectMode, Integrator, Visibility};
-use crate::render::{Clock, Kind, Renderer, Settings, View};
+use crate::render::{Clock, Kind, Renderer, Settings, Tracking, View};
 use crate::scene::camera::framing_camera;
 use crate::scene::{Camera, MovingCamera, Scene};
 use crate::tracing::selection::{self, Selection};
@@ -206,7 +205,7 @@ impl Session {
         self.rejected = self.renderer.rejected()?;
         if self.rejected > 0 {
             notice(&format!(
-                "{} values were refused because they were NaN, negative or beyond {MOST_RADIANCE:e}",
+                "{} values were refused because they were NaN, negative or beyond {MAX_RADIANCE:e}",
                 self.rejected
             ));
         }
@@ -378,7 +377,9 @@ fn tell_what_is_left_out(settings: &Settings, bounces: u32) {
     if bounces > 1 && settings.indirect.mode == IndirectMode::Off {
         notice("indirect.mode=off gives direct light only, as with --bounces 1");
     }
-    if settings.direct.visibility == Visibility::Final && settings.direct.bsdf_samples > 0 {
+    if settings.direct.resampling.visibility == Visibility::Final
+        && settings.direct.bsdf_samples > 0
+    {
         notice("direct.visibility=final takes light candidates only, so no BSDF samples are drawn");
     }
 }

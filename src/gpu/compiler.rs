@@ -1,13 +1,17 @@
-//! GLSL → SPIR-V with `shaderc`, at build time for the embedded shaders, at run time for those who
-//! edit shaders and for tests.
+//! GLSL → SPIR-V with `shaderc`: at build time for the embedded shaders, at run time for tests and for
+//! shaders that a user edits.
 //!
-//! This file is also compiled into the build script, so it knows nothing of the rest.
+//! This file is also compiled into the build script, so it imports nothing else of the crate.
 
-use std::collections::BTreeMap;
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// GLSL sources by the name that `#include` uses, such as `random.glsl` or `passes/primary.comp`.
 pub type Sources = BTreeMap<String, String>;
+
+/// The first line of files that are included once.
+const ONCE: &str = "#pragma once\n";
 
 /// Reads the `.glsl` and `.comp` files below a folder.
 ///
@@ -34,7 +38,8 @@ pub fn read_folder(folder: &Path) -> std::io::Result<Sources> {
 /// Compiles one compute shader to SPIR-V 1.5 (Vulkan 1.2).
 ///
 /// Names are kept and no optimiser runs: binding by name needs the names, and drivers optimise
-/// anyway. Bindings get their numbers automatically.
+/// anyway. Bindings get their numbers automatically. A file that begins with `#pragma once` is included
+/// once; includes are named from the root of `includes`.
 ///
 /// # Errors
 /// The compiler's own message, which names file and line.
@@ -44,6 +49,7 @@ pub fn compile(
     includes: &Sources,
     defines: &[(&str, &str)],
 ) -> Result<Vec<u32>, String> {
+    let included = RefCell::new(BTreeSet::new());
     let compiler = shaderc::Compiler::new().map_err(|e| e.to_string())?;
     let mut options = shaderc::CompileOptions::new().map_err(|e| e.to_string())?;
     options.set_target_env(
@@ -60,9 +66,15 @@ pub fn compile(
         let content = includes
             .get(requested)
             .ok_or_else(|| format!("{from} includes {requested}, which does not exist"))?;
+        // The compiler does not know the pragma.
+        let content = match content.strip_prefix(ONCE) {
+            Some(_) if !included.borrow_mut().insert(requested.to_owned()) => String::new(),
+            Some(rest) => format!("\n{rest}"),
+            None => content.clone(),
+        };
         Ok(shaderc::ResolvedInclude {
             resolved_name: requested.to_owned(),
-            content: content.clone(),
+            content,
         })
     });
     let artifact = compiler

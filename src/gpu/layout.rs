@@ -1,11 +1,13 @@
 //! One declaration for each structure that Rust and GLSL share.
 //!
-//! [`gpu_struct!`](crate::gpu_struct) declares a `#[repr(C)]` structure and knows its GLSL text;
-//! [`gpu_constants!`](crate::gpu_constants) does the same for numbers. Both sides use the scalar
-//! block layout, in which a member is aligned like its components: that is what `#[repr(C)]` gives
-//! to the types below, and why SIMD types (`Vec3A`, `Vec4`, matrices) are not among them.
+//! [`gpu_struct!`](crate::gpu_struct) declares a `#[repr(C)]` structure and generates its GLSL text;
+//! [`gpu_constants!`](crate::gpu_constants) does the same for numbers, [`gpu_enum!`](crate::gpu_enum) for
+//! enumerations and [`gpu_specialisation!`](crate::gpu_specialisation) for specialisation constants.
+//! Both sides use the scalar block layout, in which a member is aligned like its components: that is
+//! what `#[repr(C)]` gives to the types below, and why SIMD types (`Vec3A`, `Vec4`, matrices) are not
+//! among them.
 //!
-//! This file is also compiled into the build script, so it knows nothing of the rest.
+//! This file is also compiled into the build script, so it imports nothing else of the crate.
 
 use std::fmt::Write;
 
@@ -127,6 +129,138 @@ macro_rules! gpu_constants {
             text
         }
     };
+}
+
+/// Declares an enumeration for both sides. In GLSL its variants are `uint` constants named
+/// `ENUMERATION_VARIANT`.
+#[macro_export]
+macro_rules! gpu_enum {
+    ($(#[$meta:meta])* pub enum $name:ident {
+        $($(#[$variant_meta:meta])* $variant:ident,)*
+    }) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+        pub enum $name { $($(#[$variant_meta])* $variant,)* }
+
+        impl $name {
+            /// The variants as GLSL constants.
+            pub fn glsl() -> String {
+                let mut text = String::new();
+                $(text += &$crate::gpu::layout::constant_glsl(
+                    &$crate::gpu::layout::upper_snake_case(concat!(
+                        stringify!($name), stringify!($variant)
+                    )),
+                    "uint",
+                    $crate::gpu::layout::Number::from(Self::$variant as u32),
+                );)*
+                text
+            }
+        }
+
+        impl $crate::gpu::layout::SpecialisationValue for $name {
+            const GLSL: &'static str = "uint";
+            fn word(self) -> u32 { self as u32 }
+        }
+    };
+}
+
+/// A type of specialisation constants: one word.
+pub trait SpecialisationValue {
+    /// The GLSL type, `uint` or `bool`.
+    const GLSL: &'static str;
+    /// The word that Vulkan is given.
+    fn word(self) -> u32;
+}
+
+impl SpecialisationValue for u32 {
+    const GLSL: &'static str = "uint";
+    fn word(self) -> u32 {
+        self
+    }
+}
+
+impl SpecialisationValue for bool {
+    const GLSL: &'static str = "bool";
+    fn word(self) -> u32 {
+        self.into()
+    }
+}
+
+/// A specialisation constant declared by [`gpu_specialisation!`](crate::gpu_specialisation).
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SpecialisationConstant {
+    /// The name in GLSL.
+    pub name: String,
+    /// The GLSL type.
+    pub glsl: &'static str,
+    /// Its `constant_id`.
+    pub id: u32,
+    /// Its value.
+    pub word: u32,
+}
+
+impl SpecialisationConstant {
+    /// The GLSL declaration, with the value as the default.
+    pub fn glsl(&self) -> String {
+        let value = match (self.glsl, self.word) {
+            ("bool", 0) => "false".to_owned(),
+            ("bool", _) => "true".to_owned(),
+            (_, word) => format!("{word}u"),
+        };
+        let Self { name, glsl, id, .. } = self;
+        format!("layout(constant_id = {id}) const {glsl} {name} = {value};\n")
+    }
+}
+
+/// Declares all specialisation constants as one structure: fields with their defaults. In GLSL each
+/// field is a constant with its name in capitals; its id is its place in the structure.
+#[macro_export]
+macro_rules! gpu_specialisation {
+    ($(#[$meta:meta])* pub struct $name:ident {
+        $($(#[$field_meta:meta])* pub $field:ident: $type:ty = $default:expr,)*
+    }) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub struct $name { $($(#[$field_meta])* pub $field: $type,)* }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self { $($field: $default,)* }
+            }
+        }
+
+        impl $name {
+            /// Every constant with its value here.
+            pub fn constants(&self) -> Vec<$crate::gpu::layout::SpecialisationConstant> {
+                let fields = [$((
+                    stringify!($field),
+                    <$type as $crate::gpu::layout::SpecialisationValue>::GLSL,
+                    $crate::gpu::layout::SpecialisationValue::word(self.$field),
+                ),)*];
+                (0..).zip(fields).map(|(id, (name, glsl, word))| {
+                    let name = name.to_ascii_uppercase();
+                    $crate::gpu::layout::SpecialisationConstant { name, glsl, id, word }
+                }).collect()
+            }
+
+            /// The GLSL declarations.
+            pub fn glsl() -> String {
+                Self::default().constants().iter().map(|constant| constant.glsl()).collect()
+            }
+        }
+    };
+}
+
+/// `CamelCase` as `CAMEL_CASE`.
+pub fn upper_snake_case(name: &str) -> String {
+    let mut text = String::new();
+    for (index, letter) in name.char_indices() {
+        if index > 0 && letter.is_ascii_uppercase() {
+            text.push('_');
+        }
+        text.push(letter.to_ascii_uppercase());
+    }
+    text
 }
 
 /// The value of a shared constant.

@@ -43,6 +43,21 @@ pub struct Interface {
     pub push_constant_size: u32,
 }
 
+/// A specialisation constant as a shader declares it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DeclaredConstant {
+    /// Its name.
+    pub name: String,
+    /// Its GLSL type, `uint` or `bool`.
+    pub glsl: &'static str,
+    /// Its `constant_id`.
+    pub id: u32,
+    /// Its default value.
+    pub word: u32,
+    /// Whether code uses it.
+    pub is_used: bool,
+}
+
 /// A parsed shader.
 pub struct Reflection {
     module: Module,
@@ -166,6 +181,28 @@ impl Reflection {
         Ok(found)
     }
 
+    /// The specialisation constants that the shader declares.
+    pub fn specialisation_constants(&self) -> Vec<DeclaredConstant> {
+        let declared = self.module.types_global_values.iter().filter_map(|i| {
+            let word = match i.class.opcode {
+                Op::SpecConstantTrue => 1,
+                Op::SpecConstantFalse => 0,
+                Op::SpecConstant => literal(i.operands.first()?)?,
+                _ => return None,
+            };
+            let result = i.result_id?;
+            let is_bool = i.class.opcode != Op::SpecConstant;
+            Some(DeclaredConstant {
+                name: self.names.get(&result).cloned().unwrap_or_default(),
+                glsl: if is_bool { "bool" } else { "uint" },
+                id: self.decoration(result, Decoration::SpecId)?,
+                word,
+                is_used: self.is_used(result) || self.is_part_of_constant(result),
+            })
+        });
+        declared.collect()
+    }
+
     fn check_struct(&self, structure: u32, layout: &StructLayout) -> Result<()> {
         let differs = |what: String| Err(Error::failed(format!("struct {}: {what}", layout.name)));
         let members = self.instruction(structure).map_or(0, |i| i.operands.len());
@@ -268,6 +305,12 @@ impl Reflection {
                     .any(|i| i.operands.iter().any(|o| id(o) == Some(variable)))
             })
         })
+    }
+
+    /// Whether another constant, or the length of an array, is computed from a constant.
+    fn is_part_of_constant(&self, constant: u32) -> bool {
+        let mut all = self.module.types_global_values.iter();
+        all.any(|i| i.operands.iter().any(|o| id(o) == Some(constant)))
     }
 
     /// Size of a type under the scalar layout, for push constants.

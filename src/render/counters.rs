@@ -1,5 +1,6 @@
 //! What passes count: refused values always; rays, lanes and neighbours where it was asked for.
 
+use super::specialisation::Specialisation;
 use crate::gpu::{Buffer, Device, Recording, Usage};
 use crate::layouts::{
     COUNTER_CUT_SHORT, COUNTER_MERGE_LANES, COUNTER_NEIGHBOURS, COUNTER_RAYS, COUNTER_REJECTED,
@@ -8,10 +9,6 @@ use crate::layouts::{
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
-
-/// Specialisation constants: whether to count what costs time, and where a pass's part begins.
-const COUNTING: u32 = 6;
-const FIRST_COUNTER: u32 = 7;
 
 /// What one pass counted.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -83,11 +80,14 @@ impl Counters {
         Ok(made)
     }
 
-    /// The specialisation constants that tell a pass what and where to count.
-    pub fn constants(&self, pass: &str) -> [(u32, u32); 2] {
-        let number = self.passes.iter().position(|name| *name == pass);
-        let first = number.unwrap_or(0) as u32 * COUNTERS;
-        [(COUNTING, self.counting.into()), (FIRST_COUNTER, first)]
+    /// A pass's specialisation with its range of counters.
+    pub fn specialise(&self, pass: &str, specialisation: Specialisation) -> Specialisation {
+        let index = self.passes.iter().position(|name| *name == pass);
+        Specialisation {
+            counting: self.counting,
+            first_counter: index.unwrap_or(0) as u32 * COUNTERS,
+            ..specialisation
+        }
     }
 
     /// Sets all to 0.

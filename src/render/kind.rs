@@ -1,4 +1,4 @@
-//! The two kinds of light that are resampled, each by passes of its own.
+//! The two kinds of light that are resampled, each with its own passes.
 
 use super::settings::{IndirectMode, Integrator, Settings};
 
@@ -19,9 +19,9 @@ pub struct PassNames {
     pub temporal: &'static str,
     /// Reuse by neighbours.
     pub spatial: &'static str,
-    /// What is chosen becomes colour.
+    /// Shading.
     pub shade: &'static str,
-    /// What reservoirs hold.
+    /// Debug AOVs.
     pub aovs: &'static str,
 }
 
@@ -46,23 +46,23 @@ impl Kind {
         }
     }
 
-    /// Whether resampling with these settings and that many scattering events looks for it at all.
-    pub fn is_looked_for(self, settings: &Settings, bounces: u32) -> bool {
+    /// Whether resampling with these settings and this maximum number of scattering events includes it.
+    pub fn is_wanted(self, settings: &Settings, bounces: u32) -> bool {
         match self {
             Self::Direct => bounces > 0,
             Self::Indirect => bounces > 1 && settings.indirect.mode != IndirectMode::Off,
         }
     }
 
-    /// Whether its samples go to reservoirs, where it is looked for.
+    /// Whether its candidates go to reservoirs.
     pub fn is_shared(self, settings: &Settings) -> bool {
         self == Self::Direct || settings.indirect.mode == IndirectMode::Restir
     }
 
-    /// Whether frames with these settings and that many scattering events keep reservoirs of it.
+    /// Whether frames with these settings and this maximum number of scattering events have reservoirs of it.
     pub fn has_reservoirs(self, settings: &Settings, bounces: u32) -> bool {
         settings.integrator == Integrator::Restir
-            && self.is_looked_for(settings, bounces)
+            && self.is_wanted(settings, bounces)
             && self.is_shared(settings)
     }
 

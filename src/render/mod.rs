@@ -1,26 +1,27 @@
-//! Rendering: settings and presets, the frame as a readable list of passes, and one file for each
-//! technique.
+//! Rendering: settings and presets, the frame as a list of passes, the techniques that own the passes, and
+//! what is read besides the picture.
 
-pub mod aovs;
 pub mod camera;
 pub mod clock;
 pub mod counters;
 pub mod energy;
 pub mod frame;
+mod history;
 pub mod kind;
-pub mod offered;
-pub mod path_tracing;
+pub mod outputs;
+pub mod passes;
 pub mod presets;
 pub mod renderer;
-pub mod reservoir_aovs;
-pub mod reservoirs;
+pub mod reservoir_layout;
+pub mod scene_bindings;
 pub mod settings;
+pub mod specialisation;
 mod strips;
-pub mod sums;
+pub mod techniques;
 pub mod view;
 
 pub use clock::Clock;
 pub use kind::Kind;
-pub use renderer::Renderer;
+pub use renderer::{Renderer, Tracking};
 pub use settings::Settings;
 pub use view::View;

@@ -1,31 +1,38 @@
 //! One view of a scene, rendered by the technique that the settings ask for.
 
-use super::aovs::Aovs;
 use super::camera::gpu_camera;
 use super::counters::Counts;
-use super::frame::{Frame, Tracking};
 use super::kind::Kind;
-use super::offered::Offered;
-use super::path_tracing::PathTracer;
-use super::settings::{Heuristic, Integrator, Settings};
+use super::outputs::primary_surfaces::PrimarySurfaces;
+use super::scene_bindings::SceneBindings;
+use super::settings::{Integrator, Settings};
+use super::techniques::{PathTracer, Restir};
 use super::view::View;
 use crate::gpu::{Device, PassTime};
 use crate::layouts::{
-    FrameConstants, GpuCamera, HEURISTIC_BALANCE, HEURISTIC_POWER, PixelSums, PrimarySurface,
-    ReservoirAov,
+    FrameConstants, GpuCamera, PixelSums, PrimarySurface, ReservoirAov, ViewConstants,
 };
 use crate::scene::Camera;
 use crate::tracing::GpuScene;
 use crate::{Error, Result};
 use std::sync::Arc;
 
+/// What is kept besides the picture, which costs time or memory.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tracking {
+    /// Rays, lanes and neighbours, for [`Renderer::counts`].
+    pub counts: bool,
+    /// The origins of reservoirs' samples, for [`Renderer::reservoir_aovs`].
+    pub origins: bool,
+}
+
 /// Renders one view of a scene; what each call adds is summed up for each pixel.
 pub struct Renderer {
     device: Arc<Device>,
-    offered: Arc<Offered>,
+    bindings: Arc<SceneBindings>,
     constants: FrameConstants,
     technique: Technique,
-    aovs: Option<Aovs>,
+    primary_surfaces: Option<PrimarySurfaces>,
     /// What the next frame shows.
     next: Moment,
     /// What the last frame showed, and what the one before it did, if there were any.
@@ -42,7 +49,7 @@ struct Moment {
 
 enum Technique {
     PathTracing(Box<PathTracer>),
-    Resampling(Box<Frame>),
+    Restir(Box<Restir>),
 }
 
 impl Renderer {
@@ -71,47 +78,44 @@ impl Renderer {
         tracking: Tracking,
     ) -> Result<Self> {
         let constants = FrameConstants {
-            camera: gpu_camera(&view.camera, scene.origin, view.width, view.height),
-            width: view.width,
-            height: view.height,
-            interleave: device.info.interleave(),
-            seed: view.seed,
+            view: ViewConstants {
+                camera: gpu_camera(&view.camera, scene.origin, view.width, view.height),
+                width: view.width,
+                height: view.height,
+                interleave: device.info.interleave(),
+                seed: view.seed,
+                bounces: view.bounces,
+                roulette_start: settings.roulette.start,
+                roulette_floor: settings.roulette.floor,
+            },
             first_sample: 0,
             samples: 1,
-            bounces: view.bounces,
             jitter: view.jitter.into(),
-            heuristic: match settings.heuristic {
-                Heuristic::Balance => HEURISTIC_BALANCE,
-                Heuristic::Power => HEURISTIC_POWER,
-            },
-            lights: scene.light_count,
-            roulette_start: settings.roulette.start,
-            roulette_floor: settings.roulette.floor,
+            heuristic: settings.heuristic as u32,
         };
-        let offered = Arc::new(Offered::new(device, scene, settings)?);
+        let bindings = Arc::new(SceneBindings::new(device, scene, settings)?);
         let technique = match settings.integrator {
-            Integrator::PathTracing => Technique::PathTracing(Box::new(PathTracer::new(
-                device,
-                &offered,
-                constants,
-                tracking.counts,
-            )?)),
+            Integrator::PathTracing => {
+                let tracer = PathTracer::new(device, &bindings, constants, tracking.counts)?;
+                Technique::PathTracing(Box::new(tracer))
+            }
             Integrator::Restir => {
-                let frame = Frame::new(device, &offered, &constants, settings, tracking)?;
-                Technique::Resampling(Box::new(frame))
+                let (view, jitter) = (&constants.view, view.jitter);
+                let restir = Restir::new(device, &bindings, view, jitter, settings, tracking)?;
+                Technique::Restir(Box::new(restir))
             }
         };
         Ok(Self {
             device: device.clone(),
-            offered,
+            bindings,
             next: Moment {
                 time: 0.0,
-                camera: constants.camera,
+                camera: constants.view.camera,
             },
             shown: [None; 2],
             constants,
             technique,
-            aovs: None,
+            primary_surfaces: None,
         })
     }
 
@@ -124,15 +128,16 @@ impl Renderer {
     /// Lets the frames and samples that follow be seen by another camera, such as
     /// [`crate::scene::Scene::camera_at`] gives.
     pub fn set_camera(&mut self, camera: &Camera) {
-        let FrameConstants { width, height, .. } = self.constants;
-        self.next.camera = gpu_camera(camera, self.offered.scene.origin, width, height);
+        let ViewConstants { width, height, .. } = self.constants.view;
+        let origin = self.bindings.scene.origin;
+        self.next.camera = gpu_camera(camera, origin, width, height);
     }
 
-    /// Lets the scene stand as the next frame shows it.
+    /// Poses the scene as the next frame shows it.
     fn begin(&mut self) -> Result<GpuCamera> {
         let next = self.next;
         let before = self.shown[0].unwrap_or(next);
-        self.offered.scene.stand(next.time, before.time)?;
+        self.bindings.scene.set_pose(next.time, before.time)?;
         self.shown = [Some(next), self.shown[0]];
         Ok(next.camera)
     }
@@ -141,7 +146,7 @@ impl Renderer {
     pub fn has_history(&self) -> bool {
         match &self.technique {
             Technique::PathTracing(_) => false,
-            Technique::Resampling(frame) => frame.has_history(),
+            Technique::Restir(frame) => frame.has_history(),
         }
     }
 
@@ -168,7 +173,7 @@ impl Renderer {
         let frames = match self.technique {
             // Samples of one moment need not be told apart.
             Technique::PathTracing(_) => 1,
-            Technique::Resampling(_) => samples,
+            Technique::Restir(_) => samples,
         };
         for number in 0..frames {
             if number > 0 {
@@ -180,7 +185,7 @@ impl Renderer {
                     tracer.set_camera(camera);
                     tracer.add_samples(first, samples, watch)?
                 }
-                Technique::Resampling(frame) => frame.add_frame(first + number, camera)?,
+                Technique::Restir(frame) => frame.add_frame(first + number, camera)?,
             };
         }
         Ok(times)
@@ -194,17 +199,18 @@ impl Renderer {
         let camera = self.begin()?;
         match &mut self.technique {
             Technique::PathTracing(_) => Ok(()),
-            Technique::Resampling(frame) => frame.render(number, camera).map(drop),
+            Technique::Restir(frame) => frame.render(number, camera).map(drop),
         }
     }
 
     /// Bytes on the device that resampling keeps for each pixel, over all buffers; 0 for path
     /// tracing, whose sums are its result.
     pub fn bytes_per_pixel(&self) -> f64 {
-        let Technique::Resampling(frame) = &self.technique else {
+        let Technique::Restir(frame) = &self.technique else {
             return 0.0;
         };
-        frame.bytes() as f64 / (f64::from(self.constants.width) * f64::from(self.constants.height))
+        let ViewConstants { width, height, .. } = self.constants.view;
+        frame.bytes() as f64 / (f64::from(width) * f64::from(height))
     }
 
     /// Begins anew with another seed, without history or sums.
@@ -215,7 +221,7 @@ impl Renderer {
         self.shown = [None; 2];
         match &mut self.technique {
             Technique::PathTracing(tracer) => tracer.restart(seed),
-            Technique::Resampling(frame) => frame.restart(seed),
+            Technique::Restir(frame) => frame.restart(seed),
         }
     }
 
@@ -231,7 +237,7 @@ impl Renderer {
                 tracer.forget()?;
                 tracer.add_samples(number, 1, &mut |_| Ok(()))
             }
-            Technique::Resampling(frame) => frame.render(number, camera),
+            Technique::Restir(frame) => frame.render(number, camera),
         }
     }
 
@@ -245,7 +251,7 @@ impl Renderer {
                 let sums = tracer.sums()?;
                 Ok(sums.iter().map(|p| p.sum.to_array()).collect())
             }
-            Technique::Resampling(frame) => {
+            Technique::Restir(frame) => {
                 Ok(frame.color()?.into_iter().map(|c| c.to_array()).collect())
             }
         }
@@ -256,19 +262,17 @@ impl Renderer {
     /// # Errors
     /// The device fails.
     pub fn primary_surfaces(&mut self) -> Result<Vec<PrimarySurface>> {
-        let aovs = match self.aovs.take() {
-            Some(aovs) => aovs,
-            None => Aovs::new(&self.device, &self.offered)?,
+        let primary_surfaces = match self.primary_surfaces.take() {
+            Some(made) => made,
+            None => PrimarySurfaces::new(&self.device, &self.bindings)?,
         };
         let shown = self.shown[0].unwrap_or(self.next);
         let before = self.shown[1].unwrap_or(shown);
-        self.offered.scene.stand(shown.time, before.time)?;
-        let constants = FrameConstants {
-            camera: shown.camera,
-            ..self.constants
-        };
-        let surfaces = aovs.surfaces(&constants, before.camera);
-        self.aovs = Some(aovs);
+        self.bindings.scene.set_pose(shown.time, before.time)?;
+        let mut constants = self.constants;
+        constants.view.camera = shown.camera;
+        let surfaces = primary_surfaces.read(&constants, before.camera);
+        self.primary_surfaces = Some(primary_surfaces);
         surfaces
     }
 
@@ -281,7 +285,7 @@ impl Renderer {
             Technique::PathTracing(_) => Err(Error::input(
                 "path tracing has no reservoirs to look into; use integrator=restir",
             )),
-            Technique::Resampling(frame) => frame.reservoir_aovs(kind),
+            Technique::Restir(frame) => frame.reservoir_aovs(kind),
         }
     }
 
@@ -292,7 +296,7 @@ impl Renderer {
     pub fn sums(&self) -> Result<Vec<PixelSums>> {
         match &self.technique {
             Technique::PathTracing(tracer) => tracer.sums(),
-            Technique::Resampling(frame) => Ok(frame.sums()),
+            Technique::Restir(frame) => Ok(frame.sums()),
         }
     }
 
@@ -303,7 +307,7 @@ impl Renderer {
     pub fn set_sums(&self, sums: &[PixelSums]) -> Result<()> {
         match &self.technique {
             Technique::PathTracing(tracer) => tracer.set_sums(sums),
-            Technique::Resampling(_) => Err(Error::input(
+            Technique::Restir(_) => Err(Error::input(
                 "only path tracing can be resumed; use --preset path-tracing",
             )),
         }
@@ -316,19 +320,19 @@ impl Renderer {
     pub fn counts(&mut self) -> Result<Vec<Counts>> {
         match &mut self.technique {
             Technique::PathTracing(tracer) => tracer.counts(),
-            Technique::Resampling(frame) => frame.counts(),
+            Technique::Restir(frame) => frame.counts(),
         }
     }
 
     /// Values refused so far because they were NaN, negative or beyond
-    /// [`crate::layouts::MOST_RADIANCE`].
+    /// [`crate::layouts::MAX_RADIANCE`].
     ///
     /// # Errors
     /// The device fails.
     pub fn rejected(&self) -> Result<u32> {
         match &self.technique {
             Technique::PathTracing(tracer) => tracer.rejected(),
-            Technique::Resampling(frame) => frame.rejected(),
+            Technique::Restir(frame) => frame.rejected(),
         }
     }
 }

@@ -8,11 +8,11 @@ mod resampling;
 pub use direct::Direct;
 pub use indirect::{Indirect, IndirectMode, Secondary, Shift};
 pub use keys::Description;
-pub use resampling::{
-    Candidates, Mis, Resampling, Reuse, Search, Similar, Spatial, Temporal, Visibility,
-};
+pub use resampling::{Candidates, Resampling, ReuseMode, Search, Similar, Spatial, Temporal};
 
-use super::reservoirs::{Arrays, Format, Order};
+pub use crate::choices::{Format, Heuristic, Mis, Visibility};
+
+pub use super::reservoir_layout::{Arrays, Order};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -37,17 +37,6 @@ pub struct Reservoirs {
     pub order: Order,
     /// How the words of reservoirs alternate. No effect on the picture.
     pub arrays: Arrays,
-}
-
-/// How next-event estimation and BSDF sampling share the light.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Heuristic {
-    /// In proportion to the densities: never far from the best.
-    #[default]
-    Balance,
-    /// In proportion to the squared densities: less noise where one technique is much the better.
-    Power,
 }
 
 /// What becomes of light that single scattering loses.

@@ -9,7 +9,7 @@ use glam::{DAffine3, DMat3, Vec3};
 pub const LARGEST_COORDINATE: f64 = 1e15;
 
 /// The largest emission, in W/(m²·sr): samples weigh more than the lamps they hit, and their squares
-/// must stay in the range of f32 (see [`crate::layouts::MOST_RADIANCE`]).
+/// must stay in the range of f32 (see [`crate::layouts::MAX_RADIANCE`]).
 pub const BRIGHTEST: f32 = 1e12;
 
 /// An instance is flat when its volume scale is below this, relative to its axes' lengths.

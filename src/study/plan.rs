@@ -397,7 +397,7 @@ mod tests {
         let all = plan.resolve().unwrap();
         assert_eq!(all.len(), 7);
         assert_eq!(all[6].name, "pairwise/3");
-        assert_eq!(all[6].settings.direct.spatial.neighbours, 3);
+        assert_eq!(all[6].settings.direct.resampling.spatial.neighbours, 3);
     }
 
     #[test]

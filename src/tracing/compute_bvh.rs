@@ -71,11 +71,11 @@ impl Tree {
         Self::from_built(build_cwbvh(&boxes, INSTANCES, &mut Duration::default()))
     }
 
-    /// The tree over boxes, at most `most_depth` levels deep; of their logarithm's levels and more
+    /// The tree over boxes, at most `max_depth` levels deep; of their logarithm's levels and more
     /// there is always one.
-    pub fn over_boxes_within(boxes: &[(Vec3, Vec3)], most_depth: u32) -> Self {
+    pub fn over_boxes_within(boxes: &[(Vec3, Vec3)], max_depth: u32) -> Self {
         let tree = Self::over_boxes(boxes);
-        if tree.depth <= most_depth {
+        if tree.depth <= max_depth {
             return tree;
         }
         Self::balanced(boxes)
@@ -127,7 +127,7 @@ impl Tree {
 }
 
 /// Nodes of a tree over `count` boxes at most: each but a lone root has at least two children.
-pub fn most_nodes(count: usize) -> usize {
+pub fn max_nodes(count: usize) -> usize {
     count.saturating_sub(1).max(1)
 }
 
@@ -192,7 +192,7 @@ mod tests {
             ] {
                 assert!(tree.depth <= most, "{count}: {}", tree.depth);
                 assert!(
-                    tree.nodes.len() <= most_nodes(count),
+                    tree.nodes.len() <= max_nodes(count),
                     "{count}: {}",
                     tree.nodes.len()
                 );

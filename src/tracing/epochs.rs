@@ -1,14 +1,15 @@
-//! A scene that moves, as two frames see it: this one and the last, side by side in the buffers.
+//! A scene that moves, in two epochs: the current and the previous frame, one after the other in the buffers.
 
-use super::stage::{Stage, Standing};
-use crate::layouts::{GpuCarry, GpuInstance, GpuLight};
+use super::pose::{ScenePose, ScenePoser};
+use crate::layouts::{GpuInstance, GpuLight, GpuPreviousTransform};
 use crate::scene::Motion;
 use crate::{Error, Result};
 use obvhs::cwbvh::node::CwBvhNode;
 use std::sync::{Mutex, MutexGuard};
 
-/// What the buffers hold for some times, each after the one before.
-pub struct Contents {
+/// The contents of the buffers that differ by epoch: the current one, then, where something moves, the previous
+/// one.
+pub struct EpochContents {
     /// Nodes of the trees over the instances.
     pub nodes: Vec<CwBvhNode>,
     /// Instances in the order of those trees' leaves.
@@ -19,38 +20,38 @@ pub struct Contents {
     pub lights: Vec<GpuLight>,
 }
 
-impl Contents {
-    /// Lays out times; every tree over the instances takes `room` nodes, and behind all of them are
-    /// those of the meshes.
-    pub fn of(times: &[&Standing], room: usize) -> Self {
+impl EpochContents {
+    /// The contents for one pose or two. Every tree over the instances takes `room` nodes; the nodes of the
+    /// meshes follow them.
+    pub fn new(poses: &[&ScenePose], room: usize) -> Self {
         let mut contents = Self {
             nodes: Vec::new(),
             top_instances: Vec::new(),
             instances: Vec::new(),
             lights: Vec::new(),
         };
-        let mesh_nodes = (times.len() * room) as u32;
-        for (number, standing) in times.iter().enumerate() {
-            let (first_node, first) = (number * room, number * standing.instances.len());
-            // What trees leave free is never read.
+        let mesh_nodes = (poses.len() * room) as u32;
+        for (epoch, pose) in poses.iter().enumerate() {
+            let (first_node, first) = (epoch * room, epoch * pose.instances.len());
+            // The nodes that a tree does not need are never read.
             contents.nodes.resize(first_node, CwBvhNode::default());
             contents.top_instances.resize(first, 0);
-            let placed = standing.top.placed(first_node as u32, first as u32);
+            let placed = pose.top.placed(first_node as u32, first as u32);
             contents.nodes.extend(placed);
-            let leaves = standing.top.order.iter();
-            let instance_at = |leaf: &u32| standing.visible[*leaf as usize] + first as u32;
+            let leaves = pose.top.order.iter();
+            let instance_at = |leaf: &u32| pose.visible[*leaf as usize] + first as u32;
             contents.top_instances.extend(leaves.map(instance_at));
-            let instances = standing.instances.iter().map(|instance| GpuInstance {
+            let instances = pose.instances.iter().map(|instance| GpuInstance {
                 root_node: instance.root_node + mesh_nodes,
                 ..*instance
             });
             contents.instances.extend(instances);
-            contents.lights.extend(&standing.lights);
+            contents.lights.extend(&pose.lights);
         }
         contents
             .nodes
             .resize(mesh_nodes as usize, CwBvhNode::default());
-        if let [_, _, ..] = times {
+        if let [_, _, ..] = poses {
             let instances = contents.instances.len();
             contents.top_instances.resize(instances, 0);
         }
@@ -58,92 +59,94 @@ impl Contents {
     }
 }
 
-/// A scene that moves, and where it stands.
-pub struct Moving {
+/// A scene that moves, and its poses in both epochs.
+pub struct MovingScene {
     motion: Motion,
-    stage: Stage,
+    poser: ScenePoser,
     /// Nodes for each of the two trees over the instances.
     pub room: usize,
     /// Number of instances in the scene, before any were gathered.
     instance_count: usize,
-    held: Mutex<[Standing; 2]>,
+    /// Of the current and of the previous frame.
+    poses: Mutex<[ScenePose; 2]>,
 }
 
-/// What a change of time replaced.
-pub struct Change<'a> {
-    /// Now and before.
-    pub held: MutexGuard<'a, [Standing; 2]>,
-    /// Whether what was now is before.
-    pub turned: bool,
-    /// Whether each of now and before, after that, is new.
+/// What a change of time has replaced.
+pub struct PoseChange<'a> {
+    /// The current and the previous pose.
+    pub poses: MutexGuard<'a, [ScenePose; 2]>,
+    /// Whether the current pose has become the previous one.
+    pub advanced: bool,
+    /// Whether each pose, after that, is new.
     pub new: [bool; 2],
-    /// How the points of each of the scene's instances go from now to before.
-    pub carries: Vec<GpuCarry>,
+    /// For each of the scene's instances, the transform of its points from the current to the previous frame.
+    pub previous_transforms: Vec<GpuPreviousTransform>,
 }
 
-impl Moving {
-    /// A scene of `instance_count` instances that stands at one time in both frames.
+impl MovingScene {
+    /// A scene of `instance_count` instances with the same pose in both epochs.
     pub fn new(
         motion: Motion,
-        stage: Stage,
+        poser: ScenePoser,
         room: usize,
         instance_count: usize,
-        now: Standing,
+        pose: ScenePose,
     ) -> Self {
         Self {
             motion,
-            stage,
+            poser,
             room,
             instance_count,
-            held: Mutex::new([now.clone(), now]),
+            poses: Mutex::new([pose.clone(), pose]),
         }
     }
 
-    /// Lets now and before be these times in seconds; nothing is returned if they are already.
+    /// Sets the times of the current and the previous frame, in seconds; `None` if they are set already.
     ///
     /// # Errors
     /// At one of them an instance is further away than can be rendered.
-    pub fn stand(&self, now: f64, before: f64) -> Result<Option<Change<'_>>> {
-        let mut held = self.lock()?;
-        if held[0].time == now && held[1].time == before {
+    pub fn set_times(&self, now: f64, before: f64) -> Result<Option<PoseChange<'_>>> {
+        let mut poses = self.lock()?;
+        if poses[0].time == now && poses[1].time == before {
             return Ok(None);
         }
-        let turned = held[0].time == before;
-        let kept = |which: usize| if turned { 1 - which } else { which };
-        let missing = |which: usize, time: f64| {
-            (held[kept(which)].time != time)
-                .then(|| self.stage.standing(time, self.motion.pose(time)))
+        let advanced = poses[0].time == before;
+        let kept = |epoch: usize| if advanced { 1 - epoch } else { epoch };
+        let missing = |epoch: usize, time: f64| {
+            (poses[kept(epoch)].time != time)
+                .then(|| self.poser.pose_at(time, self.motion.pose(time)))
                 .transpose()
         };
-        // All that may fail comes first: after an error what is held is still what the device has.
+        // Everything that can fail comes first, so that after an error the poses are still those on the device.
         let made = [missing(0, now)?, missing(1, before)?];
-        if turned {
-            held.reverse();
+        if advanced {
+            poses.reverse();
         }
         let new = made.each_ref().map(Option::is_some);
-        for (place, standing) in held.iter_mut().zip(made) {
-            if let Some(standing) = standing {
-                *place = standing;
+        for (kept, made) in poses.iter_mut().zip(made) {
+            if let Some(made) = made {
+                *kept = made;
             }
         }
-        Ok(Some(Change {
-            carries: self.carries_between(&held),
-            held,
-            turned,
+        Ok(Some(PoseChange {
+            previous_transforms: self.transforms_between(&poses),
+            poses,
+            advanced,
             new,
         }))
     }
 
-    /// How the points of each of the scene's instances go from now to before.
-    pub fn carries(&self) -> Result<Vec<GpuCarry>> {
-        Ok(self.carries_between(&*self.lock()?))
+    /// For each of the scene's instances, the transform of its points from the current to the previous frame.
+    pub fn previous_transforms(&self) -> Result<Vec<GpuPreviousTransform>> {
+        Ok(self.transforms_between(&*self.lock()?))
     }
 
-    fn carries_between(&self, [now, before]: &[Standing; 2]) -> Vec<GpuCarry> {
-        self.stage.carries(self.instance_count, now, before)
+    fn transforms_between(&self, [now, before]: &[ScenePose; 2]) -> Vec<GpuPreviousTransform> {
+        self.poser
+            .previous_transforms(self.instance_count, now, before)
     }
 
-    fn lock(&self) -> Result<MutexGuard<'_, [Standing; 2]>> {
-        (self.held.lock()).map_err(|_| Error::failed("posing the scene failed in another thread"))
+    fn lock(&self) -> Result<MutexGuard<'_, [ScenePose; 2]>> {
+        (self.poses.lock()).map_err(|_| Error::failed("posing the scene failed in another thread"))
     }
 }

@@ -1,22 +1,23 @@
-//! Meshes that stand in one place only, gathered into one.
+//! Meshes with a single instance that does not move, gathered into one mesh.
 //!
-//! Boxes of whole meshes overlap where a room's walls, floor and furniture are meshes of their own:
-//! a ray then enters each of them in turn. One tree over all their triangles has no such overlap.
-//! What is shared by several instances stays apart, so that it is stored once.
+//! The boxes of whole meshes overlap where a room's walls, floor and furniture are separate meshes, and
+//! a ray has to enter each of them. One tree over all their triangles has no such overlap. A mesh with
+//! several instances stays separate, so that it is stored once.
 
+use super::buffers::ElementCounts;
 use crate::scene::{Instance, Mesh, Part, Scene};
 use glam::{DAffine3, DVec3};
 use std::borrow::Cow;
 
-/// A scene as it is traced, and the numbers that its instances had before.
+/// A scene as it is traced, and the original indices of its instances.
 pub struct Gathered<'a> {
-    /// The scene; gathered meshes and their instances stand last.
+    /// The scene; gathered meshes and their instances come last.
     pub scene: Cow<'a, Scene>,
-    /// The number of each instance in the scene as it was; 0 for a gathered one.
+    /// The original index of each instance; 0 for a gathered mesh.
     pub instance_ids: Vec<u32>,
-    /// For each mesh, the number that each of its parts adds to that; empty stands for zeros.
+    /// For each mesh, what each of its parts adds to that; empty means zeros.
     pub part_ids: Vec<Vec<u32>>,
-    /// Which materials are lights.
+    /// Which materials emit light at some time.
     pub lamps: Vec<bool>,
 }
 
@@ -31,19 +32,79 @@ impl<'a> Gathered<'a> {
     }
 }
 
-/// Gathers the meshes that one instance places for good, in world space relative to `origin`: flat ones in
-/// one mesh, smooth ones in another, for which alone normals are stored. Where there are fewer than
-/// two such meshes the scene is left as it is.
-pub fn gather(scene: &Scene, origin: DVec3) -> Gathered<'_> {
+/// Which instances are gathered: those whose mesh has no other instance and that do not move, if there are
+/// at least two of them.
+fn gathered_instances(scene: &Scene) -> Vec<bool> {
     let mut uses = vec![0_u32; scene.meshes.len()];
     for instance in &scene.instances {
         uses[instance.mesh as usize] += 1;
     }
-    let moves = |number: usize| (scene.motion.as_ref()).is_some_and(|m| m.moves_instance(number));
-    let single = |(number, instance): &(usize, &Instance)| {
-        uses[instance.mesh as usize] == 1 && !moves(*number)
-    };
-    if scene.instances.iter().enumerate().filter(single).count() < 2 {
+    let moves = |index: usize| (scene.motion.as_ref()).is_some_and(|m| m.moves_instance(index));
+    let gathered: Vec<bool> = (scene.instances.iter().enumerate())
+        .map(|(index, instance)| uses[instance.mesh as usize] == 1 && !moves(index))
+        .collect();
+    if gathered.iter().filter(|gathered| **gathered).count() < 2 {
+        return vec![false; gathered.len()];
+    }
+    gathered
+}
+
+impl ElementCounts {
+    /// The numbers of elements that a scene has on the device, known before it is gathered.
+    pub fn of(scene: &Scene) -> Self {
+        let gathered = gathered_instances(scene);
+        let motion = scene.motion.as_ref().filter(|motion| motion.moves_things());
+        let mut counts = Self {
+            materials: scene.materials.len() as u64,
+            lights: scene.emissive_triangle_count(),
+            epochs: if motion.is_some() { 2 } else { 1 },
+            previous_transforms: motion.map_or(0, |_| scene.instances.len() as u64),
+            ..Self::default()
+        };
+        let mut is_gathered = vec![false; scene.meshes.len()];
+        // The flat and the smooth gathered mesh.
+        let mut has_gathered = [false; 2];
+        for (instance, gathered) in scene.instances.iter().zip(&gathered) {
+            let mesh = &scene.meshes[instance.mesh as usize];
+            is_gathered[instance.mesh as usize] = *gathered;
+            if *gathered {
+                let smooth = usize::from(!mesh.normals.is_empty());
+                has_gathered[smooth] |= !mesh.triangles.is_empty();
+            } else {
+                counts.instances += 1;
+            }
+        }
+        counts.instances += has_gathered.iter().filter(|gathered| **gathered).count() as u64;
+        let gathers = gathered.contains(&true);
+        let mut used = vec![false; scene.meshes.len()];
+        for instance in &scene.instances {
+            used[instance.mesh as usize] = true;
+        }
+        let lamps = scene.lamp_materials();
+        for (index, mesh) in scene.meshes.iter().enumerate() {
+            // Gathering drops meshes without instances.
+            if gathers && !used[index] {
+                continue;
+            }
+            let count = mesh.triangles.len() as u64;
+            counts.triangles += count;
+            if !mesh.normals.is_empty() {
+                counts.smooth_triangles += count;
+            }
+            let emits = mesh.parts.iter().any(|part| lamps[part.material as usize]);
+            if is_gathered[index] || mesh.parts.len() > 1 || emits {
+                counts.part_triangles += count;
+            }
+        }
+        counts
+    }
+}
+
+/// Gathers meshes in world space relative to `origin`: flat ones into one mesh, smooth ones into another,
+/// since only that one needs normals.
+pub fn gather(scene: &Scene, origin: DVec3) -> Gathered<'_> {
+    let is_gathered = gathered_instances(scene);
+    if !is_gathered.contains(&true) {
         return Gathered::unchanged(scene);
     }
     let mut left = Scene {
@@ -53,13 +114,13 @@ pub fn gather(scene: &Scene, origin: DVec3) -> Gathered<'_> {
     let (mut instance_ids, mut part_ids) = (Vec::new(), Vec::new());
     let mut place_of = vec![None; scene.meshes.len()];
     let mut gathered: [(Mesh, Vec<u32>); 2] = Default::default();
-    for (number, instance) in scene.instances.iter().enumerate() {
+    for (index, instance) in scene.instances.iter().enumerate() {
         let mesh = &scene.meshes[instance.mesh as usize];
-        if single(&(number, instance)) {
+        if is_gathered[index] {
             let (whole, ids) = &mut gathered[usize::from(!mesh.normals.is_empty())];
             let place = DAffine3::from_translation(-origin) * instance.object_to_world;
             append(whole, mesh, place);
-            ids.extend(mesh.parts.iter().map(|_| number as u32));
+            ids.extend(mesh.parts.iter().map(|_| index as u32));
         } else {
             let place = *place_of[instance.mesh as usize].get_or_insert_with(|| {
                 left.meshes.push(mesh.clone());
@@ -70,7 +131,7 @@ pub fn gather(scene: &Scene, origin: DVec3) -> Gathered<'_> {
                 mesh: place,
                 ..instance.clone()
             });
-            instance_ids.push(number as u32);
+            instance_ids.push(index as u32);
         }
     }
     for (mesh, ids) in gathered {

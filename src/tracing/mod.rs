@@ -1,18 +1,20 @@
 //! The two ways to trace: ray queries on the driver's acceleration structures, and an eight-wide
 //! BVH traversed in compute. Both see the same triangles, instances and transforms.
 
+pub mod buffers;
 pub mod compute_bvh;
 mod epochs;
 pub mod gather;
 pub mod geometry;
+mod materials;
+mod pose;
 pub mod ray_query;
-pub mod rays;
 pub mod scene;
 pub mod selection;
 pub mod shaders;
 pub mod sizes;
-mod stage;
 
 pub use crate::shaders::{Fetch, GeometryAccess, Tracer, Variant};
+pub use materials::gpu_material;
 pub use scene::GpuScene;
 pub use sizes::SceneSizes;

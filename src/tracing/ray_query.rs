@@ -1,6 +1,6 @@
 //! The driver's acceleration structures over a scene.
 
-use super::geometry::Geometry;
+use super::geometry::MeshPlace;
 use crate::Result;
 use crate::gpu::{AccelerationStructure, BlasGeometry, Buffer, Device, TlasInstance};
 use crate::layouts::GpuInstance;
@@ -27,14 +27,13 @@ impl RayQueryScene {
     /// The device has no memory left.
     pub fn new(
         device: &Arc<Device>,
-        geometry: &Geometry,
+        meshes: &[MeshPlace],
         positions: &Buffer,
         (instances, visible): (&[GpuInstance], &[u32]),
         mesh_of: Vec<u32>,
         tops: usize,
     ) -> Result<Self> {
-        let meshes = geometry
-            .meshes
+        let meshes = meshes
             .iter()
             .enumerate()
             .map(|(number, place)| {
@@ -69,14 +68,14 @@ impl RayQueryScene {
         &self.tops[self.current.load(Ordering::Relaxed)]
     }
 
-    /// The structure over the last frame's instances: the same where nothing moves.
+    /// The structure over the previous frame's instances: the same where nothing moves.
     pub fn previous_top(&self) -> &AccelerationStructure {
         let previous = (self.current.load(Ordering::Relaxed) + 1) % self.tops.len();
         &self.tops[previous]
     }
 
-    /// Lets this frame be the last one.
-    pub fn turn(&self) {
+    /// Makes the current structure the previous one.
+    pub fn advance(&self) {
         let next = (self.current.load(Ordering::Relaxed) + 1) % self.tops.len();
         self.current.store(next, Ordering::Relaxed);
     }

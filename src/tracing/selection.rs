@@ -91,12 +91,12 @@ fn fetch(device: &DeviceInfo, scene: &SceneSizes) -> (Fetch, String) {
     let reach = device.max_texel_bytes();
     if reach < device.max_storage_buffer_range {
         (Fetch::Words, "texels reach less far than a binding".into())
-    } else if device.buffer_addresses && scene.positions > reach {
+    } else if device.buffer_addresses && scene.bytes.positions > reach {
         (
             Fetch::Words,
             format!(
                 "the positions take {} bytes, texels reach {reach}",
-                scene.positions
+                scene.bytes.positions
             ),
         )
     } else {

@@ -1,33 +1,15 @@
-//! The embedded shaders, and those compiled from disk for people who edit them.
+//! The embedded shaders, and those that are compiled from disk while a user edits them.
 
-use super::{GpuScene, Variant};
+use super::Variant;
 use crate::gpu::compiler::{self, Sources};
-use crate::gpu::{ComputePass, Device};
 use crate::{Error, Result, layouts};
 use std::path::Path;
-use std::sync::Arc;
 
 /// SPIR-V by variant key.
 const EMBEDDED: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 
 /// GLSL by file name.
 const SOURCES: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/sources.rs"));
-
-/// Makes the variant of `glsl/passes/NAME.comp` that fits a scene. `constants` are specialisation
-/// constants beside those of tracing.
-///
-/// # Errors
-/// `HEADWATER_GLSL` names a folder whose shader does not compile, or the driver refuses the shader.
-pub fn tracing_pass(
-    device: &Arc<Device>,
-    name: &str,
-    scene: &GpuScene,
-    constants: &[(u32, u32)],
-) -> Result<ComputePass> {
-    let mut all = scene.constants().to_vec();
-    all.extend_from_slice(constants);
-    ComputePass::new(device, name, &spirv(name, scene.variant)?, &all)
-}
 
 /// A variant's SPIR-V: embedded, or compiled from the folder that `HEADWATER_GLSL` names.
 ///
@@ -61,7 +43,7 @@ pub fn sources() -> Sources {
         .iter()
         .map(|(name, text)| ((*name).to_owned(), (*text).to_owned()))
         .collect();
-    sources.insert("layouts.glsl".into(), layouts::glsl());
+    add_generated(&mut sources);
     sources
 }
 
@@ -86,15 +68,22 @@ pub fn fingerprint() -> Result<String> {
 /// Reads every file of `folder`.
 fn read_sources(folder: &Path) -> Result<Sources> {
     let mut sources = compiler::read_folder(folder).map_err(|e| Error::reading(folder, e))?;
-    sources.insert("layouts.glsl".into(), layouts::glsl());
+    add_generated(&mut sources);
     Ok(sources)
+}
+
+fn add_generated(sources: &mut Sources) {
+    let generated = layouts::generated();
+    sources.extend(generated.map(|(name, text)| (name.to_owned(), text)));
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::gpu::layout::SpecialisationConstant;
     use crate::gpu::reflection::Reflection;
     use crate::layouts::STRUCTS;
+    use crate::render::specialisation::Specialisation;
     use std::collections::BTreeSet;
 
     #[test]
@@ -116,6 +105,48 @@ mod tests {
                 layout.name
             );
         }
+    }
+
+    /// What shaders declare that Rust does not, or otherwise, and constants that no shader uses.
+    fn specialisation_faults(declared: &[SpecialisationConstant]) -> Vec<String> {
+        let mut unused: BTreeSet<&str> = declared.iter().map(|c| c.name.as_str()).collect();
+        let mut faults = Vec::new();
+        for (key, bytes) in EMBEDDED {
+            let words: Vec<u32> = bytemuck::pod_collect_to_vec(bytes);
+            let reflection = Reflection::new(&words).unwrap();
+            for found in reflection.specialisation_constants() {
+                let same = declared.iter().find(|c| {
+                    (c.id, c.name.as_str(), c.glsl, c.word)
+                        == (found.id, found.name.as_str(), found.glsl, found.word)
+                });
+                match same {
+                    None => faults.push(format!("{key}: {found:?}")),
+                    Some(constant) if found.is_used => drop(unused.remove(constant.name.as_str())),
+                    Some(_) => {}
+                }
+            }
+        }
+        faults.extend(
+            unused
+                .into_iter()
+                .map(|name| format!("no shader uses {name}")),
+        );
+        faults
+    }
+
+    #[test]
+    fn specialisation_constants_are_the_same_in_rust_and_in_shaders() {
+        let declared = Specialisation::default().constants();
+        assert_eq!(specialisation_faults(&declared), Vec::<String>::new());
+        let mut moved = declared.clone();
+        moved[3].id += 1;
+        assert!(!specialisation_faults(&moved).is_empty());
+        let mut more = declared;
+        more.push(SpecialisationConstant {
+            name: "NOBODYS".into(),
+            ..more[0].clone()
+        });
+        assert_eq!(specialisation_faults(&more), ["no shader uses NOBODYS"]);
     }
 
     #[test]

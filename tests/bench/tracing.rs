@@ -10,14 +10,15 @@ mod support;
 
 use glam::{DVec3, Vec3, Vec3A};
 use headwater::layouts::RayQuery;
+use headwater::render::outputs::ray_list::RayTracer;
 use headwater::scene::{Material, Scene};
-use headwater::tracing::rays::RayTracer;
 use headwater::tracing::{GpuScene, Tracer};
 use obvhs::BvhBuildParams;
 use obvhs::cwbvh::{CwBvh, builder::build_cwbvh_from_tris};
 use obvhs::ray::{Ray, RayHit};
 use obvhs::rt_triangle::RtTriangle;
 use obvhs::triangle::Triangle;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 const WIDTH: u32 = 960;
@@ -251,7 +252,7 @@ fn main() {
                 .join("/");
                 let (device, _) = support::open_device(Some(variant));
                 match GpuScene::new(&device, &scene, DVec3::ZERO, variant) {
-                    Ok(scene) => Some((name, device, scene)),
+                    Ok(scene) => Some((name, device, Arc::new(scene))),
                     Err(e) => {
                         println!("tracing {count} {name} cannot: {e}");
                         None
@@ -262,7 +263,9 @@ fn main() {
         for (kind, rays) in &batches {
             let tracers: Vec<_> = opened
                 .iter()
-                .map(|(name, device, scene)| (name, RayTracer::new(device, scene, rays).unwrap()))
+                .map(|(name, device, scene)| {
+                    (name, RayTracer::new(device, scene.clone(), rays).unwrap())
+                })
                 .collect();
             let mut cpu_rates = Vec::new();
             let mut results = vec![(Vec::new(), Vec::new(), Vec::new()); tracers.len()];

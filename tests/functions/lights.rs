@@ -12,7 +12,7 @@ const BODY: &str = "Random random = random_start(a.x, 1u, 2u);
 
 fn draw(lights: &[GpuLight], count: u32) -> Vec<[u32; 8]> {
     let function = Function {
-        includes: &["random.glsl", "geometry.glsl", "lights.glsl"],
+        includes: &["lights/triangle.glsl"],
         body: BODY,
         lights,
         ..Function::default()

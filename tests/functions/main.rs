@@ -13,6 +13,7 @@ mod surfaces;
 use headwater::gpu::{Buffer, ComputePass, Recording, Resource, Usage, compiler};
 use headwater::layouts::{GpuLight, GpuMaterial};
 use headwater::render::energy::albedo_table;
+use headwater::tracing::buffers::SceneTable;
 use headwater::tracing::shaders::sources;
 use headwater::tracing::{Fetch, GeometryAccess, Tracer, Variant};
 use std::sync::LazyLock;
@@ -32,6 +33,7 @@ pub struct Tables {
     materials: Buffer,
     lights: Buffer,
     counters: Buffer,
+    scene: Buffer,
 }
 
 impl Tables {
@@ -41,6 +43,7 @@ impl Tables {
             ("materials", Resource::Read(&self.materials)),
             ("lights", Resource::Read(&self.lights)),
             ("counters", Resource::Write(&self.counters)),
+            ("scene", Resource::Uniform(&self.scene)),
         ]
     }
 }
@@ -48,7 +51,7 @@ impl Tables {
 /// A call of shader functions for each of many inputs.
 #[derive(Default)]
 pub struct Function<'a> {
-    /// Files of `glsl` to include, after the prelude.
+    /// Files of `glsl` to include.
     pub includes: &'a [&'a str],
     /// Statements that turn `uvec4 a` and `uvec4 b` into `uvec4 x` and `uvec4 y`.
     pub body: &'a str,
@@ -58,8 +61,8 @@ pub struct Function<'a> {
     pub lights: &'a [GpuLight],
     /// Declarations before the function, after the includes.
     pub globals: &'a str,
-    /// A text in the sources, and what is planted in its place.
-    pub fault: Option<(&'a str, &'a str)>,
+    /// A file, a text in it, and what is planted in its place.
+    pub fault: Option<(&'a str, &'a str, &'a str)>,
     /// Specialisation constants.
     pub constants: &'a [(u32, u32)],
 }
@@ -73,7 +76,7 @@ impl Function<'_> {
             .map(|name| format!("#include \"{name}\"\n"))
             .collect();
         let source = format!(
-            "#version 460\n#include \"prelude.glsl\"\n{includes}
+            "#version 460\n#include \"core/math.glsl\"\n{includes}
             {globals}
             layout(local_size_x = 64) in;
             layout(scalar) readonly buffer InputsBlock {{ uvec4 at[]; }} inputs;
@@ -97,10 +100,10 @@ impl Function<'_> {
             fetch: Fetch::Words,
         };
         let mut sources = sources();
-        if let Some((text, planted)) = self.fault {
-            let found = sources.values_mut().find(|s| s.contains(text));
-            let found = found.expect("nowhere to plant the fault");
-            *found = found.replace(text, planted);
+        if let Some((file, text, planted)) = self.fault {
+            let source = sources.get_mut(file).expect("no such file");
+            assert!(source.contains(text), "{file} has no '{text}'");
+            *source = source.replace(text, planted);
         }
         let words = compiler::compile("function.comp", &source, &sources, &variant.defines())
             .unwrap_or_else(|e| panic!("{e}"));
@@ -109,11 +112,20 @@ impl Function<'_> {
             |name, data: &[u8]| Buffer::from_slice(&device, name, data, Usage::default()).unwrap();
         // Half a second of work, the same for every function.
         static TABLE: LazyLock<Vec<[f32; 2]>> = LazyLock::new(albedo_table);
+        let table = SceneTable {
+            light_count: self.lights.len() as u32,
+            ..SceneTable::default()
+        };
+        let uniform = Usage {
+            uniform: true,
+            ..Usage::default()
+        };
         let tables = Tables {
             specular_albedo: buffer("specular_albedo", bytemuck::cast_slice(&TABLE)),
             materials: buffer("materials", bytemuck::cast_slice(self.materials)),
             lights: buffer("lights", bytemuck::cast_slice(self.lights)),
             counters: buffer("counters", &[0; 64]),
+            scene: Buffer::from_slice(&device, "scene", &[table], uniform).unwrap(),
         };
         let inputs_buffer = buffer("inputs", bytemuck::cast_slice(inputs));
         let outputs = buffer("outputs", &vec![0; inputs.len() * 32]);

@@ -1,7 +1,9 @@
 //! Random numbers and sums.
 
 use crate::{Function, floats, number};
-use headwater::layouts::{PASS_INDIRECT, PASS_INITIAL, PASS_PILOTS, PASS_SPATIAL, PASS_TEMPORAL};
+use headwater::layouts::{
+    STREAM_INDIRECT, STREAM_INITIAL, STREAM_PILOTS, STREAM_SPATIAL, STREAM_TEMPORAL,
+};
 use headwater::metrics::statistics::{chi_square_p_value, holm};
 
 /// pcg4d of Jarzynski and Olano, written down once more.
@@ -27,7 +29,7 @@ fn draws() -> (Vec<[u32; 8]>, Vec<[u32; 8]>) {
         .collect();
     let body = "Random random = random_start(a.x, a.y, a.z); x = random_bits(random); y = random_bits(random);";
     let function = Function {
-        includes: &["random.glsl"],
+        includes: &["core/random.glsl"],
         body,
         ..Function::default()
     };
@@ -68,24 +70,28 @@ fn draws_are_even() {
 /// Spatial passes at most.
 const MOST_PASSES: u32 = 8;
 /// Streams of a frame have numbers below this.
-const STREAMS: u32 = PASS_INDIRECT + PASS_SPATIAL + MOST_PASSES;
+const STREAMS: u32 = STREAM_INDIRECT + STREAM_SPATIAL + MOST_PASSES;
 
 /// The first draws of two streams at the same pixels have nothing to do with each other.
 #[test]
 fn streams_are_independent() {
     let p_values = streams_p_values(None);
     assert!(holm(&p_values).iter().all(|p| *p > 1e-4), "{p_values:?}");
-    let high_bits_alone = streams_p_values(Some(("stream * 0x9E3779B9u", "stream << 24u")));
+    let high_bits_alone = streams_p_values(Some((
+        "core/random.glsl",
+        "stream * 0x9E3779B9u",
+        "stream << 24u",
+    )));
     assert!(holm(&high_bits_alone).iter().any(|p| *p < 1e-12));
 }
 
-fn streams_p_values(fault: Option<(&str, &str)>) -> Vec<f64> {
+fn streams_p_values(fault: Option<(&str, &str, &str)>) -> Vec<f64> {
     const PIXELS: u32 = 1 << 14;
-    let passes: Vec<u32> = [0, PASS_INDIRECT]
+    let passes: Vec<u32> = [0, STREAM_INDIRECT]
         .iter()
         .flat_map(|first| {
-            let named = [PASS_INITIAL, PASS_TEMPORAL, PASS_PILOTS];
-            let spatial = PASS_SPATIAL..PASS_SPATIAL + MOST_PASSES;
+            let named = [STREAM_INITIAL, STREAM_TEMPORAL, STREAM_PILOTS];
+            let spatial = STREAM_SPATIAL..STREAM_SPATIAL + MOST_PASSES;
             named
                 .into_iter()
                 .chain(spatial)
@@ -96,7 +102,7 @@ fn streams_p_values(fault: Option<(&str, &str)>) -> Vec<f64> {
         .flat_map(|pass| (0..PIXELS).map(|pixel| [pixel, *pass, 0, 0, 0, 0, 0, 0]))
         .collect();
     let function = Function {
-        includes: &["random.glsl"],
+        includes: &["core/random.glsl"],
         body: "Random random = random_stream(a.x, 1u, 123456789u, a.y);
             x = random_bits(random); y = random_bits(random);",
         fault,
@@ -125,7 +131,7 @@ fn streams_p_values(fault: Option<(&str, &str)>) -> Vec<f64> {
 fn streams_do_not_meet() {
     let inputs: Vec<[u32; 8]> = (0..STREAMS).map(|n| [n, 0, 0, 0, 0, 0, 0, 0]).collect();
     let function = Function {
-        includes: &["random.glsl"],
+        includes: &["core/random.glsl"],
         body: "x.x = random_stream(1u, 2u, 3u, a.x).counter.w;",
         ..Function::default()
     };

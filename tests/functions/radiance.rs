@@ -26,7 +26,7 @@ fn largest(colour: [f32; 3]) -> f64 {
 #[test]
 fn two_words_keep_radiance() {
     let function = Function {
-        includes: &["radiance.glsl"],
+        includes: &["core/radiance.glsl"],
         body: "x.xyz = floatBitsToUint(unpack_radiance(pack_radiance(uintBitsToFloat(a.xyz))));",
         ..Function::default()
     };
@@ -43,7 +43,7 @@ fn two_words_keep_radiance() {
 #[test]
 fn one_word_keeps_colour_on_average() {
     let function = Function {
-        includes: &["radiance.glsl"],
+        includes: &["core/radiance.glsl"],
         body: "vec3 colour = uintBitsToFloat(a.xyz), sum = vec3(0.0), low = vec3(0.0);
             float most = max_component(colour);
             for (uint i = 0u; i < 4096u; i += 1u)
@@ -53,7 +53,7 @@ fn one_word_keeps_colour_on_average() {
     };
     let inputs: Vec<[u32; 8]> = colours().iter().map(|c| floats(c)).collect();
     let nearest = Function {
-        fault: Some(("+ numbers)", "+ 0.5)")),
+        fault: Some(("core/radiance.glsl", "+ numbers)", "+ 0.5)")),
         ..function
     };
     let dim = number(nearest.run(&inputs)[1][2]);
@@ -70,7 +70,7 @@ fn one_word_keeps_colour_on_average() {
 #[test]
 fn the_largest_step_and_number_stay_in_their_channel() {
     let mut function = Function {
-        includes: &["radiance.glsl"],
+        includes: &["core/radiance.glsl"],
         body: "x.xyz = floatBitsToUint(unpack_color(pack_color(uintBitsToFloat(a.xyz), vec3(0.99999994))));",
         ..Function::default()
     };
@@ -82,6 +82,7 @@ fn the_largest_step_and_number_stay_in_their_channel() {
     };
     assert_eq!(found(&function), expected);
     function.fault = Some((
+        "core/radiance.glsl",
         " + numbers), uvec3(0xFFu));",
         " + numbers), uvec3(0xFFFu));",
     ));
@@ -91,7 +92,7 @@ fn the_largest_step_and_number_stay_in_their_channel() {
 #[test]
 fn a_stored_colour_goes_back_as_it_was() {
     let function = Function {
-        includes: &["radiance.glsl"],
+        includes: &["core/radiance.glsl"],
         body:
             "vec3 once = unpack_color(pack_color(uintBitsToFloat(a.xyz), uintBitsToFloat(b.xyz)));
             x.xyz = floatBitsToUint(once);

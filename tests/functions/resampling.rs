@@ -2,7 +2,7 @@
 //! expected value is known exactly.
 
 use crate::{Function, floats, number};
-use headwater::layouts::{MIS_BALANCE, MIS_CONSTANT, MIS_DEFENSIVE, MIS_PAIRWISE};
+use headwater::choices::Mis;
 
 /// Samples that a toy's techniques choose from.
 const SAMPLES: usize = 4;
@@ -10,7 +10,7 @@ const SAMPLES: usize = 4;
 const MOST: usize = 4;
 /// Draws that stand for the expectation of weights that are drawn themselves.
 const DRAWS: u32 = 1 << 16;
-const UNBIASED: [u32; 3] = [MIS_BALANCE, MIS_PAIRWISE, MIS_DEFENSIVE];
+const UNBIASED: [Mis; 3] = [Mis::Balance, Mis::Pairwise, Mis::Defensive];
 
 /// What one technique may come to: a sample with its contribution weight, or nothing.
 #[derive(Clone, Copy, Debug)]
@@ -100,7 +100,7 @@ struct Weighed {
     weights: Vec<f64>,
 }
 
-fn weigh(mis: u32, techniques: &[Technique], fault: Option<(&str, &str)>) -> Vec<Weighed> {
+fn weigh(mis: Mis, techniques: &[Technique], fault: Option<(&str, &str, &str)>) -> Vec<Weighed> {
     let table = |values: Vec<f64>| {
         let texts: Vec<String> = values.iter().map(|v| format!("{v:?}")).collect();
         format!("float[]({})", texts.join(", "))
@@ -113,11 +113,12 @@ fn weigh(mis: u32, techniques: &[Technique], fault: Option<(&str, &str)>) -> Vec
     let sees = table(sees.map(|sees| f64::from(u8::from(sees))).collect());
     let draws = if walls { DRAWS } else { 1 };
     let count = techniques.len();
+    let mis = mis as u32;
     let globals = format!(
         "struct Sample {{ uint number; }};
         struct Domain {{ uint technique; }};
         struct Reservoir {{ Sample value; float contribution_weight; float confidence; }};
-        const uint MOST_TECHNIQUES = {MOST}u;
+        const uint MAX_TECHNIQUES = {MOST}u;
         const float TARGETS[{all}] = {targets};
         const float JACOBIANS[{all}] = {jacobians};
         const float SEES[{all}] = {sees};
@@ -131,15 +132,11 @@ fn weigh(mis: u32, techniques: &[Technique], fault: Option<(&str, &str)>) -> Vec
         bool is_visible(uint technique, Domain domain, Sample value) {{
             return SEES[{SAMPLES}u * technique + value.number] > 0.0;
         }}
-        Sample known_to(uint technique, Sample value, out float jacobian) {{
+        Sample shift_to(uint technique, Sample value, out float jacobian) {{
             jacobian = JACOBIANS[{SAMPLES}u * technique + value.number];
             return value;
         }}
-        #include \"random.glsl\"
-        #include \"counters.glsl\"
-        #include \"values.glsl\"
-        #include \"resampling.glsl\"
-        #include \"merge.glsl\"",
+        #include \"restir/merge.glsl\"",
         all = count * SAMPLES,
     );
     let body = format!(
@@ -200,7 +197,7 @@ fn mean_weights(techniques: &[Technique], weighed: &[Weighed]) -> [f64; SAMPLES]
 }
 
 /// How far the mean weights are from 1 on the canonical's support, and from 0 elsewhere.
-fn bias(mis: u32, techniques: &[Technique], fault: Option<(&str, &str)>) -> f64 {
+fn bias(mis: Mis, techniques: &[Technique], fault: Option<(&str, &str, &str)>) -> f64 {
     let mean = mean_weights(techniques, &weigh(mis, techniques, fault));
     (0..SAMPLES)
         .map(|y| (mean[y] - f64::from(u8::from(techniques[0].needs(y)))).abs())
@@ -307,8 +304,8 @@ fn merges_behind_walls_are_unbiased() {
     for (name, techniques) in walled() {
         for mis in UNBIASED {
             let bias = bias(mis, &techniques, None);
-            println!("{name}, mode {mis}: {bias:.4}");
-            assert!(bias < 0.02, "{name}, mode {mis}: {bias}");
+            println!("{name}, mode {mis:?}: {bias:.4}");
+            assert!(bias < 0.02, "{name}, mode {mis:?}: {bias}");
         }
     }
 }
@@ -319,22 +316,23 @@ fn faults_behind_walls_are_seen() {
     let faults = [
         (
             "neighbours never asked",
-            ("if (asks && !seen) {", "if (false) {"),
+            ("restir/merge.glsl", "if (asks && !seen) {", "if (false) {"),
         ),
         (
             "one that does not see it answers for itself alone",
             (
-                "balances[0].pairs = 1.0;",
-                "balances[0].pairs += techniques[looks].confidence / neighbour_confidence * 0.25;",
+                "restir/merge.glsl",
+                "terms[0].pairs = 1.0;",
+                "terms[0].pairs += techniques[viewer].confidence / neighbour_confidence * 0.25;",
             ),
         ),
         (
             "the canonical's own view left out",
-            ("if (!asks && seen)", "if (!asks)"),
+            ("restir/merge.glsl", "if (!asks && seen)", "if (!asks)"),
         ),
     ];
     for (name, fault) in faults {
-        let seen = bias(MIS_PAIRWISE, &techniques, Some(fault));
+        let seen = bias(Mis::Pairwise, &techniques, Some(fault));
         println!("{name}: {seen:.3}");
         assert!(seen > 0.05, "{name}: {seen}");
     }
@@ -345,7 +343,7 @@ fn merges_are_unbiased_on_every_toy() {
     for (name, techniques) in toys() {
         for mis in UNBIASED {
             let bias = bias(mis, &techniques, None);
-            assert!(bias < 2e-6, "{name}, mode {mis}: {bias}");
+            assert!(bias < 2e-6, "{name}, mode {mis:?}: {bias}");
         }
     }
 }
@@ -353,7 +351,7 @@ fn merges_are_unbiased_on_every_toy() {
 #[test]
 fn confidence_alone_is_biased_where_supports_differ() {
     for (name, techniques) in toys() {
-        let bias = bias(MIS_CONSTANT, &techniques, None);
+        let bias = bias(Mis::Constant, &techniques, None);
         match name {
             "alone" | "same domain" => assert!(bias < 2e-6, "{name}: {bias}"),
             "partial supports, unequal confidences" | "disjoint supports" => {
@@ -377,13 +375,13 @@ fn on_identical_domains_the_weights_are_known() {
                 let target = techniques[0].targets[outcome.sample.unwrap()];
                 let m = weight / (target * outcome.weight);
                 let expected = match (mis, i) {
-                    (MIS_DEFENSIVE, 0) => c[0] / total * (1.0 + neighbours / total),
-                    (MIS_DEFENSIVE, _) => c[i] / total * (neighbours / total),
+                    (Mis::Defensive, 0) => c[0] / total * (1.0 + neighbours / total),
+                    (Mis::Defensive, _) => c[i] / total * (neighbours / total),
                     _ => c[i] / total,
                 };
                 assert!(
                     (m - expected).abs() < 1e-6,
-                    "mode {mis}, technique {i}: {m}"
+                    "mode {mis:?}, technique {i}: {m}"
                 );
             }
         }
@@ -426,7 +424,7 @@ fn merges_of_merges_are_unbiased() {
         };
         let canonical = Technique::new([2.0, 1.0, 0.5, 0.0], 1.0, [0.3, 0.3, 0.3, 0.0]);
         let bias = bias(mis, &[canonical, merged], None);
-        assert!(bias < 1e-5, "mode {mis}: {bias}");
+        assert!(bias < 1e-5, "mode {mis:?}: {bias}");
     }
 }
 
@@ -438,6 +436,7 @@ fn planted_faults_are_seen() {
         (
             "empty neighbours skipped",
             (
+                "restir/merge.glsl",
                 "Domain domain = domain_of(k);",
                 "if (k > 0u && techniques[k].contribution_weight <= 0.0) continue; Domain domain = domain_of(k);",
             ),
@@ -445,6 +444,7 @@ fn planted_faults_are_seen() {
         (
             "a confidence that depends on the sample",
             (
+                "restir/merge.glsl",
                 "techniques[k].confidence, canonical_confidence,",
                 "techniques[k].confidence * (techniques[k].contribution_weight > 10.0 ? 2.0 : 1.0), canonical_confidence,",
             ),
@@ -452,13 +452,14 @@ fn planted_faults_are_seen() {
         (
             "the canonical's pair term without its own target",
             (
-                "share_of(canonical_confidence * balance.canonical, neighbour_confidence * target)",
+                "restir/algebra.glsl",
+                "share_of(canonical_confidence * terms.canonical, neighbour_confidence * target)",
                 "0.5",
             ),
         ),
     ];
     for (name, fault) in faults {
-        let seen = bias(MIS_PAIRWISE, &techniques, Some(fault));
+        let seen = bias(Mis::Pairwise, &techniques, Some(fault));
         println!("{name}: {seen:.3}");
         assert!(seen > 0.005, "{name}: {seen}");
     }
@@ -469,11 +470,12 @@ fn a_failed_shift_that_the_canonical_forgets_is_seen() {
     let (name, techniques) = toys().swap_remove(6);
     assert_eq!(name, "shifts that stretch or fail");
     let fault = (
+        "restir/merge.glsl",
         "if (jacobian > 0.0) {",
         "if (i == 0u) jacobian = 1.0; if (jacobian > 0.0) {",
     );
     for mis in UNBIASED {
         let seen = bias(mis, &techniques, Some(fault));
-        assert!(seen > 0.1, "mode {mis}: {seen}");
+        assert!(seen > 0.1, "mode {mis:?}: {seen}");
     }
 }

@@ -9,7 +9,7 @@ const POINTS: usize = 20_000;
 
 /// Barycentrics that are not exact slide a point within its triangle's plane, by more than its bounds say.
 /// Whatever is made of it must lie so near the plane that its clearance takes a ray's origin off it.
-fn behind_the_plane(fault: Option<(&str, &str)>) -> usize {
+fn behind_the_plane(fault: Option<(&str, &str, &str)>) -> usize {
     let mut random = Random(7);
     let mut number_in = |low: f64, high: f64| (low + (high - low) * random.unit()) as f32;
     let inputs: Vec<[u32; 8]> = (0..POINTS)
@@ -29,7 +29,7 @@ fn behind_the_plane(fault: Option<(&str, &str)>) -> usize {
         })
         .collect();
     let function = Function {
-        includes: &["random.glsl", "rounding.glsl"],
+        includes: &["core/random.glsl", "core/rounding.glsl"],
         globals: "const vec3 POINT = vec3(0.31, -1.7, 2.3);",
         body: "
             vec4 u = uintBitsToFloat(a), v = uintBitsToFloat(b);
@@ -65,6 +65,7 @@ fn points_that_slid_within_their_plane_stay_before_it() {
 #[test]
 fn a_point_of_mixed_coordinates_is_found() {
     let fault = (
+        "core/rounding.glsl",
         "if (component_sum(error) < component_sum(position_error)) {",
         "position = mix(position, origin + depth * direction, lessThan(error, position_error));
         position_error = min(error, position_error);

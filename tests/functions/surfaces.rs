@@ -9,7 +9,7 @@ use headwater::metrics::statistics::{chi_square_p_value, holm};
 use headwater::scene::Material;
 use std::f64::consts::TAU;
 
-const INCLUDES: &[&str] = &["geometry.glsl", "materials.glsl"];
+const INCLUDES: &[&str] = &["scene/material.glsl"];
 
 /// Metals and dielectrics, smooth to rough, and one between.
 fn materials() -> Vec<Material> {
@@ -33,9 +33,7 @@ fn materials() -> Vec<Material> {
 }
 
 fn gpu(all: &[Material]) -> Vec<GpuMaterial> {
-    all.iter()
-        .map(headwater::tracing::scene::gpu_material)
-        .collect()
+    all.iter().map(headwater::tracing::gpu_material).collect()
 }
 
 fn upper(random: &mut Random) -> DVec3 {
@@ -93,7 +91,7 @@ fn surfaces_reflect_as_their_twins_do() {
 fn sampled(material: &Material, outgoing: Vec3, count: u32) -> Vec<Option<(DVec3, DVec3, f64)>> {
     let materials = gpu(std::slice::from_ref(material));
     let function = Function {
-        includes: &["random.glsl", "geometry.glsl", "materials.glsl"],
+        includes: &["core/random.glsl", "scene/material.glsl"],
         body: "Random random = random_start(b.x, 9u, 4u); vec3 o = uintBitsToFloat(a.xyz);
             BsdfSample s = sample_bsdf(make_bsdf(material_at(0), o.z), o, to_unit(random_bits(random)));
             x = uvec4(floatBitsToUint(s.direction), s.valid ? 1u : 0u);

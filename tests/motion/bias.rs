@@ -3,10 +3,10 @@
 
 use crate::{playroom, support};
 use glam::{DAffine3, DQuat, DVec3};
+use headwater::choices::Format;
 use headwater::metrics::statistics::Estimate;
 use headwater::render::presets::Preset;
-use headwater::render::reservoirs::Format;
-use headwater::render::settings::Reuse;
+use headwater::render::settings::ReuseMode;
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::motion::{Moving, Node, Place};
 use headwater::scene::tracks::{Interpolation, Track};
@@ -147,9 +147,9 @@ fn check_at(
 
 /// A mean is known no better for what neighbours share, so they are left out.
 fn temporal(settings: &mut Settings) {
-    settings.direct.reuse = Reuse::Temporal;
-    settings.direct.light_samples = 24;
-    settings.indirect.reuse = Reuse::Temporal;
+    settings.direct.resampling.reuse = ReuseMode::Temporal;
+    settings.direct.resampling.light_samples = 24;
+    settings.indirect.resampling.reuse = ReuseMode::Temporal;
 }
 
 #[test]
@@ -177,7 +177,7 @@ fn everything_at_once_with_ray_query_and_full_reservoirs() {
     let all = playroom(&["camera", "object", "light", "toggle"], 1.0);
     check("all", all, Some(Tracer::RayQuery), |settings| {
         settings.reservoirs.format = Format::Full;
-        settings.direct.light_samples = 24;
+        settings.direct.resampling.light_samples = 24;
     });
 }
 
@@ -265,9 +265,9 @@ fn indirect_light_from_a_floor_that_grows() {
 }
 
 /// Runs a test of this file once more by itself, with a fault in temporal reuse, and expects it to fail.
-fn assert_seen(test: &str, right: &str, wrong: &str) {
+fn assert_seen(test: &str, file: &str, right: &str, wrong: &str) {
     let folder = tempfile::tempdir().unwrap();
-    support::planted(folder.path(), &[("temporal.glsl", right, wrong)]);
+    support::planted(folder.path(), &[(file, right, wrong)]);
     let output = Command::new(std::env::current_exe().unwrap())
         .args(["--exact", test, "--nocapture"])
         .env("HEADWATER_GLSL", folder.path())
@@ -285,7 +285,8 @@ fn assert_seen(test: &str, right: &str, wrong: &str) {
 fn what_has_come_behind_the_second_vertex_is_seen_if_it_is_not_looked_for() {
     assert_seen(
         "bias::indirect_light_that_a_board_cuts_off",
-        "MOVES && value.kind == PATH_TO_LIGHT ? 2u : 1u",
+        "restir/temporal.glsl",
+        "MOVES ? segment_count(value) : 1u",
         "1u",
     );
 }
@@ -294,6 +295,7 @@ fn what_has_come_behind_the_second_vertex_is_seen_if_it_is_not_looked_for() {
 fn an_area_that_is_left_out_is_seen() {
     assert_seen(
         "bias::indirect_light_from_a_floor_that_grows",
+        "restir/path_sample.glsl",
         "return area * (light_at",
         "return (light_at",
     );
@@ -303,6 +305,7 @@ fn an_area_that_is_left_out_is_seen() {
 fn paths_that_are_kept_though_what_lies_behind_may_have_changed_are_seen() {
     assert_seen(
         "bias::indirect_light_of_lamps_that_move_and_go_on_and_off",
+        "restir/path_sample.glsl",
         "if (value.kind == PATH_ONWARD) return 0.0;",
         "if (value.kind == PATH_ONWARD) return 1.0;",
     );

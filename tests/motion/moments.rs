@@ -2,9 +2,9 @@
 
 use crate::{playroom, support};
 use headwater::layouts::{NONE, PixelSums, PrimarySurface, RayQuery};
+use headwater::render::outputs::ray_list::RayTracer;
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::Scene;
-use headwater::tracing::rays::RayTracer;
 use headwater::tracing::{GpuScene, Tracer, Variant};
 use std::sync::Arc;
 use support::random::Random;
@@ -62,15 +62,15 @@ fn rays_meet_what_stands_there() {
     let origin = scene.cameras[0].camera_to_world.translation;
     for variant in each_tracer() {
         let (device, _) = support::open_device(Some(variant));
-        let moving = GpuScene::new(&device, &scene, origin, variant).unwrap();
+        let moving = Arc::new(GpuScene::new(&device, &scene, origin, variant).unwrap());
         let mut before = 0.0;
         for time in TIMES {
-            moving.stand(time, before).unwrap();
+            moving.set_pose(time, before).unwrap();
             before = time;
             let still = scene.pose_at(time).unwrap();
-            let fresh = GpuScene::new(&device, &still, origin, variant).unwrap();
+            let fresh = Arc::new(GpuScene::new(&device, &still, origin, variant).unwrap());
             let [one, other] = [&moving, &fresh].map(|uploaded| {
-                let tracer = RayTracer::new(&device, uploaded, &rays(&scene)).unwrap();
+                let tracer = RayTracer::new(&device, uploaded.clone(), &rays(&scene)).unwrap();
                 tracer.run().unwrap();
                 tracer.answers().unwrap()
             });

@@ -171,25 +171,18 @@ pub fn render(
     }
 }
 
-/// A copy of the shaders in which a fault was planted: of each file, texts and what replaces them.
+/// Writes a copy of the shaders with a planted fault: changes are (file, text, replacement).
 pub fn planted(folder: &Path, changes: &[(&str, &str, &str)]) {
     let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("glsl");
-    std::fs::create_dir_all(folder.join("passes")).unwrap();
-    for part in ["", "passes"] {
-        for entry in std::fs::read_dir(from.join(part)).unwrap() {
-            let entry = entry.unwrap();
-            if !entry.file_type().unwrap().is_file() {
-                continue;
-            }
-            let name = Path::new(part).join(entry.file_name());
-            let mut source = std::fs::read_to_string(entry.path()).unwrap();
-            for (file, old, new) in changes {
-                if Path::new(file) == name {
-                    assert!(source.contains(old), "{file} has no '{old}'");
-                    source = source.replace(old, new);
-                }
-            }
-            std::fs::write(folder.join(&name), source).unwrap();
-        }
+    let mut sources = headwater::gpu::compiler::read_folder(&from).unwrap();
+    for (file, text, replacement) in changes {
+        let source = sources.get_mut(*file).expect("no such file");
+        assert!(source.contains(text), "{file} has no '{text}'");
+        *source = source.replace(text, replacement);
+    }
+    for (name, source) in sources {
+        let path = folder.join(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, source).unwrap();
     }
 }

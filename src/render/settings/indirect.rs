@@ -1,6 +1,6 @@
 //! Settings of indirect light.
 
-use super::{Candidates, Mis, Resampling, Reuse, Similar, Spatial, Temporal, Visibility};
+use super::{Resampling, ReuseMode};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -42,26 +42,15 @@ pub enum Secondary {
 
 /// Resampling of indirect light.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
+#[serde(default)]
 pub struct Indirect {
     /// How indirect light is found; with `--bounces 1` or less there is none.
     pub mode: IndirectMode,
-    /// How lights are picked at the vertices of paths. No effect on bias.
-    pub candidates: Candidates,
-    /// How these vertices look for lights. Unbiased either way.
+    /// How the vertices of paths look for lights. Unbiased either way.
     pub secondary: Secondary,
-    /// Points on lights that each vertex chooses from, with `secondary=ris`. Cost: one target each, no
-    /// ray. Unbiased at any value.
-    #[schemars(range(min = 1, max = 1024))]
-    pub light_samples: u32,
-    /// Whose reservoirs a pixel merges with its own. Unbiased at any value, in motion too: there only
-    /// paths that reach a light from their second vertex are carried on.
-    pub reuse: Reuse,
-    /// How a merge weighs its techniques. `constant` is biased.
-    pub mis: Mis,
-    /// Where visibility enters. Paths are traced, so that without it in the weights light is missing:
-    /// only `weights` is unbiased.
-    pub visibility: Visibility,
+    /// How it is resampled.
+    #[serde(flatten)]
+    pub resampling: Resampling,
     /// How another pixel takes over a path. `biased` is biased.
     pub shift: Shift,
     /// Largest ratio between two pixels' views of a second vertex, by the solid angle that it has in
@@ -73,52 +62,31 @@ pub struct Indirect {
     /// camera. Higher: fewer outliers in corners, less reuse. Unbiased at any value.
     #[schemars(range(min = 0.0, max = 1000.0))]
     pub min_distance: f32,
-    /// Temporal reuse.
-    pub temporal: Temporal,
-    /// Spatial reuse.
-    pub spatial: Spatial,
-    /// Which surfaces are alike enough to share samples.
-    pub similar: Similar,
 }
 
 impl Default for Indirect {
     fn default() -> Self {
         Self {
             mode: IndirectMode::default(),
-            candidates: Candidates::Auto,
             secondary: Secondary::default(),
-            light_samples: 8,
-            reuse: Reuse::default(),
-            mis: Mis::default(),
-            visibility: Visibility::default(),
+            resampling: Resampling::default(),
             shift: Shift::default(),
             jacobian_limit: 10.0,
             min_distance: 0.0,
-            temporal: Temporal::default(),
-            spatial: Spatial::default(),
-            similar: Similar::default(),
         }
     }
 }
 
 impl Indirect {
-    /// How it is resampled.
-    pub fn resampling(&self) -> Resampling {
-        Resampling {
-            candidates: self.candidates,
-            light_samples: match self.secondary {
-                Secondary::Power => 1,
-                Secondary::Ris => self.light_samples,
-            },
-            reuse: match self.mode {
-                IndirectMode::Restir => self.reuse,
-                IndirectMode::Off | IndirectMode::Path => Reuse::None,
-            },
-            mis: self.mis,
-            visibility: self.visibility,
-            temporal: self.temporal,
-            spatial: self.spatial,
-            similar: self.similar,
+    /// How it is resampled, with what `mode` and `secondary` leave of it.
+    pub fn effective_resampling(&self) -> Resampling {
+        let mut resampling = self.resampling;
+        if self.secondary == Secondary::Power {
+            resampling.light_samples = 1;
         }
+        if self.mode != IndirectMode::Restir {
+            resampling.reuse = ReuseMode::None;
+        }
+        resampling
     }
 }

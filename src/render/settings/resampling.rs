@@ -1,5 +1,6 @@
-//! What the kinds of light that are resampled have in common.
+//! The settings that both kinds of light have.
 
+use crate::choices::{Mis, Visibility};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -19,7 +20,7 @@ pub enum Candidates {
 /// Whose reservoirs a pixel merges with its own.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Reuse {
+pub enum ReuseMode {
     /// Nobody's.
     None,
     /// That of the last frame.
@@ -31,7 +32,7 @@ pub enum Reuse {
     Spatiotemporal,
 }
 
-impl Reuse {
+impl ReuseMode {
     /// Whether the last frame is used.
     pub fn is_temporal(self) -> bool {
         matches!(self, Self::Temporal | Self::Spatiotemporal)
@@ -41,37 +42,6 @@ impl Reuse {
     pub fn is_spatial(self) -> bool {
         matches!(self, Self::Spatial | Self::Spatiotemporal)
     }
-}
-
-/// How a merge weighs its techniques against each other.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Mis {
-    /// By confidence alone: cheapest; biased where neighbours cannot make what the pixel needs.
-    Constant,
-    /// The balance heuristic over all: unbiased, least noise, cost grows with the square.
-    Balance,
-    /// The balance heuristic between the pixel and one neighbour at a time: unbiased, cheaper.
-    Pairwise,
-    /// Pairwise with a share kept by the pixel's own sample: unbiased, guards against bad neighbours.
-    #[default]
-    Defensive,
-}
-
-/// Where visibility enters.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Visibility {
-    /// Nowhere: shadows are missing. Biased, for comparisons only.
-    None,
-    /// Where the chosen sample is shaded: one ray. For direct light unbiased, noisy in shadows, and without
-    /// BSDF samples. Paths of indirect light are traced, so for them the same as `initial`.
-    Final,
-    /// Of the initial survivor, and where the chosen sample is shaded. Biased, dark.
-    Initial,
-    /// In every target function: one ray each with `mis=balance`, two a merge by pairs. Unbiased.
-    #[default]
-    Weights,
 }
 
 /// How neighbours are looked for.
@@ -168,23 +138,44 @@ impl Default for Similar {
     }
 }
 
-/// How one kind of light is resampled.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// How one kind of light is resampled: the part that the settings of both kinds contain.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
 pub struct Resampling {
-    /// How lights are picked.
+    /// How lights are picked for candidates. No effect on bias.
     pub candidates: Candidates,
-    /// Points on lights that a pixel, or a vertex of a path, chooses from.
+    /// Light candidates a pixel and frame; of indirect light the points on lights that each vertex of a
+    /// path chooses from, with `secondary=ris`. Cost: one target each, no ray. Unbiased at any value.
+    #[schemars(range(min = 1, max = 1024))]
     pub light_samples: u32,
-    /// Whose reservoirs a pixel merges with its own.
-    pub reuse: Reuse,
-    /// How a merge weighs its techniques.
+    /// Whose reservoirs a pixel merges with its own. Unbiased at any value; of indirect light in motion,
+    /// only paths that reach a light from their second vertex are reused over time.
+    pub reuse: ReuseMode,
+    /// How a merge weighs its techniques. `constant` is biased.
     pub mis: Mis,
-    /// Where visibility enters.
+    /// Where visibility enters. `initial` and `none` are biased. Candidates of indirect light are traced
+    /// paths, which never reach what is not visible: for them only `weights` is unbiased.
     pub visibility: Visibility,
     /// Temporal reuse.
     pub temporal: Temporal,
     /// Spatial reuse.
     pub spatial: Spatial,
-    /// Which surfaces are alike enough to share samples.
+    /// Which surfaces are similar enough to share samples.
     pub similar: Similar,
+}
+
+impl Default for Resampling {
+    /// The defaults of indirect light; those of direct light differ.
+    fn default() -> Self {
+        Self {
+            candidates: Candidates::Auto,
+            light_samples: 8,
+            reuse: ReuseMode::default(),
+            mis: Mis::default(),
+            visibility: Visibility::default(),
+            temporal: Temporal::default(),
+            spatial: Spatial::default(),
+            similar: Similar::default(),
+        }
+    }
 }

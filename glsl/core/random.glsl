@@ -1,0 +1,51 @@
+#pragma once
+// Counter-based random numbers: draw n of a sample is a hash of (pixel, sample, seed, n), so results depend
+// neither on the number of threads nor on how samples are split into dispatches.
+// pcg4d: Jarzynski and Olano, "Hash Functions for GPU Rendering", JCGT 2020.
+#include "prelude.glsl"
+
+struct Random {
+    uvec4 counter;
+};
+
+Random random_start(uint pixel, uint sample_index, uint seed) {
+    return Random(uvec4(pixel, sample_index, seed, 0u));
+}
+
+// One of several streams of a sample. The starts of streams 0 to 88 are at least 2^25 draws apart. They are
+// multiples of the golden ratio, because the hash carries bits only upward: starts that differ in a few high
+// bits alone would give correlated numbers.
+Random random_stream(uint pixel, uint sample_index, uint seed, uint stream) {
+    return Random(uvec4(pixel, sample_index, seed, stream * 0x9E3779B9u));
+}
+
+uvec4 pcg4d(uvec4 v) {
+    v = v * 1664525u + 1013904223u;
+    v.x += v.y * v.w;
+    v.y += v.z * v.x;
+    v.z += v.x * v.y;
+    v.w += v.y * v.z;
+    v ^= v >> 16u;
+    v.x += v.y * v.w;
+    v.y += v.z * v.x;
+    v.z += v.x * v.y;
+    v.w += v.y * v.z;
+    return v;
+}
+
+uvec4 random_bits(inout Random random) {
+    random.counter.w += 1u;
+    return pcg4d(random.counter);
+}
+
+// 24 bits, in [0, 1).
+float to_unit(uint bits) { return float(bits >> 8u) * 5.9604644775390625e-8; }
+
+vec4 to_unit(uvec4 bits) { return vec4(bits >> 8u) * 5.9604644775390625e-8; }
+
+// An integer below `count`, from 32 random bits.
+uint scale_to(uint bits, uint count) {
+    uint high, low;
+    umulExtended(bits, count, high, low);
+    return high;
+}

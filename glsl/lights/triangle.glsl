@@ -1,0 +1,63 @@
+#pragma once
+// Emissive triangles: selection by power, uniform points, and their densities.
+#include "core/random.glsl"
+#include "core/math.glsl"
+#include "scene/geometry.glsl"
+
+struct LightPoint {
+    uint light;
+    vec3 position;
+    // Bound of the position's rounding error, for each axis.
+    vec3 error;
+    vec3 normal;
+    vec3 emission;
+    // Density over the area of all lights.
+    float pdf_area;
+};
+
+// Selects a light by the alias table: two random words, no search (Walker; Vose).
+uint pick_light(uint count, uvec2 bits) {
+    uint slot = scale_to(bits.x, count);
+    return bits.y < light_at(slot, CURRENT).keep_below ? slot : light_at(slot, CURRENT).alias;
+}
+
+// The radiance that a light emits in a direction with this cosine to its normal: 0 from the back of a one-sided light.
+vec3 light_emission(GpuLight light, float cosine) {
+    return cosine > 0.0 || light.double_sided != 0u ? light.emission : vec3(0.0);
+}
+
+float light_pdf_area(GpuLight light) { return light.probability / light.area; }
+
+// Converts an area density to solid angle at a point with this squared distance, under this cosine at the light.
+float area_to_solid_angle(float pdf_area, float distance_squared, float cosine) {
+    return pdf_area * distance_squared / max(abs(cosine), TINY);
+}
+
+// Barycentric weights of the second and third corner for a uniform point on a triangle.
+vec2 uniform_barycentrics(uvec2 bits) {
+    float root = sqrt(to_unit(bits.x));
+    float across = to_unit(bits.y) * root;
+    return vec2(root - across, across);
+}
+
+vec3 light_position(GpuLight light, vec2 barycentrics) {
+    return light.corner + barycentrics.x * light.edge1 + barycentrics.y * light.edge2;
+}
+
+// Bound of the rounding error of such a position, for each axis.
+vec3 light_position_error(GpuLight light) {
+    return 4.7683716e-7 * (abs(light.corner) + abs(light.edge1) + abs(light.edge2));
+}
+
+// A uniform point on a light that is selected by power.
+LightPoint sample_light(uint count, uvec4 bits) {
+    LightPoint point;
+    point.light = pick_light(count, bits.xy);
+    GpuLight light = light_at(point.light, CURRENT);
+    point.position = light_position(light, uniform_barycentrics(bits.zw));
+    point.error = light_position_error(light);
+    point.normal = light.normal;
+    point.emission = light.emission;
+    point.pdf_area = light_pdf_area(light);
+    return point;
+}

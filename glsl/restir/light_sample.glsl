@@ -1,0 +1,110 @@
+#pragma once
+// Samples of direct light: a point on an emissive triangle, in area measure. Type, target, shadow ray, shift and
+// packing.
+#include "core/radiance.glsl"
+#include "lights/triangle.glsl"
+#include "restir/packed_reservoir.glsl"
+#include "scene/domain.glsl"
+
+struct LightSample {
+    // Index of the light, and two 16-bit barycentric weights.
+    uint light;
+    uint barycentrics;
+    // Follows from these. It is kept so that the full format can store it instead of reading the light again.
+    vec3 position;
+    vec3 normal;
+    vec3 emission;
+    bool double_sided;
+};
+
+LightSample empty_light_sample() { return LightSample(NONE, 0u, vec3(0.0), vec3(0.0), vec3(0.0), false); }
+
+LightSample light_sample_at(uint index, uint barycentrics, uint epoch) {
+    GpuLight light = light_at(index, epoch);
+    vec3 position = light_position(light, unpackUnorm2x16(barycentrics));
+    return LightSample(index, barycentrics, position, light.normal, light.emission, light.double_sided != 0u);
+}
+
+// ---- Target and shadow ray
+
+// The integrand in area measure: f · emission · cosine · cosine / distance², without visibility.
+// `pdf_area` is the density with which BSDF sampling would find the point.
+vec3 contribution(Domain domain, LightSample value, out float pdf_area) {
+    pdf_area = 0.0;
+    vec3 direction;
+    float cosine;
+    float solid_angle = solid_angle_per_area(domain.position, value.position, value.normal, direction, cosine);
+    if (cosine <= 0.0 && !value.double_sided) return vec3(0.0);
+    vec3 light = reflected_light(domain, direction, value.emission, pdf_area) * solid_angle;
+    pdf_area *= solid_angle;
+    return light;
+}
+
+vec3 contribution(Domain domain, LightSample value) {
+    float pdf_area;
+    return contribution(domain, value, pdf_area);
+}
+
+// The ray that decides whether a point on a light is visible.
+Ray shadow_ray(Domain domain, LightSample value, uint epoch) {
+    vec3 direction = value.position - domain.position;
+    vec3 error = light_position_error(light_at(value.light, epoch));
+    vec3 from = ray_origin(domain, direction);
+    vec3 to = offset_origin(value.position, error, value.normal, -direction);
+    // Ends short of the light by the rounding error along the whole ray.
+    return Ray(from, 1.0 - 1e-6, to - from);
+}
+
+vec3 sample_position(LightSample value) { return value.position; }
+
+vec3 sample_normal(LightSample value) { return value.normal; }
+
+// ---- Shift between frames: the sample keeps its light and its place on it. The Jacobian is the ratio of areas.
+
+// The area of the sample's light.
+float sample_measure(LightSample value, uint epoch) { return light_at(value.light, epoch).area; }
+
+// The same point of the same light in another epoch.
+LightSample sample_in(LightSample value, uint epoch) {
+    return light_sample_at(value.light, value.barycentrics, epoch);
+}
+
+// The segments of a sample whose visibility can change when something moves.
+uint segment_count(LightSample value) { return 1u; }
+
+Ray segment_ray(Domain domain, LightSample value, uint segment, uint epoch) { return shadow_ray(domain, value, epoch); }
+
+// ---- Shift between pixels: always possible, with a Jacobian of 1 in area measure.
+
+bool is_within_limits(View a, LightSample in_a, View b, LightSample in_b, float jacobian_limit, float min_distance) {
+    return true;
+}
+
+// ---- Packing
+
+void pack_sample(LightSample value, inout PackedReservoir p) {
+    p.words[2] = (KIND_TRIANGLE << KIND_SHIFT) | value.light;
+    p.words[3] = value.barycentrics;
+    if (RESERVOIR_FORMAT != FORMAT_FULL) return;
+    if (value.double_sided) p.words[2] |= KIND_DOUBLE_SIDED;
+    uvec3 position = floatBitsToUint(value.position);
+    uvec2 radiance = pack_radiance(value.emission);
+    // A vector is not split over blocks of 16 bytes.
+    p.words[4] = position.x;
+    p.words[5] = position.y;
+    p.words[6] = position.z;
+    p.words[7] = pack_octahedral(value.normal, 16u);
+    p.words[8] = radiance.x;
+    p.words[9] = radiance.y;
+}
+
+void unpack_sample(PackedReservoir p, out LightSample value) {
+    uint light = p.words[2] & LIGHT_MASK;
+    if (RESERVOIR_FORMAT != FORMAT_FULL) {
+        value = light_sample_at(light, p.words[3], CURRENT);
+        return;
+    }
+    value = LightSample(light, p.words[3], uintBitsToFloat(uvec3(p.words[4], p.words[5], p.words[6])),
+                        unpack_octahedral(p.words[7], 16u), unpack_radiance(uvec2(p.words[8], p.words[9])),
+                        (p.words[2] & KIND_DOUBLE_SIDED) != 0u);
+}

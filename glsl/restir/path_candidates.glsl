@@ -1,0 +1,114 @@
+#pragma once
+// Candidates of indirect light: a path with next-event estimation at every vertex but the first. Each light that the
+// path finds is one candidate.
+#include "core/roulette.glsl"
+#include "lights/sources.glsl"
+#include "restir/path_sample.glsl"
+#include "restir/pilot.glsl"
+
+// A path under construction.
+struct Path {
+    // Product of f · cosine / density.
+    vec3 throughput;
+    // The same for the vertices after the second, without roulette: the radiance of a sample is made of it. MIS weights
+    // and roulette are part of the contribution weight instead. Densities of directions could be too, since they do not
+    // depend on the viewer, but chains of narrow lobes would leave the range of f32.
+    vec3 suffix_throughput;
+    uint scatterings;
+    // The density of the current ray, for the MIS weight of a light that it hits.
+    float pdf_solid_angle;
+    bool mirror;
+    // Whether its samples can be shared: not with a mirror at one of the first two vertices, to which no reconnection
+    // exists.
+    bool can_share;
+    // The second vertex, once it is known, and the direction in which the path continues from there.
+    PathSample second;
+};
+
+// A light that a path found.
+struct Candidate {
+    // Its contribution to the pixel if it were the only candidate.
+    vec3 light;
+    bool can_share;
+    PathSample value;
+};
+
+// The path that begins with a mirror reflection.
+Path mirror_path(vec3 reflectance) { return Path(reflectance, vec3(1.0), 1u, 0.0, true, false, empty_path_sample()); }
+
+// The path that begins with the pixel's pilot ray.
+Path first_path(BsdfSample first) {
+    return Path(first.weight, vec3(1.0), 1u, first.pdf_solid_angle, false, true, empty_path_sample());
+}
+
+// Whether the current ray started at the first vertex, or at the second.
+bool left_first(Path path) { return path.scatterings == 1u; }
+bool left_second(Path path) { return path.scatterings == 2u; }
+
+// The candidate of a path that ends at a light: `directly` from its second vertex, or from a later vertex. `radiance` is
+// the emission, or the light that the last vertex reflects.
+Candidate make_candidate(Path path, vec3 light, bool directly, uint light_index, uint barycentrics, vec3 radiance) {
+    Candidate found = Candidate(light, path.can_share, path.second);
+    found.value.kind = directly ? PATH_TO_LIGHT : PATH_ONWARD;
+    found.value.light = light_index;
+    found.value.light_barycentrics = barycentrics;
+    found.value.radiance = path.suffix_throughput * radiance;
+    return found;
+}
+
+// The light that a BSDF ray hit, weighed against next-event estimation at the previous vertex.
+Candidate light_hit(Path path, uint light_index, Hit hit, vec3 direction) {
+    GpuLight light = light_at(light_index, CURRENT);
+    float cosine = -dot(light.normal, direction);
+    vec3 emission = light_emission(light, cosine);
+    float weight = 1.0;
+    if (!path.mirror) {
+        float pdf_area = light_sample_pdf_area(light_index);
+        float pdf_light = area_to_solid_angle(pdf_area, square(hit.t), cosine);
+        weight = 1.0 / (1.0 + float(restir.at.reuse.light_samples) * (pdf_light / path.pdf_solid_angle));
+    }
+    return make_candidate(path, path.throughput * emission * weight, left_second(path), light_index,
+                          packUnorm2x16(hit.barycentrics), emission);
+}
+
+// Next-event estimation at a vertex: selects one of several light samples by their reflected light (RIS). Returns
+// whether its shadow ray must be traced.
+bool sample_light_at(Path path, Domain vertex, inout Random random, out Candidate found, out Ray ray) {
+    Stream points = empty_stream();
+    LightSample point;
+    for (uint i = 0u; i < restir.at.reuse.light_samples; i += 1u) {
+        uvec4 bits = random_bits(random);
+        float choice = to_unit(random_bits(random).x);
+        LightSample value = draw_light_sample(bits);
+        float target;
+        float weight = candidate_weight(vertex, value, 1u, target);
+        if (stream_add(points, i, weight, target, choice)) point = value;
+    }
+    if (points.chosen == NONE) return false;
+    vec3 direction;
+    float cosine, pdf_solid_angle;
+    float solid_angle = solid_angle_per_area(vertex.position, point.position, point.normal, direction, cosine);
+    vec3 reflected = reflected_light(vertex, direction, point.emission, pdf_solid_angle);
+    found = make_candidate(path, path.throughput * reflected * (solid_angle * contribution_weight(points)),
+                           left_first(path), point.light, point.barycentrics, reflected);
+    ray = shadow_ray(vertex, point, CURRENT);
+    return max_component(found.light) > 0.0;
+}
+
+// Samples the path's next ray at a vertex; returns whether the path continues.
+bool scatter(inout Path path, Domain vertex, vec4 numbers, out Ray next) {
+    BsdfSample onward;
+    bool alive = sample_bsdf_ray(vertex, numbers, onward, next);
+    path.throughput *= onward.weight;
+    if (left_first(path)) {
+        path.second.direction = next.direction;
+        path.can_share = path.can_share && !onward.mirror;
+    } else {
+        path.suffix_throughput *= onward.weight;
+    }
+    path.scatterings += 1u;
+    path.pdf_solid_angle = onward.pdf_solid_angle;
+    path.mirror = onward.mirror;
+    return survives_roulette(path.throughput, path.scatterings, restir.at.view.roulette_start, restir.at.view.roulette_floor, numbers.w)
+        && alive;
+}

@@ -1,0 +1,231 @@
+#pragma once
+// Samples of indirect light: the second vertex of a path, which is a point of a triangle, and the radiance that arrives
+// there from one direction. Type, target, shadow rays, shift and packing.
+//
+// Another pixel takes over the path by connecting to the second vertex itself (the reconnection shift). Densities are
+// per area at the second vertex and per solid angle of the direction beyond it. Neither depends on the viewer, so the
+// Jacobian of this shift is 1: the viewer's own cosine / distance² is part of the integrand.
+#include "core/radiance.glsl"
+#include "restir/light_sample.glsl"
+
+// How a path continues from its second vertex.
+const uint PATH_NONE = 0u;
+// To a point on a light, which is named so that the sample can follow it through a moving scene.
+const uint PATH_TO_LIGHT = 1u;
+// Over other surfaces.
+const uint PATH_ONWARD = 2u;
+// Either of these, but the radiance leaving the second vertex is taken to be the same for all viewers: biased.
+const uint PATH_OUTGOING = 3u;
+
+struct PathSample {
+    uint kind;
+    // The second vertex: a triangle, and a point on it. In a corner this point is as close to the viewer as rounding
+    // permits, so its barycentric weights are kept in full precision.
+    uint instance;
+    uint primitive;
+    vec2 barycentrics;
+    // PATH_TO_LIGHT: where the path ends.
+    uint light;
+    uint light_barycentrics;
+    // Unit, from the second vertex onward, and the radiance that arrives from there; with PATH_OUTGOING the radiance
+    // that leaves the vertex.
+    vec3 direction;
+    vec3 radiance;
+    // Follows from these. It is kept so that the full format can store it instead of reading the triangle again.
+    TrianglePoint point;
+    float clearance;
+    uint material;
+};
+
+PathSample empty_path_sample() {
+    TrianglePoint point = TrianglePoint(vec3(0.0), vec3(0.0), vec3(0.0, 0.0, 1.0), vec3(0.0, 0.0, 1.0), false);
+    return PathSample(PATH_NONE, NONE, 0u, vec2(0.0), NONE, 0u, vec3(0.0, 0.0, 1.0), vec3(0.0), point, 0.0, 0u);
+}
+
+// Computes the second vertex from its triangle.
+void place_vertex(inout PathSample value, uint epoch) {
+    GpuInstance instance = instance_at(value.instance, epoch);
+    value.point = triangle_point(instance, value.primitive, value.barycentrics);
+    value.clearance = clearance_of(value.point.normal, value.point.error);
+    value.material = triangle_owner(instance, value.primitive).material;
+}
+
+// Points the direction from the second vertex to the point on the light where the path ends.
+void aim_at_light(inout PathSample value, uint epoch) {
+    LightSample light = light_sample_at(value.light, value.light_barycentrics, epoch);
+    float cosine;
+    solid_angle_per_area(value.point.position, light.position, light.normal, value.direction, cosine);
+    value.radiance = cosine > 0.0 || light.double_sided ? light.emission : vec3(0.0);
+}
+
+// Shading domain at the second vertex for a viewer along `direction`.
+Domain vertex_domain(PathSample value, vec3 direction) {
+    vec3 geometric_normal, shading_normal;
+    face_viewer(value.point, direction, geometric_normal, shading_normal);
+    return make_domain(value.point.position, value.clearance, geometric_normal, shading_normal, value.material, direction);
+}
+
+// ---- Target and shadow rays
+
+// The radiance that leaves the second vertex towards a viewer along `direction`.
+vec3 outgoing_radiance(PathSample value, vec3 direction) {
+    Domain vertex = vertex_domain(value, direction);
+    float pdf_solid_angle;
+    if (value.kind != PATH_OUTGOING) return reflected_light(vertex, value.direction, value.radiance, pdf_solid_angle);
+    // A vertex that is lit from its other side sends nothing to this viewer.
+    return dot(value.direction, vertex.geometric_normal) > 0.0 ? value.radiance : vec3(0.0);
+}
+
+// The integrand, per area at the second vertex and per solid angle beyond it, without visibility.
+vec3 contribution(Domain domain, PathSample value) {
+    vec3 direction;
+    float cosine, pdf_solid_angle;
+    float solid_angle = solid_angle_per_area(domain.position, value.point.position, value.point.normal, direction, cosine);
+    vec3 light = reflected_light(domain, direction, vec3(solid_angle), pdf_solid_angle);
+    // Early out: usually the vertex is behind the surface.
+    if (max_component(light) <= 0.0) return vec3(0.0);
+    return light * outgoing_radiance(value, direction);
+}
+
+// The ray that decides whether the second vertex is visible.
+Ray shadow_ray(Domain domain, PathSample value, uint epoch) {
+    vec3 direction = value.point.position - domain.position;
+    vec3 from = ray_origin(domain, direction);
+    float side = dot(direction, value.point.normal) < 0.0 ? value.clearance : -value.clearance;
+    vec3 way = value.point.position + side * value.point.normal - from;
+    // In a crease the vertex may lie behind the other wall, so the ray ends before it.
+    return Ray(from, 1.0 - clamp(value.clearance * inversesqrt(max(dot(way, way), TINY)), 1e-6, 0.5), way);
+}
+
+vec3 sample_position(PathSample value) { return value.point.position; }
+
+vec3 sample_normal(PathSample value) { return value.point.normal; }
+
+// ---- Shift between pixels: its limits. Beyond them the shift does not exist, in both directions.
+
+// Whether the reconnection between two views is within the limits of Jacobian and distance; `in_a` and `in_b` are the
+// path as it is in each view. The test is symmetric, so it does not matter which view made the path. The Jacobian by
+// solid angle is the ratio of both views' solid angles per area.
+bool is_within_limits(View a, PathSample in_a, View b, PathSample in_b, float jacobian_limit, float min_distance) {
+    vec3 direction;
+    float cosine;
+    float solid_angle_a = solid_angle_per_area(a.position, in_a.point.position, in_a.point.normal, direction, cosine);
+    float solid_angle_b = solid_angle_per_area(b.position, in_b.point.position, in_b.point.normal, direction, cosine);
+    if (jacobian_limit >= 1.0
+        && max(solid_angle_a, solid_angle_b) > jacobian_limit * min(solid_angle_a, solid_angle_b)) return false;
+    return distance(a.position, in_a.point.position) >= min_distance * distance(a.position, a.eye)
+        && distance(b.position, in_b.point.position) >= min_distance * distance(b.position, b.eye);
+}
+
+// ---- Shift between frames: the sample keeps its triangle and its light. The Jacobian is the ratio of measures.
+
+// The area of the second vertex' triangle times the solid angle, seen from there, of the light where the path ends.
+// 0 if either has no size, or if the path continues over surfaces that may have changed without notice. The biased
+// shift ignores such changes.
+float sample_measure(PathSample value, uint epoch) {
+    if (value.kind == PATH_ONWARD) return 0.0;
+    GpuInstance instance = instance_at(value.instance, epoch);
+    vec3 a, b, c;
+    triangle_corners(instance.first_triangle + value.primitive, a, b, c);
+    vec3 edge1 = transform_vector(instance.object_to_world, b - a);
+    vec3 edge2 = transform_vector(instance.object_to_world, c - a);
+    // Scaled to their own size, because squares of areas leave the range of f32.
+    float size1 = max_component(abs(edge1)), size2 = max_component(abs(edge2));
+    float area = size1 * size2 * length(cross(edge1 / max(size1, TINY), edge2 / max(size2, TINY)));
+    if (!(area > 0.0)) return 0.0;
+    if (value.kind == PATH_OUTGOING) return area;
+    LightSample light = light_sample_at(value.light, value.light_barycentrics, epoch);
+    vec3 point = triangle_point(instance, value.primitive, value.barycentrics).position;
+    vec3 direction;
+    float cosine;
+    return area * (light_at(value.light, epoch).area
+        * solid_angle_per_area(point, light.position, light.normal, direction, cosine));
+}
+
+// The same path in another epoch.
+PathSample sample_in(PathSample value, uint epoch) {
+    place_vertex(value, epoch);
+    if (value.kind == PATH_TO_LIGHT) aim_at_light(value, epoch);
+    return value;
+}
+
+// The segments of a sample whose visibility can change when something moves: from the viewer to the sample, and from
+// there to the light.
+uint segment_count(PathSample value) { return value.kind == PATH_TO_LIGHT ? 2u : 1u; }
+
+Ray segment_ray(Domain domain, PathSample value, uint segment, uint epoch) {
+    Ray first = shadow_ray(domain, value, epoch);
+    if (segment == 0u) return first;
+    LightSample end = light_sample_at(value.light, value.light_barycentrics, epoch);
+    return shadow_ray(vertex_domain(value, normalize(first.direction)), end, epoch);
+}
+
+// ---- Packing
+
+// In the material word of a full reservoir: the triangle's corners have normals.
+const uint INTERPOLATED = 0x80000000u;
+
+void pack_sample(PathSample value, inout PackedReservoir p) {
+    p.words[2] = (value.kind << KIND_SHIFT) | value.instance;
+    p.words[3] = value.primitive;
+    uvec2 barycentrics = floatBitsToUint(value.barycentrics);
+    p.words[4] = barycentrics.x;
+    p.words[5] = barycentrics.y;
+    if (value.kind == PATH_TO_LIGHT) {
+        p.words[6] = (KIND_TRIANGLE << KIND_SHIFT) | value.light;
+        p.words[7] = value.light_barycentrics;
+    } else {
+        p.words[6] = pack_octahedral(value.direction, 16u);
+        // A colour that was packed before keeps its bits.
+        p.words[7] = pack_color(value.radiance, vec3(0.5));
+    }
+    if (RESERVOIR_FORMAT != FORMAT_FULL) return;
+    uvec3 position = floatBitsToUint(value.point.position);
+    p.words[8] = position.x;
+    p.words[9] = position.y;
+    p.words[10] = position.z;
+    p.words[11] = floatBitsToUint(value.clearance);
+    p.words[12] = pack_octahedral(value.point.normal, 16u);
+    p.words[13] = pack_octahedral(value.point.shading_normal, 16u);
+    p.words[14] = value.material | (value.point.interpolated ? INTERPOLATED : 0u);
+}
+
+void unpack_sample(PackedReservoir p, out PathSample value) {
+    value = empty_path_sample();
+    value.kind = p.words[2] >> KIND_SHIFT;
+    value.instance = p.words[2] & INSTANCE_MASK;
+    value.primitive = p.words[3];
+    value.barycentrics = uintBitsToFloat(uvec2(p.words[4], p.words[5]));
+    if (RESERVOIR_FORMAT == FORMAT_FULL) {
+        value.point.position = uintBitsToFloat(uvec3(p.words[8], p.words[9], p.words[10]));
+        value.clearance = uintBitsToFloat(p.words[11]);
+        value.point.normal = unpack_octahedral(p.words[12], 16u);
+        value.point.shading_normal = unpack_octahedral(p.words[13], 16u);
+        value.point.interpolated = (p.words[14] & INTERPOLATED) != 0u;
+        value.material = p.words[14] & ~INTERPOLATED;
+    } else {
+        place_vertex(value, CURRENT);
+    }
+    if (value.kind == PATH_TO_LIGHT) {
+        value.light = p.words[6] & LIGHT_MASK;
+        value.light_barycentrics = p.words[7];
+        aim_at_light(value, CURRENT);
+    } else {
+        value.direction = unpack_octahedral(p.words[6], 16u);
+        value.radiance = unpack_color(p.words[7]);
+    }
+}
+
+// A new sample as it will be unpacked, except for its colour.
+PathSample as_stored(PathSample value) {
+    PackedReservoir packed;
+    pack_sample(value, packed);
+    PathSample found;
+    unpack_sample(packed, found);
+    if (value.kind != PATH_TO_LIGHT) found.radiance = value.radiance;
+    return found;
+}
+
+// Rounds the colour to what is stored, by random numbers in [0, 1). Only after the sample's weight is computed from the
+// exact colour: otherwise the weight would compensate in one channel for what the rounding took from another.
+void round_color(inout PathSample value, vec3 numbers) { value.radiance = unpack_color(pack_color(value.radiance, numbers)); }

@@ -1,0 +1,85 @@
+#pragma once
+// Pilots: the first BSDF ray of each pixel. It is a candidate of direct light and the first segment of the path of
+// indirect light, and it tells nearby pixels how many more BSDF candidates to draw.
+#include "core/random.glsl"
+#include "restir/frame.glsl"
+#include "scene/domain.glsl"
+
+// What a pilot hit.
+struct Pilot {
+    // NONE: nothing.
+    uint instance;
+    uint primitive;
+    vec2 barycentrics;
+    // If it is a light: the luminance that it would add to the pixel as the only candidate, in units of the lights' mean
+    // luminance.
+    float brightness;
+};
+
+// With indirect light, pilots are stored in its reservoirs until those are written, each pixel's pilot in its own
+// reservoir. Rust enforces the order of passes: `Pilots` in frame.rs.
+uint pilot_word(uint slot, uint word) { return RESERVOIR_SOA ? word * restir.at.slots + slot : slot * PILOT_STRIDE + word; }
+
+const uint BRIGHTNESS_WORD = 4u;
+
+// Macros, because GLSL cannot pass buffers to functions.
+#define LOAD_PILOT(BUFFER, SLOT) \
+    Pilot(BUFFER.at[pilot_word(SLOT, 0u)], BUFFER.at[pilot_word(SLOT, 1u)], \
+          uintBitsToFloat(uvec2(BUFFER.at[pilot_word(SLOT, 2u)], BUFFER.at[pilot_word(SLOT, 3u)])), \
+          uintBitsToFloat(BUFFER.at[pilot_word(SLOT, BRIGHTNESS_WORD)]))
+
+#define LOAD_PILOT_BRIGHTNESS(BUFFER, SLOT) uintBitsToFloat(BUFFER.at[pilot_word(SLOT, BRIGHTNESS_WORD)])
+
+#define STORE_PILOT(BUFFER, SLOT, PILOT) \
+    { \
+        BUFFER.at[pilot_word(SLOT, 0u)] = PILOT.instance; \
+        BUFFER.at[pilot_word(SLOT, 1u)] = PILOT.primitive; \
+        BUFFER.at[pilot_word(SLOT, 2u)] = floatBitsToUint(PILOT.barycentrics.x); \
+        BUFFER.at[pilot_word(SLOT, 3u)] = floatBitsToUint(PILOT.barycentrics.y); \
+        BUFFER.at[pilot_word(SLOT, BRIGHTNESS_WORD)] = floatBitsToUint(PILOT.brightness); \
+    }
+
+// The hit of a pilot; its distance is not stored.
+Hit pilot_hit(Pilot pilot) { return Hit(0.0, pilot.instance, pilot.primitive, pilot.barycentrics); }
+
+// 1 for lobes so narrow that light samples almost never fall into them, 0 for wide ones and none.
+float narrowness(Bsdf bsdf) {
+    return bsdf.alpha > 0.0 && bsdf.specular_probability > 0.0 ? max(1.0 - 4.0 * bsdf.alpha, 0.0) : 0.0;
+}
+
+// Adapts lobe selection to candidates: a narrow lobe gets most BSDF rays, because light samples cover wide lobes. Only
+// the selection of lobes changes, and with it all their densities.
+void prefer_narrow_lobe(inout Bsdf bsdf) {
+    float own = bsdf.specular_probability;
+    // A perfect mirror has a ray of its own.
+    if (bsdf.alpha == 0.0) bsdf.specular_probability = 0.0;
+    else if (own < 1.0) bsdf.specular_probability = mix(own, max(own, 0.75), narrowness(bsdf));
+}
+
+bool is_mirror(Bsdf bsdf) { return bsdf.alpha == 0.0 && bsdf.specular_probability > 0.0; }
+
+// Samples a ray from the BSDF; false if it carries no light or leaves to the back of the surface.
+bool sample_bsdf_ray(Domain domain, vec4 numbers, out BsdfSample chosen, out Ray ray) {
+    chosen = sample_bsdf(domain.bsdf, domain.outgoing, numbers);
+    vec3 direction = to_world(domain, chosen.direction);
+    ray = Ray(ray_origin(domain, direction), LARGEST, direction);
+    return chosen.valid && max_component(chosen.weight) > 0.0 && dot(direction, domain.geometric_normal) > 0.0;
+}
+
+// The ray reflected by a perfect mirror; false if it leaves to the back of the surface.
+bool mirror_ray(Domain domain, out Ray ray) {
+    vec3 direction = to_world(domain, vec3(-domain.outgoing.xy, domain.outgoing.z));
+    ray = Ray(ray_origin(domain, direction), LARGEST, direction);
+    return dot(direction, domain.geometric_normal) > 0.0;
+}
+
+// The pixel's pilot ray.
+bool pilot_ray(Domain domain, uvec2 pixel, out BsdfSample chosen, out Ray ray) {
+    Random random = pass_random(pixel, STREAM_PILOTS);
+    return sample_bsdf_ray(domain, to_unit(random_bits(random)), chosen, ray);
+}
+
+// The index of the light at a hit, or NONE.
+uint light_of(Hit hit) {
+    return hit.instance == NONE ? NONE : triangle_owner(instances.at[hit.instance], hit.primitive).light;
+}

@@ -1,0 +1,82 @@
+#pragma once
+// Reservoirs and their place in memory. A pass first includes direct.glsl or indirect.glsl, which say what the samples
+// are. Format, arrays and order are settings.
+#include "restir/packed_reservoir.glsl"
+#include "restir/pixel_order.glsl"
+
+struct Reservoir {
+    Sample value;
+    // Unbiased contribution weight. 0: the reservoir is empty, and `value` has no meaning.
+    float contribution_weight;
+    // In units of one initial reservoir.
+    float confidence;
+    // Frames since the sample was drawn.
+    uint age;
+    // With KEEPS_ORIGINS: the index of the pixel that drew the sample, and the solid angle per unit area at the sample
+    // seen from there.
+    uint origin;
+    float origin_solid_angle;
+};
+
+uint sample_words() { return RESERVOIR_FORMAT == FORMAT_FULL ? FULL_WORDS : COMPACT_WORDS; }
+
+uint reservoir_words() { return sample_words() + (KEEPS_ORIGINS ? ORIGIN_WORDS : 0u); }
+
+uint word_of(uint slot, uint word, uint slots) {
+    return RESERVOIR_SOA ? word * slots + slot : slot * reservoir_words() + word;
+}
+
+Reservoir empty_reservoir(float confidence) { return Reservoir(empty_sample(), 0.0, confidence, 0u, NONE, 0.0); }
+
+PackedReservoir pack_reservoir(Reservoir r) {
+    PackedReservoir p;
+    for (uint i = 0u; i < FULL_WORDS + ORIGIN_WORDS; i += 1u) p.words[i] = 0u;
+    p.words[HISTORY_WORD] = uint(min(r.confidence, 65535.0)) | (min(r.age, 0xFFFFu) << 16u);
+    if (!(r.contribution_weight > 0.0)) return p;
+    p.words[WEIGHT_WORD] = floatBitsToUint(r.contribution_weight);
+    pack_sample(r.value, p);
+    if (KEEPS_ORIGINS) {
+        p.words[sample_words()] = r.origin;
+        p.words[sample_words() + 1u] = floatBitsToUint(r.origin_solid_angle);
+    }
+    return p;
+}
+
+Reservoir unpack_reservoir(PackedReservoir p) {
+    uint history = p.words[HISTORY_WORD];
+    Reservoir r = empty_reservoir(float(history & 0xFFFFu));
+    r.age = history >> 16u;
+    r.contribution_weight = uintBitsToFloat(p.words[WEIGHT_WORD]);
+    if (r.contribution_weight > 0.0) unpack_sample(p, r.value);
+    if (KEEPS_ORIGINS) {
+        r.origin = p.words[sample_words()];
+        r.origin_solid_angle = uintBitsToFloat(p.words[sample_words() + 1u]);
+    }
+    return r;
+}
+
+// The solid angle per unit area at a sample seen from a point.
+float sample_solid_angle(vec3 from, Sample value) {
+    vec3 direction;
+    float cosine;
+    return solid_angle_per_area(from, sample_position(value), sample_normal(value), direction, cosine);
+}
+
+// Records the pixel that drew the sample, for debug AOVs.
+void record_origin(inout Reservoir r, uint pixel, Domain domain) {
+    if (!KEEPS_ORIGINS || r.contribution_weight <= 0.0) return;
+    r.origin = pixel;
+    r.origin_solid_angle = sample_solid_angle(domain.position, r.value);
+}
+
+// The target function: the luminance that a sample adds per unit of its weight.
+float target_function(Domain domain, Sample value) { return luminance(contribution(domain, value)); }
+
+// Macros, because GLSL cannot pass buffers to functions. PACKED is a PackedReservoir variable.
+#define LOAD_RESERVOIR(BUFFER, SLOT, SLOTS, PACKED) \
+    for (uint word_ = 0u; word_ < reservoir_words(); word_ += 1u) \
+        PACKED.words[word_] = BUFFER.at[word_of(SLOT, word_, SLOTS)]
+
+#define STORE_RESERVOIR(BUFFER, SLOT, SLOTS, PACKED) \
+    for (uint word_ = 0u; word_ < reservoir_words(); word_ += 1u) \
+        BUFFER.at[word_of(SLOT, word_, SLOTS)] = PACKED.words[word_]

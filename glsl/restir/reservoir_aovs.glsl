@@ -1,0 +1,34 @@
+#pragma once
+// Debug AOVs: what a frame left in its reservoirs. A pass first includes direct.glsl or indirect.glsl.
+#include "restir/neighbours.glsl"
+#include "restir/reservoir.glsl"
+
+layout(scalar) readonly buffer ReservoirsBlock { uint at[]; } reservoirs;
+layout(scalar) writeonly buffer ReservoirAovsBlock { ReservoirAov at[]; } reservoir_aovs;
+
+// Writes the AOVs of the pixel of this invocation.
+void write_aovs() {
+    uvec2 pixel = own_pixel();
+    if (is_outside(pixel)) return;
+    uint slot = slot_of(pixel);
+    PackedReservoir packed;
+    LOAD_RESERVOIR(reservoirs, slot, restir.at.slots, packed);
+    Reservoir reservoir = unpack_reservoir(packed);
+    SampleData data = sample_data.at[slot];
+    uint found = 0u;
+    for (uint step = 0u; has_surface(data) && step < restir.at.reuse.spatial_passes; step += 1u) {
+        // The same random numbers find the same neighbours again.
+        Random random = pass_random(pixel, FIRST_STREAM + STREAM_SPATIAL + step);
+        found += find_neighbours(pixel, data, random) - 1u;
+    }
+    vec2 source = vec2(-1.0);
+    float jacobian = 0.0;
+    if (KEEPS_ORIGINS && reservoir.contribution_weight > 0.0) {
+        source = vec2(reservoir.origin % restir.at.view.width, reservoir.origin / restir.at.view.width);
+        float here = sample_solid_angle(surface_position(data, primary_ray(pixel)), reservoir.value);
+        jacobian = here / max(reservoir.origin_solid_angle, TINY);
+    }
+    reservoir_aovs.at[pixel_index(pixel)] =
+        ReservoirAov(reservoir.contribution_weight, reservoir.confidence, reservoir.age, reservoir.value.light, found,
+                     source, jacobian);
+}

@@ -1,0 +1,30 @@
+#pragma once
+// Adds the light of each pixel's selected sample to its colour. A pass first includes direct.glsl or indirect.glsl.
+#include "core/values.glsl"
+#include "restir/frame.glsl"
+#include "restir/reservoir.glsl"
+#include "restir/sample_data.glsl"
+
+layout(scalar) readonly buffer SampleDataBlock { SampleData at[]; } sample_data;
+layout(scalar) readonly buffer ReservoirsBlock { uint at[]; } reservoirs;
+layout(scalar) buffer ColorBlock { vec3 at[]; } color;
+
+// Shades the pixel of this invocation.
+void shade() {
+    uvec2 pixel = own_pixel();
+    if (is_outside(pixel)) return;
+    uint slot = slot_of(pixel);
+    SampleData data = sample_data.at[slot];
+    if (has_surface(data)) {
+        PackedReservoir packed;
+        LOAD_RESERVOIR(reservoirs, slot, restir.at.slots, packed);
+        Reservoir reservoir = unpack_reservoir(packed);
+        if (reservoir.contribution_weight > 0.0) {
+            Domain domain = unpack_domain(data, primary_ray(pixel));
+            vec3 light = contribution(domain, reservoir.value) * reservoir.contribution_weight;
+            bool traced = VISIBILITY == VISIBILITY_FINAL || VISIBILITY == VISIBILITY_INITIAL;
+            if (max_component(light) > 0.0 && (!traced || trace_visible(shadow_ray(domain, reservoir.value, CURRENT))))
+                color.at[pixel_index(pixel)] += accept_radiance(light);
+        }
+    }
+}

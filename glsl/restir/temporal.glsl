@@ -1,0 +1,103 @@
+#pragma once
+// Temporal reuse: each pixel's reservoir merges with the reservoir that its surface had in the previous frame. Where
+// something moves, that reservoir's domain uses the previous instances and lights, and its sample moves with the
+// triangle and the light that it names. A pass first includes direct.glsl or indirect.glsl.
+#include "core/values.glsl"
+#include "restir/reservoir.glsl"
+#include "restir/similarity.glsl"
+#include "scene/previous_frame.glsl"
+
+layout(scalar) readonly buffer SampleDataBlock { SampleData at[]; } sample_data;
+layout(scalar) readonly buffer PreviousSampleDataBlock { SampleData at[]; } previous_sample_data;
+layout(scalar) readonly buffer HistoryBlock { uint at[]; } history;
+layout(scalar) buffer ReservoirsBlock { uint at[]; } reservoirs;
+
+// The canonical, and the history.
+const uint MAX_TECHNIQUES = 2u;
+Domain domains[MAX_TECHNIQUES];
+
+Domain domain_of(uint technique) { return domains[technique]; }
+
+// The epoch in which a technique sees samples. Without motion there is only one.
+uint epoch_of(uint technique) { return MOVES && technique == 1u ? PREVIOUS : CURRENT; }
+
+// Whether the previous frame saw exactly the same: then both samples, visible in their own domains, are visible in both.
+bool is_static;
+
+bool is_visible(uint technique, Domain domain, Sample value) {
+    if (is_static) return true;
+    uint epoch = epoch_of(technique);
+    uint segments = MOVES ? segment_count(value) : 1u;
+    bool seen = true;
+    for (uint i = 0u; seen && i < segments; i += 1u) seen = trace_visible(segment_ray(domain, value, i, epoch), epoch);
+    return seen;
+}
+
+// The canonical's sample as it was in the previous frame, for technique 1.
+Sample shift_to(uint technique, Sample value, out float jacobian) {
+    jacobian = 1.0;
+    if (technique == 0u) return value;
+    Sample there = value;
+    if (MOVES) {
+        float now = sample_measure(value, CURRENT), before = sample_measure(value, PREVIOUS);
+        jacobian = now > 0.0 ? before / now : 0.0;
+        if (jacobian > 0.0) there = sample_in(value, PREVIOUS);
+    }
+    View now = View(domains[0].position, restir.at.view.camera.position);
+    View before = View(domains[1].position, restir.at.previous_camera.position);
+    if (!is_within_limits(now, value, before, there, restir.at.jacobian_limit, restir.at.min_distance)) jacobian = 0.0;
+    return there;
+}
+
+// Moves the history's sample to this frame; its weight grows with its measure.
+void move_to_current_frame(inout Reservoir reservoir) {
+    if (!MOVES || reservoir.contribution_weight <= 0.0) return;
+    float now = sample_measure(reservoir.value, CURRENT), before = sample_measure(reservoir.value, PREVIOUS);
+    reservoir.contribution_weight *= now > 0.0 && before > 0.0 ? now / before : 0.0;
+    if (reservoir.contribution_weight > 0.0) reservoir.value = sample_in(reservoir.value, CURRENT);
+}
+
+#include "restir/merge.glsl"
+
+// Merges the pixel of this invocation.
+void merge_history() {
+    uvec2 pixel = own_pixel();
+    if (is_outside(pixel)) return;
+    uint slot = slot_of(pixel);
+    SampleData data = sample_data.at[slot];
+    if (!has_surface(data)) return;
+    Ray ray = primary_ray(pixel);
+    // Reprojection: where the surface was, and which pixel showed it.
+    vec3 position = previous_point(data.instance, surface_position(data, ray));
+    vec3 eye = restir.at.previous_camera.position;
+    vec2 at;
+    if (!project(restir.at.previous_camera, position - eye, vec2(picture_size()), at)) return;
+    ivec2 before = ivec2(floor(at));
+    if (is_outside(before)) return;
+    uint previous_slot = slot_of(uvec2(before));
+    SampleData previous = previous_sample_data.at[previous_slot];
+    Ray previous_ray = previous_primary_ray(uvec2(before));
+    if (MOVES) {
+        vec3 normal = previous_normal(data.instance, unpack_octahedral(data.shading_normal, 16u));
+        if (!is_similar(data.material, normal, distance(position, eye), eye, previous, previous_ray)) return;
+    } else if (!is_similar(data, ray, previous, previous_ray)) {
+        return;
+    }
+
+    PackedReservoir packed;
+    LOAD_RESERVOIR(reservoirs, slot, restir.at.slots, packed);
+    techniques[0] = unpack_reservoir(packed);
+    LOAD_RESERVOIR(history, previous_slot, restir.at.slots, packed);
+    techniques[1] = unpack_reservoir(packed);
+    techniques[1].confidence = min(techniques[1].confidence, restir.at.reuse.temporal_confidence_cap);
+    techniques[1].age += 1u;
+    move_to_current_frame(techniques[1]);
+    is_static = !MOVES && before == ivec2(pixel) && previous == data && previous_ray == ray;
+    domains[0] = unpack_domain(data, ray);
+    domains[1] = unpack_domain(previous, previous_ray);
+    count(COUNTER_NEIGHBOURS, 1u);
+    Random random = pass_random(pixel, FIRST_STREAM + STREAM_TEMPORAL);
+    weigh_techniques(MIS, 2u, VISIBILITY == VISIBILITY_WEIGHTS, random);
+    packed = pack_reservoir(choose_technique(2u, random));
+    STORE_RESERVOIR(reservoirs, slot, restir.at.slots, packed);
+}

@@ -1,0 +1,71 @@
+#pragma once
+// Shading points as target functions see them.
+#include "scene/material.glsl"
+#include "scene/surface.glsl"
+
+// A shading point with its outgoing direction.
+struct Domain {
+    vec3 position;
+    // Distance along the normal by which a ray origin clears rounding errors.
+    float clearance;
+    // Unit, on the viewer's side.
+    vec3 geometric_normal;
+    vec3 shading_normal;
+    vec3 tangent;
+    vec3 bitangent;
+    // Unit, towards the viewer, in the shading frame.
+    vec3 outgoing;
+    Bsdf bsdf;
+};
+
+// A viewer: a surface point, and the camera that sees it.
+struct View {
+    vec3 position;
+    vec3 eye;
+};
+
+vec3 to_shading(Domain domain, vec3 direction) {
+    return vec3(dot(direction, domain.tangent), dot(direction, domain.bitangent), dot(direction, domain.shading_normal));
+}
+
+vec3 to_world(Domain domain, vec3 direction) {
+    return domain.tangent * direction.x + domain.bitangent * direction.y + domain.shading_normal * direction.z;
+}
+
+// Shading domain for a viewer along the unit vector `direction`, with normals on the viewer's side.
+Domain make_domain(vec3 position, float clearance, vec3 geometric_normal, vec3 shading_normal, uint material, vec3 direction) {
+    Domain domain;
+    domain.position = position;
+    domain.clearance = clearance;
+    domain.geometric_normal = geometric_normal;
+    domain.shading_normal = shading_normal;
+    tangent_frame(shading_normal, domain.tangent, domain.bitangent);
+    domain.outgoing = to_shading(domain, -direction);
+    domain.bsdf = make_bsdf(material_at(material), max(domain.outgoing.z, 0.0));
+    return domain;
+}
+
+// A ray origin off the surface on the side of `direction`.
+vec3 ray_origin(Domain domain, vec3 direction) {
+    float side = dot(direction, domain.geometric_normal) < 0.0 ? -1.0 : 1.0;
+    return domain.position + (side * domain.clearance) * domain.geometric_normal;
+}
+
+// Reflected radiance towards the viewer of light from a direction: f · cosine · radiance. `pdf_solid_angle` is the
+// density with which BSDF sampling takes that direction.
+vec3 reflected_light(Domain domain, vec3 direction, vec3 radiance, out float pdf_solid_angle) {
+    pdf_solid_angle = 0.0;
+    if (dot(direction, domain.geometric_normal) <= 0.0) return vec3(0.0);
+    vec3 incoming = to_shading(domain, direction);
+    return evaluate_bsdf(domain.bsdf, domain.outgoing, incoming, pdf_solid_angle) * radiance * max(incoming.z, 0.0);
+}
+
+// The solid angle per unit area at `point` seen from `from`: |cosine| / distance². Also returns the unit direction
+// there and the cosine, which is positive on the side of `normal`.
+float solid_angle_per_area(vec3 from, vec3 point, vec3 normal, out vec3 direction, out float cosine) {
+    vec3 toward = point - from;
+    float distance_squared = max(dot(toward, toward), TINY);
+    direction = toward * inversesqrt(distance_squared);
+    cosine = -dot(normal, direction);
+    return abs(cosine) / distance_squared;
+}

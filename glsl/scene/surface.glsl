@@ -1,0 +1,114 @@
+#pragma once
+// From hits to surfaces: points of triangles, their normals and materials.
+#include "core/rounding.glsl"
+#include "scene/geometry.glsl"
+#include "scene/trace.glsl"
+
+struct Surface {
+    vec3 position;
+    // Bound of the position's rounding error, for each axis. Within the triangle's plane the error may be larger,
+    // since barycentrics are not exact.
+    vec3 error;
+    // Unit normals on the side the ray came from.
+    vec3 geometric_normal;
+    vec3 shading_normal;
+    uint material;
+    // Index of the instance in the scene.
+    uint instance;
+    // NONE unless the triangle is a light.
+    uint light;
+};
+
+// What a triangle belongs to.
+struct TriangleOwner {
+    uint material;
+    // Index of the instance in the scene.
+    uint instance;
+    // NONE unless the triangle is a light.
+    uint light;
+};
+
+TriangleOwner triangle_owner(GpuInstance instance, uint primitive) {
+    TriangleOwner owner = TriangleOwner(instance.material, instance.id, NONE);
+    uint rank = primitive;
+    if (instance.first_part != NONE) {
+        uvec3 part = triangle_parts.at[instance.first_part + primitive];
+        owner.material = part.x;
+        rank = part.y;
+        owner.instance += part.z;
+    }
+    if (instance.first_light != NONE && rank != NONE) owner.light = instance.first_light + rank;
+    return owner;
+}
+
+// A corner's normal in the world. It is normalised before it is interpolated: only then does a mesh under a non-uniform
+// transform look the same as the mesh with its vertices transformed.
+vec3 corner_normal(GpuInstance instance, uint packed) {
+    return normalize(transform_normal(instance.world_to_object, unpack_octahedral(packed)));
+}
+
+// A point of a triangle, independent of the viewer.
+struct TrianglePoint {
+    vec3 position;
+    // Bound of the position's rounding error, for each axis.
+    vec3 error;
+    // Unit, on the triangle's front.
+    vec3 normal;
+    // Unit; interpolated if the corners have normals.
+    vec3 shading_normal;
+    bool interpolated;
+};
+
+TrianglePoint triangle_point(GpuInstance instance, uint primitive, vec2 weight) {
+    TrianglePoint point;
+    vec3 a, b, c;
+    triangle_corners(instance.first_triangle + primitive, a, b, c);
+    vec3 edge1 = b - a, edge2 = c - a;
+    vec3 p = a + weight.x * edge1 + weight.y * edge2;
+    point.position = transform_point(instance.object_to_world, p);
+    // Seven roundings, each with half of 2^-23 of the largest term.
+    vec3 reach = max(abs(a), max(abs(b), abs(c)));
+    point.error = 8.3446503e-7 * (abs(instance.object_to_world[0]) * reach.x
+        + abs(instance.object_to_world[1]) * reach.y
+        + abs(instance.object_to_world[2]) * reach.z + abs(instance.object_to_world[3]));
+    point.normal = normalize(transform_normal(instance.world_to_object, unit_cross(edge1, edge2)));
+    point.shading_normal = point.normal;
+    point.interpolated = instance.first_normal != NONE;
+    if (point.interpolated) {
+        uvec3 corners = normals.at[instance.first_normal + primitive];
+        vec3 shading = (1.0 - weight.x - weight.y) * corner_normal(instance, corners.x)
+            + weight.x * corner_normal(instance, corners.y) + weight.y * corner_normal(instance, corners.z);
+        float size = dot(shading, shading);
+        // Opposite corner normals can cancel out.
+        if (size > TINY) point.shading_normal = shading * inversesqrt(size);
+    }
+    return point;
+}
+
+// The normals on the side of a viewer that looks along `direction`.
+void face_viewer(TrianglePoint point, vec3 direction, out vec3 geometric_normal, out vec3 shading_normal) {
+    geometric_normal = dot(point.normal, direction) < 0.0 ? point.normal : -point.normal;
+    shading_normal = geometric_normal;
+    if (!point.interpolated) return;
+    shading_normal = dot(point.shading_normal, geometric_normal) < 0.0 ? -point.shading_normal : point.shading_normal;
+    // At a silhouette the interpolated normal may point away from the viewer, which would leave black specks. It is
+    // bent until it just faces the viewer.
+    float facing = -dot(shading_normal, direction);
+    if (facing < MIN_FACING) shading_normal = normalize(shading_normal - (MIN_FACING - facing) * direction);
+}
+
+// The surface at the hit of a ray of unit direction.
+Surface surface_at(Hit hit, Ray ray) {
+    GpuInstance instance = instances.at[hit.instance];
+    TrianglePoint point = triangle_point(instance, hit.primitive, hit.barycentrics);
+    TriangleOwner owner = triangle_owner(instance, hit.primitive);
+    Surface surface;
+    surface.position = point.position;
+    surface.error = point.error;
+    face_viewer(point, ray.direction, surface.geometric_normal, surface.shading_normal);
+    refine_by_ray(surface.position, surface.error, surface.geometric_normal, ray.origin, ray.direction);
+    surface.material = owner.material;
+    surface.instance = owner.instance;
+    surface.light = owner.light;
+    return surface;
+}

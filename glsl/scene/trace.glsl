@@ -1,0 +1,58 @@
+#pragma once
+// The trace seam: `trace` finds the closest hit, or any hit, along a ray. Its two bodies are a ray query on the
+// driver's acceleration structures and a BVH traversed in compute.
+#include "core/counters.glsl"
+#include "core/math.glsl"
+
+struct Ray {
+    vec3 origin;
+    // Hits count at 0 < t < t_max, in units of the direction's length.
+    float t_max;
+    vec3 direction;
+};
+
+struct Hit {
+    float t;
+    // NONE: nothing was hit.
+    uint instance;
+    // Triangle of the instance's mesh.
+    uint primitive;
+    // Weights of the second and third corner.
+    vec2 barycentrics;
+};
+
+// The purpose of the next ray of a pass that traces all its rays in one loop. Drivers compile the trace as often as it
+// stands in the code, so it stands there once.
+const uint RAY_NONE = 0u;
+// The next segment of a path: the closest hit.
+const uint RAY_PATH = 1u;
+// The same, but the hit is already known.
+const uint RAY_PILOT = 2u;
+// A BSDF candidate of direct light: the closest hit.
+const uint RAY_CANDIDATE = 3u;
+// The reflection of a perfect mirror: the closest hit.
+const uint RAY_MIRROR = 4u;
+// Visibility: any hit.
+const uint RAY_SHADOW = 5u;
+
+#if TRACE_RAY_QUERY
+#include "scene/trace_ray_query.glsl"
+#else
+#include "scene/trace_compute_bvh.glsl"
+#endif
+
+void count_ray() {
+    count(COUNTER_RAYS, 1u);
+    count_lanes(COUNTER_TRACE_LANES);
+}
+
+// The closest hit, or any hit.
+Hit trace(Ray ray, bool any_hit) {
+    count_ray();
+    return trace_body(ray, any_hit);
+}
+
+Hit trace_closest(Ray ray) { return trace(ray, false); }
+
+// Whether nothing lies between the ray's ends.
+bool trace_visible(Ray ray) { return trace(ray, true).instance == NONE; }

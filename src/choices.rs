@@ -1,0 +1,89 @@
+//! Choices that settings and shaders share: each enumeration is declared once for both.
+//!
+//! The build script compiles this file too, for the GLSL constants.
+
+crate::gpu_enum! {
+    /// How next-event estimation and BSDF sampling share the light.
+    #[cfg_attr(headwater, derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
+    #[cfg_attr(headwater, serde(rename_all = "kebab-case"))]
+    pub enum Heuristic {
+        /// In proportion to the densities: never far from the best.
+        #[default]
+        Balance,
+        /// In proportion to the squared densities: less noise where one technique is much the better.
+        Power,
+    }
+}
+
+crate::gpu_enum! {
+    /// How a merge weighs its techniques against each other.
+    #[cfg_attr(headwater, derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
+    #[cfg_attr(headwater, serde(rename_all = "kebab-case"))]
+    pub enum Mis {
+        /// By confidence alone: cheapest; biased where neighbours cannot make what the pixel needs.
+        Constant,
+        /// The balance heuristic over all: unbiased, least noise, cost grows with the square.
+        Balance,
+        /// The balance heuristic between the pixel and one neighbour at a time: unbiased, cheaper.
+        Pairwise,
+        /// Pairwise with a share kept by the pixel's own sample: unbiased, guards against bad neighbours.
+        #[default]
+        Defensive,
+    }
+}
+
+crate::gpu_enum! {
+    /// Where visibility enters.
+    #[cfg_attr(headwater, derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
+    #[cfg_attr(headwater, serde(rename_all = "kebab-case"))]
+    pub enum Visibility {
+        /// Nowhere: shadows are missing. Biased, for comparisons only.
+        None,
+        /// Where the chosen sample is shaded: one ray. For direct light unbiased, noisy in shadows, and without
+        /// BSDF samples. Paths of indirect light are traced, so for them the same as `initial`.
+        Final,
+        /// Of the initial survivor, and where the chosen sample is shaded. Biased, dark.
+        Initial,
+        /// In every target function: one ray each with `mis=balance`, two a merge by pairs. Unbiased.
+        #[default]
+        Weights,
+    }
+}
+
+crate::gpu_enum! {
+    /// What a reservoir stores.
+    #[cfg_attr(headwater, derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
+    #[cfg_attr(headwater, serde(rename_all = "kebab-case"))]
+    pub enum Format {
+        /// 16 bytes for direct and 32 for indirect light: what is named, and where on it; the rest is looked up.
+        #[default]
+        Compact,
+        /// 40 and 60 bytes: points, their normals and materials, and of direct light what lights emit too.
+        Full,
+    }
+}
+
+crate::gpu_enum! {
+    /// The order of pixels in buffers; [`Order`](crate::render::settings::Order) is the setting.
+    pub enum PixelOrder {
+        /// Row by row.
+        #[default]
+        Row,
+        /// Column by column.
+        Column,
+        /// In square tiles.
+        Swizzle,
+    }
+}
+
+/// The GLSL text of all enumerations.
+pub fn glsl() -> String {
+    [
+        Heuristic::glsl(),
+        Mis::glsl(),
+        Visibility::glsl(),
+        Format::glsl(),
+        PixelOrder::glsl(),
+    ]
+    .concat()
+}

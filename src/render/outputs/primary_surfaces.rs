@@ -1,0 +1,72 @@
+//! AOVs of primary surfaces: the surface through each pixel's centre.
+
+use crate::Result;
+use crate::gpu::{Buffer, ComputePass, Device, Recording, Usage};
+use crate::layouts::{FrameConstants, GpuCamera, PrimarySurface};
+use crate::render::counters::Counters;
+use crate::render::passes::Primary;
+use crate::render::scene_bindings::SceneBindings;
+use crate::render::strips::cut;
+use std::sync::Arc;
+
+/// The pass that finds primary surfaces.
+pub struct PrimarySurfaces {
+    device: Arc<Device>,
+    bindings: Arc<SceneBindings>,
+    primary: ComputePass,
+    counters: Counters,
+}
+
+impl PrimarySurfaces {
+    /// Makes the pass.
+    ///
+    /// # Errors
+    /// A shader that the device refuses.
+    pub fn new(device: &Arc<Device>, bindings: &Arc<SceneBindings>) -> Result<Self> {
+        Ok(Self {
+            primary: bindings.pass("primary", &bindings.specialisation)?,
+            counters: Counters::new(device, &["primary"], false)?,
+            bindings: bindings.clone(),
+            device: device.clone(),
+        })
+    }
+
+    /// The surfaces that the camera sees, row by row from the top; `previous` is the camera of the previous
+    /// frame.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn read(
+        &self,
+        constants: &FrameConstants,
+        previous: GpuCamera,
+    ) -> Result<Vec<PrimarySurface>> {
+        let uniform = Usage {
+            uniform: true,
+            ..Usage::default()
+        };
+        let frame = Buffer::from_slice(&self.device, "frame", &[*constants], uniform)?;
+        let previous = Buffer::from_slice(&self.device, "previous_camera", &[previous], uniform)?;
+        let (width, height) = (constants.view.width, constants.view.height);
+        let mut surfaces = Vec::with_capacity(width as usize * height as usize);
+        let strips = cut::<PrimarySurface>(&self.device, "primary", width, height)?;
+        // One strip after the other, in the same memory; the first is as large as any.
+        let most = strips.first().map_or(0, |strip| strip.pixels(width));
+        let bytes = (most * size_of::<PrimarySurface>()) as u64;
+        let primary = Buffer::new(&self.device, "primary", bytes, Usage::default())?;
+        for strip in strips {
+            let bindings = Primary {
+                scene: &self.bindings,
+                frame: &frame,
+                previous_camera: &previous,
+                primary: &primary,
+                counters: &self.counters.buffer,
+            };
+            let mut recording = Recording::new(&self.device)?;
+            recording.pass(&self.primary, &bindings, &strip, strip.groups(width))?;
+            recording.finish()?;
+            surfaces.extend(primary.read::<PrimarySurface>(strip.pixels(width))?);
+        }
+        Ok(surfaces)
+    }
+}

@@ -1,0 +1,79 @@
+//! Rays from a list, for tests and benchmarks of the tracers.
+
+use crate::Result;
+use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
+use crate::layouts::{RAYS_PER_GROUP, RayAnswer, RayBatch, RayQuery};
+use crate::render::counters::Counters;
+use crate::render::passes::TraceRays;
+use crate::render::scene_bindings::SceneBindings;
+use crate::render::settings::Settings;
+use crate::tracing::GpuScene;
+use std::sync::Arc;
+
+/// A list of rays on the device, ready to be traced again and again.
+pub struct RayTracer {
+    scene: SceneBindings,
+    pass: ComputePass,
+    counters: Counters,
+    rays: Buffer,
+    answers: Buffer,
+    device: Arc<Device>,
+    count: usize,
+}
+
+impl RayTracer {
+    /// Uploads the rays.
+    ///
+    /// # Errors
+    /// The device has no memory left or refuses the shader.
+    pub fn new(device: &Arc<Device>, scene: Arc<GpuScene>, rays: &[RayQuery]) -> Result<Self> {
+        let scene = SceneBindings::new(device, scene, &Settings::default())?;
+        let pass = scene.pass("trace_rays", &scene.specialisation)?;
+        let size = (rays.len() * size_of::<RayAnswer>()) as u64;
+        Ok(Self {
+            scene,
+            pass,
+            counters: Counters::new(device, &["trace_rays"], false)?,
+            rays: Buffer::from_slice(device, "rays", rays, Usage::default())?,
+            answers: Buffer::new(device, "answers", size, Usage::default())?,
+            device: device.clone(),
+            count: rays.len(),
+        })
+    }
+
+    /// Traces every ray once.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn run(&self) -> Result<Vec<PassTime>> {
+        let bindings = TraceRays {
+            scene: &self.scene,
+            rays: &self.rays,
+            answers: &self.answers,
+            counters: &self.counters.buffer,
+        };
+        let batch = RayBatch {
+            count: self.count as u32,
+            interleave: self.device.info.interleave(),
+        };
+        let groups = (self.count as u32).div_ceil(RAYS_PER_GROUP);
+        // One dimension holds at least 65,535 groups everywhere; more go into rows.
+        let rows = groups.div_ceil(32768).max(1);
+        let mut recording = Recording::new(&self.device)?;
+        recording.pass(
+            &self.pass,
+            &bindings,
+            &batch,
+            [groups.div_ceil(rows).max(1), rows, 1],
+        )?;
+        recording.finish()
+    }
+
+    /// What the last run found, in the order of the rays.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn answers(&self) -> Result<Vec<RayAnswer>> {
+        self.answers.read(self.count)
+    }
+}

@@ -1,0 +1,16 @@
+//! `initial_direct`: candidates of direct light.
+
+use crate::render::scene_bindings::SceneBindings;
+
+crate::bindings! {
+    /// Bindings of the pass.
+    pub struct InitialDirect {
+        [offers scene: SceneBindings]
+        uniform restir,
+        read sample_data,
+        read pilots,
+        write reservoirs,
+        write color,
+        write counters,
+    }
+}

@@ -1,0 +1,15 @@
+//! `initial_indirect`: candidates of indirect light. Its reservoirs hold the pilots until it writes them.
+
+use crate::render::scene_bindings::SceneBindings;
+
+crate::bindings! {
+    /// Bindings of the pass.
+    pub struct InitialIndirect {
+        [offers scene: SceneBindings]
+        uniform restir,
+        read sample_data,
+        write reservoirs,
+        write color,
+        write counters,
+    }
+}

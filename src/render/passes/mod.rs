@@ -1,0 +1,26 @@
+//! The passes: what each `glsl/passes/NAME.comp` is bound to. The fields of a structure are the bindings of
+//! the shader, matched by name; every pass also binds the scene.
+
+mod initial_direct;
+mod initial_indirect;
+mod path_trace;
+mod pilots;
+mod primary;
+mod reservoir_aovs;
+mod shade;
+mod spatial;
+mod surfaces;
+mod temporal;
+mod trace_rays;
+
+pub use initial_direct::InitialDirect;
+pub use initial_indirect::InitialIndirect;
+pub use path_trace::PathTrace;
+pub use pilots::TracePilots;
+pub use primary::Primary;
+pub use reservoir_aovs::ReservoirAovs;
+pub use shade::Shade;
+pub use spatial::Spatial;
+pub use surfaces::Surfaces;
+pub use temporal::Temporal;
+pub use trace_rays::TraceRays;

@@ -1,0 +1,107 @@
+//! Specialisation constants: each is declared here once, for Rust and GLSL, and gets its value here.
+//!
+//! The build script compiles this file too, for the GLSL declarations; what is marked `cfg(headwater)` is for
+//! the crate alone.
+
+use crate::choices::{Format, Mis, PixelOrder, Visibility};
+use crate::layouts::PILOT_WORDS;
+
+crate::gpu_specialisation! {
+    /// What the shaders of a pass are specialised by.
+    pub struct Specialisation {
+        /// Entries of the stack of the traversal in compute: the depth of the scene's trees.
+        pub stack_size: u32 = 32,
+        /// Whether something besides the camera moves. Then lights and instances of the previous frame follow
+        /// those of the current frame in their buffers.
+        pub moves: bool = false,
+        /// Root of the previous frame's tree over the instances.
+        pub previous_root: u32 = 0,
+        /// Whether the energy that single scattering loses is compensated.
+        pub energy_compensated: bool = false,
+        /// What reservoirs store.
+        pub reservoir_format: Format = Format::Compact,
+        /// Whether equal words of all reservoirs are side by side, instead of the words of one reservoir.
+        pub reservoir_soa: bool = false,
+        /// The order of pixels in buffers.
+        pub pixel_order: PixelOrder = PixelOrder::Row,
+        /// Side of a tile, in pixels, with `PixelOrder::Swizzle`.
+        pub swizzle: u32 = 4,
+        /// Whether reservoirs store the origin of their samples, for debug AOVs.
+        pub keeps_origins: bool = false,
+        /// Whether a pass counts rays, lanes and neighbours.
+        pub counting: bool = false,
+        /// Index of the pass's first counter.
+        pub first_counter: u32 = 0,
+        /// Whether the first BSDF candidate of direct light is the pilot.
+        pub pilots: bool = false,
+        /// Words from one pixel's pilot to the next.
+        pub pilot_stride: u32 = PILOT_WORDS,
+        /// How a merge weighs its techniques.
+        pub mis: Mis = Mis::Defensive,
+        /// Where visibility enters.
+        pub visibility: Visibility = Visibility::Weights,
+        /// Neighbours of a spatial merge.
+        pub neighbours: u32 = 3,
+        /// Whether candidates of indirect light go to reservoirs; otherwise the pass is a path tracer.
+        pub shares: bool = true,
+        /// Whether the radiance that leaves a path's second vertex is taken to be the same for all viewers.
+        pub biased_shift: bool = false,
+    }
+}
+
+#[cfg(headwater)]
+mod values {
+    use super::Specialisation;
+    use crate::choices::PixelOrder;
+    use crate::render::reservoir_layout::{Arrays, Order, ReservoirLayout};
+    use crate::render::settings::{Energy, IndirectMode, Resampling, Settings, Shift};
+    use crate::tracing::GpuScene;
+
+    impl Specialisation {
+        /// By scene and settings, for all passes.
+        pub fn of_scene(scene: &GpuScene, settings: &Settings) -> Self {
+            Self {
+                stack_size: scene.stack_size,
+                moves: scene.moves(),
+                previous_root: scene.previous_root(),
+                energy_compensated: settings.energy == Energy::Compensated,
+                shares: settings.indirect.mode == IndirectMode::Restir,
+                biased_shift: settings.indirect.shift == Shift::Biased,
+                ..Self::default()
+            }
+        }
+
+        /// With the layout of reservoirs.
+        pub fn with_layout(self, layout: &ReservoirLayout) -> Self {
+            let (pixel_order, swizzle) = match layout.settings.order {
+                Order::Row => (PixelOrder::Row, 1),
+                Order::Column => (PixelOrder::Column, 1),
+                Order::Swizzle(side) => (PixelOrder::Swizzle, side),
+            };
+            Self {
+                reservoir_format: layout.settings.format,
+                reservoir_soa: layout.settings.arrays == Arrays::Soa,
+                pixel_order,
+                swizzle,
+                keeps_origins: layout.origins,
+                ..self
+            }
+        }
+
+        /// With the way in which one kind of light is resampled.
+        pub fn with_resampling(self, resampling: &Resampling) -> Self {
+            Self {
+                mis: resampling.mis,
+                visibility: resampling.visibility,
+                neighbours: resampling.spatial.neighbours,
+                ..self
+            }
+        }
+
+        /// Pairs of id and value, for Vulkan.
+        pub fn words(&self) -> Vec<(u32, u32)> {
+            let constants = self.constants().into_iter();
+            constants.map(|c| (c.id, c.word)).collect()
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! Direct light: candidates from lights and from the BSDF, then reuse.
+
+use super::reuse::{FrameInputs, Reuse};
+use crate::Result;
+use crate::gpu::{ComputePass, Recording};
+use crate::render::frame::Pilots;
+use crate::render::passes::InitialDirect;
+
+/// The passes and reservoirs of direct light.
+pub struct DirectLight {
+    /// The pass that draws candidates.
+    pub initial: ComputePass,
+    /// What happens to them then.
+    pub reuse: Reuse,
+}
+
+impl DirectLight {
+    /// Records the passes. The pilots are its first BSDF candidates.
+    ///
+    /// # Errors
+    /// A binding that a pass does not have.
+    pub fn record<'a>(
+        &'a self,
+        recording: &mut Recording<'a>,
+        inputs: &FrameInputs<'a>,
+        pilots: &Pilots<'a>,
+    ) -> Result<()> {
+        let initial = InitialDirect {
+            scene: inputs.scene,
+            restir: &self.reuse.restir,
+            sample_data: inputs.sample_data,
+            pilots: pilots.buffer,
+            reservoirs: self.reuse.reservoirs.current(),
+            color: inputs.color,
+            counters: inputs.counters,
+        };
+        recording.pass(&self.initial, &initial, &(), inputs.groups)?;
+        self.reuse.record(recording, inputs)
+    }
+}

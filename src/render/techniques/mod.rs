@@ -1,0 +1,14 @@
+//! The techniques that make pictures: path tracing, and reservoir resampling with its two kinds of light.
+
+mod constants;
+mod direct;
+mod indirect;
+pub mod path_tracing;
+pub mod restir;
+mod reuse;
+
+pub use direct::DirectLight;
+pub use indirect::IndirectLight;
+pub use path_tracing::PathTracer;
+pub use restir::Restir;
+pub use reuse::Reuse;

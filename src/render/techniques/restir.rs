@@ -1,0 +1,437 @@
+//! Reservoir resampling (ReSTIR): its passes and buffers, and frames rendered with them.
+//! [`frame`] lists the passes of a frame.
+
+use super::constants;
+use super::direct::DirectLight;
+use super::indirect::IndirectLight;
+use super::reuse::{FrameInputs, Reuse};
+use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
+use crate::layouts::{
+    GpuCamera, INDIRECT_COMPACT_WORDS, NONE, PILOT_WORDS, PixelSums, ReservoirAov, RestirConstants,
+    SampleData, TILE, ViewConstants,
+};
+use crate::render::Tracking;
+use crate::render::counters::{Counters, Counts};
+use crate::render::frame::{self, Pilots};
+use crate::render::history::History;
+use crate::render::kind::Kind;
+use crate::render::outputs::reservoir_aovs::{self, FrameOutputs};
+use crate::render::reservoir_layout::ReservoirLayout;
+use crate::render::scene_bindings::SceneBindings;
+use crate::render::settings::{Resampling, Settings};
+use crate::render::specialisation::Specialisation;
+use crate::render::strips::check_side;
+use crate::{Error, Result};
+use glam::{DVec3, Vec2, Vec3};
+use std::sync::Arc;
+
+// A pilot fits into the reservoir that holds it.
+const _: () = assert!(PILOT_WORDS <= INDIRECT_COMPACT_WORDS);
+
+/// Every pass with counters.
+const PASSES: &[&str] = &[
+    "surfaces",
+    "pilots",
+    "initial_direct",
+    "initial_indirect",
+    "temporal_direct",
+    "temporal_indirect",
+    "spatial_direct",
+    "spatial_indirect",
+    "shade_direct",
+    "shade_indirect",
+];
+
+/// The passes and buffers of frames, and what the next frame reads of the previous one.
+pub struct Restir {
+    device: Arc<Device>,
+    bindings: Arc<SceneBindings>,
+    /// The constants of passes that belong to no kind of light.
+    constants: RestirConstants,
+    specialisation: Specialisation,
+    jitter: bool,
+    /// The pass `surfaces`.
+    pub surfaces: ComputePass,
+    /// The pass `pilots`, where something begins with them.
+    pub pilot_pass: Option<ComputePass>,
+    /// Direct light, where there is any.
+    pub direct: Option<DirectLight>,
+    /// Indirect light, where there is any.
+    pub indirect: Option<IndirectLight>,
+    /// The buffer of `constants`.
+    pub restir: Buffer,
+    color: Buffer,
+    /// Unused with indirect light, whose reservoirs hold the pilots.
+    own_pilots: Buffer,
+    counters: Counters,
+    /// Primary surfaces.
+    sample_data: History<Buffer>,
+    /// Whether a frame was rendered since the start.
+    has_frame: bool,
+    sums: Vec<[DVec3; 2]>,
+}
+
+/// What a picture needs per pixel, before it is allocated.
+struct Sizes {
+    slots: u64,
+    color: u64,
+    sample_data: u64,
+    own_pilots: u64,
+    /// Bytes from one pilot to the next.
+    pilot_stride: u64,
+    direct: u64,
+    indirect: u64,
+}
+
+impl Sizes {
+    fn of(view: &ViewConstants, settings: &Settings, layout: &ReservoirLayout) -> Self {
+        let pixels = u64::from(view.width) * u64::from(view.height);
+        let slots = layout.slots(view.width, view.height);
+        let has = |kind: Kind| kind.is_wanted(settings, view.bounces);
+        let pilot = u64::from(4 * PILOT_WORDS);
+        // Indirect light without reservoirs keeps the buffer for its pilots.
+        let indirect_bytes = if Kind::Indirect.is_shared(settings) {
+            layout.bytes(Kind::Indirect)
+        } else {
+            pilot
+        };
+        let own_pilots =
+            has(Kind::Direct) && settings.direct.draws_pilots(false) && !has(Kind::Indirect);
+        let pilot_stride = if has(Kind::Indirect) {
+            indirect_bytes
+        } else {
+            pilot
+        };
+        Self {
+            slots,
+            color: pixels * size_of::<Vec3>() as u64,
+            sample_data: slots * size_of::<SampleData>() as u64,
+            // A pass must find a buffer for each binding, even if it does not read it.
+            own_pilots: pilot_stride * if own_pilots { slots } else { 1 },
+            pilot_stride,
+            direct: slots * layout.bytes(Kind::Direct),
+            indirect: slots * indirect_bytes,
+        }
+    }
+
+    /// Refuses what a device cannot bind at once.
+    fn check(
+        &self,
+        device: &Device,
+        view: &ViewConstants,
+        settings: &Settings,
+        tracking: Tracking,
+    ) -> Result<()> {
+        let (width, height) = (view.width, view.height);
+        let mut needed = vec![
+            ("sample_data", self.sample_data),
+            ("color", self.color),
+            ("pilots", self.own_pilots),
+        ];
+        if tracking.origins {
+            let pixels = u64::from(width) * u64::from(height);
+            let bytes = pixels * size_of::<ReservoirAov>() as u64;
+            needed.push(("reservoir_aovs", bytes));
+        }
+        for (kind, bytes) in [(Kind::Direct, self.direct), (Kind::Indirect, self.indirect)] {
+            if kind.is_wanted(settings, view.bounces) {
+                needed.push(("reservoirs", bytes));
+            }
+        }
+        let info = &device.info;
+        let limit = info.max_storage_buffer_range.min(info.max_buffer_size);
+        match needed.iter().find(|(_, bytes)| *bytes > limit) {
+            None => Ok(()),
+            Some((name, bytes)) => Err(Error::input(format!(
+                "a picture of {width} × {height} needs {bytes} bytes for its {name}, but device '{}' binds at most {limit}; choose a smaller picture, or --preset path-tracing",
+                info.name
+            ))),
+        }
+    }
+}
+
+impl Restir {
+    /// Makes the passes and buffers that `settings` need.
+    ///
+    /// # Errors
+    /// More memory than the device has or binds, or a shader that it refuses.
+    pub fn new(
+        device: &Arc<Device>,
+        bindings: &Arc<SceneBindings>,
+        view: &ViewConstants,
+        jitter: bool,
+        settings: &Settings,
+        tracking: Tracking,
+    ) -> Result<Self> {
+        let layout = ReservoirLayout {
+            settings: settings.reservoirs,
+            origins: tracking.origins,
+        };
+        check_side("wide", view.width)?;
+        check_side("high", view.height)?;
+        let sizes = Sizes::of(view, settings, &layout);
+        sizes.check(device, view, settings, tracking)?;
+
+        let has_direct = Kind::Direct.is_wanted(settings, view.bounces);
+        let has_indirect = Kind::Indirect.is_wanted(settings, view.bounces);
+        let direct_pilots = has_direct && settings.direct.draws_pilots(has_indirect);
+        let counters = Counters::new(device, PASSES, tracking.counts)?;
+        let specialisation = Specialisation {
+            pilots: direct_pilots,
+            pilot_stride: (sizes.pilot_stride / 4) as u32,
+            ..bindings.specialisation.with_layout(&layout)
+        };
+        let pass = |name: &str, specialisation: Specialisation| {
+            bindings.pass(name, &counters.specialise(name, specialisation))
+        };
+        let reuse = |kind: Kind, resampling: Resampling, bytes: u64| {
+            let special = specialisation.with_resampling(&resampling);
+            let initial = pass(kind.passes().initial, special)?;
+            let shares = kind.is_shared(settings);
+            let make = |name: &str| pass(name, special);
+            let reuse = Reuse::new(device, kind, resampling, shares, bytes, make)?;
+            Ok::<_, Error>((initial, reuse))
+        };
+        let direct = has_direct.then(|| {
+            let (initial, reuse) = reuse(Kind::Direct, settings.direct.resampling, sizes.direct)?;
+            Ok::<_, Error>(DirectLight { initial, reuse })
+        });
+        let indirect = has_indirect.then(|| {
+            let resampling = settings.indirect.effective_resampling();
+            let (initial, reuse) = reuse(Kind::Indirect, resampling, sizes.indirect)?;
+            Ok::<_, Error>(IndirectLight { initial, reuse })
+        });
+        let (direct, indirect) = (direct.transpose()?, indirect.transpose()?);
+
+        let is_temporal =
+            |reuse: Option<&Reuse>| reuse.is_some_and(|reuse| reuse.resampling.reuse.is_temporal());
+        let has_history = is_temporal(direct.as_ref().map(|light| &light.reuse))
+            || is_temporal(indirect.as_ref().map(|light| &light.reuse));
+        let buffer = |name, bytes| Buffer::new(device, name, bytes, Usage::default());
+        let uniform = Usage {
+            uniform: true,
+            ..Usage::default()
+        };
+        let restir_bytes = size_of::<RestirConstants>() as u64;
+        let draws_pilots = direct_pilots || has_indirect;
+        let mut made = Self {
+            surfaces: pass("surfaces", specialisation)?,
+            pilot_pass: draws_pilots
+                .then(|| {
+                    pass(
+                        "pilots",
+                        specialisation.with_resampling(&settings.direct.resampling),
+                    )
+                })
+                .transpose()?,
+            direct,
+            indirect,
+            restir: Buffer::new(device, "restir", restir_bytes, uniform)?,
+            color: buffer("color", sizes.color)?,
+            own_pilots: buffer("pilots", sizes.own_pilots)?,
+            sample_data: History::new(
+                (0..if has_history { 2 } else { 1 })
+                    .map(|_| buffer("sample_data", sizes.sample_data))
+                    .collect::<Result<_>>()?,
+            ),
+            counters,
+            has_frame: false,
+            sums: Vec::new(),
+            jitter,
+            constants: RestirConstants {
+                // The pilots are drawn as candidates of direct light are.
+                reuse: (&settings.direct.resampling).into(),
+                ..constants::of_frame(view, bindings, settings, sizes.slots as u32)
+            },
+            specialisation,
+            bindings: bindings.clone(),
+            device: device.clone(),
+        };
+        made.restart(view.seed)?;
+        Ok(made)
+    }
+
+    /// Begins anew with another seed, without history or sums.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn restart(&mut self, seed: u32) -> Result<()> {
+        self.constants.view.seed = seed;
+        self.has_frame = false;
+        self.sample_data.reset();
+        self.kinds().for_each(|reuse| reuse.reservoirs.reset());
+        self.sums.clear();
+        // A shader that reads a reservoir which no pass wrote finds it empty, instead of the index of a light
+        // that does not exist.
+        let mut recording = Recording::new(&self.device)?;
+        for buffer in self.buffers() {
+            recording.clear(buffer);
+        }
+        recording.finish()?;
+        self.counters.clear()
+    }
+
+    /// Whether a frame depends on the one before it.
+    pub fn has_history(&self) -> bool {
+        self.sample_data.all().len() > 1
+    }
+
+    /// The kinds of light that are resampled, direct light first.
+    fn kinds(&self) -> impl Iterator<Item = &Reuse> {
+        let direct = self.direct.iter().map(|light| &light.reuse);
+        direct.chain(self.indirect.iter().map(|light| &light.reuse))
+    }
+
+    /// Everything that is kept for each pixel.
+    fn buffers(&self) -> impl Iterator<Item = &Buffer> {
+        let reservoirs = self.kinds().flat_map(|reuse| reuse.reservoirs.all());
+        let shared = [&self.color, &self.own_pilots];
+        self.sample_data
+            .all()
+            .iter()
+            .chain(shared)
+            .chain(reservoirs)
+    }
+
+    /// What the passes of the frame share.
+    pub fn inputs(&self) -> FrameInputs<'_> {
+        let view = &self.constants.view;
+        FrameInputs {
+            scene: &self.bindings,
+            sample_data: self.sample_data.current(),
+            previous_sample_data: self.sample_data.previous(),
+            color: &self.color,
+            counters: &self.counters.buffer,
+            groups: [view.width.div_ceil(TILE), view.height.div_ceil(TILE), 1],
+        }
+    }
+
+    /// Where the frame's pilots are.
+    pub fn pilots(&self) -> Pilots<'_> {
+        let indirect = self.indirect.as_ref();
+        Pilots {
+            buffer: indirect.map_or(&self.own_pilots, |light| light.reuse.reservoirs.current()),
+        }
+    }
+
+    /// Renders the frame `index` as `camera` sees it; the frame before it is its history.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn render(&mut self, index: u32, camera: GpuCamera) -> Result<Vec<PassTime>> {
+        self.begin_frame(index, camera)?;
+        let mut recording = Recording::new(&self.device)?;
+        frame::record(self, &mut recording)?;
+        let mut times = Vec::new();
+        PassTime::add(&mut times, recording.finish()?);
+        // On other drivers the counters are checked when the picture is read.
+        if self.device.info.loop_turns.is_some() {
+            self.counters.assert_whole()?;
+        }
+        self.has_frame = true;
+        Ok(times)
+    }
+
+    /// Advances the history and uploads the constants of a frame.
+    fn begin_frame(&mut self, index: u32, camera: GpuCamera) -> Result<()> {
+        let constants = &mut self.constants;
+        constants.frame = index;
+        constants.previous_camera = constants.view.camera;
+        constants.view.camera = camera;
+        constants.previous_jitter = constants.jitter;
+        if self.jitter {
+            // The same for all pixels, so that depth alone gives the position of a surface.
+            constants.jitter = constants::jitter(constants.view.seed, index);
+        }
+        let constants = *constants;
+        self.sample_data.advance();
+        let direct = self.direct.iter_mut().map(|light| &mut light.reuse);
+        let indirect = self.indirect.iter_mut().map(|light| &mut light.reuse);
+        for reuse in direct.chain(indirect) {
+            reuse.begin_frame(&constants)?;
+        }
+        self.restir.write(&[constants])
+    }
+
+    /// What the last frame left in a kind's reservoirs, row by row from the top; all are empty before the first
+    /// frame, and where that kind has no reservoirs.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn reservoir_aovs(&self, kind: Kind) -> Result<Vec<ReservoirAov>> {
+        let reuse = match kind {
+            Kind::Direct => self.direct.as_ref().map(|light| &light.reuse),
+            Kind::Indirect => self.indirect.as_ref().map(|light| &light.reuse),
+        };
+        let shares = kind == Kind::Direct || self.specialisation.shares;
+        let Some(reuse) = reuse.filter(|_| shares && self.has_frame) else {
+            let empty = ReservoirAov {
+                light: NONE,
+                source: Vec2::NEG_ONE,
+                ..ReservoirAov::default()
+            };
+            let pixels = self.constants.view.width as usize * self.constants.view.height as usize;
+            return Ok(vec![empty; pixels]);
+        };
+        let specialisation = self.specialisation.with_resampling(&reuse.resampling);
+        let pass = self.bindings.pass(kind.passes().aovs, &specialisation)?;
+        let outputs = FrameOutputs {
+            constants: &reuse.constants,
+            restir: &reuse.restir,
+            sample_data: self.sample_data.current(),
+            reservoirs: reuse.reservoirs.current(),
+        };
+        reservoir_aovs::read_reservoir_aovs(&self.device, &self.bindings, &pass, &outputs)
+    }
+
+    /// Renders a frame and adds it to the sums.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn add_frame(&mut self, index: u32, camera: GpuCamera) -> Result<Vec<PassTime>> {
+        let times = self.render(index, camera)?;
+        let color = self.color()?;
+        self.sums.resize(color.len(), [DVec3::ZERO; 2]);
+        for ([sum, square], value) in self.sums.iter_mut().zip(color) {
+            let value = value.as_dvec3();
+            *sum += value;
+            *square += value * value;
+        }
+        Ok(times)
+    }
+
+    /// The last frame's radiance, row by row from the top.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn color(&self) -> Result<Vec<Vec3>> {
+        let view = &self.constants.view;
+        self.color.read(view.width as usize * view.height as usize)
+    }
+
+    /// Each pixel's sums over the frames added.
+    pub fn sums(&self) -> Vec<PixelSums> {
+        self.sums.iter().map(PixelSums::of).collect()
+    }
+
+    /// Values rejected so far because they were NaN, negative or out of range.
+    ///
+    /// # Errors
+    /// The device fails, or its driver ended loops early.
+    pub fn rejected(&self) -> Result<u32> {
+        self.counters.rejected()
+    }
+
+    /// What each pass counted since the last call, if counting was asked for.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn counts(&mut self) -> Result<Vec<Counts>> {
+        self.counters.since_last()
+    }
+
+    /// Bytes of its buffers on the device.
+    pub fn bytes(&self) -> u64 {
+        self.buffers().map(Buffer::size).sum()
+    }
+}

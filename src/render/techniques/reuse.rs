@@ -1,0 +1,172 @@
+//! What both kinds of light do with their candidates: temporal reuse, spatial reuse, shading.
+
+use crate::Result;
+use crate::choices::Visibility;
+use crate::gpu::{Buffer, ComputePass, Device, Recording, Usage};
+use crate::layouts::{RestirConstants, SpatialStep};
+use crate::render::history::History;
+use crate::render::kind::Kind;
+use crate::render::passes::{Shade, Spatial, Temporal};
+use crate::render::scene_bindings::SceneBindings;
+use crate::render::settings::{Resampling, ReuseMode};
+use std::sync::Arc;
+
+/// What the passes of a frame share.
+pub struct FrameInputs<'a> {
+    /// The scene and its tables.
+    pub scene: &'a SceneBindings,
+    /// Primary surfaces.
+    pub sample_data: &'a Buffer,
+    /// Those of the previous frame, if there was one.
+    pub previous_sample_data: Option<&'a Buffer>,
+    /// The picture.
+    pub color: &'a Buffer,
+    /// The counters of all passes.
+    pub counters: &'a Buffer,
+    /// Workgroups of a pass over all pixels.
+    pub groups: [u32; 3],
+}
+
+/// Temporal and spatial reuse and shading of one kind of light: the passes that the settings need, since a
+/// driver takes seconds to compile one, and the reservoirs.
+pub struct Reuse {
+    /// How the light is resampled.
+    pub resampling: Resampling,
+    temporal: Option<ComputePass>,
+    spatial: Option<ComputePass>,
+    /// `None` where the last merge adds the light.
+    shade: Option<ComputePass>,
+    /// The constants of this kind's passes.
+    pub constants: RestirConstants,
+    /// The buffer that holds them.
+    pub restir: Buffer,
+    /// The reservoirs of this frame, and of the previous one until a spatial pass overwrites them.
+    pub reservoirs: History<Buffer>,
+}
+
+impl Reuse {
+    /// Makes the passes and buffers; `pass` makes a pass by name. Without `shares`, candidates do not go to
+    /// reservoirs, and there is nothing to shade.
+    ///
+    /// # Errors
+    /// More memory than the device has, or a shader that it refuses.
+    pub fn new(
+        device: &Arc<Device>,
+        kind: Kind,
+        resampling: Resampling,
+        shares: bool,
+        reservoir_bytes: u64,
+        pass: impl Fn(&str) -> Result<ComputePass>,
+    ) -> Result<Self> {
+        let names = kind.passes();
+        let mode = resampling.reuse;
+        // The last merge can add the light of all its samples, unless their visibility is still to be traced.
+        let needs_no_ray = matches!(
+            resampling.visibility,
+            Visibility::None | Visibility::Weights
+        );
+        let merge_shades = mode.is_spatial() && needs_no_ray;
+        let if_needed = |needed: bool, name: &str| needed.then(|| pass(name)).transpose();
+        let uniform = Usage {
+            uniform: true,
+            ..Usage::default()
+        };
+        let bytes = size_of::<RestirConstants>() as u64;
+        let copies = if mode == ReuseMode::None { 1 } else { 2 };
+        let reservoirs = (0..copies)
+            .map(|_| Buffer::new(device, "reservoirs", reservoir_bytes, Usage::default()))
+            .collect::<Result<_>>()?;
+        Ok(Self {
+            temporal: if_needed(mode.is_temporal(), names.temporal)?,
+            spatial: if_needed(mode.is_spatial(), names.spatial)?,
+            shade: if_needed(shares && !merge_shades, names.shade)?,
+            constants: RestirConstants::default(),
+            restir: Buffer::new(device, "restir", bytes, uniform)?,
+            reservoirs: History::new(reservoirs),
+            resampling,
+        })
+    }
+
+    /// Begins a frame with these constants, to which those of this kind are added.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn begin_frame(&mut self, constants: &RestirConstants) -> Result<()> {
+        self.reservoirs.advance();
+        self.constants = RestirConstants {
+            reuse: (&self.resampling).into(),
+            ..*constants
+        };
+        self.restir.write(&[self.constants])
+    }
+
+    /// Records the passes; the current reservoirs hold the candidates.
+    ///
+    /// # Errors
+    /// A binding that a pass does not have.
+    pub fn record<'a>(
+        &'a self,
+        recording: &mut Recording<'a>,
+        inputs: &FrameInputs<'a>,
+    ) -> Result<()> {
+        let FrameInputs {
+            scene,
+            sample_data,
+            previous_sample_data,
+            color,
+            counters,
+            groups,
+        } = *inputs;
+        let (restir, reservoirs) = (&self.restir, &self.reservoirs);
+
+        if let (Some(pass), Some(previous_sample_data), Some(history)) =
+            (&self.temporal, previous_sample_data, reservoirs.previous())
+        {
+            let temporal = Temporal {
+                scene,
+                restir,
+                sample_data,
+                previous_sample_data,
+                history,
+                reservoirs: reservoirs.current(),
+                counters,
+            };
+            recording.pass(pass, &temporal, &(), groups)?;
+        }
+
+        if let Some(pass) = &self.spatial {
+            let passes = self.constants.reuse.spatial_passes;
+            for index in 0..passes {
+                let spatial = Spatial {
+                    scene,
+                    restir,
+                    sample_data,
+                    neighbours: reservoirs.current(),
+                    reservoirs: reservoirs.spare(),
+                    color,
+                    counters,
+                };
+                let is_last = index + 1 == passes;
+                let step = SpatialStep {
+                    index,
+                    shades: (is_last && self.shade.is_none()).into(),
+                };
+                recording.pass(pass, &spatial, &step, groups)?;
+                reservoirs.advance();
+            }
+        }
+
+        if let Some(pass) = &self.shade {
+            let shade = Shade {
+                scene,
+                restir,
+                sample_data,
+                reservoirs: reservoirs.current(),
+                color,
+                counters,
+            };
+            recording.pass(pass, &shade, &(), groups)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,263 @@
+//! The buffers of a scene on the device. Each is declared here once: the declaration generates its GLSL
+//! access, its entry in the address table, its binding and its size. `SceneContents::new` fills it.
+//!
+//! The build script compiles this file too, for the GLSL text; what is marked `cfg(headwater)` is for the
+//! crate alone.
+
+use glam::UVec2;
+
+/// How shaders access one of the buffers.
+pub struct Access {
+    /// The name in GLSL, of the binding and of the entry in [`SceneTable`].
+    pub name: &'static str,
+    /// The GLSL type of an element.
+    pub glsl: &'static str,
+    /// Whether shader variants with [`Fetch::Texels`](crate::shaders::Fetch) read it as texels of four
+    /// words.
+    pub texels: bool,
+}
+
+macro_rules! scene_buffers {
+    ($(
+        $(#[$meta:meta])*
+        $name:ident: [$element:ty] as $glsl:literal $(, $texels:ident)?; $count:expr;
+    )*) => {
+        crate::gpu_struct! {
+            /// What shaders know of the scene's buffers.
+            pub struct SceneTable {
+                /// Number of lights.
+                pub light_count: u32,
+                /// Number of instances that are traced.
+                pub instance_count: u32,
+                $($(#[$meta])* pub $name: UVec2,)*
+            }
+        }
+
+        /// Every buffer.
+        pub const BUFFERS: &[Access] = &[$(Access {
+            name: stringify!($name),
+            glsl: $glsl,
+            texels: scene_buffers!(@texels $($texels)?),
+        },)*];
+
+        /// What the buffers hold.
+        #[cfg(headwater)]
+        pub struct SceneContents { $($(#[$meta])* pub $name: Vec<$element>,)* }
+
+        /// Bytes of each buffer, known before any tree is built. Only the nodes are missing, whose number
+        /// the trees decide; they take fewer bytes than the positions.
+        #[cfg(headwater)]
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+        pub struct BufferBytes { $($(#[$meta])* pub $name: u64,)* }
+
+        #[cfg(headwater)]
+        impl BufferBytes {
+            /// The bytes for these numbers of elements.
+            pub fn of(counts: &ElementCounts) -> Self {
+                Self { $($name: {
+                    let count: fn(&ElementCounts) -> u64 = $count;
+                    count(counts) * size_of::<$element>() as u64
+                },)* }
+            }
+
+            /// Name and bytes of every buffer.
+            pub fn named(&self) -> Vec<(&'static str, u64)> {
+                vec![$((stringify!($name), self.$name),)*]
+            }
+        }
+
+        /// The buffers on the device.
+        #[cfg(headwater)]
+        pub struct SceneBuffers {
+            $($(#[$meta])* pub $name: Buffer,)*
+            /// The [`SceneTable`].
+            table: Buffer,
+        }
+
+        #[cfg(headwater)]
+        impl SceneBuffers {
+            /// Uploads the contents for shaders of a variant.
+            ///
+            /// # Errors
+            /// More memory than the device has.
+            pub fn new(
+                device: &Arc<Device>,
+                contents: &SceneContents,
+                counts: &ElementCounts,
+                variant: Variant,
+            ) -> Result<Self> {
+                $(let $name = Buffer::from_slice(
+                    device,
+                    stringify!($name),
+                    &contents.$name,
+                    usage(stringify!($name), variant),
+                )?;)*
+                let addressed = variant.geometry == GeometryAccess::BufferAddresses;
+                let table = SceneTable {
+                    light_count: counts.lights as u32,
+                    instance_count: counts.instances as u32,
+                    $($name: if addressed { address(&$name)? } else { UVec2::ZERO },)*
+                };
+                let uniform = Usage { uniform: true, ..Usage::default() };
+                let table = Buffer::from_slice(device, "scene", &[table], uniform)?;
+                Ok(Self { $($name,)* table })
+            }
+
+            /// Name and buffer, without the table.
+            pub fn named(&self) -> Vec<(&'static str, &Buffer)> {
+                vec![$((stringify!($name), &self.$name),)*]
+            }
+        }
+    };
+    (@texels) => { false };
+    (@texels texels) => { true };
+}
+
+scene_buffers! {
+    /// Corner normals of smooth meshes: three packed octahedral words a triangle.
+    normals: [UVec3] as "uvec3"; |c| c.smooth_triangles;
+    /// Three words a triangle of a mesh of several parts: material, rank among the mesh's emissive triangles
+    /// or NONE, and what its part adds to the instance's index.
+    triangle_parts: [UVec3] as "uvec3"; |c| c.part_triangles;
+    /// Instances in the order of the leaves of the trees over them, for each epoch.
+    top_instances: [u32] as "uint"; |c| c.epochs * c.instances;
+    /// Instances, for each epoch.
+    instances: [GpuInstance] as "GpuInstance"; |c| c.epochs * c.instances;
+    /// Nodes of the trees over the instances, for each epoch, then those of the meshes: five times four words
+    /// each.
+    nodes: [CwBvhNode] as "uvec4", texels; |_| 0;
+    /// Object-space positions of corners, three a triangle.
+    positions: [[Vec3; 3]] as "vec3", texels; |c| c.triangles;
+    /// Materials.
+    materials: [GpuMaterial] as "GpuMaterial"; |c| c.materials;
+    /// Lights, for each epoch.
+    lights: [GpuLight] as "GpuLight"; |c| c.epochs * c.lights;
+    /// Where each of the scene's instances was in the previous frame; empty where nothing moves.
+    previous_transforms: [GpuPreviousTransform] as "GpuPreviousTransform"; |c| c.previous_transforms;
+}
+
+/// The text of `scene_buffers.glsl`: the table, and every buffer by its name. `NAME.at[index]` reads an
+/// element; buffers that are read as texels are `utextureBuffer`s instead.
+pub fn glsl() -> String {
+    let mut text = String::from(
+        "#pragma once\n#include \"prelude.glsl\"\nlayout(scalar) uniform SceneBlock { SceneTable at; } scene;\n",
+    );
+    for Access { name, glsl, texels } in BUFFERS {
+        let block: String = name.split('_').map(capitalised).collect();
+        // llvmpipe loads four words at once if their alignment is known.
+        let align = if *glsl == "uvec4" { 16 } else { 4 };
+        let mut bodies = format!(
+            "#if GEOMETRY_ADDRESSES\n\
+             layout(buffer_reference, scalar, buffer_reference_align = {align}) readonly buffer {block}Block {{ {glsl} at[]; }};\n\
+             #define {name} {block}Block(scene.at.{name})\n\
+             #else\n\
+             layout(scalar) readonly buffer {block}Block {{ {glsl} at[]; }} {name};\n\
+             #endif\n"
+        );
+        if *texels {
+            bodies = format!(
+                "#if FETCH_TEXELS\nuniform utextureBuffer {name};\n#else\n{bodies}#endif\n"
+            );
+        }
+        text += &bodies;
+    }
+    text
+}
+
+fn capitalised(word: &str) -> String {
+    let (first, rest) = word.split_at(1);
+    first.to_ascii_uppercase() + rest
+}
+
+#[cfg(headwater)]
+use {
+    super::epochs::EpochContents,
+    super::geometry::Geometry,
+    super::materials::gpu_material,
+    super::{Fetch, GeometryAccess, Tracer, Variant},
+    crate::Result,
+    crate::gpu::{Buffer, Device, Resource, Usage},
+    crate::layouts::{GpuInstance, GpuLight, GpuMaterial, GpuPreviousTransform},
+    crate::scene::Scene,
+    glam::{UVec3, Vec3},
+    obvhs::cwbvh::node::CwBvhNode,
+    std::sync::Arc,
+};
+
+#[cfg(headwater)]
+impl SceneContents {
+    /// What a scene's buffers hold at first. The nodes of `epochs` include those of the meshes.
+    pub(super) fn new(
+        scene: &Scene,
+        geometry: Geometry,
+        epochs: EpochContents,
+        previous_transforms: Vec<GpuPreviousTransform>,
+    ) -> Self {
+        Self {
+            normals: geometry.normals,
+            triangle_parts: geometry.parts,
+            top_instances: epochs.top_instances,
+            instances: epochs.instances,
+            nodes: epochs.nodes,
+            positions: geometry.positions,
+            materials: scene.materials.iter().map(gpu_material).collect(),
+            lights: epochs.lights,
+            previous_transforms,
+        }
+    }
+}
+
+/// Numbers of elements of a scene.
+#[cfg(headwater)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ElementCounts {
+    /// Triangles that are stored: those of a mesh with several instances once.
+    pub triangles: u64,
+    /// Triangles of smooth meshes.
+    pub smooth_triangles: u64,
+    /// Triangles of meshes with several parts or with lights.
+    pub part_triangles: u64,
+    /// Instances that are traced.
+    pub instances: u64,
+    /// Materials.
+    pub materials: u64,
+    /// Emissive triangles in the world.
+    pub lights: u64,
+    /// 2 where something moves, for the current and the previous frame; else 1.
+    pub epochs: u64,
+    /// Instances of the scene, where something moves.
+    pub previous_transforms: u64,
+}
+
+#[cfg(headwater)]
+impl SceneBuffers {
+    /// What shaders of a variant bind.
+    pub fn resources(&self, variant: Variant) -> Vec<(&'static str, Resource<'_>)> {
+        let mut resources = vec![("scene", Resource::Uniform(&self.table))];
+        for ((name, buffer), access) in self.named().into_iter().zip(BUFFERS) {
+            if access.texels && variant.fetch == Fetch::Texels {
+                resources.push((name, Resource::Texels(buffer)));
+            } else if variant.geometry == GeometryAccess::StorageBuffers {
+                resources.push((name, Resource::Read(buffer)));
+            }
+        }
+        resources
+    }
+}
+
+/// How a buffer is used by shaders of a variant.
+#[cfg(headwater)]
+fn usage(name: &str, variant: Variant) -> Usage {
+    let texels = BUFFERS.iter().any(|b| b.name == name && b.texels);
+    Usage {
+        texels: texels && variant.fetch == Fetch::Texels,
+        acceleration_input: name == "positions" && variant.tracer == Tracer::RayQuery,
+        ..Usage::default()
+    }
+}
+
+#[cfg(headwater)]
+fn address(buffer: &Buffer) -> Result<UVec2> {
+    let address = buffer.address()?;
+    Ok(UVec2::new(address as u32, (address >> 32) as u32))
+}

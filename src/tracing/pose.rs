@@ -1,0 +1,288 @@
+//! Where a scene's instances and lights are at one time, as shaders read them.
+
+use super::compute_bvh::Tree;
+use super::gather::Gathered;
+use super::geometry::{Geometry, MeshPlace};
+use crate::Result;
+use crate::layouts::{GpuInstance, GpuLight, GpuPreviousTransform, NONE};
+use crate::scene::lights::{self, AliasTable, LampTriangle, LightTriangle, UNIFORM_SHARE};
+use crate::scene::motion::{Pose, check_place, is_flat};
+use crate::scene::{Bounds, Material, Scene};
+use glam::{DAffine3, DVec3, Vec3};
+use std::collections::HashMap;
+
+/// Poses a scene at any time: computes its instances, its lights and the tree over the instances.
+pub struct ScenePoser {
+    origin: DVec3,
+    instances: Vec<TracedInstance>,
+    /// The index in `instances` of each instance of the scene that may move.
+    traced_index: HashMap<u32, usize>,
+    lamps: Vec<LampTriangle>,
+    materials: Vec<Material>,
+    trees: bool,
+    /// Maximum levels of the tree over the instances.
+    max_depth: u32,
+}
+
+/// An instance that is traced: its transform unless it moves, and what never changes.
+struct TracedInstance {
+    object_to_world: DAffine3,
+    mesh: MeshPlace,
+    /// Without transforms.
+    constant: GpuInstance,
+}
+
+/// A scene at one time.
+#[derive(Clone)]
+pub struct ScenePose {
+    /// The time in seconds.
+    pub time: f64,
+    /// Instances; root nodes are relative to the first mesh's.
+    pub instances: Vec<GpuInstance>,
+    /// Indices of the instances that are not flattened by their transforms.
+    pub visible: Vec<u32>,
+    /// The tree over the visible ones; empty where the driver builds its own.
+    pub top: Tree,
+    /// Lights.
+    pub lights: Vec<GpuLight>,
+    /// The scene's moving instances, by index, with their transforms to the world.
+    pub moved: Vec<(u32, DAffine3)>,
+}
+
+impl ScenePoser {
+    /// A poser of a scene with its geometry; with `trees`, poses have a tree over the instances.
+    pub fn new(gathered: &Gathered<'_>, geometry: &Geometry, origin: DVec3, trees: bool) -> Self {
+        let scene = &gathered.scene;
+        let mut instances = Vec::with_capacity(scene.instances.len());
+        let mut traced_index = HashMap::new();
+        let mut light_count = 0;
+        for (index, instance) in scene.instances.iter().enumerate() {
+            let place = geometry.meshes[instance.mesh as usize];
+            let parts = &scene.meshes[instance.mesh as usize].parts;
+            let id = gathered.instance_ids[index];
+            // A gathered mesh holds several of the scene's instances, none of which moves.
+            if gathered.part_ids[instance.mesh as usize].is_empty() {
+                traced_index.insert(id, index);
+            }
+            instances.push(TracedInstance {
+                object_to_world: instance.object_to_world,
+                mesh: place,
+                constant: GpuInstance {
+                    object_to_world: [Vec3::ZERO; 4],
+                    world_to_object: [Vec3::ZERO; 4],
+                    first_triangle: place.first_triangle,
+                    first_normal: place.first_normal,
+                    first_part: place.first_part,
+                    root_node: place.root_node,
+                    material: parts.first().map_or(0, |p| p.material),
+                    first_light: if place.lights > 0 { light_count } else { NONE },
+                    id,
+                },
+            });
+            light_count += place.lights;
+        }
+        Self {
+            origin,
+            max_depth: u32::MAX,
+            instances,
+            traced_index,
+            lamps: lights::lamp_triangles(scene, &gathered.lamps),
+            materials: scene.materials.clone(),
+            trees,
+        }
+    }
+
+    /// Limits the levels of trees over the instances; those of a balanced tree must be permitted.
+    pub fn limit_depth(&mut self, levels: u32) {
+        self.max_depth = levels;
+    }
+
+    /// The scene at a time; `pose` says what has moved or changed by then.
+    ///
+    /// # Errors
+    /// An instance further away than can be rendered.
+    pub fn pose_at(&self, time: f64, pose: Pose) -> Result<ScenePose> {
+        let mut to_world: Vec<DAffine3> =
+            self.instances.iter().map(|i| i.object_to_world).collect();
+        for (moving, place) in &pose.instances {
+            let Some(&index) = self.traced_index.get(moving) else {
+                continue;
+            };
+            let (min, max) = self.instances[index].mesh.bounds;
+            let bounds = Bounds {
+                min: min.as_dvec3(),
+                max: max.as_dvec3(),
+            };
+            let moved = self.relative(place, index);
+            check_place(*moving, &moved, Some(&bounds), time)?;
+            to_world[index] = *place;
+        }
+        let mut materials = self.materials.clone();
+        for (material, emission) in pose.emission {
+            materials[material as usize].emission = emission;
+        }
+        let triangles: Vec<LightTriangle> = (self.lamps.iter())
+            .map(|lamp| lamp.placed(&to_world[lamp.instance as usize]))
+            .collect();
+
+        let mut instances = Vec::with_capacity(to_world.len());
+        let (mut visible, mut boxes) = (Vec::new(), Vec::new());
+        for (index, (traced, place)) in self.instances.iter().zip(&to_world).enumerate() {
+            let object_to_world = self.relative(place, index);
+            let mut instance = traced.constant;
+            if !is_flat(&object_to_world) {
+                instance.object_to_world = columns(object_to_world);
+                instance.world_to_object = columns(object_to_world.inverse());
+                visible.push(index as u32);
+                boxes.push(world_box(&object_to_world, &traced.mesh));
+            }
+            instances.push(instance);
+        }
+        if !self.trees {
+            boxes.clear();
+        }
+        Ok(ScenePose {
+            time,
+            instances,
+            visible,
+            top: Tree::over_boxes_within(&boxes, self.max_depth),
+            lights: place_lights(&triangles, &materials, self.origin),
+            moved: pose.instances,
+        })
+    }
+
+    /// The transform of a traced instance from the mesh's stored positions to the world relative to the
+    /// origin.
+    fn relative(&self, object_to_world: &DAffine3, index: usize) -> DAffine3 {
+        DAffine3::from_translation(-self.origin)
+            * *object_to_world
+            * DAffine3::from_translation(self.instances[index].mesh.centre)
+    }
+
+    /// For each of the scene's `count` instances, the transform of its points from `now` to `before`.
+    pub fn previous_transforms(
+        &self,
+        count: usize,
+        now: &ScenePose,
+        before: &ScenePose,
+    ) -> Vec<GpuPreviousTransform> {
+        let mut transforms = vec![previous_transform(DAffine3::IDENTITY); count];
+        for ((index, now), (_, before)) in now.moved.iter().zip(&before.moved) {
+            let back = if is_flat(now) {
+                DAffine3::ZERO
+            } else {
+                DAffine3::from_translation(-self.origin)
+                    * *before
+                    * now.inverse()
+                    * DAffine3::from_translation(self.origin)
+            };
+            transforms[*index as usize] = previous_transform(back);
+        }
+        transforms
+    }
+}
+
+fn previous_transform(current_to_previous: DAffine3) -> GpuPreviousTransform {
+    GpuPreviousTransform {
+        current_to_previous: columns(current_to_previous),
+    }
+}
+
+fn columns(transform: DAffine3) -> [Vec3; 4] {
+    [
+        transform.matrix3.x_axis,
+        transform.matrix3.y_axis,
+        transform.matrix3.z_axis,
+        transform.translation,
+    ]
+    .map(|column| column.as_vec3())
+}
+
+/// The world-space box of an instance, enlarged by the rounding error of rays in object space.
+fn world_box(object_to_world: &DAffine3, place: &MeshPlace) -> (Vec3, Vec3) {
+    let (low, high) = (place.bounds.0.as_dvec3(), place.bounds.1.as_dvec3());
+    let mut world = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for corner in 0..8 {
+        let pick = |axis: usize| {
+            if corner >> axis & 1 == 0 {
+                low[axis]
+            } else {
+                high[axis]
+            }
+        };
+        let p = object_to_world.transform_point3(DVec3::new(pick(0), pick(1), pick(2)));
+        world = (world.0.min(p), world.1.max(p));
+    }
+    let reach = world.0.abs().max(world.1.abs()).max_element();
+    let pad = DVec3::splat(reach * 1e-6);
+    ((world.0 - pad).as_vec3(), (world.1 + pad).as_vec3())
+}
+
+/// The lights of a scene at time 0, relative to `origin`, with their selection table.
+pub fn gpu_lights(scene: &Scene, origin: DVec3) -> Vec<GpuLight> {
+    place_lights(&lights::light_triangles(scene), &scene.materials, origin)
+}
+
+fn place_lights(
+    triangles: &[LightTriangle],
+    materials: &[Material],
+    origin: DVec3,
+) -> Vec<GpuLight> {
+    let weights: Vec<f64> = triangles
+        .iter()
+        .map(|light| lights::power(light, &materials[light.material as usize]))
+        .collect();
+    let table = AliasTable::new(&weights, UNIFORM_SHARE);
+    triangles
+        .iter()
+        .enumerate()
+        .map(|(index, light)| {
+            let material = &materials[light.material as usize];
+            let [a, b, c] = light.corners;
+            GpuLight {
+                corner: (a - origin).as_vec3(),
+                edge1: (b - a).as_vec3(),
+                edge2: (c - a).as_vec3(),
+                normal: light.normal.as_vec3(),
+                emission: material.emission,
+                area: light.area as f32,
+                probability: table.probabilities[index] as f32,
+                double_sided: material.double_sided.into(),
+                keep_below: table.columns[index].keep_below,
+                alias: table.columns[index].alias,
+            }
+        })
+        .collect()
+}
+
+/// Mean luminance of lights, weighted by the power that they emit to one side; 0 without any.
+pub fn mean_light_luminance(lights: &[GpuLight]) -> f32 {
+    let (mut power, mut weighted) = (0.0, 0.0);
+    for light in lights {
+        let luminance = lights::luminance(light.emission);
+        power += f64::from(light.area) * luminance;
+        weighted += f64::from(light.area) * luminance * luminance;
+    }
+    if power > 0.0 {
+        (weighted / power) as f32
+    } else {
+        0.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lights_are_weighted_by_their_power() {
+        let light = |area: f32, brightness: f32| GpuLight {
+            area,
+            emission: Vec3::splat(brightness),
+            ..bytemuck::Zeroable::zeroed()
+        };
+        let mean = mean_light_luminance(&[light(1.0, 1.0), light(3.0, 5.0)]);
+        assert!((mean - 4.75).abs() < 1e-6, "{mean}");
+        assert_eq!(mean_light_luminance(&[]), 0.0);
+    }
+}
