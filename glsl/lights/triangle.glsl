@@ -21,9 +21,11 @@ uint pick_light(uint count, uvec2 bits) {
     return bits.y < light_at(slot, CURRENT).keep_below ? slot : light_at(slot, CURRENT).alias;
 }
 
+bool is_double_sided(GpuLight light) { return HAS_DOUBLE_SIDED_LIGHTS && light.double_sided != 0u; }
+
 // The radiance that a light emits in a direction with this cosine to its normal: 0 from the back of a one-sided light.
 vec3 light_emission(GpuLight light, float cosine) {
-    return cosine > 0.0 || light.double_sided != 0u ? light.emission : vec3(0.0);
+    return cosine > 0.0 || is_double_sided(light) ? light.emission : vec3(0.0);
 }
 
 float light_pdf_area(GpuLight light) { return light.probability / light.area; }

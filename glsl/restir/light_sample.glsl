@@ -22,7 +22,7 @@ LightSample empty_light_sample() { return LightSample(NONE, 0u, vec3(0.0), vec3(
 LightSample light_sample_at(uint index, uint barycentrics, uint epoch) {
     GpuLight light = light_at(index, epoch);
     vec3 position = light_position(light, unpackUnorm2x16(barycentrics));
-    return LightSample(index, barycentrics, position, light.normal, light.emission, light.double_sided != 0u);
+    return LightSample(index, barycentrics, position, light.normal, light.emission, is_double_sided(light));
 }
 
 // ---- Target and shadow ray
@@ -106,5 +106,5 @@ void unpack_sample(PackedReservoir p, out LightSample value) {
     }
     value = LightSample(light, p.words[3], uintBitsToFloat(uvec3(p.words[4], p.words[5], p.words[6])),
                         unpack_octahedral(p.words[7], 16u), unpack_radiance(uvec2(p.words[8], p.words[9])),
-                        (p.words[2] & KIND_DOUBLE_SIDED) != 0u);
+                        HAS_DOUBLE_SIDED_LIGHTS && (p.words[2] & KIND_DOUBLE_SIDED) != 0u);
 }

@@ -44,19 +44,20 @@ Hit pilot_hit(Pilot pilot) { return Hit(0.0, pilot.instance, pilot.primitive, pi
 
 // 1 for lobes so narrow that light samples almost never fall into them, 0 for wide ones and none.
 float narrowness(Bsdf bsdf) {
-    return bsdf.alpha > 0.0 && bsdf.specular_probability > 0.0 ? max(1.0 - 4.0 * bsdf.alpha, 0.0) : 0.0;
+    return HAS_SPECULAR && bsdf.alpha > 0.0 && bsdf.specular_probability > 0.0 ? max(1.0 - 4.0 * bsdf.alpha, 0.0) : 0.0;
 }
 
 // Adapts lobe selection to candidates: a narrow lobe gets most BSDF rays, because light samples cover wide lobes. Only
 // the selection of lobes changes, and with it all their densities.
 void prefer_narrow_lobe(inout Bsdf bsdf) {
+    if (!HAS_SPECULAR) return;
     float own = bsdf.specular_probability;
     // A perfect mirror has a ray of its own.
     if (bsdf.alpha == 0.0) bsdf.specular_probability = 0.0;
     else if (own < 1.0) bsdf.specular_probability = mix(own, max(own, 0.75), narrowness(bsdf));
 }
 
-bool is_mirror(Bsdf bsdf) { return bsdf.alpha == 0.0 && bsdf.specular_probability > 0.0; }
+bool is_mirror(Bsdf bsdf) { return HAS_SPECULAR && bsdf.alpha == 0.0 && bsdf.specular_probability > 0.0; }
 
 // Samples a ray from the BSDF; false if it carries no light or leaves to the back of the surface.
 bool sample_bsdf_ray(Domain domain, vec4 numbers, out BsdfSample chosen, out Ray ray) {

@@ -49,6 +49,7 @@ vec3 schlick(vec3 f0, vec3 f90, float cosine) {
 
 // Fresnel reflectance of the whole specular lobe, compensation included.
 vec3 specular_fresnel(Bsdf bsdf, float cosine) {
+    if (!HAS_SPECULAR) return vec3(0.0);
     vec3 dielectric = schlick(bsdf.dielectric_f0, vec3(bsdf.dielectric_f90), cosine);
     vec3 metal = schlick(bsdf.metal_f0, vec3(1.0), cosine);
     return mix(dielectric * bsdf.dielectric_scale, metal * bsdf.metal_scale, bsdf.metallic);
@@ -56,6 +57,7 @@ vec3 specular_fresnel(Bsdf bsdf, float cosine) {
 
 // The share of light that the Fresnel factor leaves to the diffuse lobe.
 float diffuse_share(Bsdf bsdf, float cosine) {
+    if (!HAS_SPECULAR) return 1.0;
     if (ENERGY_COMPENSATED) return bsdf.diffuse_scale;
     return 1.0 - max_component(schlick(bsdf.dielectric_f0, vec3(bsdf.dielectric_f90), cosine));
 }
@@ -86,6 +88,8 @@ Bsdf make_bsdf(GpuMaterial material, float cosine_out) {
     bsdf.dielectric_scale = vec3(1.0);
     bsdf.metal_scale = vec3(1.0);
     bsdf.diffuse_scale = 1.0;
+    bsdf.specular_probability = 0.0;
+    if (!HAS_SPECULAR) return bsdf;
     if (ENERGY_COMPENSATED) {
         vec2 parts;
         if (mirror) {
@@ -131,7 +135,7 @@ vec3 evaluate_bsdf(Bsdf bsdf, vec3 outgoing, vec3 incoming, out float pdf_solid_
     float cosine = dot(outgoing, h);
     vec3 f = bsdf.diffuse * (diffuse_share(bsdf, cosine) / PI);
     pdf_solid_angle = (1.0 - bsdf.specular_probability) * incoming.z / PI;
-    if (bsdf.alpha > 0.0 && bsdf.specular_probability > 0.0) {
+    if (HAS_SPECULAR && bsdf.alpha > 0.0 && bsdf.specular_probability > 0.0) {
         float d = ggx_distribution(h, bsdf.alpha);
         float lambda_out = smith_lambda(outgoing.z, bsdf.alpha);
         float lambda_in = smith_lambda(incoming.z, bsdf.alpha);
@@ -155,7 +159,7 @@ vec3 sample_visible_normal(vec3 outgoing, float alpha, vec2 u) {
 BsdfSample sample_bsdf(Bsdf bsdf, vec3 outgoing, vec4 u) {
     BsdfSample result = BsdfSample(vec3(0.0), vec3(0.0), 0.0, false, false);
     if (outgoing.z <= 0.0) return result;
-    if (u.x < bsdf.specular_probability) {
+    if (HAS_SPECULAR && u.x < bsdf.specular_probability) {
         if (bsdf.alpha == 0.0) {
             result.direction = vec3(-outgoing.xy, outgoing.z);
             result.weight = specular_fresnel(bsdf, outgoing.z) / bsdf.specular_probability;

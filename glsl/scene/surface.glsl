@@ -73,7 +73,7 @@ TrianglePoint triangle_point(GpuInstance instance, uint primitive, vec2 weight) 
         + abs(instance.object_to_world[2]) * reach.z + abs(instance.object_to_world[3]));
     point.normal = normalize(transform_normal(instance.world_to_object, unit_cross(edge1, edge2)));
     point.shading_normal = point.normal;
-    point.interpolated = instance.first_normal != NONE;
+    point.interpolated = HAS_SMOOTH_NORMALS && instance.first_normal != NONE;
     if (point.interpolated) {
         uvec3 corners = normals.at[instance.first_normal + primitive];
         vec3 shading = (1.0 - weight.x - weight.y) * corner_normal(instance, corners.x)

@@ -76,6 +76,17 @@ impl Default for Roulette {
     }
 }
 
+/// Which code shaders contain.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Variant {
+    /// What the scene requires, as `scene inspect` shows it.
+    #[default]
+    Auto,
+    /// All of it, for comparison. Code for scenes that move is not included, since it reuses fewer samples.
+    Full,
+}
+
 /// Every setting of a picture that is not its size, camera or seed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -96,6 +107,8 @@ pub struct Settings {
     pub indirect: Indirect,
     /// How reservoirs lie in memory.
     pub reservoirs: Reservoirs,
+    /// Which code shaders contain. `full` costs time; the picture is the same.
+    pub variant: Variant,
 }
 
 impl Settings {
@@ -106,6 +119,7 @@ impl Settings {
             heuristic: self.heuristic,
             energy: self.energy,
             roulette: self.roulette,
+            variant: self.variant,
             ..Self::default()
         }
     }

@@ -11,6 +11,12 @@ crate::gpu_specialisation! {
     pub struct Specialisation {
         /// Entries of the stack of the traversal in compute: the depth of the scene's trees.
         pub stack_size: u32 = 32,
+        /// Whether some surface has a specular lobe; otherwise all are Lambert.
+        pub has_specular: bool = true,
+        /// Whether some mesh has shading normals.
+        pub has_smooth_normals: bool = true,
+        /// Whether some light emits to both sides.
+        pub has_double_sided_lights: bool = true,
         /// Whether something besides the camera moves. Then lights and instances of the previous frame follow
         /// those of the current frame in their buffers.
         pub moves: bool = false,
@@ -54,13 +60,17 @@ mod values {
     use super::Specialisation;
     use crate::choices::PixelOrder;
     use crate::render::reservoir_layout::{Arrays, Order, ReservoirLayout};
-    use crate::render::settings::{Energy, IndirectMode, Resampling, Settings, Shift};
+    use crate::render::settings::{Energy, IndirectMode, Resampling, Settings, Shift, Variant};
     use crate::tracing::GpuScene;
 
     impl Specialisation {
         /// By scene and settings, for all passes.
         pub fn of_scene(scene: &GpuScene, settings: &Settings) -> Self {
+            let (full, requires) = (settings.variant == Variant::Full, &scene.requirements);
             Self {
+                has_specular: full || requires.specular,
+                has_smooth_normals: full || requires.smooth_normals,
+                has_double_sided_lights: full || requires.double_sided_emitters,
                 stack_size: scene.stack_size,
                 moves: scene.moves(),
                 previous_root: scene.previous_root(),
