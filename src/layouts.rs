@@ -11,7 +11,7 @@ use crate::tracing::buffers::{self, SceneTable};
 use glam::{Vec2, Vec3};
 
 crate::gpu_constants! {
-    /// Marks "none": no normals, no light, no hit.
+    /// "None": no normals, no light, no hit.
     pub const NONE: u32 = 0xFFFF_FFFF;
     /// Width and height of a workgroup, in pixels.
     pub const TILE: u32 = 8;
@@ -19,10 +19,10 @@ crate::gpu_constants! {
     pub const RAYS_PER_GROUP: u32 = 64;
     /// Words of a compressed eight-wide node.
     pub const NODE_WORDS: u32 = 20;
-    /// Perceptual roughness below which a specular lobe is a perfect mirror: its GGX peak would
-    /// exceed what f32 half-vectors resolve.
+    /// Perceptual roughness below which a specular lobe is a perfect mirror, because f32 half vectors do not resolve
+    /// its GGX peak.
     pub const MIRROR_ROUGHNESS: f32 = 0.01;
-    /// Least cosine between a shading normal and the direction to the eye.
+    /// Minimum cosine between a shading normal and the direction to the eye.
     pub const MIN_FACING: f32 = 0.01;
     /// Cells a side of the directional albedo table (cosine × roughness).
     pub const ALBEDO_CELLS: u32 = 64;
@@ -34,20 +34,20 @@ crate::gpu_constants! {
     pub const INDIRECT_COMPACT_WORDS: u32 = 8;
     /// Words of a full reservoir of indirect light.
     pub const INDIRECT_FULL_WORDS: u32 = 15;
-    /// Words of where a reservoir's sample comes from.
+    /// Words of the origin of a reservoir's sample.
     pub const ORIGIN_WORDS: u32 = 2;
-    /// Words of what a pixel's first BSDF ray met.
+    /// Words of a pilot, the hit of a pixel's first BSDF ray.
     pub const PILOT_WORDS: u32 = 5;
-    /// Where a sample's first word holds what kind it is; of direct light, 2 (environment) and 3
-    /// (punctual light) are reserved.
+    /// Position of the kind in a sample's first word. Of direct light, 2 (environment) and 3 (punctual light) are
+    /// reserved.
     pub const KIND_SHIFT: u32 = 30;
     /// A point on an emissive triangle, in area measure.
     pub const KIND_TRIANGLE: u32 = 1;
-    /// The light of a full reservoir shines to both sides.
+    /// The light of a full reservoir emits to both sides.
     pub const KIND_DOUBLE_SIDED: u32 = 0x2000_0000;
-    /// The light's number.
+    /// Bits of the light's index.
     pub const LIGHT_MASK: u32 = 0x1FFF_FFFF;
-    /// The number of the instance that holds a path's second vertex, under the path's kind.
+    /// Bits of the index of the instance of a path's second vertex, below the path's kind.
     pub const INSTANCE_MASK: u32 = 0x3FFF_FFFF;
     /// Random stream of the initial candidates.
     pub const STREAM_INITIAL: u32 = 1;
@@ -59,12 +59,12 @@ crate::gpu_constants! {
     pub const STREAM_SPATIAL: u32 = 16;
     /// Added to these by passes of indirect light, except by the pilots, which both kinds share.
     pub const STREAM_INDIRECT: u32 = 64;
-    /// Largest radiance of a sample: the squares of millions of them still add up in f32. It leaves
-    /// room above the brightest lamp for what improbable samples weigh.
+    /// Maximum radiance of a sample: the squares of millions of them still add up in f32. It is far above the
+    /// brightest light, since improbable samples have large weights.
     pub const MAX_RADIANCE: f32 = 1e15;
-    /// Values refused because they were NaN, negative or beyond MAX_RADIANCE.
+    /// Values rejected because they were NaN, negative or beyond MAX_RADIANCE.
     pub const COUNTER_REJECTED: u32 = 0;
-    /// Invocations whose loops the driver ended before their last sample.
+    /// Invocations whose loops the driver ended early.
     pub const COUNTER_CUT_SHORT: u32 = 1;
     /// Rays traced.
     pub const COUNTER_RAYS: u32 = 2;
@@ -97,13 +97,13 @@ crate::gpu_struct! {
         pub material: u32,
         /// The light of its first emissive triangle, or NONE.
         pub first_light: u32,
-        /// The scene's own number of this instance, as the AOV shows it.
+        /// Index of this instance in the scene, as the AOV shows it.
         pub id: u32,
     }
 }
 
 crate::gpu_struct! {
-    /// A surface, ready for evaluation.
+    /// A surface's material.
     pub struct GpuMaterial {
         /// Linear base colour.
         pub base_color: Vec3,
@@ -133,7 +133,7 @@ crate::gpu_struct! {
         pub emission: Vec3,
         /// Area in squared scene units.
         pub area: f32,
-        /// Probability with which the light is picked.
+        /// Probability of selecting the light by power.
         pub probability: f32,
         /// Whether it emits on both sides (0 or 1).
         pub double_sided: u32,
@@ -271,29 +271,29 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// What a frame left in a pixel's reservoir.
+    /// The contents of a pixel's reservoir, for debug AOVs.
     pub struct ReservoirAov {
         /// Unbiased contribution weight, in squared scene units; 0 = empty.
         pub weight: f32,
-        /// Confidence, in initial reservoirs.
+        /// Confidence, in units of one initial reservoir.
         pub confidence: f32,
-        /// Frames since the sample was made.
+        /// Frames since the sample was drawn.
         pub age: u32,
         /// The sample's light; NONE = empty, or a path of indirect light that does not reach one from its
         /// second vertex.
         pub light: u32,
         /// Neighbours that the frame's spatial passes found.
         pub neighbours: u32,
-        /// The pixel that made the sample, in its own frame; −1 = empty, or origins were not kept.
+        /// The pixel that drew the sample, in that frame; −1 = empty, or origins were not kept.
         pub source: Vec2,
-        /// The solid angle that the sample has from here over that from where it was made: the Jacobian of
-        /// all shifts on the way, by solid angle; 0 = empty, or origins were not kept.
+        /// The ratio of the sample's solid angle seen from here to that seen from its origin: the product of the
+        /// Jacobians, by solid angle, of all its shifts; 0 = empty, or origins were not kept.
         pub jacobian: f32,
     }
 }
 
 crate::gpu_struct! {
-    /// A pixel's primary surface, as later passes and the next frame need it.
+    /// A pixel's primary surface, packed for later passes and the next frame.
     pub struct SampleData {
         /// Distance along the primary ray to just before the surface.
         pub depth: f32,
@@ -303,13 +303,13 @@ crate::gpu_struct! {
         pub shading_normal: u32,
         /// Index of the material.
         pub material: u32,
-        /// The scene's number of the instance; NONE = no surface.
+        /// Index of the instance in the scene; NONE = no surface.
         pub instance: u32,
     }
 }
 
 crate::gpu_struct! {
-    /// The rows of the picture that a dispatch works on; its buffers hold these rows alone.
+    /// The rows of the picture that a dispatch works on; its buffers hold only these rows.
     pub struct Strip {
         /// First row.
         pub first_row: u32,
@@ -323,28 +323,28 @@ crate::gpu_struct! {
     pub struct PixelSums {
         /// Σ radiance, leading part.
         pub sum: Vec3,
-        /// Σ radiance, what rounding left.
+        /// Σ radiance, rounding error of the leading part.
         pub sum_low: Vec3,
         /// Σ radiance², leading part.
         pub square: Vec3,
-        /// Σ radiance², what rounding left.
+        /// Σ radiance², rounding error of the leading part.
         pub square_low: Vec3,
     }
 }
 
 crate::gpu_struct! {
-    /// What the camera sees through a pixel's centre.
+    /// The surface through a pixel's centre.
     pub struct PrimarySurface {
-        /// Reflectance that a denoiser divides by: diffuse and specular albedo.
+        /// Diffuse and specular albedo, by which a denoiser divides.
         pub albedo: Vec3,
         /// Unit shading normal, world space, towards the camera.
         pub normal: Vec3,
         /// Distance along the ray; 0 = miss.
         pub depth: f32,
-        /// The scene's number of the instance; NONE = miss.
+        /// Index of the instance in the scene; NONE = miss.
         pub instance: u32,
-        /// From where it is in the image to where it was in the last frame, in pixels, downwards;
-        /// what lies beyond all surfaces is infinitely far. 0 if it was behind the camera.
+        /// Previous minus current position in the image, in pixels, downwards. A miss is at infinite distance. 0 if the
+        /// surface was behind the camera.
         pub motion: Vec2,
     }
 }
@@ -389,7 +389,7 @@ crate::gpu_struct! {
     }
 }
 
-/// Every shared structure, in an order in which each stands after those it contains.
+/// Every shared structure; each comes after those that it contains.
 pub const STRUCTS: &[StructLayout] = &[
     SceneTable::LAYOUT,
     GpuInstance::LAYOUT,

@@ -12,8 +12,7 @@ pub enum Tracer {
     ComputeBvh,
 }
 
-/// How shaders read a scene: its normals, parts, instances, materials and lights, and what [`Fetch`]
-/// leaves.
+/// How shaders read a scene's buffers, except those that [`Fetch`] decides on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum GeometryAccess {
     /// Named storage buffers: runs everywhere, and is what a capture shows.
@@ -22,12 +21,12 @@ pub enum GeometryAccess {
     BufferAddresses,
 }
 
-/// How shaders fetch a tree's nodes and a triangle's corners, most of what a ray reads.
+/// How shaders read the nodes of trees and the corners of triangles, most of the data of a ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Fetch {
-    /// As texels of four words, which llvmpipe reads at once.
+    /// As texels of four words, which llvmpipe reads in one access.
     Texels,
-    /// As [`GeometryAccess`] reads the rest.
+    /// As [`GeometryAccess`] says.
     Words,
 }
 
@@ -93,7 +92,7 @@ impl Variant {
             })
     }
 
-    /// What the preprocessor is told.
+    /// Macros for the preprocessor.
     pub fn defines(self) -> Vec<(&'static str, &'static str)> {
         let flag = |on: bool| if on { "1" } else { "0" };
         vec![

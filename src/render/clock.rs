@@ -1,9 +1,9 @@
-//! Which time each frame shows.
+//! The time that each frame shows.
 
 use crate::scene::Scene;
 use crate::{Error, Result};
 
-/// Which time each frame shows.
+/// The time that each frame shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clock {
     /// The time of frame 0, in seconds.
@@ -13,7 +13,7 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// Refuses what no clock can have. `start_time` and `fps` are the names of the two in messages.
+    /// Refuses invalid values. `start_time` and `fps` are the names of the two in messages.
     ///
     /// # Errors
     /// A time that is not finite, or frames a second that are not positive and finite.
@@ -39,7 +39,7 @@ impl Clock {
         }
     }
 
-    /// A clock that stands at the time of a frame.
+    /// A clock that is stopped at the time of a frame.
     pub fn stopped_at(&self, frame: u32) -> Self {
         Self {
             start_time: self.time(frame),

@@ -1,4 +1,4 @@
-//! What passes count: refused values always; rays, lanes and neighbours where it was asked for.
+//! Counters of passes: rejected values always; rays, lanes and neighbours on request.
 
 use super::specialisation::Specialisation;
 use crate::gpu::{Buffer, Device, Recording, Usage};
@@ -60,9 +60,6 @@ pub struct Counters {
 
 impl Counters {
     /// Counters for `passes`, all 0; with `counting`, for what costs time too.
-    ///
-    /// # Errors
-    /// The device fails.
     pub fn new(
         device: &Arc<Device>,
         passes: &'static [&'static str],
@@ -91,9 +88,6 @@ impl Counters {
     }
 
     /// Sets all to 0.
-    ///
-    /// # Errors
-    /// The device fails.
     pub fn clear(&mut self) -> Result<()> {
         self.seen = vec![0; self.passes.len() * COUNTERS as usize];
         let mut recording = Recording::new(&self.device)?;
@@ -102,9 +96,6 @@ impl Counters {
     }
 
     /// What each pass counted since the last call; nothing unless counting was asked for.
-    ///
-    /// # Errors
-    /// The device fails.
     pub fn since_last(&mut self) -> Result<Vec<Counts>> {
         if !self.counting {
             return Ok(Vec::new());

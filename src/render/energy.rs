@@ -1,4 +1,4 @@
-//! The directional albedo of the specular lobe, which energy compensation divides by.
+//! The directional albedo of the specular lobe, for energy compensation.
 
 use crate::layouts::{ALBEDO_CELLS, MIRROR_ROUGHNESS};
 use glam::DVec2;

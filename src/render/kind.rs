@@ -5,13 +5,13 @@ use super::settings::{IndirectMode, Integrator, Settings};
 /// A kind of light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// From lights straight to what the camera sees.
+    /// From lights to the surfaces that the camera sees.
     Direct,
-    /// By way of other surfaces.
+    /// Over other surfaces.
     Indirect,
 }
 
-/// The names of a kind's passes, in their order.
+/// The names of the passes of a kind of light, in their order.
 pub struct PassNames {
     /// Candidates.
     pub initial: &'static str,

@@ -1,4 +1,6 @@
 //! One view of a scene, rendered by the technique that the settings ask for.
+//!
+//! Methods that return a [`Result`] fail if the device does; other errors are named where they can occur.
 
 use super::camera::gpu_camera;
 use super::counters::Counts;
@@ -33,13 +35,13 @@ pub struct Renderer {
     constants: FrameConstants,
     technique: Technique,
     primary_surfaces: Option<PrimarySurfaces>,
-    /// What the next frame shows.
+    /// Of the next frame.
     next: Moment,
-    /// What the last frame showed, and what the one before it did, if there were any.
+    /// Of the last frame and of the one before it, if there were any.
     shown: [Option<Moment>; 2],
 }
 
-/// A time, and where the camera is then.
+/// A time, and the camera at that time.
 #[derive(Clone, Copy)]
 struct Moment {
     /// In seconds.
@@ -66,7 +68,7 @@ impl Renderer {
         Self::tracking(device, scene, view, settings, Tracking::default())
     }
 
-    /// The same, keeping what is asked for beside the picture.
+    /// [`Self::new`], with what is to be kept besides the picture.
     ///
     /// # Errors
     /// Those of [`Self::new`].
@@ -119,14 +121,14 @@ impl Renderer {
         })
     }
 
-    /// Lets the frames and samples that follow show the scene at a time in seconds. At first it is
-    /// 0. The camera stays where it is.
+    /// Sets the time, in seconds, that the next frames and samples show; at first it is 0. The camera stays
+    /// where it is.
     pub fn set_time(&mut self, seconds: f64) {
         self.next.time = seconds;
     }
 
-    /// Lets the frames and samples that follow be seen by another camera, such as
-    /// [`crate::scene::Scene::camera_at`] gives.
+    /// Sets the camera of the next frames and samples, for example to
+    /// [`crate::scene::Scene::camera_at`].
     pub fn set_camera(&mut self, camera: &Camera) {
         let ViewConstants { width, height, .. } = self.constants.view;
         let origin = self.bindings.scene.origin;
@@ -151,15 +153,12 @@ impl Renderer {
     }
 
     /// Adds `samples` samples or frames, numbered from `first`, to every pixel.
-    ///
-    /// # Errors
-    /// The device fails.
     pub fn add_samples(&mut self, first: u32, samples: u32) -> Result<Vec<PassTime>> {
         self.add_samples_watched(first, samples, &mut |_| Ok(()))
     }
 
-    /// [`Self::add_samples`]; `watch` is told now and then which share of the work is done. It can
-    /// end the work by an error: the pixels then differ in how many samples they have.
+    /// [`Self::add_samples`]; `watch` is called now and then with the share of the work that is done, 0 to 1.
+    /// If it returns an error the work ends, and pixels then differ in their number of samples.
     ///
     /// # Errors
     /// Those of [`Self::add_samples`] and of `watch`.
@@ -171,7 +170,7 @@ impl Renderer {
     ) -> Result<Vec<PassTime>> {
         let mut times = Vec::new();
         let frames = match self.technique {
-            // Samples of one moment need not be told apart.
+            // Samples of one moment are added in one call.
             Technique::PathTracing(_) => 1,
             Technique::Restir(_) => samples,
         };
@@ -191,10 +190,7 @@ impl Renderer {
         Ok(times)
     }
 
-    /// Renders a frame for the sake of those that follow.
-    ///
-    /// # Errors
-    /// The device fails.
+    /// Renders a frame only as the history of those that follow.
     pub fn skip_frame(&mut self, number: u32) -> Result<()> {
         let camera = self.begin()?;
         match &mut self.technique {
@@ -214,9 +210,6 @@ impl Renderer {
     }
 
     /// Begins anew with another seed, without history or sums.
-    ///
-    /// # Errors
-    /// The device fails.
     pub fn restart(&mut self, seed: u32) -> Result<()> {
         self.shown = [None; 2];
         match &mut self.technique {
@@ -226,9 +219,6 @@ impl Renderer {
     }
 
     /// Renders one frame by itself, for [`Self::frame_radiance`].
-    ///
-    /// # Errors
-    /// The device fails.
     pub fn single_frame(&mut self, number: u32) -> Result<Vec<PassTime>> {
         let camera = self.begin()?;
         match &mut self.technique {
@@ -242,9 +232,6 @@ impl Renderer {
     }
 
     /// The radiance of the last single frame, row by row from the top.
-    ///
-    /// # Errors
-    /// The device fails.
     pub fn frame_radiance(&self) -> Result<Vec<[f32; 3]>> {
         match &self.technique {
             Technique::PathTracing(tracer) => {
@@ -257,10 +244,7 @@ impl Renderer {
         }
     }
 
-    /// What the camera sees in the last frame through each pixel's centre, row by row from the top.
-    ///
-    /// # Errors
-    /// The device fails.
+    /// The surfaces through the pixels' centres in the last frame, row by row from the top.
     pub fn primary_surfaces(&mut self) -> Result<Vec<PrimarySurface>> {
         let primary_surfaces = match self.primary_surfaces.take() {
             Some(made) => made,
@@ -276,7 +260,7 @@ impl Renderer {
         surfaces
     }
 
-    /// What the last frame left in its reservoirs of a kind of light, row by row from the top.
+    /// The contents of the last frame's reservoirs of a kind of light, row by row from the top.
     ///
     /// # Errors
     /// Path tracing, which has none, or the device fails.
@@ -290,9 +274,6 @@ impl Renderer {
     }
 
     /// Each pixel's sums, row by row from the top.
-    ///
-    /// # Errors
-    /// The device fails.
     pub fn sums(&self) -> Result<Vec<PixelSums>> {
         match &self.technique {
             Technique::PathTracing(tracer) => tracer.sums(),
@@ -314,9 +295,6 @@ impl Renderer {
     }
 
     /// What each pass counted since the last call; empty unless [`Tracking::counts`].
-    ///
-    /// # Errors
-    /// The device fails.
     pub fn counts(&mut self) -> Result<Vec<Counts>> {
         match &mut self.technique {
             Technique::PathTracing(tracer) => tracer.counts(),
@@ -326,9 +304,6 @@ impl Renderer {
 
     /// Values refused so far because they were NaN, negative or beyond
     /// [`crate::layouts::MAX_RADIANCE`].
-    ///
-    /// # Errors
-    /// The device fails.
     pub fn rejected(&self) -> Result<u32> {
         match &self.technique {
             Technique::PathTracing(tracer) => tracer.rejected(),

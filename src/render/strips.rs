@@ -6,20 +6,20 @@ use crate::layouts::{Strip, TILE};
 use crate::{Error, Result};
 use std::sync::Arc;
 
-/// Pixels of a strip at most: about a second of path tracing on two cores.
-const MOST_PIXELS: u64 = 1 << 20;
+/// Maximum pixels of a strip: about a second of path tracing on two cores.
+const MAX_PIXELS: u64 = 1 << 20;
 
-/// Pixels of a side at most: Vulkan promises 65,535 workgroups along an axis.
-const LONGEST: u32 = 65_535 * TILE;
+/// Maximum pixels of a side: Vulkan guarantees 65,535 workgroups along an axis.
+const MAX_SIDE: u32 = 65_535 * TILE;
 
 /// Refuses a side of more tiles than every device takes along an axis.
 ///
 /// # Errors
 /// It is too long; `how`, wide or high, says which side it is.
 pub(super) fn check_side(how: &str, pixels: u32) -> Result<()> {
-    if pixels > LONGEST {
+    if pixels > MAX_SIDE {
         return Err(Error::input(format!(
-            "a picture {pixels} pixels {how}; at most {LONGEST} are possible"
+            "a picture {pixels} pixels {how}; at most {MAX_SIDE} are possible"
         )));
     }
     Ok(())
@@ -46,7 +46,7 @@ impl Strip {
                 row * u64::from(TILE)
             )));
         }
-        let wanted = (MOST_PIXELS / u64::from(width * TILE)).max(1);
+        let wanted = (MAX_PIXELS / u64::from(width * TILE)).max(1);
         let rows = fitting.min(wanted).min(u64::from(height.div_ceil(TILE))) as u32 * TILE;
         Ok((0..height)
             .step_by(rows as usize)
@@ -122,6 +122,6 @@ mod tests {
     fn rows_that_cannot_be_bound_are_refused_with_their_bytes() {
         let error = |width| Strip::cut(width, 8, 48, 1 << 27).unwrap_err().to_string();
         assert!(error(400_000).contains("153600000"));
-        assert!(error(LONGEST + 1).contains("524280"));
+        assert!(error(MAX_SIDE + 1).contains("524280"));
     }
 }

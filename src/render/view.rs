@@ -1,8 +1,8 @@
-//! What is seen.
+//! What is rendered: camera, size, seed.
 
 use crate::scene::Camera;
 
-/// What is seen: a camera, the image's size, and how rays are drawn.
+/// What is rendered: a camera, the image's size, and how paths are sampled.
 #[derive(Clone, Debug)]
 pub struct View {
     /// The camera in the scene's world.
@@ -13,7 +13,7 @@ pub struct View {
     pub height: u32,
     /// The run's seed.
     pub seed: u32,
-    /// Scattering events at most.
+    /// Maximum scattering events of a path.
     pub bounces: u32,
     /// Rays over the whole pixel instead of through its centre.
     pub jitter: bool,

@@ -24,8 +24,8 @@ pub struct Tree {
     pub depth: u32,
 }
 
-/// The builder's settings. Triangles are not split: each stands in one leaf, so that the leaf order
-/// is a permutation and a hit names its triangle.
+/// Settings of the builder. Triangles are not split: each is in one leaf, so that the leaf order is a
+/// permutation, and a hit identifies its triangle.
 const TRIANGLES: BvhBuildParams = BvhBuildParams {
     pre_split: false,
     max_prims_per_leaf: 3,
@@ -71,8 +71,7 @@ impl Tree {
         Self::from_built(build_cwbvh(&boxes, INSTANCES, &mut Duration::default()))
     }
 
-    /// The tree over boxes, at most `max_depth` levels deep; of their logarithm's levels and more
-    /// there is always one.
+    /// The tree over boxes, at most `max_depth` levels deep. That must be at least [`balanced_depth`].
     pub fn over_boxes_within(boxes: &[(Vec3, Vec3)], max_depth: u32) -> Self {
         let tree = Self::over_boxes(boxes);
         if tree.depth <= max_depth {
@@ -81,7 +80,7 @@ impl Tree {
         Self::balanced(boxes)
     }
 
-    /// A tree over boxes that is as flat as any, however they lie.
+    /// A tree over boxes with the minimum number of levels.
     fn balanced(boxes: &[(Vec3, Vec3)]) -> Self {
         let boxes: Vec<Aabb> = boxes
             .iter()
@@ -97,7 +96,7 @@ impl Tree {
         Self::from_built(bvh2_to_cwbvh(&binary, 1, true, false))
     }
 
-    /// A tree in which nothing is ever hit.
+    /// A tree without primitives.
     fn empty() -> Self {
         Self {
             nodes: vec![CwBvhNode::default()],
@@ -115,7 +114,7 @@ impl Tree {
         }
     }
 
-    /// The nodes for a place in a larger array: children counted from `first_node`, primitives from
+    /// The nodes for a larger array, with the indices of children offset by `first_node` and of primitives by
     /// `first_primitive`.
     pub fn placed(&self, first_node: u32, first_primitive: u32) -> impl Iterator<Item = CwBvhNode> {
         self.nodes.iter().map(move |node| CwBvhNode {
@@ -126,18 +125,18 @@ impl Tree {
     }
 }
 
-/// Nodes of a tree over `count` boxes at most: each but a lone root has at least two children.
+/// Maximum nodes of a tree over `count` boxes: each node but a lone root has at least two children.
 pub fn max_nodes(count: usize) -> usize {
     count.saturating_sub(1).max(1)
 }
 
-/// Levels of a balanced tree over `count` boxes at most.
+/// Maximum levels of a balanced tree over `count` boxes.
 pub fn balanced_depth(count: usize) -> u32 {
     count.next_power_of_two().ilog2().max(1)
 }
 
-/// Makes the binary node `at` over `items`, of which the first stands at `first` of all: halves by
-/// number across the longest side.
+/// Makes the binary node `at` over `items`, the first of which has the index `first` among all: halves of equal
+/// count along the longest axis.
 fn halve(nodes: &mut Vec<Bvh2Node>, at: usize, boxes: &[Aabb], items: &mut [u32], first: u32) {
     let around = |bounds: Aabb, item: &u32| bounds.union(&boxes[*item as usize]);
     let bounds = items.iter().fold(Aabb::empty(), around);
@@ -156,7 +155,7 @@ fn halve(nodes: &mut Vec<Bvh2Node>, at: usize, boxes: &[Aabb], items: &mut [u32]
     halve(nodes, children + 1, boxes, high, first + low.len() as u32);
 }
 
-/// Levels of inner nodes below and including the root. Parents stand before their children.
+/// Levels of inner nodes, including the root. Parents come before their children.
 fn depth(nodes: &[CwBvhNode]) -> u32 {
     let mut levels = vec![1_u32; nodes.len()];
     let mut deepest = 1;

@@ -1,4 +1,4 @@
-//! A scene's meshes as flat arrays of triangles, in the order that the tracer wants.
+//! A scene's meshes as arrays of triangles, in the order of the tracer's leaves.
 
 use super::compute_bvh::Tree;
 use super::gather::Gathered;
@@ -7,7 +7,7 @@ use crate::scene::Mesh;
 use glam::{DVec3, UVec3, Vec2, Vec3};
 use obvhs::cwbvh::node::CwBvhNode;
 
-/// Where one mesh lies in the arrays, and how its object space was moved.
+/// The place of a mesh in the arrays, and the translation of its object space.
 #[derive(Clone, Copy, Debug)]
 pub struct MeshPlace {
     /// First triangle in [`Geometry::positions`].
@@ -35,12 +35,12 @@ pub struct Geometry {
     pub positions: Vec<[Vec3; 3]>,
     /// Octahedral corner normals of smooth meshes.
     pub normals: Vec<UVec3>,
-    /// Material, emissive rank and instance number of each triangle, for meshes of several parts or
-    /// with lights; the number adds to that of the instance.
+    /// Material, emissive rank and instance offset of each triangle, for meshes with several parts or with
+    /// lights; the offset is added to the index of the instance.
     pub parts: Vec<UVec3>,
     /// Eight-wide nodes; empty where the driver builds its own.
     pub nodes: Vec<CwBvhNode>,
-    /// Each triangle's number in its mesh.
+    /// Each triangle's index in its mesh.
     pub order: Vec<u32>,
     /// One place a mesh.
     pub meshes: Vec<MeshPlace>,
@@ -49,7 +49,7 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// Lays out every mesh. With `trees`, triangles stand in leaf order; else they keep the mesh's.
+    /// Lays out every mesh. With `trees`, triangles are in leaf order; otherwise in the mesh's order.
     pub fn new(gathered: &Gathered<'_>, trees: bool) -> Self {
         let mut geometry = Self::default();
         for (mesh, ids) in gathered.scene.meshes.iter().zip(&gathered.part_ids) {
@@ -62,8 +62,8 @@ impl Geometry {
         let (low, high) = bounds(mesh.positions.iter().copied());
         let extent = (high - low).max_element();
         let centre = low * 0.5 + high * 0.5;
-        // A mesh far from its own origin is moved there: f32 then resolves it as finely as its
-        // size deserves. The others keep their positions to the bit.
+        // A mesh far from its own origin is translated to it, so that the precision of f32 fits its size. Other meshes
+        // keep their positions to the bit.
         let centre = if centre.abs().max_element() > extent {
             centre
         } else {
@@ -110,7 +110,7 @@ impl Geometry {
             || mesh.parts.iter().any(|p| emissive(p.material))
         {
             // The rank counts emissive triangles in the mesh's own order, which no tracer changes:
-            // so a light keeps its number, and random numbers pick the same one on both.
+            // so a light keeps its index, and random numbers select the same light with both.
             let mut of_triangle = vec![UVec3::new(0, NONE, 0); corners.len()];
             for (number, part) in mesh.parts.iter().enumerate() {
                 let end = part.first_triangle + part.triangle_count;

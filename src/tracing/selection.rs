@@ -1,6 +1,5 @@
-//! Which tracer and which geometry accessor a scene gets on a device: by rule from what the device is
-//! and how large the scene is, never by a timing, so that the same command on the same machine always
-//! does the same.
+//! The choice of tracer and geometry access for a scene on a device: by rule from the device and the size of the
+//! scene, never from a timing, so that the same command on the same machine always does the same.
 
 use super::sizes::SceneSizes;
 use super::{Fetch, GeometryAccess, Tracer, Variant};

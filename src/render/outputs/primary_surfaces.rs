@@ -33,9 +33,6 @@ impl PrimarySurfaces {
 
     /// The surfaces that the camera sees, row by row from the top; `previous` is the camera of the previous
     /// frame.
-    ///
-    /// # Errors
-    /// The device fails.
     pub fn read(
         &self,
         constants: &FrameConstants,

@@ -42,9 +42,6 @@ impl RayTracer {
     }
 
     /// Traces every ray once.
-    ///
-    /// # Errors
-    /// The device fails.
     pub fn run(&self) -> Result<Vec<PassTime>> {
         let bindings = TraceRays {
             scene: &self.scene,
@@ -70,9 +67,6 @@ impl RayTracer {
     }
 
     /// What the last run found, in the order of the rays.
-    ///
-    /// # Errors
-    /// The device fails.
     pub fn answers(&self) -> Result<Vec<RayAnswer>> {
         self.answers.read(self.count)
     }

@@ -20,9 +20,6 @@ pub struct FrameOutputs<'a> {
 }
 
 /// Reads a frame's reservoirs by `pass`, row by row from the top.
-///
-/// # Errors
-/// The device fails.
 pub fn read_reservoir_aovs(
     device: &Arc<Device>,
     scene: &SceneBindings,

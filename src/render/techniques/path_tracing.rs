@@ -1,4 +1,4 @@
-//! MIS path tracing: samples add up over calls; the reference that all else is judged against.
+//! MIS path tracing: samples add up over calls. It is the reference for everything else.
 
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
 use crate::layouts::{FrameConstants, GpuCamera, PixelSums, Strip};
@@ -9,8 +9,8 @@ use crate::render::strips::strips_of;
 use crate::{Error, Result};
 use std::sync::Arc;
 
-/// Loop turns allowed for a ray where a driver counts them. The night city takes up to 128, which are
-/// those of the slowest of eight rays at each step.
+/// Loop iterations that a ray may take on drivers that limit them. Rays in `night-city` take up to 128, the
+/// maximum over the eight rays of a subgroup.
 const TURNS_A_RAY: u32 = 512;
 
 /// Path traces one view of a scene; each pixel's samples add up over calls.
@@ -60,9 +60,6 @@ impl PathTracer {
     }
 
     /// Sets all sums to zero.
-    ///
-    /// # Errors
-    /// The device fails.
     pub fn forget(&self) -> Result<()> {
         let mut recording = Recording::new(&self.device)?;
         for (_, sums) in &self.strips {
@@ -72,23 +69,20 @@ impl PathTracer {
     }
 
     /// Begins anew with another seed.
-    ///
-    /// # Errors
-    /// The device fails.
     pub fn restart(&mut self, seed: u32) -> Result<()> {
         self.constants.view.seed = seed;
         self.counters.clear()?;
         self.forget()
     }
 
-    /// Looks through another camera from here on.
+    /// Sets the camera of the next samples.
     pub fn set_camera(&mut self, camera: GpuCamera) {
         self.constants.view.camera = camera;
     }
 
-    /// Adds `samples` samples, numbered from `first`, to every pixel. `watch` is told between strips
-    /// which share of the work is done. It can end the work by an error: the pixels then differ in how
-    /// many samples they have.
+    /// Adds `samples` samples, numbered from `first`, to every pixel. `watch` is called between
+    /// strips with the share of the work that is done. If it returns an error the work ends, and pixels then
+    /// differ in their number of samples.
     ///
     /// # Errors
     /// The device fails, its driver is known to end loops early and did, or those of `watch`.
@@ -129,7 +123,7 @@ impl PathTracer {
         Ok(times)
     }
 
-    /// Samples of a dispatch at most, so that a driver that counts a loop's turns lets it end.
+    /// Maximum samples of a dispatch, so that a driver that limits loop iterations does not end it early.
     fn samples_at_once(&self) -> u32 {
         self.device.info.loop_turns.map_or(u32::MAX, |turns| {
             let rays = self
@@ -143,9 +137,6 @@ impl PathTracer {
     }
 
     /// Each pixel's sums, row by row from the top.
-    ///
-    /// # Errors
-    /// The device fails.
     pub fn sums(&self) -> Result<Vec<PixelSums>> {
         let (width, height) = (self.constants.view.width, self.constants.view.height);
         let mut all = Vec::with_capacity(width as usize * height as usize);
@@ -156,9 +147,6 @@ impl PathTracer {
     }
 
     /// Replaces each pixel's sums by those of an earlier run, as many as the picture has pixels.
-    ///
-    /// # Errors
-    /// The device fails.
     pub fn set_sums(&self, sums: &[PixelSums]) -> Result<()> {
         let mut rest = sums;
         for (strip, buffer) in &self.strips {
@@ -180,9 +168,6 @@ impl PathTracer {
     }
 
     /// What was counted since the last call, if counting was asked for.
-    ///
-    /// # Errors
-    /// The device fails.
     pub fn counts(&mut self) -> Result<Vec<Counts>> {
         self.counters.since_last()
     }

@@ -252,9 +252,6 @@ impl Restir {
     }
 
     /// Begins anew with another seed, without history or sums.
-    ///
-    /// # Errors
-    /// The device fails.
     pub fn restart(&mut self, seed: u32) -> Result<()> {
         self.constants.view.seed = seed;
         self.has_frame = false;
@@ -315,9 +312,6 @@ impl Restir {
     }
 
     /// Renders the frame `index` as `camera` sees it; the frame before it is its history.
-    ///
-    /// # Errors
-    /// The device fails.
     pub fn render(&mut self, index: u32, camera: GpuCamera) -> Result<Vec<PassTime>> {
         self.begin_frame(index, camera)?;
         let mut recording = Recording::new(&self.device)?;
@@ -355,9 +349,6 @@ impl Restir {
 
     /// What the last frame left in a kind's reservoirs, row by row from the top; all are empty before the first
     /// frame, and where that kind has no reservoirs.
-    ///
-    /// # Errors
-    /// The device fails.
     pub fn reservoir_aovs(&self, kind: Kind) -> Result<Vec<ReservoirAov>> {
         let reuse = match kind {
             Kind::Direct => self.direct.as_ref().map(|light| &light.reuse),
@@ -385,9 +376,6 @@ impl Restir {
     }
 
     /// Renders a frame and adds it to the sums.
-    ///
-    /// # Errors
-    /// The device fails.
     pub fn add_frame(&mut self, index: u32, camera: GpuCamera) -> Result<Vec<PassTime>> {
         let times = self.render(index, camera)?;
         let color = self.color()?;
@@ -401,9 +389,6 @@ impl Restir {
     }
 
     /// The last frame's radiance, row by row from the top.
-    ///
-    /// # Errors
-    /// The device fails.
     pub fn color(&self) -> Result<Vec<Vec3>> {
         let view = &self.constants.view;
         self.color.read(view.width as usize * view.height as usize)
@@ -423,9 +408,6 @@ impl Restir {
     }
 
     /// What each pass counted since the last call, if counting was asked for.
-    ///
-    /// # Errors
-    /// The device fails.
     pub fn counts(&mut self) -> Result<Vec<Counts>> {
         self.counters.since_last()
     }

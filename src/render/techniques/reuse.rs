@@ -88,9 +88,6 @@ impl Reuse {
     }
 
     /// Begins a frame with these constants, to which those of this kind are added.
-    ///
-    /// # Errors
-    /// The device fails.
     pub fn begin_frame(&mut self, constants: &RestirConstants) -> Result<()> {
         self.reservoirs.advance();
         self.constants = RestirConstants {
