@@ -3,52 +3,57 @@
 use super::passes::{Surfaces, TracePilots};
 use super::techniques::Restir;
 use crate::Result;
-use crate::gpu::{Buffer, Recording};
+use crate::gpu::{PassTime, Recording};
+use crate::layouts::GpuCamera;
 
-/// The buffer with the pilots of a frame. Where there is indirect light, it is the buffer of its current
-/// reservoirs, which `initial_indirect` overwrites. So direct light borrows the pilots, and indirect light
-/// takes them: no pass can be recorded that reads them later.
-pub struct Pilots<'a> {
-    /// The pilots, or the reservoirs that hold them.
-    pub buffer: &'a Buffer,
-}
+impl Restir {
+    /// Renders the frame `index` as `camera` sees it; the frame before it is its history. Returns the time of
+    /// each pass.
+    pub fn render(&mut self, index: u32, camera: GpuCamera) -> Result<Vec<PassTime>> {
+        self.begin_frame(index, camera)?;
+        let mut recording = Recording::new(&self.device)?;
+        self.record(&mut recording)?;
+        let times = recording.finish()?;
+        self.end_frame()?;
+        let mut by_pass = Vec::new();
+        PassTime::add(&mut by_pass, times);
+        Ok(by_pass)
+    }
 
-/// Records the passes of a frame.
-///
-/// # Errors
-/// A binding that a pass does not have.
-pub fn record<'a>(restir: &'a Restir, recording: &mut Recording<'a>) -> Result<()> {
-    let inputs = restir.inputs();
+    /// Records the passes of the frame.
+    fn record<'a>(&'a self, recording: &mut Recording<'a>) -> Result<()> {
+        let inputs = self.inputs();
 
-    // Primary rays: the surface of each pixel, and emitted light.
-    let surfaces = Surfaces {
-        scene: inputs.scene,
-        restir: &restir.restir,
-        sample_data: inputs.sample_data,
-        color: inputs.color,
-        counters: inputs.counters,
-    };
-    recording.pass(&restir.surfaces, &surfaces, &(), inputs.groups)?;
-
-    // The first BSDF ray of each pixel, which direct and indirect light share.
-    let pilots = restir.pilots();
-    if let Some(pass) = &restir.pilot_pass {
-        let bindings = TracePilots {
+        // Primary rays: the surface of each pixel, and emitted light.
+        let surfaces = Surfaces {
             scene: inputs.scene,
-            restir: &restir.restir,
+            restir: &self.restir,
             sample_data: inputs.sample_data,
-            pilots: pilots.buffer,
+            color: inputs.color,
             counters: inputs.counters,
         };
-        recording.pass(pass, &bindings, &(), inputs.groups)?;
-    }
+        recording.pass(&self.surfaces, &surfaces, &(), inputs.groups)?;
 
-    // Candidates, temporal reuse, spatial reuse and shading of each kind of light.
-    if let Some(direct) = &restir.direct {
-        direct.record(recording, &inputs, &pilots)?;
+        // The first BSDF ray of each pixel, which direct and indirect light share.
+        let pilots = self.pilots();
+        if let Some(pass) = &self.pilot_pass {
+            let bindings = TracePilots {
+                scene: inputs.scene,
+                restir: &self.restir,
+                sample_data: inputs.sample_data,
+                pilots: pilots.buffer,
+                counters: inputs.counters,
+            };
+            recording.pass(pass, &bindings, &(), inputs.groups)?;
+        }
+
+        // Candidates, temporal reuse, spatial reuse and shading of each kind of light.
+        if let Some(direct) = &self.direct {
+            direct.record(recording, &inputs, &pilots)?;
+        }
+        if let Some(indirect) = &self.indirect {
+            indirect.record(recording, &inputs, pilots)?;
+        }
+        Ok(())
     }
-    if let Some(indirect) = &restir.indirect {
-        indirect.record(recording, &inputs, pilots)?;
-    }
-    Ok(())
 }

@@ -5,7 +5,7 @@ pub mod camera;
 pub mod clock;
 pub mod counters;
 pub mod energy;
-pub mod frame;
+mod frame;
 mod history;
 pub mod kind;
 pub mod outputs;

@@ -4,15 +4,16 @@ mod direct;
 mod indirect;
 mod keys;
 mod resampling;
+mod reservoirs;
 
 pub use direct::Direct;
 pub use indirect::{Indirect, IndirectMode, Secondary, Shift};
 pub use keys::Description;
 pub use resampling::{Candidates, Resampling, ReuseMode, Search, Similar, Spatial, Temporal};
+pub use reservoirs::{Arrays, Order, Reservoirs};
 
 pub use crate::choices::{Format, Heuristic, Mis, Visibility};
 
-pub use super::reservoir_layout::{Arrays, Order};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -25,18 +26,6 @@ pub enum Integrator {
     PathTracing,
     /// Reservoir resampling: light samples and paths shared by neighbours and frames.
     Restir,
-}
-
-/// How reservoirs lie in memory.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Reservoirs {
-    /// What a reservoir stores. `full` costs memory, `compact` look-ups.
-    pub format: Format,
-    /// In which order pixels lie. No effect on the picture.
-    pub order: Order,
-    /// How the words of reservoirs alternate. No effect on the picture.
-    pub arrays: Arrays,
 }
 
 /// What becomes of light that single scattering loses.

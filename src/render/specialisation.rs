@@ -59,8 +59,10 @@ crate::gpu_specialisation! {
 mod values {
     use super::Specialisation;
     use crate::choices::PixelOrder;
-    use crate::render::reservoir_layout::{Arrays, Order, ReservoirLayout};
-    use crate::render::settings::{Energy, IndirectMode, Resampling, Settings, Shift, Variant};
+    use crate::render::reservoir_layout::ReservoirLayout;
+    use crate::render::settings::{
+        Arrays, Energy, IndirectMode, Order, Resampling, Settings, Shift, Variant,
+    };
     use crate::tracing::GpuScene;
 
     impl Specialisation {

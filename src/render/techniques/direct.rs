@@ -1,9 +1,9 @@
 //! Direct light: candidates from lights and from the BSDF, then reuse.
 
+use super::pilots::Pilots;
 use super::reuse::{FrameInputs, Reuse};
 use crate::Result;
 use crate::gpu::{ComputePass, Recording};
-use crate::render::frame::Pilots;
 use crate::render::passes::InitialDirect;
 
 /// The passes and reservoirs of direct light.

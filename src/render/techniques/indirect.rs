@@ -1,9 +1,9 @@
 //! Indirect light: paths with next-event estimation, then reuse.
 
+use super::pilots::Pilots;
 use super::reuse::{FrameInputs, Reuse};
 use crate::Result;
 use crate::gpu::{ComputePass, Recording};
-use crate::render::frame::Pilots;
 use crate::render::passes::InitialIndirect;
 
 /// The passes and reservoirs of indirect light.

@@ -4,6 +4,7 @@ mod constants;
 mod direct;
 mod indirect;
 pub mod path_tracing;
+mod pilots;
 pub mod restir;
 mod reuse;
 

@@ -1,9 +1,9 @@
-//! Reservoir resampling (ReSTIR): its passes and buffers, and frames rendered with them.
-//! [`frame`] lists the passes of a frame.
+//! Reservoir resampling (ReSTIR): its passes and buffers. `frame.rs` records the passes of a frame.
 
 use super::constants;
 use super::direct::DirectLight;
 use super::indirect::IndirectLight;
+use super::pilots::Pilots;
 use super::reuse::{FrameInputs, Reuse};
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
 use crate::layouts::{
@@ -12,7 +12,6 @@ use crate::layouts::{
 };
 use crate::render::Tracking;
 use crate::render::counters::{Counters, Counts};
-use crate::render::frame::{self, Pilots};
 use crate::render::history::History;
 use crate::render::kind::Kind;
 use crate::render::outputs::reservoir_aovs::{self, FrameOutputs};
@@ -44,7 +43,8 @@ const PASSES: &[&str] = &[
 
 /// The passes and buffers of frames, and what the next frame reads of the previous one.
 pub struct Restir {
-    device: Arc<Device>,
+    /// The device that renders.
+    pub device: Arc<Device>,
     bindings: Arc<SceneBindings>,
     /// The constants of passes that belong to no kind of light.
     constants: RestirConstants,
@@ -311,23 +311,8 @@ impl Restir {
         }
     }
 
-    /// Renders the frame `index` as `camera` sees it; the frame before it is its history.
-    pub fn render(&mut self, index: u32, camera: GpuCamera) -> Result<Vec<PassTime>> {
-        self.begin_frame(index, camera)?;
-        let mut recording = Recording::new(&self.device)?;
-        frame::record(self, &mut recording)?;
-        let mut times = Vec::new();
-        PassTime::add(&mut times, recording.finish()?);
-        // On other drivers the counters are checked when the picture is read.
-        if self.device.info.loop_turns.is_some() {
-            self.counters.assert_whole()?;
-        }
-        self.has_frame = true;
-        Ok(times)
-    }
-
     /// Advances the history and uploads the constants of a frame.
-    fn begin_frame(&mut self, index: u32, camera: GpuCamera) -> Result<()> {
+    pub(in crate::render) fn begin_frame(&mut self, index: u32, camera: GpuCamera) -> Result<()> {
         let constants = &mut self.constants;
         constants.frame = index;
         constants.previous_camera = constants.view.camera;
@@ -345,6 +330,16 @@ impl Restir {
             reuse.begin_frame(&constants)?;
         }
         self.restir.write(&[constants])
+    }
+
+    /// Notes that a frame was rendered.
+    pub(in crate::render) fn end_frame(&mut self) -> Result<()> {
+        self.has_frame = true;
+        // On other drivers the counters are checked when the picture is read.
+        if self.device.info.loop_turns.is_some() {
+            self.counters.assert_whole()?;
+        }
+        Ok(())
     }
 
     /// What the last frame left in a kind's reservoirs, row by row from the top; all are empty before the first

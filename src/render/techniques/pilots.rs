@@ -1,0 +1,11 @@
+//! Where the pilots of a frame are.
+
+use crate::gpu::Buffer;
+
+/// The buffer with the pilots of a frame. Where there is indirect light, it is the buffer of its current
+/// reservoirs, which `initial_indirect` overwrites. So direct light borrows the pilots, and indirect light
+/// takes them: no pass can be recorded that reads them later.
+pub struct Pilots<'a> {
+    /// The pilots, or the reservoirs that hold them.
+    pub buffer: &'a Buffer,
+}
