@@ -81,13 +81,24 @@ fn cut_off_glb_files() {
         (4, 1, "version 1"),
         (8, 11, "tells of 11 bytes"),
         (8, u32::MAX, "tells of 4294967295 bytes"),
-        (12, u32::MAX, "chunk 0"),
+        (12, u32::MAX, "JSON chunk length"),
         (16, 0, "chunk 0 is not JSON"),
     ] {
         let mut bytes = whole.clone();
         bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());
         assert_names(&folder.refuse("header.glb", bytes), &[named]);
     }
+    // An extension's chunk in the place of the binary one is legal: only its buffer is missing.
+    let mut extended = whole.clone();
+    let binary_chunk = 20 + u32::from_le_bytes(whole[12..16].try_into().unwrap()) as usize;
+    extended[binary_chunk + 4..][..4].copy_from_slice(b"MORE");
+    let text = folder.refuse("extended.glb", extended);
+    assert_names(&text, &["buffer 0 has no uri"]);
+    // And nothing is read past the length in the header.
+    let mut shortened = whole.clone();
+    shortened[8..12].copy_from_slice(&(binary_chunk as u32).to_le_bytes());
+    let text = folder.refuse("shortened.glb", shortened);
+    assert_names(&text, &["buffer 0 has no uri"]);
     let json = Gltf::triangle().json.to_string();
     let text = folder.refuse("none.glb", glb(json.as_bytes(), &[]));
     assert_names(&text, &["buffer 0", "there are 0"]);
@@ -323,13 +334,9 @@ fn cameras_and_materials() {
     assert_names(&text, &["camera 0", "neither"]);
     for (factor, value) in [
         ("emissiveFactor", json!([-1, 0, 0])),
-        ("emissiveFactor", json!([1e300, 0, 0])),
+        ("emissiveFactor", json!([1e30, 0, 0])),
         ("pbrMetallicRoughness", json!({ "roughnessFactor": 1.5 })),
-        ("pbrMetallicRoughness", json!({ "metallicFactor": 1e300 })),
-        (
-            "pbrMetallicRoughness",
-            json!({ "baseColorFactor": [1e300, 0, 0, 1] }),
-        ),
+        ("pbrMetallicRoughness", json!({ "metallicFactor": 1e30 })),
         ("extensions", json!({ "KHR_materials_ior": { "ior": 0.5 } })),
         (
             "extensions",
@@ -338,6 +345,21 @@ fn cameras_and_materials() {
     ] {
         let text = refuse(|json| json["materials"][0][factor] = value);
         assert_names(&text, &["material 0 \"paint\"", "must be"]);
+    }
+    // What f32 cannot hold, and what is of another type, is found while the JSON is read.
+    for (factor, value) in [
+        ("emissiveFactor", json!([1e300, 0, 0])),
+        ("emissiveFactor", json!("red")),
+        ("pbrMetallicRoughness", json!({ "metallicFactor": 1e300 })),
+        (
+            "pbrMetallicRoughness",
+            json!({ "baseColorFactor": [1e300, 0, 0, 1] }),
+        ),
+        ("normalTexture", json!({ "scale": 2 })),
+        ("normalTexture", json!({ "index": -1 })),
+    ] {
+        let text = refuse(|json| json["materials"][0][factor] = value);
+        assert_names(&text, &["JSON", "line 1", "\"materials[0]\""]);
     }
 }
 

@@ -183,6 +183,8 @@ fn what_is_ignored_may_be_anything() {
         json["samplers"] = json!([{ "magFilter": -1 }]);
         json["skins"] = json!({});
         json["extras"] = json!([null]);
+        json["materials"][0]["extras"] = "text".into();
+        json["materials"][0]["extensions"] = json!({ "KHR_materials_clearcoat": [] });
     });
     assert_eq!(load(&file).content_hash(), plain);
 }

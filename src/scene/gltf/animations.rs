@@ -6,6 +6,7 @@
 use super::accessors::{Accessors, get};
 use super::damaged;
 use super::document::{Animation, Channel};
+use super::materials::emission;
 use super::nodes::Placed;
 use crate::scene::motion::{Emission, Motion, Moving, Node, Place};
 use crate::scene::notices::{Tally, quoted};
@@ -293,11 +294,10 @@ impl Animations {
 
     fn emission(&mut self, source: &Source<'_>, material: usize) -> &mut Emission {
         self.materials.entry(material).or_insert_with(|| {
-            let file = &source.accessors.document.materials[material];
-            let strength = file.extensions.emissive_strength.emissive_strength;
+            let (color, strength) = emission(&source.accessors.document.materials[material]);
             Emission {
                 material: material as u32,
-                color: Animated::still(DVec3::from_array(file.emissive_factor)),
+                color: Animated::still(color),
                 strength: Animated::still(strength),
             }
         })

@@ -8,6 +8,7 @@ use crate::{Error, Result};
 use base64::Engine;
 use base64::alphabet;
 use base64::engine::general_purpose::{GeneralPurpose, PAD_INDIFFERENT};
+use gltf::binary::{Error as GlbError, Glb};
 use percent_encoding::percent_decode_str;
 use std::borrow::Cow;
 use std::fs::File;
@@ -20,59 +21,55 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
     PAD_INDIFFERENT.with_decode_allow_trailing_bits(true),
 );
 
-/// The JSON and the binary chunk of a glTF file; a `.gltf` is all JSON.
-pub fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>)> {
+/// The JSON and the binary chunk of a glTF file, both borrowed from it.
+type Chunks<'a> = (Cow<'a, [u8]>, Option<Cow<'a, [u8]>>);
+
+/// Splits a glTF file into its chunks; a `.gltf` is all JSON.
+pub fn split(bytes: &[u8]) -> Result<Chunks<'_>> {
     if !bytes.starts_with(b"glTF") {
-        return Ok((bytes, None));
+        return Ok((bytes.into(), None));
     }
-    let Some((header, _)) = bytes.split_first_chunk::<12>() else {
+    let Some(length) = word(bytes, 8) else {
         return Err(damaged("the GLB header is cut off"));
     };
-    let version = word(&header[4..]);
-    if version != 2 {
-        return Err(Error::input(format!(
-            "GLB version {version} is not supported; export it as glTF 2.0"
-        )));
-    }
-    let length = word(&header[8..]) as usize;
-    if length > bytes.len() || length < 12 {
+    // The crate panics if the length is less than that of the header, and reads past the length.
+    if length < 12 || length > bytes.len() {
         return Err(damaged(format!(
             "the GLB header tells of {length} bytes, the file has {}",
             bytes.len()
         )));
     }
-    let mut rest = &bytes[12..length];
-    let mut chunks = [None, None];
-    // First the JSON, then maybe the binary chunk, then maybe chunks of extensions.
-    for (index, (chunk, kind)) in chunks.iter_mut().zip([b"JSON", b"BIN\0"]).enumerate() {
-        let Some((header, after)) = rest.split_first_chunk::<8>() else {
-            if rest.is_empty() {
-                break;
+    let fault = match Glb::from_slice(&bytes[..length]) {
+        Ok(glb) => return Ok((glb.json, glb.bin)),
+        Err(gltf::Error::Binary(GlbError::Version(version))) => {
+            return Err(Error::input(format!(
+                "GLB version {version} is not supported; export it as glTF 2.0"
+            )));
+        }
+        Err(gltf::Error::Binary(GlbError::UnknownChunkType(_) | GlbError::ChunkType(_))) => {
+            // Where there is no binary chunk, an extension's may follow the JSON, which the crate
+            // refuses.
+            match json_chunk(bytes) {
+                Some(json) => return Ok((json.into(), None)),
+                None => "chunk 0 is not JSON".to_owned(),
             }
-            return Err(damaged(format!(
-                "the header of GLB chunk {index} is cut off"
-            )));
-        };
-        let length = word(header) as usize;
-        if length > after.len() {
-            return Err(damaged(format!(
-                "GLB chunk {index} tells of {length} bytes, {} follow",
-                after.len()
-            )));
         }
-        if header[4..] == *kind {
-            *chunk = Some(&after[..length]);
-            rest = &after[length..];
-        }
-    }
-    match chunks {
-        [Some(json), binary] => Ok((json, binary)),
-        [None, _] => Err(damaged("GLB chunk 0 is not JSON")),
-    }
+        Err(gltf::Error::Binary(GlbError::Io(_))) => "a chunk's header is cut off".to_owned(),
+        Err(other) => other.to_string(),
+    };
+    Err(damaged(format!("its GLB chunks cannot be read: {fault}")))
 }
 
-fn word(bytes: &[u8]) -> u32 {
-    u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])
+/// The first chunk of a GLB file, if it is JSON.
+fn json_chunk(bytes: &[u8]) -> Option<&[u8]> {
+    let is_json = bytes.get(16..20)? == b"JSON";
+    bytes[20..].get(..word(bytes, 12)?).filter(|_| is_json)
+}
+
+/// The little-endian number in the four bytes from `at`.
+fn word(bytes: &[u8], at: usize) -> Option<usize> {
+    let word = bytes.get(at..)?.first_chunk()?;
+    Some(u32::from_le_bytes(*word) as usize)
 }
 
 /// The bytes of all buffers, each exactly as long as it says. Only what is in other files, or

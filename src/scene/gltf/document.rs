@@ -1,11 +1,17 @@
-//! The JSON of a glTF file, as far as Headwater reads it. Indices are taken as they stand, in 64
-//! bits: whoever follows one checks it. What is not listed here is ignored, or only noticed.
+//! The JSON of a glTF file, as far as Headwater reads it. Indices are read as they are, in 64 bits:
+//! code that follows an index checks it first. What is not listed here is ignored, or only noticed.
 //!
-//! `gltf-json` (1.4) has these types too, but loses what matters here: node transforms are in f32,
-//! half a unit apart at 5·10⁶ units from the origin; an index is cut to 32 bits unseen, so a
-//! damaged one names another element; invalid values are dropped, so no message can tell them; and
-//! good files are refused for details of what is ignored, such as skins.
+//! Materials have the types of the `gltf` crate. Its other types would lose what matters here:
+//! - transforms of nodes are in f32, whose steps are half a unit at 5·10⁶ units from the origin,
+//!   and so are cameras;
+//! - indices and component types are cut to 32 bits without an error, so that a damaged one names
+//!   another element (this holds for the textures of materials too, but nothing follows them yet);
+//! - values that the crate does not know are dropped, so that no message can quote them: the types
+//!   of accessors and cameras, interpolations, and the path `pointer` of an animation, which is
+//!   followed here;
+//! - files would be refused for faults in what Headwater ignores, such as skins and samplers.
 
+use gltf::json::Material;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use std::collections::BTreeMap;
@@ -29,6 +35,7 @@ pub struct Document {
     pub animations: Vec<Animation>,
 }
 
+/// The file's version; missing, it is empty, where the crate's type would say 2.0.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub struct Asset {
@@ -88,100 +95,6 @@ pub struct Primitive {
     pub mode: Option<u64>,
     #[serde(default)]
     pub targets: Vec<IgnoredAny>,
-}
-
-#[derive(Debug, Default, Deserialize)]
-#[serde(default, rename_all = "camelCase")]
-pub struct Material {
-    pub name: String,
-    pub pbr_metallic_roughness: MetallicRoughness,
-    pub normal_texture: Option<IgnoredAny>,
-    pub occlusion_texture: Option<IgnoredAny>,
-    pub emissive_texture: Option<IgnoredAny>,
-    pub emissive_factor: [f64; 3],
-    pub alpha_mode: Option<String>,
-    pub double_sided: bool,
-    pub extensions: MaterialExtensions,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(default, rename_all = "camelCase")]
-pub struct MetallicRoughness {
-    pub base_color_factor: [f64; 4],
-    pub base_color_texture: Option<IgnoredAny>,
-    pub metallic_factor: f64,
-    pub roughness_factor: f64,
-    pub metallic_roughness_texture: Option<IgnoredAny>,
-}
-
-impl Default for MetallicRoughness {
-    fn default() -> Self {
-        Self {
-            base_color_factor: [1.0; 4],
-            base_color_texture: None,
-            metallic_factor: 1.0,
-            roughness_factor: 1.0,
-            metallic_roughness_texture: None,
-        }
-    }
-}
-
-/// The material extensions that Headwater follows.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub struct MaterialExtensions {
-    #[serde(rename = "KHR_materials_emissive_strength")]
-    pub emissive_strength: EmissiveStrength,
-    #[serde(rename = "KHR_materials_specular")]
-    pub specular: Specular,
-    #[serde(rename = "KHR_materials_ior")]
-    pub ior: Ior,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(default, rename_all = "camelCase")]
-pub struct EmissiveStrength {
-    pub emissive_strength: f64,
-}
-
-impl Default for EmissiveStrength {
-    fn default() -> Self {
-        Self {
-            emissive_strength: 1.0,
-        }
-    }
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(default, rename_all = "camelCase")]
-pub struct Specular {
-    pub specular_factor: f64,
-    pub specular_texture: Option<IgnoredAny>,
-    pub specular_color_factor: [f64; 3],
-    pub specular_color_texture: Option<IgnoredAny>,
-}
-
-impl Default for Specular {
-    fn default() -> Self {
-        Self {
-            specular_factor: 1.0,
-            specular_texture: None,
-            specular_color_factor: [1.0; 3],
-            specular_color_texture: None,
-        }
-    }
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(default)]
-pub struct Ior {
-    pub ior: f64,
-}
-
-impl Default for Ior {
-    fn default() -> Self {
-        Self { ior: 1.5 }
-    }
 }
 
 #[derive(Debug, Default, Deserialize)]

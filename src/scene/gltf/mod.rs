@@ -1,8 +1,9 @@
 //! glTF 2.0: `.gltf` and `.glb`.
 //!
-//! The JSON is read into [`document`]'s own few types rather than by the `gltf` crate, whose
-//! validation and traversal panic or recurse for ever on some broken files. Indices are followed
-//! by checked look-ups, accessors' ranges are checked before they are read.
+//! The `gltf` crate supplies the GLB container and the types of materials; [`document`] says which
+//! types are our own, and why. The crate's validation and traversal are not used: they panic or
+//! recurse for ever on some broken files. Indices are followed by checked look-ups, accessors'
+//! ranges are checked before they are read.
 
 mod accessors;
 mod animations;
@@ -33,14 +34,14 @@ const EXTENSIONS: [&str; 4] = [
 /// the file. The scene is not validated yet.
 pub(super) fn read(bytes: &[u8], folder: &Path, progress: &mut Progress<'_>) -> Result<Scene> {
     let (json, binary) = buffers::split(bytes)?;
-    let document = parse(json)?;
+    let document = parse(&json)?;
     check_extensions(&document)?;
     let mut tally = Tally::default();
     notice_ignored(&document, &mut tally);
 
     let placed = nodes::placed(&document)?;
-    let materials = materials::read(&document, &mut tally);
-    let buffers = buffers::load(&document, binary, folder, progress)?;
+    let materials = materials::read(&document.materials, &mut tally);
+    let buffers = buffers::load(&document, binary.as_deref(), folder, progress)?;
     let buffer_bytes: u64 = buffers.iter().map(|buffer| buffer.len() as u64).sum();
     let accessors = Accessors {
         document: &document,
@@ -119,12 +120,6 @@ pub(super) fn read(bytes: &[u8], folder: &Path, progress: &mut Progress<'_>) -> 
 }
 
 fn parse(json: &[u8]) -> Result<Document> {
-    let not_json = |cause: serde_json::Error| {
-        damaged(format!(
-            "its JSON cannot be read: {}",
-            cause.to_string().replace('\n', " ")
-        ))
-    };
     let document: Document = match serde_json::from_slice(json) {
         Ok(document) => document,
         Err(cause) => {
@@ -136,11 +131,27 @@ fn parse(json: &[u8]) -> Result<Document> {
             if let Ok(probe) = serde_json::from_slice::<Probe>(json) {
                 check_version(&probe.asset)?;
             }
-            return Err(not_json(cause));
+            return Err(not_json(json, &cause));
         }
     };
     check_version(&document.asset)?;
     Ok(document)
+}
+
+/// The error for JSON that cannot be read, which names the element of the file that is at fault.
+fn not_json(json: &[u8], cause: &serde_json::Error) -> Error {
+    // Read again to find the element: to follow it in every file would slow loading down.
+    let json = &mut serde_json::Deserializer::from_slice(json);
+    let element: String = match serde_path_to_error::deserialize::<_, Document>(json) {
+        Ok(_) => String::new(),
+        Err(fault) => fault.path().iter().take(2).map(|p| p.to_string()).collect(),
+    };
+    let place = match element.as_str() {
+        "" => String::new(),
+        element => format!(", in {}", super::notices::quoted(element)),
+    };
+    let cause = cause.to_string().replace('\n', " ");
+    damaged(format!("its JSON cannot be read: {cause}{place}"))
 }
 
 fn check_version(asset: &document::Asset) -> Result<()> {
