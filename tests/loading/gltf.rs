@@ -303,6 +303,70 @@ fn primitives_become_parts_and_missing_normals_are_flat() {
     );
 }
 
+/// Two primitives of the same three positions: in the first, or else in the second, they have
+/// `attribute` as well.
+fn mixed(attribute: &str, accessor: usize, first: bool, file: &Gltf) -> Scene {
+    let with = json!({ "POSITION": 0, attribute: accessor });
+    let without = json!({ "POSITION": 0 });
+    let attributes = if first {
+        [with, without]
+    } else {
+        [without, with]
+    };
+    load(&file.with(|json| {
+        json["materials"] = json!([{ "name": "a" }, { "name": "b" }]);
+        json["meshes"][0]["primitives"] = (attributes.into_iter().enumerate())
+            .map(|(i, attributes)| json!({ "attributes": attributes, "indices": 2, "material": i }))
+            .collect();
+    }))
+}
+
+#[test]
+fn normals_of_some_primitives_stay_with_them() {
+    let mut file = Gltf::triangle();
+    let tilted = Vec3::new(0.0, 0.6, 0.8);
+    let normals = file.add_vectors(&[tilted.to_array(); 3]);
+    for (first, expected) in [
+        (true, [[tilted; 3], [Vec3::Z; 3]]),
+        (false, [[Vec3::Z; 3], [tilted; 3]]),
+    ] {
+        let scene = mixed("NORMAL", normals, first, &file);
+        let mesh = &scene.meshes[0];
+        let normals = (mesh.triangles.iter()).map(|t| t.map(|i| mesh.normals[i as usize]));
+        assert_eq!(normals.collect::<Vec<_>>(), expected);
+    }
+}
+
+#[test]
+fn colours_of_some_primitives_change_no_other() {
+    let mut file = Gltf::triangle();
+    let view = file.add_view(&[255, 0, 0, 255].repeat(3));
+    let colours = file.add_accessor(json!({
+        "bufferView": view, "componentType": 5121, "normalized": true, "count": 3, "type": "VEC4",
+    }));
+    for (first, primitive) in [(true, 0), (false, 1)] {
+        let scene = mixed("COLOR_0", colours, first, &file);
+        let triangle = [DVec3::ZERO, DVec3::X, DVec3::Y];
+        assert_eq!(corners(&scene), [triangle, triangle]);
+        let parts = scene.meshes[0].parts.iter();
+        let materials: Vec<u32> = parts.map(|part| part.material).collect();
+        assert_eq!(materials, [0, 1]);
+        for (material, name) in scene.materials.iter().zip(["a", "b"]) {
+            let plain = Material {
+                name: name.into(),
+                ..Material::default()
+            };
+            assert_eq!(*material, plain);
+        }
+        assert_eq!(
+            scene.notices,
+            [format!(
+                "vertex colours are ignored: mesh 0 \"leaf\" primitive {primitive}"
+            )]
+        );
+    }
+}
+
 #[test]
 fn unused_vertices_of_shared_accessors_are_left_out() {
     let mut file = Gltf::triangle();

@@ -89,6 +89,52 @@ fn normals_where_they_are_and_flat_where_not() {
 }
 
 #[test]
+fn normals_of_some_corners_stay_with_them() {
+    // Faces without normals come first, so that normals counted by corners would be misplaced.
+    let scene = load("vn 0 .6 .8\nf 1 2 3\nf 1//1 3//1 4//1\nf 1//1 2 4//1\n");
+    let mesh = &scene.meshes[0];
+    let of = |t: usize| mesh.triangles[t].map(|i| mesh.normals[i as usize]);
+    let tilted = Vec3::new(0.0, 0.6, 0.8);
+    assert_eq!(of(0), [Vec3::Z; 3]);
+    assert_eq!(of(1), [tilted; 3]);
+    assert_eq!(of(2), [tilted, Vec3::Z, tilted]);
+    let places = mesh.triangles[2].map(|i| mesh.positions[i as usize]);
+    assert_eq!(places, [Vec3::ZERO, Vec3::X, Vec3::Y]);
+}
+
+#[test]
+fn colours_of_some_vertices_change_no_position() {
+    let text = "v 0 0 0 1 0 0\nv 1 0 0\nv 1 1 0 0 0 1\nv 0 1 0\nf 2 3 4\nf 1 2 4\n";
+    let coloured = Folder::new().load("scene.obj", text);
+    assert_eq!(
+        coloured.notices[0],
+        "vertex colours are ignored: 2 times, first line 1"
+    );
+    let plain = load("f 2 3 4\nf 1 2 4\n");
+    assert_eq!(coloured.content_hash(), plain.content_hash());
+}
+
+#[test]
+fn a_backslash_continues_a_line() {
+    for end in ["\\\n", "\\\r\n", "\\ \n\t"] {
+        let folder = Folder::new();
+        let library = "newmtl red\nKd 1 >0 >.5\nKe >3 2 1\n";
+        folder.write("m.mtl", library.replace('>', end));
+        let text =
+            "mtllib >m.mtl\nv 0 >0 0\nv 1 0 >>0\nv 1 1 0\nv 0 1 0\nusemtl >red\nf 1 2 >3 4\n";
+        let scene = folder.load("scene.obj", text.replace('>', end));
+        assert!(scene.notices.is_empty(), "{:?}", scene.notices);
+        let mesh = &scene.meshes[0];
+        let square = [Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y];
+        assert_eq!(mesh.positions, square);
+        assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
+        let mut red = Material::lambert("red", Vec3::new(1.0, 0.0, 0.5));
+        red.emission = Vec3::new(3.0, 2.0, 1.0);
+        assert_eq!(scene.materials, [red]);
+    }
+}
+
+#[test]
 fn missing_materials_are_grey_with_a_warning() {
     let scene = load("mtllib lost.mtl\nusemtl red\nf 1 2 3\nusemtl blue\nf 1 3 4\n");
     assert_eq!(
