@@ -115,6 +115,31 @@ fn colours_of_some_vertices_change_no_position() {
 }
 
 #[test]
+fn latin_1_is_read_where_a_line_is_no_utf_8() {
+    let folder = Folder::new();
+    // Two names that differ only in such a letter, in files of different encodings.
+    folder.write(
+        "türen.mtl",
+        b"# caf\xe9\nnewmtl gr\xfcn\nKd 0 1 0\nnewmtl gr\xf6n\nKd 0 0 1\n",
+    );
+    let text = [
+        SQUARE.as_bytes(),
+        b"# \xe9\xa0\nmtllib t\xfcren.mtl\no T\xfcr \xb5\nusemtl gr\xfcn\nf 1 2 3\n",
+        "usemtl grön\nf 1 3 4\n".as_bytes(),
+    ];
+    let scene = folder.load("scene.obj", text.concat());
+    assert!(scene.notices.is_empty(), "{:?}", scene.notices);
+    assert_eq!(scene.meshes[0].name, "Tür µ");
+    let expected = [("grün", Vec3::Y), ("grön", Vec3::Z)];
+    assert_eq!(
+        scene.materials,
+        expected.map(|(name, colour)| Material::lambert(name, colour))
+    );
+    let parts = scene.meshes[0].parts.iter();
+    assert_eq!(parts.map(|p| p.material).collect::<Vec<_>>(), [0, 1]);
+}
+
+#[test]
 fn a_backslash_continues_a_line() {
     for end in ["\\\n", "\\\r\n", "\\ \n\t"] {
         let folder = Folder::new();

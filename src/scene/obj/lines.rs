@@ -5,7 +5,7 @@ use crate::{Error, Result};
 use std::io::BufRead;
 
 /// Reads statements one after another into the same memory. A backslash at a line's end joins it
-/// with the next; `#` begins a comment.
+/// with the next; `#` begins a comment. What is not UTF-8 is read as Latin-1.
 pub struct Lines<R> {
     source: R,
     bytes: Vec<u8>,
@@ -61,7 +61,11 @@ impl<R: BufRead> Lines<R> {
                 self.bytes.push(b' ');
             }
             self.text.clear();
-            self.text.push_str(&String::from_utf8_lossy(&self.bytes));
+            match str::from_utf8(&self.bytes) {
+                Ok(text) => self.text.push_str(text),
+                // Names that differ must stay different, so that `usemtl` finds the right one.
+                Err(_) => self.text.extend(self.bytes.iter().copied().map(char::from)),
+            }
             let content = self.text.split('#').next().unwrap_or_default().trim();
             if content.is_empty() {
                 continue;
@@ -144,12 +148,7 @@ mod tests {
         }
         assert_eq!(
             found,
-            [
-                "line 3 v 1,2,3",
-                "line 5 o a,b",
-                "line 6 f ",
-                "line 7 \u{fffd} "
-            ]
+            ["line 3 v 1,2,3", "line 5 o a,b", "line 6 f ", "line 7 ÿ "]
         );
     }
 }
