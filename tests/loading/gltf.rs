@@ -420,6 +420,17 @@ fn what_is_ignored_is_said_once() {
 }
 
 #[test]
+fn surfaces_of_an_unknown_alpha_mode_are_opaque() {
+    let file = Gltf::triangle().with(|json| json["materials"][0]["alphaMode"] = "GLASS".into());
+    assert_eq!(
+        load(&file).notices,
+        [
+            "alpha is not supported, surfaces are opaque: material 0 \"paint\" has an unknown alphaMode"
+        ]
+    );
+}
+
+#[test]
 fn cameras_are_rigid_whatever_their_node() {
     let file = Gltf::triangle().with(|json| {
         json["nodes"][1] = json!({ "camera": 0, "scale": [3, -2, 5], "translation": [1, 2, 3] });
