@@ -8,6 +8,7 @@ use crate::layouts::{
 };
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
+use std::cell::RefCell;
 use std::sync::Arc;
 
 /// What one pass counted.
@@ -47,29 +48,31 @@ fn sum(all: &[u32], counter: u32) -> u32 {
     own.fold(0, |sum: u32, n| sum.saturating_add(*n))
 }
 
-/// The counters of some passes.
+/// Maximum number of passes with counters of their own.
+const MAX_PASSES: usize = 32;
+/// Words of the buffer.
+const LENGTH: usize = MAX_PASSES * COUNTERS as usize;
+
+/// The counters of the passes of a technique.
 pub struct Counters {
-    /// What passes bind.
+    /// The buffer that passes bind.
     pub buffer: Buffer,
     device: Arc<Device>,
-    passes: &'static [&'static str],
+    /// Names of the passes, in the order of their ranges.
+    passes: RefCell<Vec<String>>,
     counting: bool,
-    /// The numbers at the last look: they run on, and may pass 2³², so that only differences count.
+    /// The values at the last call of [`Self::since_last`]. They are never reset and may wrap around, so only
+    /// differences are used.
     seen: Vec<u32>,
 }
 
 impl Counters {
-    /// Counters for `passes`, all 0; with `counting`, for what costs time too.
-    pub fn new(
-        device: &Arc<Device>,
-        passes: &'static [&'static str],
-        counting: bool,
-    ) -> Result<Self> {
-        let length = passes.len() * COUNTERS as usize;
+    /// Counters, all 0; with `counting`, also those that cost time.
+    pub fn new(device: &Arc<Device>, counting: bool) -> Result<Self> {
         let mut made = Self {
-            buffer: Buffer::new(device, "counters", 4 * length as u64, Usage::default())?,
+            buffer: Buffer::new(device, "counters", 4 * LENGTH as u64, Usage::default())?,
             device: device.clone(),
-            passes,
+            passes: RefCell::new(Vec::new()),
             counting,
             seen: Vec::new(),
         };
@@ -77,19 +80,32 @@ impl Counters {
         Ok(made)
     }
 
-    /// A pass's specialisation with its range of counters.
-    pub fn specialise(&self, pass: &str, specialisation: Specialisation) -> Specialisation {
-        let index = self.passes.iter().position(|name| *name == pass);
-        Specialisation {
-            counting: self.counting,
-            first_counter: index.unwrap_or(0) as u32 * COUNTERS,
-            ..specialisation
+    /// A pass's specialisation with a range of counters. Passes of one name share it.
+    ///
+    /// # Errors
+    /// Too many passes.
+    pub fn specialise(&self, pass: &str, specialisation: Specialisation) -> Result<Specialisation> {
+        let mut passes = self.passes.borrow_mut();
+        let index = passes.iter().position(|name| name == pass);
+        let index = index.unwrap_or_else(|| {
+            passes.push(pass.to_owned());
+            passes.len() - 1
+        });
+        if index >= MAX_PASSES {
+            return Err(Error::failed(format!(
+                "pass {pass}: there are counters for {MAX_PASSES} passes only"
+            )));
         }
+        Ok(Specialisation {
+            counting: self.counting,
+            first_counter: index as u32 * COUNTERS,
+            ..specialisation
+        })
     }
 
     /// Sets all to 0.
     pub fn clear(&mut self) -> Result<()> {
-        self.seen = vec![0; self.passes.len() * COUNTERS as usize];
+        self.seen = vec![0; LENGTH];
         let mut recording = Recording::new(&self.device)?;
         recording.clear(&self.buffer);
         recording.finish().map(drop)
@@ -102,20 +118,25 @@ impl Counters {
         }
         let now: Vec<u32> = self.read()?;
         let before = std::mem::replace(&mut self.seen, now.clone());
-        let counts = self.passes.iter().enumerate().map(|(number, pass)| {
-            let first = number * COUNTERS as usize;
-            let of = |counter: u32| {
-                let at = first + counter as usize;
-                u64::from(now[at].wrapping_sub(before[at]))
-            };
-            Counts {
-                pass: (*pass).to_owned(),
-                rays: of(COUNTER_RAYS),
-                trace_lanes: [of(COUNTER_TRACE_LANES), of(COUNTER_TRACE_LANES + 1)],
-                merge_lanes: [of(COUNTER_MERGE_LANES), of(COUNTER_MERGE_LANES + 1)],
-                neighbours: of(COUNTER_NEIGHBOURS),
-            }
-        });
+        let counts = self
+            .passes
+            .get_mut()
+            .iter()
+            .enumerate()
+            .map(|(index, pass)| {
+                let first = index * COUNTERS as usize;
+                let of = |counter: u32| {
+                    let at = first + counter as usize;
+                    u64::from(now[at].wrapping_sub(before[at]))
+                };
+                Counts {
+                    pass: pass.clone(),
+                    rays: of(COUNTER_RAYS),
+                    trace_lanes: [of(COUNTER_TRACE_LANES), of(COUNTER_TRACE_LANES + 1)],
+                    merge_lanes: [of(COUNTER_MERGE_LANES), of(COUNTER_MERGE_LANES + 1)],
+                    neighbours: of(COUNTER_NEIGHBOURS),
+                }
+            });
         Ok(counts.collect())
     }
 
@@ -148,6 +169,6 @@ impl Counters {
     }
 
     fn read(&self) -> Result<Vec<u32>> {
-        self.buffer.read(self.passes.len() * COUNTERS as usize)
+        self.buffer.read(LENGTH)
     }
 }

@@ -25,7 +25,7 @@ impl PrimarySurfaces {
     pub fn new(device: &Arc<Device>, bindings: &Arc<SceneBindings>) -> Result<Self> {
         Ok(Self {
             primary: bindings.pass("primary", &bindings.specialisation)?,
-            counters: Counters::new(device, &["primary"], false)?,
+            counters: Counters::new(device, false)?,
             bindings: bindings.clone(),
             device: device.clone(),
         })

@@ -33,7 +33,7 @@ impl RayTracer {
         Ok(Self {
             scene,
             pass,
-            counters: Counters::new(device, &["trace_rays"], false)?,
+            counters: Counters::new(device, false)?,
             rays: Buffer::from_slice(device, "rays", rays, Usage::default())?,
             answers: Buffer::new(device, "answers", size, Usage::default())?,
             device: device.clone(),

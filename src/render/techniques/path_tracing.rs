@@ -42,11 +42,11 @@ impl PathTracer {
             ..plain
         };
         let (width, height) = (constants.view.width, constants.view.height);
-        let counters = Counters::new(device, &["path_trace"], counting)?;
+        let counters = Counters::new(device, counting)?;
         let tracer = Self {
             path_trace: bindings.pass(
                 "path_trace",
-                &counters.specialise("path_trace", bindings.specialisation),
+                &counters.specialise("path_trace", bindings.specialisation)?,
             )?,
             frame: Buffer::new(device, "frame", size_of::<FrameConstants>() as u64, uniform)?,
             strips: strips_of::<PixelSums>(device, "sums", width, height)?,

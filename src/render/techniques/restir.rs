@@ -27,20 +27,6 @@ use std::sync::Arc;
 // A pilot fits into the reservoir that holds it.
 const _: () = assert!(PILOT_WORDS <= INDIRECT_COMPACT_WORDS);
 
-/// Every pass with counters.
-const PASSES: &[&str] = &[
-    "surfaces",
-    "pilots",
-    "initial_direct",
-    "initial_indirect",
-    "temporal_direct",
-    "temporal_indirect",
-    "spatial_direct",
-    "spatial_indirect",
-    "shade_direct",
-    "shade_indirect",
-];
-
 /// The passes and buffers of frames, and what the next frame reads of the previous one.
 pub struct Restir {
     /// The device that renders.
@@ -175,15 +161,22 @@ impl Restir {
         let has_direct = Kind::Direct.is_wanted(settings, view.bounces);
         let has_indirect = Kind::Indirect.is_wanted(settings, view.bounces);
         let direct_pilots = has_direct && settings.direct.draws_pilots(has_indirect);
-        let counters = Counters::new(device, PASSES, tracking.counts)?;
+        let counters = Counters::new(device, tracking.counts)?;
         let specialisation = Specialisation {
             pilots: direct_pilots,
             pilot_stride: (sizes.pilot_stride / 4) as u32,
             ..bindings.specialisation.with_layout(&layout)
         };
         let pass = |name: &str, specialisation: Specialisation| {
-            bindings.pass(name, &counters.specialise(name, specialisation))
+            bindings.pass(name, &counters.specialise(name, specialisation)?)
         };
+        let surfaces = pass("surfaces", specialisation)?;
+        let pilot_pass = (direct_pilots || has_indirect)
+            .then(|| {
+                let direct = specialisation.with_resampling(&settings.direct.resampling);
+                pass("pilots", direct)
+            })
+            .transpose()?;
         let reuse = |kind: Kind, resampling: Resampling, bytes: u64| {
             let special = specialisation.with_resampling(&resampling);
             let initial = pass(kind.passes().initial, special)?;
@@ -213,17 +206,9 @@ impl Restir {
             ..Usage::default()
         };
         let restir_bytes = size_of::<RestirConstants>() as u64;
-        let draws_pilots = direct_pilots || has_indirect;
         let mut made = Self {
-            surfaces: pass("surfaces", specialisation)?,
-            pilot_pass: draws_pilots
-                .then(|| {
-                    pass(
-                        "pilots",
-                        specialisation.with_resampling(&settings.direct.resampling),
-                    )
-                })
-                .transpose()?,
+            surfaces,
+            pilot_pass,
             direct,
             indirect,
             restir: Buffer::new(device, "restir", restir_bytes, uniform)?,
