@@ -1,8 +1,8 @@
 //! The driver's acceleration structures: one for each mesh, one over the instances.
 
 use super::buffer::{Buffer, Usage};
+use super::commands::Commands;
 use super::device::Device;
-use super::recording::Recording;
 use crate::{Error, Result};
 use ash::{khr, vk};
 use glam::Vec3;
@@ -136,15 +136,15 @@ impl AccelerationStructure {
                 device_address: scratch.address()?.next_multiple_of(alignment),
             });
         let range = [vk::AccelerationStructureBuildRangeInfoKHR::default().primitive_count(count)];
-        let mut recording = Recording::new(device)?;
-        recording.barrier();
-        recording.begin(&format!("build {name}"));
+        let mut commands = Commands::new(device)?;
+        commands.barrier();
+        commands.begin(&format!("build {name}"));
         // SAFETY: inputs, scratch and target live until `finish` has waited.
         unsafe {
-            functions.cmd_build_acceleration_structures(recording.commands(), &[info], &[&range]);
+            functions.cmd_build_acceleration_structures(commands.raw, &[info], &[&range]);
         }
-        recording.end();
-        recording.finish().map(drop)
+        commands.end();
+        commands.finish().map(drop)
     }
 
     fn address(&self, device: &Device) -> Result<u64> {

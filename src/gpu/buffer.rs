@@ -1,7 +1,8 @@
 //! Buffers with memory of their own.
 
+use super::commands::Commands;
 use super::device::Device;
-use super::recording;
+use super::instance::TEXEL_SIZE;
 use crate::{Error, Result};
 use ash::vk;
 use gpu_allocator::MemoryLocation;
@@ -20,9 +21,6 @@ pub struct Usage {
     /// Read as texels of four `uint`s.
     pub texels: bool,
 }
-
-/// Bytes of a texel: four `uint`s.
-pub(super) const TEXEL: u64 = 16;
 
 /// A named buffer, freed when dropped.
 pub struct Buffer {
@@ -68,7 +66,7 @@ impl Buffer {
         location: MemoryLocation,
     ) -> Result<Self> {
         // Whole texels, so that the last words can be read as such.
-        let size = size.max(TEXEL).next_multiple_of(TEXEL);
+        let size = size.max(TEXEL_SIZE).next_multiple_of(TEXEL_SIZE);
         if size > device.info.max_buffer_size {
             return Err(Error::failed(format!(
                 "{name} needs {size} bytes, but device '{}' allows {} in one buffer",
@@ -207,7 +205,7 @@ impl Buffer {
         )?;
         for (number, part) in bytes.chunks(piece).enumerate() {
             staging.mapped()?[..part.len()].copy_from_slice(part);
-            recording::copy(
+            copy(
                 &self.device,
                 (&staging, 0),
                 (self, (number * piece) as u64),
@@ -238,7 +236,7 @@ impl Buffer {
         )?;
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut values);
         for (number, part) in bytes.chunks_mut(piece).enumerate() {
-            recording::copy(
+            copy(
                 &self.device,
                 (self, (number * piece) as u64),
                 (&staging, 0),
@@ -282,4 +280,27 @@ impl Drop for Buffer {
             self.device.raw.destroy_buffer(self.raw, None);
         }
     }
+}
+
+/// Copies `size` bytes between buffers, at once. The caller has checked both ranges.
+fn copy(
+    device: &Arc<Device>,
+    (from, from_offset): (&Buffer, u64),
+    (to, to_offset): (&Buffer, u64),
+    size: u64,
+) -> Result<()> {
+    let commands = Commands::new(device)?;
+    let region = [vk::BufferCopy {
+        src_offset: from_offset,
+        dst_offset: to_offset,
+        size,
+    }];
+    commands.barrier();
+    // SAFETY: both buffers allow transfers and are alive until `finish` has waited.
+    unsafe {
+        device
+            .raw
+            .cmd_copy_buffer(commands.raw, from.raw, to.raw, &region);
+    }
+    commands.finish().map(drop)
 }

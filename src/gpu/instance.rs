@@ -1,11 +1,13 @@
 //! The Vulkan instance, the devices it offers, and the choice among them.
 
-use super::buffer::TEXEL;
 use super::messages::DebugUtils;
 use crate::{Error, Result};
 use ash::{ext, khr, vk};
 use std::ffi::CStr;
 use std::sync::Arc;
+
+/// Bytes of a texel, as buffers are read through texel views: four `uint`s.
+pub(super) const TEXEL_SIZE: u64 = 16;
 
 /// The loaded Vulkan library and its instance.
 pub struct Instance {
@@ -104,7 +106,7 @@ impl DeviceInfo {
 
     /// Bytes that can be read as texels of four `uint`s.
     pub fn max_texel_bytes(&self) -> u64 {
-        TEXEL * u64::from(self.max_texels)
+        TEXEL_SIZE * u64::from(self.max_texels)
     }
 
     /// Threads that the driver gives fixed runs of workgroups: llvmpipe hands each thread an equal

@@ -5,9 +5,13 @@
 //! object outlives the commands that use it (a recording is waited for before it returns), every
 //! buffer access in a recording is separated by one global memory barrier between passes, and all
 //! descriptors are checked against the shader's own interface by name, kind and access.
+//!
+//! Each file uses only files before it: `messages`, `instance`, `device`, `commands`, `buffer`,
+//! `acceleration`, `layout`, `reflection`, `pass`, `recording` (`compiler` uses none).
 
 pub mod acceleration;
 pub mod buffer;
+mod commands;
 pub mod compiler;
 pub mod device;
 pub mod instance;
@@ -19,7 +23,8 @@ pub mod reflection;
 
 pub use acceleration::{AccelerationStructure, BlasGeometry, TlasInstance};
 pub use buffer::{Buffer, Usage};
+pub use commands::PassTime;
 pub use device::{Device, Features};
 pub use instance::{DeviceInfo, DriverKind, Instance};
 pub use pass::{Bindings, ComputePass, Resource};
-pub use recording::{PassTime, Recording};
+pub use recording::Recording;

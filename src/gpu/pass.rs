@@ -3,7 +3,7 @@
 use super::acceleration::AccelerationStructure;
 use super::buffer::Buffer;
 use super::device::Device;
-use super::reflection::{Interface, Kind, Reflection};
+use super::reflection::{BindingKind, Interface, Reflection};
 use crate::{Error, Result};
 use ash::vk;
 use std::sync::Arc;
@@ -71,12 +71,12 @@ pub struct ComputePass {
     name: String,
 }
 
-fn descriptor_type(kind: Kind) -> vk::DescriptorType {
+fn descriptor_type(kind: BindingKind) -> vk::DescriptorType {
     match kind {
-        Kind::Storage { .. } => vk::DescriptorType::STORAGE_BUFFER,
-        Kind::Uniform => vk::DescriptorType::UNIFORM_BUFFER,
-        Kind::Texels => vk::DescriptorType::UNIFORM_TEXEL_BUFFER,
-        Kind::AccelerationStructure => vk::DescriptorType::ACCELERATION_STRUCTURE_KHR,
+        BindingKind::Storage { .. } => vk::DescriptorType::STORAGE_BUFFER,
+        BindingKind::Uniform => vk::DescriptorType::UNIFORM_BUFFER,
+        BindingKind::Texels => vk::DescriptorType::UNIFORM_TEXEL_BUFFER,
+        BindingKind::AccelerationStructure => vk::DescriptorType::ACCELERATION_STRUCTURE_KHR,
     }
 }
 
@@ -198,11 +198,13 @@ impl ComputePass {
                     .find(|(name, _)| *name == binding.name)
                     .ok_or_else(|| wrong(format!("nothing is bound to '{}'", binding.name)))?;
                 let fits = match (resource, binding.kind) {
-                    (Resource::Read(_), Kind::Storage { writes }) => !writes,
-                    (Resource::Write(_), Kind::Storage { writes }) => writes,
-                    (Resource::Uniform(_), Kind::Uniform) => true,
-                    (Resource::Texels(_), Kind::Texels) => true,
-                    (Resource::AccelerationStructure(_), Kind::AccelerationStructure) => true,
+                    (Resource::Read(_), BindingKind::Storage { writes }) => !writes,
+                    (Resource::Write(_), BindingKind::Storage { writes }) => writes,
+                    (Resource::Uniform(_), BindingKind::Uniform) => true,
+                    (Resource::Texels(_), BindingKind::Texels) => true,
+                    (Resource::AccelerationStructure(_), BindingKind::AccelerationStructure) => {
+                        true
+                    }
                     _ => false,
                 };
                 if !fits {

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 
 /// The kind of a binding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum BindingKind {
     /// A storage buffer; `writes` unless the shader declares it `readonly`.
     Storage {
         /// Whether the shader may write it.
@@ -31,7 +31,7 @@ pub struct Binding {
     /// Its number in descriptor set 0.
     pub number: u32,
     /// What it binds.
-    pub kind: Kind,
+    pub kind: BindingKind,
 }
 
 /// What a shader asks for.
@@ -124,13 +124,13 @@ impl Reflection {
                 continue;
             }
             let kind = match class {
-                StorageClass::StorageBuffer => Kind::Storage {
+                StorageClass::StorageBuffer => BindingKind::Storage {
                     writes: !self.read_only(variable, pointee),
                 },
-                StorageClass::Uniform => Kind::Uniform,
+                StorageClass::Uniform => BindingKind::Uniform,
                 StorageClass::UniformConstant => match self.instruction(pointee) {
-                    Some(i) if i.class.opcode == Op::TypeImage => Kind::Texels,
-                    _ => Kind::AccelerationStructure,
+                    Some(i) if i.class.opcode == Op::TypeImage => BindingKind::Texels,
+                    _ => BindingKind::AccelerationStructure,
                 },
                 _ => continue,
             };

@@ -1,0 +1,212 @@
+//! A command buffer that is recorded, submitted once and waited for.
+
+use super::device::Device;
+use crate::Result;
+use ash::vk;
+use std::ffi::CString;
+use std::sync::Arc;
+
+/// Timestamp pairs of one command buffer; regions beyond are not timed.
+const MAX_TIMED_REGIONS: u32 = 256;
+
+/// How long a pass took on the device.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct PassTime {
+    /// The pass.
+    pub name: String,
+    /// Milliseconds between its first and last timestamp.
+    pub milliseconds: f64,
+}
+
+impl PassTime {
+    /// Adds `times` to `total`, where passes of the same name share one entry.
+    pub fn add(total: &mut Vec<Self>, times: Vec<Self>) {
+        for time in times {
+            match total.iter_mut().find(|t| t.name == time.name) {
+                Some(same) => same.milliseconds += time.milliseconds,
+                None => total.push(time),
+            }
+        }
+    }
+}
+
+/// One command buffer, with what is needed to run it once. Who records commands keeps the
+/// resources that they use alive until [`Commands::finish`] returns.
+pub(super) struct Commands {
+    pub(super) device: Arc<Device>,
+    pub(super) raw: vk::CommandBuffer,
+    /// Descriptor pools of the recorded commands, destroyed after the wait.
+    pub(super) descriptor_pools: Vec<vk::DescriptorPool>,
+    pool: vk::CommandPool,
+    fence: vk::Fence,
+    /// Two timestamps a region; null if the device has no timestamps.
+    queries: vk::QueryPool,
+    /// Names of the regions so far.
+    regions: Vec<String>,
+}
+
+impl Commands {
+    /// An empty command buffer, ready to be recorded.
+    pub(super) fn new(device: &Arc<Device>) -> Result<Self> {
+        let mut commands = Self {
+            device: device.clone(),
+            raw: vk::CommandBuffer::null(),
+            descriptor_pools: Vec::new(),
+            pool: vk::CommandPool::null(),
+            fence: vk::Fence::null(),
+            queries: vk::QueryPool::null(),
+            regions: Vec::new(),
+        };
+        let fail = |e| device.failure("begin recording", e);
+        // SAFETY: create-infos live through their calls; Drop destroys what was made.
+        unsafe {
+            let raw = &device.raw;
+            let info = vk::CommandPoolCreateInfo::default()
+                .queue_family_index(device.info.queue_family)
+                .flags(vk::CommandPoolCreateFlags::TRANSIENT);
+            commands.pool = raw.create_command_pool(&info, None).map_err(fail)?;
+            let info = vk::CommandBufferAllocateInfo::default()
+                .command_pool(commands.pool)
+                .command_buffer_count(1);
+            commands.raw = raw.allocate_command_buffers(&info).map_err(fail)?[0];
+            commands.fence = raw
+                .create_fence(&vk::FenceCreateInfo::default(), None)
+                .map_err(fail)?;
+            let info = vk::CommandBufferBeginInfo::default()
+                .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+            raw.begin_command_buffer(commands.raw, &info)
+                .map_err(fail)?;
+            if device.info.timestamp_period > 0.0 {
+                let info = vk::QueryPoolCreateInfo::default()
+                    .query_type(vk::QueryType::TIMESTAMP)
+                    .query_count(2 * MAX_TIMED_REGIONS);
+                commands.queries = raw.create_query_pool(&info, None).map_err(fail)?;
+                raw.cmd_reset_query_pool(commands.raw, commands.queries, 0, 2 * MAX_TIMED_REGIONS);
+            }
+        }
+        Ok(commands)
+    }
+
+    /// A global memory barrier: everything before it is finished and visible to everything after.
+    pub(super) fn barrier(&self) {
+        let all = vk::AccessFlags::MEMORY_READ | vk::AccessFlags::MEMORY_WRITE;
+        let barrier = [vk::MemoryBarrier::default()
+            .src_access_mask(all)
+            .dst_access_mask(all)];
+        let stages = vk::PipelineStageFlags::ALL_COMMANDS;
+        // SAFETY: plain command on a buffer that is being recorded.
+        unsafe {
+            self.device.raw.cmd_pipeline_barrier(
+                self.raw,
+                stages,
+                stages | vk::PipelineStageFlags::HOST,
+                vk::DependencyFlags::empty(),
+                &barrier,
+                &[],
+                &[],
+            );
+        }
+    }
+
+    /// Opens a labelled, timed region. Regions do not nest.
+    pub(super) fn begin(&mut self, name: &str) {
+        if let (Some(debug), Ok(label)) = (&self.device.debug, CString::new(name)) {
+            let label = vk::DebugUtilsLabelEXT::default().label_name(&label);
+            // SAFETY: plain command; closed in `end`.
+            unsafe { debug.cmd_begin_debug_utils_label(self.raw, &label) };
+        }
+        self.timestamp(2 * self.regions.len() as u32);
+        self.regions.push(name.to_owned());
+    }
+
+    /// Closes the region that `begin` opened.
+    pub(super) fn end(&mut self) {
+        self.timestamp(2 * self.regions.len() as u32 - 1);
+        if let Some(debug) = &self.device.debug {
+            // SAFETY: `begin` opened a label.
+            unsafe { debug.cmd_end_debug_utils_label(self.raw) };
+        }
+    }
+
+    fn timestamp(&self, query: u32) {
+        if self.queries != vk::QueryPool::null() && query < 2 * MAX_TIMED_REGIONS {
+            // SAFETY: each query is written once after the reset in `new`.
+            unsafe {
+                self.device.raw.cmd_write_timestamp(
+                    self.raw,
+                    vk::PipelineStageFlags::BOTTOM_OF_PIPE,
+                    self.queries,
+                    query,
+                );
+            }
+        }
+    }
+
+    /// Submits everything, waits, and returns each region's time (empty without timestamps).
+    ///
+    /// # Errors
+    /// The device is lost or out of memory.
+    pub(super) fn finish(self) -> Result<Vec<PassTime>> {
+        let fail = |e| self.device.failure("run the recorded passes", e);
+        // The host reads and frees what the commands wrote.
+        self.barrier();
+        // SAFETY: the recording is complete; the wait ends before `self` and the resources do.
+        unsafe {
+            let raw = &self.device.raw;
+            raw.end_command_buffer(self.raw).map_err(fail)?;
+            let commands = [self.raw];
+            let submit = [vk::SubmitInfo::default().command_buffers(&commands)];
+            {
+                let _lock = self.device.queue_lock.lock();
+                raw.queue_submit(self.device.queue, &submit, self.fence)
+                    .map_err(fail)?;
+            }
+            raw.wait_for_fences(&[self.fence], true, u64::MAX)
+                .map_err(fail)?;
+        }
+        self.times().map_err(fail)
+    }
+
+    fn times(&self) -> std::result::Result<Vec<PassTime>, vk::Result> {
+        let timed = self.regions.len().min(MAX_TIMED_REGIONS as usize);
+        if self.queries == vk::QueryPool::null() || timed == 0 {
+            return Ok(Vec::new());
+        }
+        let mut ticks = vec![0_u64; 2 * timed];
+        // SAFETY: the queries up to here were written by the commands just waited for.
+        unsafe {
+            self.device.raw.get_query_pool_results(
+                self.queries,
+                0,
+                &mut ticks,
+                vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT,
+            )?;
+        }
+        let period = f64::from(self.device.info.timestamp_period);
+        Ok(self
+            .regions
+            .iter()
+            .zip(ticks.chunks_exact(2))
+            .map(|(name, pair)| PassTime {
+                name: name.clone(),
+                milliseconds: pair[1].wrapping_sub(pair[0]) as f64 * period * 1e-6,
+            })
+            .collect())
+    }
+}
+
+impl Drop for Commands {
+    fn drop(&mut self) {
+        // SAFETY: either never submitted, or waited for, or the device is lost; null handles are
+        // ignored.
+        unsafe {
+            let raw = &self.device.raw;
+            for pool in self.descriptor_pools.drain(..) {
+                raw.destroy_descriptor_pool(pool, None);
+            }
+            raw.destroy_query_pool(self.queries, None);
+            raw.destroy_fence(self.fence, None);
+            raw.destroy_command_pool(self.pool, None);
+        }
+    }
+}
