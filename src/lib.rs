@@ -13,6 +13,7 @@ pub mod image;
 pub mod layouts;
 pub mod metrics;
 mod nearest;
+mod random;
 pub mod render;
 pub mod scene;
 pub mod shaders;

@@ -181,6 +181,7 @@ fn check_header(header: &Header, file_bytes: usize) -> std::result::Result<(), S
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::random::Random;
 
     fn sample() -> Image {
         let mut image = Image::new(3, 2);
@@ -217,11 +218,11 @@ mod tests {
 
     #[test]
     fn many_blocks_compressed_by_many_threads_are_equal_files() {
-        let mut random = Random(3);
+        let mut random = Random::new(3);
         let (width, height) = (67, 301);
         let mut image = Image::new(width, height);
         let values: Vec<[f32; 3]> = (0..width * height)
-            .map(|i| [random.next() as f32 * 1e-19, i as f32, 0.0])
+            .map(|i| [random.unit() * 1e-6, i as f32, 0.0])
             .collect();
         image.set_vectors("", ["R", "G", "B"], &values);
         image.set_vectors("stderr.", ["R", "G", "B"], &values);
@@ -360,18 +361,6 @@ mod tests {
         }
     }
 
-    struct Random(u64);
-
-    impl Random {
-        fn next(&mut self) -> u64 {
-            self.0 = self
-                .0
-                .wrapping_mul(6364136223846793005)
-                .wrapping_add(1442695040888963407);
-            self.0 >> 20
-        }
-    }
-
     #[test]
     fn no_file_that_was_cut_short_is_read() {
         let folder = tempfile::tempdir().unwrap();
@@ -400,18 +389,18 @@ mod tests {
             });
             whole.push(std::fs::read(&path).unwrap());
         }
-        let mut random = Random(1);
+        let mut random = Random::new(1);
         let mut failed = 0;
         for good in whole.iter().cycle().take(2100) {
             let mut bad = good.clone();
-            for _ in 0..=random.next() % 3 {
+            for _ in 0..=random.index(3) {
                 // Half of the damage where the header is.
-                let end = [bad.len(), bad.len().min(600)][random.next() as usize % 2];
-                let at = random.next() as usize % end;
-                match random.next() % 4 {
-                    0 => bad[at] = random.next() as u8,
-                    1 => bad[at] ^= 1 << (random.next() % 8),
-                    2 => bad[at] = [0, 0x7f, 0x80, 0xff][random.next() as usize % 4],
+                let end = random.pick(&[bad.len(), bad.len().min(600)]);
+                let at = random.index(end);
+                match random.index(4) {
+                    0 => bad[at] = random.bits() as u8,
+                    1 => bad[at] ^= 1 << random.index(8),
+                    2 => bad[at] = random.pick(&[0, 0x7f, 0x80, 0xff]),
                     _ => {
                         bad.remove(at);
                     }

@@ -1,6 +1,7 @@
 //! Bad files: one line that names the file and the element, status 2, and never a panic.
 
-use crate::files::{Folder, Gltf, Random, glb};
+use crate::files::{Folder, Gltf, glb};
+use crate::support::random::Random;
 use headwater::scene::load::load;
 use serde_json::{Value, json};
 
@@ -430,17 +431,17 @@ fn broken_obj_files() {
 /// Bytes with a few changed, and some cut off.
 fn mutate(bytes: &[u8], random: &mut Random) -> Vec<u8> {
     let mut bytes = bytes.to_vec();
-    for _ in 0..=random.below(2) {
-        let at = random.below(bytes.len());
-        match random.below(4) {
-            0 => bytes[at] ^= 1 << random.below(8),
-            1 => bytes[at] = random.below(256) as u8,
-            2 => bytes[at] = b"0123456789-[]{}\",:eE./ \n"[random.below(24)],
-            _ => bytes.insert(at, b"0123456789"[random.below(10)]),
+    for _ in 0..=random.index(2) {
+        let at = random.index(bytes.len());
+        match random.index(4) {
+            0 => bytes[at] ^= 1 << random.index(8),
+            1 => bytes[at] = random.index(256) as u8,
+            2 => bytes[at] = b"0123456789-[]{}\",:eE./ \n"[random.index(24)],
+            _ => bytes.insert(at, b"0123456789"[random.index(10)]),
         }
     }
-    if random.below(8) == 0 {
-        bytes.truncate(random.below(bytes.len()));
+    if random.index(8) == 0 {
+        bytes.truncate(random.index(bytes.len()));
     }
     bytes
 }

@@ -7,3 +7,5 @@ mod garbage;
 mod gltf;
 mod obj;
 mod progress;
+#[path = "../support/mod.rs"]
+mod support;

@@ -1,8 +1,8 @@
-//! Random numbers for tests that need no more than some.
+//! Random numbers for tests, the same in every run.
 
 use glam::DVec3;
 
-/// A generator with 64 bits of state (PCG RXS-M-XS, O'Neill 2014).
+/// The generator PCG RXS-M-XS with 64 bits of state, which are also its seed (O'Neill 2014).
 pub struct Random(pub u64);
 
 impl Random {
@@ -17,7 +17,7 @@ impl Random {
         ((word >> 43) ^ word) as f64 / 2_f64.powi(64)
     }
 
-    /// Below `count`.
+    /// An index below `count`, which is not 0.
     pub fn index(&mut self, count: usize) -> usize {
         ((self.unit() * count as f64) as usize).min(count - 1)
     }

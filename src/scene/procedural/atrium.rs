@@ -3,9 +3,10 @@
 
 use super::colonnade::{self, BAY, RAIL, SPRING, STOREY, THICK};
 use super::parameters::{Parameter, Range, Values};
-use super::shapes::{Builder, Heap, Random, SINK, Shape, dielectric, lamp, metal};
+use super::shapes::{Builder, Heap, SINK, Shape, dielectric, lamp, metal};
 use super::statue;
 use super::turned::Profile;
+use crate::random::Random;
 use crate::scene::{Material, Scene};
 use glam::{DAffine3, DQuat, DVec3, Mat3, Vec2, Vec3, vec2, vec3};
 

@@ -3,7 +3,8 @@
 use super::city_house::{STOREY, house};
 use super::parameters::{Parameter, Range, Values};
 use super::shapes::Heap;
-use super::shapes::{Builder, Random, Shape, dielectric, lamp, metal};
+use super::shapes::{Builder, Shape, dielectric, lamp, metal};
+use crate::random::Random;
 use crate::scene::{Material, Scene};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 

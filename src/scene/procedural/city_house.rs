@@ -2,7 +2,8 @@
 
 use super::rounded::lathe;
 use super::shapes::Heap;
-use super::shapes::{Random, Shape, dielectric, lamp, metal};
+use super::shapes::{Shape, dielectric, lamp, metal};
+use crate::random::Random;
 use crate::scene::Material;
 use glam::Vec3;
 

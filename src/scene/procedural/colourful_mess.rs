@@ -1,9 +1,10 @@
 //! A heap of coloured toys of all finishes among coloured lamps; metres.
 
 use super::parameters::{Parameter, Range, Values};
-use super::shapes::{Builder, Heap, Random, Shape, dielectric, lamp, metal};
+use super::shapes::{Builder, Heap, Shape, dielectric, lamp, metal};
 use super::tumble::{Body, settle};
 use super::turned::Profile;
+use crate::random::Random;
 use crate::scene::{Material, Scene};
 use glam::{DVec3, Mat3, Vec3, vec2, vec3};
 

@@ -3,7 +3,8 @@
 
 use super::rounded::lathe;
 use super::shapes::Heap;
-use super::shapes::{Random, Shape, dielectric, lamp};
+use super::shapes::{Shape, dielectric, lamp};
+use crate::random::Random;
 use crate::scene::Material;
 use glam::Vec3;
 

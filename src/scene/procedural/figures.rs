@@ -2,7 +2,8 @@
 
 use super::parameters::{Parameter, Range, Values};
 use super::rounded::{lathe, soft_box};
-use super::shapes::{Builder, Heap, Random, Shape, dielectric, lamp, metal};
+use super::shapes::{Builder, Heap, Shape, dielectric, lamp, metal};
+use crate::random::Random;
 use crate::scene::{Material, Scene};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 

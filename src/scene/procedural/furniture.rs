@@ -2,7 +2,8 @@
 
 use super::rounded::{lathe, soft_box};
 use super::shapes::Heap;
-use super::shapes::{Builder, Random, Shape, dielectric, metal};
+use super::shapes::{Builder, Shape, dielectric, metal};
+use crate::random::Random;
 use crate::scene::Material;
 use glam::{DAffine3, DQuat, Vec3};
 

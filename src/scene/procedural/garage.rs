@@ -2,9 +2,10 @@
 
 use super::car::car;
 use super::parameters::{Parameter, Range, Values};
-use super::shapes::{Builder, Heap, Random, SINK, Shape, dielectric, lamp, metal};
+use super::shapes::{Builder, Heap, SINK, Shape, dielectric, lamp, metal};
 use super::turned::Profile;
 use super::{statue, workshop};
+use crate::random::Random;
 use crate::scene::{Material, Scene};
 use glam::{DAffine3, DQuat, DVec3, Vec3, vec3};
 

@@ -1,7 +1,8 @@
 //! Half-timbered houses: shops below, jutting storeys with lit windows above, steep roofs.
 
 use super::festival::{Festival, Spot};
-use super::shapes::{Random, Shape, dielectric};
+use super::shapes::{Shape, dielectric};
+use crate::random::Random;
 use crate::scene::Material;
 use glam::Vec3;
 

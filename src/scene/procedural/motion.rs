@@ -3,7 +3,8 @@
 
 use super::parameters::{Parameter, Range, Values};
 use super::rounded::lathe;
-use super::shapes::{Builder, Heap, Random, Shape, dielectric, lamp, metal};
+use super::shapes::{Builder, Heap, Shape, dielectric, lamp, metal};
+use crate::random::Random;
 use crate::scene::camera::look_at;
 use crate::scene::motion::{Emission, Moving, Node, Place};
 use crate::scene::tracks::{Animated, Interpolation, Keyed, Track};

@@ -1,7 +1,8 @@
 //! A wet street at night between lit windows, lamps and neon signs; metres, the road along −Z.
 
 use super::parameters::{Parameter, Range, Values};
-use super::shapes::{Builder, Heap, Random, Shape, dielectric, lamp, metal};
+use super::shapes::{Builder, Heap, Shape, dielectric, lamp, metal};
+use crate::random::Random;
 use crate::scene::{Material, Scene};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 

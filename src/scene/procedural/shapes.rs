@@ -335,46 +335,6 @@ pub(super) fn lamp(name: &str, radiance: Vec3) -> Material {
     }
 }
 
-/// Random numbers that are the same on every machine (PCG, O'Neill 2014).
-pub(super) struct Random(u64);
-
-impl Random {
-    pub(super) fn new(seed: u64) -> Self {
-        let mut random = Self(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15));
-        random.bits();
-        random
-    }
-
-    fn bits(&mut self) -> u32 {
-        let state = self.0;
-        self.0 = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        let word = (((state >> 18) ^ state) >> 27) as u32;
-        word.rotate_right((state >> 59) as u32)
-    }
-
-    /// In [0, 1).
-    pub(super) fn unit(&mut self) -> f32 {
-        (self.bits() >> 8) as f32 / 16_777_216.0
-    }
-
-    /// Between two bounds.
-    pub(super) fn between(&mut self, low: f32, high: f32) -> f32 {
-        low + (high - low) * self.unit()
-    }
-
-    /// Below a count.
-    pub(super) fn index(&mut self, count: usize) -> usize {
-        (self.unit() * count as f32) as usize % count
-    }
-
-    /// One of several things.
-    pub(super) fn pick<T: Copy>(&mut self, things: &[T]) -> T {
-        things[self.index(things.len())]
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -2,8 +2,9 @@
 
 use super::implicit::{ball, carve, common, ellipsoid, join, limb};
 use super::nets::{Detail, surface, ticks};
-use super::shapes::{Random, Shape};
+use super::shapes::Shape;
 use super::turned::Profile;
+use crate::random::Random;
 use glam::{Mat3, Vec3, vec3};
 
 /// Height of the foot's top and of the head's middle, in metres.

@@ -2,9 +2,10 @@
 
 use super::arches::Arch;
 use super::parameters::{Parameter, Range, Values};
-use super::shapes::{Builder, Heap, Random, Shape, dielectric, lamp, metal};
+use super::shapes::{Builder, Heap, Shape, dielectric, lamp, metal};
 use super::statue;
 use super::turned::Profile;
+use crate::random::Random;
 use crate::scene::{Material, Scene};
 use glam::{DAffine3, DVec3, Vec2, Vec3, vec3};
 

@@ -4,7 +4,8 @@ use super::festival::{Festival, Spot};
 use super::houses::house;
 
 use super::parameters::{Parameter, Range, Values};
-use super::shapes::{Builder, Heap, Random, Shape, dielectric};
+use super::shapes::{Builder, Heap, Shape, dielectric};
+use crate::random::Random;
 use crate::scene::Scene;
 use glam::{DVec3, Vec3};
 

@@ -5,7 +5,8 @@ use super::furniture::{self, Piece};
 use super::parameters::{Parameter, Range, Values};
 use super::rounded::lathe;
 use super::shapes::Heap;
-use super::shapes::{Builder, Random, Shape, dielectric, lamp, metal};
+use super::shapes::{Builder, Shape, dielectric, lamp, metal};
+use crate::random::Random;
 use crate::scene::{Material, Scene};
 use glam::{DVec3, Vec3};
 

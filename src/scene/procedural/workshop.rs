@@ -1,7 +1,8 @@
 //! What stands about in a garage: bench, tools, shelves, crates, drums; each by material.
 
-use super::shapes::{Heap, Random, Shape, dielectric, metal};
+use super::shapes::{Heap, Shape, dielectric, metal};
 use super::turned::Profile;
+use crate::random::Random;
 use crate::scene::Material;
 use glam::{Mat3, Vec3, vec3};
 

@@ -1,4 +1,7 @@
 //! Random numbers of the paths: stratified over a group of paths, each path's own uniform.
+//!
+//! The generator is not that of other tests, nor the shaders': this path tracer is the independent
+//! truth that the renderer is compared with, so a flaw of theirs must not be here too.
 
 use std::array;
 
@@ -19,7 +22,7 @@ const LEAST_GROUPS: u32 = 8;
 /// uniform and independent of each other, and so are groups: only paths of one group depend on each
 /// other (Kollig and Keller, "Efficient Multidimensional Sampling", 2002).
 pub struct Draws {
-    random: Random,
+    random: SplitMix64,
     /// Draw by draw, the numbers of a group's paths.
     dealt: [Vec<f64>; STRATIFIED],
     order: Vec<u32>,
@@ -38,7 +41,7 @@ impl Draws {
     pub fn new(seed: u64, stream: u64, group: u32) -> Self {
         assert!(group.is_power_of_two());
         Self {
-            random: Random::new(seed, stream),
+            random: SplitMix64::new(seed, stream),
             dealt: array::from_fn(|_| vec![0.0; group as usize]),
             order: (0..group).collect(),
             path: 0,
@@ -106,17 +109,17 @@ fn sobol(index: u32) -> u64 {
 }
 
 /// Fisher and Yates's.
-fn shuffle(order: &mut [u32], random: &mut Random) {
+fn shuffle(order: &mut [u32], random: &mut SplitMix64) {
     for last in (1..order.len()).rev() {
         let other = (u128::from(random.next()) * (last as u128 + 1)) >> 64;
         order.swap(last, other as usize);
     }
 }
 
-/// SplitMix64 (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators", 2014).
-struct Random(u64);
+/// The generator of Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators", 2014.
+struct SplitMix64(u64);
 
-impl Random {
+impl SplitMix64 {
     fn new(seed: u64, stream: u64) -> Self {
         let mut start = Self(stream);
         let mixed = start.next() ^ seed;

@@ -1,0 +1,45 @@
+//! Random numbers that are the same on every machine: content hashes of procedural scenes depend on
+//! them.
+
+/// The generator PCG XSH-RR with 64 bits of state (O'Neill, "PCG: A Family of Simple Fast
+/// Space-Efficient Statistically Good Algorithms for Random Number Generation", 2014).
+pub struct Random(u64);
+
+impl Random {
+    /// The numbers of a seed.
+    pub fn new(seed: u64) -> Self {
+        let mut random = Self(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15));
+        random.bits();
+        random
+    }
+
+    /// 32 random bits.
+    pub fn bits(&mut self) -> u32 {
+        let state = self.0;
+        self.0 = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        let word = (((state >> 18) ^ state) >> 27) as u32;
+        word.rotate_right((state >> 59) as u32)
+    }
+
+    /// In [0, 1).
+    pub fn unit(&mut self) -> f32 {
+        (self.bits() >> 8) as f32 / 16_777_216.0
+    }
+
+    /// Between `low` and `high`.
+    pub fn between(&mut self, low: f32, high: f32) -> f32 {
+        low + (high - low) * self.unit()
+    }
+
+    /// An index below `count`, which is not 0.
+    pub fn index(&mut self, count: usize) -> usize {
+        (self.unit() * count as f32) as usize % count
+    }
+
+    /// One of `things`, of which there is at least one.
+    pub fn pick<T: Copy>(&mut self, things: &[T]) -> T {
+        things[self.index(things.len())]
+    }
+}
