@@ -1,7 +1,7 @@
 //! A fingerprint of what a scene looks like.
 
+use super::motion::tracks::{Animated, Interpolation, Track};
 use super::motion::{Emission, Motion, Moving, Node, Place};
-use super::tracks::{Animated, Interpolation, Track};
 use super::{Camera, Instance, Material, Mesh, Scene};
 use glam::DAffine3;
 

@@ -55,6 +55,17 @@ impl LampTriangle {
     }
 }
 
+impl Scene {
+    /// Which materials are lights: they emit now or, where the scene moves, at another time.
+    pub fn lamp_materials(&self) -> Vec<bool> {
+        let mut lamps: Vec<bool> = self.materials.iter().map(|m| m.is_emissive()).collect();
+        for emission in self.motion.iter().flat_map(|motion| &motion.emission) {
+            lamps[emission.material as usize] = true;
+        }
+        lamps
+    }
+}
+
 /// The triangles of the materials that are `lamps`: by instance, and within it by the mesh's own
 /// order of triangles.
 pub fn lamp_triangles(scene: &Scene, lamps: &[bool]) -> Vec<LampTriangle> {

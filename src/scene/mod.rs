@@ -11,19 +11,16 @@ pub mod lights;
 pub mod load;
 mod mend;
 pub mod motion;
-mod moving_camera;
 mod notices;
 mod obj;
 mod polygon;
 pub mod procedural;
 pub mod progress;
 pub mod requirements;
-pub mod tracks;
 pub mod validate;
 
 pub use bounds::Bounds;
-pub use motion::Motion;
-pub use moving_camera::MovingCamera;
+pub use motion::{Motion, MovingCamera};
 
 use crate::{Error, Result};
 use glam::{DAffine3, Vec3};

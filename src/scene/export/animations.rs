@@ -1,8 +1,8 @@
 //! A scene's motion as a glTF animation.
 
 use super::{Binary, FLOAT};
+use crate::scene::motion::tracks::{Animated, Interpolation, Keyed, Track};
 use crate::scene::motion::{Emission, Motion, Place};
-use crate::scene::tracks::{Animated, Interpolation, Keyed, Track};
 use glam::{DAffine3, DMat4, DQuat, DVec3};
 use serde_json::{Value, json};
 

@@ -1,0 +1,297 @@
+//! How a scene moves: nodes with keys, and what hangs on them.
+
+mod moving_camera;
+mod pose;
+pub mod tracks;
+
+pub use moving_camera::MovingCamera;
+pub use pose::{Pose, check_place, is_flat};
+
+use super::validate::BRIGHTEST;
+use crate::{Error, Result};
+use glam::{DAffine3, DQuat, DVec3, Vec3};
+use tracks::{Animated, Keyed, TrackFault};
+
+/// What moves in a scene. A scene that has it stands as it is at time 0.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Motion {
+    /// Nodes, each after its parent.
+    pub nodes: Vec<Node>,
+    /// For each of the scene's instances the node it hangs on, or none if it stands still.
+    pub instances: Vec<Option<u32>>,
+    /// The same for its cameras.
+    pub cameras: Vec<Option<u32>>,
+    /// Materials whose emission changes, each once.
+    pub emission: Vec<Emission>,
+}
+
+/// A node of the tree that instances and cameras hang on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Node {
+    /// Its parent, which stands before it; none for the world.
+    pub parent: Option<u32>,
+    /// Where it is in its parent.
+    pub place: Place,
+}
+
+/// Where a node is in its parent.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Place {
+    /// Always here.
+    Still(DAffine3),
+    /// Scaled, then turned, then moved, each with time.
+    Moving(Box<Moving>),
+}
+
+/// A place that changes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Moving {
+    /// Where its origin is.
+    pub translation: Animated<DVec3>,
+    /// How it is turned.
+    pub rotation: Animated<DQuat>,
+    /// How large it is along its axes.
+    pub scale: Animated<DVec3>,
+}
+
+/// A material's emission over time: colour × strength.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Emission {
+    /// Index into [`crate::scene::Scene::materials`].
+    pub material: u32,
+    /// Linear colour.
+    pub color: Animated<DVec3>,
+    /// Radiance of a colour of 1.
+    pub strength: Animated<f64>,
+}
+
+impl Moving {
+    /// A place that stays where these put it, until it is given tracks.
+    pub fn still(translation: DVec3, rotation: DQuat, scale: DVec3) -> Self {
+        Self {
+            translation: Animated::still(translation),
+            rotation: Animated::still(rotation),
+            scale: Animated::still(scale),
+        }
+    }
+
+    /// The transform at a time in seconds.
+    pub fn at(&self, time: f64) -> DAffine3 {
+        DAffine3::from_scale_rotation_translation(
+            self.scale.at(time),
+            self.rotation.at(time),
+            self.translation.at(time),
+        )
+    }
+
+    fn moves(&self) -> bool {
+        self.translation.track.is_some()
+            || self.rotation.track.is_some()
+            || self.scale.track.is_some()
+    }
+}
+
+impl Emission {
+    /// Emitted radiance at a time in seconds. A spline may swing below what its keys hold: a lamp
+    /// emits no less than nothing.
+    pub fn at(&self, time: f64) -> Vec3 {
+        let radiance = self.color.at(time) * self.strength.at(time);
+        radiance.as_vec3().clamp(Vec3::ZERO, Vec3::splat(BRIGHTEST))
+    }
+
+    fn changes(&self) -> bool {
+        self.color.track.is_some() || self.strength.track.is_some()
+    }
+}
+
+impl Motion {
+    /// The time of the last key, after which nothing moves any more.
+    pub fn seconds(&self) -> f64 {
+        let nodes = self.nodes.iter().map(|node| match &node.place {
+            Place::Still(_) => 0.0,
+            Place::Moving(moving) => (moving.translation.seconds())
+                .max(moving.rotation.seconds())
+                .max(moving.scale.seconds()),
+        });
+        let emission = self.emission.iter();
+        let emission = emission.map(|e| e.color.seconds().max(e.strength.seconds()));
+        nodes.chain(emission).fold(0.0, f64::max)
+    }
+
+    /// Whether more than cameras moves.
+    pub fn moves_things(&self) -> bool {
+        !self.emission.is_empty() || self.instances.iter().any(Option::is_some)
+    }
+
+    /// Whether an instance moves.
+    pub fn moves_instance(&self, index: usize) -> bool {
+        self.instances.get(index).is_some_and(Option::is_some)
+    }
+
+    /// The motion without what never changes; none if nothing moves.
+    pub(super) fn simplified(mut self) -> Option<Self> {
+        let mut moves = Vec::with_capacity(self.nodes.len());
+        for node in &mut self.nodes {
+            if let Place::Moving(moving) = &mut node.place {
+                moving.translation.simplify();
+                moving.rotation.simplify();
+                moving.scale.simplify();
+                if !moving.moves() {
+                    node.place = Place::Still(moving.at(0.0));
+                }
+            }
+            let with_parent = node.parent.is_some_and(|parent| moves[parent as usize]);
+            moves.push(with_parent || matches!(node.place, Place::Moving(_)));
+        }
+        for hung in self.instances.iter_mut().chain(&mut self.cameras) {
+            hung.take_if(|node| !moves[*node as usize]);
+        }
+        for emission in &mut self.emission {
+            emission.color.simplify();
+            emission.strength.simplify();
+        }
+        self.emission.retain(Emission::changes);
+        self.drop_unused_nodes();
+        let cameras = self.cameras.iter().any(Option::is_some);
+        (cameras || self.moves_things()).then_some(self)
+    }
+
+    fn drop_unused_nodes(&mut self) {
+        let mut used = vec![false; self.nodes.len()];
+        for node in self.instances.iter().chain(&self.cameras).flatten() {
+            used[*node as usize] = true;
+        }
+        for index in (0..self.nodes.len()).rev() {
+            if let (true, Some(parent)) = (used[index], self.nodes[index].parent) {
+                used[parent as usize] = true;
+            }
+        }
+        let mut kept = 0;
+        let moved: Vec<u32> = used
+            .iter()
+            .map(|&used| {
+                kept += u32::from(used);
+                kept.saturating_sub(1)
+            })
+            .collect();
+        let mut used = used.into_iter();
+        self.nodes.retain(|_| used.next().unwrap_or(false));
+        let parents = self.nodes.iter_mut().map(|node| &mut node.parent);
+        for node in parents.chain(&mut self.instances).chain(&mut self.cameras) {
+            *node = node.map(|node| moved[node as usize]);
+        }
+    }
+
+    /// Checks indices and keys against the scene's `instances`, `cameras` and `materials`.
+    ///
+    /// # Errors
+    /// The first thing wrong.
+    pub(super) fn check(&self, counts: [usize; 3]) -> Result<()> {
+        let wrong = |what: String, fault: &str| Err(Error::input(format!("{what}: {fault}")));
+        if self.instances.len() != counts[0] || self.cameras.len() != counts[1] {
+            let fault = "it does not tell of every instance and camera whether it moves";
+            return wrong("motion".into(), fault);
+        }
+        for (index, node) in self.nodes.iter().enumerate() {
+            let what = format!("motion, node {index}");
+            if node.parent.is_some_and(|parent| parent as usize >= index) {
+                return wrong(what, "its parent does not stand before it");
+            }
+            if let Place::Moving(moving) = &node.place {
+                check_track(&format!("{what}, translation"), &moving.translation)?;
+                check_track(&format!("{what}, rotation"), &moving.rotation)?;
+                check_track(&format!("{what}, scale"), &moving.scale)?;
+            }
+        }
+        let hung = self.instances.iter().chain(&self.cameras).flatten();
+        if let Some(node) = hung.into_iter().find(|n| **n as usize >= self.nodes.len()) {
+            return wrong("motion".into(), &format!("node {node} does not exist"));
+        }
+        for emission in &self.emission {
+            let what = format!("motion, material {}", emission.material);
+            if emission.material as usize >= counts[2] {
+                return wrong(what, "it does not exist");
+            }
+            check_track(&format!("{what}, emission"), &emission.color)?;
+            check_track(&format!("{what}, strength"), &emission.strength)?;
+        }
+        Ok(())
+    }
+}
+
+fn check_track<T: Keyed>(what: &str, animated: &Animated<T>) -> Result<()> {
+    match animated.track.as_ref().map(tracks::Track::check) {
+        Some(Err(TrackFault::Times(fault) | TrackFault::Values(fault))) => {
+            Err(Error::input(format!("{what}: {fault}")))
+        }
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::tracks::{Interpolation, Track};
+    use super::*;
+
+    pub(super) fn line(to: DVec3) -> Option<Track<DVec3>> {
+        Some(Track {
+            interpolation: Interpolation::Linear,
+            times: vec![0.0, 1.0],
+            values: vec![DVec3::ZERO, to],
+        })
+    }
+
+    pub(super) fn moving(to: DVec3) -> Place {
+        let mut moving = Moving::still(DVec3::ZERO, DQuat::IDENTITY, DVec3::ONE);
+        moving.translation.track = line(to);
+        Place::Moving(Box::new(moving))
+    }
+
+    pub(super) fn node(parent: Option<u32>, place: Place) -> Node {
+        Node { parent, place }
+    }
+
+    #[test]
+    fn what_stands_still_is_left_out() {
+        let motion = Motion {
+            nodes: vec![
+                node(None, moving(DVec3::ZERO)),
+                node(None, moving(DVec3::X)),
+                node(Some(0), Place::Still(DAffine3::IDENTITY)),
+                node(Some(1), Place::Still(DAffine3::IDENTITY)),
+            ],
+            instances: vec![Some(2), Some(3)],
+            cameras: vec![Some(0)],
+            emission: vec![],
+        };
+        let simple = motion.clone().simplified().unwrap();
+        assert_eq!(simple.nodes.len(), 2);
+        assert_eq!(simple.nodes[1].parent, Some(0));
+        assert_eq!(simple.instances, [None, Some(1)]);
+        assert_eq!(simple.cameras, [None]);
+        assert_eq!(simple.pose(0.7).instances, motion.pose(0.7).instances[1..]);
+        let still = Motion {
+            instances: vec![Some(2), Some(0)],
+            ..motion
+        };
+        assert_eq!(still.simplified(), None);
+    }
+
+    #[test]
+    fn indices_that_lead_nowhere_are_told() {
+        let good = Motion {
+            nodes: vec![node(None, moving(DVec3::X))],
+            instances: vec![Some(0)],
+            ..Motion::default()
+        };
+        let message = |change: fn(&mut Motion)| {
+            let mut motion = good.clone();
+            change(&mut motion);
+            motion.check([1, 0, 1]).unwrap_err().to_string()
+        };
+        assert!(message(|m| m.instances.clear()).contains("every instance"));
+        assert!(message(|m| m.instances[0] = Some(1)).contains("node 1 does not exist"));
+        assert!(message(|m| m.nodes[0].parent = Some(0)).contains("node 0: its parent"));
+        assert!(message(|m| m.nodes[0].place = moving(DVec3::NAN)).contains("node 0, translation"));
+    }
+}

@@ -1,0 +1,168 @@
+//! Where everything that moves is at one time.
+
+use super::{Motion, Place};
+use crate::scene::validate::{check_reach, is_singular};
+use crate::scene::{Bounds, Camera, Scene, camera};
+use crate::{Error, Result};
+use glam::{DAffine3, Vec3};
+
+/// Where everything that moves is at one time, by its index in the scene.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Pose {
+    /// Object-to-world transforms of instances.
+    pub instances: Vec<(u32, DAffine3)>,
+    /// Transforms of the nodes that cameras hang on, with the nodes' scale.
+    pub cameras: Vec<(u32, DAffine3)>,
+    /// Emitted radiance of materials.
+    pub emission: Vec<(u32, Vec3)>,
+}
+
+impl Motion {
+    /// Everything that moves, at a time in seconds.
+    pub fn pose(&self, time: f64) -> Pose {
+        let mut to_world: Vec<DAffine3> = Vec::with_capacity(self.nodes.len());
+        for node in &self.nodes {
+            let local = match &node.place {
+                Place::Still(place) => *place,
+                Place::Moving(moving) => moving.at(time),
+            };
+            to_world.push(match node.parent {
+                Some(parent) => to_world[parent as usize] * local,
+                None => local,
+            });
+        }
+        let placed = |nodes: &[Option<u32>]| -> Vec<(u32, DAffine3)> {
+            let hung = (0..).zip(nodes);
+            hung.filter_map(|(index, node)| Some((index, to_world[(*node)? as usize])))
+                .collect()
+        };
+        Pose {
+            instances: placed(&self.instances),
+            cameras: placed(&self.cameras),
+            emission: self
+                .emission
+                .iter()
+                .map(|emission| (emission.material, emission.at(time)))
+                .collect(),
+        }
+    }
+}
+
+impl Scene {
+    /// The scene as it is at a time in seconds, in which nothing moves.
+    ///
+    /// # Errors
+    /// At that time something is further away than can be rendered, or a camera has no direction.
+    pub fn pose_at(&self, time: f64) -> Result<Self> {
+        let mut still = self.clone();
+        still.take_pose(time)?;
+        still.motion = None;
+        Ok(still)
+    }
+
+    /// A camera by its index, where it is at a time in seconds.
+    ///
+    /// # Errors
+    /// There is no such camera, or at that time it has no direction.
+    pub fn camera_at(&self, index: usize, time: f64) -> Result<Camera> {
+        let mut camera = self.cameras.get(index).cloned().ok_or_else(|| {
+            Error::input(format!(
+                "camera {index} is out of range, there are {}",
+                self.cameras.len()
+            ))
+        })?;
+        if let Some(motion) = &self.motion {
+            let pose = motion.pose(time);
+            if let Some((_, place)) = pose.cameras.iter().find(|(i, _)| *i as usize == index) {
+                camera.camera_to_world = rigid_camera(index, place, time)?;
+            }
+        }
+        Ok(camera)
+    }
+
+    /// Puts everything that moves where it is at a time in seconds.
+    pub(in crate::scene) fn take_pose(&mut self, time: f64) -> Result<()> {
+        let Some(motion) = &self.motion else {
+            return Ok(());
+        };
+        let pose = motion.pose(time);
+        for (index, place) in pose.instances {
+            let instance = &mut self.instances[index as usize];
+            let bounds = self.meshes[instance.mesh as usize].bounds();
+            check_place(index, &place, bounds.as_ref(), time)?;
+            instance.object_to_world = place;
+        }
+        for (index, place) in pose.cameras {
+            let place = rigid_camera(index as usize, &place, time)?;
+            self.cameras[index as usize].camera_to_world = place;
+        }
+        for (index, emission) in pose.emission {
+            self.materials[index as usize].emission = emission;
+        }
+        Ok(())
+    }
+}
+
+fn rigid_camera(index: usize, place: &DAffine3, time: f64) -> Result<DAffine3> {
+    match camera::rigid(place.matrix3) {
+        Some(axes) if place.is_finite() => {
+            Ok(DAffine3::from_mat3_translation(axes, place.translation))
+        }
+        _ => Err(Error::input(format!(
+            "camera {index}: at {time} s it has no direction, it is scaled to nothing"
+        ))),
+    }
+}
+
+/// Whether an instance is so flat that nothing of it can be seen.
+pub fn is_flat(object_to_world: &DAffine3) -> bool {
+    is_singular(object_to_world.matrix3)
+}
+
+/// Whether a mesh with these bounds can be rendered where `place` puts it at a time.
+///
+/// # Errors
+/// A place that is not finite or too far away; the instance is named by its `index`.
+pub fn check_place(index: u32, place: &DAffine3, bounds: Option<&Bounds>, time: f64) -> Result<()> {
+    check_reach(&format!("instance {index} at {time} s"), place, bounds)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Emission;
+    use super::super::tests::{line, moving, node};
+    use super::super::tracks::Animated;
+    use super::*;
+    use glam::DVec3;
+
+    #[test]
+    fn a_pose_goes_down_the_tree() {
+        let turn = DAffine3::from_rotation_z(std::f64::consts::FRAC_PI_2);
+        let motion = Motion {
+            nodes: vec![
+                node(None, moving(DVec3::X)),
+                node(Some(0), Place::Still(turn)),
+                node(Some(1), moving(DVec3::X * 4.0)),
+            ],
+            instances: vec![Some(2), None, Some(1)],
+            cameras: vec![Some(0)],
+            emission: vec![Emission {
+                material: 3,
+                color: Animated {
+                    rest: DVec3::ONE,
+                    track: line(DVec3::new(2.0, -1.0, 0.0)),
+                },
+                strength: Animated::still(3.0),
+            }],
+        };
+        assert_eq!(motion.check([3, 1, 4]).map_err(|e| e.to_string()), Ok(()));
+        let pose = motion.pose(0.5);
+        let indices: Vec<u32> = pose.instances.iter().map(|(index, _)| *index).collect();
+        assert_eq!(indices, [0, 2]);
+        let at = pose.instances[0].1.translation;
+        assert!((at - DVec3::new(0.5, 2.0, 0.0)).length() < 1e-12, "{at}");
+        assert!(pose.instances[1].1.matrix3.x_axis.y > 1.0 - 1e-12);
+        assert_eq!(pose.cameras[0].1.translation, DVec3::X * 0.5);
+        assert_eq!(pose.emission, [(3, Vec3::new(3.0, 0.0, 0.0))]);
+    }
+}

@@ -1,0 +1,266 @@
+//! Triangles of the surface of a body that a function of space describes.
+
+use super::shape::Shape;
+use super::simplify::simplify;
+use glam::{Mat3, Vec3};
+use std::collections::HashMap;
+
+/// Grid lines from `start`: runs up to an end, each of about its own step.
+pub fn ticks(start: f32, runs: &[(f32, f32)]) -> Vec<f32> {
+    let mut ticks = vec![start];
+    let mut from = start;
+    for &(end, step) in runs {
+        let count = ((end - from) / step).round().max(1.0);
+        ticks.extend((1..=count as u32).map(|i| from + (end - from) * (i as f32 / count)));
+        from = end;
+    }
+    ticks
+}
+
+/// How many triangles a surface gets.
+pub struct Detail<W: Fn(Vec3) -> f32> {
+    /// About how many.
+    pub triangles: usize,
+    /// How much a squared error counts there.
+    pub weight: W,
+}
+
+/// The surface of a body (negative inside) that lies within the grid, closed and with smooth
+/// normals. What is finer than the grid is lost.
+pub fn surface<W: Fn(Vec3) -> f32>(
+    grid: &[Vec<f32>; 3],
+    detail: &Detail<W>,
+    body: impl Fn(Vec3) -> f32,
+) -> Shape {
+    let (points, mut faces) = Net::new(grid, &body).surface();
+    let mut points: Vec<_> = points.into_iter().map(Vec3::as_dvec3).collect();
+    simplify(&mut points, &mut faces, detail.triangles, |p| {
+        f64::from((detail.weight)(p.as_vec3()))
+    });
+    let mut corners = vec![None; points.len()];
+    let corners = faces.into_iter().flatten().map(|i| {
+        *corners[i].get_or_insert_with(|| {
+            let p = pulled(&body, points[i].as_vec3());
+            (p, slope(&body, p).normalize_or_zero())
+        })
+    });
+    let (positions, normals) = corners.unzip();
+    Shape::smooth(positions, normals)
+}
+
+fn slope(body: &impl Fn(Vec3) -> f32, p: Vec3) -> Vec3 {
+    const STEP: f32 = 5e-4;
+    let along = |axis: Vec3| body(p + axis * STEP) - body(p - axis * STEP);
+    Vec3::new(along(Vec3::X), along(Vec3::Y), along(Vec3::Z)) / (2.0 * STEP)
+}
+
+/// A point near the surface moved onto it.
+fn pulled(body: &impl Fn(Vec3) -> f32, mut p: Vec3) -> Vec3 {
+    for _ in 0..3 {
+        let slope = slope(body, p);
+        p -= slope * (body(p) / slope.length_squared().max(0.1));
+    }
+    p
+}
+
+/// A place of a grid, by its numbers along the axes.
+type Place = [usize; 3];
+
+/// Nodes along each side of what is filled at once.
+const BLOCK: usize = 5;
+/// A body's value must not change faster than this from place to place.
+const STEEPEST: f32 = 2.0;
+
+/// A body's values on a grid.
+struct Net<'a> {
+    grid: &'a [Vec<f32>; 3],
+    size: Place,
+    values: Vec<f32>,
+    /// Where the surface crosses the edge from a node along an axis, and its normal there.
+    crossings: HashMap<(usize, usize), (Vec3, Vec3)>,
+}
+
+impl<'a> Net<'a> {
+    fn new(grid: &'a [Vec<f32>; 3], body: &impl Fn(Vec3) -> f32) -> Self {
+        let mut net = Self {
+            grid,
+            size: [0, 1, 2].map(|axis| grid[axis].len()),
+            values: Vec::new(),
+            crossings: HashMap::new(),
+        };
+        net.values = vec![0.0; net.size.iter().product()];
+        for corner in net.places().filter(|at| at.iter().all(|i| i % BLOCK == 0)) {
+            net.fill(corner, body);
+        }
+        for at in net.places() {
+            for axis in 0..3 {
+                let next = shifted(at, axis, 1);
+                if !net.is_last(at, axis) && net.inside(at) != net.inside(next) {
+                    let p = net.crossing(at, next, body);
+                    let normal = slope(body, p).normalize_or_zero();
+                    net.crossings.insert((net.number(at), axis), (p, normal));
+                }
+            }
+        }
+        net
+    }
+
+    /// Fills a block of nodes: far from the surface only the sign matters, and one value does.
+    fn fill(&mut self, first: Place, body: &impl Fn(Vec3) -> f32) {
+        let end = [0, 1, 2].map(|axis| (first[axis] + BLOCK).min(self.size[axis]));
+        let (low, high) = (self.node(first), self.node(end.map(|i| i - 1)));
+        let all = body((low + high) / 2.0);
+        let is_far = all.abs() > STEEPEST * (high - low).length() / 2.0;
+        for k in first[2]..end[2] {
+            for j in first[1]..end[1] {
+                for i in first[0]..end[0] {
+                    let (at, number) = ([i, j, k], self.number([i, j, k]));
+                    self.values[number] = if is_far { all } else { body(self.node(at)) };
+                }
+            }
+        }
+    }
+
+    fn places(&self) -> impl Iterator<Item = Place> + use<> {
+        let [width, height, depth] = self.size;
+        (0..width * height * depth)
+            .map(move |n| [n % width, n / width % height, n / width / height])
+    }
+
+    fn number(&self, [i, j, k]: Place) -> usize {
+        (k * self.size[1] + j) * self.size[0] + i
+    }
+
+    fn node(&self, [i, j, k]: Place) -> Vec3 {
+        Vec3::new(self.grid[0][i], self.grid[1][j], self.grid[2][k])
+    }
+
+    fn value(&self, at: Place) -> f32 {
+        self.values[self.number(at)]
+    }
+
+    fn inside(&self, at: Place) -> bool {
+        self.value(at) < 0.0
+    }
+
+    /// Whether nothing follows along the axis.
+    fn is_last(&self, at: Place, axis: usize) -> bool {
+        at[axis] + 1 == self.size[axis]
+    }
+
+    /// Where the surface is within a cell that it crosses.
+    fn corner(&self, cell: Place) -> Option<Vec3> {
+        if (0..3).any(|axis| self.is_last(cell, axis)) {
+            return None;
+        }
+        let around = |corner: usize| [0, 1, 2].map(|axis| cell[axis] + (corner >> axis & 1));
+        if (1..8).all(|corner| self.inside(around(corner)) == self.inside(cell)) {
+            return None;
+        }
+        let (mut middle, mut crossings) = (Vec3::ZERO, Vec::new());
+        for corner in 0..8_usize {
+            let a = around(corner);
+            for axis in (0..3).filter(|axis| corner >> axis & 1 == 0) {
+                if let Some(&(p, n)) = self.crossings.get(&(self.number(a), axis)) {
+                    middle += p;
+                    crossings.push((p, n));
+                }
+            }
+        }
+        middle /= crossings.len() as f32;
+        // Where the planes at the crossings meet; the middle, as far as they leave it open.
+        let mut planes = Mat3::from_diagonal(Vec3::splat(0.03 * crossings.len() as f32));
+        let mut pull = Vec3::ZERO;
+        for (p, n) in crossings {
+            planes += Mat3::from_cols(n * n.x, n * n.y, n * n.z);
+            pull += n * n.dot(p - middle);
+        }
+        let (low, high) = (self.node(cell), self.node(cell.map(|i| i + 1)));
+        // Kept off the cell's walls: corners of two cells that meet would leave no triangle.
+        let rim = (high - low) * 0.03;
+        let p = middle + planes.inverse() * pull;
+        Some(p.clamp(low + rim, high - rim))
+    }
+
+    /// Where the surface crosses the edge between two nodes.
+    fn crossing(&self, a: Place, b: Place, body: &impl Fn(Vec3) -> f32) -> Vec3 {
+        let (mut from, mut to) = ((self.node(a), self.value(a)), (self.node(b), self.value(b)));
+        for _ in 0..3 {
+            let p = from.0.lerp(to.0, from.1 / (from.1 - to.1));
+            let value = body(p);
+            if (value < 0.0) == (from.1 < 0.0) {
+                from = (p, value);
+            } else {
+                to = (p, value);
+            }
+        }
+        from.0.lerp(to.0, from.1 / (from.1 - to.1))
+    }
+
+    /// Dual contouring (Ju et al. 2002): a corner in every cell that the surface crosses, a face
+    /// across every edge. Unlike marching cubes it keeps edges sharp.
+    fn surface(&self) -> (Vec<Vec3>, Vec<Place>) {
+        let mut points = Vec::new();
+        let corners: Vec<usize> = self
+            .places()
+            .map(|cell| {
+                points.extend(self.corner(cell));
+                points.len().wrapping_sub(1)
+            })
+            .collect();
+        let mut faces = Vec::new();
+        for at in self.places() {
+            for axis in 0..3 {
+                let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+                if self.is_last(at, axis) || at[u] == 0 || at[v] == 0 {
+                    continue;
+                }
+                let leaves = self.inside(at);
+                if leaves == self.inside(shifted(at, axis, 1)) {
+                    continue;
+                }
+                // The four cells around the edge, counter-clockwise seen from its far end.
+                let back = shifted(at, u, -1);
+                let around = [shifted(back, v, -1), shifted(at, v, -1), at, back];
+                let [a, b, c, d] = around.map(|cell| corners[self.number(cell)]);
+                let apart = |i: usize, j: usize| points[i].distance_squared(points[j]);
+                let halves = if apart(a, c) < apart(b, d) {
+                    [[a, b, c], [a, c, d]]
+                } else {
+                    [[a, b, d], [b, c, d]]
+                };
+                faces.extend(halves.map(|[i, j, k]| if leaves { [i, j, k] } else { [k, j, i] }));
+            }
+        }
+        (points, faces)
+    }
+}
+
+fn shifted(mut at: Place, axis: usize, by: isize) -> Place {
+    at[axis] = at[axis].wrapping_add_signed(by);
+    at
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ball_is_closed_round_and_looks_outwards() {
+        let lines = ticks(-1.2, &[(0.0, 0.2), (1.2, 0.1)]);
+        let grid = [lines.clone(), lines.clone(), lines];
+        for triangles in [usize::MAX, 300] {
+            let weight = |_| 1.0;
+            let shape = surface(&grid, &Detail { triangles, weight }, |p| p.length() - 1.0);
+            let volume = shape.signed_volume() / 6.0;
+            assert!((volume - 4.19).abs() < 0.25, "{volume}");
+            assert!(shape.is_closed());
+            assert!(shape.triangle_count() <= triangles);
+        }
+    }
+
+    #[test]
+    fn ticks_end_where_they_should() {
+        assert_eq!(ticks(0.0, &[(1.0, 0.5), (2.0, 0.9)]), [0.0, 0.5, 1.0, 2.0]);
+    }
+}

@@ -1,0 +1,33 @@
+//! The materials of most things in procedural scenes.
+
+use crate::scene::Material;
+use glam::Vec3;
+
+/// A glossy surface without metal.
+pub fn dielectric(name: &str, color: Vec3, roughness: f32) -> Material {
+    Material {
+        name: name.into(),
+        base_color: color,
+        metallic: 0.0,
+        roughness,
+        ..Material::default()
+    }
+}
+
+/// A metal.
+pub fn metal(name: &str, color: Vec3, roughness: f32) -> Material {
+    Material {
+        name: name.into(),
+        base_color: color,
+        roughness,
+        ..Material::default()
+    }
+}
+
+/// A lamp: emits, and reflects as a grey wall does.
+pub fn lamp(name: &str, radiance: Vec3) -> Material {
+    Material {
+        emission: radiance,
+        ..Material::lambert(name, Vec3::splat(0.5))
+    }
+}

@@ -1,0 +1,221 @@
+//! Shapes: triangles in metres, which a scene is put together from.
+
+use glam::{Mat3, Vec3};
+
+/// Triangles that share no corners; flat unless they come with normals.
+#[derive(Clone, Default)]
+pub struct Shape {
+    pub(super) positions: Vec<Vec3>,
+    pub(super) normals: Vec<Vec3>,
+}
+
+impl Shape {
+    /// A flat triangle.
+    pub fn triangle(corners: [Vec3; 3]) -> Self {
+        Self {
+            positions: corners.to_vec(),
+            normals: Vec::new(),
+        }
+    }
+
+    /// A parallelogram; its front is the side of u × v.
+    pub fn quad(corner: Vec3, u: Vec3, v: Vec3) -> Self {
+        let [a, b, c, d] = [corner, corner + u, corner + u + v, corner + v];
+        Self {
+            positions: vec![a, b, c, a, c, d],
+            normals: Vec::new(),
+        }
+    }
+
+    /// A box between two corners, faces outwards.
+    pub fn block(low: Vec3, high: Vec3) -> Self {
+        let size = high - low;
+        let mut shape = Self::default();
+        for axis in 0..3 {
+            let u = Vec3::AXES[(axis + 1) % 3] * size;
+            let v = Vec3::AXES[(axis + 2) % 3] * size;
+            let across = Vec3::AXES[axis] * size;
+            shape.add(Self::quad(low + across, u, v));
+            shape.add(Self::quad(low, v, u));
+        }
+        shape
+    }
+
+    /// A sphere of unit radius around the origin: an icosahedron whose faces are split
+    /// `subdivisions` times, with smooth normals.
+    pub fn sphere(subdivisions: u32) -> Self {
+        let g = (1.0 + 5_f32.sqrt()) / 2.0;
+        let mut points = Vec::new();
+        for (a, b) in [(1.0, g), (-1.0, g), (1.0, -g), (-1.0, -g)] {
+            points.extend([
+                Vec3::new(0.0, a, b),
+                Vec3::new(a, b, 0.0),
+                Vec3::new(b, 0.0, a),
+            ]);
+        }
+        let points: Vec<Vec3> = points.into_iter().map(Vec3::normalize).collect();
+        // Its faces are the triples of mutual neighbours, turned outwards.
+        let near = |a: Vec3, b: Vec3| (a - b).length() < 1.06;
+        let mut faces = Vec::new();
+        for (i, &a) in points.iter().enumerate() {
+            for (j, &b) in points.iter().enumerate().skip(i + 1) {
+                for &c in &points[j + 1..] {
+                    if near(a, b) && near(b, c) && near(a, c) {
+                        let outwards = (b - a).cross(c - a).dot(a) > 0.0;
+                        faces.push(if outwards { [a, b, c] } else { [a, c, b] });
+                    }
+                }
+            }
+        }
+        for _ in 0..subdivisions {
+            faces = faces
+                .into_iter()
+                .flat_map(|[a, b, c]| {
+                    let middle = |p: Vec3, q: Vec3| (p + q).normalize();
+                    let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+                    [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+                })
+                .collect();
+        }
+        let positions: Vec<Vec3> = faces.into_iter().flatten().collect();
+        Self {
+            normals: positions.clone(),
+            positions,
+        }
+    }
+
+    /// Flat triangles, three corners each.
+    pub fn triangles(corners: &[Vec3]) -> Self {
+        Self {
+            positions: corners.to_vec(),
+            normals: Vec::new(),
+        }
+    }
+
+    /// An upright cylinder with caps, flat sides.
+    pub fn cylinder(foot: Vec3, radius: f32, height: f32, sides: u32) -> Self {
+        let rim = |i: u32| {
+            let turn = std::f32::consts::TAU * (i % sides) as f32 / sides as f32;
+            foot + radius * Vec3::new(turn.cos(), 0.0, turn.sin())
+        };
+        let up = Vec3::Y * height;
+        let mut shape = Self::default();
+        for i in 0..sides {
+            let (a, b) = (rim(i), rim(i + 1));
+            shape.positions.extend([b, a, a + up, b, a + up, b + up]);
+            shape
+                .positions
+                .extend([foot + up, b + up, a + up, foot, a, b]);
+        }
+        shape
+    }
+
+    /// Triangles with a normal at each corner.
+    pub fn smooth(positions: Vec<Vec3>, normals: Vec<Vec3>) -> Self {
+        Self { positions, normals }
+    }
+
+    /// A box by its middle and size.
+    pub fn chunk(middle: Vec3, size: Vec3) -> Self {
+        Self::block(middle - size / 2.0, middle + size / 2.0)
+    }
+
+    /// Adds another shape's triangles; smooth and flat ones keep their looks.
+    pub fn add(&mut self, mut other: Self) {
+        if self.normals.is_empty() != other.normals.is_empty() {
+            self.fill_normals();
+            other.fill_normals();
+        }
+        self.positions.extend(other.positions);
+        self.normals.extend(other.normals);
+    }
+
+    /// Gives flat triangles their own normals, as a mesh has normals everywhere or nowhere.
+    pub(super) fn fill_normals(&mut self) {
+        if self.normals.is_empty() {
+            let faces = self.positions.chunks_exact(3);
+            let normal = |f: &[Vec3]| (f[1] - f[0]).cross(f[2] - f[0]).normalize_or_zero();
+            self.normals = faces.flat_map(|f| [normal(f); 3]).collect();
+        }
+    }
+
+    /// The shape without smooth normals.
+    pub fn flat(mut self) -> Self {
+        self.normals.clear();
+        self
+    }
+
+    /// The shape seen from the other side.
+    pub fn inside_out(mut self) -> Self {
+        for triangle in self.positions.chunks_exact_mut(3) {
+            triangle.swap(1, 2);
+        }
+        self.normals.clear();
+        self
+    }
+
+    /// The shape moved by a function of its points that does not mirror; where it is smooth, its
+    /// normals follow the function's slope.
+    pub fn map(mut self, f: impl Fn(Vec3) -> Vec3) -> Self {
+        for (normal, &p) in self.normals.iter_mut().zip(&self.positions) {
+            const STEP: f32 = 1e-3;
+            let slope = |axis| (f(p + axis * STEP) - f(p - axis * STEP)) / (2.0 * STEP);
+            let slopes = Mat3::from_cols(slope(Vec3::X), slope(Vec3::Y), slope(Vec3::Z));
+            *normal = (slopes.inverse().transpose() * *normal).normalize();
+        }
+        for p in &mut self.positions {
+            *p = f(*p);
+        }
+        self
+    }
+
+    /// Number of triangles.
+    pub fn triangle_count(&self) -> usize {
+        self.positions.len() / 3
+    }
+
+    /// Whether every edge is run through as often one way as the other.
+    #[cfg(test)]
+    pub fn is_closed(&self) -> bool {
+        let mut runs = std::collections::HashMap::new();
+        for face in self.positions.chunks_exact(3) {
+            for (a, b) in [(0, 1), (1, 2), (2, 0)] {
+                let [a, b] = [a, b].map(|i: usize| (face[i] + 0.0).to_array().map(f32::to_bits));
+                *runs.entry((a.min(b), a.max(b))).or_insert(0) += if a < b { 1 } else { -1 };
+            }
+        }
+        runs.values().all(|&sum| sum == 0)
+    }
+
+    /// The sum of the triangles' areas.
+    #[cfg(test)]
+    pub fn area(&self) -> f32 {
+        let faces = self.positions.chunks_exact(3);
+        faces
+            .map(|f| (f[1] - f[0]).cross(f[2] - f[0]).length() / 2.0)
+            .sum()
+    }
+
+    /// Six times the enclosed volume, positive if faces look outwards.
+    #[cfg(test)]
+    pub fn signed_volume(&self) -> f32 {
+        let faces = self.positions.chunks_exact(3);
+        faces.map(|f| f[0].dot(f[1].cross(f[2]))).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn closed_shapes_look_outwards_and_have_their_triangles() {
+        assert!(Shape::block(-Vec3::ONE, Vec3::ONE).signed_volume() > 0.0);
+        assert!(Shape::cylinder(Vec3::ZERO, 1.0, 2.0, 7).signed_volume() > 0.0);
+        let sphere = Shape::sphere(2);
+        assert_eq!(sphere.triangle_count(), 20 * 16);
+        let volume = sphere.signed_volume() / 6.0;
+        assert!((volume - 4.19).abs() < 0.2, "{volume}");
+        assert!(sphere.inside_out().signed_volume() < 0.0);
+    }
+}

@@ -1,0 +1,222 @@
+//! Lets things fall into a heap. Each is a few balls that keep their places to one another: balls
+//! that meet are moved apart, then every thing is put where its balls fit best (Müller et al.
+//! 2005, 2016).
+//!
+//! Only +, −, ×, ÷ and square roots of scalars are used, whose results are the same everywhere: a
+//! falling heap makes a different heap of the last bit of a cosine.
+
+use glam::{Mat3, Vec3};
+
+/// Seconds from one step to the next.
+const STEP: f32 = 1.0 / 180.0;
+/// Steps for which the pairs of balls that may meet are remembered.
+const REMEMBERED: u32 = 4;
+/// The longest way in one step: what falls from high up should not go through what lies there.
+const FASTEST: f32 = 4.0 * STEP;
+/// How much of the push between two things is rubbed off their sliding.
+const FRICTION: f32 = 1.5;
+
+/// A thing that falls.
+pub struct Body {
+    /// Where its balls are in its own space, around their middle.
+    balls: Vec<(Vec3, f32)>,
+    /// Their middle, in the space that they were given in.
+    middle: Vec3,
+    /// Mass of each ball.
+    mass: f32,
+    at: Vec3,
+    turn: Mat3,
+}
+
+impl Body {
+    /// A thing of the balls' form with its middle at `at`.
+    pub fn new(mut balls: Vec<(Vec3, f32)>, volume: f32, at: Vec3, turn: Mat3) -> Self {
+        let count = balls.len() as f32;
+        let middle = balls.iter().map(|b| b.0).sum::<Vec3>() / count;
+        balls.iter_mut().for_each(|b| b.0 -= middle);
+        Self {
+            balls,
+            middle,
+            mass: volume / count,
+            at,
+            turn,
+        }
+    }
+
+    /// Where a point of it has come to.
+    pub fn moved(&self, p: Vec3) -> Vec3 {
+        self.at + self.turn * (p - self.middle)
+    }
+
+    /// Puts it where its balls fit best.
+    fn fit(&mut self, balls: &mut [Ball]) {
+        let count = balls.len() as f32;
+        self.at = balls.iter().map(|b| b.at).sum::<Vec3>() / count;
+        if balls.len() == 1 {
+            return;
+        }
+        let mut spread = Mat3::ZERO;
+        for (ball, &(rest, _)) in balls.iter().zip(&self.balls) {
+            let p = ball.at - self.at;
+            spread += Mat3::from_cols(p * rest.x, p * rest.y, p * rest.z);
+        }
+        for _ in 0..2 {
+            let (mut torque, mut agreement) = (Vec3::ZERO, 1e-9);
+            for axis in 0..3 {
+                torque += self.turn.col(axis).cross(spread.col(axis));
+                agreement += self.turn.col(axis).dot(spread.col(axis));
+            }
+            let by = torque / agreement.abs();
+            let x = self.turn.x_axis + by.cross(self.turn.x_axis);
+            let y = self.turn.y_axis + by.cross(self.turn.y_axis);
+            let x = x.normalize();
+            let z = x.cross(y).normalize();
+            self.turn = Mat3::from_cols(x, z.cross(x), z);
+        }
+        for (ball, &(rest, _)) in balls.iter_mut().zip(&self.balls) {
+            ball.at = self.at + self.turn * rest;
+        }
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Ball {
+    at: Vec3,
+    before: Vec3,
+    radius: f32,
+    /// One over the mass.
+    ease: f32,
+    body: usize,
+}
+
+/// Moves two balls apart that overlap, and brakes their sliding.
+fn part(a: &mut Ball, b: &mut Ball) {
+    let gap = a.at - b.at;
+    let near = a.radius + b.radius;
+    if gap.length_squared() >= near * near {
+        return;
+    }
+    let distance = gap.length().max(1e-6);
+    let out = gap / distance;
+    let depth = near - distance;
+    let slide = (a.at - a.before) - (b.at - b.before);
+    let slide = slide - out * out.dot(slide);
+    let braked = slide * (FRICTION * depth / slide.length().max(1e-9)).min(1.0);
+    let push = (out * depth - braked) / (a.ease + b.ease);
+    a.at += push * a.ease;
+    b.at -= push * b.ease;
+}
+
+/// Keeps a ball on the floor.
+fn bear(ball: &mut Ball) {
+    let depth = ball.radius - ball.at.y;
+    if depth > 0.0 {
+        let slide = (ball.at - ball.before).with_y(0.0);
+        ball.at -= slide * (FRICTION * depth / slide.length().max(1e-9)).min(1.0);
+        ball.at.y = ball.radius;
+    }
+}
+
+/// Pairs of balls of different bodies that may meet within the next steps.
+fn neighbours(balls: &[Ball]) -> Vec<(usize, usize)> {
+    // How far around it a ball may touch something before the next search.
+    let reach = |b: &Ball| {
+        let way = 1.5 * (b.at - b.before).length() + 0.002;
+        b.radius + REMEMBERED as f32 * way.min(FASTEST)
+    };
+    // Sorted along the axis on which they are most apart.
+    let low = balls.iter().fold(Vec3::MAX, |low, b| low.min(b.at));
+    let high = balls.iter().fold(Vec3::MIN, |high, b| high.max(b.at));
+    let axis = (high - low).max_position();
+    let mut order: Vec<(f32, f32, usize)> = balls
+        .iter()
+        .enumerate()
+        .map(|(i, b)| (b.at[axis], reach(b), i))
+        .collect();
+    order.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let largest = order.iter().map(|b| b.1).fold(0.0, f32::max);
+    let mut pairs = Vec::new();
+    for (n, &(along, own, i)) in order.iter().enumerate() {
+        let a = &balls[i];
+        let within = order[n + 1..]
+            .iter()
+            .take_while(|b| b.0 < along + own + largest);
+        for &(other, reach, j) in within {
+            let near = own + reach;
+            let b = &balls[j];
+            if other - along < near
+                && a.body != b.body
+                && (a.at - b.at).length_squared() < near * near
+            {
+                pairs.push((i.min(j), i.max(j)));
+            }
+        }
+    }
+    pairs
+}
+
+/// Lets bodies fall onto the floor at height 0 and come to rest, for some seconds.
+pub fn settle(bodies: &mut [Body], seconds: f32) {
+    let mut balls = Vec::new();
+    for (number, body) in bodies.iter().enumerate() {
+        for &(rest, radius) in &body.balls {
+            let at = body.at + body.turn * rest;
+            balls.push(Ball {
+                at,
+                before: at,
+                radius,
+                ease: 1.0 / body.mass,
+                body: number,
+            });
+        }
+    }
+    let steps = (seconds / STEP) as u32;
+    let mut pairs = Vec::new();
+    for step in 0..steps {
+        if step % REMEMBERED == 0 {
+            pairs = neighbours(&balls);
+        }
+        // Towards the end all motion dies away.
+        let kept = if step * 4 > steps * 3 { 0.97 } else { 0.999 };
+        for ball in &mut balls {
+            let way = (ball.at - ball.before) * kept - Vec3::Y * (9.81 * STEP * STEP);
+            ball.before = ball.at;
+            ball.at += way * (FASTEST / way.length().max(1e-9)).min(1.0);
+        }
+        for &(i, j) in &pairs {
+            let (low, high) = balls.split_at_mut(j);
+            part(&mut low[i], &mut high[0]);
+        }
+        balls.iter_mut().for_each(bear);
+        let mut rest = balls.as_mut_slice();
+        for body in &mut *bodies {
+            let (own, others) = rest.split_at_mut(body.balls.len());
+            body.fit(own);
+            rest = others;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ball_and_a_block_come_to_rest_side_by_side_or_on_each_other() {
+        let corners = (0..8).map(|i| {
+            let side = |bit: i32| if i >> bit & 1 == 0 { -0.1 } else { 0.1 };
+            (Vec3::new(side(0), side(1), side(2)), 0.1)
+        });
+        let high = Vec3::Y * 1.5;
+        let mut bodies = [
+            Body::new(vec![(Vec3::ZERO, 0.2)], 0.03, Vec3::Y * 0.5, Mat3::IDENTITY),
+            Body::new(corners.collect(), 0.06, high, Mat3::IDENTITY),
+        ];
+        settle(&mut bodies, 4.0);
+        assert!((bodies[0].at.y - 0.2).abs() < 0.01, "{}", bodies[0].at);
+        assert!(bodies[1].at.y > 0.15, "{}", bodies[1].at);
+        assert!(bodies[0].at.distance(bodies[1].at) > 0.35);
+        let turn = bodies[1].turn;
+        assert!((turn.determinant() - 1.0).abs() < 1e-4);
+    }
+}

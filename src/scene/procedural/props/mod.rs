@@ -1,0 +1,14 @@
+//! Things that stand in the scenes: furniture, houses, a car, a statue. Each is modelled around its
+//! own origin.
+
+mod arches;
+pub mod car;
+pub mod city_house;
+pub mod colonnade;
+pub mod festival;
+pub mod furniture;
+pub mod houses;
+pub mod statue;
+pub mod workshop;
+
+pub use arches::Arch;

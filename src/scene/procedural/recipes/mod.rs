@@ -1,0 +1,105 @@
+//! The scenes, a file each.
+
+mod atrium;
+mod city_grid;
+mod colourful_mess;
+mod cornell;
+mod figures;
+mod furnace;
+mod garage;
+mod motion;
+mod night_city;
+mod statue_room;
+mod street;
+mod terrain;
+mod two_rooms;
+
+use super::Procedural;
+
+/// Every procedural scene.
+pub const SCENES: &[Procedural] = &[
+    Procedural {
+        name: "atrium",
+        description: "Two storeys of arcades around a court; three small lamps, mostly out of sight",
+        parameters: atrium::PARAMETERS,
+        make: atrium::make,
+    },
+    Procedural {
+        name: "colourful-mess",
+        description: "A heap of coloured toys, matte, glossy and of metal, among coloured lamps",
+        parameters: colourful_mess::PARAMETERS,
+        make: colourful_mess::make,
+    },
+    Procedural {
+        name: "city-grid",
+        description: "City blocks at night from above, street lamps along every pavement",
+        parameters: city_grid::PARAMETERS,
+        make: city_grid::make,
+    },
+    Procedural {
+        name: "cornell",
+        description: "The box: matte red, green and white walls, two blocks, one lamp",
+        parameters: cornell::PARAMETERS,
+        make: cornell::plain,
+    },
+    Procedural {
+        name: "cornell-glossy",
+        description: "The box with metal spheres of roughness .1, .3 and .6 and a dielectric block",
+        parameters: cornell::GLOSSY_PARAMETERS,
+        make: cornell::glossy,
+    },
+    Procedural {
+        name: "figures",
+        description: "Spheres, cones and chessmen on a plane under many coloured lights",
+        parameters: figures::PARAMETERS,
+        make: figures::make,
+    },
+    Procedural {
+        name: "furnace",
+        description: "A bright, non-reflecting room around one convex body: what keeps all light vanishes",
+        parameters: furnace::PARAMETERS,
+        make: furnace::make,
+    },
+    Procedural {
+        name: "garage",
+        description: "A garage with a small car, a workbench, shelves and a bronze bust, under five lamps",
+        parameters: garage::PARAMETERS,
+        make: garage::make,
+    },
+    Procedural {
+        name: "motion",
+        description: "A playroom in which camera, toys and lamps move and a sign goes on and off",
+        parameters: motion::PARAMETERS,
+        make: motion::make,
+    },
+    Procedural {
+        name: "night-city",
+        description: "A wet street at night: thousands of lamps, windows and signs",
+        parameters: night_city::PARAMETERS,
+        make: night_city::make,
+    },
+    Procedural {
+        name: "statue-room",
+        description: "A marble bust in a niche, under one lamp",
+        parameters: statue_room::PARAMETERS,
+        make: statue_room::make,
+    },
+    Procedural {
+        name: "street",
+        description: "An old street on a festival night: paper lanterns, lit windows, market stalls",
+        parameters: street::PARAMETERS,
+        make: street::make,
+    },
+    Procedural {
+        name: "terrain",
+        description: "A height field under a low sun, of any number of triangles",
+        parameters: terrain::PARAMETERS,
+        make: terrain::make,
+    },
+    Procedural {
+        name: "two-rooms",
+        description: "Two rooms and a door ajar in the thin wall between: all light is in the room behind",
+        parameters: two_rooms::PARAMETERS,
+        make: two_rooms::make,
+    },
+];
