@@ -1,7 +1,7 @@
 //! A fingerprint of what a scene looks like.
 
 use super::motion::tracks::{Animated, Interpolation, Track};
-use super::motion::{Emission, Motion, Moving, Node, Place};
+use super::motion::{AnimatedTransform, Emission, Motion, Node, Place};
 use super::{Camera, Instance, Material, Mesh, Scene};
 use glam::DAffine3;
 
@@ -77,7 +77,7 @@ fn hash_motion(hasher: &mut blake3::Hasher, motion: &Motion) {
                 hash_affine(hasher, place);
             }
             Place::Moving(moving) => {
-                let Moving {
+                let AnimatedTransform {
                     translation,
                     rotation,
                     scale,

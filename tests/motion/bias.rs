@@ -9,7 +9,7 @@ use headwater::render::presets::Preset;
 use headwater::render::settings::ReuseMode;
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::motion::tracks::{Interpolation, Track};
-use headwater::scene::motion::{Moving, Node, Place};
+use headwater::scene::motion::{AnimatedTransform, Node, Place};
 use headwater::scene::{Instance, Motion, Scene, procedural};
 use headwater::tracing::{GpuScene, Tracer};
 use std::process::Command;
@@ -220,7 +220,7 @@ fn with_a_step(
             values: values.to_vec(),
         })
     };
-    let mut moving = Moving::still(translations[0], DQuat::IDENTITY, scales[0]);
+    let mut moving = AnimatedTransform::still(translations[0], DQuat::IDENTITY, scales[0]);
     moving.translation.track = step(translations);
     moving.scale.track = step(scales);
     scene.instances[instance].object_to_world =

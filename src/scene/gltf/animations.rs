@@ -9,7 +9,7 @@ use super::document::{Animation, Channel};
 use super::materials::emission;
 use super::nodes::Placed;
 use crate::scene::motion::tracks::{Animated, Interpolation, Keyed, Track, TrackFault};
-use crate::scene::motion::{Emission, Motion, Moving, Node, Place};
+use crate::scene::motion::{AnimatedTransform, Emission, Motion, Node, Place};
 use crate::scene::notices::{Tally, quoted};
 use crate::scene::validate::BRIGHTEST;
 use crate::{Error, Result};
@@ -19,7 +19,7 @@ use std::collections::BTreeMap;
 /// The tracks of everything that a file animates, by the file's indices.
 #[derive(Default)]
 pub struct Animations {
-    nodes: BTreeMap<usize, Moving>,
+    nodes: BTreeMap<usize, AnimatedTransform>,
     materials: BTreeMap<usize, Emission>,
 }
 
@@ -274,7 +274,7 @@ impl Animations {
         source: &Source<'_>,
         node: usize,
         in_scene: &BTreeMap<usize, &Placed<'_>>,
-    ) -> Result<Option<&mut Moving>> {
+    ) -> Result<Option<&mut AnimatedTransform>> {
         let Some(placed) = in_scene.get(&node) else {
             return Ok(None);
         };
@@ -287,7 +287,7 @@ impl Animations {
         }
         let rest = || {
             let (scale, rotation, translation) = placed.rest();
-            Moving::still(translation, rotation, scale)
+            AnimatedTransform::still(translation, rotation, scale)
         };
         Ok(Some(self.nodes.entry(node).or_insert_with(rest)))
     }

@@ -40,12 +40,12 @@ pub enum Place {
     /// Always here.
     Still(DAffine3),
     /// Scaled, then turned, then moved, each with time.
-    Moving(Box<Moving>),
+    Moving(Box<AnimatedTransform>),
 }
 
 /// A place that changes.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Moving {
+pub struct AnimatedTransform {
     /// Where its origin is.
     pub translation: Animated<DVec3>,
     /// How it is turned.
@@ -65,7 +65,7 @@ pub struct Emission {
     pub strength: Animated<f64>,
 }
 
-impl Moving {
+impl AnimatedTransform {
     /// A place that stays where these put it, until it is given tracks.
     pub fn still(translation: DVec3, rotation: DQuat, scale: DVec3) -> Self {
         Self {
@@ -242,7 +242,7 @@ mod tests {
     }
 
     pub(super) fn moving(to: DVec3) -> Place {
-        let mut moving = Moving::still(DVec3::ZERO, DQuat::IDENTITY, DVec3::ONE);
+        let mut moving = AnimatedTransform::still(DVec3::ZERO, DQuat::IDENTITY, DVec3::ONE);
         moving.translation.track = line(to);
         Place::Moving(Box::new(moving))
     }

@@ -4,7 +4,7 @@
 use crate::random::Random;
 use crate::scene::camera::look_at;
 use crate::scene::motion::tracks::{Animated, Interpolation, Keyed, Track};
-use crate::scene::motion::{Emission, Moving, Node, Place};
+use crate::scene::motion::{AnimatedTransform, Emission, Node, Place};
 use crate::scene::procedural::modelling::{Builder, Heap, Shape, dielectric, lamp, lathe, metal};
 use crate::scene::procedural::parameters::{Parameter, Range, Values};
 use crate::scene::{Material, Motion, Scene};
@@ -134,7 +134,7 @@ impl Stage {
         self.push(parent, Place::Still(place))
     }
 
-    fn moving_node(&mut self, parent: Option<u32>, moving: Moving) -> u32 {
+    fn moving_node(&mut self, parent: Option<u32>, moving: AnimatedTransform) -> u32 {
         self.push(parent, Place::Moving(Box::new(moving)))
     }
 
@@ -319,8 +319,8 @@ impl Stage {
 }
 
 /// A place that is not yet given tracks.
-fn at(x: f64, y: f64, z: f64) -> Moving {
-    Moving::still(DVec3::new(x, y, z), DQuat::IDENTITY, DVec3::ONE)
+fn at(x: f64, y: f64, z: f64) -> AnimatedTransform {
+    AnimatedTransform::still(DVec3::new(x, y, z), DQuat::IDENTITY, DVec3::ONE)
 }
 
 /// A flat disc whose front looks down.
