@@ -1,22 +1,22 @@
-//! What can go wrong, sorted by the exit status it ends in.
+//! Errors, by the exit status of the process.
 
 use std::path::Path;
 
-/// An error a user can meet. Its text is one line: what, where, what to do.
+/// An error that is shown to the user. Its text is one line: what failed, where, what to do.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The arguments or the input are wrong (exit status 2).
     #[error("{0}")]
     Input(String),
-    /// The work failed, or a check did not hold (exit status 1).
+    /// The work failed, or a check failed (exit status 1).
     #[error("{0}")]
     Failed(String),
-    /// A signal ended the work (exit status 128 + signal).
+    /// A signal stopped the work (exit status 128 + signal).
     #[error("stopped by signal {signal}; {kept}")]
     Interrupted {
         /// The signal's number.
         signal: i32,
-        /// What was kept of the work.
+        /// Which results were kept.
         kept: String,
     },
 }
@@ -25,33 +25,33 @@ pub enum Error {
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
-    /// Wrong arguments or input.
+    /// An error in the arguments or the input.
     pub fn input(message: impl Into<String>) -> Self {
         Self::Input(message.into())
     }
 
-    /// Work that failed.
+    /// An error during the work.
     pub fn failed(message: impl Into<String>) -> Self {
         Self::Failed(message.into())
     }
 
-    /// A file that cannot be read is wrong input.
+    /// A file that cannot be read; counts as wrong input.
     pub fn reading(path: &Path, cause: impl std::fmt::Display) -> Self {
         Self::Input(format!("cannot read {}: {cause}", path.display()))
     }
 
-    /// A file that cannot be written is failed work.
+    /// A file that cannot be written; counts as failed work.
     pub fn writing(path: &Path, cause: impl std::fmt::Display) -> Self {
         Self::Failed(format!("cannot write {}: {cause}", path.display()))
     }
 
-    /// The error of this crate that ended reading or writing from within, or else what `make` makes
-    /// of the system's.
+    /// The error of this crate that `cause` wraps, if it wraps one, or else `make(cause)`. A reader or
+    /// writer can return errors of this crate through [`std::io::Error::other`].
     pub fn from_io(cause: std::io::Error, make: impl FnOnce(std::io::Error) -> Self) -> Self {
         cause.downcast::<Self>().unwrap_or_else(make)
     }
 
-    /// The process's exit status for this error.
+    /// Exit status of the process for this error.
     pub fn exit_status(&self) -> u8 {
         match self {
             Self::Failed(_) => 1,

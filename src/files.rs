@@ -1,24 +1,25 @@
-//! Output files: written beside their target and renamed, so that no one ever sees half a file.
+//! Output files: written to a temporary file that then replaces the target, so that a target is
+//! never incomplete.
 
 use crate::{Error, Result};
 use std::borrow::Cow;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-/// What [`write_atomically`] hands to its caller.
+/// The writer that [`write_atomically`] passes to its closure.
 pub type Output = BufWriter<std::fs::File>;
 
-/// Writes `path` through `write`. On any failure the old file, if there was one, stays as it was
-/// and nothing new is left behind. A link to a file stays a link.
+/// Writes `path` through `write`. On failure an existing file stays unchanged and no new file is
+/// left. A symbolic link stays a link.
 ///
 /// # Errors
-/// The folder or the disk does not take the file, or `write`'s own error.
+/// The file cannot be created or written, or `write`'s own error.
 pub fn write_atomically(
     path: &Path,
     write: impl FnOnce(&mut Output) -> std::io::Result<()>,
 ) -> Result<()> {
     let failed = |e: std::io::Error| Error::writing(path, e);
-    // A rename would replace a device by a file.
+    // A rename would replace the device with a file.
     if is_device(path) {
         let file = std::fs::File::options()
             .write(true)
@@ -36,16 +37,16 @@ pub fn write_atomically(
     write(&mut output)
         .and_then(|()| output.flush())
         .map_err(failed)?;
-    // A full disk may only be noticed now.
+    // Some errors, such as a full disk, appear only here.
     output.get_mut().sync_all().map_err(failed)?;
     drop(output);
     name.persist(&target).map_err(|e| failed(e.error))
 }
 
-/// Checks before long work that `path` could be written.
+/// Checks, before long work, that `path` can be written.
 ///
 /// # Errors
-/// The folder does not exist or takes no files, or the path is a folder.
+/// The folder does not exist, no file can be created in it, or `path` is a folder.
 pub fn check_writable(path: &Path) -> Result<()> {
     if path.is_dir() {
         return Err(Error::writing(path, "it is a folder; name a file"));
@@ -56,7 +57,7 @@ pub fn check_writable(path: &Path) -> Result<()> {
     temporary(path, &target(path)).map(drop)
 }
 
-/// A file beside `target` that vanishes unless it is renamed. Errors speak of `path`.
+/// A temporary file beside `target`, deleted on drop unless it is renamed. Errors name `path`.
 fn temporary(path: &Path, target: &Path) -> Result<tempfile::NamedTempFile> {
     let folder = folder(target);
     if !folder.is_dir() {
@@ -68,9 +69,9 @@ fn temporary(path: &Path, target: &Path) -> Result<tempfile::NamedTempFile> {
     }
     tempfile::Builder::new()
         .prefix(".headwater-")
-        // Not tempfile's own mode, which nobody else could read: the umask decides.
+        // The umask decides the mode; tempfile's default would let only the owner read the file.
         .make_in(&folder, |name| std::fs::File::create_new(name))
-        // The error's own text names the temporary file, which means nothing to the user.
+        // The error's own text names the temporary file, which the user does not know.
         .map_err(|e| {
             Error::writing(
                 path,
@@ -79,12 +80,12 @@ fn temporary(path: &Path, target: &Path) -> Result<tempfile::NamedTempFile> {
         })
 }
 
-/// Whether there is something that is neither a file nor a folder, such as /dev/full or a pipe.
+/// Whether `path` exists and is neither a file nor a folder, such as /dev/full or a pipe.
 fn is_device(path: &Path) -> bool {
     std::fs::metadata(path).is_ok_and(|m| !m.is_file() && !m.is_dir())
 }
 
-/// The file itself where `path` is a link to one.
+/// The file that `path` links to, or `path` itself if it is no link.
 fn target(path: &Path) -> Cow<'_, Path> {
     if path.is_symlink() {
         path.canonicalize().map_or(path.into(), Cow::Owned)
@@ -127,7 +128,7 @@ mod tests {
 
     #[test]
     fn a_folder_that_takes_no_files_is_failed_work() {
-        // Root may write anywhere but here.
+        // A place where even root cannot create files.
         let path = Path::new("/proc/a.txt");
         for error in [check_writable(path), write_atomically(path, |_| Ok(()))] {
             let error = error.unwrap_err();

@@ -1,4 +1,4 @@
-//! The driver's acceleration structures: one for each mesh, one over the instances.
+//! The driver's acceleration structures: a bottom level for each mesh, a top level over the instances.
 
 use super::buffer::{Buffer, Usage};
 use super::commands::Commands;
@@ -8,20 +8,20 @@ use ash::{khr, vk};
 use glam::Vec3;
 use std::sync::Arc;
 
-/// An acceleration structure and the buffer it lies in.
+/// An acceleration structure and the buffer that stores it.
 pub struct AccelerationStructure {
     pub(super) raw: vk::AccelerationStructureKHR,
     buffer: Buffer,
 }
 
-/// The triangles of one mesh: nine floats each, not indexed.
+/// The triangles of one mesh: nine floats each, without indices.
 #[derive(Clone, Copy)]
 pub struct BlasGeometry<'a> {
     /// The positions of all meshes.
     pub positions: &'a Buffer,
-    /// The mesh's first triangle in it.
+    /// Index of the mesh's first triangle in `positions`.
     pub first_triangle: u32,
-    /// Its number of triangles.
+    /// Number of triangles of the mesh.
     pub triangle_count: u32,
 }
 
@@ -37,10 +37,10 @@ pub struct TlasInstance<'a> {
 }
 
 impl AccelerationStructure {
-    /// Builds the structure of one mesh, at once.
+    /// Builds the structure of one mesh and waits.
     ///
     /// # Errors
-    /// The device was opened without ray query, or has no memory left.
+    /// The device was opened without ray query.
     pub fn bottom(device: &Arc<Device>, name: &str, mesh: BlasGeometry<'_>) -> Result<Self> {
         let start = mesh.positions.address()? + u64::from(mesh.first_triangle) * 36;
         let triangles = vk::AccelerationStructureGeometryTrianglesDataKHR::default()
@@ -64,8 +64,8 @@ impl AccelerationStructure {
         Ok(structure)
     }
 
-    /// Builds the structure over the instances, at once, with room to be built again over up to
-    /// `most` of them.
+    /// Builds the structure over the instances and waits. It can be rebuilt with up to `capacity`
+    /// instances.
     ///
     /// # Errors
     /// More than 2²⁴ instances, or as [`AccelerationStructure::bottom`].
@@ -73,17 +73,16 @@ impl AccelerationStructure {
         device: &Arc<Device>,
         name: &str,
         instances: &[TlasInstance<'_>],
-        most: usize,
+        capacity: usize,
     ) -> Result<Self> {
         let buffer = instance_buffer(device, name, instances)?;
         let build = Build::over_instances(&buffer)?;
-        let structure = Self::make(device, name, build, most.max(instances.len()) as u32)?;
+        let structure = Self::make(device, name, build, capacity.max(instances.len()) as u32)?;
         structure.fill(build, instances.len() as u32)?;
         Ok(structure)
     }
 
-    /// Builds a structure that [`Self::top`] made anew, at once, over no more instances than it has
-    /// room for.
+    /// Rebuilds a structure made by [`Self::top`] over at most its capacity of instances, and waits.
     ///
     /// # Errors
     /// As [`AccelerationStructure::top`].
@@ -92,15 +91,15 @@ impl AccelerationStructure {
         self.fill(Build::over_instances(&buffer)?, instances.len() as u32)
     }
 
-    /// Bytes the structure takes.
+    /// Size of the structure in bytes.
     pub fn size(&self) -> u64 {
         self.buffer.size()
     }
 
-    /// A structure with room for `most` primitives, and nothing in it yet.
-    fn make(device: &Arc<Device>, name: &str, build: Build<'_>, most: u32) -> Result<Self> {
+    /// An empty structure with room for `capacity` primitives.
+    fn make(device: &Arc<Device>, name: &str, build: Build<'_>, capacity: u32) -> Result<Self> {
         let functions = functions(device)?;
-        let sizes = build.sizes(functions, most);
+        let sizes = build.sizes(functions, capacity);
         let usage = Usage {
             acceleration_storage: true,
             ..Usage::default()
@@ -110,14 +109,14 @@ impl AccelerationStructure {
             .buffer(buffer.raw)
             .size(sizes.acceleration_structure_size)
             .ty(build.kind);
-        // SAFETY: the buffer has the size and usage asked for and lives as long as the structure.
+        // SAFETY: the buffer has the required size and usage and lives as long as the structure.
         let raw = unsafe { functions.create_acceleration_structure(&create, None) }
             .map_err(|e| device.failure(&format!("make {name}"), e))?;
         device.name(raw, name);
         Ok(Self { raw, buffer })
     }
 
-    /// Builds what the structure holds: `count` primitives, no more than it has room for.
+    /// Builds the structure from `count` primitives, at most its capacity.
     fn fill(&self, build: Build<'_>, count: u32) -> Result<()> {
         let (device, name) = (&self.buffer.device, self.buffer.name());
         let functions = functions(device)?;
@@ -155,7 +154,7 @@ impl AccelerationStructure {
     }
 }
 
-/// What a structure is built from.
+/// Input of a build.
 #[derive(Clone, Copy)]
 struct Build<'a> {
     kind: vk::AccelerationStructureTypeKHR,
@@ -188,7 +187,7 @@ impl Build<'_> {
             .geometries(geometries)
     }
 
-    /// What `count` primitives take.
+    /// Memory that a structure of `count` primitives needs.
     fn sizes(
         &self,
         functions: &khr::acceleration_structure::Device,
@@ -196,7 +195,7 @@ impl Build<'_> {
     ) -> vk::AccelerationStructureBuildSizesInfoKHR<'static> {
         let geometries = [self.geometry];
         let mut sizes = vk::AccelerationStructureBuildSizesInfoKHR::default();
-        // SAFETY: what is asked about lives through the call.
+        // SAFETY: the geometry lives through the call.
         unsafe {
             functions.get_acceleration_structure_build_sizes(
                 vk::AccelerationStructureBuildTypeKHR::DEVICE,
@@ -209,7 +208,7 @@ impl Build<'_> {
     }
 }
 
-/// The instances as a build reads them.
+/// The instances in the layout that a build reads.
 fn instance_buffer(
     device: &Arc<Device>,
     name: &str,
@@ -249,7 +248,7 @@ fn functions(device: &Device) -> Result<&khr::acceleration_structure::Device> {
 impl Drop for AccelerationStructure {
     fn drop(&mut self) {
         if let Some(functions) = &self.buffer.device.acceleration {
-            // SAFETY: recordings are waited for, so no command uses the structure any more.
+            // SAFETY: all commands that used the structure have finished.
             unsafe { functions.destroy_acceleration_structure(self.raw, None) };
         }
     }

@@ -1,4 +1,4 @@
-//! Buffers with memory of their own.
+//! Buffers, each with its own memory allocation.
 
 use super::commands::Commands;
 use super::device::Device;
@@ -9,7 +9,7 @@ use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 use std::sync::Arc;
 
-/// What a buffer is for, beyond storage and copies, which every buffer allows.
+/// Usage of a buffer besides storage and copies, which every buffer allows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Usage {
     /// Input of an acceleration structure build.
@@ -25,7 +25,7 @@ pub struct Usage {
 /// A named buffer, freed when dropped.
 pub struct Buffer {
     pub(super) raw: vk::Buffer,
-    /// What a shader reads texels through; null without that usage.
+    /// View through which shaders read texels; null without that usage.
     pub(super) view: vk::BufferView,
     pub(super) device: Arc<Device>,
     allocation: Option<Allocation>,
@@ -34,16 +34,16 @@ pub struct Buffer {
 }
 
 impl Buffer {
-    /// A buffer on the device, contents undefined. A size of 0 becomes 16 bytes, so that an empty
-    /// array can still be bound.
+    /// A buffer in device memory with undefined contents. `size` is in bytes; 0 becomes 16, so that
+    /// an empty array can be bound too.
     ///
     /// # Errors
-    /// More bytes than the device allows in one buffer, or than it has free.
+    /// `size` exceeds a limit of the device or its free memory.
     pub fn new(device: &Arc<Device>, name: &str, size: u64, usage: Usage) -> Result<Self> {
         Self::with_location(device, name, size, usage, MemoryLocation::GpuOnly)
     }
 
-    /// A buffer on the device that holds `data`.
+    /// A buffer in device memory that holds `data`.
     ///
     /// # Errors
     /// As [`Buffer::new`].
@@ -65,7 +65,7 @@ impl Buffer {
         usage: Usage,
         location: MemoryLocation,
     ) -> Result<Self> {
-        // Whole texels, so that the last words can be read as such.
+        // Whole texels, so that the last words can be read as a texel.
         let size = size.max(TEXEL_SIZE).next_multiple_of(TEXEL_SIZE);
         if size > device.info.max_buffer_size {
             return Err(Error::failed(format!(
@@ -113,12 +113,13 @@ impl Buffer {
         device.name(raw, name);
         // SAFETY: plain query on the buffer just made.
         let mut requirements = unsafe { device.raw.get_buffer_memory_requirements(raw) };
-        // Software drivers ask for less than scratch and acceleration structures need elsewhere.
+        // Software drivers report a smaller alignment than acceleration structures and their
+        // scratch memory need.
         requirements.alignment = requirements.alignment.max(256);
         let allocation = device
             .allocator
             .lock()
-            .map_err(|_| Error::failed("the memory allocator broke in another thread"))?
+            .map_err(|_| Error::failed("the memory allocator panicked in another thread"))?
             .allocate(&AllocationCreateDesc {
                 name,
                 requirements,
@@ -149,8 +150,8 @@ impl Buffer {
                 .buffer(raw)
                 .format(vk::Format::R32G32B32A32_UINT)
                 .range(vk::WHOLE_SIZE);
-            // SAFETY: the buffer has the usage and its memory; the format is one of those that
-            // every device reads texels in.
+            // SAFETY: the buffer has the usage and is bound to memory; every device supports this
+            // format for uniform texel buffers.
             buffer.view = unsafe { device.raw.create_buffer_view(&info, None) }
                 .map_err(|e| device.failure(&format!("read {name} as texels"), e))?;
             device.name(buffer.view, name);
@@ -158,7 +159,7 @@ impl Buffer {
         Ok(buffer)
     }
 
-    /// Bytes: those asked for, rounded up to whole texels.
+    /// Size in bytes: the requested size rounded up to whole texels.
     pub fn size(&self) -> u64 {
         self.size
     }
@@ -168,7 +169,7 @@ impl Buffer {
         &self.name
     }
 
-    /// Where the buffer lies on the device.
+    /// The buffer's device address.
     ///
     /// # Errors
     /// The device was opened without buffer addresses.
@@ -184,17 +185,17 @@ impl Buffer {
         Ok(unsafe { self.device.raw.get_buffer_device_address(&info) })
     }
 
-    /// Replaces the buffer's first bytes by `data`, at once.
+    /// Overwrites the start of the buffer with `data` and waits for the copy.
     ///
     /// # Errors
-    /// The data are larger than the buffer, or the device fails.
+    /// `data` is larger than the buffer.
     pub fn write<T: bytemuck::Pod>(&self, data: &[T]) -> Result<()> {
         let bytes: &[u8] = bytemuck::cast_slice(data);
         self.check(bytes.len() as u64)?;
         if bytes.is_empty() {
             return Ok(());
         }
-        // Large uploads go in pieces, so that staging memory stays small.
+        // Large uploads are split, so that staging memory stays small.
         let piece = bytes.len().min(64 << 20);
         let mut staging = Self::with_location(
             &self.device,
@@ -203,22 +204,22 @@ impl Buffer {
             Usage::default(),
             MemoryLocation::CpuToGpu,
         )?;
-        for (number, part) in bytes.chunks(piece).enumerate() {
+        for (index, part) in bytes.chunks(piece).enumerate() {
             staging.mapped()?[..part.len()].copy_from_slice(part);
             copy(
                 &self.device,
                 (&staging, 0),
-                (self, (number * piece) as u64),
+                (self, (index * piece) as u64),
                 part.len() as u64,
             )?;
         }
         Ok(())
     }
 
-    /// The buffer's first `count` values.
+    /// Reads the buffer's first `count` values.
     ///
     /// # Errors
-    /// The buffer is smaller, or the device fails.
+    /// The buffer holds fewer values.
     pub fn read<T: bytemuck::Pod>(&self, count: usize) -> Result<Vec<T>> {
         let size = count * size_of::<T>();
         self.check(size as u64)?;
@@ -235,10 +236,10 @@ impl Buffer {
             MemoryLocation::GpuToCpu,
         )?;
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut values);
-        for (number, part) in bytes.chunks_mut(piece).enumerate() {
+        for (index, part) in bytes.chunks_mut(piece).enumerate() {
             copy(
                 &self.device,
-                (self, (number * piece) as u64),
+                (self, (index * piece) as u64),
                 (&staging, 0),
                 part.len() as u64,
             )?;
@@ -273,8 +274,7 @@ impl Drop for Buffer {
         {
             let _ = allocator.free(allocation);
         }
-        // SAFETY: recordings are waited for, so no command uses the buffer any more; a null view is
-        // ignored.
+        // SAFETY: all commands that used the buffer have finished; a null view is ignored.
         unsafe {
             self.device.raw.destroy_buffer_view(self.view, None);
             self.device.raw.destroy_buffer(self.raw, None);
@@ -282,7 +282,7 @@ impl Drop for Buffer {
     }
 }
 
-/// Copies `size` bytes between buffers, at once. The caller has checked both ranges.
+/// Copies `size` bytes between buffers and waits. The caller has checked both ranges.
 fn copy(
     device: &Arc<Device>,
     (from, from_offset): (&Buffer, u64),

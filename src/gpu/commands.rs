@@ -30,8 +30,8 @@ impl PassTime {
     }
 }
 
-/// One command buffer, with what is needed to run it once. Who records commands keeps the
-/// resources that they use alive until [`Commands::finish`] returns.
+/// One command buffer, with what is needed to run it once. The caller keeps the resources that
+/// the commands use alive until [`Commands::finish`] returns.
 pub(super) struct Commands {
     pub(super) device: Arc<Device>,
     pub(super) raw: vk::CommandBuffer,

@@ -8,18 +8,18 @@ use std::ffi::CString;
 use std::mem::ManuallyDrop;
 use std::sync::{Arc, Mutex};
 
-/// Optional features, requested only when they are used.
+/// Optional features, enabled only if they are used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Features {
-    /// Acceleration structures and ray queries (brings buffer addresses).
+    /// Acceleration structures and ray queries; includes buffer addresses.
     pub ray_query: bool,
     /// Buffer device addresses.
     pub buffer_addresses: bool,
 }
 
-/// An open device. Shared by everything made from it.
+/// An open device, shared by all objects made from it.
 pub struct Device {
-    /// What the device is and can do.
+    /// Properties and abilities of the device.
     pub info: DeviceInfo,
     /// The features it was opened with.
     pub features: Features,
@@ -27,10 +27,10 @@ pub struct Device {
     pub(super) queue: vk::Queue,
     pub(super) acceleration: Option<khr::acceleration_structure::Device>,
     pub(super) debug: Option<ext::debug_utils::Device>,
-    /// Least alignment of an acceleration structure's scratch memory.
+    /// Minimum alignment of scratch memory for acceleration structure builds, in bytes.
     pub(super) scratch_alignment: u64,
     pub(super) allocator: ManuallyDrop<Mutex<Allocator>>,
-    /// Serialises submissions: a queue is externally synchronised.
+    /// Serialises submissions: Vulkan requires external synchronisation of a queue.
     pub(super) queue_lock: Mutex<()>,
     instance: Arc<Instance>,
 }
@@ -39,7 +39,7 @@ impl Device {
     /// Opens `info` with `features`.
     ///
     /// # Errors
-    /// The device lacks a feature, or the driver fails.
+    /// The device lacks one of the features, or the driver cannot open it.
     pub fn open(
         instance: &Arc<Instance>,
         info: DeviceInfo,
@@ -145,18 +145,18 @@ impl Device {
         self.instance.validation_messages()
     }
 
-    /// Gives a Vulkan object the name that tools and messages show.
+    /// Sets the name of a Vulkan object that debugging tools and messages show.
     pub(super) fn name<T: vk::Handle>(&self, object: T, name: &str) {
         if let (Some(debug), Ok(name)) = (&self.debug, CString::new(name)) {
             let info = vk::DebugUtilsObjectNameInfoEXT::default()
                 .object_handle(object)
                 .object_name(&name);
-            // SAFETY: the object belongs to this device. A refused name is no failure.
+            // SAFETY: the object belongs to this device. A name is optional, so errors are ignored.
             let _ = unsafe { debug.set_debug_utils_object_name(&info) };
         }
     }
 
-    /// An error of a Vulkan call that failed while doing `what`.
+    /// The error for a Vulkan call that failed; `what` completes "failed to …".
     pub(super) fn failure(&self, what: &str, cause: vk::Result) -> Error {
         Error::failed(format!(
             "device '{}' failed to {what} ({cause})",
@@ -167,8 +167,8 @@ impl Device {
 
 impl Drop for Device {
     fn drop(&mut self) {
-        // SAFETY: everything made from the device holds it alive, so nothing is left; the
-        // allocator frees its memory before the device goes.
+        // SAFETY: all objects made from the device keep it alive, so none is left; the allocator
+        // frees its memory before the device is destroyed.
         unsafe {
             let _ = self.raw.device_wait_idle();
             ManuallyDrop::drop(&mut self.allocator);

@@ -1,4 +1,4 @@
-//! The Vulkan instance, the devices it offers, and the choice among them.
+//! The Vulkan instance, its devices, and the choice of one.
 
 use super::messages::DebugUtils;
 use crate::{Error, Result};
@@ -13,28 +13,28 @@ pub(super) const TEXEL_SIZE: u64 = 16;
 pub struct Instance {
     pub(super) raw: ash::Instance,
     pub(super) debug: Option<DebugUtils>,
-    /// Keeps the loader's library open; dropped last.
+    /// Keeps the Vulkan library loaded; dropped last.
     _entry: ash::Entry,
 }
 
-/// The drivers that are treated apart.
+/// Drivers that need special treatment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DriverKind {
     /// Mesa's Vulkan on the CPU, also called lavapipe.
     Llvmpipe {
-        /// Mesa's major version; 0 if the driver does not tell.
+        /// Mesa's major version; 0 if the driver does not report it.
         mesa: u32,
     },
     /// Google's Vulkan on the CPU.
     SwiftShader,
-    /// Any other.
+    /// Any other driver.
     Other,
 }
 
 impl DriverKind {
     fn new(id: vk::DriverId, info: &str) -> Self {
         match id {
-            // Its version number is 1 in every release; the text alone tells.
+            // The version number is 1 in every release, so the version is read from the text.
             vk::DriverId::MESA_LLVMPIPE => Self::Llvmpipe {
                 mesa: info
                     .strip_prefix("Mesa ")
@@ -46,20 +46,21 @@ impl DriverKind {
         }
     }
 
-    /// Turns that all loops of one invocation take together before the driver ends them, if it does.
+    /// The driver's limit on loop iterations, if it has one: it ends all loops of an invocation after
+    /// this many iterations in total.
     ///
-    /// Mesa 22.3.6 counts every loop's turns, those of inner and outer ones alike, and ends them all
-    /// after 65,535 (`LP_MAX_TGSI_LOOP_ITERATIONS`); Mesa 25.0.7 does not. `tests/drivers.rs` shows it.
-    /// Versions between were not tried.
+    /// Mesa 22.3.6 counts the iterations of all loops, inner and outer, and ends them after 65,535
+    /// (`LP_MAX_TGSI_LOOP_ITERATIONS`); Mesa 25.0.7 has no limit. `tests/drivers.rs` checks this.
+    /// Versions between were not tested.
     fn loop_turns(self) -> Option<u32> {
         matches!(self, Self::Llvmpipe { mesa } if mesa < 25).then_some(65_535)
     }
 }
 
-/// What a physical device is and can do.
+/// Properties and abilities of a physical device.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct DeviceInfo {
-    /// Its position in the driver's list, as `--device` takes it.
+    /// Index in the driver's list, as `--device` takes it.
     pub index: usize,
     /// The device's name.
     pub name: String,
@@ -69,28 +70,28 @@ pub struct DeviceInfo {
     pub driver: String,
     /// Vulkan version, `major.minor.patch`.
     pub vulkan: String,
-    /// Acceleration structures and ray queries in compute shaders.
+    /// Whether acceleration structures and ray queries work in compute shaders.
     pub ray_query: bool,
-    /// Buffer device addresses.
+    /// Whether buffers have device addresses.
     pub buffer_addresses: bool,
-    /// Lanes of a subgroup.
+    /// Invocations in a subgroup.
     pub subgroup_size: u32,
-    /// Nanoseconds a timestamp tick; 0 if compute queues have no timestamps.
+    /// Nanoseconds per timestamp tick; 0 if compute queues have no timestamps.
     pub timestamp_period: f32,
     /// Largest range of one storage-buffer descriptor, in bytes.
     pub max_storage_buffer_range: u64,
-    /// Texels in one buffer.
+    /// Largest number of texels in one buffer.
     pub max_texels: u32,
     /// Largest buffer, in bytes.
     pub max_buffer_size: u64,
     /// Memory on the device, in bytes.
     pub device_memory: u64,
-    /// Turns that all loops of one invocation take together before the driver ends them, if it does.
+    /// Loop iterations after which the driver ends all loops of an invocation, if it does.
     pub loop_turns: Option<u32>,
-    /// Which driver it is.
+    /// The driver.
     #[serde(skip)]
     pub driver_kind: DriverKind,
-    /// Why Headwater cannot use it, if it cannot.
+    /// Why Headwater cannot use the device; none if it can.
     pub unusable: Option<String>,
     #[serde(skip)]
     pub(super) raw: vk::PhysicalDevice,
@@ -104,13 +105,14 @@ impl DeviceInfo {
         self.kind == "cpu"
     }
 
-    /// Bytes that can be read as texels of four `uint`s.
+    /// Largest buffer that can be read as texels of four `uint`s, in bytes.
     pub fn max_texel_bytes(&self) -> u64 {
         TEXEL_SIZE * u64::from(self.max_texels)
     }
 
-    /// Threads that the driver gives fixed runs of workgroups: llvmpipe hands each thread an equal
-    /// run, and the one with the easier part of the image would idle.
+    /// Number of threads among which the driver splits a dispatch into equal contiguous ranges of
+    /// workgroups, as llvmpipe does; 1 for GPUs. Shaders interleave the image's parts by it, since a
+    /// thread with an easy part of the image would idle.
     pub fn interleave(&self) -> u32 {
         match std::thread::available_parallelism() {
             Ok(threads) if self.is_cpu() => threads.get() as u32,
@@ -120,12 +122,12 @@ impl DeviceInfo {
 }
 
 impl Instance {
-    /// Loads Vulkan. With `validation`, the Khronos layer is on with synchronization validation.
+    /// Loads Vulkan. `validation` turns on the Khronos layer with synchronization validation.
     ///
     /// # Errors
-    /// No Vulkan library, no instance, or no validation layer where it was asked for.
+    /// No Vulkan library, no instance, or no validation layer although `validation` is set.
     pub fn new(validation: bool) -> Result<Arc<Self>> {
-        // SAFETY: loading runs the loader's initialisers, which have no preconditions.
+        // SAFETY: loading runs the library's initialisers, which have no preconditions.
         let entry = unsafe { ash::Entry::load() }.map_err(|e| {
             Error::failed(format!(
                 "no Vulkan on this machine ({e}); install a driver and libvulkan1, or start through tools/run, which brings a software Vulkan"
@@ -148,7 +150,7 @@ impl Instance {
                 "validation was asked for (HEADWATER_VALIDATION) but VK_LAYER_KHRONOS_validation is not installed; unset it, or start through tools/run or tools/test",
             ));
         }
-        // The validation layer brings debug utilities of its own.
+        // The validation layer provides debug utilities itself.
         let has_debug = validation
             || extensions
                 .iter()
@@ -195,7 +197,7 @@ impl Instance {
     /// Every device, usable or not, in the driver's order.
     ///
     /// # Errors
-    /// The driver's own failure.
+    /// The driver cannot list its devices.
     pub fn devices(&self) -> Result<Vec<DeviceInfo>> {
         // SAFETY: plain query on a live instance.
         let devices = unsafe { self.raw.enumerate_physical_devices() }
@@ -207,11 +209,11 @@ impl Instance {
             .collect())
     }
 
-    /// Chooses a device and says why. `wanted` is a name (or part of one, whatever the case) or an
-    /// index; without it, discrete goes before integrated, virtual and CPU.
+    /// Chooses a device; returns it with the reason. `wanted` is an index or a part of a name in
+    /// upper or lower case; without it, discrete devices come before integrated, virtual and CPU.
     ///
     /// # Errors
-    /// No usable device, or none that fits `wanted` (wrong input).
+    /// No usable device, or none that matches `wanted` (wrong input).
     pub fn choose(&self, wanted: Option<&str>) -> Result<(DeviceInfo, String)> {
         let devices = self.devices()?;
         let listed = || {
@@ -222,7 +224,7 @@ impl Instance {
                 .join(", ")
         };
         if let Some(wanted) = wanted.filter(|w| !w.is_empty()) {
-            // A name may be made of digits, so an index is only what the list has.
+            // A name may consist of digits, so a number counts as an index only if it is in range.
             let by_index = wanted.parse::<usize>().ok().and_then(|i| devices.get(i));
             let named = |d: &&DeviceInfo| d.name.to_lowercase().contains(&wanted.to_lowercase());
             let by_name = || {
@@ -282,13 +284,13 @@ impl Instance {
             })
     }
 
-    /// Messages of the validation layers so far, without the [allowed](super::messages::ALLOWED) ones.
+    /// The validation layers' messages so far, without the [allowed](super::messages::ALLOWED) ones.
     pub fn validation_messages(&self) -> Vec<String> {
         let debug = self.debug.as_ref();
         debug.map(DebugUtils::messages).unwrap_or_default()
     }
 
-    /// Extensions a device offers.
+    /// A device's extensions.
     pub(super) fn extensions(&self, device: vk::PhysicalDevice) -> Vec<vk::ExtensionProperties> {
         // SAFETY: plain query on a device of this instance.
         unsafe { self.raw.enumerate_device_extension_properties(device) }.unwrap_or_default()
@@ -408,7 +410,7 @@ impl Instance {
 
 impl Drop for Instance {
     fn drop(&mut self) {
-        // SAFETY: every device holds the instance alive, so none is left.
+        // SAFETY: every device keeps the instance alive, so none is left.
         unsafe {
             if let Some(debug) = &self.debug {
                 debug.destroy();

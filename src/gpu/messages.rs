@@ -1,4 +1,4 @@
-//! What the validation layers say, and which of it may be said.
+//! Messages of the validation layers, and a list of those that are allowed.
 
 use crate::{Error, Result};
 use ash::{ext, vk};
@@ -10,30 +10,30 @@ use std::sync::Mutex;
 pub struct Allowed {
     /// The message's identifier, such as `VUID-vkCmdDispatch-None-08114`.
     pub id: &'static str,
-    /// A part of its text that tells this case from others of the identifier.
+    /// A part of its text that distinguishes this case from others with the same identifier.
     pub text: &'static str,
-    /// Why it is no fault of ours.
+    /// Why the fault is not Headwater's.
     pub reason: &'static str,
 }
 
-/// The messages that are not counted. Every other one fails the tests, so a new entry needs a
-/// reason that a reader can check: the driver's or the layer's fault, with its version.
+/// The messages that are ignored. Every other one fails the tests, so a new entry needs a reason
+/// that a reader can check: the driver's or the layer's fault, with its version.
 ///
-/// None is needed on Mesa 22.3.6 and 25.0.7 and on SwiftShader.
+/// Empty, as Mesa 22.3.6 and 25.0.7 and SwiftShader need none.
 pub const ALLOWED: &[Allowed] = &[];
 
-/// Messages kept at most: one in a loop must not fill the memory.
-const MOST_KEPT: usize = 1000;
+/// Limit on stored messages: one in a loop must not fill the memory.
+const MAX_MESSAGES: usize = 1000;
 
-/// Labels, names and messages.
+/// Vulkan's debug utilities with a messenger that collects messages.
 pub(super) struct DebugUtils {
     instance: ext::debug_utils::Instance,
     messenger: vk::DebugUtilsMessengerEXT,
-    /// The messages the callback gathers; boxed so that its address stays put.
+    /// The messages that the callback collects; boxed so that its address does not change.
     log: Box<Log>,
 }
 
-/// What the validation layers said.
+/// The validation layers' messages.
 type Log = Mutex<Vec<String>>;
 
 impl DebugUtils {
@@ -62,12 +62,12 @@ impl DebugUtils {
         })
     }
 
-    /// What the validation layers said so far, the allowed messages aside.
+    /// The validation layers' messages so far, without the allowed ones.
     pub(super) fn messages(&self) -> Vec<String> {
         self.log.lock().map(|log| log.clone()).unwrap_or_default()
     }
 
-    /// Ends the messages.
+    /// Destroys the messenger.
     ///
     /// # Safety
     /// Called once, while the instance lives.
@@ -80,8 +80,8 @@ impl DebugUtils {
     }
 }
 
-/// Keeps every warning and error of the layers that is not allowed; what drivers and the loader say
-/// for themselves is only logged.
+/// Stores every warning and error of the layers that is not allowed; messages of drivers and of the
+/// loader are only logged.
 ///
 /// # Safety
 /// Called by the loader with valid data and the `Log` of [`DebugUtils::new`].
@@ -109,7 +109,7 @@ unsafe extern "system" fn on_message(
     if types.intersects(of_layers)
         && !allows(ALLOWED, &id, &message)
         && let Ok(mut messages) = log.lock()
-        && messages.len() < MOST_KEPT
+        && messages.len() < MAX_MESSAGES
     {
         messages.push(message);
     }

@@ -1,10 +1,13 @@
-//! Vulkan, knowing no rendering: devices, buffers, shared layouts, shaders, one kind of compute
-//! pass, timestamps and labels.
+//! Vulkan, independent of rendering: devices, buffers, shared layouts, shaders, compute passes,
+//! timestamps and debug labels.
 //!
-//! All `unsafe` of the crate is below this module. The safe surface keeps these promises: every
-//! object outlives the commands that use it (a recording is waited for before it returns), every
-//! buffer access in a recording is separated by one global memory barrier between passes, and all
-//! descriptors are checked against the shader's own interface by name, kind and access.
+//! All `unsafe` code of the crate is in this module. Its safe interface guarantees three things:
+//! every object outlives the commands that use it ([`Recording::finish`] waits for the device), a
+//! global memory barrier separates the passes of a recording, and every descriptor is checked
+//! against the shader's interface by name, kind and access.
+//!
+//! Functions that call the driver return an error if the device is lost or out of memory; their
+//! `# Errors` sections list only what can fail besides.
 //!
 //! Each file uses only files before it: `messages`, `instance`, `device`, `commands`, `buffer`,
 //! `acceleration`, `layout`, `reflection`, `pass`, `recording` (`compiler` uses none).

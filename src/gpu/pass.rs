@@ -8,7 +8,7 @@ use crate::{Error, Result};
 use ash::vk;
 use std::sync::Arc;
 
-/// Something a shader's binding can be given.
+/// A resource that can be bound to a shader.
 #[derive(Clone, Copy)]
 pub enum Resource<'a> {
     /// A storage buffer the shader only reads.
@@ -23,19 +23,19 @@ pub enum Resource<'a> {
     AccelerationStructure(&'a AccelerationStructure),
 }
 
-/// Resources under the names of a shader's bindings.
+/// Resources by the names of a shader's bindings.
 pub trait Bindings<'a> {
-    /// The pass's own bindings: exactly the names that its shader uses.
+    /// The pass's own bindings; its shader must use every one of them.
     fn own(&self) -> Vec<(&'static str, Resource<'a>)>;
 
-    /// What a group shared by many passes offers; a shader takes of it what it names.
+    /// Bindings of a group that many passes share; each shader uses those that it names.
     fn offered(&self) -> Vec<(&'static str, Resource<'a>)> {
         Vec::new()
     }
 }
 
-/// Declares a structure whose fields are a pass's bindings: `read`, `write` or `uniform` before
-/// each; `[offers name: GROUP]` adds a group that is shared by many passes.
+/// Declares a structure with a pass's bindings as fields, each marked `read`, `write` or `uniform`;
+/// `[offers name: GROUP]` adds a group of bindings that many passes share.
 #[macro_export]
 macro_rules! bindings {
     ($(#[$meta:meta])* pub struct $name:ident {
@@ -61,7 +61,7 @@ macro_rules! bindings {
     (@uniform $buffer:expr) => { $crate::gpu::Resource::Uniform($buffer) };
 }
 
-/// A compute pipeline that is bound by name.
+/// A compute pipeline; its resources are bound by name.
 pub struct ComputePass {
     pub(super) device: Arc<Device>,
     pub(super) pipeline: vk::Pipeline,
@@ -81,11 +81,11 @@ fn descriptor_type(kind: BindingKind) -> vk::DescriptorType {
 }
 
 impl ComputePass {
-    /// Makes the pipeline of a shader given as SPIR-V. `constants` are specialisation constants:
+    /// Creates the pipeline of a SPIR-V shader. `constants` are specialisation constants:
     /// (id, value), four bytes each.
     ///
     /// # Errors
-    /// The shader's interface cannot be bound by name, or the driver refuses it.
+    /// The shader's interface cannot be bound by name, or the driver rejects the shader.
     pub fn new(
         device: &Arc<Device>,
         name: &str,
@@ -172,12 +172,12 @@ impl ComputePass {
         Ok(pass)
     }
 
-    /// The name that labels, timings and messages show.
+    /// The name in debug labels, timings and messages.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The resources in the order of the shader's bindings, checked by name, kind and access.
+    /// The resources in the order of the shader's bindings, after a check of name, kind and access.
     pub(super) fn resolve<'a>(&self, bindings: &dyn Bindings<'a>) -> Result<Vec<Resource<'a>>> {
         let own = bindings.own();
         let offered = bindings.offered();
@@ -231,7 +231,7 @@ impl ComputePass {
 
 impl Drop for ComputePass {
     fn drop(&mut self) {
-        // SAFETY: recordings are waited for, so no command uses these; null handles are ignored.
+        // SAFETY: all commands that used these have finished; null handles are ignored.
         unsafe {
             let raw = &self.device.raw;
             raw.destroy_pipeline(self.pipeline, None);

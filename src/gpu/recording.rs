@@ -1,4 +1,4 @@
-//! A sequence of passes that is recorded, submitted and waited for.
+//! A sequence of passes: recorded, submitted together, then waited for.
 
 use super::buffer::Buffer;
 use super::commands::{Commands, PassTime};
@@ -9,7 +9,7 @@ use ash::vk;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-/// Passes in order, with one global memory barrier before each. Each is a debug label and a pair
+/// Passes in order, with a global memory barrier before each. Each pass has a debug label and a pair
 /// of timestamps. The lifetime keeps every resource alive until [`Recording::finish`] has waited.
 pub struct Recording<'a> {
     commands: Commands,
@@ -20,7 +20,7 @@ impl<'a> Recording<'a> {
     /// Begins a recording.
     ///
     /// # Errors
-    /// The driver has no memory left.
+    /// Only those of every driver call, see [`crate::gpu`].
     pub fn new(device: &Arc<Device>) -> Result<Self> {
         Ok(Self {
             commands: Commands::new(device)?,
@@ -31,7 +31,7 @@ impl<'a> Recording<'a> {
     /// Records one dispatch of `groups` workgroups.
     ///
     /// # Errors
-    /// Bindings or push constants that the shader does not have, or a full pool.
+    /// Bindings or push constants that do not match the shader's.
     pub fn pass<P: bytemuck::Pod>(
         &mut self,
         pass: &'a ComputePass,
@@ -79,7 +79,7 @@ impl<'a> Recording<'a> {
         Ok(())
     }
 
-    /// Fills a buffer with zeros.
+    /// Records filling a buffer with zeros.
     pub fn clear(&mut self, buffer: &'a Buffer) {
         self.commands.barrier();
         // SAFETY: the buffer allows transfers and lives as long as 'a.
@@ -97,7 +97,7 @@ impl<'a> Recording<'a> {
     /// Submits everything, waits, and returns each pass's time (empty without timestamps).
     ///
     /// # Errors
-    /// The device is lost or out of memory.
+    /// Only those of every driver call, see [`crate::gpu`].
     pub fn finish(self) -> Result<Vec<PassTime>> {
         self.commands.finish()
     }
@@ -187,11 +187,11 @@ mod tests {
     use super::*;
     use crate::gpu::{DeviceInfo, Features, Instance, Usage};
 
-    /// Synchronization validation is on, and what it says is heard.
+    /// Synchronization validation is on, and its messages reach the test.
     #[test]
     fn a_planted_hazard_is_caught() {
         let instance = Instance::new(true).unwrap();
-        // The tests' device, as everywhere: a machine may have others that nobody tests.
+        // The same device as all tests use; a machine may have others.
         let info = match std::env::var("HEADWATER_DEVICE") {
             Ok(name) => instance.choose(Some(&name)).unwrap().0,
             Err(_) => {
@@ -205,7 +205,7 @@ mod tests {
         recording.clear(&buffer);
         recording.clear(&buffer);
         assert_eq!(device.validation_messages(), Vec::<String>::new());
-        // SAFETY: as in `clear`; the barrier that it lacks is the point.
+        // SAFETY: as in `clear`; the missing barrier is what the test plants.
         unsafe {
             device
                 .raw

@@ -1,5 +1,5 @@
-//! What a compiled shader asks for: its bindings by name, its push constants, and the layout of its
-//! structures, read from the SPIR-V.
+//! The interface of a compiled shader, read from its SPIR-V: bindings by name, push constants, and
+//! the layout of structures.
 
 use super::layout::StructLayout;
 use crate::{Error, Result};
@@ -30,14 +30,14 @@ pub struct Binding {
     pub name: String,
     /// Its number in descriptor set 0.
     pub number: u32,
-    /// What it binds.
+    /// Kind of resource.
     pub kind: BindingKind,
 }
 
-/// What a shader asks for.
+/// A shader's interface.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Interface {
-    /// Bindings that code uses.
+    /// Bindings that the shader's code uses.
     pub bindings: Vec<Binding>,
     /// Bytes of push constants.
     pub push_constant_size: u32,
@@ -98,10 +98,10 @@ impl Reflection {
         Ok(Self { module, names })
     }
 
-    /// The bindings that code uses, and the push constants.
+    /// The bindings that the shader's code uses, and its push constants.
     ///
     /// # Errors
-    /// A binding outside set 0, without a name or number, or of a kind that has no meaning here.
+    /// A binding outside set 0, or without a name or number.
     pub fn interface(&self) -> Result<Interface> {
         let mut interface = Interface {
             bindings: Vec::new(),
@@ -158,8 +158,8 @@ impl Reflection {
         Ok(interface)
     }
 
-    /// Checks every member's offset and every array stride of the structures that the shader
-    /// shares with Rust. Returns the names of those it found in memory.
+    /// Checks the member offsets and array strides of the structures that the shader shares with
+    /// Rust. Returns the names of those that the shader keeps in buffers.
     ///
     /// # Errors
     /// The first difference.
@@ -170,7 +170,7 @@ impl Reflection {
                 let is_struct = self
                     .instruction(*structure)
                     .is_some_and(|i| i.class.opcode == Op::TypeStruct);
-                // The compiler keeps a second, offset-less copy for local variables.
+                // The compiler emits a second copy, without offsets, for local variables.
                 if name != layout.name || !is_struct || self.offset(*structure, 0).is_none() {
                     continue;
                 }
@@ -313,7 +313,7 @@ impl Reflection {
         all.any(|i| i.operands.iter().any(|o| id(o) == Some(constant)))
     }
 
-    /// Size of a type under the scalar layout, for push constants.
+    /// Size of a type in bytes under the scalar layout, for push constants.
     fn struct_size(&self, type_id: u32) -> u32 {
         let Some(instruction) = self.instruction(type_id) else {
             return 0;

@@ -11,15 +11,15 @@ use std::panic::{UnwindSafe, catch_unwind, set_hook, take_hook};
 use std::path::Path;
 use std::sync::Once;
 
-/// The attribute that holds the metadata, as JSON.
+/// Name of the attribute that holds the metadata as JSON.
 const METADATA: &str = "headwater";
 
-/// Largest picture that is read, in pixels.
-const MOST_PIXELS: usize = 1 << 30;
+/// Size limit of pictures that are read, in pixels.
+const MAX_PIXELS: usize = 1 << 30;
 
-/// How many bytes one byte of a file can stand for at most: deflate reaches 1032, and PXR24 keeps
-/// three bytes of four. The run lengths of RLE, PIZ and the blocks of B44 stay below.
-const MOST_COMPRESSED: usize = 1400;
+/// Upper bound on the compression ratio: deflate reaches 1032, and PXR24 stores three of four bytes
+/// besides. RLE, PIZ and B44 stay below.
+const MAX_COMPRESSION_RATIO: usize = 1400;
 
 pub(super) fn write(image: &Image, path: &Path) -> crate::Result<()> {
     let size = (image.width as usize, image.height as usize);
@@ -36,7 +36,7 @@ pub(super) fn write(image: &Image, path: &Path) -> crate::Result<()> {
         .collect();
     let mut attributes = LayerAttributes::default();
     if !image.metadata.is_empty() {
-        // One attribute: the library keeps several in an order that changes from run to run.
+        // One attribute for all: the library writes several in an order that differs between runs.
         let text = serde_json::to_string(&image.metadata).map_err(|e| Error::writing(path, e))?;
         let value = AttributeValue::Text(utf8(&text));
         attributes.other.insert(METADATA.into(), value);
@@ -44,7 +44,7 @@ pub(super) fn write(image: &Image, path: &Path) -> crate::Result<()> {
     let layer = Layer::new(
         size,
         attributes,
-        // Lossless, and its lines in increasing order whichever thread is ready first.
+        // Lossless, with scan lines in increasing order whichever thread finishes first.
         Encoding::SMALL_LOSSLESS,
         AnyChannels::sort(channels),
     );
@@ -59,19 +59,19 @@ pub(super) fn write(image: &Image, path: &Path) -> crate::Result<()> {
     })
 }
 
-/// The library's own conversion panics on what is not Latin-1.
+/// The library's own conversion panics on characters outside Latin-1.
 fn utf8(text: &str) -> Text {
     Text::from_slice_unchecked(text.as_bytes())
 }
 
-/// UTF-8, or else Latin-1.
+/// Decodes UTF-8 or, if that fails, Latin-1.
 fn string(text: &Text) -> String {
     std::str::from_utf8(text.as_slice()).map_or_else(|_| text.to_string(), str::to_owned)
 }
 
 pub(super) fn read(path: &Path) -> crate::Result<Image> {
     let bytes = std::fs::read(path).map_err(|e| Error::reading(path, e))?;
-    // The decoder has been seen to panic on damaged files; that must reach nobody.
+    // The decoder can panic on damaged files; a panic must become an error.
     match quietly(|| decode(&bytes)) {
         Some(Ok(image)) => Ok(image),
         Some(Err(e)) => Err(Error::reading(path, e)),
@@ -79,8 +79,8 @@ pub(super) fn read(path: &Path) -> crate::Result<Image> {
     }
 }
 
-/// Runs `work`; `None` if it panicked, about which nothing is printed. Panics of other threads are
-/// reported as ever.
+/// Runs `work`; `None` if it panicked, without printing the panic. Panics of other threads are
+/// printed as usual.
 fn quietly<T>(work: impl FnOnce() -> T + UnwindSafe) -> Option<T> {
     thread_local!(static QUIET: Cell<bool> = const { Cell::new(false) });
     static HOOK: Once = Once::new();
@@ -110,9 +110,9 @@ fn decode(bytes: &[u8]) -> std::result::Result<Image, String> {
         .all_channels()
         .first_valid_layer()
         .all_attributes()
-        // A damaged table of chunks would otherwise leave black lines without a word.
+        // Without this, a damaged table of chunks leaves black lines and no error.
         .pedantic()
-        // A panic in a thread of the library's own would end the process.
+        // A panic in one of the library's threads would end the process.
         .non_parallel()
         .from_buffered(Cursor::new(bytes))
         .map_err(damaged)?;
@@ -138,10 +138,11 @@ fn decode(bytes: &[u8]) -> std::result::Result<Image, String> {
     Ok(image)
 }
 
-/// A damaged header must not ask for more memory than the file can fill.
+/// Rejects headers that claim more data than the file can hold, so that a damaged file does not
+/// exhaust memory.
 fn check_header(header: &Header, file_bytes: usize) -> std::result::Result<(), String> {
-    // The decoder allocates what a damaged DWA block claims, and ends the process if that is more
-    // than there is.
+    // The decoder allocates the size in a DWA block, which may be damaged, and ends the process if
+    // memory does not suffice.
     if matches!(
         header.compression,
         Compression::DWAA(_) | Compression::DWAB(_)
@@ -162,15 +163,15 @@ fn check_header(header: &Header, file_bytes: usize) -> std::result::Result<(), S
     let pixels = size
         .x()
         .checked_mul(size.y())
-        .filter(|pixels| *pixels <= MOST_PIXELS)
+        .filter(|pixels| *pixels <= MAX_PIXELS)
         .ok_or_else(too_large)?;
     let depth = |c: &ChannelDescription| c.sample_type.bytes_per_sample();
     let pixel_bytes: usize = header.channels.list.iter().map(depth).sum();
     let bytes = pixels.checked_mul(pixel_bytes).ok_or_else(too_large)?;
-    // The file names the place of each chunk in eight bytes. What the machine cannot give is asked
-    // for here, because the decoder would end the process.
+    // The file stores an offset of eight bytes per chunk. The memory is reserved once here, because
+    // a failed allocation in the decoder would end the process.
     if header.chunk_count > file_bytes / 8
-        || bytes / MOST_COMPRESSED > file_bytes
+        || bytes / MAX_COMPRESSION_RATIO > file_bytes
         || Vec::<u8>::new().try_reserve_exact(bytes).is_err()
     {
         return Err(too_large());
@@ -394,7 +395,7 @@ mod tests {
         for good in whole.iter().cycle().take(2100) {
             let mut bad = good.clone();
             for _ in 0..=random.index(3) {
-                // Half of the damage where the header is.
+                // Half of the damage hits the header.
                 let end = random.pick(&[bad.len(), bad.len().min(600)]);
                 let at = random.index(end);
                 match random.index(4) {

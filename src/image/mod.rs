@@ -13,7 +13,7 @@ use std::path::Path;
 pub enum Samples {
     /// 32-bit floats.
     F32(Vec<f32>),
-    /// 32-bit unsigned integers, such as instance numbers.
+    /// 32-bit unsigned integers, such as instance indices.
     U32(Vec<u32>),
 }
 
@@ -44,7 +44,7 @@ pub struct Image {
     pub height: u32,
     /// Channels by name; each has width × height values, row 0 at the top.
     pub channels: BTreeMap<String, Samples>,
-    /// Text that travels with an EXR.
+    /// Metadata as key and text, stored in EXR files only.
     pub metadata: BTreeMap<String, String>,
 }
 
@@ -53,12 +53,12 @@ pub struct Image {
 pub enum Format {
     /// OpenEXR: every channel, 32 bits, and the metadata.
     Exr,
-    /// PNG: the picture alone, exposed, tone-mapped, sRGB, 8 bits.
+    /// PNG: only `R`, `G`, `B`, after exposure and tone mapping, as 8-bit sRGB.
     Png,
 }
 
 impl Format {
-    /// The format that a path's extension names.
+    /// The format of a path's extension.
     ///
     /// # Errors
     /// No extension or an unknown one.
@@ -75,10 +75,10 @@ impl Format {
     }
 }
 
-/// Checks before long work that a picture could be written to `path`.
+/// Checks, before long work, that a picture can be written to `path`.
 ///
 /// # Errors
-/// An unknown format, or a folder that takes no files.
+/// An unknown format, or a folder in which no file can be created.
 pub fn check_output(path: &Path) -> Result<()> {
     Format::of(path)?;
     crate::files::check_writable(path)
@@ -99,7 +99,7 @@ impl Image {
         self.width as usize * self.height as usize
     }
 
-    /// Sets the channels `PREFIX` + each of `names` from vectors, one a pixel.
+    /// Sets three channels named `prefix` + name from one vector per pixel.
     pub fn set_vectors(&mut self, prefix: &str, names: [&str; 3], values: &[[f32; 3]]) {
         for (axis, name) in names.iter().enumerate() {
             let samples = values.iter().map(|value| value[axis]).collect();
@@ -133,8 +133,8 @@ impl Image {
             .collect())
     }
 
-    /// The names of channels that only one of two pictures has, or whose bits differ: 0 differs from −0,
-    /// and equal NaNs do not differ.
+    /// The names of channels that only one picture has or that differ in any bit: 0 differs from −0,
+    /// NaNs of equal bits do not differ.
     pub fn different_channels<'a>(&'a self, other: &'a Self) -> Vec<&'a str> {
         let names: BTreeSet<&String> = self.channels.keys().chain(other.channels.keys()).collect();
         let same = |name: &String| match (self.channels.get(name), other.channels.get(name)) {
@@ -145,11 +145,12 @@ impl Image {
         different.map(String::as_str).collect()
     }
 
-    /// Writes the picture in the format that the path names. `exposure` counts for PNG only.
+    /// Writes the picture in the format given by the path's extension. `exposure`, in stops, applies
+    /// to PNG only.
     ///
     /// # Errors
-    /// An unknown format, a picture without pixels or channels or with a channel of another size,
-    /// or a disk that does not take the file.
+    /// An unknown format, a picture without pixels or channels, a channel of another size, or a
+    /// file that cannot be written.
     pub fn write(&self, path: &Path, exposure: f32) -> Result<()> {
         self.check().map_err(|e| Error::writing(path, e))?;
         match Format::of(path)? {
@@ -158,7 +159,7 @@ impl Image {
         }
     }
 
-    /// The encoders panic on what is no picture.
+    /// The encoders panic on an empty picture and on channels of another size.
     fn check(&self) -> std::result::Result<(), String> {
         let pixels = self.pixels();
         if pixels == 0 || self.channels.is_empty() {
@@ -176,7 +177,7 @@ impl Image {
     /// Reads an EXR with all its channels, or a PNG as linear `R`, `G`, `B`.
     ///
     /// # Errors
-    /// An unknown format, or a file that is not what its name says.
+    /// An unknown format, or a file that cannot be read as its format.
     pub fn read(path: &Path) -> Result<Self> {
         match Format::of(path)? {
             Format::Exr => exr::read(path),

@@ -1,4 +1,4 @@
-//! PNG: the picture as a person sees it.
+//! PNG: the tone-mapped picture for viewing.
 
 use super::Image;
 use super::tonemap::{from_srgb, to_srgb_byte, tone_map};
@@ -7,8 +7,8 @@ use crate::{Error, Result};
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 use std::path::Path;
 
-/// How many bytes one byte of deflate can stand for at most.
-const MOST_COMPRESSED: u64 = 1032;
+/// Highest compression ratio of deflate: bytes that one compressed byte can expand to.
+const MAX_COMPRESSION_RATIO: u64 = 1032;
 
 /// Writes radiance × 2^`exposure`, tone-mapped.
 pub(super) fn write(image: &Image, path: &Path, exposure: f32) -> Result<()> {
@@ -22,7 +22,7 @@ pub(super) fn write(image: &Image, path: &Path, exposure: f32) -> Result<()> {
     write_bytes(path, (image.width, image.height), &bytes)
 }
 
-/// Writes sRGB bytes, three a pixel, as they are.
+/// Writes sRGB bytes, three per pixel, unchanged.
 pub(crate) fn write_bytes(path: &Path, size: (u32, u32), rgb: &[u8]) -> Result<()> {
     write_atomically(path, |file| {
         PngEncoder::new(file)
@@ -34,11 +34,13 @@ pub(crate) fn write_bytes(path: &Path, size: (u32, u32), rgb: &[u8]) -> Result<(
     })
 }
 
-/// Reads grey or RGB of any depth as linear values; alpha is left out.
+/// Reads grey or RGB of any bit depth as linear values; alpha is dropped.
 pub(super) fn read(path: &Path) -> Result<Image> {
     let bytes = std::fs::read(path).map_err(|e| Error::reading(path, e))?;
-    // The decoder would allocate what a damaged header claims.
-    if claimed_bytes(&bytes).is_some_and(|claimed| claimed / MOST_COMPRESSED > bytes.len() as u64) {
+    // The decoder allocates the size in the header, which may be damaged.
+    if claimed_bytes(&bytes)
+        .is_some_and(|claimed| claimed / MAX_COMPRESSION_RATIO > bytes.len() as u64)
+    {
         return Err(Error::reading(
             path,
             "it claims more pixels than it can hold; is it a complete PNG?",
@@ -56,8 +58,8 @@ pub(super) fn read(path: &Path) -> Result<Image> {
     Ok(picture)
 }
 
-/// The size of the pixels before compression, by the header that every PNG begins with; what has no
-/// such header is left for the decoder to refuse.
+/// Bytes of the uncompressed pixels by the file's header; none without a header, which the decoder
+/// rejects later.
 fn claimed_bytes(file: &[u8]) -> Option<u64> {
     let header = file.get(16..26)?;
     let number = |at: usize| {

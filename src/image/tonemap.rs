@@ -1,9 +1,9 @@
-//! From radiance to what a display shows: the tone curve and the sRGB encoding.
+//! From radiance to display values: the tone curve and the sRGB encoding.
 
-/// Where the tone curve leaves the straight line.
+/// Value up to which the tone curve is the identity.
 const KNEE: f32 = 0.8;
 
-/// How readily colours beyond the display's range turn white.
+/// Strength of the desaturation of colours beyond the display's range.
 const DESATURATION: f32 = 0.15;
 
 /// Radiance to display brightness, both linear RGB: the Khronos PBR neutral tone mapper without its
@@ -11,13 +11,13 @@ const DESATURATION: f32 = 0.15;
 ///
 /// Up to 0.8 nothing changes, so that darks and middle greys are the radiance itself and pictures
 /// compare with other renderers. Above it the largest component follows a hyperbola of the same
-/// slope towards 1, so that lamps keep some shape, and the others keep their ratio to it; then the
+/// slope towards 1, so that lights keep some shape, and the others keep their ratio to it; then the
 /// colour is mixed towards the grey of its largest component, the more the brighter it is, as a
-/// colour far too bright for a display is seen as white. Neither step turns the hue. Every component
-/// rises with exposure and none passes 1. The toe, an offset for 4 % of specular reflection, is left
+/// colour far too bright for a display is seen as white. Neither step changes the hue. Every component
+/// rises with exposure and stays within 1. The toe, an offset for 4 % of specular reflection, is left
 /// out because it changes the darks. Negative values and NaN become 0.
 pub fn tone_map(radiance: [f32; 3]) -> [f32; 3] {
-    // The upper end keeps what follows finite.
+    // Clamped so that the arithmetic below stays finite.
     let colour = radiance.map(|v| if v > 0.0 { v.min(f32::MAX) } else { 0.0 });
     let peak = colour[0].max(colour[1]).max(colour[2]);
     if peak <= KNEE {

@@ -1,13 +1,13 @@
-//! How far one picture is from another, over linear RGB.
+//! Error metrics between two pictures in linear RGB.
 
 /// Errors of a picture against a reference.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Errors {
     /// Root of the mean squared difference.
     pub rmse: f64,
-    /// The same after both are clamped to 0…1: what a display shows of it.
+    /// The same after both are clamped to 0…1, the range of a display.
     pub rmse_clamped: f64,
-    /// Mean of (a − b)² / (b² + 0.01): differences in the dark count as much as in the light.
+    /// Mean of (a − b)² / (b² + 0.01), which weighs dark and bright pixels alike.
     pub relmse: f64,
     /// Mean of the picture over mean of the reference, over all channels; 1 if both are black, and
     /// infinite if only the reference is.
@@ -15,7 +15,7 @@ pub struct Errors {
 }
 
 impl Errors {
-    /// Compares two pictures of the same size, one pixel an entry.
+    /// Compares two pictures of the same size, given as one RGB value per pixel.
     ///
     /// # Panics
     /// The sizes differ.
@@ -46,8 +46,8 @@ impl Errors {
     }
 }
 
-/// Pearson's correlation of two pictures' errors, −1…1, over all channels: how much of one frame's
-/// noise is still seen in the next. Each picture comes with its reference. 0 where either has no
+/// Pearson's correlation of two pictures' errors, −1…1, over all channels: the temporal correlation
+/// of noise if the pictures are successive frames. Each picture comes with its reference. 0 where either has no
 /// error.
 ///
 /// # Panics

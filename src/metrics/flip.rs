@@ -1,26 +1,26 @@
-//! FLIP: the difference that a person notices when flipping between two pictures (Andersson et al.
-//! 2020, for displays of limited range).
+//! FLIP: the perceived difference when alternating between two pictures (LDR-FLIP, Andersson et al.
+//! 2020).
 
 use crate::image::tonemap::to_srgb_byte;
 use nv_flip::FlipImageRgb8;
 
-/// Pixels a degree of the eye's view: a 0.7 m wide 4K display at 0.7 m.
+/// Pixels per degree of visual angle: a 0.7 m wide 4K display at 0.7 m.
 pub const PIXELS_PER_DEGREE: f32 = nv_flip::DEFAULT_PIXELS_PER_DEGREE;
 
-/// The outcome of a comparison.
+/// Result of a comparison.
 pub struct Flip {
     /// Mean over the pixels, 0…1.
     pub mean: f64,
-    /// The error of each pixel in the colours of magma, three bytes a pixel.
+    /// The error of each pixel in the colour map magma, three bytes per pixel.
     pub map: Vec<u8>,
 }
 
 /// Compares two pictures of `size` = (width, height) at 67 pixels a degree. Both are shown as
 /// radiance × 2^`exposure`, clamped to 0…1, sRGB, 8 bits: no tone curve, which would hide errors in
-/// the light.
+/// bright areas.
 ///
 /// # Panics
-/// A picture has fewer pixels than `size` says.
+/// A picture has fewer pixels than `size`.
 pub fn flip(picture: &[[f32; 3]], reference: &[[f32; 3]], size: (u32, u32), exposure: f32) -> Flip {
     let scale = f64::from(exposure).exp2();
     let shown = |pixels: &[[f32; 3]]| {
@@ -32,7 +32,7 @@ pub fn flip(picture: &[[f32; 3]], reference: &[[f32; 3]], size: (u32, u32), expo
         FlipImageRgb8::with_data(size.0, size.1, &bytes)
     };
     let errors = nv_flip::flip(shown(reference), shown(picture), PIXELS_PER_DEGREE);
-    // Not FlipPool's mean: it sums in 32 bits, which large pictures outgrow.
+    // Not FlipPool's mean, which sums in 32 bits and loses precision on large pictures.
     let values = errors.to_vec();
     let sum: f64 = values.iter().copied().map(f64::from).sum();
     Flip {

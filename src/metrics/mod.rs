@@ -1,4 +1,4 @@
-//! What images and numbers say about each other. Knows no scene and no Vulkan.
+//! Image errors and statistics. Independent of scenes and Vulkan.
 
 pub mod error;
 pub mod flip;

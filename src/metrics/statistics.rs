@@ -1,19 +1,19 @@
-//! Intervals and tests: how far a difference is from chance.
+//! Confidence intervals and significance tests.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
 use statrs::statistics::{Data, OrderStatistics};
 
-/// From this many degrees of freedom Student's distribution is taken as the normal one: their
-/// quantiles differ by about z²/4ν, less than 1e-5 of themselves.
+/// From this many degrees of freedom on, the normal distribution replaces Student's: their quantiles
+/// differ relatively by about z²/4ν, less than 1e-5.
 const NORMAL_FROM: f64 = 1e6;
 
 /// Expected counts below this are pooled before a χ² test (Cochran 1954).
-const LEAST_EXPECTED: f64 = 5.0;
+const MIN_EXPECTED: f64 = 5.0;
 
-/// Up to this product of two samples' sizes their Kolmogorov–Smirnov test is exact.
-const MOST_COUNTED: usize = 10_000_000;
+/// The Kolmogorov–Smirnov test is exact up to this product of the two sample sizes.
+const MAX_EXACT: usize = 10_000_000;
 
-/// The value in the middle, of an even number the mean of the middle two; NaN without values.
+/// The median: of an even number of values the mean of the middle two; NaN without values.
 pub fn median(values: impl Iterator<Item = f64>) -> f64 {
     Data::new(values.collect::<Vec<f64>>()).median()
 }
@@ -25,7 +25,7 @@ pub struct Estimate {
     pub mean: f64,
     /// Its standard error, ≥ 0.
     pub standard_error: f64,
-    /// Samples that went into it, ≥ 1; their number less one are the degrees of freedom.
+    /// Number of samples, ≥ 1; one more than the degrees of freedom.
     pub samples: u64,
 }
 
@@ -51,8 +51,8 @@ impl Estimate {
         self.standard_error * t_quantile(0.5 + 0.5 * confidence, self.samples as f64 - 1.0)
     }
 
-    /// [`Self::t_interval_half_width`] as a part of the mean's size: below what relative error the
-    /// estimate is known. Infinite for a mean of 0.
+    /// [`Self::t_interval_half_width`] relative to the mean's magnitude: the estimate's relative
+    /// uncertainty. Infinite for a mean of 0.
     pub fn relative_half_width(&self, confidence: f64) -> f64 {
         let half_width = self.t_interval_half_width(confidence);
         if self.mean == 0.0 {
@@ -76,7 +76,7 @@ impl Estimate {
 /// (Welch, "The generalization of 'Student's' problem when several different population variances
 /// are involved", 1947).
 ///
-/// Without any error in either, 1 for equal means and else 0. NaN where an estimate is NaN.
+/// If both standard errors are 0: 1 for equal means, else 0. NaN if an estimate is NaN.
 pub fn welch_p_value(a: &Estimate, b: &Estimate) -> f64 {
     let difference = (a.mean - b.mean).abs();
     let error = a.standard_error.hypot(b.standard_error);
@@ -114,7 +114,7 @@ fn t_quantile(probability: f64, degrees: f64) -> f64 {
     }
 }
 
-/// Chance that Student's t with so many degrees of freedom is above `t`.
+/// Probability that Student's t with `degrees` degrees of freedom exceeds `t`.
 pub(crate) fn t_tail(t: f64, degrees: f64) -> f64 {
     if t.is_nan() {
         return t;
@@ -125,11 +125,11 @@ pub(crate) fn t_tail(t: f64, degrees: f64) -> f64 {
     }
 }
 
-/// Holm's adjusted p-values, in the order given: rejecting those below a level keeps the chance of
-/// any false rejection below it, however the tests depend on each other (Holm, "A simple
+/// Holm's adjusted p-values, in the given order: rejecting those below a level keeps the probability
+/// of any false rejection below that level, whatever the dependence between the tests (Holm, "A simple
 /// sequentially rejective multiple test procedure", 1979).
 ///
-/// A NaN counts as 0, so that what could not be tested is seen.
+/// A NaN counts as 0, so that a failed test is reported.
 pub fn holm(p_values: &[f64]) -> Vec<f64> {
     let known = |p: f64| if p.is_nan() { 0.0 } else { p };
     let mut order: Vec<usize> = (0..p_values.len()).collect();
@@ -145,11 +145,11 @@ pub fn holm(p_values: &[f64]) -> Vec<f64> {
 }
 
 /// P-value of Pearson's χ² test that `observed` counts come from a distribution with the
-/// `expected` counts (Pearson 1900), which add up to the same.
+/// `expected` counts (Pearson 1900). Both have the same sum.
 ///
-/// Bins with fewer than 5 expected are pooled, and the pool, if it is still short, goes to the
-/// least of the other bins. Anything seen where nothing can be gives 0; with fewer than two bins
-/// nothing can be said, which gives 1.
+/// Bins with an expected count below 5 are pooled; a pool that is still below 5 is added to the
+/// smallest other bin. The result is 0 if a count is observed where none is expected, and 1 if fewer
+/// than two bins are left.
 ///
 /// # Panics
 /// The slices differ in length.
@@ -161,13 +161,13 @@ pub fn chi_square_p_value(observed: &[u64], expected: &[f64]) -> f64 {
         if wanted <= 0.0 && seen > 0 {
             return 0.0;
         }
-        if wanted >= LEAST_EXPECTED {
+        if wanted >= MIN_EXPECTED {
             bins.push((seen as f64, wanted));
         } else {
             pool = (pool.0 + seen as f64, pool.1 + wanted);
         }
     }
-    if pool.1 >= LEAST_EXPECTED {
+    if pool.1 >= MIN_EXPECTED {
         bins.push(pool);
     } else if let Some(least) = bins.iter_mut().min_by(|a, b| a.1.total_cmp(&b.1)) {
         *least = (least.0 + pool.0, least.1 + pool.1);
@@ -185,12 +185,11 @@ pub fn chi_square_p_value(observed: &[u64], expected: &[f64]) -> f64 {
 /// P-value of the two-sided Kolmogorov–Smirnov test that two samples come from one continuous
 /// distribution.
 ///
-/// Exact, by counting the orders of the pooled values that stay closer together (Hodges, "The
-/// significance probability of the Smirnov two-sample test", 1958), to about 1e-15 absolutely; of
-/// samples whose sizes multiply to more than 10⁷ the limit distribution with Stephens' correction
-/// ("Use of the Kolmogorov–Smirnov, Cramér–von Mises and related statistics without extensive
-/// tables", 1970). Equal values make either one conservative. 1 without values in either; NaN
-/// where a value is NaN.
+/// Exact to about 1e-15, by counting the orders of the pooled values with a smaller distance (Hodges,
+/// "The significance probability of the Smirnov two-sample test", 1958). If the product of the sample
+/// sizes exceeds 10⁷: the limit distribution with Stephens' correction ("Use of the
+/// Kolmogorov–Smirnov, Cramér–von Mises and related statistics without extensive tables", 1970).
+/// Ties make both conservative. 1 if a sample is empty; NaN if a value is NaN.
 pub fn kolmogorov_smirnov_p_value(a: &[f64], b: &[f64]) -> f64 {
     if a.iter().chain(b).any(|v| v.is_nan()) {
         return f64::NAN;
@@ -203,7 +202,7 @@ pub fn kolmogorov_smirnov_p_value(a: &[f64], b: &[f64]) -> f64 {
         sorted.sort_by(f64::total_cmp);
         sorted
     });
-    // Steps of the distributions' difference, in units of 1/nm, after each distinct value.
+    // The largest difference of the two empirical distributions, in units of 1/nm.
     let (n, m) = (a.len(), b.len());
     let (mut i, mut j) = (0, 0);
     let mut distance = 0;
@@ -217,7 +216,7 @@ pub fn kolmogorov_smirnov_p_value(a: &[f64], b: &[f64]) -> f64 {
         }
         distance = distance.max((i * m).abs_diff(j * n));
     }
-    if n * m <= MOST_COUNTED {
+    if n * m <= MAX_EXACT {
         return smirnov_tail(distance, n, m);
     }
     let size = ((n * m) as f64 / (n + m) as f64).sqrt();
@@ -225,11 +224,11 @@ pub fn kolmogorov_smirnov_p_value(a: &[f64], b: &[f64]) -> f64 {
     kolmogorov_tail((size + 0.12 + 0.11 / size) * statistic)
 }
 
-/// Chance that a random order of `n` and `m` values somewhere has the two distributions at least
-/// `distance`/nm apart.
+/// Probability that in a random order of `n` and `m` values the two empirical distributions are
+/// somewhere at least `distance`/nm apart.
 fn smirnov_tail(distance: usize, n: usize, m: usize) -> f64 {
-    // Of the orders of the first i and j values, the part that stayed below the distance: the last
-    // of them is one of the i with chance i/(i + j).
+    // The share of orders of the first i and j values that stay below the distance. The last value
+    // is one of the i with probability i/(i + j).
     let mut stayed = vec![0.0; m + 1];
     for i in 0..=n {
         for j in 0..=m {
@@ -248,10 +247,10 @@ fn smirnov_tail(distance: usize, n: usize, m: usize) -> f64 {
     1.0 - stayed[m]
 }
 
-/// Chance that Kolmogorov's limit distribution exceeds `x`: 2 Σ (−1)ᵏ⁻¹ exp(−2k²x²).
+/// Probability that Kolmogorov's limit distribution exceeds `x`: 2 Σ (−1)ᵏ⁻¹ exp(−2k²x²).
 fn kolmogorov_tail(x: f64) -> f64 {
     if x < 0.2 {
-        // 1 to within 1e-12, and there the series hardly converges.
+        // 1 to within 1e-12; the series converges slowly here.
         return 1.0;
     }
     let mut sum = 0.0;
