@@ -1,4 +1,4 @@
-//! Where a scene lies in the world.
+//! Bounding boxes of meshes and scenes.
 
 use super::{Instance, Mesh, Scene};
 use glam::DVec3;
@@ -6,9 +6,9 @@ use glam::DVec3;
 /// An axis-aligned box in the world.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Bounds {
-    /// The least coordinates.
+    /// The smallest coordinates.
     pub min: DVec3,
-    /// The greatest coordinates.
+    /// The largest coordinates.
     pub max: DVec3,
 }
 

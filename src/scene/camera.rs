@@ -1,4 +1,4 @@
-//! Cameras that no file gives: looking from here to there, and framing a whole scene.
+//! Cameras that do not come from a file: a look-at camera, and one that frames a whole scene.
 
 use super::{Camera, Scene};
 use glam::{DAffine3, DMat3, DVec3};
@@ -6,10 +6,10 @@ use glam::{DAffine3, DMat3, DVec3};
 /// The vertical field of view of [`framing_camera`]: 40°.
 const FRAMING_FOV: f64 = 40.0 * std::f64::consts::PI / 180.0;
 
-/// Free room around the scene in [`framing_camera`], relative to the distance.
+/// Factor on the distance in [`framing_camera`], which leaves a margin around the scene.
 const FRAMING_MARGIN: f64 = 1.05;
 
-/// A camera at `eye` that looks to `target` with +Y up and the vertical field of view `yfov` in
+/// A camera at `eye` that looks at `target` with +Y up and the vertical field of view `yfov` in
 /// radians. Looking straight up or down, the top of the picture is −Z or +Z; with `eye` at
 /// `target` it looks along −Z.
 pub fn look_at(eye: DVec3, target: DVec3, yfov: f64) -> Camera {
@@ -43,7 +43,8 @@ pub fn framing_camera(scene: &Scene) -> Camera {
     look_at(eye, bounds.center(), FRAMING_FOV)
 }
 
-/// The rotation in a transform: it keeps where the camera looks, and +Y as near as can be.
+/// The rotation of a camera's transform without scale and shear: it keeps the viewing direction
+/// exactly and +Y as closely as possible. None if an axis has no direction.
 pub(super) fn rigid(matrix: DMat3) -> Option<DMat3> {
     let unit = |axis: DVec3| (axis / axis.abs().max_element()).try_normalize();
     let z = unit(matrix.z_axis)?;
@@ -51,9 +52,9 @@ pub(super) fn rigid(matrix: DMat3) -> Option<DMat3> {
     Some(DMat3::from_cols(x, z.cross(x), z))
 }
 
-/// The camera's axes as columns, `back` being opposite to where it looks.
+/// The camera's axes as columns; `back` is opposite to the viewing direction.
 fn axes(back: DVec3) -> DMat3 {
-    // Scaled before it is normalised: the square of a tiny or huge length leaves f64.
+    // Scaled before it is normalised, since the square of a tiny or huge length is out of f64's range.
     let z = (back / back.abs().max_element())
         .try_normalize()
         .unwrap_or(DVec3::Z);

@@ -1,4 +1,4 @@
-//! A fingerprint of what a scene looks like.
+//! A hash of everything in a scene that affects its picture.
 
 use super::motion::tracks::{Animated, Interpolation, Track};
 use super::motion::{AnimatedTransform, Emission, Motion, Node, Place};
@@ -6,10 +6,10 @@ use super::{Camera, Instance, Material, Mesh, Scene};
 use glam::DAffine3;
 
 impl Scene {
-    /// The hash, in hexadecimal, of all that affects the picture: geometry, materials, placement,
-    /// cameras and motion. Names, notices and the path the scene came from are left out.
+    /// The hash, in hexadecimal, of all that affects the picture: geometry, materials, instances,
+    /// cameras and motion. Names and notices are not part of it.
     pub fn content_hash(&self) -> String {
-        // Destructured in full, so that a new field cannot be forgotten here.
+        // Full destructuring, so that a new field cannot be forgotten here.
         let Self {
             name: _,
             meshes,
@@ -46,10 +46,11 @@ impl Scene {
                 aspect_ratio,
             } = camera;
             hash_affine(&mut hasher, camera_to_world);
-            // 0 is no aspect ratio's value.
+            // 0 is no valid aspect ratio.
             doubles(&mut hasher, &[*vertical_fov, aspect_ratio.unwrap_or(0.0)]);
         }
-        // A scene in which nothing moves has the hash it had before there was motion.
+        // Nothing is added for scenes without motion, so that their hashes stay those of versions
+        // without motion.
         if let Some(motion) = motion {
             hash_motion(&mut hasher, motion);
         }
@@ -89,9 +90,9 @@ fn hash_motion(hasher: &mut blake3::Hasher, motion: &Motion) {
             }
         }
     }
-    for hung in [instances, cameras] {
-        count(hasher, hung.len());
-        hung.iter().for_each(|node| index(hasher, *node));
+    for attached in [instances, cameras] {
+        count(hasher, attached.len());
+        attached.iter().for_each(|node| index(hasher, *node));
     }
     count(hasher, emission.len());
     for Emission {

@@ -1,10 +1,10 @@
-//! Emissive triangles and the table that picks among them.
+//! Emissive triangles, and the alias table that samples them.
 
 use super::{Material, Scene};
 use glam::{DAffine3, DVec3, Vec3};
 
-/// Share of all picks that is spread evenly over the lights, so that no light's probability falls
-/// below what 32 random bits resolve, however dim it is beside the brightest.
+/// Share of the sampling probability that is uniform over the lights, so that no light's probability
+/// falls below the resolution of 32 random bits, however dim it is.
 pub const UNIFORM_SHARE: f64 = 0.1;
 
 /// An emissive triangle in world space.
@@ -38,9 +38,9 @@ pub struct LampTriangle {
 }
 
 impl LampTriangle {
-    /// The triangle where its instance stands.
+    /// The triangle in world space.
     pub fn placed(&self, object_to_world: &DAffine3) -> LightTriangle {
-        // Facing is decided in object space, so a mirroring transform turns the world's winding.
+        // The front side is defined in object space, so a mirroring transform reverses the winding.
         let side = object_to_world.matrix3.determinant().signum();
         let corners = self.corners.map(|p| object_to_world.transform_point3(p));
         let cross = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
@@ -56,26 +56,26 @@ impl LampTriangle {
 }
 
 impl Scene {
-    /// Which materials are lights: they emit now or, where the scene moves, at another time.
+    /// For each material whether it is a light: it emits now or, if the scene moves, at another time.
     pub fn lamp_materials(&self) -> Vec<bool> {
-        let mut lamps: Vec<bool> = self.materials.iter().map(|m| m.is_emissive()).collect();
+        let mut lights: Vec<bool> = self.materials.iter().map(|m| m.is_emissive()).collect();
         for emission in self.motion.iter().flat_map(|motion| &motion.emission) {
-            lamps[emission.material as usize] = true;
+            lights[emission.material as usize] = true;
         }
-        lamps
+        lights
     }
 }
 
-/// The triangles of the materials that are `lamps`: by instance, and within it by the mesh's own
-/// order of triangles.
-pub fn lamp_triangles(scene: &Scene, lamps: &[bool]) -> Vec<LampTriangle> {
+/// The triangles whose materials are `lights` (one flag per material), ordered by instance, then by
+/// the mesh's order of triangles.
+pub fn lamp_triangles(scene: &Scene, lights: &[bool]) -> Vec<LampTriangle> {
     let mut triangles = Vec::new();
-    for (number, instance) in scene.instances.iter().enumerate() {
+    for (index, instance) in scene.instances.iter().enumerate() {
         let mesh = &scene.meshes[instance.mesh as usize];
-        for part in mesh.parts.iter().filter(|p| lamps[p.material as usize]) {
+        for part in mesh.parts.iter().filter(|p| lights[p.material as usize]) {
             for triangle in part.first_triangle..part.first_triangle + part.triangle_count {
                 triangles.push(LampTriangle {
-                    instance: number as u32,
+                    instance: index as u32,
                     triangle,
                     material: part.material,
                     corners: mesh.triangles[triangle as usize]
@@ -91,12 +91,12 @@ pub fn lamp_triangles(scene: &Scene, lamps: &[bool]) -> Vec<LampTriangle> {
 pub fn light_triangles(scene: &Scene) -> Vec<LightTriangle> {
     lamp_triangles(scene, &scene.lamp_materials())
         .iter()
-        .map(|lamp| lamp.placed(&scene.instances[lamp.instance as usize].object_to_world))
+        .map(|light| light.placed(&scene.instances[light.instance as usize].object_to_world))
         .collect()
 }
 
-/// How often a light should be picked, before the uniform share: area × luminance, twice for a
-/// light that emits on both sides.
+/// A light's sampling weight, before the uniform share: area × luminance, doubled for a light that
+/// emits on both sides.
 pub fn power(light: &LightTriangle, material: &Material) -> f64 {
     let sides = if material.double_sided { 2.0 } else { 1.0 };
     sides * light.area * luminance(material.emission)
@@ -110,29 +110,29 @@ pub fn luminance(color: Vec3) -> f64 {
 /// One column of an alias table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AliasColumn {
-    /// The column's own entry is taken if 32 random bits are below this.
+    /// The column's own entry is chosen if 32 random bits are below this.
     pub keep_below: u32,
-    /// Else this entry is taken.
+    /// Index of the entry that is chosen otherwise.
     pub alias: u32,
 }
 
-/// Picks entry i with a probability near `weights[i]` / Σ, mixed with the uniform share, in
+/// Samples entry i with a probability close to `weights[i]` / Σ, mixed with the uniform share, in
 /// constant time (Walker 1977; Vose 1991).
 #[derive(Clone, Debug)]
 pub struct AliasTable {
-    /// One column an entry.
+    /// One column per entry.
     pub columns: Vec<AliasColumn>,
-    /// What the table's integers really give each entry: an estimator divides by exactly this.
+    /// Each entry's exact probability by the table's integers; estimators divide by it.
     pub probabilities: Vec<f64>,
 }
 
 impl AliasTable {
-    /// A table for finite weights ≥ 0; if all are 0, every entry is as likely as the next.
+    /// A table for finite weights ≥ 0; if all are 0, the entries are equally likely.
     pub fn new(weights: &[f64], uniform_share: f64) -> Self {
         let count = weights.len();
         let total: f64 = weights.iter().sum();
         let share = if total > 0.0 { uniform_share } else { 1.0 };
-        // Heights average 1: what a column lacks is filled by one that has too much.
+        // The mean height is 1: columns below it are filled up from columns above it.
         let mut heights: Vec<f64> = weights
             .iter()
             .map(|w| {

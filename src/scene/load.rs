@@ -1,4 +1,4 @@
-//! Reads a scene from a file, whatever its format.
+//! Reads a scene from a file of any supported format.
 
 use super::notices::quoted;
 use super::progress::{Progress, Watch, Watched, room_for};
@@ -8,22 +8,22 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-/// Bytes of a glTF file itself: a GLB counts its own in 32 bits.
-const MOST_BYTES: u64 = u32::MAX as u64;
+/// Largest glTF file, in bytes, without its separate buffers: a GLB stores its length in 32 bits.
+const MAX_BYTES: u64 = u32::MAX as u64;
 
 /// Reads and validates a scene: glTF 2.0 (`.gltf`, `.glb`) or Wavefront OBJ (`.obj`).
 ///
-/// Whatever the file holds, this ends in a scene that keeps to the rules of
-/// [`Scene::validate`], with a notice for each thing assumed or ignored, or in an error of one
-/// line that names the file, the element and what to do.
+/// For any content this returns either a scene that passes [`Scene::validate`], with a notice for
+/// each thing assumed or ignored, or an error of one line that names the file, the element and what
+/// to do.
 ///
 /// # Errors
-/// A file that cannot be read, or whose content is no scene.
+/// The file cannot be read, or its content is not a valid scene.
 pub fn load(path: &Path) -> Result<Scene> {
     load_watched(path, &mut |_, _, _| Ok(()))
 }
 
-/// [`load`]; `watch` is told how far it has come.
+/// [`load`] with progress reports to `watch`.
 ///
 /// # Errors
 /// Those of [`load`], and those of `watch`.
@@ -65,7 +65,7 @@ pub fn load_watched(path: &Path, watch: &mut Watch<'_>) -> Result<Scene> {
 /// A file, and how many bytes it has.
 fn open_file(path: &Path, progress: &mut Progress<'_>) -> Result<(File, u64)> {
     let file = File::open(path).map_err(|cause| unreadable(path, cause))?;
-    // A pipe has no length; then the total stays below what is done.
+    // A pipe reports no length; the reported total is then smaller than the bytes read.
     let length = file.metadata().map_or(0, |about| about.len());
     progress.expect(length);
     Ok((file, length))
@@ -74,9 +74,9 @@ fn open_file(path: &Path, progress: &mut Progress<'_>) -> Result<(File, u64)> {
 /// The bytes of a glTF file.
 fn read_whole(path: &Path, progress: &mut Progress<'_>) -> Result<Vec<u8>> {
     let (file, length) = open_file(path, progress)?;
-    if length > MOST_BYTES {
+    if length > MAX_BYTES {
         return Err(Error::input(format!(
-            "has {length} bytes, a glTF file at most {MOST_BYTES}; give a smaller scene, or one with its buffers in files of their own"
+            "has {length} bytes, a glTF file at most {MAX_BYTES}; give a smaller scene, or one with its buffers in files of their own"
         )));
     }
     let mut bytes = room_for(length)?;
@@ -103,7 +103,7 @@ fn unreadable(path: &Path, cause: std::io::Error) -> Error {
     Error::reading(Path::new(&one_line(path)), cause)
 }
 
-/// A path as messages show it: as it is, but for characters that would break the line.
+/// A path for messages: unchanged unless it contains control characters, which could break the line.
 fn one_line(path: &Path) -> String {
     let text = path.to_string_lossy();
     if text.chars().any(char::is_control) {

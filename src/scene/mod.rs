@@ -1,6 +1,6 @@
-//! What is to be rendered, on the CPU. Knows no Vulkan.
+//! Scenes on the CPU: loading, generating, checking and moving them. Independent of Vulkan.
 //!
-//! Units are the file's own (glTF: metres); right-handed, +Y up; linear RGB radiance.
+//! Units are those of the file (glTF: metres); right-handed, +Y up; linear RGB radiance.
 
 mod bounds;
 pub mod camera;
@@ -9,13 +9,13 @@ pub mod export;
 mod gltf;
 pub mod lights;
 pub mod load;
-mod mend;
 pub mod motion;
 mod notices;
 mod obj;
 mod polygon;
 pub mod procedural;
 pub mod progress;
+mod repair;
 pub mod requirements;
 pub mod validate;
 
@@ -26,15 +26,15 @@ use crate::{Error, Result};
 use glam::{DAffine3, Vec3};
 use std::path::Path;
 
-/// The scene that a procedural name or a file's path stands for.
+/// Generates the procedural scene of that name, or loads the file at that path.
 ///
 /// # Errors
-/// Neither a procedural scene nor a file that can be read.
+/// Neither a procedural scene nor a readable file.
 pub fn open(name: &str) -> Result<Scene> {
     open_watched(name, &mut |_, _, _| Ok(()))
 }
 
-/// [`open`]; `watch` is told how far a file has been loaded.
+/// [`open`] with progress reports to `watch` while a file is loaded.
 ///
 /// # Errors
 /// Those of [`open`], and those of `watch`.
@@ -45,8 +45,8 @@ pub fn open_watched(name: &str, watch: &mut progress::Watch<'_>) -> Result<Scene
     load::load_watched(Path::new(name), watch)
 }
 
-/// A procedural scene's name, and what stands behind its colon. A bare word is a name, too; a file of the same
-/// name can still be reached as ./NAME.
+/// The name of a procedural scene and the text after its colon. A bare word is taken as a name; a file
+/// of that name can be given as ./NAME.
 fn as_procedural(name: &str) -> Option<(&str, &str)> {
     let (bare, parameters) = name.split_once(':').unwrap_or((name, ""));
     if procedural::list().iter().any(|scene| scene.name == bare) {
@@ -72,10 +72,10 @@ fn parse_parameters(name: &str, text: &str) -> Result<Vec<(String, String)>> {
     parts.map(parse).collect()
 }
 
-/// Whether there is something for [`open`] to open, as far as can be told at once.
+/// Checks that [`open`] can succeed, as far as possible without opening the scene.
 ///
 /// # Errors
-/// There is not.
+/// No such procedural scene or parameter, or no such file.
 pub fn check_name(name: &str) -> Result<()> {
     if let Some((name, parameters)) = as_procedural(name) {
         return procedural::check(name, &parse_parameters(name, parameters)?);
@@ -97,9 +97,9 @@ pub struct Scene {
     pub instances: Vec<Instance>,
     /// Cameras in file order.
     pub cameras: Vec<Camera>,
-    /// How it moves, if it does; the rest of the scene is then as it is at time 0.
+    /// The scene's motion, if it moves; the rest of the scene is then its state at time 0.
     pub motion: Option<Motion>,
-    /// What was assumed or ignored while loading: one line each, for the user.
+    /// Notices to the user of what was assumed or ignored while loading, one line each.
     pub notices: Vec<String>,
 }
 
@@ -110,7 +110,7 @@ pub struct Mesh {
     pub name: String,
     /// Finite positions.
     pub positions: Vec<Vec3>,
-    /// Unit shading normals, one a position; empty means flat shading by the geometric normal.
+    /// Unit shading normals, one per position; empty for flat shading with geometric normals.
     pub normals: Vec<Vec3>,
     /// Corner indices into `positions`, counter-clockwise seen from the front.
     pub triangles: Vec<[u32; 3]>,
@@ -136,7 +136,7 @@ pub struct Instance {
     pub name: String,
     /// Index into [`Scene::meshes`].
     pub mesh: u32,
-    /// Object to world; may mirror and scale unevenly, in f64 until the scene is rebased.
+    /// Object to world; may mirror and scale non-uniformly. In f64 until the scene is rebased.
     pub object_to_world: DAffine3,
 }
 
@@ -164,7 +164,7 @@ pub struct Material {
 }
 
 impl Default for Material {
-    /// glTF's defaults: a white, fully rough metal; loaders set what their format says.
+    /// glTF's defaults: a white, fully rough metal. Loaders overwrite them.
     fn default() -> Self {
         Self {
             name: String::new(),
@@ -181,7 +181,7 @@ impl Default for Material {
 }
 
 impl Material {
-    /// A matte surface without any specular lobe: pure Lambert.
+    /// A purely Lambertian surface without a specular lobe.
     pub fn lambert(name: &str, albedo: Vec3) -> Self {
         Self {
             name: name.into(),
@@ -207,6 +207,6 @@ pub struct Camera {
     pub camera_to_world: DAffine3,
     /// Full vertical field of view in radians, in (0, π).
     pub vertical_fov: f64,
-    /// Width over height, where the file says.
+    /// Width over height, if the file has it.
     pub aspect_ratio: Option<f64>,
 }

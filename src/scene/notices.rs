@@ -1,6 +1,6 @@
-//! Collects what was assumed or ignored, so that a thousand like cases make one line.
+//! Collects notices of what was assumed or ignored; equal notices are counted in one line.
 
-/// Notices by kind: the first case of each is named, the others are counted.
+/// Notices by kind: the first case of each kind is named, the others are counted.
 #[derive(Debug, Default)]
 pub(super) struct Tally {
     kinds: Vec<Kind>,
@@ -14,7 +14,7 @@ struct Kind {
 }
 
 impl Tally {
-    /// Counts one case of `what`; `place` is asked for its name if it is the first.
+    /// Counts one case of `what`; `place` gives its name if it is the first.
     pub fn add(&mut self, what: &str, place: impl FnOnce() -> String) {
         self.add_many(what, 1, place);
     }
@@ -34,7 +34,7 @@ impl Tally {
         }
     }
 
-    /// One line a kind.
+    /// One line per kind.
     pub fn into_lines(self) -> impl Iterator<Item = String> {
         self.kinds.into_iter().map(|kind| match kind.count {
             1 => format!("{}: {}", kind.what, kind.first),
@@ -43,7 +43,8 @@ impl Tally {
     }
 }
 
-/// How a message names an element: `mesh 3 "Lamp"`. The name is kept on the line and short.
+/// The name of an element in messages: `mesh 3 "Lamp"`. A long name is cut, control characters are
+/// escaped.
 pub(super) fn label(kind: &str, index: usize, name: &str) -> String {
     if name.is_empty() {
         return format!("{kind} {index}");
@@ -51,7 +52,7 @@ pub(super) fn label(kind: &str, index: usize, name: &str) -> String {
     format!("{kind} {index} {}", quoted(name))
 }
 
-/// A text from a file as messages show it: quoted, on one line, at most 60 characters.
+/// A text from a file for messages: quoted, on one line, at most 60 characters.
 pub(super) fn quoted(text: &str) -> String {
     if text.chars().nth(60).is_some() {
         let start: String = text.chars().take(57).collect();

@@ -1,20 +1,20 @@
-//! Polygons into triangles.
+//! Triangulation of polygons.
 
 use glam::{DVec2, DVec3, Vec3};
 
-/// Concave polygons of more corners are cut as a fan: clipping their ears would take too long.
-const MOST_CORNERS: usize = 512;
+/// Concave polygons with more corners are cut as a fan, since ear clipping would take too long.
+const MAX_EAR_CLIPPING_CORNERS: usize = 512;
 
-/// Cuts a polygon into triangles of its corners' indices. A convex polygon is a fan around its
-/// first corner; from a concave one ears are clipped. One that crosses itself, or is far from
-/// plane, has no right answer: it is cut into as many triangles all the same.
+/// Cuts a polygon into triangles, given as indices of its corners: a convex one as a fan around its
+/// first corner, a concave one by ear clipping. A polygon that crosses itself or is far from planar
+/// has no correct triangulation; it is cut into the same number of triangles.
 pub(super) fn triangulate(points: &[Vec3], mut triangle: impl FnMut([usize; 3])) {
     let count = points.len();
     let corners = flatten(points);
     let turns_left = |[a, b, c]: [usize; 3]| turn(corners[a], corners[b], corners[c]) >= 0.0;
     let convex = (0..count).all(|i| turns_left([i, (i + 1) % count, (i + 2) % count]));
     let mut left: Vec<usize> = (0..count).collect();
-    if !convex && count <= MOST_CORNERS {
+    if !convex && count <= MAX_EAR_CLIPPING_CORNERS {
         while left.len() > 3 {
             let Some(ear) = (0..left.len()).find(|&i| is_ear(&corners, &left, i)) else {
                 break;
@@ -53,7 +53,7 @@ fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     (b - a).perp_dot(c - a)
 }
 
-/// The polygon in the plane of its largest projection, where it runs counter-clockwise.
+/// The polygon projected along the axis that gives the largest area, in counter-clockwise order.
 fn flatten(points: &[Vec3]) -> Vec<DVec2> {
     let origin = points.first().map_or(DVec3::ZERO, |p| p.as_dvec3());
     let points: Vec<DVec3> = points.iter().map(|p| p.as_dvec3() - origin).collect();

@@ -1,4 +1,4 @@
-//! How far the loading of a scene has come, told to whoever waits for it.
+//! Progress of loading a scene, reported to a callback.
 
 use crate::{Error, Result};
 use std::fs::File;
@@ -7,16 +7,17 @@ use std::io::Read;
 /// A step of loading.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
-    /// Bytes of the file and of those that it names.
+    /// Reading the file and those that it refers to; counted in bytes.
     Reading,
-    /// Meshes.
+    /// Decoding; counted in meshes.
     Decoding,
 }
 
-/// Is told the step, how much of it is done, and of how much; an error ends the loading.
+/// A callback that receives the step, how much of it is done, and the total; its error stops the
+/// loading.
 pub type Watch<'a> = dyn FnMut(Step, u64, u64) -> Result<()> + 'a;
 
-/// Adds up what is read of all files.
+/// Sums the bytes read of all files.
 pub(super) struct Progress<'a> {
     watch: &'a mut Watch<'a>,
     read: u64,
@@ -32,18 +33,18 @@ impl<'a> Progress<'a> {
         }
     }
 
-    /// So many bytes are to be read, beside those known before.
+    /// Adds `bytes` to the total to read.
     pub(super) fn expect(&mut self, bytes: u64) {
         self.to_read = self.to_read.saturating_add(bytes);
     }
 
-    /// So many meshes are decoded, of so many.
+    /// Reports that `done` of `total` meshes are decoded.
     pub(super) fn decoded(&mut self, done: usize, total: usize) -> Result<()> {
         (self.watch)(Step::Decoding, done as u64, total as u64)
     }
 }
 
-/// A file that tells how far it has been read.
+/// A file that reports the progress of its reading.
 pub(super) struct Watched<'p, 'a> {
     file: File,
     progress: &'p mut Progress<'a>,
@@ -66,10 +67,10 @@ impl Read for Watched<'_, '_> {
     }
 }
 
-/// Memory for so many bytes of a file.
+/// An empty vector with a capacity of `bytes`.
 ///
 /// # Errors
-/// There is not as much: a file may be sparse and say that it is larger than any disk.
+/// Not enough memory: a sparse file can claim to be larger than any disk.
 pub(super) fn room_for(bytes: u64) -> Result<Vec<u8>> {
     let mut room = Vec::new();
     usize::try_from(bytes)

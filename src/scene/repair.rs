@@ -1,19 +1,19 @@
-//! Mends a mesh without changing what it shows: no triangles without area, unit normals, no
-//! vertices that nobody uses.
+//! Repairs a mesh without changing its picture: removes triangles without area and unused vertices,
+//! normalises normals.
 
 use super::Mesh;
 use super::notices::{Tally, label};
 use glam::{DVec3, Vec3};
 
-/// A normal whose squared length is off by more is made unit.
+/// A normal is normalised if its squared length differs from 1 by more.
 const UNIT_TOLERANCE: f64 = 1e-6;
 
-/// A normal whose squared length is off by more is worth a notice.
+/// A notice is added if a normal's squared length differs from 1 by more.
 const NOTICED_TOLERANCE: f64 = 1e-2;
 
 impl Mesh {
-    /// Mends a mesh whose indices are in range and whose numbers are finite.
-    pub(super) fn mend(&mut self, index: usize, tally: &mut Tally) {
+    /// Repairs a mesh. Its indices must be in range and its numbers finite.
+    pub(super) fn repair(&mut self, index: usize, tally: &mut Tally) {
         let name = self.name.clone();
         let place = || label("mesh", index, &name);
         let flat = self.drop_degenerate_triangles();
@@ -62,7 +62,7 @@ impl Mesh {
         before - kept
     }
 
-    /// Makes all normals unit but those of zero length; tells how many were far from it.
+    /// Normalises all normals but those of zero length. Returns how many were far from unit length.
     fn normalize_normals(&mut self) -> usize {
         let mut odd = 0;
         for normal in &mut self.normals {
@@ -76,8 +76,8 @@ impl Mesh {
         odd
     }
 
-    /// Gives vertices with a normal of zero length the geometric normal of their triangle; those
-    /// on an edge between planes are doubled. Tells how many there were.
+    /// Gives vertices with a normal of zero length the geometric normal of their triangle; vertices
+    /// shared by triangles of different normals are duplicated. Returns how many normals were missing.
     fn fill_missing_normals(&mut self) -> usize {
         let is_missing: Vec<bool> = self.normals.iter().map(|&n| n == Vec3::ZERO).collect();
         let missing = is_missing.iter().filter(|&&m| m).count();
@@ -100,7 +100,7 @@ impl Mesh {
                     continue;
                 }
                 let Ok(copy) = u32::try_from(self.positions.len()) else {
-                    continue; // no index is left for a copy: the neighbour's normal serves
+                    continue; // no index is left for a copy, so the neighbour's normal is used
                 };
                 self.positions.push(self.positions[vertex]);
                 self.normals.push(normal);
@@ -161,9 +161,9 @@ mod tests {
         }
     }
 
-    fn mend(mesh: &mut Mesh) -> Vec<String> {
+    fn repair(mesh: &mut Mesh) -> Vec<String> {
         let mut tally = Tally::default();
-        mesh.mend(4, &mut tally);
+        mesh.repair(4, &mut tally);
         tally.into_lines().collect()
     }
 
@@ -174,13 +174,13 @@ mod tests {
         mesh.triangles = vec![[0, 1, 4], [0, 1, 2], [1, 1, 2], [0, 2, 3], [3, 3, 3]];
         mesh.parts = vec![part(0, 2, 0), part(2, 1, 1), part(3, 2, 2)];
         assert_eq!(
-            mend(&mut mesh),
+            repair(&mut mesh),
             ["triangles without area are removed: 3 times, first mesh 4"]
         );
         assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
         assert_eq!(mesh.parts, [part(0, 1, 0), part(1, 1, 2)]);
         assert_eq!(mesh.positions.len(), 4, "the unused vertex went");
-        assert!(mend(&mut mesh).is_empty());
+        assert!(repair(&mut mesh).is_empty());
     }
 
     #[test]
@@ -190,7 +190,7 @@ mod tests {
         for p in &mut mesh.positions {
             *p *= tiny;
         }
-        assert!(mend(&mut mesh).is_empty());
+        assert!(repair(&mut mesh).is_empty());
         assert_eq!(mesh.triangles.len(), 2);
     }
 
@@ -198,7 +198,7 @@ mod tests {
     fn normals_become_unit() {
         let mut mesh = roof();
         mesh.normals = vec![Vec3::Z * 1e-30, Vec3::Z * 3.0, Vec3::Z * 1.0001, Vec3::X];
-        assert_eq!(mend(&mut mesh).len(), 1);
+        assert_eq!(repair(&mut mesh).len(), 1);
         assert_eq!(mesh.normals, [Vec3::Z, Vec3::Z, Vec3::Z, Vec3::X]);
     }
 
@@ -207,7 +207,7 @@ mod tests {
         let mut mesh = roof();
         mesh.normals = vec![Vec3::ZERO, Vec3::Z, Vec3::ZERO, Vec3::Y];
         assert_eq!(
-            mend(&mut mesh),
+            repair(&mut mesh),
             ["vertices without a usable normal take the geometric one: 2 times, first mesh 4"]
         );
         assert_eq!(mesh.positions.len(), 6);
@@ -217,14 +217,14 @@ mod tests {
             .map(|t| t.map(|i| mesh.normals[i as usize]))
             .collect();
         assert_eq!(shown, [[Vec3::Z; 3], [Vec3::X, Vec3::X, Vec3::Y]]);
-        assert!(mend(&mut mesh).is_empty());
+        assert!(repair(&mut mesh).is_empty());
     }
 
     #[test]
     fn without_any_usable_normal_a_mesh_is_flat() {
         let mut mesh = roof();
         mesh.normals = vec![Vec3::ZERO; 4];
-        mend(&mut mesh);
+        repair(&mut mesh);
         assert!(mesh.normals.is_empty());
         assert_eq!(mesh.positions.len(), 4);
     }

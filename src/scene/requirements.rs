@@ -1,20 +1,19 @@
-//! What a scene asks of the renderer. Scanned once; what a scene lacks needs no shader and no buffer.
+//! Properties of a scene that decide which features the renderer needs for it.
 
 use super::{Material, Mesh, Scene};
 use crate::layouts::MIRROR_ROUGHNESS;
 
-/// What a scene contains, as far as it decides what the renderer must be able to do. Materials
-/// count only where an instance shows them; counts are over instances; what emits at some time is a
-/// light always.
+/// What a scene contains that needs support in the renderer. Only materials and meshes with an
+/// instance count; counts are over instances; a material that emits at any time is a light.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Requirements {
     /// Triangles in the world.
     pub triangles: u64,
     /// Triangles that emit light.
     pub emissive_triangles: u64,
-    /// Meshes placed in the world.
+    /// Instances of meshes.
     pub instances: u64,
-    /// Whether some emitter shines from both sides.
+    /// Whether some light emits from both sides.
     pub double_sided_emitters: bool,
     /// Whether some surface has a specular lobe (else all is Lambert).
     pub specular: bool,
@@ -26,7 +25,7 @@ pub struct Requirements {
     pub multi_part_meshes: bool,
     /// Whether some mesh is placed more than once.
     pub shared_meshes: bool,
-    /// Whether some instance is mirrored: its triangles turn the other way round.
+    /// Whether some instance is mirrored, which reverses the winding of its triangles.
     pub mirrored_instances: bool,
     /// Whether instances, cameras or lights change with time.
     pub motion: bool,
@@ -42,7 +41,7 @@ impl Requirements {
             motion: scene.motion.is_some(),
             ..Self::default()
         };
-        let lamps = scene.lamp_materials();
+        let lights = scene.lamp_materials();
         let mut placed = vec![false; scene.meshes.len()];
         for instance in &scene.instances {
             let seen = &mut placed[instance.mesh as usize];
@@ -56,7 +55,7 @@ impl Requirements {
             for part in mesh.parts.iter().filter(|part| part.triangle_count > 0) {
                 let material = &scene.materials[part.material as usize];
                 required.double_sided_emitters |=
-                    lamps[part.material as usize] && material.double_sided;
+                    lights[part.material as usize] && material.double_sided;
                 required.specular |= material.has_specular_lobe();
                 required.near_delta |=
                     material.has_specular_lobe() && material.roughness < MIRROR_ROUGHNESS;
@@ -74,18 +73,18 @@ impl Material {
 }
 
 impl Scene {
-    /// Triangles in the world: each mesh's, as often as it is placed.
+    /// Triangles in the world: each mesh's count times its instances.
     pub fn triangle_count(&self) -> u64 {
         self.count_triangles(|mesh| mesh.triangles.len() as u64)
     }
 
-    /// Triangles in the world whose material emits, if only at some time.
+    /// Triangles in the world whose material emits at any time.
     pub fn emissive_triangle_count(&self) -> u64 {
-        let lamps = self.lamp_materials();
+        let lights = self.lamp_materials();
         self.count_triangles(|mesh| {
             mesh.parts
                 .iter()
-                .filter(|part| lamps[part.material as usize])
+                .filter(|part| lights[part.material as usize])
                 .map(|part| u64::from(part.triangle_count))
                 .sum()
         })

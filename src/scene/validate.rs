@@ -1,30 +1,30 @@
-//! What every scene must keep to, whether read from a file or made by a procedure.
+//! The rules for every scene, loaded or generated, and their check.
 
 use super::notices::{Tally, label};
 use super::{Bounds, Camera, Instance, Material, Mesh, Scene};
 use crate::{Error, Result};
 use glam::{DAffine3, DMat3, Vec3};
 
-/// The largest world coordinate: beyond it, squared distances leave the range of f32.
+/// The largest world coordinate: beyond it, squared distances overflow f32.
 pub const LARGEST_COORDINATE: f64 = 1e15;
 
-/// The largest emission, in W/(m²·sr): samples weigh more than the lamps they hit, and their squares
-/// must stay in the range of f32 (see [`crate::layouts::MAX_RADIANCE`]).
+/// The largest emission, in W/(m²·sr): a sample's estimate can exceed the emission of the light it
+/// hits, and its square must stay in the range of f32 (see [`crate::layouts::MAX_RADIANCE`]).
 pub const BRIGHTEST: f32 = 1e12;
 
-/// An instance is flat when its volume scale is below this, relative to its axes' lengths.
+/// An instance is flat if its volume scale is below this, relative to the lengths of its axes.
 const SINGULAR: f64 = 1e-15;
 
 impl Scene {
-    /// Checks the scene and mends what can be mended without changing what it shows.
+    /// Checks the scene and repairs what can be repaired without changing its picture.
     ///
     /// An error names what the renderer cannot take: indices out of range, numbers that are not
     /// finite, parts that do not cover their triangles, material factors outside their range, a
-    /// camera without a picture, keys out of order. What is mended leaves a notice: a base colour outside 0…1 is
-    /// clamped, triangles without area, flat instances and empty meshes are dropped (indices of
-    /// meshes move up), normals are made unit, missing ones replaced by the geometric normal.
-    /// Afterwards every vertex belongs to a triangle, and checking again changes nothing. A scene
-    /// with nothing in it is legal.
+    /// invalid camera, keys out of order. Each repair adds a notice: a base colour outside 0…1 is
+    /// clamped; triangles without area, flat instances and empty meshes are dropped (which shifts the
+    /// indices of later meshes); normals are normalised, missing ones replaced by the geometric
+    /// normal. Afterwards every vertex belongs to a triangle, and a second check changes nothing. An
+    /// empty scene is valid.
     pub fn validate(&mut self) -> Result<()> {
         let mut tally = Tally::default();
         if let Some(motion) = &self.motion {
@@ -40,7 +40,7 @@ impl Scene {
         }
         for (index, mesh) in self.meshes.iter_mut().enumerate() {
             check_mesh(index, mesh, self.materials.len())?;
-            mesh.mend(index, &mut tally);
+            mesh.repair(index, &mut tally);
         }
         self.check_instances(&mut tally)?;
         self.drop_empty_meshes(&mut tally);
@@ -64,7 +64,7 @@ impl Scene {
                 )));
             };
             check_reach(&what, &instance.object_to_world, bounds.as_ref())?;
-            // What moves may be flat for a while.
+            // A moving instance may be flat at some times.
             let moves = (self.motion.as_ref()).is_some_and(|m| m.moves_instance(index));
             flat[index] = !moves && is_singular(instance.object_to_world.matrix3);
             if flat[index] {
@@ -105,7 +105,7 @@ impl Scene {
         });
     }
 
-    /// Drops the instances that `keep` refuses by index or looks, and what moves them.
+    /// Drops the instances for which `keep` is false, and their entries in the motion.
     fn retain_instances(&mut self, mut keep: impl FnMut(usize, &mut Instance) -> bool) {
         let instances = self.instances.iter_mut().enumerate();
         let kept: Vec<bool> = instances.map(|(index, one)| keep(index, one)).collect();
@@ -236,15 +236,15 @@ fn check_mesh(index: usize, mesh: &Mesh, materials: usize) -> Result<()> {
     Ok(())
 }
 
-/// Whether a mesh with these bounds can be rendered where a transform puts it; `what` names it in
-/// the message.
+/// Checks that a mesh with these bounds can be rendered under a transform; `what` names it in the
+/// message.
 ///
 /// # Errors
-/// A transform that is not finite, or a place too far away.
+/// The transform is not finite, or the mesh reaches too far from the origin.
 pub(super) fn check_reach(what: &str, transform: &DAffine3, bounds: Option<&Bounds>) -> Result<()> {
     if !transform.is_finite() {
         return Err(Error::input(format!(
-            "{what}: its transform is not finite; mend it in the modelling tool"
+            "{what}: its transform is not finite; correct it in the modelling tool"
         )));
     }
     let reach = bounds
@@ -260,9 +260,9 @@ pub(super) fn check_reach(what: &str, transform: &DAffine3, bounds: Option<&Boun
     Ok(())
 }
 
-/// Whether a transform makes everything flat, so that normals are lost.
+/// Whether a transform flattens everything, so that normals are lost.
 pub(super) fn is_singular(matrix: DMat3) -> bool {
-    // Axes are scaled to one before the determinant is taken: their lengths' product may leave f64.
+    // Axes are scaled to a length near 1 first: the product of their lengths may be out of f64's range.
     let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| {
         let largest = axis.abs().max_element();
         axis / if largest > 0.0 { largest } else { 1.0 }
@@ -271,10 +271,11 @@ pub(super) fn is_singular(matrix: DMat3) -> bool {
     DMat3::from_cols(x, y, z).determinant().abs() <= SINGULAR
 }
 
-/// Whether a camera can be rendered from; `what` names it in the message.
+/// Checks that a picture can be rendered from a camera; `what` names it in the message.
 ///
 /// # Errors
-/// A field of view or an aspect ratio out of range, a place that is not rigid or too far away.
+/// A field of view or an aspect ratio out of range, or a transform that is not rigid or too far from
+/// the origin.
 pub fn check_camera(what: &str, camera: &Camera) -> Result<()> {
     let wrong = |fault: String| Err(Error::input(format!("{what}: {fault}")));
     let fov = camera.vertical_fov;
@@ -295,7 +296,7 @@ pub fn check_camera(what: &str, camera: &Camera) -> Result<()> {
     }
     if camera.camera_to_world.translation.abs().max_element() > LARGEST_COORDINATE {
         return wrong(format!(
-            "it stands further than {LARGEST_COORDINATE:e} from the origin; scale the scene down"
+            "it is further than {LARGEST_COORDINATE:e} from the origin; scale the scene down"
         ));
     }
     Ok(())

@@ -6,10 +6,10 @@ use crate::scene::motion::{Emission, Motion, Place};
 use glam::{DAffine3, DMat4, DQuat, DVec3};
 use serde_json::{Value, json};
 
-/// The extension by which materials are animated.
+/// The extension for animated materials.
 pub const POINTER: &str = "KHR_animation_pointer";
 
-/// The motion's nodes with their children among themselves.
+/// The motion's nodes and their children among each other.
 pub fn nodes(motion: &Motion) -> Vec<Value> {
     let mut nodes: Vec<Value> = motion
         .nodes
@@ -39,12 +39,12 @@ pub fn add_child(parent: &mut Value, child: usize) {
     }
 }
 
-/// A transform as glTF writes it.
+/// A transform in glTF's layout.
 pub fn matrix(transform: &DAffine3) -> [f64; 16] {
     DMat4::from(*transform).to_cols_array()
 }
 
-/// Writes into materials what they emit without keys.
+/// Writes the materials' emission without keyframes.
 pub fn rest_emission(motion: &Motion, materials: &mut [Value]) {
     for Emission {
         material,
@@ -59,7 +59,7 @@ pub fn rest_emission(motion: &Motion, materials: &mut [Value]) {
     }
 }
 
-/// The animation: a sampler and a channel for each track. Node numbers are the motion's own.
+/// The animation: a sampler and a channel for each track. Node indices are the motion's.
 pub fn animation(motion: &Motion, binary: &mut Binary) -> Value {
     let mut writer = Writer {
         binary,

@@ -16,10 +16,10 @@ const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
 /// Writes a scene to `path` as .glb: meshes with a primitive for each part, instances as nodes,
-/// cameras, and how they and the lights move, in f32.
+/// cameras, and the motion of all and of the lights, in f32.
 ///
 /// # Errors
-/// More than the 4 GiB that the format holds, or a disk that does not take the file.
+/// More than the 4 GiB that the format allows, or the file cannot be written.
 pub fn write_glb(scene: &Scene, path: &Path) -> Result<()> {
     let mut binary = Binary::default();
     let document = document(scene, &mut binary);
@@ -59,8 +59,8 @@ struct Binary {
 }
 
 impl Binary {
-    /// Appends values and returns their accessor; vertices and indices have a target. Every value is
-    /// of four-byte components, so that all stays aligned.
+    /// Appends values and returns the index of their accessor; vertices and indices have a target.
+    /// All components are four bytes, so that everything stays aligned.
     fn push<T: bytemuck::Pod>(
         &mut self,
         values: &[T],
@@ -90,10 +90,10 @@ fn document(scene: &Scene, binary: &mut Binary) -> Value {
     let mut nodes = animations::nodes(motion);
     let (mut roots, mut moving_roots) = (Vec::new(), Vec::new());
     moving_roots.extend((0..nodes.len()).filter(|&node| motion.nodes[node].parent.is_none()));
-    // What moves hangs on one of the motion's nodes and stands still in it.
-    let mut place = |mut node: Value, hung: Option<u32>, to_world: &DAffine3| {
+    // What moves is a child of one of the motion's nodes, without a transform of its own.
+    let mut place = |mut node: Value, parent: Option<u32>, to_world: &DAffine3| {
         let index = nodes.len();
-        match hung {
+        match parent {
             Some(parent) => animations::add_child(&mut nodes[parent as usize], index),
             None => {
                 node["matrix"] = json!(animations::matrix(to_world));
@@ -102,19 +102,23 @@ fn document(scene: &Scene, binary: &mut Binary) -> Value {
         }
         nodes.push(node);
     };
-    let hung = |list: &[Option<u32>], index: usize| list.get(index).copied().flatten();
+    let parent = |list: &[Option<u32>], index: usize| list.get(index).copied().flatten();
     for (index, instance) in scene.instances.iter().enumerate() {
         let node = json!({ "name": instance.name, "mesh": instance.mesh });
         place(
             node,
-            hung(&motion.instances, index),
+            parent(&motion.instances, index),
             &instance.object_to_world,
         );
     }
     let mut cameras = Vec::new();
     for (index, camera) in scene.cameras.iter().enumerate() {
         let node = json!({ "name": camera.name, "camera": index });
-        place(node, hung(&motion.cameras, index), &camera.camera_to_world);
+        place(
+            node,
+            parent(&motion.cameras, index),
+            &camera.camera_to_world,
+        );
         let mut perspective = json!({ "yfov": camera.vertical_fov, "znear": 0.01 });
         if let Some(aspect) = camera.aspect_ratio {
             perspective["aspectRatio"] = json!(aspect);
@@ -224,7 +228,7 @@ fn material(material: &Material) -> Value {
     }
     let mut extensions = Map::new();
     if material.is_emissive() {
-        // A factor beyond 1 goes into the strength.
+        // glTF limits the factor to 1, so the rest goes into the strength.
         let strength = material.emission.max_element().max(1.0);
         value["emissiveFactor"] = json!((material.emission / strength).to_array());
         if strength > 1.0 {
@@ -333,8 +337,8 @@ mod tests {
                 }
             }
         }
-        // A file may number meshes and corners in another order, so they are compared where they
-        // stand; and what is read has no negative zeros.
+        // A file may order meshes and corners differently, so they are compared by instance; and a
+        // file that is read has no negative zeros.
         let items = |s: &Scene| {
             let corner =
                 |m: &Mesh, i: u32| (m.positions[i as usize], m.normals.get(i as usize).copied());
@@ -344,7 +348,7 @@ mod tests {
                 format!("{} {:?} {corners:?}", m.name, m.parts)
             };
             let meshes: Vec<String> = s.meshes.iter().map(mesh).collect();
-            // Keys are stored in f32, so what moves may be a little off.
+            // Keys are stored in f32, so moving instances may differ slightly.
             let still = (s.instances.iter().enumerate())
                 .filter(|(i, _)| !s.motion.as_ref().is_some_and(|m| m.moves_instance(*i)));
             let placed = still.map(|(_, i)| {

@@ -1,4 +1,4 @@
-//! How a scene moves: nodes with keys, and what hangs on them.
+//! Motion of a scene: a tree of nodes with keyframes, to which instances and cameras are attached.
 
 mod moving_camera;
 mod pose;
@@ -12,45 +12,45 @@ use crate::{Error, Result};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use tracks::{Animated, Keyed, TrackFault};
 
-/// What moves in a scene. A scene that has it stands as it is at time 0.
+/// The moving parts of a scene. The scene itself is in its state at time 0.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Motion {
     /// Nodes, each after its parent.
     pub nodes: Vec<Node>,
-    /// For each of the scene's instances the node it hangs on, or none if it stands still.
+    /// For each of the scene's instances the index of its node, or none if it does not move.
     pub instances: Vec<Option<u32>>,
     /// The same for its cameras.
     pub cameras: Vec<Option<u32>>,
-    /// Materials whose emission changes, each once.
+    /// Materials with changing emission, each once.
     pub emission: Vec<Emission>,
 }
 
-/// A node of the tree that instances and cameras hang on.
+/// A node of the tree that instances and cameras are attached to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Node {
-    /// Its parent, which stands before it; none for the world.
+    /// Index of its parent, smaller than its own; none for a root.
     pub parent: Option<u32>,
-    /// Where it is in its parent.
+    /// Its transform relative to its parent.
     pub place: Place,
 }
 
-/// Where a node is in its parent.
+/// A node's transform relative to its parent.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Place {
-    /// Always here.
+    /// Constant.
     Still(DAffine3),
-    /// Scaled, then turned, then moved, each with time.
+    /// Changes with time.
     Moving(Box<AnimatedTransform>),
 }
 
-/// A place that changes.
+/// A transform that changes with time: scale, then rotation, then translation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AnimatedTransform {
-    /// Where its origin is.
+    /// Translation.
     pub translation: Animated<DVec3>,
-    /// How it is turned.
+    /// Rotation.
     pub rotation: Animated<DQuat>,
-    /// How large it is along its axes.
+    /// Scale along the axes.
     pub scale: Animated<DVec3>,
 }
 
@@ -66,7 +66,7 @@ pub struct Emission {
 }
 
 impl AnimatedTransform {
-    /// A place that stays where these put it, until it is given tracks.
+    /// A constant transform, without tracks.
     pub fn still(translation: DVec3, rotation: DQuat, scale: DVec3) -> Self {
         Self {
             translation: Animated::still(translation),
@@ -92,8 +92,7 @@ impl AnimatedTransform {
 }
 
 impl Emission {
-    /// Emitted radiance at a time in seconds. A spline may swing below what its keys hold: a lamp
-    /// emits no less than nothing.
+    /// Emitted radiance at a time in seconds. Clamped, since a spline can leave the range of its keys.
     pub fn at(&self, time: f64) -> Vec3 {
         let radiance = self.color.at(time) * self.strength.at(time);
         radiance.as_vec3().clamp(Vec3::ZERO, Vec3::splat(BRIGHTEST))
@@ -105,7 +104,7 @@ impl Emission {
 }
 
 impl Motion {
-    /// The time of the last key, after which nothing moves any more.
+    /// The time of the last key in seconds; nothing moves after it.
     pub fn seconds(&self) -> f64 {
         let nodes = self.nodes.iter().map(|node| match &node.place {
             Place::Still(_) => 0.0,
@@ -118,7 +117,7 @@ impl Motion {
         nodes.chain(emission).fold(0.0, f64::max)
     }
 
-    /// Whether more than cameras moves.
+    /// Whether instances or lights move or change, not only cameras.
     pub fn moves_things(&self) -> bool {
         !self.emission.is_empty() || self.instances.iter().any(Option::is_some)
     }
@@ -128,7 +127,7 @@ impl Motion {
         self.instances.get(index).is_some_and(Option::is_some)
     }
 
-    /// The motion without what never changes; none if nothing moves.
+    /// The motion without constant parts; none if nothing moves.
     pub(super) fn simplified(mut self) -> Option<Self> {
         let mut moves = Vec::with_capacity(self.nodes.len());
         for node in &mut self.nodes {
@@ -143,8 +142,8 @@ impl Motion {
             let with_parent = node.parent.is_some_and(|parent| moves[parent as usize]);
             moves.push(with_parent || matches!(node.place, Place::Moving(_)));
         }
-        for hung in self.instances.iter_mut().chain(&mut self.cameras) {
-            hung.take_if(|node| !moves[*node as usize]);
+        for attached in self.instances.iter_mut().chain(&mut self.cameras) {
+            attached.take_if(|node| !moves[*node as usize]);
         }
         for emission in &mut self.emission {
             emission.color.simplify();
@@ -185,17 +184,17 @@ impl Motion {
     /// Checks indices and keys against the scene's `instances`, `cameras` and `materials`.
     ///
     /// # Errors
-    /// The first thing wrong.
+    /// The first fault.
     pub(super) fn check(&self, counts: [usize; 3]) -> Result<()> {
         let wrong = |what: String, fault: &str| Err(Error::input(format!("{what}: {fault}")));
         if self.instances.len() != counts[0] || self.cameras.len() != counts[1] {
-            let fault = "it does not tell of every instance and camera whether it moves";
+            let fault = "it does not have an entry for every instance and camera";
             return wrong("motion".into(), fault);
         }
         for (index, node) in self.nodes.iter().enumerate() {
             let what = format!("motion, node {index}");
             if node.parent.is_some_and(|parent| parent as usize >= index) {
-                return wrong(what, "its parent does not stand before it");
+                return wrong(what, "its parent does not come before it");
             }
             if let Place::Moving(moving) = &node.place {
                 check_track(&format!("{what}, translation"), &moving.translation)?;
@@ -203,8 +202,8 @@ impl Motion {
                 check_track(&format!("{what}, scale"), &moving.scale)?;
             }
         }
-        let hung = self.instances.iter().chain(&self.cameras).flatten();
-        if let Some(node) = hung.into_iter().find(|n| **n as usize >= self.nodes.len()) {
+        let mut attached = self.instances.iter().chain(&self.cameras).flatten();
+        if let Some(node) = attached.find(|n| **n as usize >= self.nodes.len()) {
             return wrong("motion".into(), &format!("node {node} does not exist"));
         }
         for emission in &self.emission {
@@ -252,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn what_stands_still_is_left_out() {
+    fn constant_parts_are_dropped() {
         let motion = Motion {
             nodes: vec![
                 node(None, moving(DVec3::ZERO)),
@@ -278,7 +277,7 @@ mod tests {
     }
 
     #[test]
-    fn indices_that_lead_nowhere_are_told() {
+    fn indices_out_of_range_are_errors() {
         let good = Motion {
             nodes: vec![node(None, moving(DVec3::X))],
             instances: vec![Some(0)],

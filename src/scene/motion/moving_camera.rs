@@ -1,12 +1,12 @@
-//! A camera that moves, kept when its scene is gone.
+//! A camera with its motion, independent of its scene.
 
 use crate::Result;
 use crate::scene::{Camera, Scene};
 
-/// One of a scene's cameras and how it moves.
+/// One of a scene's cameras and its motion.
 pub struct MovingCamera {
     index: usize,
-    /// Nothing but cameras and motion.
+    /// A scene with cameras and motion only.
     cameras: Scene,
 }
 
@@ -21,10 +21,10 @@ impl MovingCamera {
         Self { index, cameras }
     }
 
-    /// Where it is at a time in seconds.
+    /// The camera at a time in seconds.
     ///
     /// # Errors
-    /// There is no such camera, or at that time it has no direction.
+    /// No such camera, or it has no direction at that time.
     pub fn at(&self, time: f64) -> Result<Camera> {
         self.cameras.camera_at(self.index, time)
     }

@@ -1,4 +1,4 @@
-//! Where everything that moves is at one time.
+//! The state of everything that moves at one time.
 
 use super::{Motion, Place};
 use crate::scene::validate::{check_reach, is_singular};
@@ -6,19 +6,19 @@ use crate::scene::{Bounds, Camera, Scene, camera};
 use crate::{Error, Result};
 use glam::{DAffine3, Vec3};
 
-/// Where everything that moves is at one time, by its index in the scene.
+/// The state of everything that moves at one time, by index in the scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pose {
     /// Object-to-world transforms of instances.
     pub instances: Vec<(u32, DAffine3)>,
-    /// Transforms of the nodes that cameras hang on, with the nodes' scale.
+    /// Transforms of the cameras' nodes, including scale.
     pub cameras: Vec<(u32, DAffine3)>,
     /// Emitted radiance of materials.
     pub emission: Vec<(u32, Vec3)>,
 }
 
 impl Motion {
-    /// Everything that moves, at a time in seconds.
+    /// The state at a time in seconds.
     pub fn pose(&self, time: f64) -> Pose {
         let mut to_world: Vec<DAffine3> = Vec::with_capacity(self.nodes.len());
         for node in &self.nodes {
@@ -32,8 +32,9 @@ impl Motion {
             });
         }
         let placed = |nodes: &[Option<u32>]| -> Vec<(u32, DAffine3)> {
-            let hung = (0..).zip(nodes);
-            hung.filter_map(|(index, node)| Some((index, to_world[(*node)? as usize])))
+            let attached = (0..).zip(nodes);
+            attached
+                .filter_map(|(index, node)| Some((index, to_world[(*node)? as usize])))
                 .collect()
         };
         Pose {
@@ -49,10 +50,10 @@ impl Motion {
 }
 
 impl Scene {
-    /// The scene as it is at a time in seconds, in which nothing moves.
+    /// A copy of the scene, without motion, in its state at a time in seconds.
     ///
     /// # Errors
-    /// At that time something is further away than can be rendered, or a camera has no direction.
+    /// At that time an instance is too far from the origin, or a camera has no direction.
     pub fn pose_at(&self, time: f64) -> Result<Self> {
         let mut still = self.clone();
         still.take_pose(time)?;
@@ -60,10 +61,10 @@ impl Scene {
         Ok(still)
     }
 
-    /// A camera by its index, where it is at a time in seconds.
+    /// The camera of an index in its state at a time in seconds.
     ///
     /// # Errors
-    /// There is no such camera, or at that time it has no direction.
+    /// No such camera, or it has no direction at that time.
     pub fn camera_at(&self, index: usize, time: f64) -> Result<Camera> {
         let mut camera = self.cameras.get(index).cloned().ok_or_else(|| {
             Error::input(format!(
@@ -80,7 +81,7 @@ impl Scene {
         Ok(camera)
     }
 
-    /// Puts everything that moves where it is at a time in seconds.
+    /// Moves everything to its state at a time in seconds.
     pub(in crate::scene) fn take_pose(&mut self, time: f64) -> Result<()> {
         let Some(motion) = &self.motion else {
             return Ok(());
@@ -114,15 +115,17 @@ fn rigid_camera(index: usize, place: &DAffine3, time: f64) -> Result<DAffine3> {
     }
 }
 
-/// Whether an instance is so flat that nothing of it can be seen.
+/// Whether a transform makes an instance so flat that it cannot be seen.
 pub fn is_flat(object_to_world: &DAffine3) -> bool {
     is_singular(object_to_world.matrix3)
 }
 
-/// Whether a mesh with these bounds can be rendered where `place` puts it at a time.
+/// Checks that a mesh with these bounds can be rendered under the transform `place`, which an
+/// instance has at `time` in seconds.
 ///
 /// # Errors
-/// A place that is not finite or too far away; the instance is named by its `index`.
+/// The transform is not finite, or the mesh reaches too far from the origin. The message names the
+/// instance's `index`.
 pub fn check_place(index: u32, place: &DAffine3, bounds: Option<&Bounds>, time: f64) -> Result<()> {
     check_reach(&format!("instance {index} at {time} s"), place, bounds)
 }

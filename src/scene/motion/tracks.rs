@@ -1,24 +1,24 @@
-//! Values that change with time: keys, and what lies between them (glTF 2.0, appendix C).
+//! Values that change with time: keyframes and their interpolation (glTF 2.0, appendix C).
 
 use glam::{DQuat, DVec3};
 use std::ops::{Add, Mul};
 
-/// What a track can hold.
+/// A type of value that a track can hold.
 pub trait Keyed: Copy + PartialEq + Add<Output = Self> + Mul<f64, Output = Self> {
-    /// The value a part `t` in 0…1 of the way to `next`.
+    /// Interpolates to `next`, with `t` in 0…1.
     fn toward(self, next: Self, t: f64) -> Self {
         self * (1.0 - t) + next * t
     }
 
-    /// The legal value that a spline's sum stands for.
-    fn settled(self) -> Self {
+    /// Turns the sum that a spline evaluates to into a valid value.
+    fn normalized(self) -> Self {
         self
     }
 
-    /// Whether it has neither NaN nor infinity in it.
+    /// Whether no component is NaN or infinite.
     fn is_finite(self) -> bool;
 
-    /// What is wrong with it as a key; nothing if it is right.
+    /// Why it is no valid key; none if it is valid.
     fn fault(self) -> Option<&'static str> {
         (!self.is_finite()).then_some("is not finite")
     }
@@ -36,13 +36,13 @@ impl Keyed for DVec3 {
     }
 }
 
-/// A rotation: unit, and blended along the shorter arc.
+/// A rotation: a unit quaternion, interpolated along the shorter arc.
 impl Keyed for DQuat {
     fn toward(self, next: Self, t: f64) -> Self {
         self.slerp(next, t)
     }
 
-    fn settled(self) -> Self {
+    fn normalized(self) -> Self {
         if self.length() > 1e-12 {
             self.normalize()
         } else {
@@ -60,12 +60,12 @@ impl Keyed for DQuat {
     }
 }
 
-/// How a track goes from key to key.
+/// Interpolation between keys.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interpolation {
-    /// Each key holds until the next.
+    /// Constant until the next key.
     Step,
-    /// Straight, or along the arc for rotations.
+    /// Linear; spherical for rotations.
     Linear,
     /// A cubic Hermite spline.
     CubicSpline,
@@ -74,26 +74,26 @@ pub enum Interpolation {
 /// A value over time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track<T> {
-    /// How it goes from key to key.
+    /// Interpolation between keys.
     pub interpolation: Interpolation,
     /// The keys' times in seconds: at least one, finite, each later than the one before.
     pub times: Vec<f64>,
-    /// A value a key; of a spline three: the slope into the key per second, the value, the slope
-    /// out of it.
+    /// One value per key; for a spline three: the incoming tangent per second, the value, the outgoing
+    /// tangent.
     pub values: Vec<T>,
 }
 
-/// What is wrong with a track, and with which half of it.
+/// A fault of a track, in its times or in its values.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum TrackFault {
-    /// The times.
+    /// In the times.
     Times(String),
-    /// The values.
+    /// In the values.
     Values(String),
 }
 
 impl<T: Keyed> Track<T> {
-    /// Numbers stored for a key.
+    /// Number of values stored per key.
     fn stride(&self) -> usize {
         match self.interpolation {
             Interpolation::CubicSpline => 3,
@@ -107,10 +107,10 @@ impl<T: Keyed> Track<T> {
         self.values.iter().skip(first).step_by(stride).copied()
     }
 
-    /// Checks what this type's fields promise.
+    /// Checks the rules in the documentation of the fields.
     ///
     /// # Errors
-    /// The first thing wrong.
+    /// The first fault.
     pub fn check(&self) -> Result<(), TrackFault> {
         let times = |text: String| Err(TrackFault::Times(text));
         let values = |text: String| Err(TrackFault::Values(text));
@@ -149,7 +149,7 @@ impl<T: Keyed> Track<T> {
         Ok(())
     }
 
-    /// The value at a time in seconds; before the first key and after the last it is theirs.
+    /// The value at a time in seconds; constant before the first key and after the last.
     pub fn at(&self, time: f64) -> T {
         let (stride, last) = (self.stride(), self.times.len() - 1);
         let value = |key: usize| self.values[key * stride + stride / 2];
@@ -170,7 +170,7 @@ impl<T: Keyed> Track<T> {
                     + out * (length * (t3 - 2.0 * t2 + t))
                     + value(next) * (3.0 * t2 - 2.0 * t3)
                     + into * (length * (t3 - t2));
-                sum.settled()
+                sum.normalized()
             }
         }
     }
@@ -191,14 +191,14 @@ impl<T: Keyed> Track<T> {
 /// A value that may change with time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Animated<T> {
-    /// What it is without a track.
+    /// Its value without a track.
     pub rest: T,
-    /// How it changes.
+    /// Its change with time, if any.
     pub track: Option<Track<T>>,
 }
 
 impl<T: Keyed> Animated<T> {
-    /// A value that stays.
+    /// A constant value.
     pub fn still(rest: T) -> Self {
         Self { rest, track: None }
     }
@@ -216,7 +216,7 @@ impl<T: Keyed> Animated<T> {
         last.copied().unwrap_or(0.0)
     }
 
-    /// Drops a track that never changes.
+    /// Drops a constant track.
     pub(super) fn simplify(&mut self) {
         if let Some(track) = self.track.take_if(|track| track.is_constant()) {
             self.rest = track.at(0.0);
@@ -291,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_change_is_known() {
+    fn constant_tracks_are_detected() {
         let step = |values| track(Interpolation::Step, &[0.0, 1.0], values);
         assert!(step(vec![2.0, 2.0]).is_constant());
         assert!(!step(vec![2.0, 3.0]).is_constant());
@@ -310,13 +310,13 @@ mod tests {
     }
 
     #[test]
-    fn faults_are_told_with_the_half_they_are_in() {
+    fn faults_name_times_or_values() {
         let check = |times: &[f64], values: Vec<f64>| {
             track(Interpolation::Linear, times, values)
                 .check()
                 .unwrap_err()
         };
-        let told = |fault: TrackFault, text: &str| match fault {
+        let expect = |fault: TrackFault, text: &str| match fault {
             TrackFault::Times(found) => assert!(
                 text.starts_with("times") && found.contains(&text[6..]),
                 "{found}"
@@ -326,26 +326,26 @@ mod tests {
                 "{found}"
             ),
         };
-        told(check(&[], vec![]), "times no keys");
-        told(
+        expect(check(&[], vec![]), "times no keys");
+        expect(
             check(&[0.0, f64::NAN], vec![1.0; 2]),
             "times key 1 is at NaN",
         );
-        told(check(&[-1.0, 2.0], vec![1.0; 2]), "times key 0 is at -1");
-        told(
+        expect(check(&[-1.0, 2.0], vec![1.0; 2]), "times key 0 is at -1");
+        expect(
             check(&[0.0, 2.0, 2.0], vec![1.0; 3]),
             "times key 2 is at 2 s, not after 2 s",
         );
-        told(
+        expect(
             check(&[0.0, 2.0], vec![1.0; 3]),
             "values 3 values for 2 keys, not 2",
         );
-        told(
+        expect(
             check(&[0.0], vec![f64::INFINITY]),
             "values the value of key 0 is not finite",
         );
         let spline = track(Interpolation::CubicSpline, &[0.0], vec![f64::NAN, 1.0, 0.0]);
-        told(
+        expect(
             spline.check().unwrap_err(),
             "values a slope of key 0 is not finite",
         );
@@ -354,7 +354,7 @@ mod tests {
             &[0.0],
             vec![DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0)],
         );
-        told(
+        expect(
             turn.check().unwrap_err(),
             "values the value of key 0 is no quaternion",
         );
