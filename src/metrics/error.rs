@@ -47,8 +47,8 @@ impl Errors {
 }
 
 /// Pearson's correlation of two pictures' errors, −1…1, over all channels: the temporal correlation
-/// of noise if the pictures are successive frames. Each picture comes with its reference. 0 where either has no
-/// error.
+/// of noise if the pictures are successive frames. Each picture comes with its reference. 0 if either
+/// has no error.
 ///
 /// # Panics
 /// The sizes differ.

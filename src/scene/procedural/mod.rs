@@ -1,4 +1,5 @@
-//! Procedural scenes: made from a name and a few parameters, the same every time.
+//! Procedural scenes: generated from a name and a few parameters, with the same result on every
+//! machine.
 
 mod modelling;
 mod parameters;
@@ -11,14 +12,14 @@ use crate::{Error, Result};
 use parameters::Values;
 pub use parameters::{Parameter, Range};
 
-/// A scene that can be generated.
+/// A procedural scene.
 #[derive(Clone, Copy, Debug, serde::Serialize)]
 pub struct Procedural {
     /// Its name on the command line.
     pub name: &'static str,
     /// What it shows.
     pub description: &'static str,
-    /// What can be set.
+    /// Its parameters.
     pub parameters: &'static [Parameter],
     #[serde(skip)]
     make: fn(&Values) -> Scene,
@@ -32,7 +33,7 @@ pub fn list() -> &'static [Procedural] {
 /// The procedural scene of that name.
 ///
 /// # Errors
-/// There is none; the message names the nearest.
+/// No such scene; the message suggests the closest name.
 pub fn find(name: &str) -> Result<&'static Procedural> {
     recipes::SCENES.iter().find(|s| s.name == name).ok_or_else(|| {
         Error::input(format!(
@@ -42,15 +43,15 @@ pub fn find(name: &str) -> Result<&'static Procedural> {
     })
 }
 
-/// Whether there is a scene of that name with such parameters.
+/// Checks that a scene of that name has such parameters.
 ///
 /// # Errors
-/// There is not, or a value is out of range.
+/// No such scene or parameter, or a value out of range.
 pub fn check(name: &str, settings: &[(String, String)]) -> Result<()> {
     Values::new(find(name)?, settings).map(drop)
 }
 
-/// Makes a scene; `settings` are parameters by name, the others keep their defaults.
+/// Generates a scene; `settings` are parameters by name, the others have their defaults.
 ///
 /// # Errors
 /// An unknown scene or parameter, or a value out of range.

@@ -57,7 +57,7 @@ pub struct Parameter {
     pub name: &'static str,
     /// What it does.
     pub doc: &'static str,
-    /// The value it has if none is given.
+    /// Its value if none is given.
     pub default: &'static str,
     /// The values it takes.
     pub values: Range,

@@ -1,19 +1,19 @@
-//! Puts a scene together from shapes.
+//! Builds a scene from shapes and models.
 
 use super::shape::Shape;
 use crate::scene::camera::look_at;
 use crate::scene::{Camera, Instance, Material, Mesh, Part, Scene};
 use glam::{DAffine3, DVec3};
 
-/// How deep things stand in what bears them, in metres: of two faces in one plane, chance would
-/// decide which is seen.
+/// How deep things sink into the surface below them, in metres: of two faces in the same plane, the
+/// visible one would be arbitrary.
 pub const SINK: f32 = 0.002;
 
-/// Shapes gathered by material, so that many things are a few large meshes.
+/// Shapes with materials, merged by material, so that many things become a few large meshes.
 #[derive(Default)]
-pub struct Heap(pub Vec<(Material, Shape)>);
+pub struct Model(pub Vec<(Material, Shape)>);
 
-impl Heap {
+impl Model {
     pub fn add(&mut self, material: &Material, shape: Shape) {
         match self.0.iter_mut().find(|(m, _)| m == material) {
             Some((_, gathered)) => gathered.add(shape),
@@ -22,12 +22,12 @@ impl Heap {
     }
 }
 
-/// Puts a scene together.
+/// Builds a scene.
 #[derive(Default)]
 pub struct Builder(pub Scene);
 
 impl Builder {
-    /// A mesh of one material, not yet placed.
+    /// Adds a mesh of one material without an instance; returns its index.
     pub fn mesh(&mut self, material: Material, shape: Shape) -> u32 {
         let triangles = (shape.positions.len() / 3) as u32;
         self.0.meshes.push(Mesh {
@@ -47,7 +47,7 @@ impl Builder {
         self.0.meshes.len() as u32 - 1
     }
 
-    /// Places a mesh.
+    /// Adds an instance of a mesh.
     pub fn place(&mut self, name: &str, mesh: u32, object_to_world: DAffine3) {
         self.0.instances.push(Instance {
             name: name.into(),
@@ -56,16 +56,17 @@ impl Builder {
         });
     }
 
-    /// A mesh that stands where its shape is, once.
-    pub fn stand(&mut self, material: Material, shape: Shape) {
+    /// Adds a shape as a mesh with one instance, without a transform.
+    pub fn add(&mut self, material: Material, shape: Shape) {
         let name = material.name.clone();
         let mesh = self.mesh(material, shape);
         self.place(&name, mesh, DAffine3::IDENTITY);
     }
 
-    /// One mesh of many materials: boxes that overlap cost less in one tree than in many.
-    pub fn stand_together(&mut self, name: &str, heap: Heap) {
-        let Heap(mut shapes) = heap;
+    /// Adds a model as one mesh of many materials, with one instance. One acceleration structure costs
+    /// less than many with overlapping boxes.
+    pub fn add_model(&mut self, name: &str, model: Model) {
+        let Model(mut shapes) = model;
         if shapes.iter().any(|(_, shape)| !shape.normals.is_empty()) {
             shapes
                 .iter_mut()
@@ -94,7 +95,7 @@ impl Builder {
         self.place(name, self.0.meshes.len() as u32 - 1, DAffine3::IDENTITY);
     }
 
-    /// The camera; the field of view is vertical, in degrees.
+    /// Adds the camera; the field of view is vertical, in degrees.
     pub fn camera(&mut self, eye: DVec3, target: DVec3, degrees: f64, aspect: f64) {
         let camera = look_at(eye, target, degrees.to_radians());
         self.0.cameras.push(Camera {

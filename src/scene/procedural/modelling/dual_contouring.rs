@@ -1,11 +1,11 @@
-//! Triangles of the surface of a body that a function of space describes.
+//! The surface of an implicit body as triangles, by dual contouring.
 
 use super::shape::Shape;
 use super::simplify::simplify;
 use glam::{Mat3, Vec3};
 use std::collections::HashMap;
 
-/// Grid lines from `start`: runs up to an end, each of about its own step.
+/// Grid lines from `start` on: `runs` of (end, approximate step).
 pub fn ticks(start: f32, runs: &[(f32, f32)]) -> Vec<f32> {
     let mut ticks = vec![start];
     let mut from = start;
@@ -17,16 +17,16 @@ pub fn ticks(start: f32, runs: &[(f32, f32)]) -> Vec<f32> {
     ticks
 }
 
-/// How many triangles a surface gets.
+/// The triangle budget of a surface.
 pub struct Detail<W: Fn(Vec3) -> f32> {
-    /// About how many.
+    /// Approximate number of triangles.
     pub triangles: usize,
-    /// How much a squared error counts there.
+    /// Weight of a squared error at a point.
     pub weight: W,
 }
 
-/// The surface of a body (negative inside) that lies within the grid, closed and with smooth
-/// normals. What is finer than the grid is lost.
+/// The surface of a body (negative inside) within the grid, closed and with smooth normals. Details
+/// finer than the grid are lost.
 pub fn surface<W: Fn(Vec3) -> f32>(
     grid: &[Vec<f32>; 3],
     detail: &Detail<W>,
@@ -40,7 +40,7 @@ pub fn surface<W: Fn(Vec3) -> f32>(
     let mut corners = vec![None; points.len()];
     let corners = faces.into_iter().flatten().map(|i| {
         *corners[i].get_or_insert_with(|| {
-            let p = pulled(&body, points[i].as_vec3());
+            let p = projected(&body, points[i].as_vec3());
             (p, slope(&body, p).normalize_or_zero())
         })
     });
@@ -54,8 +54,8 @@ fn slope(body: &impl Fn(Vec3) -> f32, p: Vec3) -> Vec3 {
     Vec3::new(along(Vec3::X), along(Vec3::Y), along(Vec3::Z)) / (2.0 * STEP)
 }
 
-/// A point near the surface moved onto it.
-fn pulled(body: &impl Fn(Vec3) -> f32, mut p: Vec3) -> Vec3 {
+/// Projects a point near the surface onto it.
+fn projected(body: &impl Fn(Vec3) -> f32, mut p: Vec3) -> Vec3 {
     for _ in 0..3 {
         let slope = slope(body, p);
         p -= slope * (body(p) / slope.length_squared().max(0.1));
@@ -63,20 +63,20 @@ fn pulled(body: &impl Fn(Vec3) -> f32, mut p: Vec3) -> Vec3 {
     p
 }
 
-/// A place of a grid, by its numbers along the axes.
+/// A node of the grid or a cell, by its indices along the axes.
 type Place = [usize; 3];
 
-/// Nodes along each side of what is filled at once.
+/// Nodes along each side of a block that is filled together.
 const BLOCK: usize = 5;
-/// A body's value must not change faster than this from place to place.
-const STEEPEST: f32 = 2.0;
+/// Upper bound on the slope of a body's function.
+const MAX_SLOPE: f32 = 2.0;
 
 /// A body's values on a grid.
 struct Net<'a> {
     grid: &'a [Vec<f32>; 3],
     size: Place,
     values: Vec<f32>,
-    /// Where the surface crosses the edge from a node along an axis, and its normal there.
+    /// Points where the surface crosses the edge from a node along an axis, with the normals there.
     crossings: HashMap<(usize, usize), (Vec3, Vec3)>,
 }
 
@@ -98,24 +98,24 @@ impl<'a> Net<'a> {
                 if !net.is_last(at, axis) && net.inside(at) != net.inside(next) {
                     let p = net.crossing(at, next, body);
                     let normal = slope(body, p).normalize_or_zero();
-                    net.crossings.insert((net.number(at), axis), (p, normal));
+                    net.crossings.insert((net.index(at), axis), (p, normal));
                 }
             }
         }
         net
     }
 
-    /// Fills a block of nodes: far from the surface only the sign matters, and one value does.
+    /// Fills a block of nodes. Far from the surface only the sign matters, so all get one value.
     fn fill(&mut self, first: Place, body: &impl Fn(Vec3) -> f32) {
         let end = [0, 1, 2].map(|axis| (first[axis] + BLOCK).min(self.size[axis]));
         let (low, high) = (self.node(first), self.node(end.map(|i| i - 1)));
         let all = body((low + high) / 2.0);
-        let is_far = all.abs() > STEEPEST * (high - low).length() / 2.0;
+        let is_far = all.abs() > MAX_SLOPE * (high - low).length() / 2.0;
         for k in first[2]..end[2] {
             for j in first[1]..end[1] {
                 for i in first[0]..end[0] {
-                    let (at, number) = ([i, j, k], self.number([i, j, k]));
-                    self.values[number] = if is_far { all } else { body(self.node(at)) };
+                    let (at, index) = ([i, j, k], self.index([i, j, k]));
+                    self.values[index] = if is_far { all } else { body(self.node(at)) };
                 }
             }
         }
@@ -127,7 +127,7 @@ impl<'a> Net<'a> {
             .map(move |n| [n % width, n / width % height, n / width / height])
     }
 
-    fn number(&self, [i, j, k]: Place) -> usize {
+    fn index(&self, [i, j, k]: Place) -> usize {
         (k * self.size[1] + j) * self.size[0] + i
     }
 
@@ -136,19 +136,19 @@ impl<'a> Net<'a> {
     }
 
     fn value(&self, at: Place) -> f32 {
-        self.values[self.number(at)]
+        self.values[self.index(at)]
     }
 
     fn inside(&self, at: Place) -> bool {
         self.value(at) < 0.0
     }
 
-    /// Whether nothing follows along the axis.
+    /// Whether the node is the last along the axis.
     fn is_last(&self, at: Place, axis: usize) -> bool {
         at[axis] + 1 == self.size[axis]
     }
 
-    /// Where the surface is within a cell that it crosses.
+    /// The surface's vertex in a cell that it crosses.
     fn corner(&self, cell: Place) -> Option<Vec3> {
         if (0..3).any(|axis| self.is_last(cell, axis)) {
             return None;
@@ -161,14 +161,14 @@ impl<'a> Net<'a> {
         for corner in 0..8_usize {
             let a = around(corner);
             for axis in (0..3).filter(|axis| corner >> axis & 1 == 0) {
-                if let Some(&(p, n)) = self.crossings.get(&(self.number(a), axis)) {
+                if let Some(&(p, n)) = self.crossings.get(&(self.index(a), axis)) {
                     middle += p;
                     crossings.push((p, n));
                 }
             }
         }
         middle /= crossings.len() as f32;
-        // Where the planes at the crossings meet; the middle, as far as they leave it open.
+        // The point closest to the planes at the crossings, regularised towards their mean.
         let mut planes = Mat3::from_diagonal(Vec3::splat(0.03 * crossings.len() as f32));
         let mut pull = Vec3::ZERO;
         for (p, n) in crossings {
@@ -176,13 +176,13 @@ impl<'a> Net<'a> {
             pull += n * n.dot(p - middle);
         }
         let (low, high) = (self.node(cell), self.node(cell.map(|i| i + 1)));
-        // Kept off the cell's walls: corners of two cells that meet would leave no triangle.
+        // Kept off the cell's faces: equal vertices of two cells would give triangles without area.
         let rim = (high - low) * 0.03;
         let p = middle + planes.inverse() * pull;
         Some(p.clamp(low + rim, high - rim))
     }
 
-    /// Where the surface crosses the edge between two nodes.
+    /// The point where the surface crosses the edge between two nodes.
     fn crossing(&self, a: Place, b: Place, body: &impl Fn(Vec3) -> f32) -> Vec3 {
         let (mut from, mut to) = ((self.node(a), self.value(a)), (self.node(b), self.value(b)));
         for _ in 0..3 {
@@ -197,8 +197,8 @@ impl<'a> Net<'a> {
         from.0.lerp(to.0, from.1 / (from.1 - to.1))
     }
 
-    /// Dual contouring (Ju et al. 2002): a corner in every cell that the surface crosses, a face
-    /// across every edge. Unlike marching cubes it keeps edges sharp.
+    /// Dual contouring (Ju et al. 2002): a vertex in every cell that the surface crosses, a quad across
+    /// every edge that it crosses. Unlike marching cubes, it keeps sharp edges.
     fn surface(&self) -> (Vec<Vec3>, Vec<Place>) {
         let mut points = Vec::new();
         let corners: Vec<usize> = self
@@ -222,7 +222,7 @@ impl<'a> Net<'a> {
                 // The four cells around the edge, counter-clockwise seen from its far end.
                 let back = shifted(at, u, -1);
                 let around = [shifted(back, v, -1), shifted(at, v, -1), at, back];
-                let [a, b, c, d] = around.map(|cell| corners[self.number(cell)]);
+                let [a, b, c, d] = around.map(|cell| corners[self.index(cell)]);
                 let apart = |i: usize, j: usize| points[i].distance_squared(points[j]);
                 let halves = if apart(a, c) < apart(b, d) {
                     [[a, b, c], [a, c, d]]
@@ -246,7 +246,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_ball_is_closed_round_and_looks_outwards() {
+    fn a_ball_is_closed_and_faces_outwards() {
         let lines = ticks(-1.2, &[(0.0, 0.2), (1.2, 0.1)]);
         let grid = [lines.clone(), lines.clone(), lines];
         for triangles in [usize::MAX, 300] {

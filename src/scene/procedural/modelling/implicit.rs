@@ -1,24 +1,25 @@
-//! Bodies that a function of space describes: negative inside, about the distance outside.
+//! Implicit bodies as signed distance functions, some of them approximate: negative inside, the
+//! distance outside. Lengths are in metres.
 
 use glam::Vec3;
 
-/// The nearer of two bodies, blended where they are closer than `k`.
+/// The union of two bodies, blended smoothly where their distances differ by less than `k`.
 pub fn join(a: f32, b: f32, k: f32) -> f32 {
     let h = (1.0 - (a - b).abs() / k).max(0.0);
     a.min(b) - h * h * k / 4.0
 }
 
-/// What both bodies hold, its edge rounded by `k`.
+/// The intersection of two bodies, its edge rounded by `k`.
 pub fn common(a: f32, b: f32, k: f32) -> f32 {
     -join(-a, -b, k)
 }
 
-/// The first body without the second, its edge rounded by `k`.
+/// The first body minus the second, its edge rounded by `k`.
 pub fn carve(a: f32, b: f32, k: f32) -> f32 {
     common(a, -b, k)
 }
 
-/// About the distance to an ellipsoid.
+/// The approximate distance to an ellipsoid.
 pub fn ellipsoid(p: Vec3, middle: Vec3, radii: Vec3) -> f32 {
     let q = (p - middle) / radii;
     let (size, slope) = (q.length(), (q / radii).length());
@@ -30,7 +31,7 @@ pub fn ball(p: Vec3, middle: Vec3, radius: f32) -> f32 {
     (p - middle).length() - radius
 }
 
-/// About the distance to a limb from a to b, whose radius may change along it.
+/// The approximate distance to a capsule from a to b with the radii `ra` and `rb` at its ends.
 pub fn limb(p: Vec3, (a, ra): (Vec3, f32), (b, rb): (Vec3, f32)) -> f32 {
     let along = ((p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
     (p - a.lerp(b, along)).length() - (ra + (rb - ra) * along)

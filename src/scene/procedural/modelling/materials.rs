@@ -1,9 +1,9 @@
-//! The materials of most things in procedural scenes.
+//! Materials of most things in procedural scenes.
 
 use crate::scene::Material;
 use glam::Vec3;
 
-/// A glossy surface without metal.
+/// A dielectric.
 pub fn dielectric(name: &str, color: Vec3, roughness: f32) -> Material {
     Material {
         name: name.into(),
@@ -24,8 +24,8 @@ pub fn metal(name: &str, color: Vec3, roughness: f32) -> Material {
     }
 }
 
-/// A lamp: emits, and reflects as a grey wall does.
-pub fn lamp(name: &str, radiance: Vec3) -> Material {
+/// An emitter that also reflects, as a grey Lambertian surface.
+pub fn emitter(name: &str, radiance: Vec3) -> Material {
     Material {
         emission: radiance,
         ..Material::lambert(name, Vec3::splat(0.5))

@@ -1,4 +1,4 @@
-//! What scenes and props are modelled with: shapes, materials, and a builder that puts them together.
+//! Modelling tools of scenes and props: shapes, materials, and a builder of scenes.
 
 mod builder;
 pub mod dual_contouring;
@@ -10,8 +10,8 @@ mod simplify;
 pub mod tumble;
 mod turned;
 
-pub use builder::{Builder, Heap, SINK};
-pub use materials::{dielectric, lamp, metal};
+pub use builder::{Builder, Model, SINK};
+pub use materials::{dielectric, emitter, metal};
 pub use rounded::{lathe, soft_box};
 pub use shape::Shape;
 pub use turned::Profile;

@@ -4,11 +4,11 @@ use super::shape::Shape;
 use super::turned::Profile;
 use glam::Vec3;
 
-/// Straight pieces that stand for one stretch of a curved profile.
+/// Straight segments between two points of a curved profile.
 const STEPS: usize = 4;
 
-/// A body turned around the y axis. A profile is made of pieces, from the foot upwards; each is a
-/// smooth curve through points (radius, height), and between two pieces there is an edge.
+/// A body turned around the y axis. Its profile consists of pieces, from the bottom upwards; each is
+/// a smooth curve through points (radius, height), with a sharp edge between two pieces.
 pub fn lathe(pieces: &[&[(f32, f32)]], sides: u32) -> Shape {
     let mut body = Shape::default();
     for piece in pieces {
@@ -49,10 +49,10 @@ fn curve(points: &[(f32, f32)]) -> Vec<(f32, f32)> {
     line
 }
 
-/// A box by its middle and size whose edges are rounded with a radius.
+/// A box by its centre and size with edges rounded by `radius`.
 pub fn soft_box(middle: Vec3, size: Vec3, radius: f32) -> Shape {
     let inner = size / 2.0 - radius;
-    // A sphere cut in eight, its parts drawn apart: its normals stay right.
+    // A sphere cut into octants that are moved apart, which keeps its normals.
     Shape::sphere(3).map(|n| middle + n * radius + n.signum() * inner)
 }
 
@@ -61,7 +61,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rounded_bodies_look_outwards_and_are_closed() {
+    fn rounded_bodies_face_outwards_and_have_their_volume() {
         let cone: &[&[(f32, f32)]] = &[&[(0.0, 0.0), (1.0, 0.0)], &[(1.0, 0.0), (0.0, 3.0)]];
         let body = lathe(cone, 64);
         assert_eq!(body.triangle_count(), 128);

@@ -1,8 +1,8 @@
-//! Shapes: triangles in metres, which a scene is put together from.
+//! Triangle shapes, in metres.
 
 use glam::{Mat3, Vec3};
 
-/// Triangles that share no corners; flat unless they come with normals.
+/// Triangles without shared vertices; flat if they have no normals.
 #[derive(Clone, Default)]
 pub struct Shape {
     pub(super) positions: Vec<Vec3>,
@@ -18,7 +18,7 @@ impl Shape {
         }
     }
 
-    /// A parallelogram; its front is the side of u × v.
+    /// A parallelogram; its front faces u × v.
     pub fn quad(corner: Vec3, u: Vec3, v: Vec3) -> Self {
         let [a, b, c, d] = [corner, corner + u, corner + u + v, corner + v];
         Self {
@@ -115,12 +115,12 @@ impl Shape {
         Self { positions, normals }
     }
 
-    /// A box by its middle and size.
+    /// A box by its centre and size.
     pub fn chunk(middle: Vec3, size: Vec3) -> Self {
         Self::block(middle - size / 2.0, middle + size / 2.0)
     }
 
-    /// Adds another shape's triangles; smooth and flat ones keep their looks.
+    /// Adds another shape's triangles; smooth ones stay smooth and flat ones flat.
     pub fn add(&mut self, mut other: Self) {
         if self.normals.is_empty() != other.normals.is_empty() {
             self.fill_normals();
@@ -130,7 +130,8 @@ impl Shape {
         self.normals.extend(other.normals);
     }
 
-    /// Gives flat triangles their own normals, as a mesh has normals everywhere or nowhere.
+    /// Gives flat triangles their geometric normals, since a mesh has normals at all vertices or at
+    /// none.
     pub(super) fn fill_normals(&mut self) {
         if self.normals.is_empty() {
             let faces = self.positions.chunks_exact(3);
@@ -145,7 +146,7 @@ impl Shape {
         self
     }
 
-    /// The shape seen from the other side.
+    /// The shape with front and back swapped, flat.
     pub fn inside_out(mut self) -> Self {
         for triangle in self.positions.chunks_exact_mut(3) {
             triangle.swap(1, 2);
@@ -154,8 +155,8 @@ impl Shape {
         self
     }
 
-    /// The shape moved by a function of its points that does not mirror; where it is smooth, its
-    /// normals follow the function's slope.
+    /// The shape with every point mapped by a function that does not mirror; normals are mapped by
+    /// the function's derivative.
     pub fn map(mut self, f: impl Fn(Vec3) -> Vec3) -> Self {
         for (normal, &p) in self.normals.iter_mut().zip(&self.positions) {
             const STEP: f32 = 1e-3;
@@ -174,7 +175,7 @@ impl Shape {
         self.positions.len() / 3
     }
 
-    /// Whether every edge is run through as often one way as the other.
+    /// Whether every edge is used equally often in both directions.
     #[cfg(test)]
     pub fn is_closed(&self) -> bool {
         let mut runs = std::collections::HashMap::new();
@@ -196,7 +197,7 @@ impl Shape {
             .sum()
     }
 
-    /// Six times the enclosed volume, positive if faces look outwards.
+    /// Six times the enclosed volume, positive if faces point outwards.
     #[cfg(test)]
     pub fn signed_volume(&self) -> f32 {
         let faces = self.positions.chunks_exact(3);
@@ -209,7 +210,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn closed_shapes_look_outwards_and_have_their_triangles() {
+    fn closed_shapes_face_outwards_and_have_their_triangles() {
         assert!(Shape::block(-Vec3::ONE, Vec3::ONE).signed_volume() > 0.0);
         assert!(Shape::cylinder(Vec3::ZERO, 1.0, 2.0, 7).signed_volume() > 0.0);
         let sphere = Shape::sphere(2);

@@ -1,11 +1,11 @@
-//! Fewer triangles for the same form: edges are drawn together where that moves the surface
-//! least (Garland and Heckbert 1997).
+//! Mesh simplification: collapses the edges whose collapse moves the surface least (quadric error
+//! metrics, Garland and Heckbert 1997).
 
 use glam::{DMat3, DVec3};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// The sum of squared distances to planes, weighted: pᵀAp + 2b·p + c.
+/// A weighted sum of squared distances to planes: pᵀAp + 2b·p + c.
 #[derive(Clone, Copy)]
 struct Quadric {
     a: DMat3,
@@ -43,19 +43,19 @@ impl Quadric {
     }
 }
 
-/// An offer to draw an edge together: its cost, its ends, and what these had changed by then.
-type Offer = (u64, [usize; 2], [u32; 2]);
+/// A candidate edge for a collapse: its cost, its ends, and how often these had changed by then.
+type Candidate = (u64, [usize; 2], [u32; 2]);
 
-/// A closed surface whose edges are drawn together.
+/// A closed surface during simplification.
 struct Net<'a> {
     points: &'a mut [DVec3],
     faces: &'a mut [[usize; 3]],
-    /// Faces around each point; none around a point that is gone.
+    /// Faces around each point; none around a removed point.
     around: Vec<Vec<usize>>,
     quadrics: Vec<Quadric>,
-    /// How often each point has changed, so that old offers are known as such.
+    /// How often each point has changed, which detects outdated candidates.
     changes: Vec<u32>,
-    offers: BinaryHeap<Reverse<Offer>>,
+    candidates: BinaryHeap<Reverse<Candidate>>,
 }
 
 impl Net<'_> {
@@ -72,13 +72,13 @@ impl Net<'_> {
         found
     }
 
-    /// The best place for what an edge becomes.
-    fn meeting(&self, [i, j]: [usize; 2]) -> (DVec3, f64) {
+    /// The best point to collapse an edge to, and its cost.
+    fn target(&self, [i, j]: [usize; 2]) -> (DVec3, f64) {
         let (p, q) = (self.points[i], self.points[j]);
         let sum = self.quadrics[i].plus(self.quadrics[j]);
         let middle = (p + q) / 2.0;
         let mut best = (middle, sum.at(middle));
-        // Where the planes nearly agree, the best place may be far away along them.
+        // If the planes are nearly parallel, the best point may be far away along them.
         let scale = sum.a.x_axis.x + sum.a.y_axis.y + sum.a.z_axis.z;
         if sum.a.determinant() > 1e-6 * scale.powi(3) {
             let there = -(sum.a.inverse() * sum.b);
@@ -89,18 +89,19 @@ impl Net<'_> {
         best
     }
 
-    fn offer(&mut self, i: usize, j: usize) {
+    fn add_candidate(&mut self, i: usize, j: usize) {
         let edge = [i.min(j), i.max(j)];
         let [p, q] = edge.map(|i| self.points[i]);
-        // The length counts a little: on a flat all edges would be alike, and long ones spare
-        // slivers.
-        let cost = self.meeting(edge).1.max(0.0) + 1e-9 * p.distance_squared(q).powi(2);
+        // The length counts a little: on a plane all edges would cost the same, and collapsing short
+        // edges first avoids slivers.
+        let cost = self.target(edge).1.max(0.0) + 1e-9 * p.distance_squared(q).powi(2);
         let changes = edge.map(|i| self.changes[i]);
-        // Costs are not negative, so their bits are in the order of the numbers.
-        self.offers.push(Reverse((cost.to_bits(), edge, changes)));
+        // Costs are not negative, so their bits sort like the costs.
+        self.candidates
+            .push(Reverse((cost.to_bits(), edge, changes)));
     }
 
-    /// Draws an edge together, unless that would fold the surface or pinch it.
+    /// Collapses an edge, unless that would fold the surface or make it non-manifold.
     fn collapse(&mut self, [i, j]: [usize; 2]) -> bool {
         let others = self.neighbours(j);
         let shared = self.neighbours(i);
@@ -108,7 +109,7 @@ impl Net<'_> {
         if shared != 2 {
             return false;
         }
-        let (there, _) = self.meeting([i, j]);
+        let (there, _) = self.target([i, j]);
         for end in [i, j] {
             for &face in &self.around[end] {
                 let corners = self.faces[face];
@@ -140,13 +141,13 @@ impl Net<'_> {
         self.changes[i] += 1;
         self.changes[j] += 1;
         for n in self.neighbours(i) {
-            self.offer(i, n);
+            self.add_candidate(i, n);
         }
         true
     }
 }
 
-/// Leaves about `target` faces of a closed surface, more of them where the weight is higher.
+/// Reduces a closed surface to about `target` faces, with more of them where the weight is higher.
 pub fn simplify(
     points: &mut Vec<DVec3>,
     faces: &mut Vec<[usize; 3]>,
@@ -158,7 +159,7 @@ pub fn simplify(
         around: vec![Vec::new(); points.len()],
         quadrics: vec![Quadric::NOTHING; points.len()],
         changes: vec![0; points.len()],
-        offers: BinaryHeap::new(),
+        candidates: BinaryHeap::new(),
         points,
         faces,
     };
@@ -175,12 +176,12 @@ pub fn simplify(
     for i in 0..net.points.len() {
         for j in net.neighbours(i) {
             if i < j {
-                net.offer(i, j);
+                net.add_candidate(i, j);
             }
         }
     }
     while left > target {
-        let Some(Reverse((_, edge, changes))) = net.offers.pop() else {
+        let Some(Reverse((_, edge, changes))) = net.candidates.pop() else {
             break;
         };
         if edge.map(|i| net.changes[i]) == changes && net.collapse(edge) {

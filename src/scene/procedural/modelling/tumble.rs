@@ -1,26 +1,26 @@
-//! Lets things fall into a heap. Each is a few balls that keep their places to one another: balls
-//! that meet are moved apart, then every thing is put where its balls fit best (Müller et al.
+//! Simulates rigid bodies that fall into a heap. Each body is a few balls: balls that overlap are
+//! moved apart, then every body is moved to where its balls fit best (shape matching, Müller et al.
 //! 2005, 2016).
 //!
-//! Only +, −, ×, ÷ and square roots of scalars are used, whose results are the same everywhere: a
-//! falling heap makes a different heap of the last bit of a cosine.
+//! Only +, −, ×, ÷ and square roots of scalars are used, which give the same bits on every machine:
+//! a difference in the last bit would grow to a different heap.
 
 use glam::{Mat3, Vec3};
 
 /// Seconds from one step to the next.
 const STEP: f32 = 1.0 / 180.0;
-/// Steps for which the pairs of balls that may meet are remembered.
-const REMEMBERED: u32 = 4;
-/// The longest way in one step: what falls from high up should not go through what lies there.
-const FASTEST: f32 = 4.0 * STEP;
-/// How much of the push between two things is rubbed off their sliding.
+/// Steps between two searches for the pairs of balls that may meet.
+const SEARCH_INTERVAL: u32 = 4;
+/// Longest way in one step, so that bodies that fall from high up do not pass through others.
+const MAX_STEP: f32 = 4.0 * STEP;
+/// Coefficient of friction: the sliding that a contact brakes, relative to the overlap.
 const FRICTION: f32 = 1.5;
 
-/// A thing that falls.
+/// A rigid body of balls.
 pub struct Body {
-    /// Where its balls are in its own space, around their middle.
+    /// Centres, relative to their mean, and radii of its balls in its own space.
     balls: Vec<(Vec3, f32)>,
-    /// Their middle, in the space that they were given in.
+    /// The mean of the centres in the coordinates given to [`Self::new`].
     middle: Vec3,
     /// Mass of each ball.
     mass: f32,
@@ -29,7 +29,7 @@ pub struct Body {
 }
 
 impl Body {
-    /// A thing of the balls' form with its middle at `at`.
+    /// A body of `balls` (centre, radius) with the mean of its centres at `at`.
     pub fn new(mut balls: Vec<(Vec3, f32)>, volume: f32, at: Vec3, turn: Mat3) -> Self {
         let count = balls.len() as f32;
         let middle = balls.iter().map(|b| b.0).sum::<Vec3>() / count;
@@ -43,12 +43,12 @@ impl Body {
         }
     }
 
-    /// Where a point of it has come to.
+    /// The present position of a point of the body.
     pub fn moved(&self, p: Vec3) -> Vec3 {
         self.at + self.turn * (p - self.middle)
     }
 
-    /// Puts it where its balls fit best.
+    /// Moves it to where its balls fit best.
     fn fit(&mut self, balls: &mut [Ball]) {
         let count = balls.len() as f32;
         self.at = balls.iter().map(|b| b.at).sum::<Vec3>() / count;
@@ -85,12 +85,12 @@ struct Ball {
     before: Vec3,
     radius: f32,
     /// One over the mass.
-    ease: f32,
+    inverse_mass: f32,
     body: usize,
 }
 
 /// Moves two balls apart that overlap, and brakes their sliding.
-fn part(a: &mut Ball, b: &mut Ball) {
+fn separate(a: &mut Ball, b: &mut Ball) {
     let gap = a.at - b.at;
     let near = a.radius + b.radius;
     if gap.length_squared() >= near * near {
@@ -102,13 +102,13 @@ fn part(a: &mut Ball, b: &mut Ball) {
     let slide = (a.at - a.before) - (b.at - b.before);
     let slide = slide - out * out.dot(slide);
     let braked = slide * (FRICTION * depth / slide.length().max(1e-9)).min(1.0);
-    let push = (out * depth - braked) / (a.ease + b.ease);
-    a.at += push * a.ease;
-    b.at -= push * b.ease;
+    let push = (out * depth - braked) / (a.inverse_mass + b.inverse_mass);
+    a.at += push * a.inverse_mass;
+    b.at -= push * b.inverse_mass;
 }
 
-/// Keeps a ball on the floor.
-fn bear(ball: &mut Ball) {
+/// Keeps a ball above the floor.
+fn keep_above_floor(ball: &mut Ball) {
     let depth = ball.radius - ball.at.y;
     if depth > 0.0 {
         let slide = (ball.at - ball.before).with_y(0.0);
@@ -119,12 +119,12 @@ fn bear(ball: &mut Ball) {
 
 /// Pairs of balls of different bodies that may meet within the next steps.
 fn neighbours(balls: &[Ball]) -> Vec<(usize, usize)> {
-    // How far around it a ball may touch something before the next search.
+    // Distance at which a ball may touch something before the next search.
     let reach = |b: &Ball| {
         let way = 1.5 * (b.at - b.before).length() + 0.002;
-        b.radius + REMEMBERED as f32 * way.min(FASTEST)
+        b.radius + SEARCH_INTERVAL as f32 * way.min(MAX_STEP)
     };
-    // Sorted along the axis on which they are most apart.
+    // Sorted along the axis of the largest extent.
     let low = balls.iter().fold(Vec3::MAX, |low, b| low.min(b.at));
     let high = balls.iter().fold(Vec3::MIN, |high, b| high.max(b.at));
     let axis = (high - low).max_position();
@@ -155,39 +155,39 @@ fn neighbours(balls: &[Ball]) -> Vec<(usize, usize)> {
     pairs
 }
 
-/// Lets bodies fall onto the floor at height 0 and come to rest, for some seconds.
+/// Simulates bodies that fall onto the floor at height 0 and come to rest within `seconds`.
 pub fn settle(bodies: &mut [Body], seconds: f32) {
     let mut balls = Vec::new();
-    for (number, body) in bodies.iter().enumerate() {
+    for (index, body) in bodies.iter().enumerate() {
         for &(rest, radius) in &body.balls {
             let at = body.at + body.turn * rest;
             balls.push(Ball {
                 at,
                 before: at,
                 radius,
-                ease: 1.0 / body.mass,
-                body: number,
+                inverse_mass: 1.0 / body.mass,
+                body: index,
             });
         }
     }
     let steps = (seconds / STEP) as u32;
     let mut pairs = Vec::new();
     for step in 0..steps {
-        if step % REMEMBERED == 0 {
+        if step % SEARCH_INTERVAL == 0 {
             pairs = neighbours(&balls);
         }
-        // Towards the end all motion dies away.
+        // Stronger damping towards the end, so that the bodies come to rest.
         let kept = if step * 4 > steps * 3 { 0.97 } else { 0.999 };
         for ball in &mut balls {
             let way = (ball.at - ball.before) * kept - Vec3::Y * (9.81 * STEP * STEP);
             ball.before = ball.at;
-            ball.at += way * (FASTEST / way.length().max(1e-9)).min(1.0);
+            ball.at += way * (MAX_STEP / way.length().max(1e-9)).min(1.0);
         }
         for &(i, j) in &pairs {
             let (low, high) = balls.split_at_mut(j);
-            part(&mut low[i], &mut high[0]);
+            separate(&mut low[i], &mut high[0]);
         }
-        balls.iter_mut().for_each(bear);
+        balls.iter_mut().for_each(keep_above_floor);
         let mut rest = balls.as_mut_slice();
         for body in &mut *bodies {
             let (own, others) = rest.split_at_mut(body.balls.len());

@@ -1,11 +1,10 @@
-//! Bodies turned on a lathe, and the profiles that they are turned from.
+//! Surfaces swept from profiles: turned around an axis, along a line, around a rectangle.
 
 use super::shape::Shape;
 use glam::{Vec2, Vec3, vec2};
 use std::f32::consts::TAU;
 
-/// A line of (radius, height) points; what it bounds lies to its left, so that one which climbs
-/// has its front outside.
+/// A line of (radius, height) points. The body is to its left, so that a rising line faces outwards.
 #[derive(Clone)]
 pub struct Profile(Vec<Vec2>);
 
@@ -23,20 +22,20 @@ impl Profile {
         self.0.last().copied().unwrap_or_default()
     }
 
-    /// The profile further out by `by`.
+    /// The profile with all radii larger by `by`.
     pub fn widened(mut self, by: f32) -> Self {
         self.0.iter_mut().for_each(|p| p.x += by);
         self
     }
 
-    /// A straight step.
+    /// Adds a straight step.
     pub fn line(mut self, out: f32, up: f32) -> Self {
         self.0.push(self.last() + vec2(out, up));
         self
     }
 
-    /// A step along an arc of `degrees` that bulges to the right of its way; to the left if
-    /// negative.
+    /// Adds a step along an arc of `degrees` that bulges to the right of its direction, or to the left
+    /// if negative.
     pub fn arc(mut self, out: f32, up: f32, degrees: f32, steps: u32) -> Self {
         let (from, way) = (self.last(), vec2(out, up));
         let half = degrees.to_radians() / 2.0;
@@ -53,13 +52,13 @@ impl Profile {
         self
     }
 
-    /// A straight step to the axis.
+    /// Adds a straight step to the axis.
     pub fn capped(mut self) -> Self {
         self.0.push(vec2(0.0, self.last().y));
         self
     }
 
-    /// The profile turned around the height axis, once round.
+    /// The profile turned around the height axis by a full turn.
     pub fn turned(&self, sides: u32) -> Shape {
         let turn = |i: u32, p: Vec2| at_turn((i % sides) as f32 / sides as f32, p);
         self.swept(sides, turn, |_, end, n| turn(end, n))
@@ -71,14 +70,14 @@ impl Profile {
         self.swept(sides, turn, |_, end, n| turn(end, n))
     }
 
-    /// The profile drawn along Z, its radius along X.
+    /// The profile extruded along Z, with its radius along X.
     pub fn drawn(&self, from: f32, to: f32) -> Shape {
         let point = |i: u32, p: Vec2| Vec3::new(p.x, p.y, if i == 0 { from } else { to });
         self.swept(1, point, |_, _, n| n.extend(0.0))
     }
 
-    /// The profile drawn around a rectangle with mitred corners; its radius is what is added to
-    /// the half widths along X and Z.
+    /// The profile swept around a rectangle with mitred corners; its radius is added to the half
+    /// widths along X and Z.
     pub fn framed(&self, half: Vec2) -> Shape {
         let point = |i: u32, p: Vec2| {
             let x = if matches!(i % 4, 0 | 1) { 1.0 } else { -1.0 };
@@ -107,7 +106,7 @@ impl Profile {
                 let (next_low, next_high) = (corner(side + 1, 0), corner(side + 1, 1));
                 for face in [[next_low, low, high], [next_low, high, next_high]] {
                     let [a, b, c] = face.map(|corner| corner.0);
-                    // On the axis two corners are one, and nothing is left between them.
+                    // On the axis two corners coincide, which leaves a triangle without area.
                     if a != b && b != c && c != a {
                         positions.extend([a, b, c]);
                         normals.extend(face.map(|corner| corner.1));
@@ -118,7 +117,7 @@ impl Profile {
         Shape::smooth(positions, normals)
     }
 
-    /// Normals at both ends of every segment: shared across a bend, apart at an edge.
+    /// Normals at both ends of every segment: averaged across a bend, separate at an edge.
     fn normals(&self) -> Vec<[Vec2; 2]> {
         let flat: Vec<Vec2> = self
             .0

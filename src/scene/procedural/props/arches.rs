@@ -11,7 +11,7 @@ pub struct Arch {
     pub radius: f32,
     /// Height at which the round part begins.
     pub spring: f32,
-    /// Straight pieces of the half circle.
+    /// Straight segments of the half circle.
     pub steps: u32,
 }
 
@@ -41,8 +41,8 @@ impl Arch {
         let mut face = |a: Vec2, b: Vec2, c: Vec2| {
             wall.add(Shape::triangle([a, b, c].map(|p| p.extend(0.0))));
         };
-        // A fan from each upper corner and one from the middle of the top: no corner of a
-        // triangle lies on another's edge, where a ray could slip through.
+        // A fan from each upper corner and one from the middle of the top, so that no vertex is on the
+        // edge of another triangle, where a ray could pass through.
         let middle = self.steps / 2;
         for step in 0..self.steps {
             let side = if step < middle { half } else { -half };

@@ -1,11 +1,11 @@
-//! A small round car of the fifties, which stands at the origin and looks along +Z.
+//! A small round car of the 1950s, at the origin, its front to +Z.
 
 use crate::scene::Material;
 use crate::scene::procedural::modelling::dual_contouring::{Detail, surface, ticks};
 use crate::scene::procedural::modelling::implicit::{
     carve, common, cushion, ellipsoid, join, limb,
 };
-use crate::scene::procedural::modelling::{Heap, Profile, Shape, dielectric, metal};
+use crate::scene::procedural::modelling::{Model, Profile, Shape, dielectric, metal};
 use glam::{Vec3, vec3};
 
 /// Distance of the wheels from the middle, sideways and along, and their radius.
@@ -13,7 +13,7 @@ const TRACK: f32 = 0.64;
 const BASE: f32 = 1.13;
 const WHEEL: f32 = 0.31;
 
-/// The form of body and cabin without windows and wheels; `m` is mirrored.
+/// The implicit function of body and cabin without windows and wheels; `m` is mirrored to one side.
 fn form(m: Vec3) -> f32 {
     let mut hull = cushion(m, vec3(0.0, 0.52, -0.05), vec3(0.68, 0.3, 1.7), 0.24);
     let bonnet = ellipsoid(m, vec3(0.0, 0.6, 0.95), vec3(0.5, 0.32, 0.92));
@@ -32,7 +32,7 @@ fn form(m: Vec3) -> f32 {
     common(form, 0.2 - m.y, 0.06)
 }
 
-/// Negative where a window is, seen from the side it is on.
+/// The implicit function of the windows, negative inside.
 fn windows(m: Vec3) -> f32 {
     let side = |from: f32, to: f32| {
         let middle = vec3(0.85, 1.09, (from + to) / 2.0);
@@ -51,7 +51,7 @@ fn windows(m: Vec3) -> f32 {
 fn painted(p: Vec3) -> f32 {
     let m = vec3(p.x.abs(), p.y, p.z);
     let form = form(m);
-    // Windows lie deeper than the glass behind them, so that the glass stands out of the paint.
+    // Windows are cut deeper than the glass, so that the glass is in front of the paint.
     let mut d = common(form, join(form + 0.09, -windows(m), 0.02), 0.012);
     for z in [BASE, -BASE] {
         let round = (m.y - WHEEL).hypot(m.z - z) - WHEEL - 0.06;
@@ -78,12 +78,12 @@ fn rod(middle: Vec3, length: f32, radius: f32) -> Shape {
         .map(|p| vec3(p.y, -p.x, p.z) + middle)
 }
 
-/// Turns what was turned upright so that its axis is Z.
+/// Rotates a shape's axis from Y to Z.
 fn forwards(shape: Shape, to: Vec3) -> Shape {
     shape.map(|p| vec3(p.x, -p.z, p.y) + to)
 }
 
-fn wheels(heap: &mut Heap, chrome: &Material) {
+fn wheels(model: &mut Model, chrome: &Material) {
     let tyre = Profile::new(0.19, -0.085)
         .line(0.09, -0.005)
         .arc(0.025, 0.03, 80.0, 5)
@@ -105,13 +105,13 @@ fn wheels(heap: &mut Heap, chrome: &Material) {
         for z in [BASE, -BASE] {
             // Upright becomes sideways, outwards on either side.
             let place = |p: Vec3| vec3(side * (p.y + TRACK), WHEEL + side * -p.x, p.z + z);
-            heap.add(&rubber, tyre.clone().map(place));
-            heap.add(chrome, cap.clone().map(place));
+            model.add(&rubber, tyre.clone().map(place));
+            model.add(chrome, cap.clone().map(place));
         }
     }
 }
 
-fn front(heap: &mut Heap, chrome: &Material) {
+fn front(model: &mut Model, chrome: &Material) {
     let ring = Profile::new(0.126, -0.06)
         .line(0.0, 0.07)
         .arc(-0.028, 0.0, 180.0, 6)
@@ -122,14 +122,14 @@ fn front(heap: &mut Heap, chrome: &Material) {
     let clear = dielectric("lamp glass", vec3(0.75, 0.76, 0.74), 0.12);
     for x in [-0.56, 0.56] {
         let middle = vec3(x, 0.66, 1.635);
-        heap.add(chrome, forwards(ring.turned(32), middle));
-        heap.add(&clear, forwards(lens.clone(), middle));
+        model.add(chrome, forwards(ring.turned(32), middle));
+        model.add(&clear, forwards(lens.clone(), middle));
     }
     for (z, y) in [(1.86, 0.34), (-1.8, 0.38)] {
-        heap.add(chrome, rod(vec3(0.0, y, z), 1.3, 0.042));
+        model.add(chrome, rod(vec3(0.0, y, z), 1.3, 0.042));
         for x in [-0.3, 0.3] {
             let upright = rod(Vec3::ZERO, 0.2, 0.034);
-            heap.add(
+            model.add(
                 chrome,
                 upright.map(|p| vec3(x - p.y, y + 0.02 + p.x, z + p.z)),
             );
@@ -137,7 +137,7 @@ fn front(heap: &mut Heap, chrome: &Material) {
     }
     for x in [-0.7, 0.7] {
         let handle = rod(Vec3::ZERO, 0.14, 0.012);
-        heap.add(
+        model.add(
             chrome,
             handle.map(|p| vec3(x + p.z, 0.82 + p.y, -0.22 - p.x)),
         );
@@ -145,7 +145,7 @@ fn front(heap: &mut Heap, chrome: &Material) {
 }
 
 /// The whole car, by material.
-pub fn car(paint: Vec3) -> Heap {
+pub fn car(paint: Vec3) -> Model {
     let grid = |step: f32| {
         [
             ticks(-0.95, &[(0.95, step)]),
@@ -154,23 +154,23 @@ pub fn car(paint: Vec3) -> Heap {
         ]
     };
     let weight = |_| 1.0;
-    let mut heap = Heap::default();
+    let mut model = Model::default();
     let body = Detail {
         triangles: 9000,
         weight,
     };
     let body = surface(&grid(0.024), &body, painted);
-    heap.add(&dielectric("car paint", paint, 0.16), body);
+    model.add(&dielectric("car paint", paint, 0.16), body);
     let panes = Detail {
         triangles: 2000,
         weight,
     };
     let panes = surface(&grid(0.04), &panes, glass);
-    heap.add(&dielectric("car glass", Vec3::splat(0.015), 0.06), panes);
+    model.add(&dielectric("car glass", Vec3::splat(0.015), 0.06), panes);
     let chrome = metal("chrome", vec3(0.78, 0.79, 0.8), 0.12);
-    wheels(&mut heap, &chrome);
-    front(&mut heap, &chrome);
-    heap
+    wheels(&mut model, &chrome);
+    front(&mut model, &chrome);
+    model
 }
 
 #[cfg(test)]

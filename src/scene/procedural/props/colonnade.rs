@@ -1,5 +1,5 @@
-//! Parts of an arcade: columns, piers, arches with their wall, balustrades. Each stands at the
-//! origin, its front to +Z.
+//! Parts of an arcade: columns, piers, arches with their wall, balustrades. Each is at the origin,
+//! its front to +Z.
 
 use super::arches::Arch;
 use crate::scene::procedural::modelling::{Profile, Shape};
@@ -8,7 +8,7 @@ use glam::{Vec2, Vec3, vec3};
 /// Width of a bay, and thickness of the arcade's wall.
 pub const BAY: f32 = 2.6;
 pub const THICK: f32 = 0.5;
-/// From one floor to the next, and from a floor to where its arches begin.
+/// Height of a storey, and height above a floor at which its arches begin.
 pub const STOREY: f32 = 4.9;
 pub const SPRING: f32 = 3.0;
 /// Height of a balustrade.
@@ -19,7 +19,7 @@ fn slab(half: f32, from: f32, to: f32) -> Shape {
     Shape::block(vec3(-half, from, -half), vec3(half, to, half))
 }
 
-/// A column whose abacus runs a little into what it bears.
+/// A column; its abacus reaches a little into the wall above.
 pub fn column(height: f32, radius: f32, sides: u32) -> Shape {
     let r = radius;
     let (foot, head) = (0.6 * r, height - 0.55 * r);
@@ -34,7 +34,7 @@ pub fn column(height: f32, radius: f32, sides: u32) -> Shape {
         .arc(-0.06 * r, 0.12 * r, -80.0, 4);
     let from = foot + 1.0 * r;
     let long = head - 1.05 * r - from;
-    // The shaft swells a little: straight ones look hollow.
+    // The shaft swells a little (entasis): a straight one looks concave.
     for step in 0..8 {
         let width = |t: f32| r * (1.0 - 0.16 * t.powf(1.8));
         let (a, b) = (step as f32 / 8.0, (step + 1) as f32 / 8.0);
@@ -152,7 +152,7 @@ fn baluster(sides: u32) -> Shape {
     turned
 }
 
-/// The balustrade of one bay, between pedestals that bear the columns at its ends.
+/// The balustrade of one bay, between the pedestals of the columns at its ends.
 pub fn balustrade(sides: u32) -> Shape {
     let long = BAY - 0.56;
     let mut all = Shape::default();

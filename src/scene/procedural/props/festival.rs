@@ -1,9 +1,9 @@
-//! What makes a street festive: strings of paper lanterns, market stalls under bulbs, pennants.
-//! Every emissive triangle is taken from a budget.
+//! Decoration of a street: strings of paper lanterns, market stalls under bulbs, pennants. Every
+//! emissive triangle is taken from a budget.
 
 use crate::random::Random;
 use crate::scene::Material;
-use crate::scene::procedural::modelling::{Heap, Shape, dielectric, lamp, lathe};
+use crate::scene::procedural::modelling::{Model, Shape, dielectric, emitter, lathe};
 use glam::Vec3;
 
 /// A place at the street's left side, or mirrored at its right side; x leads from the houses to
@@ -26,35 +26,38 @@ impl Spot {
     }
 }
 
-/// What is built, and how many emissive triangles it may still have.
+/// The model so far, and how many emissive triangles may still be added.
 pub struct Festival {
-    pub heap: Heap,
+    pub model: Model,
     left: u64,
 }
 
-/// Kept for the pennants, which are one triangle each and make the number come out exactly.
+/// Emissive triangles reserved for the pennants, which have one each, so that the number is exact.
 const RESERVE: u64 = 60;
 
 impl Festival {
     pub fn new(lights: u64) -> Self {
-        let heap = Heap::default();
-        Self { heap, left: lights }
+        let model = Model::default();
+        Self {
+            model,
+            left: lights,
+        }
     }
 
-    /// Whether a lantern can still be lit.
+    /// Whether the budget suffices for another lantern.
     pub fn has_light(&self) -> bool {
         self.left >= RESERVE + paper(0.17).triangle_count() as u64
     }
 
-    /// Adds a lamp, or the same shape unlit once the budget is spent.
+    /// Adds a light, or the same shape without emission if the budget is spent.
     pub fn light(&mut self, name: &str, radiance: Vec3, shape: Shape) {
         let triangles = shape.triangle_count() as u64;
         if self.left >= RESERVE + triangles {
             self.left -= triangles;
-            self.heap.add(&lamp(name, radiance), shape);
+            self.model.add(&emitter(name, radiance), shape);
         } else {
             let unlit = dielectric("unlit", Vec3::splat(0.05), 0.2);
-            self.heap.add(&unlit, shape);
+            self.model.add(&unlit, shape);
         }
     }
 
@@ -67,10 +70,10 @@ impl Festival {
         let count = 8;
         for step in 0..2 * count {
             let at = |k: u32| hang(k as f32 / (2 * count) as f32);
-            self.heap.add(&cord, rod(at(step), at(step + 1), 0.008));
+            self.model.add(&cord, rod(at(step), at(step + 1), 0.008));
         }
-        for number in 0..count {
-            let t = (number as f32 + 0.5 + random.between(-0.15, 0.15)) / count as f32;
+        for index in 0..count {
+            let t = (index as f32 + 0.5 + random.between(-0.15, 0.15)) / count as f32;
             let radius = random.between(0.13, 0.21);
             let middle = hang(t) - Vec3::Y * (1.15 * radius + 0.1);
             let color = random.pick(&[
@@ -90,14 +93,14 @@ impl Festival {
             );
             for y in [-1.0, 1.0] {
                 let foot = middle + Vec3::Y * (y * 1.1 * radius - 0.02);
-                self.heap
+                self.model
                     .add(&caps, Shape::cylinder(foot, 0.62 * radius, 0.04, 8));
             }
             let tassel = middle - Vec3::Y * (1.1 * radius + 0.12);
-            self.heap
+            self.model
                 .add(&caps, Shape::chunk(tassel, Vec3::new(0.02, 0.22, 0.02)));
             let hook = hang(t);
-            self.heap
+            self.model
                 .add(&cord, rod(middle + Vec3::Y * 1.1 * radius, hook, 0.004));
         }
     }
@@ -108,7 +111,7 @@ impl Festival {
         let half = 1.25;
         let mut solid = |a: [f32; 3], b: [f32; 3]| {
             let shape = Shape::block(Vec3::from(a), Vec3::from(b));
-            self.heap.add(&wood, spot.put(shape));
+            self.model.add(&wood, spot.put(shape));
         };
         solid([-0.05, -0.1, -half], [0.5, 0.86, half]);
         solid([-0.1, 0.86, -half - 0.06], [0.58, 0.9, half + 0.06]);
@@ -119,9 +122,9 @@ impl Festival {
         }
         self.awning(random, half, spot);
         self.goods(random, half, spot);
-        for number in 0..11 {
-            let z = (number as f32 / 10.0 - 0.5) * 2.0 * half;
-            let at = Vec3::new(0.72, 2.03 - 0.05 * (number as f32 * 1.3).sin(), z);
+        for index in 0..11 {
+            let z = (index as f32 / 10.0 - 0.5) * 2.0 * half;
+            let at = Vec3::new(0.72, 2.03 - 0.05 * (index as f32 * 1.3).sin(), z);
             let bulb = Shape::sphere(0).flat().map(|p| p * 0.045 + at);
             self.light("bulb", Vec3::new(105.0, 64.0, 26.0), spot.put(bulb));
         }
@@ -153,11 +156,11 @@ impl Festival {
             let tip = (e + f) / 2.0 - Vec3::Y * 0.1;
             let corners = [a, b, d, a, d, c, c, d, f, c, f, e, e, f, tip];
             let cloth = Shape::triangles(&corners);
-            self.heap.add(&cloths[stripe % 2], spot.put(cloth));
+            self.model.add(&cloths[stripe % 2], spot.put(cloth));
         }
     }
 
-    /// What a stall sells: crates of fruit, and jars.
+    /// The goods of a stall: crates of fruit, and jars.
     fn goods(&mut self, random: &mut Random, half: f32, spot: Spot) {
         let crate_wood = dielectric("crate", Vec3::new(0.4, 0.28, 0.14), 0.6);
         let mut z = -half + 0.25;
@@ -172,21 +175,21 @@ impl Festival {
             ]));
             if random.unit() < 0.6 {
                 let tray = Shape::chunk(at + Vec3::Y * 0.0505, Vec3::new(0.5, 0.1, 0.4));
-                self.heap.add(&crate_wood, spot.put(tray));
+                self.model.add(&crate_wood, spot.put(tray));
                 let skin = dielectric("fruit", color, 0.35);
                 for (i, j) in (0..5).flat_map(|i| (0..4).map(move |j| (i, j))) {
                     let place = Vec3::new(i as f32 * 0.095 - 0.19, 0.11, j as f32 * 0.095 - 0.14);
                     let middle = at + place + Vec3::Y * random.between(0.0, 0.03);
                     let fruit = Shape::sphere(1).flat().map(|p| p * 0.047 + middle);
-                    self.heap.add(&skin, spot.put(fruit));
+                    self.model.add(&skin, spot.put(fruit));
                 }
             } else {
                 let glass = dielectric("jar", color * 0.8, 0.08);
-                for number in 0..5 {
-                    let x = 0.18 * (number % 2) as f32 - 0.1;
-                    let foot = at + Vec3::new(x, 0.0005, 0.09 * number as f32 - 0.18);
+                for index in 0..5 {
+                    let x = 0.18 * (index % 2) as f32 - 0.1;
+                    let foot = at + Vec3::new(x, 0.0005, 0.09 * index as f32 - 0.18);
                     let tall = random.between(0.12, 0.26);
-                    self.heap
+                    self.model
                         .add(&glass, spot.put(Shape::cylinder(foot, 0.045, tall, 10)));
                 }
             }
@@ -204,13 +207,13 @@ impl Festival {
             let back = Vec3::new(0.0, 0.35 * row, -3.1 * row);
             let hang = |t: f32| a.lerp(b, t) + back - Vec3::Y * 2.4 * t * (1.0 - t);
             let count = self.left.min(a_row);
-            for number in 0..a_row {
+            for index in 0..a_row {
                 let (from, to) = (
-                    number as f32 / a_row as f32,
-                    (number + 1) as f32 / a_row as f32,
+                    index as f32 / a_row as f32,
+                    (index + 1) as f32 / a_row as f32,
                 );
-                self.heap.add(&cord, rod(hang(from), hang(to), 0.006));
-                if number < count {
+                self.model.add(&cord, rod(hang(from), hang(to), 0.006));
+                if index < count {
                     let (left, right) = (hang(from + 0.006), hang(to - 0.006));
                     let tip = (left + right) / 2.0 - Vec3::Y * 0.27;
                     let color = random.pick(&[
@@ -219,8 +222,9 @@ impl Festival {
                         [0.2, 0.9, 1.1],
                         [1.2, 1.1, 0.9],
                     ]);
-                    let cloth = lamp("pennant", Vec3::from(color));
-                    self.heap.add(&cloth, Shape::triangles(&[left, tip, right]));
+                    let cloth = emitter("pennant", Vec3::from(color));
+                    self.model
+                        .add(&cloth, Shape::triangles(&[left, tip, right]));
                 }
             }
             self.left -= count;

@@ -3,15 +3,15 @@
 use crate::random::Random;
 use crate::scene::Material;
 use crate::scene::procedural::modelling::{
-    Builder, Heap, Shape, dielectric, lathe, metal, soft_box,
+    Builder, Model, Shape, dielectric, lathe, metal, soft_box,
 };
 use glam::{DAffine3, DQuat, Vec3};
 
-/// A thing of flat and of smooth shapes that is placed as a whole.
+/// A piece of furniture of flat and smooth shapes that is placed as a whole.
 #[derive(Default)]
 pub struct Piece {
-    flat: Heap,
-    smooth: Heap,
+    flat: Model,
+    smooth: Model,
 }
 
 impl Piece {
@@ -25,12 +25,12 @@ impl Piece {
         self.smooth.add(material, shape);
     }
 
-    /// Puts the piece somewhere, turned around its upright axis.
+    /// Places the piece, rotated around its vertical axis.
     pub fn put(self, scene: &mut Builder, name: &str, at: Vec3, degrees: f64) {
         let turn = DQuat::from_rotation_y(degrees.to_radians());
         let place = DAffine3::from_rotation_translation(turn, at.as_dvec3());
         if !self.flat.0.is_empty() {
-            scene.stand_together(name, self.flat);
+            scene.add_model(name, self.flat);
             if let Some(instance) = scene.0.instances.last_mut() {
                 instance.object_to_world = place;
             }
@@ -158,7 +158,7 @@ pub fn bookcase(wood: &Material, width: f32, height: f32, random: &mut Random) -
         }
         let mut x = -inner;
         loop {
-            // Here and there the row ends early, or has a gap.
+            // Some rows end early or have a gap.
             x += random.pick(&[0.002, 0.002, 0.002, 0.002, 0.002, 0.12]);
             let thick = random.between(0.018, 0.05);
             if x + thick > inner {
@@ -224,7 +224,7 @@ pub fn picture(frame: &Material, width: f32, height: f32, random: &mut Random) -
         let free = Vec3::new(0.9 * w - size.x, 0.9 * h - size.y, 0.0) / 2.0;
         let x = random.between(-free.x, free.x);
         let y = random.between(-free.y, free.y);
-        // Each field lies a little higher, so that no two are in one plane.
+        // Each field is a little higher, so that no two are in the same plane.
         let middle = Vec3::new(x, y, 0.018 + 0.0004 * step as f32);
         let ink = Material::lambert("ink", Vec3::from(random.pick(&inks)));
         picture.flat(&ink, Shape::chunk(middle, size));
@@ -268,8 +268,8 @@ pub fn plant(pot: &Material, leaf: &Material, random: &mut Random) -> Piece {
         lathe(&[&[(0.0, 0.0), outside[0]], &outside, &lip, &inside], 40),
     );
     const STEPS: usize = 7;
-    for number in 0..26 {
-        let turn = number as f32 * 2.4 + random.between(-0.3, 0.3);
+    for index in 0..26 {
+        let turn = index as f32 * 2.4 + random.between(-0.3, 0.3);
         let (out, across) = (
             Vec3::new(turn.cos(), 0.0, turn.sin()),
             Vec3::new(-turn.sin(), 0.0, turn.cos()),

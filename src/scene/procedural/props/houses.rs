@@ -23,7 +23,7 @@ pub fn house(street: &mut Festival, random: &mut Random, spot: Spot, width: f32)
     let mut solid = |material: &Material, a: [f32; 3], b: [f32; 3]| {
         let (a, b) = (Vec3::from(a), Vec3::from(b));
         street
-            .heap
+            .model
             .add(material, spot.put(Shape::block(a.min(b), a.max(b))));
     };
     let (near, far) = (-gap, -width + gap);
@@ -70,7 +70,7 @@ pub fn house(street: &mut Festival, random: &mut Random, spot: Spot, width: f32)
     shop(street, random, spot, width, &timber);
 }
 
-/// A steep roof whose gable faces the street.
+/// A steep roof with its gable towards the street.
 fn gable(
     street: &mut Festival,
     spot: Spot,
@@ -86,12 +86,12 @@ fn gable(
         Vec3::new(-6.8, foot - 0.1, 0.03 - width),
         Vec3::new(out - 0.01, foot + high, -0.03),
     );
-    // Narrowed to a ridge that keeps a little width.
+    // Narrowed to a ridge of a small width.
     let wall = wall.map(|p| {
         let narrow = if p.y > foot { 0.03 } else { 1.0 };
         Vec3::new(p.x, p.y, middle + (p.z - middle) * narrow)
     });
-    street.heap.add(plaster, spot.put(wall));
+    street.model.add(plaster, spot.put(wall));
     let tiles = dielectric("tiles", Vec3::new(0.2, 0.07, 0.045), 0.6);
     for side in [-1.0, 1.0] {
         for (material, low, top, over) in [(&tiles, 0.0, 0.16, 0.35), (timber, -0.16, 0.02, 0.28)] {
@@ -102,7 +102,7 @@ fn gable(
             );
             let ridge = foot + high + 0.1;
             let roof = slab.map(|p| p + Vec3::Y * (ridge - slope * (p.z - middle).abs()));
-            street.heap.add(material, spot.put(roof));
+            street.model.add(material, spot.put(roof));
         }
     }
 }
@@ -143,14 +143,14 @@ fn windows(
                 spot.put(pane),
             );
         } else {
-            street.heap.add(&glass, spot.put(pane));
+            street.model.add(&glass, spot.put(pane));
         }
         let mut bar = |material: &Material, y: [f32; 2], along: [f32; 2], deep: f32| {
             let shape = Shape::block(
                 Vec3::new(out - 0.02, y[0], z + along[0]),
                 Vec3::new(out + deep, y[1], z + along[1]),
             );
-            street.heap.add(material, spot.put(shape));
+            street.model.add(material, spot.put(shape));
         };
         bar(
             &frame,
@@ -188,7 +188,7 @@ fn shop(street: &mut Festival, random: &mut Random, spot: Spot, width: f32, timb
             Vec3::new(x[0], y[0], z - half),
             Vec3::new(x[1], y[1], z + half),
         );
-        street.heap.add(material, spot.put(shape));
+        street.model.add(material, spot.put(shape));
     };
     let paint = dielectric(
         "door paint",
@@ -204,7 +204,7 @@ fn shop(street: &mut Festival, random: &mut Random, spot: Spot, width: f32, timb
         solid(timber, z, [0.8, 2.3], 0.025, [-0.1, 0.08]);
     }
     solid(timber, at(0.67), [1.74, 1.79], half, [-0.1, 0.075]);
-    // What is for sale stands dark before the light.
+    // The goods are dark in front of the light.
     let wares = dielectric("wares", Vec3::new(0.1, 0.06, 0.04), 0.4);
     let mut z = -half + 0.1;
     while z < half - 0.1 {

@@ -1,5 +1,4 @@
-//! Things that stand in the scenes: furniture, houses, a car, a statue. Each is modelled around its
-//! own origin.
+//! Models that the scenes place: furniture, houses, a car, a statue.
 
 mod arches;
 pub mod car;

@@ -1,4 +1,4 @@
-//! A classical bust on a turned foot: one smooth body of about three thousand triangles.
+//! A classical bust on a round foot: one smooth body of about 3,000 triangles.
 
 use crate::random::Random;
 use crate::scene::procedural::modelling::dual_contouring::{Detail, surface, ticks};
@@ -10,9 +10,9 @@ use glam::{Mat3, Vec3, vec3};
 const FOOT: f32 = 0.135;
 const HEAD: f32 = 0.545;
 
-/// What differs from one bust to the next.
+/// Properties that differ between busts.
 struct Sitter {
-    /// The head's turn and tilt, in radians.
+    /// The head's rotation and tilt, in radians.
     turn: f32,
     tilt: f32,
     /// Locks of hair around the head.
@@ -37,7 +37,7 @@ impl Sitter {
         }
     }
 
-    /// The face without hair; `m` is mirrored, so that both sides are one.
+    /// The face without hair; `m` is mirrored to one side, which makes the face symmetric.
     fn face(&self, m: Vec3) -> f32 {
         let mut d = ellipsoid(m, vec3(0.0, 0.035, -0.012), vec3(0.074, 0.09, 0.094));
         let jaw = vec3(0.06 * self.jaw, 0.088, 0.07);
@@ -127,7 +127,7 @@ impl Sitter {
     }
 }
 
-/// A bust 0.68 m high that stands at the origin and looks along +Z.
+/// A bust 0.68 m high at the origin, facing +Z.
 pub fn bust(random: &mut Random) -> Shape {
     let sitter = Sitter::new(random);
     let across = [(-0.055, 0.01), (0.055, 0.004), (0.24, 0.01)];
@@ -138,7 +138,7 @@ pub fn bust(random: &mut Random) -> Shape {
     ];
     let detail = Detail {
         triangles: 2700,
-        // A face is looked at more closely than a back.
+        // The face gets more triangles than the back, since it is seen more closely.
         weight: |p: Vec3| {
             1.0 + 80.0 * (-(p - vec3(0.0, -0.045, 0.09)).length_squared() / 0.004).exp()
         },

@@ -1,12 +1,12 @@
-//! What stands about in a garage: bench, tools, shelves, crates, drums; each by material.
+//! The contents of a garage: bench, tools, shelves, crates, drums.
 
 use crate::random::Random;
 use crate::scene::Material;
-use crate::scene::procedural::modelling::{Heap, Profile, Shape, dielectric, metal};
+use crate::scene::procedural::modelling::{Model, Profile, Shape, dielectric, metal};
 use glam::{Mat3, Vec3, vec3};
 
-/// Moves a whole heap.
-pub fn put(into: &mut Heap, from: Heap, degrees: f32, to: Vec3) {
+/// Adds a model turned by `degrees` around +Y and moved to `to`.
+pub fn put(into: &mut Model, from: Model, degrees: f32, to: Vec3) {
     let turn = Mat3::from_rotation_y(degrees.to_radians());
     for (material, shape) in from.0 {
         into.add(&material, shape.map(|p| turn * p + to));
@@ -17,14 +17,14 @@ fn timber(name: &str, light: f32) -> Material {
     dielectric(name, vec3(0.42, 0.27, 0.14) * light, 0.5)
 }
 
-/// A crate of slats on a frame, which stands at the origin.
-pub fn crate_of(size: Vec3) -> Heap {
-    let mut heap = Heap::default();
+/// A crate of slats on a frame, at the origin.
+pub fn crate_of(size: Vec3) -> Model {
+    let mut model = Model::default();
     let half = size / 2.0;
     let (frame, slat) = (timber("crate frame", 0.75), timber("crate slats", 1.0));
     let dark = Material::lambert("crate inside", vec3(0.03, 0.02, 0.015));
     let inside = Vec3::splat(0.05);
-    heap.add(
+    model.add(
         &dark,
         Shape::block(
             vec3(-half.x, 0.0, -half.z) + inside,
@@ -33,7 +33,7 @@ pub fn crate_of(size: Vec3) -> Heap {
     );
     for (x, z) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
         let middle = vec3(x * (half.x - 0.045), half.y, z * (half.z - 0.045));
-        heap.add(
+        model.add(
             &frame,
             Shape::chunk(middle, vec3(0.05, size.y - 0.03, 0.05)),
         );
@@ -44,12 +44,12 @@ pub fn crate_of(size: Vec3) -> Heap {
         let y = (i as f32 + 0.5) * step;
         for side in [-1.0, 1.0] {
             let long = vec3(size.x, step - 0.018, 0.019);
-            heap.add(
+            model.add(
                 &slat,
                 Shape::chunk(vec3(0.0, y, side * (half.z - 0.009)), long),
             );
             let across = vec3(0.019, step - 0.018, size.z - 0.04);
-            heap.add(
+            model.add(
                 &slat,
                 Shape::chunk(vec3(side * (half.x - 0.009), y, 0.0), across),
             );
@@ -60,29 +60,29 @@ pub fn crate_of(size: Vec3) -> Heap {
     for i in 0..boards {
         let x = (i as f32 + 0.5) * step - half.x;
         let lid = vec3(step - 0.01, 0.02, size.z - 0.002);
-        heap.add(&slat, Shape::chunk(vec3(x, size.y - 0.006, 0.0), lid));
+        model.add(&slat, Shape::chunk(vec3(x, size.y - 0.006, 0.0), lid));
     }
-    heap
+    model
 }
 
-/// A cardboard box with its tape, which stands at the origin.
-fn carton(random: &mut Random, size: Vec3) -> Heap {
-    let mut heap = Heap::default();
+/// A cardboard box with its tape, at the origin.
+fn carton(random: &mut Random, size: Vec3) -> Model {
+    let mut model = Model::default();
     let tint = random.pick(&[[0.45, 0.31, 0.18], [0.36, 0.24, 0.13], [0.52, 0.4, 0.26]]);
     let up = Vec3::Y * size.y / 2.0;
-    heap.add(
+    model.add(
         &Material::lambert("cardboard", Vec3::from(tint)),
         Shape::chunk(up, size),
     );
     let tape = dielectric("tape", vec3(0.5, 0.36, 0.16), 0.25);
     let over = vec3(0.05, size.y + 0.004, size.z + 0.004);
-    heap.add(&tape, Shape::chunk(up, over));
-    heap
+    model.add(&tape, Shape::chunk(up, over));
+    model
 }
 
-/// A tin with a rim, which stands at the origin.
-fn tin(random: &mut Random, radius: f32, height: f32) -> Heap {
-    let mut heap = Heap::default();
+/// A tin with a rim, at the origin.
+fn tin(random: &mut Random, radius: f32, height: f32) -> Model {
+    let mut model = Model::default();
     let steel = metal("tin", Vec3::splat(0.6), 0.3);
     let body = Profile::new(0.0, 0.0)
         .line(radius, 0.0)
@@ -91,7 +91,7 @@ fn tin(random: &mut Random, radius: f32, height: f32) -> Heap {
         .line(0.0, -0.01)
         .capped()
         .turned(28);
-    heap.add(&steel, body);
+    model.add(&steel, body);
     let paint = random.pick(&[
         [0.55, 0.05, 0.04],
         [0.04, 0.16, 0.4],
@@ -100,27 +100,27 @@ fn tin(random: &mut Random, radius: f32, height: f32) -> Heap {
         [0.6, 0.58, 0.52],
     ]);
     let label = Profile::new(radius + 0.0015, height * 0.12).line(0.0, height * 0.7);
-    heap.add(
+    model.add(
         &dielectric("label", Vec3::from(paint), 0.35),
         label.turned(28),
     );
-    heap
+    model
 }
 
 /// Shelves of steel, their long side along X, their backs to −Z, full of boxes and tins.
-pub fn shelves(random: &mut Random, wide: f32, things: u32) -> Heap {
-    let mut heap = Heap::default();
+pub fn shelves(random: &mut Random, wide: f32, things: u32) -> Model {
+    let mut model = Model::default();
     let steel = metal("shelf", vec3(0.2, 0.24, 0.27), 0.45);
     let deep = 0.42;
     for (x, z) in [(-0.5, -0.5), (-0.5, 0.5), (0.5, -0.5), (0.5, 0.5)] {
         let foot = vec3(x * wide, 1.1, z * deep);
-        heap.add(&steel, Shape::chunk(foot, vec3(0.04, 2.2, 0.04)));
+        model.add(&steel, Shape::chunk(foot, vec3(0.04, 2.2, 0.04)));
     }
     let boards = 5;
     for board in 0..boards {
         let y = 0.12 + 0.5 * board as f32;
         let size = vec3(wide - 0.042, 0.03, deep + 0.03);
-        heap.add(&steel, Shape::chunk(Vec3::Y * y, size));
+        model.add(&steel, Shape::chunk(Vec3::Y * y, size));
         let mut x = -wide / 2.0 + 0.04;
         for _ in 0..things {
             let size = vec3(
@@ -143,35 +143,35 @@ pub fn shelves(random: &mut Random, wide: f32, things: u32) -> Heap {
             } else {
                 carton(random, size)
             };
-            put(&mut heap, thing, random.between(-5.0, 5.0), at);
+            put(&mut model, thing, random.between(-5.0, 5.0), at);
             x += width + random.between(0.02, 0.12);
         }
     }
-    heap
+    model
 }
 
 /// A workbench 2.4 m wide with a vise, its back to −Z.
-pub fn bench(random: &mut Random) -> Heap {
-    let mut heap = Heap::default();
+pub fn bench(random: &mut Random) -> Model {
+    let mut model = Model::default();
     let (top, leg) = (timber("bench top", 0.9), timber("bench legs", 0.55));
     for plank in 0..4 {
         let z = -0.27 + 0.18 * plank as f32;
-        heap.add(
+        model.add(
             &top,
             Shape::chunk(vec3(0.0, 0.88, z), vec3(2.4, 0.06, 0.177)),
         );
     }
     for (x, z) in [(-1.08, -0.28), (-1.08, 0.28), (1.08, -0.28), (1.08, 0.28)] {
-        heap.add(
+        model.add(
             &leg,
             Shape::chunk(vec3(x, 0.426, z), vec3(0.09, 0.848, 0.09)),
         );
     }
-    heap.add(
+    model.add(
         &leg,
         Shape::chunk(vec3(0.0, 0.3, 0.0), vec3(2.2, 0.035, 0.6)),
     );
-    heap.add(
+    model.add(
         &leg,
         Shape::chunk(vec3(0.0, 0.78, 0.3), vec3(2.06, 0.14, 0.03)),
     );
@@ -182,25 +182,25 @@ pub fn bench(random: &mut Random) -> Heap {
         (vec3(0.6, 1.0, 0.4), vec3(0.2, 0.16, 0.06)),
         (vec3(0.6, 0.96, 0.3), vec3(0.07, 0.06, 0.24)),
     ] {
-        heap.add(&iron, Shape::chunk(middle, size));
+        model.add(&iron, Shape::chunk(middle, size));
     }
     let bar = Shape::cylinder(Vec3::Y * -0.14, 0.009, 0.28, 12);
-    heap.add(
+    model.add(
         &metal("bar", Vec3::splat(0.7), 0.2),
         bar.map(|p| p + vec3(0.6, 0.96, 0.455)),
     );
     let red = dielectric("toolbox", vec3(0.5, 0.03, 0.02), 0.25);
-    heap.add(
+    model.add(
         &red,
         Shape::chunk(vec3(-0.65, 1.02, -0.08), vec3(0.5, 0.22, 0.26)),
     );
     let handle = metal("toolbox handle", Vec3::splat(0.6), 0.25);
-    heap.add(
+    model.add(
         &handle,
         Shape::chunk(vec3(-0.65, 1.16, -0.08), vec3(0.22, 0.015, 0.03)),
     );
     for x in [-0.755, -0.545] {
-        heap.add(
+        model.add(
             &handle,
             Shape::chunk(vec3(x, 1.141, -0.08), vec3(0.015, 0.024, 0.03)),
         );
@@ -208,7 +208,7 @@ pub fn bench(random: &mut Random) -> Heap {
     for i in 0..5 {
         let at = vec3(-0.1 + 0.16 * i as f32, 0.909, random.between(-0.28, -0.14));
         let size = (random.between(0.045, 0.07), random.between(0.1, 0.2));
-        put(&mut heap, tin(random, size.0, size.1), 0.0, at);
+        put(&mut model, tin(random, size.0, size.1), 0.0, at);
     }
     for x in [-0.7, 0.1, 0.7] {
         let size = vec3(
@@ -216,16 +216,16 @@ pub fn bench(random: &mut Random) -> Heap {
             random.between(0.2, 0.36),
             random.between(0.3, 0.4),
         );
-        put(&mut heap, carton(random, size), 3.0, vec3(x, 0.317, 0.0));
+        put(&mut model, carton(random, size), 3.0, vec3(x, 0.317, 0.0));
     }
-    heap
+    model
 }
 
 /// A board with tools on it, 2.2 m wide, its foot at the origin, facing +Z.
-pub fn tools(random: &mut Random) -> Heap {
-    let mut heap = Heap::default();
+pub fn tools(random: &mut Random) -> Model {
+    let mut model = Model::default();
     let board = Material::lambert("tool board", vec3(0.5, 0.42, 0.3));
-    heap.add(
+    model.add(
         &board,
         Shape::chunk(vec3(0.0, 0.45, 0.01), vec3(2.2, 0.9, 0.02)),
     );
@@ -243,43 +243,43 @@ pub fn tools(random: &mut Random) -> Heap {
         let grip = &grips[random.index(3)];
         match i % 3 {
             0 => {
-                heap.add(grip, upright(x, 0.3, 0.014, long + 0.1));
+                model.add(grip, upright(x, 0.3, 0.014, long + 0.1));
                 let head = vec3(x, 0.4 + long, 0.045);
-                heap.add(&steel, Shape::chunk(head, vec3(0.12, 0.04, 0.035)));
+                model.add(&steel, Shape::chunk(head, vec3(0.12, 0.04, 0.035)));
             }
             1 => {
                 let shaft = vec3(x, 0.5, 0.035);
-                heap.add(&steel, Shape::chunk(shaft, vec3(0.028, long, 0.012)));
+                model.add(&steel, Shape::chunk(shaft, vec3(0.028, long, 0.012)));
                 for (end, size) in [(-0.5, 0.045), (0.5, 0.06)] {
                     let ring = Shape::cylinder(Vec3::ZERO, size, 0.016, 6);
                     let to = vec3(x, 0.5 + end * long, 0.027);
-                    heap.add(&steel, ring.map(|p| vec3(p.x, -p.z, p.y) + to));
+                    model.add(&steel, ring.map(|p| vec3(p.x, -p.z, p.y) + to));
                 }
             }
             _ => {
-                heap.add(grip, upright(x, 0.55, 0.018, 0.11));
-                heap.add(&steel, upright(x, 0.55 - long, 0.005, long));
+                model.add(grip, upright(x, 0.55, 0.018, 0.11));
+                model.add(&steel, upright(x, 0.55 - long, 0.005, long));
             }
         }
     }
-    heap
+    model
 }
 
 /// An oil drum.
-pub fn drum(paint: Vec3) -> Heap {
-    let mut heap = Heap::default();
+pub fn drum(paint: Vec3) -> Model {
+    let mut model = Model::default();
     let mut side = Profile::new(0.0, 0.0).line(0.29, 0.0);
     for _ in 0..3 {
         side = side.line(0.0, 0.26).arc(0.0, 0.03, 180.0, 6);
     }
     let drum = side.line(-0.012, 0.0).line(0.0, -0.02).capped();
-    heap.add(&dielectric("drum", paint, 0.3), drum.turned(40));
-    heap
+    model.add(&dielectric("drum", paint, 0.3), drum.turned(40));
+    model
 }
 
 /// Tyres in a pile.
-pub fn tyres(count: u32) -> Heap {
-    let mut heap = Heap::default();
+pub fn tyres(count: u32) -> Model {
+    let mut model = Model::default();
     let rubber = dielectric("old tyres", Vec3::splat(0.03), 0.6);
     let tyre = Profile::new(0.2, 0.16)
         .line(0.0, -0.14)
@@ -293,7 +293,7 @@ pub fn tyres(count: u32) -> Heap {
     for i in 0..count {
         let aside = 0.03 * (i as f32 * 2.4).sin();
         let to = vec3(aside, 0.202 * i as f32, -aside);
-        heap.add(&rubber, tyre.clone().map(|p| p + to));
+        model.add(&rubber, tyre.clone().map(|p| p + to));
     }
-    heap
+    model
 }

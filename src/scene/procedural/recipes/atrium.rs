@@ -3,7 +3,7 @@
 
 use crate::random::Random;
 use crate::scene::procedural::modelling::{
-    Builder, Heap, Profile, SINK, Shape, dielectric, lamp, metal,
+    Builder, Model, Profile, SINK, Shape, dielectric, emitter, metal,
 };
 use crate::scene::procedural::parameters::{Parameter, Range, Values};
 use crate::scene::procedural::props::colonnade::{self, BAY, RAIL, SPRING, STOREY, THICK};
@@ -40,13 +40,13 @@ pub(super) const PARAMETERS: &[Parameter] = &[
 
 /// Arches along each short side.
 const ACROSS: u32 = 3;
-/// From the arcades' middle to the wall behind them.
+/// Distance from the arcades' middle plane to the wall behind them.
 const GALLERY: f32 = 2.7;
 /// From a floor to the gallery's ceiling above it, and to the court's ceiling.
 const CEILING: f32 = 4.6;
 const TOP: f32 = 2.0 * STOREY + 0.75;
 
-/// One side of the court: what is built facing +Z is turned towards the middle.
+/// One side of the court: turns shapes that face +Z towards the middle.
 struct Side {
     turn: f32,
     middle: Vec3,
@@ -78,19 +78,19 @@ impl Side {
         scene.place(name, mesh, DAffine3::from_rotation_translation(turn, to));
     }
 
-    /// The middles of its bays.
+    /// The centres of its bays.
     fn bays(&self) -> impl Iterator<Item = f32> + use<> {
         let bays = self.bays;
         (0..bays).map(move |i| (i as f32 - (bays - 1) as f32 / 2.0) * BAY)
     }
 
-    /// Where its columns stand, but for the corners.
+    /// Positions of its columns, without the corners.
     fn columns(&self) -> impl Iterator<Item = f32> + use<> {
         self.bays().skip(1).map(|x| x - BAY / 2.0)
     }
 }
 
-/// A level ring between two rectangles, facing up or down.
+/// A horizontal ring between two rectangles, facing up or down.
 fn ring(inner: Vec2, outer: Vec2, y: f32, up: bool) -> Shape {
     let corners = |half: Vec2| {
         [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)]
@@ -110,11 +110,11 @@ fn ring(inner: Vec2, outer: Vec2, y: f32, up: bool) -> Shape {
     ring
 }
 
-/// Tiles of polished marble with open joints, dark and pale in turn, a red one here and there.
-fn floor(heap: &mut Heap, random: &mut Random, half: Vec2) {
+/// Tiles of polished marble with open joints, dark and pale alternately, some of them red.
+fn floor(model: &mut Model, random: &mut Random, half: Vec2) {
     let ground = Material::lambert("joints", Vec3::splat(0.06));
     let (corner, size) = (vec3(-half.x, -0.012, -half.y), half * 2.0);
-    heap.add(
+    model.add(
         &ground,
         Shape::quad(corner, Vec3::Z * size.y, Vec3::X * size.x),
     );
@@ -137,50 +137,50 @@ fn floor(heap: &mut Heap, random: &mut Random, half: Vec2) {
                 _ if random.unit() < 0.12 => &red,
                 _ => &dark,
             };
-            // Without its underside, which nothing sees.
+            // Without its underside, which is never visible.
             let edge = Profile::new((high.x - low.x) / 2.0, -0.012)
                 .line(0.0, 0.009)
                 .line(-0.003, 0.003);
             let middle = (low + high) / 2.0;
             let by = vec2(0.0, (high.y - low.y - high.x + low.x) / 2.0);
             let to = vec3(middle.x, 0.0, middle.y);
-            heap.add(stone, edge.framed(by).flat().map(|p| p + to));
+            model.add(stone, edge.framed(by).flat().map(|p| p + to));
             let low = vec3(low.x + 0.003, 0.0, low.y + 0.003);
             let size = vec3(high.x - 0.003, 0.0, high.y - 0.003) - low;
-            heap.add(stone, Shape::quad(low, Vec3::Z * size.z, Vec3::X * size.x));
+            model.add(stone, Shape::quad(low, Vec3::Z * size.z, Vec3::X * size.x));
         }
     }
 }
 
 /// Outer walls, ceilings, upper floor, cornices and beams.
-fn shell(heap: &mut Heap, half: Vec2, sides: &[Side; 4]) {
+fn shell(model: &mut Model, half: Vec2, sides: &[Side; 4]) {
     let outer = half + GALLERY;
     let fresco = Material::lambert("gallery wall", vec3(0.5, 0.3, 0.17));
     let plaster = Material::lambert("plaster", vec3(0.66, 0.6, 0.5));
     let stone = dielectric("dressed stone", vec3(0.6, 0.54, 0.44), 0.5);
     let timber = dielectric("timber", vec3(0.14, 0.08, 0.045), 0.45);
     let walls = Profile::new(0.0, TOP).line(0.0, -TOP - 0.02);
-    heap.add(&fresco, walls.framed(outer));
+    model.add(&fresco, walls.framed(outer));
     for storey in 0..2_u8 {
         let y = f32::from(storey) * STOREY;
-        heap.add(&plaster, ring(half, outer, y + CEILING, false));
+        model.add(&plaster, ring(half, outer, y + CEILING, false));
         let skirting = Profile::new(0.0, y + 0.26)
             .line(-0.02, 0.0)
             .arc(-0.03, -0.04, 60.0, 4)
             .line(0.0, -0.25);
-        heap.add(&stone, skirting.framed(outer));
+        model.add(&stone, skirting.framed(outer));
         for side in sides {
             for x in side.columns() {
                 let beam = vec3(0.16, 0.2, GALLERY - THICK / 2.0 + 0.02);
                 let middle = vec3(x, y + CEILING - 0.09, -(GALLERY + THICK / 2.0) / 2.0);
-                heap.add(&timber, Shape::chunk(middle, beam).map(|p| side.moved(p)));
+                model.add(&timber, Shape::chunk(middle, beam).map(|p| side.moved(p)));
             }
         }
     }
     let upper = dielectric("upper floor", vec3(0.35, 0.2, 0.13), 0.4);
     let court = half - THICK / 2.0;
-    heap.add(&upper, ring(court, outer, STOREY, true));
-    // A course between the storeys, and the cornice that bears the court's ceiling.
+    model.add(&upper, ring(court, outer, STOREY, true));
+    // A course between the storeys, and the cornice under the court's ceiling.
     let course = Profile::new(0.06, STOREY - 0.02)
         .line(0.0, 0.07)
         .line(-0.16, 0.0)
@@ -192,7 +192,7 @@ fn shell(heap: &mut Heap, half: Vec2, sides: &[Side; 4]) {
         .line(0.02, 0.0)
         .line(0.0, -0.1)
         .line(0.03, 0.0);
-    heap.add(&stone, course.framed(court));
+    model.add(&stone, course.framed(court));
     let cornice = Profile::new(0.0, TOP)
         .line(0.0, -0.22)
         .line(-0.34, 0.0)
@@ -204,9 +204,9 @@ fn shell(heap: &mut Heap, half: Vec2, sides: &[Side; 4]) {
         .line(0.02, 0.0)
         .line(0.0, -0.16)
         .line(0.08, 0.0);
-    heap.add(&stone, cornice.framed(court));
+    model.add(&stone, cornice.framed(court));
     let corner = vec3(-half.x, TOP, -half.y);
-    heap.add(
+    model.add(
         &plaster,
         Shape::quad(corner, Vec3::X * 2.0 * half.x, Vec3::Z * 2.0 * half.y),
     );
@@ -214,13 +214,13 @@ fn shell(heap: &mut Heap, half: Vec2, sides: &[Side; 4]) {
         for x in side.columns() {
             let middle = vec3(0.0, TOP - 0.1, side.moved(Vec3::X * x).z);
             let beam = vec3(2.0 * court.x + 0.02, 0.22, 0.24);
-            heap.add(&timber, Shape::chunk(middle, beam));
+            model.add(&timber, Shape::chunk(middle, beam));
         }
     }
     for x in [-BAY / 2.0, BAY / 2.0] {
         let middle = vec3(x, TOP - 0.09, 0.0);
         let beam = vec3(0.2, 0.19, 2.0 * court.y + 0.02);
-        heap.add(&timber, Shape::chunk(middle, beam));
+        model.add(&timber, Shape::chunk(middle, beam));
     }
 }
 
@@ -268,13 +268,13 @@ fn arcades(scene: &mut Builder, half: Vec2, sides: &[Side; 4], detail: u32) {
     }
 }
 
-/// Hangs a lamp from a ceiling, behind what stands at `behind` as seen from the eye.
-fn lantern(heap: &mut Heap, eye: Vec3, behind: Vec3, beyond: f32, y: [f32; 2], light: Vec3) {
+/// Hangs a lamp from a ceiling so that the object at `behind` hides it from the eye.
+fn lantern(model: &mut Model, eye: Vec3, behind: Vec3, beyond: f32, y: [f32; 2], light: Vec3) {
     let [y, ceiling] = y;
     let to = (eye + (behind - eye) * beyond).with_y(y);
     let radius = 0.1;
-    heap.add(
-        &lamp("lamp", light),
+    model.add(
+        &emitter("lamp", light),
         Shape::sphere(2).flat().map(|p| p * radius + to),
     );
     let brass = metal("brass", vec3(0.75, 0.58, 0.3), 0.35);
@@ -282,10 +282,10 @@ fn lantern(heap: &mut Heap, eye: Vec3, behind: Vec3, beyond: f32, y: [f32; 2], l
         .line(0.0, 0.02)
         .arc(-0.06, 0.05, 60.0, 5)
         .line(0.0, ceiling - y - 0.1);
-    heap.add(&brass, cap.turned(20).map(|p| p + to));
+    model.add(&brass, cap.turned(20).map(|p| p + to));
 }
 
-/// The round steps and the drum that bear the bust.
+/// The round steps and the drum under the bust.
 fn drum() -> Shape {
     Profile::new(0.0, 0.0)
         .line(1.25, 0.0)
@@ -311,12 +311,12 @@ fn drum() -> Shape {
 pub(super) fn make(values: &Values) -> Scene {
     let mut random = Random::new(values.whole("seed"));
     let mut scene = Builder::default();
-    let mut heap = Heap::default();
+    let mut model = Model::default();
     let bays = values.whole("bays") as u32;
     let half = vec2(ACROSS as f32, bays as f32) * BAY / 2.0;
     let sides = Side::all(half, bays);
-    floor(&mut heap, &mut random, half + GALLERY);
-    shell(&mut heap, half, &sides);
+    floor(&mut model, &mut random, half + GALLERY);
+    shell(&mut model, half, &sides);
     let eye = vec3(1.0, 1.65, half.y - 0.55);
     let near = |z: f32| {
         let columns = sides[2].columns();
@@ -328,7 +328,7 @@ pub(super) fn make(values: &Values) -> Scene {
     let north = vec3(BAY / 2.0, 0.0, -half.y);
     let ground = [2.6, CEILING];
     lantern(
-        &mut heap,
+        &mut model,
         eye,
         west,
         1.27,
@@ -337,7 +337,7 @@ pub(super) fn make(values: &Values) -> Scene {
     );
     let above = [STOREY + 3.6, STOREY + CEILING];
     lantern(
-        &mut heap,
+        &mut model,
         eye,
         east,
         1.42,
@@ -345,14 +345,14 @@ pub(super) fn make(values: &Values) -> Scene {
         vec3(2000.0, 1550.0, 1050.0),
     );
     lantern(
-        &mut heap,
+        &mut model,
         eye,
         north,
         1.11,
         ground,
         vec3(560.0, 860.0, 1200.0),
     );
-    scene.stand_together("hall", heap);
+    scene.add_model("hall", model);
     arcades(&mut scene, half, &sides, values.whole("sides") as u32);
 
     let drum = scene.mesh(dielectric("drum", vec3(0.1, 0.11, 0.1), 0.2), drum());

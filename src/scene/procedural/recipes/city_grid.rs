@@ -1,7 +1,7 @@
 //! A grid of city blocks at night, seen from above; metres, the grid around the origin.
 
 use crate::random::Random;
-use crate::scene::procedural::modelling::{Builder, Heap, Shape, dielectric, lamp, metal};
+use crate::scene::procedural::modelling::{Builder, Model, Shape, dielectric, emitter, metal};
 use crate::scene::procedural::parameters::{Parameter, Range, Values};
 use crate::scene::procedural::props::city_house::{STOREY, house};
 use crate::scene::{Material, Scene};
@@ -36,7 +36,7 @@ const PITCH: f32 = BLOCK + ROAD;
 const KERB: f32 = 0.15;
 const WALK: f32 = 3.2;
 
-/// Meshes that are placed many times.
+/// Meshes with many instances.
 struct Stock {
     posts: [(u32, u32); 2],
     tree: [u32; 2],
@@ -61,10 +61,10 @@ impl Stock {
             .flat()
             .map(|p| p * 0.2 + Vec3::new(1.2, 4.37, 0.0));
         let sodium = scene.mesh(
-            lamp("sodium lamp", Vec3::new(1150.0, 590.0, 175.0)),
+            emitter("sodium lamp", Vec3::new(1150.0, 590.0, 175.0)),
             bulb.clone(),
         );
-        let white = scene.mesh(lamp("white lamp", Vec3::new(500.0, 610.0, 730.0)), bulb);
+        let white = scene.mesh(emitter("white lamp", Vec3::new(500.0, 610.0, 730.0)), bulb);
 
         let bark = Material::lambert("bark", Vec3::new(0.16, 0.1, 0.06));
         let trunk = scene.mesh(bark, Shape::cylinder(Vec3::NEG_Y * 0.05, 0.16, 2.6, 7));
@@ -111,10 +111,13 @@ impl Stock {
             pair
         };
         let head = scene.mesh(
-            lamp("head lights", Vec3::new(120.0, 112.0, 90.0)),
+            emitter("head lights", Vec3::new(120.0, 112.0, 90.0)),
             pair(2.17),
         );
-        let tail = scene.mesh(lamp("tail lights", Vec3::new(16.0, 0.6, 0.4)), pair(-2.17));
+        let tail = scene.mesh(
+            emitter("tail lights", Vec3::new(16.0, 0.6, 0.4)),
+            pair(-2.17),
+        );
         Self {
             posts: [(post, sodium), (post, white)],
             tree: [trunk, crown],
@@ -157,14 +160,14 @@ fn turned(at: Vec3, degrees: f64, size: f64) -> DAffine3 {
 /// One block around `middle`: pavement, lamps at its edges, and houses or a park.
 fn block(
     scene: &mut Builder,
-    heap: &mut Heap,
+    model: &mut Model,
     stock: &Stock,
     random: &mut Random,
     middle: Vec3,
     lit: f32,
 ) {
     let stone = dielectric("pavement", Vec3::new(0.34, 0.33, 0.31), 0.6);
-    heap.add(
+    model.add(
         &stone,
         Shape::chunk(
             middle + Vec3::Y * (KERB / 2.0 - 0.05),
@@ -197,9 +200,9 @@ fn block(
     let kind = random.unit();
     if kind < 0.15 {
         let grass = Material::lambert("grass", Vec3::new(0.1, 0.2, 0.05));
-        heap.add(&grass, Shape::chunk(ground, Vec3::new(inner, 0.1, inner)));
+        model.add(&grass, Shape::chunk(ground, Vec3::new(inner, 0.1, inner)));
         let path = Shape::chunk(ground, Vec3::new(inner + 0.1, 0.14, 2.0));
-        heap.add(&stone, path);
+        model.add(&stone, path);
         for t in [-0.33, 0.0, 0.33] {
             let at = ground + Vec3::new(t * inner, 0.0, 1.2);
             stock.lamp_post(scene, 0, at, 90.0);
@@ -211,7 +214,7 @@ fn block(
         }
         return;
     }
-    // Towers stand alone, and where they hide little; other blocks have four or six lots.
+    // A tower takes a whole block, where it hides little; other blocks have four or six lots.
     let (nx, nz) = if kind < 0.4 && middle.z < -PITCH {
         (1, 1)
     } else {
@@ -234,13 +237,13 @@ fn block(
                 storeys as f32 * STOREY + 0.4,
                 lot.z - 2.0 * margin,
             );
-            house(heap, random, foot - Vec3::Y * 0.05, size, lit);
+            house(model, random, foot - Vec3::Y * 0.05, size, lit);
         }
     }
 }
 
 /// The roads' paint: dashes along the middle, stripes where people cross.
-fn paint(heap: &mut Heap, blocks: u64) {
+fn paint(model: &mut Model, blocks: u64) {
     let paint = dielectric("road paint", Vec3::splat(0.6), 0.5);
     let origin = -PITCH * blocks as f32 / 2.0;
     let end = PITCH * blocks as f32 - ROAD;
@@ -251,7 +254,7 @@ fn paint(heap: &mut Heap, blocks: u64) {
             (across, along, width, length)
         };
         let corner = Vec3::new(origin + x - w / 2.0, 0.012, origin + z - l / 2.0);
-        heap.add(&paint, Shape::quad(corner, Vec3::Z * l, Vec3::X * w));
+        model.add(&paint, Shape::quad(corner, Vec3::Z * l, Vec3::X * w));
     };
     for swap in [false, true] {
         for road in 0..=blocks {
@@ -293,7 +296,7 @@ fn traffic(scene: &mut Builder, stock: &Stock, random: &mut Random, blocks: u64)
                             (across, along)
                         };
                         let back = if lane > 0.0 { 180.0 } else { 0.0 };
-                        // Along x the lanes' directions change places.
+                        // Along x the lanes' directions are swapped.
                         let degrees = if swap { 270.0 - back } else { back };
                         let at = Vec3::new(origin + x, 0.0, origin + z);
                         stock.car(scene, random, at, degrees);
@@ -309,7 +312,7 @@ pub(super) fn make(values: &Values) -> Scene {
     let mut random = Random::new(values.whole("seed"));
     let mut scene = Builder::default();
     let stock = Stock::new(&mut scene);
-    let mut heap = Heap::default();
+    let mut model = Model::default();
     let blocks = values.whole("blocks");
     let half = PITCH * blocks as f32 / 2.0;
     for i in 0..blocks {
@@ -318,7 +321,7 @@ pub(super) fn make(values: &Values) -> Scene {
                 Vec3::new(i as f32 + 0.5, 0.0, j as f32 + 0.5) * PITCH - Vec3::new(half, 0.0, half);
             block(
                 &mut scene,
-                &mut heap,
+                &mut model,
                 &stock,
                 &mut random,
                 middle,
@@ -326,16 +329,16 @@ pub(super) fn make(values: &Values) -> Scene {
             );
         }
     }
-    paint(&mut heap, blocks);
+    paint(&mut model, blocks);
     traffic(&mut scene, &stock, &mut random, blocks);
     let asphalt = dielectric("asphalt", Vec3::splat(0.07), 0.4);
     let wide = 2.0 * half + 3.0 * PITCH;
     let corner = Vec3::new(-wide / 2.0, 0.0, -wide / 2.0);
-    heap.add(
+    model.add(
         &asphalt,
         Shape::quad(corner, Vec3::Z * wide, Vec3::X * wide),
     );
-    scene.stand_together("houses and roads", heap);
+    scene.add_model("houses and roads", model);
     let half = f64::from(half);
     scene.camera(
         DVec3::new(-0.4, 0.62, 0.84) * half,

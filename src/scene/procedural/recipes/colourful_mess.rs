@@ -2,7 +2,9 @@
 
 use crate::random::Random;
 use crate::scene::procedural::modelling::tumble::{Body, settle};
-use crate::scene::procedural::modelling::{Builder, Heap, Profile, Shape, dielectric, lamp, metal};
+use crate::scene::procedural::modelling::{
+    Builder, Model, Profile, Shape, dielectric, emitter, metal,
+};
 use crate::scene::procedural::parameters::{Parameter, Range, Values};
 use crate::scene::{Material, Scene};
 use glam::{DVec3, Mat3, Vec3, vec2, vec3};
@@ -41,7 +43,7 @@ const COLORS: [[f32; 3]; 10] = [
     [0.75, 0.73, 0.68],
 ];
 
-/// What the lamps in the heap shine.
+/// Colours of the lights in the heap.
 const GLOWS: [[f32; 3]; 6] = [
     [9.0, 0.4, 0.15],
     [9.0, 2.6, 0.2],
@@ -51,7 +53,7 @@ const GLOWS: [[f32; 3]; 6] = [
     [9.0, 0.35, 2.6],
 ];
 
-/// Half a room that the light comes back from.
+/// Half a room that reflects the light.
 const ROOM: f32 = 5.0;
 
 fn finish(random: &mut Random) -> Material {
@@ -68,7 +70,7 @@ fn finish(random: &mut Random) -> Material {
     }
 }
 
-/// A form with its material, the balls that stand for it in the fall, and its volume.
+/// A shape with its material, the balls that represent it in the simulation, and its volume.
 struct Toy {
     shape: Shape,
     material: Material,
@@ -86,7 +88,7 @@ fn ball(random: &mut Random, material: Material, smallest: f32, largest: f32) ->
     }
 }
 
-/// A block around the origin with broken edges.
+/// A block around the origin with bevelled edges.
 fn block(random: &mut Random) -> Toy {
     let side = random.between(0.08, 0.15);
     let half = random.pick(&[
@@ -103,7 +105,7 @@ fn block(random: &mut Random) -> Toy {
         .line(0.0, 2.0 * (half.y - edge))
         .line(-edge, edge)
         .line(edge - inner, 0.0);
-    // Two balls across where two sides are the thinnest, or it would roll like a log.
+    // Two balls across if two sides are equally thin, since one row would roll like a log.
     let thin = half.min_element();
     let thinnest = half.to_array().into_iter().filter(|&h| h == thin).count();
     let radius = if thinnest > 1 { thin / 2.0 } else { thin };
@@ -150,7 +152,7 @@ fn cone(random: &mut Random) -> Toy {
         .turned(40);
     let sine = radius / slant;
     let mut balls: Vec<_> = wreath(radius, 0.2 * radius, 0.2 * radius).collect();
-    // Balls that touch the side, each the next one too.
+    // Balls that touch the side and the next ball.
     let mut inner = radius * height / (radius + slant);
     let mut y = inner;
     for _ in 0..3 {
@@ -190,7 +192,7 @@ fn drum(random: &mut Random) -> Toy {
     }
 }
 
-/// Any turn, from three numbers without a sine.
+/// A random rotation, computed without sines, which differ between machines.
 fn any_turn(random: &mut Random) -> Mat3 {
     let mut any = || {
         let point = |r: &mut Random| [(); 3].map(|()| r.between(-1.0, 1.0));
@@ -209,9 +211,9 @@ fn any_turn(random: &mut Random) -> Mat3 {
     Mat3::from_cols(x, z.cross(x), z)
 }
 
-/// The toys that fall, each with where it begins: round and round, ever higher.
+/// The toys with their bodies, which start on a rising spiral.
 fn heap_of(random: &mut Random, things: u32, lamps: u32) -> Vec<(Toy, Body)> {
-    // A turn by the golden angle, and a wider heap for more things.
+    // Rotated by the golden angle each; the spiral is wider for more things.
     let golden = Mat3::from_cols(
         vec3(-0.737_368_9, 0.0, 0.675_490_3),
         Vec3::Y,
@@ -226,9 +228,9 @@ fn heap_of(random: &mut Random, things: u32, lamps: u32) -> Vec<(Toy, Body)> {
             let toy = if glows {
                 let glow = Vec3::from(random.pick(&GLOWS));
                 let size: f32 = random.pick(&[0.045, 0.07, 0.1, 0.14]);
-                // Small ones are brighter, so that they are seen to shine as well.
+                // Small ones are brighter, so that their light is visible as well.
                 let glow = glow * (0.09 / size).min(2.0);
-                ball(random, lamp("glowing ball", glow), size, size)
+                ball(random, emitter("glowing ball", glow), size, size)
             } else {
                 match random.pick(&[0, 0, 0, 1, 2, 2, 3]) {
                     0 => block(random),
@@ -249,12 +251,12 @@ fn heap_of(random: &mut Random, things: u32, lamps: u32) -> Vec<(Toy, Body)> {
         .collect()
 }
 
-fn room(heap: &mut Heap) {
+fn room(model: &mut Model) {
     let wall = Material::lambert("wall", vec3(0.32, 0.33, 0.36));
     let (low, high) = (vec3(-ROOM, 0.0, -ROOM), vec3(ROOM, ROOM, ROOM));
     let up = Vec3::Y * ROOM;
     let (x, z) = (Vec3::X * 2.0 * ROOM, Vec3::Z * 2.0 * ROOM);
-    heap.add(
+    model.add(
         &dielectric("floor", vec3(0.2, 0.2, 0.22), 0.3),
         Shape::quad(low, z, x),
     );
@@ -265,12 +267,12 @@ fn room(heap: &mut Heap) {
         (high - up, -z, up),
         (low + up, x, z),
     ] {
-        heap.add(&wall, Shape::quad(corner, u, v));
+        model.add(&wall, Shape::quad(corner, u, v));
     }
 }
 
 /// Globes that hang over the heap, and a wide soft light.
-fn lamps(heap: &mut Heap) {
+fn lamps(model: &mut Model) {
     let cord = dielectric("cord", Vec3::splat(0.03), 0.5);
     for (at, radius, glow) in [
         (vec3(-1.2, 1.2, 0.1), 0.19, vec3(11.0, 3.0, 0.3)),
@@ -278,13 +280,13 @@ fn lamps(heap: &mut Heap) {
         (vec3(0.55, 1.4, -0.9), 0.13, vec3(14.0, 0.3, 4.0)),
     ] {
         let globe = Shape::sphere(2).flat().map(|p| p * radius + at);
-        heap.add(&lamp("globe", glow), globe);
+        model.add(&emitter("globe", glow), globe);
         let top = at + Vec3::Y * radius * 0.97;
-        heap.add(&cord, Shape::cylinder(top, 0.008, ROOM - top.y, 8));
+        model.add(&cord, Shape::cylinder(top, 0.008, ROOM - top.y, 8));
     }
     let (corner, size) = (vec3(-1.4, ROOM - 0.02, -1.0), vec2(2.8, 2.0));
-    heap.add(
-        &lamp("soft light", vec3(7.0, 7.2, 7.8)),
+    model.add(
+        &emitter("soft light", vec3(7.0, 7.2, 7.8)),
         Shape::quad(corner, Vec3::X * size.x, Vec3::Z * size.y),
     );
 }
@@ -296,14 +298,14 @@ pub(super) fn make(values: &Values) -> Scene {
     let toys = heap_of(&mut random, things, lamps_within);
     let (toys, mut bodies): (Vec<_>, Vec<_>) = toys.into_iter().unzip();
     settle(&mut bodies, 4.5);
-    let mut heap = Heap::default();
-    room(&mut heap);
-    lamps(&mut heap);
+    let mut model = Model::default();
+    room(&mut model);
+    lamps(&mut model);
     for (toy, body) in toys.into_iter().zip(&bodies) {
-        heap.add(&toy.material, toy.shape.map(|p| body.moved(p)));
+        model.add(&toy.material, toy.shape.map(|p| body.moved(p)));
     }
     let mut scene = Builder::default();
-    scene.stand_together("mess", heap);
+    scene.add_model("mess", model);
     scene.camera(
         DVec3::new(0.4, 1.35, 3.7),
         DVec3::new(0.0, 0.5, 0.0),

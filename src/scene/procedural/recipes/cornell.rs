@@ -1,11 +1,11 @@
 //! The Cornell box, matte and glossy; two metres wide, the floor at height 0.
 
-use crate::scene::procedural::modelling::{Builder, Shape, dielectric, lamp, metal};
+use crate::scene::procedural::modelling::{Builder, Shape, dielectric, emitter, metal};
 use crate::scene::procedural::parameters::{Parameter, Range, Values};
 use crate::scene::{Material, Scene};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
-/// Reflectance of what is white.
+/// Reflectance of the white surfaces.
 const WHITE: [f32; 3] = [0.73, 0.73, 0.73];
 
 pub(super) const GLOSSY_PARAMETERS: &[Parameter] = &[Parameter {
@@ -30,24 +30,24 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// Walls, lamp and camera; the floor is of a material of one's own.
+/// The room, light and camera; the floor has the given material.
 fn room(floor: Material) -> Builder {
     let mut room = Builder::default();
     let wall = |name: &str, color: [f32; 3]| Material::lambert(name, Vec3::from(color));
     let white = WHITE;
     let (x, y, z) = (Vec3::X * 2.0, Vec3::Y * 2.0, Vec3::Z * 2.0);
     let low = Vec3::new(-1.0, 0.0, -1.0);
-    room.stand(floor, Shape::quad(low, z, x));
-    room.stand(wall("ceiling", white), Shape::quad(low + y, x, z));
-    room.stand(wall("back wall", white), Shape::quad(low, x, y));
-    room.stand(wall("red wall", [0.65, 0.05, 0.05]), Shape::quad(low, y, z));
-    room.stand(
+    room.add(floor, Shape::quad(low, z, x));
+    room.add(wall("ceiling", white), Shape::quad(low + y, x, z));
+    room.add(wall("back wall", white), Shape::quad(low, x, y));
+    room.add(wall("red wall", [0.65, 0.05, 0.05]), Shape::quad(low, y, z));
+    room.add(
         wall("green wall", [0.12, 0.45, 0.15]),
         Shape::quad(low + x, z, y),
     );
     let lamp_corner = Vec3::new(-0.25, 1.99, -0.25);
-    let light = lamp("lamp", Vec3::new(17.0, 12.0, 7.0));
-    room.stand(
+    let light = emitter("lamp", Vec3::new(17.0, 12.0, 7.0));
+    room.add(
         light,
         Shape::quad(lamp_corner, Vec3::X * 0.5, Vec3::Z * 0.5),
     );
@@ -60,7 +60,7 @@ fn room(floor: Material) -> Builder {
     room
 }
 
-/// A place for a unit cube that stands on the floor: width, height, depth, turn.
+/// The transform of a unit cube to a block on the floor: width, height, depth, rotation.
 fn on_floor(x: f64, z: f64, size: DVec3, degrees: f64) -> DAffine3 {
     DAffine3::from_scale_rotation_translation(
         size,

@@ -2,7 +2,7 @@
 
 use crate::random::Random;
 use crate::scene::procedural::modelling::{
-    Builder, Heap, Shape, dielectric, lamp, lathe, metal, soft_box,
+    Builder, Model, Shape, dielectric, emitter, lathe, metal, soft_box,
 };
 use crate::scene::procedural::parameters::{Parameter, Range, Values};
 use crate::scene::{Material, Scene};
@@ -32,12 +32,12 @@ pub(super) const PARAMETERS: &[Parameter] = &[
 /// Ground for each figure, in square metres.
 const ROOM: f32 = 3.4;
 
-/// The kinds of figures, the king, who stands in the middle, first.
+/// The kinds of figures. The first is the king, which is placed in the middle.
 const KINDS: &[fn() -> Shape] = &[
     king, queen, bishop, rook, pawn, ball, cone, pawn, ball, cone,
 ];
 
-/// The profile that all chessmen stand on: a foot, and a waist that ends at `top`.
+/// The lower profile of all chessmen: a foot, and a waist that ends at `top`.
 fn lower(waist: f32, top: f32, more: &[&[(f32, f32)]]) -> Shape {
     let rising = [
         (0.28, 0.21),
@@ -131,7 +131,7 @@ fn cone() -> Shape {
     lathe(&[&[(0.0, 0.0), (0.4, 0.0)], &side], 64)
 }
 
-/// What figures are made of.
+/// The materials of figures.
 fn materials() -> Vec<Material> {
     vec![
         dielectric("white marble", Vec3::new(0.75, 0.73, 0.68), 0.25),
@@ -143,19 +143,19 @@ fn materials() -> Vec<Material> {
     ]
 }
 
-/// The eye's place on the ground, in units of the scatter's radius.
+/// The eye's position over the ground, in units of the scatter's radius.
 const EYE: Vec3 = Vec3::new(-0.3, 0.0, 1.12);
-/// No figure stands as near to the eye, in metres.
+/// Minimum distance of figures from the eye, in metres.
 const CLEAR_OF_EYE: f32 = 5.0;
 
-/// A place that is taken.
+/// A disc on the ground that is occupied.
 struct Taken {
     middle: Vec3,
     radius: f32,
     height: f32,
 }
 
-/// A board of squares amid a plane.
+/// A board of squares in a plane.
 fn ground(scene: &mut Builder, half: u32) {
     let stones = [
         dielectric("light square", Vec3::new(0.5, 0.47, 0.42), 0.3),
@@ -183,10 +183,10 @@ fn ground(scene: &mut Builder, half: u32) {
     }
     let mut parts: Vec<_> = stones.into_iter().zip(squares).collect();
     parts.push((dielectric("plane", Vec3::splat(0.12), 0.35), around));
-    scene.stand_together("ground", Heap(parts));
+    scene.add_model("ground", Model(parts));
 }
 
-/// A place in a disc, every part of it as likely.
+/// A uniformly distributed point in a disc.
 fn somewhere(random: &mut Random, radius: f32) -> Vec3 {
     let (turn, out) = (
         random.between(0.0, std::f32::consts::TAU),
@@ -195,7 +195,7 @@ fn somewhere(random: &mut Random, radius: f32) -> Vec3 {
     Vec3::new(out * turn.cos(), 0.0, out * turn.sin())
 }
 
-/// Scatters the figures, none into another or around the eye; the disc widens until all have a place.
+/// Scatters the figures without overlaps and away from the eye; the disc grows until all have a place.
 fn scatter(
     scene: &mut Builder,
     random: &mut Random,
@@ -210,19 +210,19 @@ fn scatter(
         radius: CLEAR_OF_EYE,
         height: f32::MAX,
     }];
-    for number in 0..count {
-        let (kind, size) = if number == 0 {
+    for index in 0..count {
+        let (kind, size) = if index == 0 {
             (0, 1.7)
         } else {
             (random.index(KINDS.len()), random.between(0.75, 1.35))
         };
-        let material = if number == 0 {
+        let material = if index == 0 {
             2
         } else {
             random.index(materials.len())
         };
         let foot = 0.42 * size;
-        let mut at = if number == 0 {
+        let mut at = if index == 0 {
             Vec3::ZERO
         } else {
             somewhere(random, *radius)
@@ -241,7 +241,7 @@ fn scatter(
             mesh
         });
         let turn = DQuat::from_rotation_y(f64::from(random.between(0.0, std::f32::consts::TAU)));
-        // A hair above the plane, so that no foot lies in it.
+        // Slightly above the plane, so that no face coincides with it.
         let place = at.as_dvec3() + DVec3::Y * 0.001;
         scene.place(
             "figure",
@@ -270,18 +270,18 @@ fn lights(
         .map(|hue| {
             let part = |shift: f32| {
                 let t = (hue as f32 / 12.0 + shift).fract();
-                // Far from grey, for light of one colour shows where it comes from.
+                // Saturated, so that it can be seen which light a colour comes from.
                 (0.5 + 0.5 * (std::f32::consts::TAU * t).cos())
                     .powi(2)
                     .max(0.02)
             };
             let color = Vec3::new(part(0.0), part(2.0 / 3.0), part(1.0 / 3.0));
-            // Between equal brightness and equal light, so that blue is seen and green is no glare.
+            // Between equal luminance and equal radiance, so that blue is visible and green is not too bright.
             let bright = color.dot(Vec3::new(0.3, 0.5, 0.2)).sqrt();
-            scene.mesh(lamp("light", color / bright), Shape::sphere(2))
+            scene.mesh(emitter("light", color / bright), Shape::sphere(2))
         })
         .collect();
-    // What one of 160 would have: together the same area for any larger number.
+    // The size of one of 160, so that the total area is the same for any larger number.
     let usual = (160.0 / count as f32).sqrt();
     let base = 0.165 * usual.min(2.0) * radius / 10.0;
     let strength = 5.0 * (usual / usual.min(2.0)).powi(2);
@@ -299,14 +299,14 @@ fn lights(
                 let away = (other.middle - at) * Vec3::new(1.0, 0.0, 1.0);
                 at.y - size < other.height && away.length() < other.radius + size + 0.03
             };
-            // Nor between the eye and the king.
+            // And not between the eye and the king.
             let t = (at - eye).dot(-eye) / eye.length_squared();
             let off = (at - eye * (1.0 - t)) * Vec3::new(1.0, 0.0, 1.0);
             if (off.length() > 0.8 || t > 1.0) && !taken.iter().any(inside) {
                 break at;
             }
             tries += 1;
-            // There is always room farther out.
+            // There is always room further out.
             if tries % 200 == 0 {
                 reach *= 1.1;
             }
@@ -326,8 +326,8 @@ pub(super) fn make(values: &Values) -> Scene {
     let mut scene = Builder::default();
     let count = values.whole("figures");
     let mut radius = (count as f32 * ROOM / std::f32::consts::PI).sqrt() + 1.0;
-    // Near enough to stand among the figures at the edge, whatever their number, but clear of the
-    // king where they are few.
+    // Close enough to be among the outer figures, whatever their number, but away from the king if
+    // they are few.
     let eye = EYE * radius.clamp(5.1, 10.9);
     let taken = scatter(&mut scene, &mut random, count, eye, &mut radius);
     ground(&mut scene, radius.ceil() as u32 + 2);

@@ -40,8 +40,8 @@ pub(super) const PARAMETERS: &[Parameter] = &[
 
 pub(super) fn make(values: &Values) -> Scene {
     let mut scene = Builder::default();
-    // Flat faces: a smooth normal that is not the face's own would lose light below the horizon,
-    // which is no matter of the surface model.
+    // Flat faces: interpolated normals would lose light below the horizon, a loss that is not due to
+    // the surface model.
     let shape = match values.text("body") {
         "sphere" => Shape::sphere(3).flat(),
         _ => Shape::block(Vec3::splat(-0.7), Vec3::splat(0.7)),
@@ -62,7 +62,7 @@ pub(super) fn make(values: &Values) -> Scene {
         ..Material::lambert("room", Vec3::ZERO)
     };
     let walls = Shape::block(Vec3::splat(-10.0), Vec3::splat(10.0));
-    scene.stand(room, walls.inside_out());
+    scene.add(room, walls.inside_out());
     scene.camera(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO, 40.0, 1.0);
     scene.0
 }

@@ -2,7 +2,7 @@
 
 use crate::random::Random;
 use crate::scene::procedural::modelling::{
-    Builder, Heap, Profile, SINK, Shape, dielectric, lamp, metal,
+    Builder, Model, Profile, SINK, Shape, dielectric, emitter, metal,
 };
 use crate::scene::procedural::parameters::{Parameter, Range, Values};
 use crate::scene::procedural::props::car::car;
@@ -36,21 +36,22 @@ const SIDE: f32 = 3.6;
 const HIGH: f32 = 3.2;
 const BACK: f32 = -4.6;
 const FRONT: f32 = 4.4;
-/// The ground under the slabs; the walls go down to it, or light would leak through the joints.
+/// Height of the ground under the slabs. The walls reach down to it, so that no light leaks through
+/// the joints.
 const DEEP: f32 = -0.02;
-/// Where the rolling door is, and its height.
+/// The rolling door's extent, and its height.
 const DOOR: (f32, f32) = (-3.15, -0.35);
 const DOOR_HIGH: f32 = 2.4;
 
 /// A wall of blocks, its foot along X from 0 to `long`, facing +Z; the joints let the mortar show.
-fn blocks(heap: &mut Heap, random: &mut Random, long: f32, place: impl Fn(Vec3) -> Vec3) {
+fn blocks(model: &mut Model, random: &mut Random, long: f32, place: impl Fn(Vec3) -> Vec3) {
     let mortar = Material::lambert("mortar", Vec3::splat(0.28));
     let wall = Shape::quad(Vec3::Y * DEEP, Vec3::X * long, Vec3::Y * (HIGH - DEEP));
-    heap.add(&mortar, wall.map(&place));
+    model.add(&mortar, wall.map(&place));
     let (wide, high, joint) = (0.45, 0.2, 0.012);
     for row in 0..(HIGH / high) as u32 {
         let y = row as f32 * high;
-        // Green up to the chest, as such walls are painted, and white above.
+        // Green up to chest height, white above.
         let paint = if row < 6 {
             vec3(0.16, 0.27, 0.22)
         } else {
@@ -65,7 +66,7 @@ fn blocks(heap: &mut Heap, random: &mut Random, long: f32, place: impl Fn(Vec3) 
                     vec3(left + joint / 2.0, y + joint / 2.0, -0.01),
                     vec3(right - joint / 2.0, y + high - joint / 2.0, 0.012),
                 );
-                heap.add(
+                model.add(
                     &dielectric("painted blocks", paint * shade, 0.55),
                     block.map(&place),
                 );
@@ -75,21 +76,21 @@ fn blocks(heap: &mut Heap, random: &mut Random, long: f32, place: impl Fn(Vec3) 
     }
 }
 
-fn room(heap: &mut Heap, random: &mut Random) {
+fn room(model: &mut Model, random: &mut Random) {
     let deep = FRONT - BACK;
-    blocks(heap, random, 2.0 * SIDE, |p| p + vec3(-SIDE, 0.0, BACK));
-    blocks(heap, random, deep, |p| vec3(-SIDE + p.z, p.y, FRONT - p.x));
-    blocks(heap, random, deep, |p| vec3(SIDE - p.z, p.y, BACK + p.x));
+    blocks(model, random, 2.0 * SIDE, |p| p + vec3(-SIDE, 0.0, BACK));
+    blocks(model, random, deep, |p| vec3(-SIDE + p.z, p.y, FRONT - p.x));
+    blocks(model, random, deep, |p| vec3(SIDE - p.z, p.y, BACK + p.x));
     let plaster = Material::lambert("plaster", Vec3::splat(0.5));
     let corner = vec3(-SIDE, DEEP, FRONT);
-    heap.add(
+    model.add(
         &plaster,
         Shape::quad(corner, Vec3::Y * (HIGH - DEEP), Vec3::X * 2.0 * SIDE),
     );
     // Slabs with open joints over a dark ground.
     let ground = Material::lambert("joints", Vec3::splat(0.08));
     let corner = vec3(-SIDE, DEEP, BACK);
-    heap.add(
+    model.add(
         &ground,
         Shape::quad(corner, Vec3::Z * deep, Vec3::X * 2.0 * SIDE),
     );
@@ -99,12 +100,12 @@ fn room(heap: &mut Heap, random: &mut Random) {
             let low = vec3(1.8 * f32::from(i), DEEP, 1.8 * f32::from(j)) + corner;
             let top = vec3(low.x + 1.788, 0.0, low.z + 1.788);
             let slab = dielectric("concrete", vec3(1.0, 0.98, 0.94) * shade, 0.36);
-            heap.add(&slab, Shape::block(low, top));
+            model.add(&slab, Shape::block(low, top));
         }
     }
     let corner = vec3(-SIDE, HIGH, BACK);
     let boards = Material::lambert("ceiling", vec3(0.42, 0.33, 0.24));
-    heap.add(
+    model.add(
         &boards,
         Shape::quad(corner, Vec3::X * 2.0 * SIDE, Vec3::Z * deep),
     );
@@ -112,14 +113,14 @@ fn room(heap: &mut Heap, random: &mut Random) {
     for i in 0..gaps {
         let x = -SIDE + (i as f32 + 0.5) * 0.24;
         let board = vec3(x, HIGH - 0.005, (BACK + FRONT) / 2.0);
-        heap.add(&boards, Shape::chunk(board, vec3(0.228, 0.02, deep)));
+        model.add(&boards, Shape::chunk(board, vec3(0.228, 0.02, deep)));
     }
     let steel = dielectric("beams", vec3(0.12, 0.14, 0.16), 0.4);
     for beam in 0..4 {
         let z = -3.5 + 2.1 * beam as f32;
         for (y, high, thick) in [(2.92, 0.02, 0.18), (3.04, 0.23, 0.02), (3.168, 0.03, 0.18)] {
             let middle = vec3(0.0, y, z);
-            heap.add(
+            model.add(
                 &steel,
                 Shape::chunk(middle, vec3(2.0 * SIDE + 0.04, high, thick)),
             );
@@ -128,41 +129,41 @@ fn room(heap: &mut Heap, random: &mut Random) {
 }
 
 /// The rolling door in the back wall, behind the car.
-fn door(heap: &mut Heap) {
+fn door(model: &mut Model) {
     let mut slats = Profile::new(0.0, 0.0);
     for _ in 0..20 {
         slats = slats
             .arc(0.0, DOOR_HIGH / 20.0 - 0.012, 70.0, 5)
             .line(0.0, 0.012);
     }
-    // Drawn along X, facing +Z.
+    // Extruded along X, facing +Z.
     let to_back = |p: Vec3| vec3(-p.z, p.y, p.x + BACK + 0.06);
     let leaf = slats.drawn(-DOOR.1, -DOOR.0).map(to_back);
-    heap.add(&dielectric("door", vec3(0.34, 0.38, 0.4), 0.4), leaf);
+    model.add(&dielectric("door", vec3(0.34, 0.38, 0.4), 0.4), leaf);
     let steel = dielectric("door frame", vec3(0.1, 0.11, 0.12), 0.4);
     for x in [DOOR.0, DOOR.1] {
         let middle = vec3(x, DOOR_HIGH / 2.0, BACK + 0.06);
-        heap.add(&steel, Shape::chunk(middle, vec3(0.1, DOOR_HIGH, 0.14)));
+        model.add(&steel, Shape::chunk(middle, vec3(0.1, DOOR_HIGH, 0.14)));
     }
     let middle = vec3((DOOR.0 + DOOR.1) / 2.0, DOOR_HIGH + 0.18, BACK + 0.13);
-    heap.add(
+    model.add(
         &steel,
         Shape::chunk(middle, vec3(DOOR.1 - DOOR.0 + 0.2, 0.4, 0.3)),
     );
 }
 
 /// Three long lamps under the beams, a window in the left wall, and a lamp over the bench.
-fn lamps(heap: &mut Heap) {
+fn lamps(model: &mut Model) {
     let white = dielectric("lamp housing", Vec3::splat(0.6), 0.4);
-    let glow = lamp("long lamp", vec3(52.0, 48.0, 41.0));
+    let glow = emitter("long lamp", vec3(52.0, 48.0, 41.0));
     for (x, z) in [(-1.7, -1.4), (1.5, -2.45), (1.5, 1.75)] {
         let middle = vec3(x, 2.7, z);
-        heap.add(&white, Shape::chunk(middle, vec3(1.5, 0.07, 0.2)));
+        model.add(&white, Shape::chunk(middle, vec3(1.5, 0.07, 0.2)));
         let corner = middle - vec3(0.7, 0.04, 0.07);
-        heap.add(&glow, Shape::quad(corner, Vec3::X * 1.4, Vec3::Z * 0.14));
+        model.add(&glow, Shape::quad(corner, Vec3::X * 1.4, Vec3::Z * 0.14));
         for end in [-0.6, 0.6] {
             let foot = middle + vec3(end, 0.03, 0.0);
-            heap.add(&white, Shape::cylinder(foot, 0.008, HIGH - foot.y, 8));
+            model.add(&white, Shape::cylinder(foot, 0.008, HIGH - foot.y, 8));
         }
     }
     let wood = dielectric("window frame", vec3(0.6, 0.58, 0.52), 0.4);
@@ -171,15 +172,15 @@ fn lamps(heap: &mut Heap) {
         vec3(-SIDE + 0.03, 2.45, -1.1),
     );
     let size = high - low;
-    heap.add(
-        &lamp("window", vec3(6.0, 8.4, 11.5)),
+    model.add(
+        &emitter("window", vec3(6.0, 8.4, 11.5)),
         Shape::quad(low, Vec3::Y * size.y, Vec3::Z * size.z),
     );
     for i in 0..5_u8 {
         let z = low.z + size.z * f32::from(i) / 4.0;
         let thick = if i % 4 == 0 { 0.09 } else { 0.04 };
         let bar = vec3(low.x, (low.y + high.y) / 2.0, z);
-        heap.add(&wood, Shape::chunk(bar, vec3(0.1, size.y + 0.09, thick)));
+        model.add(&wood, Shape::chunk(bar, vec3(0.1, size.y + 0.09, thick)));
     }
     for (y, thick) in [
         (low.y, 0.09),
@@ -187,9 +188,9 @@ fn lamps(heap: &mut Heap) {
         (high.y, 0.09),
     ] {
         let bar = vec3(low.x + 0.002, y, (low.z + high.z) / 2.0);
-        heap.add(&wood, Shape::chunk(bar, vec3(0.1, thick, size.z + 0.08)));
+        model.add(&wood, Shape::chunk(bar, vec3(0.1, thick, size.z + 0.08)));
     }
-    // A shade on an arm, with the light in its mouth.
+    // A shade on an arm, with the light in its opening.
     let at = vec3(1.05, 1.52, BACK + 0.42);
     let shade = Profile::new(0.13, 0.0)
         .line(0.0, 0.02)
@@ -197,24 +198,24 @@ fn lamps(heap: &mut Heap) {
         .line(0.0, 0.05)
         .capped();
     let green = dielectric("shade", vec3(0.03, 0.16, 0.09), 0.25);
-    heap.add(&green, shade.turned(32).map(|p| p + at));
+    model.add(&green, shade.turned(32).map(|p| p + at));
     let corner = at + vec3(-0.07, -0.004, -0.07);
-    heap.add(
-        &lamp("bench lamp", vec3(120.0, 76.0, 34.0)),
+    model.add(
+        &emitter("bench lamp", vec3(120.0, 76.0, 34.0)),
         Shape::quad(corner, Vec3::X * 0.14, Vec3::Z * 0.14),
     );
     let iron = metal("arm", Vec3::splat(0.3), 0.3);
     let arm = vec3(at.x, at.y + 0.19, BACK + 0.22);
-    heap.add(&iron, Shape::chunk(arm, vec3(0.02, 0.02, 0.44)));
+    model.add(&iron, Shape::chunk(arm, vec3(0.02, 0.02, 0.44)));
 }
 
 pub(super) fn make(values: &Values) -> Scene {
     let mut random = Random::new(values.whole("seed"));
     let mut scene = Builder::default();
-    let mut heap = Heap::default();
-    room(&mut heap, &mut random);
-    door(&mut heap);
-    lamps(&mut heap);
+    let mut model = Model::default();
+    room(&mut model, &mut random);
+    door(&mut model);
+    lamps(&mut model);
     let things = values.whole("things") as u32;
     for (thing, degrees, to) in [
         (
@@ -249,9 +250,9 @@ pub(super) fn make(values: &Values) -> Scene {
             vec3(2.15, 0.0, -0.35),
         ),
     ] {
-        workshop::put(&mut heap, thing, degrees, to - Vec3::Y * SINK);
+        workshop::put(&mut model, thing, degrees, to - Vec3::Y * SINK);
     }
-    scene.stand_together("garage", heap);
+    scene.add_model("garage", model);
 
     let paint = match values.text("paint") {
         "blue" => vec3(0.04, 0.13, 0.36),

@@ -1,4 +1,4 @@
-//! The scenes, a file each.
+//! The procedural scenes, one file each.
 
 mod atrium;
 mod city_grid;

@@ -1,11 +1,13 @@
-//! A playroom in the evening in which all moves that can: the camera, toys, lamps, and what lamps
-//! emit. Metres, the floor at height 0. Every kind of key has its place in it.
+//! A playroom in the evening with every kind of motion: of the camera, toys, lamps, and of the light
+//! that lamps emit. Metres, the floor at height 0. It uses every kind of interpolation.
 
 use crate::random::Random;
 use crate::scene::camera::look_at;
 use crate::scene::motion::tracks::{Animated, Interpolation, Keyed, Track};
 use crate::scene::motion::{AnimatedTransform, Emission, Node, Place};
-use crate::scene::procedural::modelling::{Builder, Heap, Shape, dielectric, lamp, lathe, metal};
+use crate::scene::procedural::modelling::{
+    Builder, Model, Shape, dielectric, emitter, lathe, metal,
+};
 use crate::scene::procedural::parameters::{Parameter, Range, Values};
 use crate::scene::{Material, Motion, Scene};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
@@ -46,7 +48,7 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// Seconds that keys are made for.
+/// Duration of the motion, in seconds.
 const LENGTH: f64 = 16.0;
 
 pub(super) fn make(values: &Values) -> Scene {
@@ -70,35 +72,35 @@ pub(super) fn make(values: &Values) -> Scene {
     scene
 }
 
-/// What stands still.
+/// Adds everything that does not move.
 fn furnish(room: &mut Builder, random: &mut Random) {
     let wall = |name: &str, color: [f32; 3]| Material::lambert(name, Vec3::from(color));
     let (low, high) = (Vec3::new(-2.0, 0.0, -1.8), Vec3::new(2.0, 2.6, 3.8));
     let size = high - low;
     let (x, y, z) = (Vec3::X * size.x, Vec3::Y * size.y, Vec3::Z * size.z);
-    let mut heap = Heap::default();
+    let mut model = Model::default();
     let boards = dielectric("boards", Vec3::new(0.42, 0.26, 0.15), 0.35);
-    heap.add(&boards, Shape::quad(low, z, x));
+    model.add(&boards, Shape::quad(low, z, x));
     let plaster = wall("ceiling", [0.75, 0.74, 0.7]);
-    heap.add(&plaster, Shape::quad(low + y, x, z));
+    model.add(&plaster, Shape::quad(low + y, x, z));
     let paper = wall("wallpaper", [0.5, 0.56, 0.6]);
-    heap.add(&paper, Shape::quad(low, x, y));
-    heap.add(&paper, Shape::quad(low + z, y, x));
-    heap.add(&wall("left wall", [0.6, 0.42, 0.3]), Shape::quad(low, y, z));
+    model.add(&paper, Shape::quad(low, x, y));
+    model.add(&paper, Shape::quad(low + z, y, x));
+    model.add(&wall("left wall", [0.6, 0.42, 0.3]), Shape::quad(low, y, z));
     let green = wall("right wall", [0.35, 0.52, 0.36]);
-    heap.add(&green, Shape::quad(low + x, z, y));
+    model.add(&green, Shape::quad(low + x, z, y));
 
     let wood = dielectric("table", Vec3::new(0.5, 0.33, 0.2), 0.3);
     let foot = |y: f32| Vec3::new(0.0, y, 0.0);
-    heap.add(&wood, Shape::cylinder(foot(0.7), 0.75, 0.05, 20));
-    heap.add(&wood, Shape::cylinder(foot(0.03), 0.08, 0.67, 8));
-    heap.add(&wood, Shape::cylinder(foot(0.0), 0.4, 0.03, 12));
+    model.add(&wood, Shape::cylinder(foot(0.7), 0.75, 0.05, 20));
+    model.add(&wood, Shape::cylinder(foot(0.03), 0.08, 0.67, 8));
+    model.add(&wood, Shape::cylinder(foot(0.0), 0.4, 0.03, 12));
 
     // A shelf of books along the right wall.
     let white = wall("shelf", [0.7, 0.7, 0.68]);
     for height in [0.55, 1.15] {
         let middle = Vec3::new(1.86, height, 0.1);
-        heap.add(&white, Shape::chunk(middle, Vec3::new(0.26, 0.03, 1.8)));
+        model.add(&white, Shape::chunk(middle, Vec3::new(0.26, 0.03, 1.8)));
         let mut at = -0.75;
         while at < 0.9 {
             let thick = random.between(0.05, 0.15);
@@ -106,30 +108,30 @@ fn furnish(room: &mut Builder, random: &mut Random) {
             let color = Vec3::new(random.unit(), random.unit(), random.unit()) * 0.5 + 0.15;
             let book = Vec3::new(1.87, height + 0.015 + tall / 2.0, at + thick / 2.0);
             let cover = wall("book", color.to_array());
-            heap.add(&cover, Shape::chunk(book, Vec3::new(0.2, tall, thick)));
+            model.add(&cover, Shape::chunk(book, Vec3::new(0.2, tall, thick)));
             at += thick + random.between(0.005, 0.2);
         }
     }
     let iron = metal("stove", Vec3::splat(0.25), 0.4);
-    heap.add(
+    model.add(
         &iron,
         Shape::chunk(Vec3::new(-1.5, 0.45, -1.3), Vec3::new(0.7, 0.9, 0.6)),
     );
-    heap.add(
+    model.add(
         &iron,
         Shape::cylinder(Vec3::new(-1.5, 0.9, -1.4), 0.09, 1.7, 10),
     );
-    room.stand_together("room", heap);
+    room.add_model("room", model);
 }
 
-/// A room in which things move.
+/// A scene with its motion, under construction.
 struct Stage {
     room: Builder,
     motion: Motion,
 }
 
 impl Stage {
-    /// A node that stands still in its parent.
+    /// Adds a node with a constant transform.
     fn node(&mut self, parent: Option<u32>, place: DAffine3) -> u32 {
         self.push(parent, Place::Still(place))
     }
@@ -143,13 +145,13 @@ impl Stage {
         self.motion.nodes.len() as u32 - 1
     }
 
-    /// Hangs a mesh on a node.
+    /// Adds an instance of a mesh, attached to a node.
     fn hang(&mut self, name: &str, mesh: u32, node: u32) {
         self.motion
             .instances
             .resize(self.room.0.instances.len(), None);
         self.motion.instances.push(Some(node));
-        // Where it is follows from its node.
+        // Its transform follows from its node.
         self.room.place(name, mesh, DAffine3::IDENTITY);
     }
 
@@ -169,8 +171,8 @@ impl Stage {
         let horse = self
             .room
             .mesh(metal("brass", Vec3::new(0.9, 0.65, 0.3), 0.3), horse);
-        for number in 0..5 {
-            let place = DAffine3::from_rotation_y(TAU * f64::from(number) / 5.0)
+        for index in 0..5 {
+            let place = DAffine3::from_rotation_y(TAU * f64::from(index) / 5.0)
                 * DAffine3::from_translation(DVec3::new(0.36, 0.0, 0.0));
             let node = self.node(Some(hub), place);
             self.hang("horse", horse, node);
@@ -190,7 +192,7 @@ impl Stage {
         self.hang("carousel", body, hub);
     }
 
-    /// A ball that bounces and is squashed by it.
+    /// A ball that bounces and is squashed when it hits the floor.
     fn ball(&mut self, speed: f64) {
         const RADIUS: f64 = 0.18;
         const HEIGHT: f64 = 0.7;
@@ -198,7 +200,7 @@ impl Stage {
         let mut ball = at(1.05, RADIUS, 0.95);
         ball.scale = Animated::still(DVec3::splat(RADIUS));
         let place = |height: f64| DVec3::new(1.05, RADIUS + height, 0.95);
-        // A parabola, which a spline with its slopes is exactly.
+        // A parabola, which a cubic spline with its tangents reproduces exactly.
         let slope = DVec3::Y * (4.0 * HEIGHT / PERIOD * speed);
         let keys = [
             (0.0, [-slope, place(0.0), slope]),
@@ -229,7 +231,7 @@ impl Stage {
         let bulb = disc(Vec3::Y * -0.93, 0.17, 8);
         let bulb = self
             .room
-            .mesh(lamp("bulb", Vec3::new(50.0, 38.0, 24.0)), bulb);
+            .mesh(emitter("bulb", Vec3::new(50.0, 38.0, 24.0)), bulb);
         self.hang("bulb", bulb, hook);
     }
 
@@ -243,12 +245,12 @@ impl Stage {
         ];
         lantern.scale.track = repeated(speed, 2.0, Interpolation::Linear, &keys);
         let node = self.moving_node(None, lantern);
-        let paper = lamp("lantern", Vec3::new(4.0, 1.8, 0.7));
+        let paper = emitter("lantern", Vec3::new(4.0, 1.8, 0.7));
         let mesh = self.room.mesh(paper, Shape::sphere(1));
         self.hang("lantern", mesh, node);
     }
 
-    /// An arrow on the back wall that goes on and off.
+    /// An arrow on the back wall that switches on and off.
     fn sign(&mut self, speed: f64) {
         let color = Vec3::new(0.3, 0.75, 1.0);
         let mut arrow = Shape::default();
@@ -263,11 +265,11 @@ impl Stage {
         let keys = [(0.0, [24.0]), (0.5, [0.0])];
         let strength = repeated(speed, 0.5, Interpolation::Step, &keys);
         self.emit(color, 24.0, None, strength);
-        let mesh = self.room.mesh(lamp("sign", color * 24.0), arrow);
+        let mesh = self.room.mesh(emitter("sign", color * 24.0), arrow);
         self.room.place("sign", mesh, DAffine3::IDENTITY);
     }
 
-    /// The stove's window, whose fire flickers.
+    /// The stove's window with a flickering fire.
     fn fire(&mut self, speed: f64) {
         let color = Vec3::new(1.0, 0.4, 0.12);
         let bright = color.as_dvec3();
@@ -281,11 +283,11 @@ impl Stage {
         let corner = Vec3::new(-1.72, 0.35, -0.99);
         let window = Shape::quad(corner, Vec3::X * 0.44, Vec3::Y * 0.36);
         self.emit(color, 12.0, flicker, None);
-        let mesh = self.room.mesh(lamp("fire", color * 12.0), window);
+        let mesh = self.room.mesh(emitter("fire", color * 12.0), window);
         self.room.place("fire", mesh, DAffine3::IDENTITY);
     }
 
-    /// Keys for the material that is made next.
+    /// Animates the emission of the material that is added next.
     fn emit(
         &mut self,
         color: Vec3,
@@ -318,12 +320,12 @@ impl Stage {
     }
 }
 
-/// A place that is not yet given tracks.
+/// A translation without tracks.
 fn at(x: f64, y: f64, z: f64) -> AnimatedTransform {
     AnimatedTransform::still(DVec3::new(x, y, z), DQuat::IDENTITY, DVec3::ONE)
 }
 
-/// A flat disc whose front looks down.
+/// A flat disc that faces down.
 fn disc(middle: Vec3, radius: f32, sides: u32) -> Shape {
     let rim = |i: u32| {
         let turn = std::f32::consts::TAU * (i % sides) as f32 / sides as f32;
@@ -335,7 +337,7 @@ fn disc(middle: Vec3, radius: f32, sides: u32) -> Shape {
     Shape::triangles(&corners)
 }
 
-/// A pendulum's turn: an angle around an axis that is a sine of time.
+/// A pendulum's rotation: an angle around an axis that is a sine of time.
 fn swing(speed: f64, period: f64, axis: DVec3, most: f64) -> Option<Track<DQuat>> {
     let keys = [0.0, 0.25, 0.5, 0.75].map(|phase| {
         let (sine, cosine) = (TAU * phase).sin_cos();

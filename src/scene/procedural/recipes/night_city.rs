@@ -1,7 +1,7 @@
 //! A wet street at night between lit windows, lamps and neon signs; metres, the road along −Z.
 
 use crate::random::Random;
-use crate::scene::procedural::modelling::{Builder, Heap, Shape, dielectric, lamp, metal};
+use crate::scene::procedural::modelling::{Builder, Model, Shape, dielectric, emitter, metal};
 use crate::scene::procedural::parameters::{Parameter, Range, Values};
 use crate::scene::{Material, Scene};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
@@ -21,7 +21,7 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// Half the width of the road, and from its middle to the buildings.
+/// Half the width of the road, and the distance from its middle to the buildings.
 const KERB: f32 = 4.5;
 const FRONT: f32 = 7.5;
 /// Where the street begins, behind the camera.
@@ -39,7 +39,7 @@ fn on_front(side: f32, out: f32, z: f32, y: f32, width: f32, height: f32) -> Sha
 }
 
 /// One building with its windows; returns its depth along the street.
-fn building(heap: &mut Heap, random: &mut Random, side: f32, z: f32) -> f32 {
+fn building(model: &mut Model, random: &mut Random, side: f32, z: f32) -> f32 {
     let width = random.between(7.0, 12.0);
     let floors = random.between(4.0, 13.0) as u32;
     let height = 4.2 + floors as f32 * 3.2;
@@ -52,9 +52,9 @@ fn building(heap: &mut Heap, random: &mut Random, side: f32, z: f32) -> f32 {
     let wall = Material::lambert("wall", Vec3::from(wall));
     let deep = 12.0;
     let middle = Vec3::new(side * (FRONT + deep / 2.0), height / 2.0, z - width / 2.0);
-    heap.add(&wall, Shape::chunk(middle, Vec3::new(deep, height, width)));
+    model.add(&wall, Shape::chunk(middle, Vec3::new(deep, height, width)));
     let cornice = Vec3::new(side * (FRONT - 0.15), height, z - width / 2.0);
-    heap.add(&wall, Shape::chunk(cornice, Vec3::new(0.6, 0.4, width)));
+    model.add(&wall, Shape::chunk(cornice, Vec3::new(0.6, 0.4, width)));
 
     let glass = dielectric("dark window", Vec3::splat(0.02), 0.1);
     let tints = [
@@ -72,28 +72,28 @@ fn building(heap: &mut Heap, random: &mut Random, side: f32, z: f32) -> f32 {
             let lit = random.unit() < 0.42;
             let material = if lit {
                 let dim = random.pick(&[0.4, 0.7, 1.0]);
-                lamp("lit window", random.pick(&tints) * dim)
+                emitter("lit window", random.pick(&tints) * dim)
             } else {
                 glass.clone()
             };
-            heap.add(&material, on_front(side, 0.03, at, up, size.0, size.1));
+            model.add(&material, on_front(side, 0.03, at, up, size.0, size.1));
             let sill = Vec3::new(side * (FRONT - 0.12), up - 0.08, at + size.0 / 2.0);
-            heap.add(
+            model.add(
                 &wall,
                 Shape::chunk(sill, Vec3::new(0.28, 0.1, size.0 + 0.2)),
             );
         }
     }
-    shop(heap, random, side, z, width);
+    shop(model, random, side, z, width);
     if random.unit() < 0.75 {
         let at = z - random.between(0.2, 0.8) * width;
-        neon(heap, random, side, at, height);
+        neon(model, random, side, at, height);
     }
     width
 }
 
 /// A bright shop window under an awning.
-fn shop(heap: &mut Heap, random: &mut Random, side: f32, z: f32, width: f32) {
+fn shop(model: &mut Model, random: &mut Random, side: f32, z: f32, width: f32) {
     let light = random.pick(&[
         Vec3::new(1.5, 1.0, 0.5),
         Vec3::new(0.6, 1.1, 1.4),
@@ -103,8 +103,8 @@ fn shop(heap: &mut Heap, random: &mut Random, side: f32, z: f32, width: f32) {
     for pane in 0..panes {
         let step = (width - 1.2) / panes as f32;
         let at = z - width + 0.6 + pane as f32 * step;
-        heap.add(
-            &lamp("shop window", light),
+        model.add(
+            &emitter("shop window", light),
             on_front(side, 0.04, at + 0.1, 0.6, step - 0.2, 2.1),
         );
     }
@@ -115,14 +115,14 @@ fn shop(heap: &mut Heap, random: &mut Random, side: f32, z: f32, width: f32) {
         [0.45, 0.38, 0.2],
     ]);
     let middle = Vec3::new(side * (FRONT - 0.7), 3.1, z - width / 2.0);
-    heap.add(
+    model.add(
         &Material::lambert("awning", Vec3::from(cloth)),
         Shape::chunk(middle, Vec3::new(1.4, 0.08, width - 0.8)),
     );
 }
 
-/// A sign that stands out from the front: a dark board with rows of glowing bars.
-fn neon(heap: &mut Heap, random: &mut Random, side: f32, z: f32, height: f32) {
+/// A sign perpendicular to the front: a dark board with rows of glowing bars.
+fn neon(model: &mut Model, random: &mut Random, side: f32, z: f32, height: f32) {
     let color = random.pick(&[
         [9.0, 0.7, 2.2],
         [0.7, 5.0, 9.0],
@@ -134,36 +134,36 @@ fn neon(heap: &mut Heap, random: &mut Random, side: f32, z: f32, height: f32) {
     let tall = random.between(3.0, 5.5).min(height - 5.0);
     let foot = random.between(4.6, (height - tall).max(4.7));
     let board = Vec3::new(side * (FRONT - 0.9), foot + tall / 2.0, z);
-    heap.add(
+    model.add(
         &metal("sign board", Vec3::splat(0.08), 0.5),
         Shape::chunk(board, Vec3::new(1.3, tall, 0.18)),
     );
-    let light = lamp("neon", Vec3::from(color));
+    let light = emitter("neon", Vec3::from(color));
     let bars = (tall / 0.55) as u32;
     for bar in 0..bars {
         let y = foot + 0.3 + bar as f32 * (tall - 0.3) / bars as f32;
         let length = random.between(0.5, 1.05);
         for face in [-0.14, 0.14] {
             let middle = Vec3::new(board.x, y, z + face);
-            heap.add(&light, Shape::chunk(middle, Vec3::new(length, 0.13, 0.08)));
+            model.add(&light, Shape::chunk(middle, Vec3::new(length, 0.13, 0.08)));
         }
     }
 }
 
 /// The street's floor: wet road, markings, pavements.
-fn ground(heap: &mut Heap, end: f32) {
+fn ground(model: &mut Model, end: f32) {
     let length = START - end;
     let strip = |x: f32, width: f32, y: f32| {
         Shape::quad(Vec3::new(x, y, end), Vec3::Z * length, Vec3::X * width)
     };
-    heap.add(
+    model.add(
         &dielectric("wet road", Vec3::splat(0.035), 0.22),
         strip(-KERB, 2.0 * KERB, 0.0),
     );
     let paint = dielectric("road marking", Vec3::splat(0.55), 0.4);
     let mut z = START;
     while z > end {
-        heap.add(
+        model.add(
             &paint,
             Shape::quad(
                 Vec3::new(-0.07, 0.006, z - 2.0),
@@ -176,13 +176,13 @@ fn ground(heap: &mut Heap, end: f32) {
     let stone = dielectric("pavement", Vec3::new(0.17, 0.165, 0.16), 0.45);
     for side in [-1.0_f32, 1.0] {
         let middle = Vec3::new(side * (KERB + FRONT) / 2.0, 0.07, (START + end) / 2.0);
-        heap.add(
+        model.add(
             &stone,
             Shape::chunk(middle, Vec3::new(FRONT - KERB, 0.14, length)),
         );
     }
     let far = Material::lambert("city floor", Vec3::splat(0.05));
-    heap.add(
+    model.add(
         &far,
         Shape::quad(
             Vec3::new(-300.0, -0.3, end - 300.0),
@@ -192,7 +192,7 @@ fn ground(heap: &mut Heap, end: f32) {
     );
 }
 
-/// Street lamps: one pole and one bulb, placed many times.
+/// Street lamps: many instances of one pole and one bulb.
 fn street_lamps(scene: &mut Builder, end: f32) {
     let iron = metal("lamp post", Vec3::splat(0.12), 0.4);
     let mut post = Shape::cylinder(Vec3::ZERO, 0.09, 5.2, 10);
@@ -203,16 +203,16 @@ fn street_lamps(scene: &mut Builder, end: f32) {
     ));
     let post = scene.mesh(iron, post);
     let bulb = scene.mesh(
-        lamp("bulb", Vec3::new(190.0, 135.0, 70.0)),
+        emitter("bulb", Vec3::new(190.0, 135.0, 70.0)),
         Shape::sphere(1)
             .flat()
             .map(|p| p * 0.17 + Vec3::new(1.15, 4.95, 0.0)),
     );
     let mut z = START - 5.0;
-    let mut number = 0;
+    let mut index = 0;
     while z > end {
-        let side = if number % 2 == 0 { -1.0 } else { 1.0 };
-        // A half turn on the right, so that every arm reaches over the road.
+        let side = if index % 2 == 0 { -1.0 } else { 1.0 };
+        // Turned by 180° on the right, so that every arm reaches over the road.
         let turn = if side < 0.0 {
             0.0
         } else {
@@ -225,7 +225,7 @@ fn street_lamps(scene: &mut Builder, end: f32) {
         scene.place("lamp post", post, place);
         scene.place("bulb", bulb, place);
         z -= 4.5;
-        number += 1;
+        index += 1;
     }
 }
 
@@ -274,11 +274,11 @@ fn cars(scene: &mut Builder, random: &mut Random, end: f32) {
         pair
     };
     let head = scene.mesh(
-        lamp("head lights", Vec3::new(60.0, 56.0, 46.0)),
+        emitter("head lights", Vec3::new(60.0, 56.0, 46.0)),
         pair(2.11, 0.13),
     );
     let tail = scene.mesh(
-        lamp("tail lights", Vec3::new(9.0, 0.35, 0.25)),
+        emitter("tail lights", Vec3::new(9.0, 0.35, 0.25)),
         pair(-2.11, 0.12),
     );
     let park = |scene: &mut Builder, x: f32, z: f32, turn: f64, lit: bool, random: &mut Random| {
@@ -316,40 +316,40 @@ fn cars(scene: &mut Builder, random: &mut Random, end: f32) {
 pub(super) fn make(values: &Values) -> Scene {
     let mut random = Random::new(values.whole("seed"));
     let mut scene = Builder::default();
-    let mut heap = Heap::default();
+    let mut model = Model::default();
     let mut end = START;
     for side in [-1.0, 1.0] {
         let mut z = START;
         for _ in 0..values.whole("blocks") {
-            z -= building(&mut heap, &mut random, side, z);
+            z -= building(&mut model, &mut random, side, z);
             z -= random.pick(&[0.0, 0.0, 1.5]);
         }
         end = end.min(z);
     }
-    ground(&mut heap, end - 20.0);
-    // A tower that closes the view, with a crown of light.
+    ground(&mut model, end - 20.0);
+    // A tower at the end of the view, with a lit top.
     let wall = Material::lambert("tower", Vec3::new(0.16, 0.17, 0.22));
     let foot = Vec3::new(2.0, 0.0, end - 28.0);
-    heap.add(
+    model.add(
         &wall,
         Shape::chunk(foot + Vec3::Y * 26.0, Vec3::new(16.0, 52.0, 12.0)),
     );
-    let crown = lamp("crown", Vec3::new(1.0, 3.2, 4.2));
+    let crown = emitter("crown", Vec3::new(1.0, 3.2, 4.2));
     for ring in 0..4 {
         let middle = foot + Vec3::Y * (42.0 + ring as f32 * 2.6);
-        heap.add(&crown, Shape::chunk(middle, Vec3::new(16.6, 0.5, 12.6)));
+        model.add(&crown, Shape::chunk(middle, Vec3::new(16.6, 0.5, 12.6)));
     }
     for floor in 0..12 {
         for column in 0..9 {
             if random.unit() < 0.5 {
                 let corner =
                     foot + Vec3::new(-7.4 + column as f32 * 1.65, 3.0 + floor as f32 * 3.1, 6.04);
-                let warm = lamp("tower window", Vec3::new(1.2, 0.8, 0.35));
-                heap.add(&warm, Shape::quad(corner, Vec3::X * 1.1, Vec3::Y * 1.6));
+                let warm = emitter("tower window", Vec3::new(1.2, 0.8, 0.35));
+                model.add(&warm, Shape::quad(corner, Vec3::X * 1.1, Vec3::Y * 1.6));
             }
         }
     }
-    scene.stand_together("buildings and street", heap);
+    scene.add_model("buildings and street", model);
     street_lamps(&mut scene, end);
     cars(&mut scene, &mut random, end);
     scene.camera(

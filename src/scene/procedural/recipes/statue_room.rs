@@ -1,7 +1,9 @@
 //! A quiet room: a marble bust in a niche, under one lamp; metres, the niche towards −Z.
 
 use crate::random::Random;
-use crate::scene::procedural::modelling::{Builder, Heap, Profile, Shape, dielectric, lamp, metal};
+use crate::scene::procedural::modelling::{
+    Builder, Model, Profile, Shape, dielectric, emitter, metal,
+};
 use crate::scene::procedural::parameters::{Parameter, Range, Values};
 use crate::scene::procedural::props::{Arch, statue};
 use crate::scene::{Material, Scene};
@@ -33,9 +35,9 @@ const SIDE: f32 = 2.7;
 const HIGH: f32 = 3.6;
 const BACK: f32 = -2.4;
 const FRONT: f32 = 4.2;
-/// The lamp's middle.
+/// The lamp's centre.
 const LAMP: Vec3 = vec3(-1.15, 3.3, 0.1);
-/// The bust's size relative to life.
+/// The bust's size relative to life size.
 const LARGER: f32 = 1.3;
 /// Width of the niche's moulding.
 const TRIM: f32 = 0.15;
@@ -46,29 +48,29 @@ const NICHE: Arch = Arch {
     steps: 48,
 };
 
-fn walls(heap: &mut Heap) {
+fn walls(model: &mut Model) {
     let plaster = Material::lambert("plaster", vec3(0.62, 0.47, 0.36));
     let to_back = |p: Vec3| p + Vec3::Z * BACK;
-    heap.add(&plaster, NICHE.wall(SIDE, HIGH).map(to_back));
+    model.add(&plaster, NICHE.wall(SIDE, HIGH).map(to_back));
     let (up, along) = (Vec3::Y * HIGH, Vec3::Z * (FRONT - BACK));
     let left = vec3(-SIDE, 0.0, BACK);
     let right = vec3(SIDE, 0.0, BACK);
-    heap.add(&plaster, Shape::quad(left, up, along));
-    heap.add(&plaster, Shape::quad(right, along, up));
+    model.add(&plaster, Shape::quad(left, up, along));
+    model.add(&plaster, Shape::quad(right, along, up));
     let across = Vec3::X * 2.0 * SIDE;
-    heap.add(&plaster, Shape::quad(left + along, up, across));
+    model.add(&plaster, Shape::quad(left + along, up, across));
 
     let blue = Material::lambert("niche", vec3(0.09, 0.2, 0.25));
-    // Half a drum and half a dome; the dome is the drum's own turn about the other axis.
+    // Half a cylinder and a quarter of a sphere with the same vertices on their common edge.
     let drum = Profile::new(-NICHE.radius, 0.0).line(0.0, NICHE.spring);
-    heap.add(&blue, drum.swung(0.0, 0.5, NICHE.steps).map(to_back));
+    model.add(&blue, drum.swung(0.0, 0.5, NICHE.steps).map(to_back));
     let dome = Profile::new(-NICHE.radius, NICHE.spring).arc(
         NICHE.radius,
         NICHE.radius,
         -90.0,
         NICHE.steps / 2,
     );
-    heap.add(&blue, dome.swung(0.0, 0.5, NICHE.steps).map(to_back));
+    model.add(&blue, dome.swung(0.0, 0.5, NICHE.steps).map(to_back));
 
     let stone = dielectric("limestone", vec3(0.7, 0.64, 0.54), 0.5);
     let trim = Profile::new(0.0, 0.02)
@@ -79,7 +81,7 @@ fn walls(heap: &mut Heap) {
         .arc(0.03, 0.03, -90.0, 4)
         .line(TRIM - 0.13, 0.0)
         .line(0.0, 0.06);
-    heap.add(&stone, NICHE.moulding(&trim, NICHE.spring).map(to_back));
+    model.add(&stone, NICHE.moulding(&trim, NICHE.spring).map(to_back));
     let cornice = Profile::new(-0.18, HIGH + 0.01)
         .line(0.0, -0.06)
         .arc(0.07, -0.08, -60.0, 5)
@@ -90,11 +92,11 @@ fn walls(heap: &mut Heap) {
         .line(0.03, 0.0);
     let room = Vec2::new(SIDE, (FRONT - BACK) / 2.0);
     let middle = Vec3::Z * (FRONT + BACK) / 2.0;
-    heap.add(&stone, cornice.framed(room).map(|p| p + middle));
+    model.add(&stone, cornice.framed(room).map(|p| p + middle));
 }
 
 /// A floor of squares in two colours; the room is not a whole number of them.
-fn floor(heap: &mut Heap) {
+fn floor(model: &mut Model) {
     let colors = [
         dielectric("dark tiles", vec3(0.05, 0.055, 0.06), 0.22),
         dielectric("pale tiles", vec3(0.55, 0.5, 0.43), 0.22),
@@ -102,7 +104,7 @@ fn floor(heap: &mut Heap) {
     let (tiles, rows) = (9_u8, 13_u8);
     let step = 2.0 * SIDE / f32::from(tiles);
     let x = |i: u8| (f32::from(i) - f32::from(tiles) / 2.0) * step;
-    // Its back edge runs on under the niche's drum.
+    // Its back edge continues under the niche.
     let z = |j: u8| FRONT - f32::from(j) * step;
     for j in 0..rows {
         for i in 0..tiles {
@@ -110,35 +112,35 @@ fn floor(heap: &mut Heap) {
             let [c, d] = [vec3(x(i + 1), 0.0, z(j + 1)), vec3(x(i), 0.0, z(j + 1))];
             let mut tile = Shape::triangle([a, b, c]);
             tile.add(Shape::triangle([a, c, d]));
-            heap.add(&colors[usize::from((i + j) % 2)], tile);
+            model.add(&colors[usize::from((i + j) % 2)], tile);
         }
     }
 }
 
 /// The ceiling and the lamp under it, whose frame keeps it from lighting the ceiling.
-fn ceiling(heap: &mut Heap, side: f32) {
+fn ceiling(model: &mut Model, side: f32) {
     let corner = vec3(-SIDE, HIGH, BACK);
-    heap.add(
+    model.add(
         &Material::lambert("ceiling", Vec3::splat(0.7)),
         Shape::quad(corner, Vec3::X * 2.0 * SIDE, Vec3::Z * (FRONT - BACK)),
     );
     let iron = metal("lamp frame", Vec3::splat(0.1), 0.5);
     let frame = vec3(side + 0.08, 0.1, side + 0.08);
-    heap.add(&iron, Shape::chunk(LAMP + Vec3::Y * 0.06, frame));
+    model.add(&iron, Shape::chunk(LAMP + Vec3::Y * 0.06, frame));
     for (x, z) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
         let foot = LAMP + vec3(x, 0.0, z) * side / 2.5 + Vec3::Y * 0.1;
-        heap.add(&iron, Shape::cylinder(foot, 0.01, HIGH - foot.y, 8));
+        model.add(&iron, Shape::cylinder(foot, 0.01, HIGH - foot.y, 8));
     }
     let glow = Vec3::new(50.0, 41.0, 30.0) / (side * side);
     let corner = LAMP - vec3(side / 2.0, 0.0, side / 2.0);
-    heap.add(
-        &lamp("lamp", glow),
+    model.add(
+        &emitter("lamp", glow),
         Shape::quad(corner, Vec3::X * side, Vec3::Z * side),
     );
 }
 
 /// Skirting and rail on the back wall, on both sides of the niche, and on the side walls.
-fn rails(heap: &mut Heap) {
+fn rails(model: &mut Model) {
     let wood = dielectric("dark wood", vec3(0.1, 0.055, 0.03), 0.35);
     let skirting = Profile::new(0.03, 0.0)
         .line(0.0, 0.12)
@@ -153,14 +155,14 @@ fn rails(heap: &mut Heap) {
     for profile in [skirting, rail] {
         let to_back = |p: Vec3| vec3(-p.z, p.y, p.x + BACK);
         for (from, to) in [(-SIDE, -opening), (opening, SIDE)] {
-            heap.add(&wood, profile.drawn(from, to).map(to_back));
+            model.add(&wood, profile.drawn(from, to).map(to_back));
         }
-        // They run into the other one in the corners, a little lower, as two faces in one plane
-        // would be a toss-up.
+        // In the corners they run into the other one, a little lower: of two faces in the same plane,
+        // the visible one would be arbitrary.
         let left = profile.drawn(BACK + 0.01, FRONT);
-        heap.add(&wood, left.map(|p| p - vec3(SIDE, 0.001, 0.0)));
+        model.add(&wood, left.map(|p| p - vec3(SIDE, 0.001, 0.0)));
         let right = profile.drawn(-FRONT, -BACK - 0.01);
-        heap.add(&wood, right.map(|p| vec3(SIDE - p.x, p.y - 0.001, -p.z)));
+        model.add(&wood, right.map(|p| vec3(SIDE - p.x, p.y - 0.001, -p.z)));
     }
 }
 
@@ -223,17 +225,17 @@ fn post() -> Shape {
 pub(super) fn make(values: &Values) -> Scene {
     let mut random = Random::new(values.whole("seed"));
     let mut scene = Builder::default();
-    let mut heap = Heap::default();
-    walls(&mut heap);
-    floor(&mut heap);
-    ceiling(&mut heap, values.real("lamp"));
-    rails(&mut heap);
+    let mut model = Model::default();
+    walls(&mut model);
+    floor(&mut model);
+    ceiling(&mut model, values.real("lamp"));
+    rails(&mut model);
     let [left, right] = [-0.85, 0.85].map(|x| vec3(x, 0.83, BACK + 1.1));
     let velvet = Material::lambert("velvet", vec3(0.3, 0.015, 0.025));
-    heap.add(&velvet, rope(left, right, 0.22));
-    scene.stand_together("room", heap);
+    model.add(&velvet, rope(left, right, 0.22));
+    scene.add_model("room", model);
 
-    // A little into the floor, as two faces in one plane would be a toss-up.
+    // A little into the floor: of two faces in the same plane, the visible one would be arbitrary.
     let stand = DVec3::new(0.0, -0.002, f64::from(BACK) + 0.02);
     let stone = dielectric("pedestal", vec3(0.2, 0.19, 0.18), 0.3);
     let pedestal = scene.mesh(stone, pedestal());

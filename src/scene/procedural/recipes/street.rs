@@ -2,7 +2,7 @@
 
 use crate::random::Random;
 use crate::scene::Scene;
-use crate::scene::procedural::modelling::{Builder, Heap, Shape, dielectric};
+use crate::scene::procedural::modelling::{Builder, Model, Shape, dielectric};
 use crate::scene::procedural::parameters::{Parameter, Range, Values};
 use crate::scene::procedural::props::festival::{Festival, Spot};
 use crate::scene::procedural::props::houses::house;
@@ -23,11 +23,11 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// From the middle of the street to the houses.
+/// Distance from the middle of the street to the houses.
 const FRONT: f32 = 4.3;
 /// Where the street begins, behind the camera.
 const START: f32 = 9.0;
-/// Its least length.
+/// Its minimum length.
 const SHORTEST: f32 = 60.0;
 
 /// The street's bend: everything is built straight, and moved sideways at the end.
@@ -41,9 +41,9 @@ fn ground(street: &mut Festival, random: &mut Random, end: f32) {
     let bed = dielectric("between cobbles", Vec3::splat(0.03), 0.6);
     let wide = FRONT + 12.0;
     let mut z = START;
-    // In strips, for the bend moves only corners.
+    // In strips, since the bend moves only vertices.
     while z > end {
-        street.heap.add(
+        street.model.add(
             &bed,
             Shape::quad(
                 Vec3::new(-wide, -0.03, z - 2.0),
@@ -78,7 +78,7 @@ fn ground(street: &mut Festival, random: &mut Random, end: f32) {
                 let lift = lean.y + lean.x * from_middle.x + lean.z * from_middle.z;
                 low + size / 2.0 + from_middle * Vec3::new(0.84, 1.0, 0.88) + Vec3::Y * lift
             });
-            street.heap.add(&stones[random.pick(&[0, 1, 2])], stone);
+            street.model.add(&stones[random.pick(&[0, 1, 2])], stone);
         }
     }
 }
@@ -89,12 +89,12 @@ fn tower(street: &mut Festival) {
     let copper = dielectric("copper roof", Vec3::new(0.1, 0.22, 0.17), 0.5);
     let foot = Vec3::new(-9.0, 0.0, -64.0);
     let high = 33.0;
-    street.heap.add(
+    street.model.add(
         &stone,
         Shape::chunk(foot + Vec3::Y * high / 2.0, Vec3::new(6.0, high, 6.0)),
     );
     for (y, out) in [(17.0, 0.5), (25.0, 0.5), (high, 0.9)] {
-        street.heap.add(
+        street.model.add(
             &stone,
             Shape::chunk(foot + Vec3::Y * y, Vec3::new(6.0 + out, 0.5, 6.0 + out)),
         );
@@ -107,7 +107,7 @@ fn tower(street: &mut Festival) {
             foot.z + (p.z - foot.z) * narrow,
         )
     });
-    street.heap.add(&copper, helm);
+    street.model.add(&copper, helm);
     let face = foot + Vec3::new(0.0, 28.8, 3.05);
     let rim = |k: u32, radius: f32| {
         let turn = std::f32::consts::TAU * k as f32 / 24.0;
@@ -118,22 +118,22 @@ fn tower(street: &mut Festival) {
         .collect();
     street.light("clock", Vec3::new(1.9, 1.6, 1.0), Shape::triangles(&disc));
     let hand = dielectric("clock hand", Vec3::splat(0.02), 0.4);
-    street.heap.add(
+    street.model.add(
         &hand,
         Shape::chunk(face + Vec3::new(0.0, 0.6, 0.04), Vec3::new(0.14, 1.4, 0.04)),
     );
-    street.heap.add(
+    street.model.add(
         &hand,
         Shape::chunk(face + Vec3::new(0.4, 0.0, 0.05), Vec3::new(1.0, 0.16, 0.04)),
     );
     for k in 0..12 {
         let mark = rim(2 * k, 1.45) + Vec3::Z * 0.02;
         street
-            .heap
+            .model
             .add(&hand, Shape::chunk(mark, Vec3::new(0.12, 0.12, 0.03)));
     }
     for y in [17.0, 25.0] {
-        // On each ledge lies a strip of light that shines up the wall.
+        // An emissive strip on each ledge lights the wall above.
         let ledge = foot + Vec3::new(-3.0, y + 0.26, 3.05);
         let strip = Shape::quad(ledge, Vec3::Z * 0.16, Vec3::X * 6.0);
         street.light("tower light", Vec3::new(9.0, 5.5, 2.4), strip);
@@ -159,7 +159,7 @@ pub(super) fn make(values: &Values) -> Scene {
             foot: Vec3::new(x - FRONT, 0.0, z),
             mirrored: side == 1,
         };
-        // No two fronts lie in one plane.
+        // No two fronts are in the same plane.
         let front = random.between(-0.1, 0.0);
         house(&mut street, &mut random, spot(front, ends[side]), width);
         ends[side] -= width;
@@ -182,18 +182,18 @@ pub(super) fn make(values: &Values) -> Scene {
     let end = ends[0].min(ends[1]);
     ground(&mut street, &mut random, end - 30.0);
     let wall = dielectric("end of the street", Vec3::splat(0.2), 0.8);
-    street.heap.add(
+    street.model.add(
         &wall,
         Shape::chunk(Vec3::new(0.0, 4.0, end - 3.0), Vec3::new(24.0, 8.6, 2.0)),
     );
 
     let mut scene = Builder::default();
     let bent = street
-        .heap
+        .model
         .0
         .into_iter()
         .map(|(material, shape)| (material, shape.map(bend)));
-    scene.stand_together("street", Heap(bent.collect()));
+    scene.add_model("street", Model(bent.collect()));
     scene.camera(
         DVec3::new(0.9, 2.0, 3.6),
         DVec3::new(-0.55, 3.7, -10.0),

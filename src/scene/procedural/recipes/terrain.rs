@@ -1,6 +1,6 @@
 //! A height field of any number of triangles.
 
-use crate::scene::procedural::modelling::{Builder, Shape, lamp};
+use crate::scene::procedural::modelling::{Builder, Shape, emitter};
 use crate::scene::procedural::parameters::{Parameter, Range, Values};
 use crate::scene::{Instance, Material, Mesh, Part, Scene};
 use glam::{DAffine3, DVec3, Vec3};
@@ -111,18 +111,18 @@ pub(super) fn make(values: &Values) -> Scene {
     let sun = Vec3::new(-140.0, 95.0, -10.0);
     let u = Vec3::Z * 24.0;
     let v = sun.cross(u).normalize() * 24.0;
-    scene.stand(
-        lamp("sun", Vec3::new(150.0, 120.0, 85.0)),
+    scene.add(
+        emitter("sun", Vec3::new(150.0, 120.0, 85.0)),
         Shape::quad(sun - (u + v) / 2.0, v, u),
     );
     let sky = Shape::block(
         Vec3::new(-400.0, -100.0, -400.0),
         Vec3::new(400.0, 220.0, 400.0),
     );
-    scene.stand(
+    scene.add(
         Material {
             base_color: Vec3::ZERO,
-            ..lamp("sky", Vec3::new(0.25, 0.36, 0.55))
+            ..emitter("sky", Vec3::new(0.25, 0.36, 0.55))
         },
         sky.inside_out(),
     );

@@ -1,8 +1,10 @@
-//! Two furnished rooms and a door between; metres, the thin wall along z = 0, the front room
-//! before it. Whatever is seen in the front room was lit through the door.
+//! Two furnished rooms with a door between them; metres, the thin wall along z = 0, the front room
+//! at +z. All light in the front room comes through the door.
 
 use crate::random::Random;
-use crate::scene::procedural::modelling::{Builder, Heap, Shape, dielectric, lamp, lathe, metal};
+use crate::scene::procedural::modelling::{
+    Builder, Model, Shape, dielectric, emitter, lathe, metal,
+};
 use crate::scene::procedural::parameters::{Parameter, Range, Values};
 use crate::scene::procedural::props::furniture::{self, Piece};
 use crate::scene::{Material, Scene};
@@ -34,13 +36,13 @@ const HOLE: (f32, f32) = (0.3, 1.26);
 const HOLE_TOP: f32 = 2.08;
 const FRAME: f32 = 0.03;
 
-/// Floor, ceiling and outer walls: solid, and each reaches into the next, so that no seam is open.
-fn shell(heap: &mut Heap, front: &Material, back: &Material) {
+/// Floor, ceiling and outer walls: solid boxes that overlap, so that there are no gaps.
+fn shell(model: &mut Model, front: &Material, back: &Material) {
     let plaster = Material::lambert("ceiling", Vec3::splat(0.75));
     let concrete = Material::lambert("under the floor", Vec3::splat(0.2));
     let (low, high) = (BACK - 0.2, FRONT + 0.2);
     let mut solid = |material: &Material, a: [f32; 3], b: [f32; 3]| {
-        heap.add(material, Shape::block(Vec3::from(a), Vec3::from(b)));
+        model.add(material, Shape::block(Vec3::from(a), Vec3::from(b)));
     };
     solid(
         &concrete,
@@ -62,28 +64,28 @@ fn shell(heap: &mut Heap, front: &Material, back: &Material) {
 }
 
 /// The thin wall. Its faces share their corners, so that there is no gap between two of them.
-fn thin_wall(heap: &mut Heap, front: &Material, back: &Material) {
+fn thin_wall(model: &mut Model, front: &Material, back: &Material) {
     let xs = [-HALF - 0.1, HOLE.0, HOLE.1, HALF + 0.1];
     let ys = [-0.1, HOLE_TOP, HIGH + 0.1];
     for (i, j) in [(0, 0), (0, 1), (1, 1), (2, 0), (2, 1)] {
         let (u, v) = (Vec3::X * (xs[i + 1] - xs[i]), Vec3::Y * (ys[j + 1] - ys[j]));
         let corner = Vec3::new(xs[i], ys[j], 0.0);
-        heap.add(front, Shape::quad(corner, u, v));
-        heap.add(back, Shape::quad(corner - Vec3::Z * WALL, v, u));
+        model.add(front, Shape::quad(corner, u, v));
+        model.add(back, Shape::quad(corner - Vec3::Z * WALL, v, u));
     }
     let corner = |x: f32, y: f32| Vec3::new(x, y, -WALL);
     let (deep, up) = (Vec3::Z * WALL, Vec3::Y * (HOLE_TOP - ys[0]));
-    heap.add(front, Shape::quad(corner(HOLE.0, ys[0]), up, deep));
-    heap.add(front, Shape::quad(corner(HOLE.1, ys[0]), deep, up));
+    model.add(front, Shape::quad(corner(HOLE.0, ys[0]), up, deep));
+    model.add(front, Shape::quad(corner(HOLE.1, ys[0]), deep, up));
     let across = Vec3::X * (HOLE.1 - HOLE.0);
-    heap.add(front, Shape::quad(corner(HOLE.0, HOLE_TOP), across, deep));
+    model.add(front, Shape::quad(corner(HOLE.0, HOLE_TOP), across, deep));
 }
 
-/// The frame around the door, with a stop on all four sides: the shut door lies in it.
-fn door_frame(heap: &mut Heap, paint: &Material) {
+/// The frame around the door, with a stop for the shut door on all four sides.
+fn door_frame(model: &mut Model, paint: &Material) {
     let mut bar = |x: [f32; 2], y: [f32; 2], z: [f32; 2]| {
         let (low, high) = (Vec3::new(x[0], y[0], z[0]), Vec3::new(x[1], y[1], z[1]));
-        heap.add(paint, Shape::block(low, high));
+        model.add(paint, Shape::block(low, high));
     };
     for (x, inwards) in [(HOLE.0, 1.0), (HOLE.1, -1.0)] {
         let span = |a: f32, b: f32| {
@@ -144,7 +146,7 @@ fn door(scene: &mut Builder, paint: &Material, degrees: f64) {
         (0.0, 0.066),
     ];
     for (z, out) in [(deep, 1.0), (0.0, -1.0)] {
-        // Turned upright on the lathe, then laid along z; flat, for normals do not turn with it.
+        // Turned around y, then rotated to z; flat, since the rotation does not apply to normals.
         let lying = lathe(
             &[
                 &[(0.026, 0.0), (0.024, 0.008)],
@@ -168,7 +170,7 @@ fn door(scene: &mut Builder, paint: &Material, degrees: f64) {
 }
 
 /// Planks along z, with narrow grooves between.
-fn floor(heap: &mut Heap, random: &mut Random) {
+fn floor(model: &mut Model, random: &mut Random) {
     let woods = [[0.34, 0.21, 0.12], [0.29, 0.17, 0.095], [0.38, 0.24, 0.145]]
         .map(|color| dielectric("plank", Vec3::from(color), 0.32));
     let width = 0.125;
@@ -184,7 +186,7 @@ fn floor(heap: &mut Heap, random: &mut Random) {
                     Vec3::new(x + width - 0.001, 0.0, high),
                 );
                 let wood = random.index(3);
-                heap.add(&woods[wood], plank);
+                model.add(&woods[wood], plank);
             }
             z += long;
         }
@@ -192,9 +194,9 @@ fn floor(heap: &mut Heap, random: &mut Random) {
 }
 
 /// Boards along the foot of the walls.
-fn skirting(heap: &mut Heap, paint: &Material) {
+fn skirting(model: &mut Model, paint: &Material) {
     let mut board = |low: [f32; 3], high: [f32; 3]| {
-        heap.add(paint, Shape::block(Vec3::from(low), Vec3::from(high)));
+        model.add(paint, Shape::block(Vec3::from(low), Vec3::from(high)));
     };
     let (thick, top) = (0.014, 0.09);
     for (near, far) in [(0.0, FRONT), (BACK, -WALL)] {
@@ -217,7 +219,7 @@ fn skirting(heap: &mut Heap, paint: &Material) {
     }
 }
 
-/// The front room: what the light through the door falls on.
+/// Furnishes the front room, which is lit through the door.
 fn furnish_front(scene: &mut Builder, random: &mut Random, walnut: &Material) {
     let cloth = Material::lambert("armchair", Vec3::new(0.12, 0.3, 0.26));
     furniture::armchair(&cloth, walnut).put(scene, "armchair", Vec3::new(1.72, 0.0, 1.75), -62.0);
@@ -265,7 +267,7 @@ fn furnish_front(scene: &mut Builder, random: &mut Random, walnut: &Material) {
     rug.put(scene, "rug", Vec3::new(0.35, 0.0005, 2.0), 0.0);
 }
 
-/// The back room, and all the light.
+/// Furnishes the back room, with all lights.
 fn furnish_back(scene: &mut Builder, random: &mut Random, walnut: &Material) {
     let oak = dielectric("oak", Vec3::new(0.45, 0.3, 0.16), 0.4);
     let table = Vec3::new(-0.42, 0.0, -2.2);
@@ -306,7 +308,7 @@ fn furnish_back(scene: &mut Builder, random: &mut Random, walnut: &Material) {
         Shape::cylinder(Vec3::Y * 0.15, 0.006, HIGH - hanging.y - 0.14, 8),
     );
     pendant.smooth(
-        &lamp("pendant", Vec3::new(640.0, 500.0, 335.0)),
+        &emitter("pendant", Vec3::new(640.0, 500.0, 335.0)),
         Shape::sphere(2).map(|n| n * 0.16),
     );
     pendant.put(scene, "pendant", hanging, 0.0);
@@ -315,16 +317,16 @@ fn furnish_back(scene: &mut Builder, random: &mut Random, walnut: &Material) {
 pub(super) fn make(values: &Values) -> Scene {
     let mut random = Random::new(values.whole("seed"));
     let mut scene = Builder::default();
-    let mut heap = Heap::default();
+    let mut model = Model::default();
     let front = Material::lambert("front room", Vec3::new(0.56, 0.63, 0.64));
     let back = Material::lambert("back room", Vec3::new(0.6, 0.5, 0.35));
     let paint = dielectric("white paint", Vec3::splat(0.7), 0.4);
-    shell(&mut heap, &front, &back);
-    thin_wall(&mut heap, &front, &back);
-    door_frame(&mut heap, &paint);
-    floor(&mut heap, &mut random);
-    skirting(&mut heap, &paint);
-    scene.stand_together("rooms", heap);
+    shell(&mut model, &front, &back);
+    thin_wall(&mut model, &front, &back);
+    door_frame(&mut model, &paint);
+    floor(&mut model, &mut random);
+    skirting(&mut model, &paint);
+    scene.add_model("rooms", model);
     door(&mut scene, &paint, f64::from(values.real("angle")));
     let walnut = dielectric("walnut", Vec3::new(0.3, 0.17, 0.09), 0.35);
     furnish_front(&mut scene, &mut random, &walnut);
@@ -343,8 +345,8 @@ mod tests {
     use super::*;
     use crate::scene::procedural::generate;
 
-    /// Of 4,000 straight lines from one room to the other, half through the rim of the door: how
-    /// many meet nothing.
+    /// Of 4,000 straight lines from one room to the other, half of them through the edge of the door,
+    /// the number that hit nothing.
     fn open_lines(angle: &str) -> usize {
         let settings = [("angle".to_owned(), angle.to_owned())];
         let scene = generate("two-rooms", &settings).unwrap();
@@ -360,21 +362,21 @@ mod tests {
                     })
                 })
             })
-            // Furniture hides leaks: only what is near the wall counts.
+            // Without furniture, which could hide leaks: only hits near the wall count.
             .filter(|t| t.iter().any(|p| p.z.abs() < 0.1))
             .collect();
         let mut random = Random::new(7);
-        let mut line = |number: u32| {
+        let mut line = |index: u32| {
             let mut at = |x: (f32, f32), y: (f32, f32), z: (f32, f32)| {
                 let mut within = |(low, high)| random.between(low, high);
                 Vec3::new(within(x), within(y), within(z)).as_dvec3()
             };
             let from = at((-2.4, 2.4), (0.1, 2.5), (0.3, 4.9));
-            if number.is_multiple_of(2) {
+            if index.is_multiple_of(2) {
                 return (from, at((-2.4, 2.4), (0.1, 2.5), (BACK, -0.3)) - from);
             }
             let (x, z) = ((HOLE.0, HOLE.1), (-0.045, 0.0));
-            let edge = match number % 8 {
+            let edge = match index % 8 {
                 1 => at((x.0 + 0.02, x.0 + 0.04), (0.0, HOLE_TOP), z),
                 3 => at((x.1 - 0.04, x.1 - 0.02), (0.0, HOLE_TOP), z),
                 5 => at(x, (0.0, 0.01), z),
