@@ -19,7 +19,7 @@ impl Scene {
     /// Checks the scene and repairs what can be repaired without changing its picture.
     ///
     /// An error names what the renderer cannot take: indices out of range, numbers that are not
-    /// finite, parts that do not cover their triangles, material factors outside their range, a
+    /// finite, parts that do not cover their triangles, material factors outside their range, an
     /// invalid camera, keys out of order. Each repair adds a notice: a base colour outside 0…1 is
     /// clamped; triangles without area, flat instances and empty meshes are dropped (which shifts the
     /// indices of later meshes); normals are normalised, missing ones replaced by the geometric
