@@ -18,10 +18,12 @@ pub mod settings;
 pub mod specialisation;
 mod strips;
 pub mod techniques;
+mod tracking;
 pub mod view;
 
 pub use clock::Clock;
 pub use kind::Kind;
-pub use renderer::{Renderer, Tracking};
+pub use renderer::Renderer;
 pub use settings::Settings;
+pub use tracking::Tracking;
 pub use view::View;

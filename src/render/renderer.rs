@@ -9,6 +9,7 @@ use super::outputs::primary_surfaces::PrimarySurfaces;
 use super::scene_bindings::SceneBindings;
 use super::settings::{Integrator, Settings};
 use super::techniques::{PathTracer, Restir};
+use super::tracking::Tracking;
 use super::view::View;
 use crate::gpu::{Device, PassTime};
 use crate::layouts::{
@@ -18,15 +19,6 @@ use crate::scene::Camera;
 use crate::tracing::GpuScene;
 use crate::{Error, Result};
 use std::sync::Arc;
-
-/// What is kept besides the picture, which costs time or memory.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Tracking {
-    /// Rays, lanes and neighbours, for [`Renderer::counts`].
-    pub counts: bool,
-    /// The origins of reservoirs' samples, for [`Renderer::reservoir_aovs`].
-    pub origins: bool,
-}
 
 /// Renders one view of a scene; what each call adds is summed up for each pixel.
 pub struct Renderer {

@@ -172,6 +172,7 @@ fn capitalised(word: &str) -> String {
 #[cfg(headwater)]
 use {
     super::epochs::EpochContents,
+    super::gather::ElementCounts,
     super::geometry::Geometry,
     super::materials::gpu_material,
     super::{Fetch, GeometryAccess, Tracer, Variant},
@@ -205,28 +206,6 @@ impl SceneContents {
             previous_transforms,
         }
     }
-}
-
-/// Numbers of elements of a scene.
-#[cfg(headwater)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct ElementCounts {
-    /// Triangles that are stored: those of a mesh with several instances once.
-    pub triangles: u64,
-    /// Triangles of smooth meshes.
-    pub smooth_triangles: u64,
-    /// Triangles of meshes with several parts or with lights.
-    pub part_triangles: u64,
-    /// Instances that are traced.
-    pub instances: u64,
-    /// Materials.
-    pub materials: u64,
-    /// Emissive triangles in the world.
-    pub lights: u64,
-    /// 2 where something moves, for the current and the previous frame; else 1.
-    pub epochs: u64,
-    /// Instances of the scene, where something moves.
-    pub previous_transforms: u64,
 }
 
 #[cfg(headwater)]

@@ -4,7 +4,6 @@
 //! a ray has to enter each of them. One tree over all their triangles has no such overlap. A mesh with
 //! several instances stays separate, so that it is stored once.
 
-use super::buffers::ElementCounts;
 use crate::scene::{Instance, Mesh, Part, Scene};
 use glam::{DAffine3, DVec3};
 use std::borrow::Cow;
@@ -47,6 +46,27 @@ fn gathered_instances(scene: &Scene) -> Vec<bool> {
         return vec![false; gathered.len()];
     }
     gathered
+}
+
+/// Numbers of elements of a scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ElementCounts {
+    /// Triangles that are stored: those of a mesh with several instances once.
+    pub triangles: u64,
+    /// Triangles of smooth meshes.
+    pub smooth_triangles: u64,
+    /// Triangles of meshes with several parts or with lights.
+    pub part_triangles: u64,
+    /// Instances that are traced.
+    pub instances: u64,
+    /// Materials.
+    pub materials: u64,
+    /// Emissive triangles in the world.
+    pub lights: u64,
+    /// 2 where something moves, for the current and the previous frame; else 1.
+    pub epochs: u64,
+    /// Instances of the scene, where something moves.
+    pub previous_transforms: u64,
 }
 
 impl ElementCounts {

@@ -1,9 +1,9 @@
 //! A scene on the device: what every shader that traces rays or reads surfaces is bound to.
 
-use super::buffers::{ElementCounts, SceneBuffers, SceneContents};
+use super::buffers::{SceneBuffers, SceneContents};
 use super::compute_bvh::{balanced_depth, max_nodes};
 use super::epochs::{EpochContents, MovingScene};
-use super::gather::gather;
+use super::gather::{ElementCounts, gather};
 use super::geometry::Geometry;
 pub use super::pose::gpu_lights;
 use super::pose::{ScenePoser, mean_light_luminance};

@@ -1,6 +1,7 @@
 //! How many bytes a scene takes on a device, known before any tree is built.
 
-use super::buffers::{BUFFERS, BufferBytes, ElementCounts};
+use super::buffers::{BUFFERS, BufferBytes};
+use super::gather::ElementCounts;
 use super::{Fetch, GeometryAccess, Variant};
 use crate::gpu::DeviceInfo;
 use crate::scene::Scene;

@@ -1,0 +1,10 @@
+//! What is kept besides the picture.
+
+/// What is kept besides the picture, which costs time or memory.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tracking {
+    /// Rays, lanes and neighbours, for [`Renderer::counts`](super::Renderer::counts).
+    pub counts: bool,
+    /// The origins of reservoirs' samples, for [`Renderer::reservoir_aovs`](super::Renderer::reservoir_aovs).
+    pub origins: bool,
+}
