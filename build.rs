@@ -1,4 +1,4 @@
-//! Compiles every shader of the table to SPIR-V and embeds the GLSL sources' compiled form.
+//! Compiles every pass in every variant to SPIR-V and embeds it, with the GLSL sources.
 
 #![allow(dead_code)]
 // The crate's own parts of shared files are marked `cfg(headwater)`.
@@ -25,8 +25,8 @@ mod tracing {
 mod choices;
 #[path = "src/layouts.rs"]
 mod layouts;
-#[path = "src/shaders.rs"]
-mod shaders;
+#[path = "src/shader_variants.rs"]
+mod shader_variants;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("cargo:rustc-cfg=headwater");
@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "src/gpu/compiler.rs",
         "src/layouts.rs",
         "src/render/specialisation.rs",
-        "src/shaders.rs",
+        "src/shader_variants.rs",
         "src/tracing/buffers.rs",
     ] {
         println!("cargo:rerun-if-changed={path}");
@@ -57,7 +57,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .iter()
         .filter_map(|file| file.strip_prefix("passes/")?.strip_suffix(".comp"));
     for pass in passes {
-        for variant in shaders::Variant::all() {
+        for variant in shader_variants::Variant::all() {
             let key = variant.key(pass);
             let file = format!("passes/{pass}.comp");
             let source = &sources[&file];

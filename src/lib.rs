@@ -16,7 +16,7 @@ mod nearest;
 mod random;
 pub mod render;
 pub mod scene;
-pub mod shaders;
+pub mod shader_variants;
 pub mod study;
 pub mod tracing;
 

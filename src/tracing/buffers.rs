@@ -12,7 +12,7 @@ pub struct Access {
     pub name: &'static str,
     /// The GLSL type of an element.
     pub glsl: &'static str,
-    /// Whether shader variants with [`Fetch::Texels`](crate::shaders::Fetch) read it as texels of four
+    /// Whether shader variants with [`Fetch::Texels`](crate::shader_variants::Fetch) read it as texels of four
     /// words.
     pub texels: bool,
 }

@@ -14,7 +14,7 @@ pub mod selection;
 pub mod shaders;
 pub mod sizes;
 
-pub use crate::shaders::{Fetch, GeometryAccess, Tracer, Variant};
+pub use crate::shader_variants::{Fetch, GeometryAccess, Tracer, Variant};
 pub use materials::gpu_material;
 pub use scene::GpuScene;
 pub use sizes::SceneSizes;

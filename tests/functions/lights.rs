@@ -2,7 +2,7 @@
 
 use crate::{Function, number, vector};
 use glam::DVec3;
-use headwater::layouts::GpuLight;
+use headwater::layouts::{GpuLight, RestirConstants, ReuseConstants};
 use headwater::metrics::statistics::{chi_square_p_value, holm};
 use headwater::scene::procedural;
 
@@ -82,4 +82,53 @@ fn points_lie_evenly_on_their_triangle() {
         p_values.push(chi_square_p_value(&observed, &vec![each; SIDE * SIDE]));
     }
     assert!(holm(&p_values).iter().all(|p| *p > 1e-4), "{p_values:?}");
+}
+
+/// Each candidate source draws lights as often as its density says, and covers all of them: χ², and Σ 1/(p N) = 1
+/// over the draws.
+#[test]
+fn candidate_sources_draw_by_their_density() {
+    const COUNT: u32 = 1 << 18;
+    let scene = procedural::generate("night-city", &[]).unwrap();
+    let lights = headwater::tracing::scene::gpu_lights(&scene, DVec3::ZERO);
+    for uniform_candidates in [0, 1] {
+        let function = Function {
+            includes: &["lights/sources.glsl"],
+            body: "Random random = random_start(a.x, 1u, 2u);
+                LightSample s = draw_light_sample(random_bits(random));
+                x = uvec4(s.light, floatBitsToUint(light_sample_pdf_area(s.light)), 0u, 0u);",
+            lights: &lights,
+            restir: RestirConstants {
+                reuse: ReuseConstants {
+                    uniform_candidates,
+                    ..ReuseConstants::default()
+                },
+                ..RestirConstants::default()
+            },
+            ..Function::default()
+        };
+        let inputs: Vec<[u32; 8]> = (0..COUNT).map(|i| [i, 0, 0, 0, 0, 0, 0, 0]).collect();
+        let probability = |light: &GpuLight| match uniform_candidates {
+            0 => f64::from(light.probability),
+            _ => 1.0 / lights.len() as f64,
+        };
+        let mut observed = vec![0_u64; lights.len()];
+        let mut inverse = 0.0;
+        for output in function.run(&inputs) {
+            let light = &lights[output[0] as usize];
+            let selected = number(output[1]) * f64::from(light.area);
+            assert!((selected / probability(light) - 1.0).abs() < 1e-5);
+            observed[output[0] as usize] += 1;
+            inverse += 1.0 / (selected * lights.len() as f64);
+        }
+        let expected: Vec<f64> = (lights.iter())
+            .map(|light| probability(light) * f64::from(COUNT))
+            .collect();
+        let p = chi_square_p_value(&observed, &expected);
+        assert!(p > 1e-4, "{p}");
+        // 1/(p N) is at most ten, by the uniform share of the selection by power.
+        let mean = inverse / f64::from(COUNT);
+        let limit = 5.0 * 3.0 / f64::from(COUNT).sqrt();
+        assert!((mean - 1.0).abs() < limit, "{mean}");
+    }
 }

@@ -11,7 +11,7 @@ mod support;
 mod surfaces;
 
 use headwater::gpu::{Buffer, ComputePass, Recording, Resource, Usage, compiler};
-use headwater::layouts::{GpuLight, GpuMaterial};
+use headwater::layouts::{GpuLight, GpuMaterial, RestirConstants};
 use headwater::render::energy::albedo_table;
 use headwater::tracing::buffers::SceneTable;
 use headwater::tracing::shaders::sources;
@@ -34,6 +34,7 @@ pub struct Tables {
     lights: Buffer,
     counters: Buffer,
     scene: Buffer,
+    restir: Buffer,
 }
 
 impl Tables {
@@ -44,6 +45,7 @@ impl Tables {
             ("lights", Resource::Read(&self.lights)),
             ("counters", Resource::Write(&self.counters)),
             ("scene", Resource::Uniform(&self.scene)),
+            ("restir", Resource::Uniform(&self.restir)),
         ]
     }
 }
@@ -59,6 +61,8 @@ pub struct Function<'a> {
     pub materials: &'a [GpuMaterial],
     /// What `lights` holds.
     pub lights: &'a [GpuLight],
+    /// What `restir` holds.
+    pub restir: RestirConstants,
     /// Declarations before the function, after the includes.
     pub globals: &'a str,
     /// A file, a text in it, and what is planted in its place.
@@ -126,6 +130,7 @@ impl Function<'_> {
             lights: buffer("lights", bytemuck::cast_slice(self.lights)),
             counters: buffer("counters", &[0; 64]),
             scene: Buffer::from_slice(&device, "scene", &[table], uniform).unwrap(),
+            restir: Buffer::from_slice(&device, "restir", &[self.restir], uniform).unwrap(),
         };
         let inputs_buffer = buffer("inputs", bytemuck::cast_slice(inputs));
         let outputs = buffer("outputs", &vec![0; inputs.len() * 32]);

@@ -217,7 +217,19 @@ mod tests {
     #[test]
     fn every_setting_has_a_doc_and_values() {
         for setting in Settings::default().describe().unwrap() {
-            assert!(setting.doc.len() > 10, "{}", setting.key);
+            // A sentence that says more than the key.
+            assert!(
+                setting.doc.ends_with('.'),
+                "{}: {}",
+                setting.key,
+                setting.doc
+            );
+            assert!(
+                setting.doc.split(' ').count() >= 4,
+                "{}: {}",
+                setting.key,
+                setting.doc
+            );
             assert!(!setting.values.is_empty(), "{}", setting.key);
         }
     }
