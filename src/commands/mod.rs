@@ -164,18 +164,18 @@ pub fn check_messages(messages: &[String]) -> Result<()> {
     }
 }
 
-/// Lets a scene stand still where the clock does, and says if there is nothing for the clock to move;
-/// `whose` begins that line.
+/// Freezes the scene if the clock is stopped, and says if there is nothing for the clock to move; `whose`
+/// begins that line.
 ///
 /// # Errors
-/// Those of [`Clock::settle`].
-pub fn settle(clock: &Clock, scene: &mut Scene, whose: &str) -> Result<()> {
+/// Those of [`Clock::freeze_if_stopped`].
+pub fn apply_clock(clock: &Clock, scene: &mut Scene, whose: &str) -> Result<()> {
     if scene.motion.is_none() && (clock.fps.is_some() || clock.start_time != 0.0) {
         notice(&format!(
             "{whose}nothing in the scene moves, so it is the same at all times"
         ));
     }
-    clock.settle(scene)
+    clock.freeze_if_stopped(scene)
 }
 
 /// One line for the user about something assumed or ignored.

@@ -2,7 +2,7 @@
 
 use super::arguments::{Aov, SceneArgs};
 use super::interrupt::Interrupt;
-use super::{NOTHING_WRITTEN, check_messages, notice, open_scene, open_vulkan, settle};
+use super::{NOTHING_WRITTEN, apply_clock, check_messages, notice, open_scene, open_vulkan};
 use crate::gpu::{Device, Instance, PassTime};
 use crate::image::{Image, Samples};
 use crate::layouts::{MOST_RADIANCE, PixelSums, ReservoirAov};
@@ -69,7 +69,7 @@ impl Session {
         }
         let moves = scene.motion.is_some();
         let scene_hash = scene.content_hash();
-        settle(&clock, &mut scene, "")?;
+        apply_clock(&clock, &mut scene, "")?;
         let (camera, followed) = match own_camera {
             Some(camera) => (camera, None),
             None => choose_camera(&scene, args.camera.as_deref(), clock.start_time)?,

@@ -3,7 +3,7 @@
 use super::arguments::{parse_look_at, size_for};
 use super::interrupt::Interrupt;
 use super::progress::Progress;
-use super::{check_messages, notice, open_scene, open_vulkan, print, settle};
+use super::{apply_clock, check_messages, notice, open_scene, open_vulkan, print};
 use crate::files::write_atomically;
 use crate::gpu::Device;
 use crate::render::View;
@@ -99,7 +99,7 @@ pub fn run(args: &Args) -> Result<()> {
         let name = &planned.name;
         let mut scene = open_scene(name, &watcher.interrupt)?;
         let clock = plan.clock();
-        settle(&clock, &mut scene, &format!("{name}: "))?;
+        apply_clock(&clock, &mut scene, &format!("{name}: "))?;
         let selection = selection::select(&info, args.tracer, &SceneSizes::of(&scene))?;
         let device = Device::open(&instance, info.clone(), selection.features())?;
         let (camera, moving) = camera(planned, &scene, clock.start_time)?;

@@ -209,7 +209,7 @@ pub(super) mod samples {
 
     /// A reference of six blocks in a row, each of luminance 1.
     pub fn reference() -> Reference {
-        let side = crate::study::run::BLOCK;
+        let side = crate::study::reference::BLOCK;
         Reference {
             width: (BLOCKS * side) as u32,
             mean: vec![[1.0; 3]; BLOCKS * side * side],
@@ -227,7 +227,7 @@ pub(super) mod samples {
                 Estimate::of(&of.iter().map(|run| run.blocks[b]).collect::<Vec<f64>>())
             })
             .collect();
-        let side = crate::study::run::BLOCK;
+        let side = crate::study::reference::BLOCK;
         let mut noisy = reference();
         for (i, (mean, error)) in noisy.mean.iter_mut().zip(&mut noisy.error).enumerate() {
             let block = &blocks[i % (BLOCKS * side) / side];

@@ -1,6 +1,5 @@
 //! References: made once, kept under a name that is the hash of what they show.
 
-use super::run::BLOCK;
 use crate::gpu::Device;
 use crate::image::Image;
 use crate::metrics::statistics::Estimate;
@@ -10,6 +9,8 @@ use crate::{Error, Result};
 use std::path::Path;
 use std::sync::Arc;
 
+/// Pixels of a block's side.
+pub const BLOCK: usize = 8;
 /// Seed of references: far from those of runs.
 const SEED: u32 = 0x5EED_0000;
 /// Samples between looks at the clock of whoever waits.

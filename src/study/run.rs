@@ -10,9 +10,6 @@ use crate::render::counters::Counts;
 use crate::scene::MovingCamera;
 use serde::{Deserialize, Serialize};
 
-/// Pixels of a block's side.
-pub const BLOCK: usize = 8;
-
 /// What passes take, by their names, in their order.
 pub type Milliseconds = Vec<(String, f64)>;
 

@@ -2,7 +2,7 @@
 
 use super::parameters::{Parameter, Range, Values};
 use super::shapes::{Builder, Heap, Random, Shape, dielectric, lamp, metal};
-use super::tumble::{Body, settle};
+use super::tumble::{Body, simulate_fall};
 use super::turned::Profile;
 use crate::scene::{Material, Scene};
 use glam::{DVec3, Mat3, Vec3, vec2, vec3};
@@ -295,7 +295,7 @@ pub(super) fn make(values: &Values) -> Scene {
     let lamps_within = (values.whole("lamps") as u32).min(things);
     let toys = heap_of(&mut random, things, lamps_within);
     let (toys, mut bodies): (Vec<_>, Vec<_>) = toys.into_iter().unzip();
-    settle(&mut bodies, 4.5);
+    simulate_fall(&mut bodies, 4.5);
     let mut heap = Heap::default();
     room(&mut heap);
     lamps(&mut heap);
