@@ -12,6 +12,7 @@ pub mod image;
 pub mod layouts;
 pub mod metrics;
 mod nearest;
+pub mod progress;
 pub mod render;
 pub mod scene;
 pub mod shaders;

@@ -69,7 +69,10 @@ pub fn run(args: &Args) -> Result<()> {
     let mut saved = Instant::now();
     let mut in_file = done;
     let known = (limit < u32::MAX).then_some(u64::from(limit));
-    let progress = Progress::new(known, "samples a pixel");
+    let mut progress = Progress::new(known, "samples a pixel");
+    if args.time.is_some() || args.target_error.is_some() {
+        progress = progress.that_may_end_sooner();
+    }
     while done < limit {
         if interrupt.pending().is_some() {
             if done > in_file {

@@ -3,6 +3,7 @@
 use crate::gpu::Device;
 use crate::image::Image;
 use crate::metrics::statistics::Estimate;
+use crate::progress::Watch;
 use crate::render::{Renderer, Settings, View};
 use crate::tracing::GpuScene;
 use crate::{Error, Result};
@@ -62,12 +63,12 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// Reads the reference from `path`, or makes it and keeps it there. `watch` hears how many
-    /// samples are done, and can end the work.
+    /// Reads the reference from `path`, or makes it and keeps it there. `watch` hears which
+    /// share of it is made, and can end the work.
     ///
     /// # Errors
     /// The device or the disk fails, the file is not a reference of this view, or `watch` ends it.
-    pub fn obtain(path: &Path, shot: &Shot, watch: &dyn Fn(u32) -> Result<()>) -> Result<Self> {
+    pub fn obtain(path: &Path, shot: &Shot, watch: &mut Watch) -> Result<Self> {
         let (view, samples) = (&shot.view, shot.samples);
         let mut renderer = shot.renderer(0)?;
         renderer.add_samples(0, 1)?;
@@ -81,8 +82,9 @@ impl Reference {
         } else {
             let mut renderer = shot.renderer(view.bounces)?;
             for first in (0..samples).step_by(AT_ONCE as usize) {
-                renderer.add_samples(first, AT_ONCE.min(samples - first))?;
-                watch(first + AT_ONCE.min(samples - first))?;
+                let count = AT_ONCE.min(samples - first);
+                renderer.add_samples(first, count)?;
+                watch(f64::from(first + count) / f64::from(samples))?;
             }
             if renderer.rejected()? > 0 {
                 return Err(Error::failed(format!(
