@@ -1,6 +1,7 @@
 //! The command line's contract: exit statuses, one-line errors, no half-written files, equal bits.
 
 mod reference;
+mod signals;
 mod study;
 #[path = "../support/mod.rs"]
 mod support;
