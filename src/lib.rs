@@ -17,6 +17,7 @@ pub mod render;
 pub mod scene;
 pub mod shaders;
 pub mod study;
+pub mod toml_text;
 pub mod tracing;
 
 pub use error::{Error, Result};

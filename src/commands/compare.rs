@@ -1,5 +1,6 @@
 //! `compare`: one picture against a reference, with checks.
 
+use super::arguments::check_distinct;
 use super::print;
 use crate::image::{Format, Image, check_output, png};
 use crate::metrics::error::Errors;
@@ -150,6 +151,12 @@ fn check(args: &Args) -> Result<()> {
     }
     if let Some(path) = &args.diff {
         check_output(path)?;
+        let files = [
+            ("--diff", path),
+            ("the picture", &args.picture),
+            ("the reference", &args.reference),
+        ];
+        check_distinct(&files.map(|(what, path)| (what, path.as_path())), 1)?;
     }
     Ok(())
 }

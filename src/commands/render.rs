@@ -1,7 +1,8 @@
 //! `render`: the real-time pipeline for a number of frames.
 
 use super::NOTHING_WRITTEN;
-use super::arguments::{SceneArgs, check_outputs};
+use super::arguments::SceneArgs;
+use super::ignored;
 use super::interrupt::Interrupt;
 use super::session::Session;
 use crate::files::write_atomically;
@@ -18,7 +19,7 @@ pub struct Args {
     #[arg(short, long, value_name = "FILE", required = true)]
     output: Vec<PathBuf>,
     /// Number of frames; they count from 0
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     frames: u32,
     /// Write the mean of all frames instead of the last
     #[arg(long)]
@@ -39,9 +40,11 @@ pub fn run(args: &Args) -> Result<()> {
             "--frames 0 renders nothing; frames begin at 1",
         ));
     }
-    let settings = args.scene.settings()?;
+    let (settings, changed) = args.scene.settings()?;
     let clock = args.scene.clock(args.fps)?;
-    check_outputs(&args.output, args.scene.report.as_deref())?;
+    args.scene.check_outputs(&args.output)?;
+    ignored::tell_of_scene(&args.scene, &args.output);
+    ignored::tell_of_render(&changed, &settings, args.scene.bounces);
     let interrupt = Interrupt::watch()?;
     let mut session = Session::open(&args.scene, settings, clock, &interrupt)?;
     // Without --accumulate only the last frame is shown; those before it are made where it needs

@@ -7,7 +7,6 @@ use crate::gpu::{Device, Instance, PassTime};
 use crate::image::{Image, Samples};
 use crate::layouts::{MOST_RADIANCE, PixelSums, ReservoirAov};
 use crate::render::frame::Tracking;
-use crate::render::settings::{Heuristic, IndirectMode, Integrator, Visibility};
 use crate::render::{Clock, Kind, Renderer, Settings, View};
 use crate::scene::camera::framing_camera;
 use crate::scene::{Camera, MovingCamera, Scene};
@@ -78,7 +77,6 @@ impl Session {
         if scene.emissive_triangle_count() == 0 {
             notice("the scene has no light, so the picture is black");
         }
-        tell_what_is_left_out(&settings, args.bounces);
         let instance = open_vulkan()?;
         let (info, reason) = instance.choose(args.device.as_deref())?;
         log::info!("device {}: {reason}", info.name);
@@ -363,24 +361,6 @@ fn check_aovs(aovs: &[Aov], settings: &Settings, bounces: u32) -> Result<()> {
         }
     }
     Ok(())
-}
-
-/// Says what the settings leave out of the picture or of the work.
-fn tell_what_is_left_out(settings: &Settings, bounces: u32) {
-    if settings.integrator != Integrator::Restir {
-        return;
-    }
-    if settings.heuristic == Heuristic::Power {
-        notice(
-            "heuristic=power is for integrator=path-tracing; candidates share light by the balance heuristic",
-        );
-    }
-    if bounces > 1 && settings.indirect.mode == IndirectMode::Off {
-        notice("indirect.mode=off gives direct light only, as with --bounces 1");
-    }
-    if settings.direct.visibility == Visibility::Final && settings.direct.bsdf_samples > 0 {
-        notice("direct.visibility=final takes light candidates only, so no BSDF samples are drawn");
-    }
 }
 
 /// The camera that `wanted` names, as it is at a time; without it the first; without any one that

@@ -34,7 +34,7 @@ pub struct Args {
     #[arg(long, value_name = "NAME|FILE.toml", default_value = "bias-matrix")]
     plan: String,
     /// Scattering events at most, instead of the plan's
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     bounces: Option<u32>,
     /// A fourth of the seeds and of the references' samples: a first look, no proof
     #[arg(long)]

@@ -8,6 +8,7 @@ mod resampling;
 pub use direct::Direct;
 pub use indirect::{Indirect, IndirectMode, Secondary, Shift};
 pub use keys::Description;
+pub(crate) use keys::flatten;
 pub use resampling::{
     Candidates, Mis, Resampling, Reuse, Search, Similar, Spatial, Temporal, Visibility,
 };

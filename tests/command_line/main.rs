@@ -1,5 +1,6 @@
 //! The command line's contract: exit statuses, one-line errors, no half-written files, equal bits.
 
+mod arguments;
 mod reference;
 mod signals;
 mod study;

@@ -156,7 +156,8 @@ fn in_range(pointer: &str, value: &Value) -> Result<bool> {
     }))
 }
 
-fn flatten(prefix: &str, value: &Value, out: &mut Vec<(String, Value)>) {
+/// The values of a tree by their dotted keys.
+pub(crate) fn flatten(prefix: &str, value: &Value, out: &mut Vec<(String, Value)>) {
     match value {
         Value::Object(map) => {
             for (key, value) in map {
