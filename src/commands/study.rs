@@ -9,6 +9,7 @@ use crate::gpu::Device;
 use crate::render::View;
 use crate::scene::camera::framing_camera;
 use crate::scene::{Camera, MovingCamera, Scene, check_name, open_watched};
+use crate::study::folder::Folder;
 use crate::study::forecast::Forecast;
 use crate::study::plan::{Expect, Plan, Resolved};
 use crate::study::planned_scene::PlannedScene;
@@ -51,7 +52,7 @@ pub struct Args {
 ///
 /// # Errors
 /// Wrong arguments or a wrong plan, a device or disk that fails, a signal, or a configuration that
-/// should be unbiased and is not shown to be.
+/// should be unbiased and is not.
 pub fn run(args: &Args) -> Result<()> {
     let mut plan = Plan::open(&args.plan)?;
     plan.bounces = args.bounces.unwrap_or(plan.bounces);
@@ -80,11 +81,10 @@ pub fn run(args: &Args) -> Result<()> {
     if args.quick {
         plan.quicken();
     }
-    std::fs::create_dir_all(args.output.join("references"))
-        .map_err(|e| Error::writing(&args.output, e))?;
     let instance = open_vulkan()?;
     let (info, _) = instance.choose(args.device.as_deref())?;
-    let mut store = Store::open(&args.output.join("runs.jsonl"))?;
+    let folder = Folder::open(&args.output)?;
+    let mut store = Store::open(&folder.runs())?;
     let interrupt = Interrupt::watch()?;
     let kept = format!(
         "{} keeps the finished runs; the same command goes on",
@@ -117,7 +117,7 @@ pub fn run(args: &Args) -> Result<()> {
             bounces: plan.bounces,
             jitter: false,
         };
-        let references = args.output.join("references");
+        let references = folder.references();
         Subject::new(
             name,
             &scene,
@@ -136,7 +136,7 @@ pub fn run(args: &Args) -> Result<()> {
     // scenes before. A first look proves nothing in any case, nor does a scene without a claim.
     for planned in plan.scenes.iter().filter(|_| !args.quick) {
         let mut claims = own(planned);
-        claims.retain(|c| c.expect != Expect::Biased);
+        claims.retain(|c| c.expect == Expect::Unbiased);
         if !claims.is_empty() {
             let subject = subject(planned)?;
             Work::new(
@@ -204,8 +204,25 @@ fn camera(
     Ok((moving.at(time)?, Some(moving)))
 }
 
-/// An error if any row is not what it should be.
+/// An error if any row is not what it should be, and a line if any is undecided.
 fn verdict(rows: &[Row]) -> Result<()> {
+    let open: Vec<String> = (rows.iter())
+        .filter_map(|row| {
+            let question = row.open_question()?;
+            Some(format!(
+                "{} on {} ({question})",
+                row.configuration, row.scene
+            ))
+        })
+        .collect();
+    if !open.is_empty() {
+        notice(&format!(
+            "{} of {} rows are undecided: {}",
+            open.len(),
+            rows.len(),
+            open.join(", ")
+        ));
+    }
     let failed: Vec<String> = (rows.iter())
         .filter_map(|row| {
             let complaint = row.complaint()?;

@@ -3,6 +3,7 @@
 use super::planned_scene::PlannedScene;
 use crate::nearest::nearest;
 use crate::render::presets::Preset;
+use crate::render::settings::Integrator;
 use crate::render::{Clock, Settings};
 use crate::toml_text::{Step, TomlText};
 use crate::{Error, Result};
@@ -74,14 +75,24 @@ fn default_spp() -> u32 {
 }
 
 /// Whether a configuration should be found biased.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Expect {
-    /// It should pass the bias check, or the study fails.
-    #[default]
+    /// It has no bias: the study fails if the bias check finds one, and renders more seeds where that takes them.
     Unbiased,
-    /// Its bias is a number to know.
+    /// Its bias is known to be there; the check says how large it is.
     Biased,
+    /// Nothing is claimed.
+    Any,
+}
+
+impl Expect {
+    fn or_default(given: Option<Self>, settings: &Settings) -> Self {
+        given.unwrap_or(match settings.integrator {
+            Integrator::PathTracing => Self::Any,
+            Integrator::Restir => Self::Unbiased,
+        })
+    }
 }
 
 /// One configuration.
@@ -101,9 +112,10 @@ pub struct Configuration {
     /// Names of the plan's scenes that it is rendered on; without, all.
     #[serde(default)]
     pub scenes: Vec<String>,
-    /// What the bias check should find.
+    /// What the bias check should find; by default `unbiased`, and `any` for path tracing, which makes the
+    /// references themselves.
     #[serde(default)]
-    pub expect: Expect,
+    pub expect: Option<Expect>,
 }
 
 /// Configurations for every combination of some settings' values.
@@ -120,9 +132,10 @@ pub struct Sweep {
     /// Names of the plan's scenes that they are rendered on; without, all.
     #[serde(default)]
     pub scenes: Vec<String>,
-    /// What the bias check should find.
+    /// What the bias check should find; by default `unbiased`, and `any` for path tracing, which makes the
+    /// references themselves.
     #[serde(default)]
-    pub expect: Expect,
+    pub expect: Option<Expect>,
 }
 
 /// A configuration with its settings resolved.
@@ -275,13 +288,13 @@ impl Plan {
             let settings = self.settings(&path, &c.preset, &[("set", &c.set)])?;
             all.push(Resolved {
                 name: c.name.clone(),
+                expect: Expect::or_default(c.expect, &settings),
                 settings,
                 frames: self.frames,
                 clock: self.clock(),
                 accumulate: c.accumulate,
                 count: self.count,
                 scenes: c.scenes.clone(),
-                expect: c.expect,
             });
         }
         for (index, sweep) in self.sweeps.iter().enumerate() {
@@ -298,13 +311,13 @@ impl Plan {
                 )?;
                 all.push(Resolved {
                     name,
+                    expect: Expect::or_default(sweep.expect, &settings),
                     settings,
                     frames: self.frames,
                     clock: self.clock(),
                     accumulate: false,
                     count: self.count,
                     scenes: sweep.scenes.clone(),
-                    expect: sweep.expect,
                 });
             }
         }
@@ -422,6 +435,21 @@ mod tests {
         assert_eq!(all.len(), 7);
         assert_eq!(all[6].name, "pairwise/3");
         assert_eq!(all[6].settings.direct.spatial.neighbours, 3);
+    }
+
+    #[test]
+    fn only_what_resamples_is_claimed_to_be_unbiased_without_a_word() {
+        let expected = |more: &str| {
+            let text = TEXT.replace("\"one\"\n", &format!("\"one\"\n{more}\n"));
+            let all = Plan::parse("plan", &text).unwrap().resolve().unwrap();
+            all[0].expect
+        };
+        assert_eq!(expected(""), Expect::Unbiased);
+        assert_eq!(expected("expect = \"any\""), Expect::Any);
+        let path_tracing = "set = { integrator = \"path-tracing\" }";
+        assert_eq!(expected(path_tracing), Expect::Any);
+        let claimed = format!("{path_tracing}\nexpect = \"unbiased\"");
+        assert_eq!(expected(&claimed), Expect::Unbiased);
     }
 
     #[test]

@@ -9,6 +9,7 @@ use crate::render::Renderer;
 use crate::render::counters::Counts;
 use crate::scene::MovingCamera;
 use serde::{Deserialize, Serialize};
+use std::time::Instant;
 
 /// What passes take, by their names, in their order.
 pub type Milliseconds = Vec<(String, f64)>;
@@ -49,6 +50,9 @@ pub struct Run {
     pub bytes_per_pixel: f64,
     /// Values refused.
     pub rejected: u32,
+    /// What the run took in all, measuring included; 0 where it was not noted.
+    #[serde(default)]
+    pub seconds: f64,
 }
 
 impl Run {
@@ -70,6 +74,7 @@ pub fn measure(
     references: &References,
     camera: Option<&MovingCamera>,
 ) -> Result<Run> {
+    let began = Instant::now();
     renderer.restart(seed)?;
     let mut run = Run {
         configuration: configuration.name.clone(),
@@ -130,6 +135,7 @@ pub fn measure(
     }
     run.milliseconds = medians(&times[usize::from(times.len() > 1)..]);
     run.rejected = renderer.rejected()?;
+    run.seconds = began.elapsed().as_secs_f64();
     Ok(run)
 }
 

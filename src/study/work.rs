@@ -143,7 +143,7 @@ impl<'a> Work<'a> {
         let bias = self.bias(configuration, seeds)?;
         let blocks_p_value = match configuration.expect {
             Expect::Unbiased => self.blocks_p_value(configuration)?,
-            Expect::Biased => 1.0,
+            Expect::Biased | Expect::Any => 1.0,
         };
         let references = self.references(configuration)?;
         let runs = self.store.of(&key, 0..seeds);
