@@ -9,6 +9,7 @@ pub mod error;
 pub mod files;
 pub mod gpu;
 pub mod image;
+mod json;
 pub mod layouts;
 pub mod metrics;
 mod nearest;

@@ -43,6 +43,9 @@ pub struct Session {
     /// The camera, where it moves while the clock runs.
     camera: Option<MovingCamera>,
     rejected: u32,
+    /// What each pass took when it ran for the first time.
+    first_runs: Vec<PassTime>,
+    /// What passes took in the last submission, but for first runs.
     times: Vec<PassTime>,
     opened: Instant,
     samples_a_submission: u32,
@@ -119,6 +122,7 @@ impl Session {
             clock: moves.then_some(clock),
             camera: followed.map(|index| MovingCamera::of(&scene, index)),
             rejected: 0,
+            first_runs: Vec::new(),
             times: Vec::new(),
             opened,
             samples_a_submission: 1,
@@ -141,7 +145,16 @@ impl Session {
     /// The device fails, or the scene cannot be rendered at that frame's time.
     pub fn skip_frame(&mut self, number: u32) -> Result<()> {
         self.set_clock(number)?;
-        self.renderer.skip_frame(number)
+        let times = self.renderer.skip_frame(number)?;
+        self.keep_times(times);
+        Ok(())
+    }
+
+    /// Keeps what a submission took; first runs, which may hold compilation, by themselves.
+    fn keep_times(&mut self, times: Vec<PassTime>) {
+        let (first, rest) = times.into_iter().partition(|time| time.first_run);
+        PassTime::add(&mut self.first_runs, first);
+        self.times = rest;
     }
 
     /// Shows the time of a frame; whether every frame has its own.
@@ -181,7 +194,7 @@ impl Session {
         let added = self
             .renderer
             .add_samples_watched(first, samples, &mut watch);
-        self.times = added?;
+        self.keep_times(added?);
         let each = start.elapsed().as_secs_f64() / f64::from(samples);
         // The first submission holds the shader's compilation; growth is bounded for its sake.
         let fitting = (SUBMISSION.as_secs_f64() / each.max(1e-9)) as u32;
@@ -306,7 +319,7 @@ impl Session {
         check_messages(&instance.validation_messages())
     }
 
-    /// What was done, for `--report`.
+    /// What was done, for `--report`; version 2 since first runs stand apart from `last_submission`.
     ///
     /// # Errors
     /// Never with finite settings.
@@ -319,7 +332,7 @@ impl Session {
             .map(|(name, bytes)| (name.to_owned(), json!(bytes)))
             .collect();
         Ok(json!({
-            "version": 1,
+            "version": 2,
             "scene": self.scene_hash,
             "settings": self.settings.to_value()?,
             "device": info.name,
@@ -337,6 +350,7 @@ impl Session {
             "samples": samples,
             "rejected_values": self.rejected,
             "seconds": self.opened.elapsed().as_secs_f64(),
+            "first_runs": self.first_runs,
             "last_submission": self.times,
             "scene_bytes": memory,
         }))

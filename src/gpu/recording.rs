@@ -20,14 +20,20 @@ pub struct PassTime {
     pub name: String,
     /// Milliseconds between its first and last timestamp.
     pub milliseconds: f64,
+    /// Whether the pass ran for the first time, in which some drivers compile it.
+    #[serde(skip)]
+    pub first_run: bool,
 }
 
 impl PassTime {
-    /// Adds times to those of passes of the same name.
+    /// Adds times to those of passes of the same name; one that holds a first run is one.
     pub fn add(total: &mut Vec<Self>, times: Vec<Self>) {
         for time in times {
             match total.iter_mut().find(|t| t.name == time.name) {
-                Some(same) => same.milliseconds += time.milliseconds,
+                Some(same) => {
+                    same.milliseconds += time.milliseconds;
+                    same.first_run |= time.first_run;
+                }
                 None => total.push(time),
             }
         }
@@ -43,7 +49,8 @@ pub struct Recording<'a> {
     fence: vk::Fence,
     queries: vk::QueryPool,
     descriptors: Vec<vk::DescriptorPool>,
-    passes: Vec<String>,
+    /// The passes' names, and whether each runs for the first time.
+    passes: Vec<(String, bool)>,
     resources: PhantomData<&'a ()>,
 }
 
@@ -121,6 +128,9 @@ impl<'a> Recording<'a> {
         let set = self.descriptor_set(pass, &resources)?;
         self.barrier();
         self.begin(pass.name());
+        if let Some((_, first_run)) = self.passes.last_mut() {
+            *first_run = pass.is_first_run();
+        }
         let raw = &self.device.raw;
         // SAFETY: pipeline, layout and set belong together; the resources live as long as 'a.
         unsafe {
@@ -205,9 +215,10 @@ impl<'a> Recording<'a> {
             .passes
             .iter()
             .zip(ticks.chunks_exact(2))
-            .map(|(name, pair)| PassTime {
+            .map(|((name, first_run), pair)| PassTime {
                 name: name.clone(),
                 milliseconds: pair[1].wrapping_sub(pair[0]) as f64 * period * 1e-6,
+                first_run: *first_run,
             })
             .collect())
     }
@@ -241,7 +252,7 @@ impl<'a> Recording<'a> {
             unsafe { debug.cmd_begin_debug_utils_label(self.commands, &label) };
         }
         self.timestamp(0);
-        self.passes.push(name.to_owned());
+        self.passes.push((name.to_owned(), false));
     }
 
     /// Closes the region that `begin` opened.

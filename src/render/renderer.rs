@@ -190,11 +190,11 @@ impl Renderer {
     ///
     /// # Errors
     /// The device fails.
-    pub fn skip_frame(&mut self, number: u32) -> Result<()> {
+    pub fn skip_frame(&mut self, number: u32) -> Result<Vec<PassTime>> {
         let camera = self.begin()?;
         match &mut self.technique {
-            Technique::PathTracing(_) => Ok(()),
-            Technique::Resampling(frame) => frame.render(number, camera).map(drop),
+            Technique::PathTracing(_) => Ok(Vec::new()),
+            Technique::Resampling(frame) => frame.render(number, camera),
         }
     }
 

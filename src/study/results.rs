@@ -4,9 +4,10 @@ use super::bias::{Bias, Confirmation, LEVEL, WIDEST};
 use super::block_bias::BlockBias;
 use super::plan::{Expect, Resolved};
 use super::run::{Milliseconds, Run, medians};
+use crate::Result;
+use crate::json::value_of;
 use crate::metrics::statistics::holm;
 use crate::render::counters::Counts;
-use crate::{Error, Result};
 use serde::Serialize;
 use serde_json::Value;
 use std::fmt::Write as _;
@@ -30,8 +31,11 @@ pub struct Row {
     pub relmse: Vec<f64>,
     /// Likewise, of errors with those of the frame before.
     pub correlation: Vec<f64>,
-    /// Median over seeds of what passes take, the median over frames each.
+    /// Median over seeds of what passes take, the median over frames each; first runs are left out.
     pub milliseconds: Milliseconds,
+    /// What passes took that ran for the first time, in which some drivers compile them; empty where all runs are
+    /// of an earlier study that was stopped.
+    pub first_runs: Milliseconds,
     /// What the passes of the last frame count where the first run is repeated, if the plan asks for it.
     pub counts: Vec<Counts>,
     /// Bytes on the device that resampling keeps for each pixel.
@@ -124,6 +128,7 @@ impl Row {
             relmse: mean(|r| &r.relmse),
             correlation: mean(|r| &r.correlation),
             milliseconds: medians(runs.iter().map(|run| &run.milliseconds)),
+            first_runs: first_runs(runs),
             counts: Vec::new(),
             bytes_per_pixel: runs.first().map_or(0.0, |r| r.bytes_per_pixel),
             rejected: runs.iter().map(|r| u64::from(r.rejected)).sum(),
@@ -189,6 +194,12 @@ impl Row {
             }
         }
     }
+}
+
+/// The first runs of passes in the first run that has any: a study that goes on has them again.
+fn first_runs(runs: &[&Run]) -> Milliseconds {
+    let with = runs.iter().find(|run| !run.first_runs.is_empty());
+    with.map_or_else(Milliseconds::new, |run| run.first_runs.clone())
 }
 
 /// Decides over all rows at once: Holm's correction is over every test of every row that should be
@@ -319,6 +330,18 @@ fn costs(rows: &[Row]) -> String {
             "{} {}: {total:.2} ms, {:.0} bytes a pixel ({passes})",
             row.scene, row.configuration, row.bytes_per_pixel
         );
+        if !row.first_runs.is_empty() {
+            let total: f64 = row.first_runs.iter().map(|(_, ms)| ms).sum();
+            let passes = row.first_runs.iter();
+            let passes = passes.map(|(pass, ms)| format!("{pass} {ms:.2} ms"));
+            let _ = writeln!(
+                text,
+                "{} {}, first runs with compilation, not counted above: {total:.2} ms ({})",
+                row.scene,
+                row.configuration,
+                passes.collect::<Vec<_>>().join("; ")
+            );
+        }
     }
     text
 }
@@ -369,12 +392,13 @@ pub fn csv(rows: &[Row]) -> String {
 }
 
 /// All rows as JSON with a version: 2 since the verdict `undecided`, which was `unclear`, with `missing`, the
-/// expectation `any`, and `detectable_bias`, which was `found_nine_times_in_ten`.
+/// expectation `any`, `detectable_bias`, which was `found_nine_times_in_ten`, and `first_runs`, which were among
+/// `milliseconds`.
 ///
 /// # Errors
 /// Never with finite numbers.
 pub fn json(rows: &[Row], device: &str, driver: &str) -> Result<Value> {
-    let rows = serde_json::to_value(rows).map_err(|e| Error::failed(format!("results: {e}")))?;
+    let rows = value_of("results", &rows)?;
     Ok(serde_json::json!({
         "version": 2,
         "device": device,

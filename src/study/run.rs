@@ -3,6 +3,7 @@
 use super::plan::Resolved;
 use super::reference::References;
 use crate::Result;
+use crate::gpu::PassTime;
 use crate::metrics::error::{Errors, error_correlation};
 use crate::metrics::statistics::median;
 use crate::render::Renderer;
@@ -40,8 +41,12 @@ pub struct Run {
     pub mean: [f64; 3],
     /// Mean luminance of blocks, likewise.
     pub blocks: Vec<f64>,
-    /// The median over frames, of which the first, which has no history, is left out where there are others.
+    /// The median over frames, of which the first, which has no history, is left out where there are others; first
+    /// runs of passes are left out too.
     pub milliseconds: Milliseconds,
+    /// What passes took that ran for the first time, in which some drivers compile them.
+    #[serde(default)]
+    pub first_runs: Milliseconds,
     /// What the passes of the last frame counted, if they were asked to.
     #[serde(skip)]
     pub counts: Vec<Counts>,
@@ -101,12 +106,11 @@ pub fn measure(
         } else {
             (renderer.single_frame(number)?, renderer.frame_radiance()?)
         };
-        times.push(
-            passes
-                .into_iter()
-                .map(|pass| (pass.name, pass.milliseconds))
-                .collect(),
-        );
+        let (first_runs, rest): (Vec<_>, Vec<_>) =
+            passes.into_iter().partition(|pass| pass.first_run);
+        let named = |pass: PassTime| (pass.name, pass.milliseconds);
+        run.first_runs.extend(first_runs.into_iter().map(named));
+        times.push(rest.into_iter().map(named).collect());
         // A frame with history has in it what came before; the others are as good as further seeds
         // where they show one time.
         if configuration.accumulate || renderer.has_history() || references.differ() {
