@@ -55,7 +55,6 @@ pub struct Args {
 /// Pictures that cannot be compared (wrong input), or a check that does not hold.
 pub fn run(args: &Args) -> Result<()> {
     check(args)?;
-    tell_of_formats(&args.picture, &args.reference)?;
     let images = [&args.picture, &args.reference].map(|path| Image::read(path));
     let [image, reference_image] = images;
     let (image, reference_image) = (image?, reference_image?);
@@ -72,6 +71,7 @@ pub fn run(args: &Args) -> Result<()> {
             reference_size.1
         )));
     }
+    tell_of_formats(&args.picture, &args.reference)?;
     let errors = Errors::between(&picture, &reference);
     let perceived = flip(&picture, &reference, size, args.exposure);
     if let Some(path) = &args.diff {

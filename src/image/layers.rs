@@ -53,8 +53,7 @@ impl Image {
             let layer = channel.strip_suffix(names[0])?;
             let layer = layer.strip_suffix('.').or(layer.is_empty().then_some(""))?;
             let has = |name: &&str| self.floats(&joined(layer, name)).is_some();
-            (names.iter().all(|name| has(name)) && !others.iter().any(|name| has(name)))
-                .then_some(layer)
+            (names.iter().all(has) && !others.iter().any(has)).then_some(layer)
         });
         let layers: Vec<&str> = layers.collect();
         let is_combined = |layer: &&&str| layer.rsplit('.').next() == Some("Combined");

@@ -85,9 +85,9 @@ impl Forecast {
             }
             (steps > 0).then(|| seconds / steps as f64)
         };
-        let alike = self.stages.iter().filter(|((_, e), _)| *e == effort);
+        let same_effort = self.stages.iter().filter(|((_, e), _)| *e == effort);
         mean(&mut std::iter::once(stage))
-            .or_else(|| mean(&mut alike.map(|(_, stage)| stage)))
+            .or_else(|| mean(&mut same_effort.map(|(_, stage)| stage)))
             .or_else(|| mean(&mut self.stages.values()))
             .unwrap_or(0.0)
     }

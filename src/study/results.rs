@@ -29,7 +29,7 @@ pub struct Row {
     pub rmse_clamped: Vec<f64>,
     /// Likewise.
     pub relmse: Vec<f64>,
-    /// Likewise, of errors with those of the frame before.
+    /// Likewise, the temporal correlation of errors with those of the frame before.
     pub correlation: Vec<f64>,
     /// Median over seeds of what passes take, the median over frames each; first runs are left out.
     pub milliseconds: Milliseconds,

@@ -382,3 +382,15 @@ fn too_few_seeds_are_no_bias_and_a_bias_is_a_failure() {
     assert_eq!((status, verdict.as_str()), (Some(0), "undecided"), "{said}");
     assert_eq!(said, "");
 }
+
+/// The runs of a first look are those of the study: only their reference is another.
+#[test]
+fn a_study_goes_on_from_its_first_look() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let plan = write(folder.path(), &PLAN.replace("seeds = 24", "seeds = 8"));
+    let study = ["study", "--plan", &plan, "-o", text(&out)];
+    succeed(&[&study[..], &["--quick"]].concat());
+    succeed(&study);
+    assert!(rows(&out).iter().all(|row| row["replays"] == true));
+}
