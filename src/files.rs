@@ -4,6 +4,7 @@
 use crate::{Error, Result};
 use std::borrow::Cow;
 use std::io::{BufWriter, Write};
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 /// The writer that [`write_atomically`] passes to its closure.
@@ -57,27 +58,41 @@ pub fn check_writable(path: &Path) -> Result<()> {
     temporary(path, &target(path)).map(drop)
 }
 
+/// Whether two paths lead to the same file, which need not exist yet: by another spelling or a link. Devices,
+/// such as /dev/null, are no files: all may be written to one.
+pub fn is_same_file(a: &Path, b: &Path) -> bool {
+    if is_device(a) {
+        return false;
+    }
+    match (std::fs::metadata(a), std::fs::metadata(b)) {
+        (Ok(a), Ok(b)) => (a.dev(), a.ino()) == (b.dev(), b.ino()),
+        _ => resolved(a) == resolved(b),
+    }
+}
+
+/// The path without links or detours as far as its folder exists.
+fn resolved(path: &Path) -> PathBuf {
+    let folder = folder(path);
+    let folder = folder.canonicalize().unwrap_or(folder);
+    path.file_name()
+        .map_or_else(|| folder.clone(), |name| folder.join(name))
+}
+
 /// A temporary file beside `target`, deleted on drop unless it is renamed. Errors name `path`.
 fn temporary(path: &Path, target: &Path) -> Result<tempfile::NamedTempFile> {
     let folder = folder(target);
     if !folder.is_dir() {
-        let folder = folder.display();
         return Err(Error::writing(
             path,
-            format!("there is no folder {folder}; make it first"),
+            "its folder does not exist; make it first",
         ));
     }
     tempfile::Builder::new()
         .prefix(".headwater-")
         // The umask decides the mode; tempfile's default would let only the owner read the file.
         .make_in(&folder, |name| std::fs::File::create_new(name))
-        // The error's own text names the temporary file, which the user does not know.
-        .map_err(|e| {
-            Error::writing(
-                path,
-                format!("{} takes no file: {}", folder.display(), e.kind()),
-            )
-        })
+        // The error's own text names the temporary file, which means nothing to the user.
+        .map_err(|e| Error::writing(path, format!("its folder takes no file: {}", e.kind())))
 }
 
 /// Whether `path` exists and is neither a file nor a folder, such as /dev/full or a pipe.
@@ -117,6 +132,33 @@ mod tests {
         assert_eq!(failing.unwrap_err().exit_status(), 1);
         assert_eq!(std::fs::read(&path).unwrap(), b"old");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn the_same_file_is_known_by_any_path() {
+        use std::os::unix::fs::symlink;
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::create_dir(at("inner")).unwrap();
+        std::fs::write(at("old"), "").unwrap();
+        std::fs::hard_link(at("old"), at("hard")).unwrap();
+        symlink(at("old"), at("soft")).unwrap();
+        symlink(at("inner"), at("folder")).unwrap();
+        for (a, b) in [
+            ("new", "new"),
+            ("new", "./inner/../new"),
+            ("inner/new", "folder/new"),
+            ("old", "soft"),
+            ("old", "hard"),
+            ("no/folder", "no/folder"),
+        ] {
+            assert!(is_same_file(&at(a), &at(b)), "{a} {b}");
+        }
+        for (a, b) in [("new", "other"), ("old", "new"), ("inner/new", "new")] {
+            assert!(!is_same_file(&at(a), &at(b)), "{a} {b}");
+        }
+        let null = Path::new("/dev/null");
+        assert!(!is_same_file(null, null));
     }
 
     #[test]

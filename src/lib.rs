@@ -10,14 +10,17 @@ pub mod error;
 pub mod files;
 pub mod gpu;
 pub mod image;
+mod json;
 pub mod layouts;
 pub mod metrics;
 mod nearest;
+pub mod progress;
 mod random;
 pub mod render;
 pub mod scene;
 pub mod shader_variants;
 pub mod study;
+pub mod toml_text;
 pub mod tracing;
 
 pub use error::{Error, Result};

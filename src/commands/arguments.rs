@@ -1,11 +1,13 @@
 //! Options that several commands share.
 
+use crate::files::is_same_file;
 use crate::render::presets::{self, Preset};
-use crate::render::settings::Settings;
+use crate::render::settings::{Settings, flatten};
 use crate::render::{Clock, Kind};
 use crate::scene::Camera;
 use crate::scene::camera::look_at;
 use crate::scene::validate::check_camera;
+use crate::toml_text::TomlText;
 use crate::tracing::selection::TracerChoice;
 use crate::{Error, Result};
 use glam::DVec3;
@@ -20,22 +22,22 @@ pub struct SceneArgs {
     /// A procedural scene's name, or a file: .gltf, .glb, .obj
     pub scene: String,
     /// Image width in pixels; with neither width nor height: 1280
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     pub width: Option<u32>,
     /// Image height in pixels; given one side, the other follows the camera's aspect
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     pub height: Option<u32>,
     /// Seed of all random numbers
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
     pub seed: u32,
     /// Scattering events at most; 0 = emission only, 1 = direct light
-    #[arg(long, default_value_t = 5)]
+    #[arg(long, default_value_t = 5, allow_negative_numbers = true)]
     pub bounces: u32,
     /// Draw rays over the whole pixel (box filter) instead of through its centre
     #[arg(long)]
     pub jitter: bool,
     /// The scene's camera, by name or index
-    #[arg(long, value_name = "NAME|INDEX")]
+    #[arg(long, value_name = "NAME|INDEX", allow_negative_numbers = true)]
     pub camera: Option<String>,
     /// A camera of one's own: eye, target and optionally the vertical field of view in degrees
     #[arg(
@@ -52,9 +54,9 @@ pub struct SceneArgs {
         value_name = "SECONDS"
     )]
     pub start_time: f64,
-    /// Settings to begin with; see 'headwater presets'
-    #[arg(long, default_value = presets::DEFAULT)]
-    pub preset: String,
+    /// Settings to begin with; see 'headwater presets' [default: balanced]
+    #[arg(long)]
+    pub preset: Option<String>,
     /// Settings from a TOML file, over the preset's
     #[arg(long, value_name = "FILE.toml")]
     pub config: Option<PathBuf>,
@@ -114,22 +116,48 @@ impl Aov {
 }
 
 impl SceneArgs {
-    /// Preset, file and single settings, in this order.
+    /// Preset, file and single settings, in this order, and the keys that the last two name.
     ///
     /// # Errors
     /// An unknown preset, key or value, or a file that cannot be read.
-    pub fn settings(&self) -> Result<Settings> {
-        let mut settings = Preset::named(&self.preset)?.settings()?;
+    pub fn settings(&self) -> Result<(Settings, Vec<String>)> {
+        let preset = self.preset.as_deref().unwrap_or(presets::DEFAULT);
+        let mut settings = Preset::named(preset)?.settings()?;
+        let mut changed = Vec::new();
         if let Some(path) = &self.config {
             let text = std::fs::read_to_string(path).map_err(|e| Error::reading(path, e))?;
-            let changes: serde_json::Value =
-                presets::parse_toml(&path.display().to_string(), &text)?;
-            settings = settings.with(&changes)?;
+            let source = TomlText::new(&path.display().to_string(), &text);
+            let changes = source.parse()?;
+            settings = source.change(&settings, &[], &changes)?;
+            flatten("", &changes, &mut changed);
         }
         for change in &self.set {
-            settings = settings.with(&Settings::parse_change(change)?)?;
+            let change = Settings::parse_change(change)?;
+            settings = settings.with(&change)?;
+            flatten("", &change, &mut changed);
         }
-        Ok(settings)
+        Ok((settings, changed.into_iter().map(|(key, _)| key).collect()))
+    }
+
+    /// Checks every output path before long work begins.
+    ///
+    /// # Errors
+    /// An unknown format, a file that has two purposes (wrong input), or a folder that cannot be written
+    /// (failed work).
+    pub fn check_outputs(&self, outputs: &[PathBuf]) -> Result<()> {
+        let mut files: Vec<(&str, &Path)> =
+            outputs.iter().map(|p| ("--output", p.as_path())).collect();
+        files.extend(self.report.as_deref().map(|path| ("--report", path)));
+        let written = files.len();
+        files.push(("the scene", Path::new(&self.scene)));
+        files.extend(self.config.as_deref().map(|path| ("--config", path)));
+        check_distinct(&files, written)?;
+        for path in outputs {
+            crate::image::check_output(path)?;
+        }
+        self.report
+            .as_deref()
+            .map_or(Ok(()), crate::files::check_writable)
     }
 
     /// Which time frames show, `fps` of them a second.
@@ -228,13 +256,33 @@ pub fn size_for(camera: &Camera, width: Option<u32>, height: Option<u32>) -> Res
     Ok((width, height))
 }
 
-/// Checks every output path before long work begins.
+/// Checks that none of the first `written` files, with what they are, is also another of them all: it would be
+/// overwritten.
 ///
 /// # Errors
-/// An unknown format (wrong input), or a folder that cannot be written (failed work).
-pub fn check_outputs(paths: &[PathBuf], report: Option<&Path>) -> Result<()> {
-    for path in paths {
-        crate::image::check_output(path)?;
+/// One is.
+pub fn check_distinct(files: &[(&str, &Path)], written: usize) -> Result<()> {
+    for (i, (what, path)) in files.iter().enumerate() {
+        let before = files[..i.min(written)].iter();
+        let Some((other_what, other)) = before.rev().find(|(_, other)| is_same_file(path, other))
+        else {
+            continue;
+        };
+        let path = path.display();
+        return Err(Error::input(
+            if other.as_os_str() != path.to_string().as_str() {
+                let other = other.display();
+                format!(
+                    "{other_what} '{other}' and {what} '{path}' are one file, which would be overwritten; name another"
+                )
+            } else if what == other_what {
+                format!("{what} names '{path}' twice; name each file once")
+            } else {
+                format!(
+                    "{other_what} and {what} are both '{path}', which would be overwritten; name another"
+                )
+            },
+        ));
     }
-    report.map_or(Ok(()), crate::files::check_writable)
+    Ok(())
 }

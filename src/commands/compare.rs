@@ -1,7 +1,9 @@
 //! `compare`: one picture against a reference, with checks.
 
-use super::print;
+use super::arguments::check_distinct;
+use super::{notice, print};
 use crate::image::{Format, Image, check_output, png};
+use crate::json::value_of;
 use crate::metrics::error::Errors;
 use crate::metrics::flip::{PIXELS_PER_DEGREE, flip};
 use crate::{Error, Result};
@@ -69,6 +71,7 @@ pub fn run(args: &Args) -> Result<()> {
             reference_size.1
         )));
     }
+    tell_of_formats(&args.picture, &args.reference)?;
     let errors = Errors::between(&picture, &reference);
     let perceived = flip(&picture, &reference, size, args.exposure);
     if let Some(path) = &args.diff {
@@ -90,8 +93,14 @@ pub fn run(args: &Args) -> Result<()> {
             .map(|(name, value)| ((*name).to_owned(), json!(value)))
             .collect();
         // What FLIP says holds for one display only.
-        object.insert("flip_exposure".into(), json!(args.exposure));
-        object.insert("flip_pixels_per_degree".into(), json!(PIXELS_PER_DEGREE));
+        object.insert(
+            "flip_exposure".into(),
+            value_of("exposure", &args.exposure)?,
+        );
+        object.insert(
+            "flip_pixels_per_degree".into(),
+            value_of("display", &PIXELS_PER_DEGREE)?,
+        );
         print(format_args!("{:#}", serde_json::Value::Object(object)))?;
     } else {
         print(
@@ -131,6 +140,21 @@ pub fn run(args: &Args) -> Result<()> {
     }
 }
 
+/// Says that two formats differ where nothing is wrong.
+fn tell_of_formats(picture: &Path, reference: &Path) -> Result<()> {
+    let (png, exr) = match (Format::of(picture)?, Format::of(reference)?) {
+        (Format::Png, Format::Exr) => (picture, reference),
+        (Format::Exr, Format::Png) => (reference, picture),
+        _ => return Ok(()),
+    };
+    notice(&format!(
+        "{} has 8 bits and may be tone-mapped, as Headwater's are, {} is linear: they differ where nothing is wrong",
+        png.display(),
+        exr.display()
+    ));
+    Ok(())
+}
+
 /// Refuses arguments that make no sense, before anything is read.
 fn check(args: &Args) -> Result<()> {
     for (name, limit) in [
@@ -150,6 +174,12 @@ fn check(args: &Args) -> Result<()> {
     }
     if let Some(path) = &args.diff {
         check_output(path)?;
+        let files = [
+            ("--diff", path),
+            ("the picture", &args.picture),
+            ("the reference", &args.reference),
+        ];
+        check_distinct(&files.map(|(what, path)| (what, path.as_path())), 1)?;
     }
     Ok(())
 }
@@ -183,7 +213,15 @@ type Picture = ((u32, u32), Vec<[f32; 3]>);
 
 /// The pixels of a picture, all of them finite.
 fn finite_pixels(path: &Path, image: &Image) -> Result<Picture> {
-    let pixels = image.rgb().map_err(|e| Error::reading(path, e))?;
+    let colors = image.colors().map_err(|e| Error::reading(path, e))?;
+    let kind = if colors.is_grey { "grey " } else { "" };
+    if let Some(layer) = &colors.layer {
+        let path = path.display();
+        notice(&format!("{path}: its {kind}picture is the layer {layer}"));
+    } else if colors.is_grey {
+        notice(&format!("{}: its picture is grey", path.display()));
+    }
+    let pixels = colors.pixels;
     let wrong = pixels
         .iter()
         .filter(|p| p.iter().any(|v| !v.is_finite()))

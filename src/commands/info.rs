@@ -1,9 +1,10 @@
 //! `info`: devices, and what Headwater would do with each for a scene that it can bind.
 
 use super::{check_messages, open_vulkan, print};
+use crate::Result;
+use crate::json::value_of;
 use crate::tracing::SceneSizes;
 use crate::tracing::selection::{self, TracerChoice};
-use crate::{Error, Result};
 use serde_json::json;
 
 /// Arguments of `info`.
@@ -30,8 +31,7 @@ pub fn run(args: &Args) -> Result<()> {
         let selection = selection::select(device, TracerChoice::Auto, &SceneSizes::default())?;
         let taken = device.index == chosen.index;
         if args.json {
-            let mut entry = serde_json::to_value(device)
-                .map_err(|e| Error::failed(format!("device as JSON: {e}")))?;
+            let mut entry = value_of("device", device)?;
             entry["tracer"] = json!(selection.variant.tracer.name());
             entry["tracer_reason"] = json!(selection.tracer_reason);
             entry["geometry"] = json!(selection.variant.geometry.name());

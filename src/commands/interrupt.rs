@@ -2,37 +2,51 @@
 
 use crate::{Error, Result};
 use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::iterator::Signals;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicI32, Ordering};
+use std::time::{Duration, Instant};
+
+/// Signals that follow the first one within this time are the same request: `timeout` sends one to its child
+/// and one to the child's process group, and a terminal's Ctrl-C may reach a process twice.
+const SAME_REQUEST: Duration = Duration::from_secs(1);
 
 /// Watches for signals from its creation on.
-pub struct Interrupt(Arc<AtomicUsize>);
+pub struct Interrupt(Arc<AtomicI32>);
 
 impl Interrupt {
-    /// Begins to watch. A second signal of the same kind ends the process at once.
+    /// Begins to watch. The first signal is kept for [`Self::pending`]; one that comes more than a second later
+    /// ends the process at once.
     ///
     /// # Errors
-    /// The system refuses a handler.
+    /// The system refuses a handler or a thread.
     pub fn watch() -> Result<Self> {
-        let flag = Arc::new(AtomicUsize::new(0));
-        for signal in [SIGINT, SIGTERM] {
-            let armed = Arc::new(std::sync::atomic::AtomicBool::new(false));
-            let refused = |e| Error::failed(format!("cannot watch for signals: {e}"));
-            // In this order: the first signal arms, the second finds it armed.
-            signal_hook::flag::register_conditional_shutdown(signal, 128 + signal, armed.clone())
-                .map_err(refused)?;
-            signal_hook::flag::register(signal, armed).map_err(refused)?;
-            signal_hook::flag::register_usize(signal, flag.clone(), signal as usize)
-                .map_err(refused)?;
-        }
-        Ok(Self(flag))
+        let refused = |e| Error::failed(format!("cannot watch for signals: {e}"));
+        let mut signals = Signals::new([SIGINT, SIGTERM]).map_err(refused)?;
+        let pending = Arc::new(AtomicI32::new(0));
+        let seen = pending.clone();
+        std::thread::Builder::new()
+            .name("signals".into())
+            .spawn(move || {
+                let mut first: Option<Instant> = None;
+                for signal in &mut signals {
+                    let first = *first.get_or_insert_with(Instant::now);
+                    if first.elapsed() > SAME_REQUEST {
+                        signal_hook::low_level::exit(128 + signal);
+                    }
+                    // Only the first: it decides the exit status.
+                    let _ = seen.compare_exchange(0, signal, Ordering::Relaxed, Ordering::Relaxed);
+                }
+            })
+            .map_err(refused)?;
+        Ok(Self(pending))
     }
 
     /// The number of the signal that came.
     pub fn pending(&self) -> Option<i32> {
         match self.0.load(Ordering::Relaxed) {
             0 => None,
-            signal => Some(signal as i32),
+            signal => Some(signal),
         }
     }
 

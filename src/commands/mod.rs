@@ -2,6 +2,7 @@
 
 pub mod arguments;
 pub mod compare;
+pub mod ignored;
 pub mod info;
 pub mod interrupt;
 pub mod presets;
@@ -17,7 +18,8 @@ use crate::render::Clock;
 use crate::scene::Scene;
 use crate::scene::progress::Step;
 use crate::{Error, Result};
-use clap::{Parser, Subcommand};
+use clap::error::ErrorKind as ArgumentError;
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use interrupt::Interrupt;
 use progress::Progress;
 use std::io::{ErrorKind, Write};
@@ -55,7 +57,11 @@ enum Command {
 pub fn main() -> ExitCode {
     env_logger::Builder::from_env(env_logger::Env::default().filter_or("HEADWATER_LOG", "off"))
         .init();
-    let cli = match Cli::try_parse() {
+    let line = Cli::command().mut_subcommand("reference", reference::shown);
+    let parsed = line
+        .try_get_matches()
+        .and_then(|matches| Cli::from_arg_matches(&matches));
+    let cli = match parsed {
         Ok(cli) => cli,
         Err(error) => return wrong_arguments(&error),
     };
@@ -82,9 +88,11 @@ fn run(command: Command) -> Result<()> {
 
 /// Help and version go to stdout as they are; an error becomes one line on stderr.
 fn wrong_arguments(error: &clap::Error) -> ExitCode {
-    if !error.use_stderr() {
+    // Who gives no command asks what there is.
+    let no_command = ArgumentError::DisplayHelpOnMissingArgumentOrSubcommand;
+    if !error.use_stderr() || error.kind() == no_command {
         // A closed pipe is no failure of this program.
-        let _ = error.print();
+        let _ = write!(std::io::stdout().lock(), "{}", error.render());
         return ExitCode::SUCCESS;
     }
     let text = error.render().to_string();
@@ -164,18 +172,18 @@ pub fn check_messages(messages: &[String]) -> Result<()> {
     }
 }
 
-/// Lets a scene stand still where the clock does, and says if there is nothing for the clock to move;
-/// `whose` begins that line.
+/// Freezes the scene if the clock is stopped, and says if there is nothing for the clock to move; `whose`
+/// begins that line.
 ///
 /// # Errors
-/// Those of [`Clock::settle`].
-pub fn settle(clock: &Clock, scene: &mut Scene, whose: &str) -> Result<()> {
+/// Those of [`Clock::freeze_if_stopped`].
+pub fn apply_clock(clock: &Clock, scene: &mut Scene, whose: &str) -> Result<()> {
     if scene.motion.is_none() && (clock.fps.is_some() || clock.start_time != 0.0) {
         notice(&format!(
             "{whose}nothing in the scene moves, so it is the same at all times"
         ));
     }
-    clock.settle(scene)
+    clock.freeze_if_stopped(scene)
 }
 
 /// One line for the user about something assumed or ignored.

@@ -1,9 +1,10 @@
 //! `presets`: the presets, and every setting with its doc.
 
 use super::print;
+use crate::Result;
+use crate::json::value_of;
 use crate::render::presets::{DEFAULT, PRESETS, Preset};
 use crate::render::settings::Settings;
-use crate::{Error, Result};
 use serde_json::json;
 
 /// Arguments of `presets`.
@@ -36,8 +37,7 @@ pub fn run(args: &Args) -> Result<()> {
                 |p| json!({ "name": p.name, "purpose": p.purpose(), "default": p.name == DEFAULT }),
             )
             .collect();
-        let settings = serde_json::to_value(&described)
-            .map_err(|e| Error::failed(format!("settings as JSON: {e}")))?;
+        let settings = value_of("settings", &described)?;
         print(format_args!(
             "{:#}",
             json!({ "presets": presets, "settings": settings })

@@ -1,6 +1,6 @@
-//! How far long work has come: a bar on a terminal, plain lines elsewhere.
+//! How far long work has come, and how long the rest will take: a bar on a terminal, plain lines elsewhere.
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::cell::Cell;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
@@ -8,31 +8,67 @@ use std::time::{Duration, Instant};
 /// Between plain lines; work that ends sooner prints none.
 const LINE_EVERY: Duration = Duration::from_secs(5);
 
-/// Ticks of the bar for each step.
-const TICKS: u64 = 1000;
+/// How long work is looked at before the time left is estimated.
+const ESTIMATE_AFTER: Duration = Duration::from_secs(1);
+
+/// Work that will take longer is announced: whoever mistyped a number learns it now.
+const LONG: Duration = Duration::from_secs(3600);
+
+/// Ticks of the bar for all of the work.
+const TICKS: u64 = 10_000;
 
 /// The progress of one piece of work.
 pub struct Progress {
     bar: ProgressBar,
     terminal: bool,
-    total: Option<u64>,
-    unit: &'static str,
+    steps: Steps,
     started: Instant,
     last_line: Cell<Instant>,
+    /// When progress was first told, and how much was done then: what came before holds preparations, such as
+    /// the compilation of shaders.
+    first: Cell<Option<(Instant, f64)>>,
+    announced: Cell<bool>,
+}
+
+/// What the work is counted in.
+enum Steps {
+    /// Steps of a name, and how many, where that is known.
+    Counted(Option<u64>, &'static str),
+    /// Shares of a whole of this name.
+    Shares(&'static str),
 }
 
 impl Progress {
     /// Work of `total` steps called `unit`; without a total, how far it is yet to go is not known.
     pub fn new(total: Option<u64>, unit: &'static str) -> Self {
+        Self::with(Steps::Counted(total, unit))
+    }
+
+    /// Work of which shares are told, from 0 to 1.
+    pub fn of_whole(name: &'static str) -> Self {
+        Self::with(Steps::Shares(name))
+    }
+
+    /// The same for work that may end before its last step: that all of it would take long is not announced.
+    pub fn that_may_end_sooner(self) -> Self {
+        self.announced.set(true);
+        self
+    }
+
+    fn with(steps: Steps) -> Self {
         let terminal = std::io::stderr().is_terminal();
         let target = if terminal {
             ProgressDrawTarget::stderr()
         } else {
             ProgressDrawTarget::hidden()
         };
-        let bar = ProgressBar::with_draw_target(total.map(|total| total * TICKS), target);
+        let total = match steps {
+            Steps::Counted(total, _) => total,
+            Steps::Shares(_) => Some(1),
+        };
+        let bar = ProgressBar::with_draw_target(total.map(|_| TICKS), target);
         let template = match total {
-            Some(_) => "{bar:40} {msg}, {eta} left",
+            Some(_) => "{bar:40} {msg}",
             None => "{spinner} {msg} after {elapsed}",
         };
         if let Ok(style) = ProgressStyle::with_template(template) {
@@ -41,30 +77,85 @@ impl Progress {
         Self {
             bar,
             terminal,
-            total,
-            unit,
+            steps,
             started: Instant::now(),
             last_line: Cell::new(Instant::now()),
+            first: Cell::new(None),
+            announced: Cell::new(false),
         }
     }
 
     /// `done` steps are done; of large ones a part may be.
     pub fn at(&self, done: f64) {
-        self.bar.set_position((done * TICKS as f64) as u64);
+        let total = match self.steps {
+            Steps::Counted(total, _) => total.map(|total| total as f64),
+            Steps::Shares(_) => Some(1.0),
+        };
+        match total {
+            Some(total) => self
+                .bar
+                .set_position((done / total * TICKS as f64).min(TICKS as f64) as u64),
+            None => self.bar.tick(),
+        }
+        let left = total.and_then(|total| self.left(done, total));
+        self.announce(left);
         let line_is_due = !self.terminal && self.last_line.get().elapsed() >= LINE_EVERY;
         if !self.terminal && !line_is_due {
             return;
         }
-        let decimals = if done.fract() == 0.0 { 0 } else { 2 };
-        let of = self.total.map_or(String::new(), |all| format!(" of {all}"));
-        let text = format!("{done:.decimals$}{of} {}", self.unit);
+        let mut text = self.text(done);
         if line_is_due {
             self.last_line.set(Instant::now());
-            let seconds = self.started.elapsed().as_secs();
-            super::say(format_args!("{text} after {seconds} s"));
+            text += &format!(" after {} s", self.started.elapsed().as_secs());
+        }
+        if let Some(left) = left {
+            text += &format!(", about {} left", HumanDuration(left));
+        }
+        if line_is_due {
+            super::say(text);
         } else {
             self.bar.set_message(text);
         }
+    }
+
+    fn text(&self, done: f64) -> String {
+        let decimals = if done.fract() == 0.0 { 0 } else { 2 };
+        match self.steps {
+            Steps::Counted(Some(total), unit) => format!("{done:.decimals$} of {total} {unit}"),
+            Steps::Counted(None, unit) => format!("{done:.decimals$} {unit}"),
+            Steps::Shares(name) => format!("{:.1} % of {name}", 100.0 * done),
+        }
+    }
+
+    /// How long the rest takes at the speed so far.
+    fn left(&self, done: f64, total: f64) -> Option<Duration> {
+        let Some((start, before)) = self.first.get() else {
+            self.first.set(Some((Instant::now(), done)));
+            return None;
+        };
+        let passed = start.elapsed();
+        if passed < ESTIMATE_AFTER || done <= before {
+            return None;
+        }
+        let seconds = passed.as_secs_f64() * (total - done).max(0.0) / (done - before);
+        Duration::try_from_secs_f64(seconds).ok()
+    }
+
+    /// Says once that the work will take long.
+    fn announce(&self, left: Option<Duration>) {
+        let Some(left) = left.filter(|left| *left > LONG && !self.announced.get()) else {
+            return;
+        };
+        self.announced.set(true);
+        let work = match self.steps {
+            Steps::Counted(total, unit) => format!("{} {unit}", total.unwrap_or_default()),
+            Steps::Shares(name) => name.to_owned(),
+        };
+        let text = format!(
+            "at this speed {work} will take about {}; Ctrl-C ends the work",
+            HumanDuration(left)
+        );
+        self.bar.suspend(|| super::notice(&text));
     }
 
     /// The work is done.

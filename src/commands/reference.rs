@@ -1,7 +1,8 @@
 //! `reference`: MIS path tracing with its standard error; can be stopped and resumed.
 
 use super::NOTHING_WRITTEN;
-use super::arguments::{SceneArgs, check_outputs};
+use super::arguments::{Aov, SceneArgs};
+use super::ignored;
 use super::interrupt::Interrupt;
 use super::print;
 use super::progress::Progress;
@@ -9,8 +10,12 @@ use super::render::write_report;
 use super::session::Session;
 use crate::image::{Format, Image};
 use crate::layouts::PixelSums;
+use crate::render::settings::flatten;
 use crate::{Error, Result};
+use clap::ValueEnum;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use glam::Vec3;
+use serde_json::Value;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -31,7 +36,7 @@ pub struct Args {
     #[arg(short, long, value_name = "FILE.exr", required = true)]
     output: Vec<PathBuf>,
     /// Samples a pixel [default: 256, or no limit with --target-error or --time]
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     spp: Option<u32>,
     /// Stop when √mean(stderr²) is below this share of the image's mean
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
@@ -44,6 +49,22 @@ pub struct Args {
     resume: bool,
 }
 
+/// The command with the shared options that a reference takes no part of left out of its help: presets differ in
+/// what it does not do, and there are no reservoirs to look into.
+pub fn shown(command: clap::Command) -> clap::Command {
+    let shown = Aov::value_variants()
+        .iter()
+        .filter(|aov| aov.reservoirs_of().is_none())
+        .filter_map(Aov::to_possible_value);
+    let aovs = PossibleValuesParser::new(shown).try_map(|name: String| Aov::from_str(&name, false));
+    command
+        .mut_arg("preset", |preset| preset.hide(true))
+        .mut_arg("start_time", |time| {
+            time.help("Time in seconds at which the scene is shown")
+        })
+        .mut_arg("aov", |aov| aov.value_parser(aovs))
+}
+
 /// Renders, saves now and then, and writes.
 ///
 /// # Errors
@@ -51,9 +72,12 @@ pub struct Args {
 /// all complete samples.
 pub fn run(args: &Args) -> Result<()> {
     let limit = sample_limit(args)?;
-    let settings = args.scene.settings()?.of_path_tracing();
+    let (settings, changed) = args.scene.settings()?;
+    let settings = settings.of_path_tracing();
     let clock = args.scene.clock(None)?;
-    check_outputs(&args.output, args.scene.report.as_deref())?;
+    args.scene.check_outputs(&args.output)?;
+    ignored::tell_of_scene(&args.scene, &args.output);
+    ignored::tell_of_reference(&args.scene, &changed);
     let interrupt = Interrupt::watch()?;
     let mut session = Session::open(&args.scene, settings, clock, &interrupt)?;
     let mut done = if args.resume {
@@ -69,7 +93,10 @@ pub fn run(args: &Args) -> Result<()> {
     let mut saved = Instant::now();
     let mut in_file = done;
     let known = (limit < u32::MAX).then_some(u64::from(limit));
-    let progress = Progress::new(known, "samples a pixel");
+    let mut progress = Progress::new(known, "samples a pixel");
+    if args.time.is_some() || args.target_error.is_some() {
+        progress = progress.that_may_end_sooner();
+    }
     while done < limit {
         if interrupt.pending().is_some() {
             if done > in_file {
@@ -228,10 +255,8 @@ fn resume(args: &Args, session: &mut Session) -> Result<u32> {
     let wanted = session.picture(&fresh, 0, &[])?.metadata;
     for (key, value) in &wanted {
         if key != "headwater.samples" && earlier.metadata.get(key) != Some(value) {
-            return Err(wrong(format!(
-                "{key} was '{}' and is now '{value}'",
-                earlier.metadata.get(key).map_or("missing", String::as_str)
-            )));
+            let before = earlier.metadata.get(key).map_or("missing", String::as_str);
+            return Err(wrong(difference(key, before, value)));
         }
     }
     let samples = earlier
@@ -270,6 +295,37 @@ fn resume(args: &Args, session: &mut Session) -> Result<u32> {
     }
     session.renderer.set_sums(&sums)?;
     Ok(samples)
+}
+
+/// What differs between two values of a metadata key, each a text or a JSON object.
+fn difference(key: &str, before: &str, now: &str) -> String {
+    let parsed = [before, now].map(|text| serde_json::from_str(text).unwrap_or(Value::Null));
+    let [before_tree, now_tree] = parsed.map(|tree| {
+        let mut flat = Vec::new();
+        flatten("", &tree, &mut flat);
+        flat
+    });
+    let value_of = |tree: &[(String, Value)], key: &str| {
+        let found = tree.iter().find(|(k, _)| k == key);
+        found.map_or("missing".into(), |(_, value)| value.to_string())
+    };
+    let keys = before_tree.iter().chain(&now_tree).map(|(key, _)| key);
+    let mut different: Vec<&String> = keys
+        .filter(|key| !key.is_empty() && value_of(&before_tree, key) != value_of(&now_tree, key))
+        .collect();
+    different.sort();
+    different.dedup();
+    if different.is_empty() {
+        return format!("{key} was '{before}' and is now '{now}'");
+    }
+    let parts = different.into_iter().map(|setting| {
+        let (before, now) = (
+            value_of(&before_tree, setting),
+            value_of(&now_tree, setting),
+        );
+        format!("{setting} was {before} and is now {now}")
+    });
+    format!("in {key} {}", parts.collect::<Vec<_>>().join(", "))
 }
 
 /// Whether samples can add up to these sums: finite, and none below zero.

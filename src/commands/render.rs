@@ -1,7 +1,8 @@
 //! `render`: the real-time pipeline for a number of frames.
 
 use super::NOTHING_WRITTEN;
-use super::arguments::{SceneArgs, check_outputs};
+use super::arguments::SceneArgs;
+use super::ignored;
 use super::interrupt::Interrupt;
 use super::session::Session;
 use crate::files::write_atomically;
@@ -18,7 +19,7 @@ pub struct Args {
     #[arg(short, long, value_name = "FILE", required = true)]
     output: Vec<PathBuf>,
     /// Number of frames; they count from 0
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     frames: u32,
     /// Write the mean of all frames instead of the last
     #[arg(long)]
@@ -31,16 +32,19 @@ pub struct Args {
 /// Renders and writes.
 ///
 /// # Errors
-/// Wrong arguments or input, a device or disk that fails, or a signal.
+/// Wrong arguments or input, a device or disk that fails, or a signal, after which `--accumulate` has written
+/// the mean of the complete frames.
 pub fn run(args: &Args) -> Result<()> {
     if args.frames == 0 {
         return Err(Error::input(
             "--frames 0 renders nothing; frames begin at 1",
         ));
     }
-    let settings = args.scene.settings()?;
+    let (settings, changed) = args.scene.settings()?;
     let clock = args.scene.clock(args.fps)?;
-    check_outputs(&args.output, args.scene.report.as_deref())?;
+    args.scene.check_outputs(&args.output)?;
+    ignored::tell_of_scene(&args.scene, &args.output);
+    ignored::tell_of_render(&changed, &settings, args.scene.bounces);
     let interrupt = Interrupt::watch()?;
     let mut session = Session::open(&args.scene, settings, clock, &interrupt)?;
     // Without --accumulate only the last frame is shown; those before it are made where it needs
@@ -54,24 +58,43 @@ pub fn run(args: &Args) -> Result<()> {
         progress.at(f64::from(number - history));
     }
     let mut done = first;
-    while done < args.frames {
-        interrupt.check(NOTHING_WRITTEN)?;
+    while done < args.frames && interrupt.pending().is_none() {
         let before = f64::from(done - history);
         done += session.add_samples(done, args.frames - done, &mut |samples| {
             progress.at(before + samples);
-            interrupt.check(NOTHING_WRITTEN)
+            // Frames that are complete are worth waiting for those under way, which would spoil the sums.
+            if done == first {
+                interrupt.check(NOTHING_WRITTEN)?;
+            }
+            Ok(())
         })?;
         progress.at(f64::from(done - history));
     }
     progress.finish();
-    let samples = args.frames - first;
+    let samples = done - first;
+    if samples == 0 {
+        interrupt.check(NOTHING_WRITTEN)?;
+    }
+    write(args, &mut session, samples)?;
+    session.finish()?;
+    if done == args.frames {
+        return Ok(());
+    }
+    interrupt.check(&format!(
+        "{} keeps the mean of the {samples} complete frames of {}",
+        args.output[0].display(),
+        args.frames
+    ))
+}
+
+/// Writes the mean of `samples` frames, and the report.
+fn write(args: &Args, session: &mut Session, samples: u32) -> Result<()> {
     let sums = session.renderer.sums()?;
     let image = session.picture(&sums, samples, &args.scene.aov)?;
     for path in &args.output {
         image.write(path, args.scene.exposure)?;
     }
-    write_report(&session, samples, args.scene.report.as_ref())?;
-    session.finish()
+    write_report(session, samples, args.scene.report.as_ref())
 }
 
 /// Writes `--report`, if it was asked for.

@@ -3,6 +3,7 @@
 use super::interrupt::Interrupt;
 use super::notice;
 use super::{open_scene, print};
+use crate::json::value_of;
 use crate::scene::requirements::Requirements;
 use crate::scene::{Motion, export, procedural};
 use crate::{Error, Result};
@@ -103,8 +104,7 @@ fn moves(motion: &Motion) -> Value {
 fn inspect(name: &str, as_json: bool) -> Result<()> {
     let scene = open_scene(name, &Interrupt::watch()?)?;
     let requirements = Requirements::of(&scene);
-    let requirements = serde_json::to_value(&requirements)
-        .map_err(|e| Error::failed(format!("requirements as JSON: {e}")))?;
+    let requirements = value_of("requirements", &requirements)?;
     let bounds = scene.bounds();
     let cameras: Vec<_> = scene
         .cameras

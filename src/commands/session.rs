@@ -2,11 +2,10 @@
 
 use super::arguments::{Aov, SceneArgs};
 use super::interrupt::Interrupt;
-use super::{NOTHING_WRITTEN, check_messages, notice, open_scene, open_vulkan, settle};
+use super::{NOTHING_WRITTEN, apply_clock, check_messages, notice, open_scene, open_vulkan};
 use crate::gpu::{Device, Instance, PassTime};
 use crate::image::{Image, Samples};
 use crate::layouts::{MAX_RADIANCE, PixelSums, ReservoirAov};
-use crate::render::settings::{Heuristic, IndirectMode, Integrator, Visibility};
 use crate::render::{Clock, Kind, Renderer, Settings, Tracking, View};
 use crate::scene::camera::framing_camera;
 use crate::scene::{Camera, MovingCamera, Scene};
@@ -43,6 +42,9 @@ pub struct Session {
     /// The camera, where it moves while the clock runs.
     camera: Option<MovingCamera>,
     rejected: u32,
+    /// What each pass took when it ran for the first time.
+    first_runs: Vec<PassTime>,
+    /// What passes took in the last submission, but for first runs.
     times: Vec<PassTime>,
     opened: Instant,
     samples_a_submission: u32,
@@ -68,7 +70,7 @@ impl Session {
         }
         let moves = scene.motion.is_some();
         let scene_hash = scene.content_hash();
-        settle(&clock, &mut scene, "")?;
+        apply_clock(&clock, &mut scene, "")?;
         let (camera, followed) = match own_camera {
             Some(camera) => (camera, None),
             None => choose_camera(&scene, args.camera.as_deref(), clock.start_time)?,
@@ -77,7 +79,6 @@ impl Session {
         if scene.emissive_triangle_count() == 0 {
             notice("the scene has no light, so the picture is black");
         }
-        tell_what_is_left_out(&settings, args.bounces);
         let instance = open_vulkan()?;
         let (info, reason) = instance.choose(args.device.as_deref())?;
         log::info!("device {}: {reason}", info.name);
@@ -120,6 +121,7 @@ impl Session {
             clock: moves.then_some(clock),
             camera: followed.map(|index| MovingCamera::of(&scene, index)),
             rejected: 0,
+            first_runs: Vec::new(),
             times: Vec::new(),
             opened,
             samples_a_submission: 1,
@@ -142,7 +144,16 @@ impl Session {
     /// The device fails, or the scene cannot be rendered at that frame's time.
     pub fn skip_frame(&mut self, number: u32) -> Result<()> {
         self.set_clock(number)?;
-        self.renderer.skip_frame(number)
+        let times = self.renderer.skip_frame(number)?;
+        self.keep_times(times);
+        Ok(())
+    }
+
+    /// Keeps what a submission took; first runs, which may hold compilation, by themselves.
+    fn keep_times(&mut self, times: Vec<PassTime>) {
+        let (first, rest) = times.into_iter().partition(|time| time.first_run);
+        PassTime::add(&mut self.first_runs, first);
+        self.times = rest;
     }
 
     /// Shows the time of a frame; whether every frame has its own.
@@ -182,7 +193,7 @@ impl Session {
         let added = self
             .renderer
             .add_samples_watched(first, samples, &mut watch);
-        self.times = added?;
+        self.keep_times(added?);
         let each = start.elapsed().as_secs_f64() / f64::from(samples);
         // The first submission holds the shader's compilation; growth is bounded for its sake.
         let fitting = (SUBMISSION.as_secs_f64() / each.max(1e-9)) as u32;
@@ -307,7 +318,7 @@ impl Session {
         check_messages(&instance.validation_messages())
     }
 
-    /// What was done, for `--report`.
+    /// What was done, for `--report`; version 2 since first runs stand apart from `last_submission`.
     ///
     /// # Errors
     /// Never with finite settings.
@@ -320,7 +331,7 @@ impl Session {
             .map(|(name, bytes)| (name.to_owned(), json!(bytes)))
             .collect();
         Ok(json!({
-            "version": 1,
+            "version": 2,
             "scene": self.scene_hash,
             "settings": self.settings.to_value()?,
             "device": info.name,
@@ -338,6 +349,7 @@ impl Session {
             "samples": samples,
             "rejected_values": self.rejected,
             "seconds": self.opened.elapsed().as_secs_f64(),
+            "first_runs": self.first_runs,
             "last_submission": self.times,
             "scene_bytes": memory,
         }))
@@ -362,26 +374,6 @@ fn check_aovs(aovs: &[Aov], settings: &Settings, bounces: u32) -> Result<()> {
         }
     }
     Ok(())
-}
-
-/// Says what the settings leave out of the picture or of the work.
-fn tell_what_is_left_out(settings: &Settings, bounces: u32) {
-    if settings.integrator != Integrator::Restir {
-        return;
-    }
-    if settings.heuristic == Heuristic::Power {
-        notice(
-            "heuristic=power is for integrator=path-tracing; candidates share light by the balance heuristic",
-        );
-    }
-    if bounces > 1 && settings.indirect.mode == IndirectMode::Off {
-        notice("indirect.mode=off gives direct light only, as with --bounces 1");
-    }
-    if settings.direct.resampling.visibility == Visibility::Final
-        && settings.direct.bsdf_samples > 0
-    {
-        notice("direct.visibility=final takes light candidates only, so no BSDF samples are drawn");
-    }
 }
 
 /// The camera that `wanted` names, as it is at a time; without it the first; without any one that

@@ -3,22 +3,23 @@
 use super::arguments::{parse_look_at, size_for};
 use super::interrupt::Interrupt;
 use super::progress::Progress;
-use super::{check_messages, notice, open_scene, open_vulkan, print, settle};
+use super::{apply_clock, check_messages, notice, open_vulkan, print};
 use crate::files::write_atomically;
 use crate::gpu::Device;
 use crate::render::View;
 use crate::scene::camera::framing_camera;
-use crate::scene::{Camera, MovingCamera, Scene, check_name};
+use crate::scene::{Camera, MovingCamera, Scene, check_name, open_watched};
+use crate::study::folder::Folder;
+use crate::study::forecast::Forecast;
 use crate::study::plan::{Expect, Plan, Resolved};
 use crate::study::planned_scene::PlannedScene;
 use crate::study::results::{self, Row};
 use crate::study::store::Store;
 use crate::study::subject::Subject;
-use crate::study::work::{Watcher, Work};
+use crate::study::work::{self, Work};
 use crate::tracing::SceneSizes;
 use crate::tracing::selection::{self, TracerChoice};
 use crate::{Error, Result};
-use std::cell::RefCell;
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -34,7 +35,7 @@ pub struct Args {
     #[arg(long, value_name = "NAME|FILE.toml", default_value = "bias-matrix")]
     plan: String,
     /// Scattering events at most, instead of the plan's
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     bounces: Option<u32>,
     /// A fourth of the seeds and of the references' samples: a first look, no proof
     #[arg(long)]
@@ -51,7 +52,7 @@ pub struct Args {
 ///
 /// # Errors
 /// Wrong arguments or a wrong plan, a device or disk that fails, a signal, or a configuration that
-/// should be unbiased and is not shown to be.
+/// should be unbiased and is not.
 pub fn run(args: &Args) -> Result<()> {
     let mut plan = Plan::open(&args.plan)?;
     plan.bounces = args.bounces.unwrap_or(plan.bounces);
@@ -80,15 +81,19 @@ pub fn run(args: &Args) -> Result<()> {
     if args.quick {
         plan.quicken();
     }
-    std::fs::create_dir_all(args.output.join("references"))
-        .map_err(|e| Error::writing(&args.output, e))?;
     let instance = open_vulkan()?;
     let (info, _) = instance.choose(args.device.as_deref())?;
-    let mut store = Store::open(&args.output.join("runs.jsonl"))?;
-    let watcher = Watching {
-        interrupt: Interrupt::watch()?,
-        folder: args.output.clone(),
-        progress: RefCell::new(None),
+    let folder = Folder::open(&args.output)?;
+    let mut store = Store::open(&folder.runs())?;
+    let interrupt = Interrupt::watch()?;
+    let kept = format!(
+        "{} keeps the finished runs; the same command goes on",
+        args.output.display()
+    );
+    let progress = Progress::of_whole("the study");
+    let mut watch = |share: f64| {
+        progress.at(share);
+        interrupt.check(&kept)
     };
     let own = |planned: &PlannedScene| -> Vec<&Resolved> {
         (configurations.iter())
@@ -97,9 +102,9 @@ pub fn run(args: &Args) -> Result<()> {
     };
     let subject = |planned: &PlannedScene| -> Result<Subject> {
         let name = &planned.name;
-        let mut scene = open_scene(name, &watcher.interrupt)?;
+        let mut scene = open_watched(name, &mut |_, _, _| interrupt.check(&kept))?;
         let clock = plan.clock();
-        settle(&clock, &mut scene, &format!("{name}: "))?;
+        apply_clock(&clock, &mut scene, &format!("{name}: "))?;
         let selection = selection::select(&info, args.tracer, &SceneSizes::of(&scene))?;
         let device = Device::open(&instance, info.clone(), selection.features())?;
         let (camera, moving) = camera(planned, &scene, clock.start_time)?;
@@ -112,7 +117,7 @@ pub fn run(args: &Args) -> Result<()> {
             bounces: plan.bounces,
             jitter: false,
         };
-        let references = args.output.join("references");
+        let references = folder.references();
         Subject::new(
             name,
             &scene,
@@ -123,14 +128,26 @@ pub fn run(args: &Args) -> Result<()> {
             references,
         )
     };
+    let mut forecast = Forecast::default();
+    for planned in &plan.scenes {
+        work::expect(&mut forecast, &plan, planned, &own(planned));
+    }
     // References first: one that knows too little would else be found out after hours of work on the
     // scenes before. A first look proves nothing in any case, nor does a scene without a claim.
     for planned in plan.scenes.iter().filter(|_| !args.quick) {
         let mut claims = own(planned);
-        claims.retain(|c| c.expect != Expect::Biased);
+        claims.retain(|c| c.expect == Expect::Unbiased);
         if !claims.is_empty() {
             let subject = subject(planned)?;
-            Work::new(&plan, planned, subject, &mut store, &watcher).check_references(&claims)?;
+            Work::new(
+                &plan,
+                planned,
+                subject,
+                &mut store,
+                &mut forecast,
+                &mut watch,
+            )
+            .check_references(&claims)?;
         }
     }
     let mut rows = Vec::new();
@@ -139,9 +156,17 @@ pub fn run(args: &Args) -> Result<()> {
         if !subject.is_lit {
             notice(&format!("{}: the scene has no light", planned.name));
         }
-        let mut work = Work::new(&plan, planned, subject, &mut store, &watcher);
+        let mut work = Work::new(
+            &plan,
+            planned,
+            subject,
+            &mut store,
+            &mut forecast,
+            &mut watch,
+        );
         rows.append(&mut work.rows(&own(planned))?);
     }
+    progress.finish();
     results::judge(&mut rows);
     let json = results::json(&rows, &info.name, &info.driver)?;
     write_atomically(&args.output.join("results.json"), |file| {
@@ -179,8 +204,25 @@ fn camera(
     Ok((moving.at(time)?, Some(moving)))
 }
 
-/// An error if any row is not what it should be.
+/// An error if any row is not what it should be, and a line if any is undecided.
 fn verdict(rows: &[Row]) -> Result<()> {
+    let open: Vec<String> = (rows.iter())
+        .filter_map(|row| {
+            let question = row.open_question()?;
+            Some(format!(
+                "{} on {} ({question})",
+                row.configuration, row.scene
+            ))
+        })
+        .collect();
+    if !open.is_empty() {
+        notice(&format!(
+            "{} of {} rows are undecided: {}",
+            open.len(),
+            rows.len(),
+            open.join(", ")
+        ));
+    }
     let failed: Vec<String> = (rows.iter())
         .filter_map(|row| {
             let complaint = row.complaint()?;
@@ -199,32 +241,4 @@ fn verdict(rows: &[Row]) -> Result<()> {
         rows.len(),
         failed.join(", ")
     )))
-}
-
-/// Shows how far a study is, and lets a signal end it.
-struct Watching {
-    interrupt: Interrupt,
-    folder: PathBuf,
-    /// The present piece of work, and what it is: its unit and number of steps.
-    progress: RefCell<Option<(&'static str, u32, Progress)>>,
-}
-
-impl Watcher for Watching {
-    fn at(&self, unit: &'static str, done: u32, total: u32) -> Result<()> {
-        self.interrupt.check(&format!(
-            "{} keeps the finished runs; the same command goes on",
-            self.folder.display()
-        ))?;
-        let mut progress = self.progress.borrow_mut();
-        let is_same = |(u, t, _): &(&str, u32, _)| *u == unit && *t == total;
-        if !progress.as_ref().is_some_and(is_same) {
-            *progress = Some((unit, total, Progress::new(Some(total.into()), unit)));
-        }
-        if done == total {
-            *progress = None;
-        } else if let Some((_, _, bar)) = progress.as_ref() {
-            bar.at(f64::from(done));
-        }
-        Ok(())
-    }
 }

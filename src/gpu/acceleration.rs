@@ -137,7 +137,7 @@ impl AccelerationStructure {
         let range = [vk::AccelerationStructureBuildRangeInfoKHR::default().primitive_count(count)];
         let mut commands = Commands::new(device)?;
         commands.barrier();
-        commands.begin(&format!("build {name}"));
+        commands.begin(&format!("build {name}"), false);
         // SAFETY: inputs, scratch and target live until `finish` has waited.
         unsafe {
             functions.cmd_build_acceleration_structures(commands.raw, &[info], &[&range]);

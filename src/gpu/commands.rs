@@ -16,14 +16,21 @@ pub struct PassTime {
     pub name: String,
     /// Milliseconds between its first and last timestamp.
     pub milliseconds: f64,
+    /// Whether the pass ran for the first time, in which some drivers compile it.
+    #[serde(skip)]
+    pub first_run: bool,
 }
 
 impl PassTime {
-    /// Adds `times` to `total`, where passes of the same name share one entry.
+    /// Adds `times` to `total`, where passes of the same name share one entry; it is a first run if one of
+    /// them is.
     pub fn add(total: &mut Vec<Self>, times: Vec<Self>) {
         for time in times {
             match total.iter_mut().find(|t| t.name == time.name) {
-                Some(same) => same.milliseconds += time.milliseconds,
+                Some(same) => {
+                    same.milliseconds += time.milliseconds;
+                    same.first_run |= time.first_run;
+                }
                 None => total.push(time),
             }
         }
@@ -41,8 +48,8 @@ pub(super) struct Commands {
     fence: vk::Fence,
     /// Two timestamps a region; null if the device has no timestamps.
     queries: vk::QueryPool,
-    /// Names of the regions so far.
-    regions: Vec<String>,
+    /// Name of each region so far, and whether its pass runs for the first time.
+    regions: Vec<(String, bool)>,
 }
 
 impl Commands {
@@ -108,15 +115,15 @@ impl Commands {
         }
     }
 
-    /// Opens a labelled, timed region. Regions do not nest.
-    pub(super) fn begin(&mut self, name: &str) {
+    /// Opens a labelled, timed region. Regions do not nest. `first_run` is passed on to its time.
+    pub(super) fn begin(&mut self, name: &str, first_run: bool) {
         if let (Some(debug), Ok(label)) = (&self.device.debug, CString::new(name)) {
             let label = vk::DebugUtilsLabelEXT::default().label_name(&label);
             // SAFETY: plain command; closed in `end`.
             unsafe { debug.cmd_begin_debug_utils_label(self.raw, &label) };
         }
         self.timestamp(2 * self.regions.len() as u32);
-        self.regions.push(name.to_owned());
+        self.regions.push((name.to_owned(), first_run));
     }
 
     /// Closes the region that `begin` opened.
@@ -187,9 +194,10 @@ impl Commands {
             .regions
             .iter()
             .zip(ticks.chunks_exact(2))
-            .map(|(name, pair)| PassTime {
+            .map(|((name, first_run), pair)| PassTime {
                 name: name.clone(),
                 milliseconds: pair[1].wrapping_sub(pair[0]) as f64 * period * 1e-6,
+                first_run: *first_run,
             })
             .collect())
     }

@@ -7,6 +7,7 @@ use super::reflection::{BindingKind, Interface, Reflection};
 use crate::{Error, Result};
 use ash::vk;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A resource that can be bound to a shader.
 #[derive(Clone, Copy)]
@@ -69,6 +70,7 @@ pub struct ComputePass {
     pub(super) set_layout: vk::DescriptorSetLayout,
     pub(super) interface: Interface,
     name: String,
+    has_run: AtomicBool,
 }
 
 fn descriptor_type(kind: BindingKind) -> vk::DescriptorType {
@@ -119,6 +121,7 @@ impl ComputePass {
             set_layout: vk::DescriptorSetLayout::null(),
             interface,
             name: name.to_owned(),
+            has_run: AtomicBool::new(false),
         };
         let fail = |e| device.failure(&format!("make pass {name}"), e);
         let entries: Vec<_> = constants
@@ -175,6 +178,11 @@ impl ComputePass {
     /// The name in debug labels, timings and messages.
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// Whether this is asked for the first time, which is when the pass is first recorded.
+    pub(super) fn is_first_run(&self) -> bool {
+        !self.has_run.swap(true, Ordering::Relaxed)
     }
 
     /// The resources in the order of the shader's bindings, after a check of name, kind and access.

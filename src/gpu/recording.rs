@@ -51,7 +51,7 @@ impl<'a> Recording<'a> {
         let set = self.descriptor_set(pass, &resources)?;
         let commands = &mut self.commands;
         commands.barrier();
-        commands.begin(pass.name());
+        commands.begin(pass.name(), pass.is_first_run());
         let raw = &commands.device.raw;
         // SAFETY: pipeline, layout and set belong together; the resources live as long as 'a.
         unsafe {

@@ -1,8 +1,11 @@
 //! Pictures: named channels in memory, EXR and PNG on disk.
 
 mod exr;
+mod layers;
 pub(crate) mod png;
 pub(crate) mod tonemap;
+
+pub use layers::Colors;
 
 use crate::{Error, Result};
 use std::collections::{BTreeMap, BTreeSet};

@@ -47,12 +47,12 @@ impl Clock {
         }
     }
 
-    /// Where the clock stands, so does the scene from here on: it is then no more work to render than
-    /// one that never moves.
+    /// Replaces a moving scene by its pose at the start time if the clock is stopped: it then costs no more to
+    /// render than one that never moves.
     ///
     /// # Errors
     /// At that time something is further away than can be rendered, or a camera has no direction.
-    pub fn settle(&self, scene: &mut Scene) -> Result<()> {
+    pub fn freeze_if_stopped(&self, scene: &mut Scene) -> Result<()> {
         if self.fps.is_none() && scene.motion.is_some() {
             *scene = scene.pose_at(self.start_time)?;
         }

@@ -2,8 +2,8 @@
 
 use super::settings::Settings;
 use crate::nearest::nearest;
+use crate::toml_text::TomlText;
 use crate::{Error, Result};
-use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 /// A named set of changes.
@@ -72,24 +72,8 @@ impl Preset {
     /// # Errors
     /// Never with the presets of this build; a test says so.
     pub fn settings(&self) -> Result<Settings> {
-        Settings::default().with(&parse_toml::<Value>(self.name, self.text)?)
+        Settings::default().with(&TomlText::new(self.name, self.text).parse::<Value>()?)
     }
-}
-
-/// What TOML text says: a sparse tree for [`Settings::with`], or a structure of one's own.
-///
-/// # Errors
-/// Text that is not TOML or not of that structure; the message names `origin` and quotes the line.
-pub fn parse_toml<T: DeserializeOwned>(origin: &str, text: &str) -> Result<T> {
-    toml::from_str(text).map_err(|e| {
-        let start = e.span().map_or(0, |span| span.start);
-        let number = 1 + text[..start].matches('\n').count();
-        let line = text.lines().nth(number - 1).unwrap_or_default().trim();
-        Error::input(format!(
-            "{origin}, line {number}, '{line}': {}",
-            e.message().replace('\n', " ")
-        ))
-    })
 }
 
 #[cfg(test)]
@@ -103,17 +87,6 @@ mod tests {
             assert!(!preset.purpose().is_empty(), "{}", preset.name);
         }
         Preset::named(DEFAULT).unwrap();
-    }
-
-    #[test]
-    fn an_error_names_its_line() {
-        for (text, line) in [
-            ("a = 1\na = 2", "line 2, 'a = 2':"),
-            ("= 1", "line 1, '= 1':"),
-        ] {
-            let error = parse_toml::<Value>("x.toml", text).unwrap_err().to_string();
-            assert!(error.contains(line), "{error}");
-        }
     }
 
     #[test]

@@ -183,11 +183,11 @@ impl Renderer {
     }
 
     /// Renders a frame only as the history of those that follow.
-    pub fn skip_frame(&mut self, number: u32) -> Result<()> {
+    pub fn skip_frame(&mut self, number: u32) -> Result<Vec<PassTime>> {
         let camera = self.begin()?;
         match &mut self.technique {
-            Technique::PathTracing(_) => Ok(()),
-            Technique::Restir(frame) => frame.render(number, camera).map(drop),
+            Technique::PathTracing(_) => Ok(Vec::new()),
+            Technique::Restir(frame) => frame.render(number, camera),
         }
     }
 

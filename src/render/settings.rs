@@ -9,6 +9,7 @@ mod reservoirs;
 pub use direct::Direct;
 pub use indirect::{Indirect, IndirectMode, Secondary, Shift};
 pub use keys::Description;
+pub(crate) use keys::flatten;
 pub use resampling::{Candidates, Resampling, ReuseMode, Search, Similar, Spatial, Temporal};
 pub use reservoirs::{Arrays, Order, Reservoirs};
 

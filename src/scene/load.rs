@@ -42,11 +42,10 @@ pub fn load_watched(path: &Path, watch: &mut Watch<'_>) -> Result<Scene> {
             }
             gltf::read(&bytes, folder, &mut progress)
         }),
-        Some("obj") => {
-            let (file, _) = open_file(path, &mut progress)?;
+        Some("obj") => open_file(path, &mut progress).and_then(|(file, _)| {
             let file = Watched::new(file, &mut progress);
             obj::read(std::io::BufReader::with_capacity(1 << 16, file), folder)
-        }
+        }),
         _ => Err(Error::input(
             "is no scene that can be read; give a .gltf, .glb or .obj file",
         )),
@@ -64,7 +63,7 @@ pub fn load_watched(path: &Path, watch: &mut Watch<'_>) -> Result<Scene> {
 
 /// A file, and how many bytes it has.
 fn open_file(path: &Path, progress: &mut Progress<'_>) -> Result<(File, u64)> {
-    let file = File::open(path).map_err(|cause| unreadable(path, cause))?;
+    let file = File::open(path).map_err(unreadable)?;
     // A pipe reports no length; the reported total is then smaller than the bytes read.
     let length = file.metadata().map_or(0, |about| about.len());
     progress.expect(length);
@@ -82,7 +81,7 @@ fn read_whole(path: &Path, progress: &mut Progress<'_>) -> Result<Vec<u8>> {
     let mut bytes = room_for(length)?;
     Watched::new(file, progress)
         .read_to_end(&mut bytes)
-        .map_err(|cause| Error::from_io(cause, |cause| unreadable(path, cause)))?;
+        .map_err(|cause| Error::from_io(cause, unreadable))?;
     Ok(bytes)
 }
 
@@ -99,8 +98,9 @@ fn finished(mut scene: Scene, path: &Path) -> Scene {
     scene
 }
 
-fn unreadable(path: &Path, cause: std::io::Error) -> Error {
-    Error::reading(Path::new(&one_line(path)), cause)
+/// The file's path stands before it, as before all that is wrong with a scene.
+fn unreadable(cause: std::io::Error) -> Error {
+    Error::input(format!("cannot be read: {cause}"))
 }
 
 /// A path for messages: unchanged unless it contains control characters, which could break the line.

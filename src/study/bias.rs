@@ -25,8 +25,10 @@ pub const LEVEL: f64 = 0.01;
 pub const CONFIRMING_SEEDS: u32 = 128;
 /// Most samples of a control: beyond, its noise is skewed no more.
 const MOST_CONTROL_SAMPLES: u32 = 64;
-/// Standard errors beyond its threshold at which a test fails nine times in ten.
-const NINE_IN_TEN: f64 = 1.2816;
+/// Standard errors of a normal distribution's 99 % half-width.
+const NORMAL_99: f64 = 2.5758;
+/// Standard errors beyond its threshold at which a difference is found with a power of 90 %.
+const POWER: f64 = 1.2816;
 
 /// What seeds say of a configuration's mean.
 #[derive(Clone, Debug, Serialize)]
@@ -41,8 +43,11 @@ pub struct Bias {
     pub p_values: [f64; 3],
     #[serde(skip)]
     differences: [Estimate; 3],
+    /// The reference's part of the differences' standard errors.
     #[serde(skip)]
-    truth: [f64; 3],
+    truth_errors: [f64; 3],
+    #[serde(skip)]
+    scale: [f64; 3],
 }
 
 impl Bias {
@@ -53,16 +58,36 @@ impl Bias {
             let means: Vec<f64> = runs.iter().map(|run| run.mean[c]).collect();
             Estimate::of(&means)
         });
-        let differences = [0, 1, 2].map(|c| own[c].minus(&truth[c]));
-        let truth_or_least = truth.map(|t| t.mean.abs().max(f64::MIN_POSITIVE));
-        let over = |c: usize, value: f64| value / truth_or_least[c];
+        let (rounding, _) = reference.rounding();
+        let (scale, _) = reference.scale();
+        let is_exact = [0, 1, 2].map(|c| is_rounding(&own[c].minus(&truth[c]), rounding[c]));
+        let differences = [0, 1, 2].map(|c| {
+            let difference = own[c].minus(&truth[c]);
+            if is_exact[c] {
+                Estimate {
+                    mean: 0.0,
+                    standard_error: 0.0,
+                    ..difference
+                }
+            } else {
+                difference
+            }
+        });
+        let over = |c: usize, value: f64| value / scale[c];
         Self {
             seeds: runs.len(),
             relative: [0, 1, 2].map(|c| over(c, differences[c].mean)),
             half_width: [0, 1, 2].map(|c| over(c, differences[c].t_interval_half_width(0.99))),
-            p_values: [0, 1, 2].map(|c| welch_p_value(&own[c], &truth[c])),
+            p_values: [0, 1, 2].map(|c| {
+                if is_exact[c] {
+                    1.0
+                } else {
+                    welch_p_value(&own[c], &truth[c])
+                }
+            }),
             differences,
-            truth: truth_or_least,
+            truth_errors: truth.map(|t| t.standard_error),
+            scale,
         }
     }
 
@@ -71,26 +96,54 @@ impl Bias {
         self.half_width.iter().copied().fold(0.0, f64::max)
     }
 
-    /// The relative bias that is found nine times in ten, when `tests` are made in all.
-    pub fn found_nine_times_in_ten(&self, tests: usize) -> f64 {
+    /// The relative bias that is found with a power of 90 %, when `tests` are made in all.
+    pub fn detectable(&self, tests: usize) -> f64 {
         let level = LEVEL / tests.max(1) as f64;
         let each = [0, 1, 2].map(|c| {
             let difference = &self.differences[c];
             let threshold = difference.t_interval_half_width(1.0 - level);
-            (threshold + NINE_IN_TEN * difference.standard_error) / self.truth[c]
+            (threshold + POWER * difference.standard_error) / self.scale[c]
         });
         each.into_iter().fold(0.0, f64::max)
     }
+
+    /// Seeds that would make the half-widths [`WIDEST`], beside those that there are; none if the reference's own
+    /// error is too large for any number of them.
+    pub fn missing_seeds(&self) -> Option<f64> {
+        let seeds = self.seeds as f64;
+        let needed = [0, 1, 2].map(|c| {
+            let error = self.differences[c].standard_error;
+            if self.half_width[c] <= WIDEST {
+                return Some(seeds);
+            }
+            // Of as many seeds as it takes, Student's interval is nearly a normal one. Only the runs' part of the
+            // error shrinks with their number.
+            let wanted = WIDEST * self.scale[c] / NORMAL_99;
+            let truth = self.truth_errors[c].powi(2);
+            let left = wanted.powi(2) - truth;
+            let needed = seeds * (error.powi(2) - truth).max(0.0) / left;
+            (left > 0.0).then(|| needed.max(seeds + 1.0))
+        });
+        let needed: Option<Vec<f64>> = needed.into_iter().collect();
+        needed.map(|all| (all.into_iter().fold(seeds, f64::max) - seeds).ceil())
+    }
+}
+
+/// Whether a difference is no more than rounding makes, noise included.
+fn is_rounding(difference: &Estimate, rounding: f64) -> bool {
+    difference.mean.abs() <= rounding && difference.standard_error <= rounding
 }
 
 /// How far each block is from the reference. Blocks without noise, black ones, say nothing.
 fn block_differences(runs: &[&Run], reference: &Reference) -> Vec<Option<Estimate>> {
     let truth = reference.block_estimates();
-    (truth.iter().enumerate())
-        .map(|(block, truth)| {
+    let (_, rounding) = reference.rounding();
+    (truth.iter().zip(rounding).enumerate())
+        .map(|(block, (truth, rounding))| {
             let means: Vec<f64> = runs.iter().map(|run| run.blocks[block]).collect();
             let difference = Estimate::of(&means).minus(truth);
-            (difference.standard_error > 0.0).then_some(difference)
+            let has_noise = difference.standard_error > 0.0;
+            (has_noise && !is_rounding(&difference, rounding)).then_some(difference)
         })
         .collect()
 }
@@ -103,9 +156,12 @@ fn t_values(runs: &[&Run], reference: &Reference) -> Vec<f64> {
 }
 
 /// Chance that the blocks' t values come from the control's distribution and that none is so far off, if
-/// blocks were independent.
+/// blocks were independent; 1 without any noise to look at.
 pub fn blocks_p_value(runs: &[&Run], control: &[&Run], reference: &Reference) -> f64 {
     let own = t_values(runs, reference);
+    if own.is_empty() {
+        return 1.0;
+    }
     let all = kolmogorov_smirnov_p_value(&own, &t_values(control, reference));
     let farthest = own.iter().fold(0.0, |most: f64, t| most.max(t.abs()));
     let worst = 2.0 * t_tail(farthest, runs.len() as f64 - 1.0) * own.len() as f64;
@@ -123,7 +179,7 @@ pub fn control(configuration: &Resolved, samples: u32) -> Resolved {
         accumulate: true,
         count: false,
         scenes: Vec::new(),
-        expect: Expect::Unbiased,
+        expect: Expect::Any,
     }
 }
 
@@ -209,7 +265,7 @@ pub(super) mod samples {
 
     /// A reference of six blocks in a row, each of luminance 1.
     pub fn reference() -> Reference {
-        let side = crate::study::run::BLOCK;
+        let side = crate::study::reference::BLOCK;
         Reference {
             width: (BLOCKS * side) as u32,
             mean: vec![[1.0; 3]; BLOCKS * side * side],
@@ -227,7 +283,7 @@ pub(super) mod samples {
                 Estimate::of(&of.iter().map(|run| run.blocks[b]).collect::<Vec<f64>>())
             })
             .collect();
-        let side = crate::study::run::BLOCK;
+        let side = crate::study::reference::BLOCK;
         let mut noisy = reference();
         for (i, (mean, error)) in noisy.mean.iter_mut().zip(&mut noisy.error).enumerate() {
             let block = &blocks[i % (BLOCKS * side) / side];
@@ -336,17 +392,69 @@ mod tests {
     }
 
     #[test]
-    fn a_bias_as_large_as_is_found_nine_times_in_ten_is_beyond_the_threshold() {
+    fn a_detectable_bias_is_beyond_the_threshold() {
         let plain = runs(64, 0, [0.0; BLOCKS]);
         let plain: Vec<&Run> = plain.iter().collect();
         let bias = Bias::measure(&plain, &reference());
-        let found = bias.found_nine_times_in_ten(1);
+        let found = bias.detectable(1);
         assert!(
             found > bias.widest() && found < 2.0 * bias.widest(),
             "{bias:?} {found}"
         );
         // More tests need larger differences.
-        assert!(bias.found_nine_times_in_ten(100) > found);
+        assert!(bias.detectable(100) > found);
+    }
+
+    /// Emission alone: no run differs from any other, and the reference from them by its rounding only.
+    #[test]
+    fn without_noise_there_is_neither_alarm_nor_infinity() {
+        for (emission, sums_rounding) in [(0.0, 0.0), (7.0, 0.0), (7.0, 3e-7)] {
+            let mut truth = reference();
+            truth.emission = vec![[emission; 3]; truth.mean.len()];
+            truth.mean = vec![[emission + sums_rounding; 3]; truth.mean.len()];
+            truth.error = vec![[sums_rounding; 3]; truth.mean.len()];
+            let mut same = runs(8, 0, [0.0; BLOCKS]);
+            for run in &mut same {
+                run.mean = [0.0; 3];
+                run.blocks = vec![0.0; BLOCKS];
+            }
+            let same: Vec<&Run> = same.iter().collect();
+            let bias = Bias::measure(&same, &truth);
+            assert_eq!(bias.relative, [0.0; 3]);
+            assert_eq!((bias.half_width, bias.p_values), ([0.0; 3], [1.0; 3]));
+            assert_eq!(bias.detectable(100), 0.0);
+            assert_eq!(blocks_p_value(&same, &same, &truth), 1.0);
+            assert_eq!(truth.half_width(), 0.0);
+        }
+        // Light where there should be none is a bias, though it has no noise either.
+        let mut black = reference();
+        black.mean = vec![[0.0; 3]; black.mean.len()];
+        black.error = black.mean.clone();
+        let mut lit = runs(8, 0, [0.0; BLOCKS]);
+        for run in &mut lit {
+            run.mean = [0.25; 3];
+        }
+        let bias = Bias::measure(&lit.iter().collect::<Vec<_>>(), &black);
+        assert_eq!((bias.relative, bias.p_values), ([0.25; 3], [0.0; 3]));
+    }
+
+    #[test]
+    fn missing_seeds_are_as_many_as_make_the_interval_narrow() {
+        let measure = |count| {
+            let plain = runs(count, 0, [0.0; BLOCKS]);
+            Bias::measure(&plain.iter().collect::<Vec<_>>(), &reference())
+        };
+        let few = measure(16);
+        assert!(few.widest() > 2.0 * WIDEST, "{few:?}");
+        let more = few.missing_seeds().unwrap();
+        let enough = measure(16 + more as u32);
+        assert!((0.6..1.3).contains(&(enough.widest() / WIDEST)), "{more}");
+        assert_eq!(measure(4096).missing_seeds(), Some(0.0));
+        let mut vague = reference();
+        vague.error = vec![[1.0; 3]; vague.error.len()];
+        let plain = runs(64, 0, [0.0; BLOCKS]);
+        let bias = Bias::measure(&plain.iter().collect::<Vec<_>>(), &vague);
+        assert_eq!(bias.missing_seeds(), None);
     }
 
     #[test]

@@ -20,15 +20,12 @@ impl BlockBias {
     /// The product of two runs' differences from the truth has the square of the bias as its mean, since
     /// their noise is independent. The mean over all pairs is a U-statistic (Hoeffding, "A class of
     /// statistics with asymptotically normal distribution", 1948); its error is the jackknife's over runs.
-    pub fn measure(runs: &[&Run], reference: &Reference) -> Self {
+    pub fn measure(runs: &[&Run], reference: &Reference) -> Option<Self> {
         let truth = reference.block_estimates();
         let blocks = truth.len() as f64;
         let count = runs.len() as f64;
         if runs.len() < 3 {
-            return Self {
-                relative: 0.0,
-                interval: [0.0, f64::INFINITY],
-            };
+            return None;
         }
         let differences: Vec<Vec<f64>> = (runs.iter())
             .map(|run| {
@@ -71,12 +68,12 @@ impl BlockBias {
         };
         let square = Estimate::of(&parts).minus(&shared);
         let half_width = square.t_interval_half_width(0.99);
-        let luminance = truth.iter().map(|t| t.mean).sum::<f64>() / blocks;
-        let part = |square: f64| square.max(0.0).sqrt() / luminance.max(f64::MIN_POSITIVE);
-        Self {
+        let (_, luminance) = reference.scale();
+        let part = |square: f64| square.max(0.0).sqrt() / luminance;
+        Some(Self {
             relative: part(square.mean),
             interval: [square.mean - half_width, square.mean + half_width].map(part),
-        }
+        })
     }
 }
 
@@ -87,7 +84,7 @@ mod tests {
 
     fn measured(count: u32, offset: [f64; 6]) -> BlockBias {
         let runs = runs(count, 0, offset);
-        BlockBias::measure(&runs.iter().collect::<Vec<_>>(), &reference())
+        BlockBias::measure(&runs.iter().collect::<Vec<_>>(), &reference()).unwrap()
     }
 
     #[test]
@@ -115,7 +112,7 @@ mod tests {
         let truth = (4.0_f64 / 6.0 * 1e-4).sqrt();
         let missed = (0..TRIALS).filter(|trial| {
             let runs = runs(64, 1000 * trial, offset);
-            let found = BlockBias::measure(&runs.iter().collect::<Vec<_>>(), &reference());
+            let found = BlockBias::measure(&runs.iter().collect::<Vec<_>>(), &reference()).unwrap();
             !(found.interval[0]..=found.interval[1]).contains(&truth)
         });
         // Of 200 at one in a hundred more than 8 come once in three thousand times.
@@ -133,7 +130,7 @@ mod tests {
                 let first_seed = 100_000 * (trial + 1);
                 let noisy = noisy_reference(first_seed, [16, 128, 128, 128, 128, 128]);
                 let runs = runs(128, first_seed + 7000, [offset, 0.0, 0.0, 0.0, 0.0, 0.0]);
-                let found = BlockBias::measure(&runs.iter().collect::<Vec<_>>(), &noisy);
+                let found = BlockBias::measure(&runs.iter().collect::<Vec<_>>(), &noisy).unwrap();
                 !(found.interval[0]..=found.interval[1]).contains(&truth)
             });
             // As above, but that the reference's errors are known from few runs themselves.
@@ -144,7 +141,21 @@ mod tests {
 
     #[test]
     fn two_runs_say_nothing() {
-        let found = measured(2, [0.5; 6]);
-        assert!(found.interval == [0.0, f64::INFINITY], "{found:?}");
+        let runs = runs(2, 0, [0.5; 6]);
+        let found = BlockBias::measure(&runs.iter().collect::<Vec<_>>(), &reference());
+        assert!(found.is_none(), "{found:?}");
+    }
+
+    #[test]
+    fn a_black_scene_has_no_bias_in_its_blocks() {
+        let mut black = reference();
+        black.mean = vec![[0.0; 3]; black.mean.len()];
+        black.error = black.mean.clone();
+        let mut runs = runs(8, 0, [0.0; 6]);
+        for run in &mut runs {
+            run.blocks = vec![0.0; 6];
+        }
+        let found = BlockBias::measure(&runs.iter().collect::<Vec<_>>(), &black).unwrap();
+        assert_eq!((found.relative, found.interval), (0.0, [0.0; 2]));
     }
 }

@@ -4,6 +4,8 @@
 
 pub mod bias;
 pub mod block_bias;
+pub mod folder;
+pub mod forecast;
 pub mod plan;
 pub mod planned_scene;
 pub mod reference;

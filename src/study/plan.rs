@@ -2,8 +2,10 @@
 
 use super::planned_scene::PlannedScene;
 use crate::nearest::nearest;
-use crate::render::presets::{Preset, parse_toml};
+use crate::render::presets::Preset;
+use crate::render::settings::Integrator;
 use crate::render::{Clock, Settings};
+use crate::toml_text::{Step, TomlText};
 use crate::{Error, Result};
 use serde::Deserialize;
 use serde_json::{Map, Value};
@@ -48,6 +50,9 @@ pub struct Plan {
     /// Products of settings.
     #[serde(default)]
     pub sweeps: Vec<Sweep>,
+    /// The text that says all this.
+    #[serde(skip)]
+    pub source: TomlText,
 }
 
 /// Seeds at most: those of controls and of confirmations begin far beyond.
@@ -70,14 +75,24 @@ fn default_spp() -> u32 {
 }
 
 /// Whether a configuration should be found biased.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Expect {
-    /// It should pass the bias check, or the study fails.
-    #[default]
+    /// It has no bias: the study fails if the bias check finds one, and renders more seeds where that takes them.
     Unbiased,
-    /// Its bias is a number to know.
+    /// Its bias is known to be there; the check says how large it is.
     Biased,
+    /// Nothing is claimed.
+    Any,
+}
+
+impl Expect {
+    fn or_default(given: Option<Self>, settings: &Settings) -> Self {
+        given.unwrap_or(match settings.integrator {
+            Integrator::PathTracing => Self::Any,
+            Integrator::Restir => Self::Unbiased,
+        })
+    }
 }
 
 /// One configuration.
@@ -97,9 +112,10 @@ pub struct Configuration {
     /// Names of the plan's scenes that it is rendered on; without, all.
     #[serde(default)]
     pub scenes: Vec<String>,
-    /// What the bias check should find.
+    /// What the bias check should find; by default `unbiased`, and `any` for path tracing, which makes the
+    /// references themselves.
     #[serde(default)]
-    pub expect: Expect,
+    pub expect: Option<Expect>,
 }
 
 /// Configurations for every combination of some settings' values.
@@ -116,9 +132,10 @@ pub struct Sweep {
     /// Names of the plan's scenes that they are rendered on; without, all.
     #[serde(default)]
     pub scenes: Vec<String>,
-    /// What the bias check should find.
+    /// What the bias check should find; by default `unbiased`, and `any` for path tracing, which makes the
+    /// references themselves.
     #[serde(default)]
-    pub expect: Expect,
+    pub expect: Option<Expect>,
 }
 
 /// A configuration with its settings resolved.
@@ -214,7 +231,11 @@ impl Plan {
     /// # Errors
     /// Text that is not TOML, unknown keys, or values that no plan can have.
     pub fn parse(origin: &str, text: &str) -> Result<Self> {
-        let plan: Self = parse_toml(origin, text)?;
+        let source = TomlText::new(origin, text);
+        let plan = Self {
+            source: source.clone(),
+            ..source.parse()?
+        };
         let wrong = |what: &str| Err(Error::input(format!("{origin}: {what}")));
         if plan.scenes.is_empty() {
             return wrong("scenes is empty; name at least one");
@@ -261,56 +282,49 @@ impl Plan {
     /// An unknown preset or setting, a value out of range, settings of indirect light where there is none, or
     /// two configurations of one name.
     pub fn resolve(&self) -> Result<Vec<Resolved>> {
-        let sweeps = self.sweeps.iter().flat_map(|s| [&s.set, &s.over]);
-        let sets = self.configurations.iter().map(|c| &c.set).chain(sweeps);
-        // They would all show the same, and pass for what is not there.
-        if self.bounces < 2
-            && let Some(key) = sets
-                .flat_map(Map::keys)
-                .find(|key| key.split('.').next() == Some("indirect"))
-        {
-            return Err(Error::input(format!(
-                "the plan sets {key}, but with bounces {} there is no indirect light; it begins with 2",
-                self.bounces
-            )));
-        }
         let mut all = Vec::new();
-        for c in &self.configurations {
-            let settings = settings(&c.preset, &[&c.set])?;
+        for (index, c) in self.configurations.iter().enumerate() {
+            let path = [Step::Key("configurations"), Step::Index(index)];
+            let settings = self.settings(&path, &c.preset, &[("set", &c.set)])?;
             all.push(Resolved {
                 name: c.name.clone(),
+                expect: Expect::or_default(c.expect, &settings),
                 settings,
                 frames: self.frames,
                 clock: self.clock(),
                 accumulate: c.accumulate,
                 count: self.count,
                 scenes: c.scenes.clone(),
-                expect: c.expect,
             });
         }
-        for sweep in &self.sweeps {
-            for choice in combinations(&sweep.over)? {
+        for (index, sweep) in self.sweeps.iter().enumerate() {
+            let path = [Step::Key("sweeps"), Step::Index(index)];
+            for choice in combinations(&sweep.over).map_err(|e| self.wrong(&e.to_string()))? {
                 let values = choice
                     .values()
                     .map(|v| v.as_str().map_or(v.to_string(), str::to_owned));
                 let name = values.collect::<Vec<_>>().join("/");
-                let settings = settings(&sweep.preset, &[&sweep.set, &choice])?;
+                let settings = self.settings(
+                    &path,
+                    &sweep.preset,
+                    &[("set", &sweep.set), ("over", &choice)],
+                )?;
                 all.push(Resolved {
                     name,
+                    expect: Expect::or_default(sweep.expect, &settings),
                     settings,
                     frames: self.frames,
                     clock: self.clock(),
                     accumulate: false,
                     count: self.count,
                     scenes: sweep.scenes.clone(),
-                    expect: sweep.expect,
                 });
             }
         }
         for scene in all.iter().flat_map(|c| &c.scenes) {
             let named = self.scenes.iter().map(|scene| scene.name.as_str());
             if !named.clone().any(|name| name == scene) {
-                return Err(Error::input(format!(
+                return Err(self.wrong(&format!(
                     "a configuration is for scene '{scene}', which is none of the plan's{}",
                     nearest(scene, named)
                 )));
@@ -319,12 +333,43 @@ impl Plan {
         let mut names: Vec<&str> = all.iter().map(|c| c.name.as_str()).collect();
         names.sort_unstable();
         if let Some(pair) = names.windows(2).find(|pair| pair[0] == pair[1]) {
-            return Err(Error::input(format!(
-                "two configurations are named '{}'",
-                pair[0]
-            )));
+            return Err(self.wrong(&format!("two configurations are named '{}'", pair[0])));
         }
         Ok(all)
+    }
+
+    /// A preset's settings with changes, which stand under their names in the table at `path`.
+    fn settings(
+        &self,
+        path: &[Step<'_>],
+        preset: &str,
+        changes: &[(&str, &Map<String, Value>)],
+    ) -> Result<Settings> {
+        let preset =
+            Preset::named(preset).map_err(|error| self.source.error_for(path, "preset", error))?;
+        let mut settings = preset.settings()?;
+        for (name, changes) in changes {
+            let path = [path, &[Step::Key(name)]].concat();
+            // They would all show the same, and pass for what is not there.
+            if self.bounces < 2
+                && let Some(key) = changes
+                    .keys()
+                    .find(|key| key.split('.').next() == Some("indirect"))
+            {
+                let error = Error::input(format!(
+                    "the plan sets {key}, but with bounces {} there is no indirect light; it begins with 2",
+                    self.bounces
+                ));
+                return Err(self.source.error_for(&path, key, error));
+            }
+            let changes = Value::Object((*changes).clone());
+            settings = self.source.change(&settings, &path, &changes)?;
+        }
+        Ok(settings)
+    }
+
+    fn wrong(&self, what: &str) -> Error {
+        Error::input(format!("{}: {what}", self.source.origin))
     }
 
     /// Leaves a fourth of the seeds and of the references' samples.
@@ -342,14 +387,6 @@ impl Plan {
     pub fn most_seeds(&self) -> u32 {
         self.most_seeds.unwrap_or(4 * self.seeds).max(self.seeds)
     }
-}
-
-fn settings(preset: &str, changes: &[&Map<String, Value>]) -> Result<Settings> {
-    changes
-        .iter()
-        .try_fold(Preset::named(preset)?.settings()?, |settings, map| {
-            settings.with(&Value::Object((*map).clone()))
-        })
 }
 
 /// Every combination of one value for each key.
@@ -398,6 +435,21 @@ mod tests {
         assert_eq!(all.len(), 7);
         assert_eq!(all[6].name, "pairwise/3");
         assert_eq!(all[6].settings.direct.resampling.spatial.neighbours, 3);
+    }
+
+    #[test]
+    fn only_what_resamples_is_claimed_to_be_unbiased_without_a_word() {
+        let expected = |more: &str| {
+            let text = TEXT.replace("\"one\"\n", &format!("\"one\"\n{more}\n"));
+            let all = Plan::parse("plan", &text).unwrap().resolve().unwrap();
+            all[0].expect
+        };
+        assert_eq!(expected(""), Expect::Unbiased);
+        assert_eq!(expected("expect = \"any\""), Expect::Any);
+        let path_tracing = "set = { integrator = \"path-tracing\" }";
+        assert_eq!(expected(path_tracing), Expect::Any);
+        let claimed = format!("{path_tracing}\nexpect = \"unbiased\"");
+        assert_eq!(expected(&claimed), Expect::Unbiased);
     }
 
     #[test]

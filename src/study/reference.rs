@@ -1,15 +1,19 @@
 //! References: made once, kept under a name that is the hash of what they show.
 
-use super::run::BLOCK;
 use crate::gpu::Device;
 use crate::image::Image;
 use crate::metrics::statistics::Estimate;
+use crate::progress::Watch;
 use crate::render::{Renderer, Settings, View};
 use crate::tracing::GpuScene;
 use crate::{Error, Result};
 use std::path::Path;
 use std::sync::Arc;
 
+/// Pixels of a block's side.
+pub const BLOCK: usize = 8;
+/// What rounding may change of a pixel, as a part of it: sums of thousands of samples keep 24 bits and more.
+const ROUNDING: f64 = 1e-6;
 /// Seed of references: far from those of runs.
 const SEED: u32 = 0x5EED_0000;
 /// Samples between looks at the clock of whoever waits.
@@ -61,12 +65,12 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// Reads the reference from `path`, or makes it and keeps it there. `watch` hears how many
-    /// samples are done, and can end the work.
+    /// Reads the reference from `path`, or makes it and keeps it there. `watch` hears which
+    /// share of it is made, and can end the work.
     ///
     /// # Errors
     /// The device or the disk fails, the file is not a reference of this view, or `watch` ends it.
-    pub fn obtain(path: &Path, shot: &Shot, watch: &dyn Fn(u32) -> Result<()>) -> Result<Self> {
+    pub fn obtain(path: &Path, shot: &Shot, watch: &mut Watch) -> Result<Self> {
         let (view, samples) = (&shot.view, shot.samples);
         let mut renderer = shot.renderer(0)?;
         renderer.add_samples(0, 1)?;
@@ -75,13 +79,23 @@ impl Reference {
             .iter()
             .map(|p| p.mean(1).as_vec3().to_array())
             .collect();
+        let unusable = |why: &str| {
+            Error::input(format!(
+                "{}: {why}; delete this file, and the study makes it again",
+                path.display()
+            ))
+        };
         let image = if path.exists() {
-            Image::read(path)?
+            Image::read(path).map_err(|error| match std::fs::File::open(path) {
+                Ok(_) => unusable("the reference is damaged"),
+                Err(_) => error,
+            })?
         } else {
             let mut renderer = shot.renderer(view.bounces)?;
             for first in (0..samples).step_by(AT_ONCE as usize) {
-                renderer.add_samples(first, AT_ONCE.min(samples - first))?;
-                watch(first + AT_ONCE.min(samples - first))?;
+                let count = AT_ONCE.min(samples - first);
+                renderer.add_samples(first, count)?;
+                watch(f64::from(first + count) / f64::from(samples))?;
             }
             if renderer.rejected()? > 0 {
                 return Err(Error::failed(format!(
@@ -109,10 +123,7 @@ impl Reference {
             let channel = |c| image.floats(&format!("{prefix}{c}")).unwrap_or_default();
             let (r, g, b) = (channel("R"), channel("G"), channel("B"));
             if [r, g, b].iter().any(|c| c.len() != pixels) {
-                return Err(Error::failed(format!(
-                    "{}: not a reference of this view; remove it, and it is made again",
-                    path.display()
-                )));
+                return Err(unusable("it is no reference of this view"));
             }
             Ok((0..pixels).map(|i| [r[i], g[i], b[i]]).collect())
         };
@@ -127,21 +138,52 @@ impl Reference {
 
     /// Means of a picture's channels, and of its blocks' luminance, emission left out.
     pub fn reduce(&self, picture: &[[f32; 3]]) -> ([f64; 3], Vec<f64>) {
-        let lit = |i: usize, c: usize| f64::from(picture[i][c]) - f64::from(self.emission[i][c]);
+        self.means(|i, c| f64::from(picture[i][c]) - f64::from(self.emission[i][c]))
+    }
+
+    /// How large a difference of these means may be that comes of rounding alone: a picture without noise is the
+    /// reference but for the last bits of its sums, in which the emission takes part.
+    pub fn rounding(&self) -> ([f64; 3], Vec<f64>) {
+        self.means(|i, c| {
+            let emission = f64::from(self.emission[i][c]).abs();
+            ROUNDING * emission.max(f64::from(self.mean[i][c]).abs())
+        })
+    }
+
+    /// What the means of channels are parts of, and the blocks' luminance: the reference's own, where there is
+    /// more than rounding. A black channel's bias is a part of the brightest one's mean, and where all are
+    /// black, of the emission. Never 0.
+    pub fn scale(&self) -> ([f64; 3], f64) {
+        let (mean, blocks) = self.reduce(&self.mean);
+        let (rounding, rounded_blocks) = self.rounding();
+        let average = |blocks: &[f64]| blocks.iter().sum::<f64>() / blocks.len() as f64;
+        let lit = |c: usize| Some(mean[c].abs()).filter(|mean| *mean > rounding[c]);
+        let any = [0, 1, 2].into_iter().filter_map(lit).fold(0.0, f64::max);
+        let emission = rounding.into_iter().fold(0.0, f64::max) / ROUNDING;
+        let instead = [any, emission, 1.0].into_iter().find(|scale| *scale > 0.0);
+        let instead = instead.unwrap_or(1.0);
+        let luminance = Some(average(&blocks)).filter(|l| *l > average(&rounded_blocks));
+        (
+            [0, 1, 2].map(|c| lit(c).unwrap_or(instead)),
+            luminance.unwrap_or(instead),
+        )
+    }
+
+    /// Means of the channels of something in each pixel, and of its blocks' luminance.
+    fn means(&self, value: impl Fn(usize, usize) -> f64) -> ([f64; 3], Vec<f64>) {
+        let pixels = self.mean.len();
         let mut mean = [0.0; 3];
         let mut blocks = self.empty_blocks();
-        for i in 0..picture.len() {
+        for i in 0..pixels {
             for (c, mean) in mean.iter_mut().enumerate() {
-                *mean += lit(i, c) / picture.len() as f64;
+                *mean += value(i, c) / pixels as f64;
             }
             let (sum, count) = &mut blocks[self.block_of(i)];
-            *sum += 0.2126 * lit(i, 0) + 0.7152 * lit(i, 1) + 0.0722 * lit(i, 2);
+            *sum += 0.2126 * value(i, 0) + 0.7152 * value(i, 1) + 0.0722 * value(i, 2);
             *count += 1.0;
         }
-        (
-            mean,
-            blocks.into_iter().map(|(sum, count)| sum / count).collect(),
-        )
+        let blocks = blocks.into_iter().map(|(sum, count)| sum / count);
+        (mean, blocks.collect())
     }
 
     /// What the reference itself says of the channels' means.
@@ -161,9 +203,10 @@ impl Reference {
 
     /// The same by Student's quantile of so many samples. A black channel is known for sure.
     fn half_width_by(&self, samples: u64) -> f64 {
-        (self.mean_estimates().into_iter())
-            .filter(|e| e.mean != 0.0)
-            .map(|e| Estimate { samples, ..e }.relative_half_width(0.99))
+        let (rounding, _) = self.rounding();
+        (self.mean_estimates().into_iter().zip(rounding))
+            .filter(|(e, rounding)| e.mean.abs() > *rounding)
+            .map(|(e, _)| Estimate { samples, ..e }.relative_half_width(0.99))
             .fold(0.0, f64::max)
     }
 

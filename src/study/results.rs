@@ -4,9 +4,10 @@ use super::bias::{Bias, Confirmation, LEVEL, WIDEST};
 use super::block_bias::BlockBias;
 use super::plan::{Expect, Resolved};
 use super::run::{Milliseconds, Run, medians};
+use crate::Result;
+use crate::json::value_of;
 use crate::metrics::statistics::holm;
 use crate::render::counters::Counts;
-use crate::{Error, Result};
 use serde::Serialize;
 use serde_json::Value;
 use std::fmt::Write as _;
@@ -28,10 +29,13 @@ pub struct Row {
     pub rmse_clamped: Vec<f64>,
     /// Likewise.
     pub relmse: Vec<f64>,
-    /// Likewise, of errors with those of the frame before.
+    /// Likewise, the temporal correlation of errors with those of the frame before.
     pub correlation: Vec<f64>,
-    /// Median over seeds of what passes take, the median over frames each.
+    /// Median over seeds of what passes take, the median over frames each; first runs are left out.
     pub milliseconds: Milliseconds,
+    /// What passes took that ran for the first time, in which some drivers compile them; empty where all runs are
+    /// of an earlier study that was stopped.
+    pub first_runs: Milliseconds,
     /// What the passes of the last frame count where the first run is repeated, if the plan asks for it.
     pub counts: Vec<Counts>,
     /// Bytes on the device that resampling keeps for each pixel.
@@ -40,8 +44,8 @@ pub struct Row {
     pub rejected: u64,
     /// What the bias check measured.
     pub bias: Bias,
-    /// The bias by blocks.
-    pub block_bias: BlockBias,
+    /// The bias by blocks; null of fewer than three runs.
+    pub block_bias: Option<BlockBias>,
     /// Chance that the blocks' t values are distributed as those of an unbiased control, were blocks
     /// independent.
     pub blocks_p_value: f64,
@@ -49,14 +53,28 @@ pub struct Row {
     pub confirmation: Option<Confirmation>,
     /// The least of its p-values after Holm's correction over the whole study.
     pub corrected_p_value: f64,
-    /// The relative bias that the check finds nine times in ten.
-    pub found_nine_times_in_ten: f64,
+    /// The relative bias that the check finds with a power of 90 %.
+    pub detectable_bias: f64,
     /// Whether a run comes out again to the last bit: if not, passes race for what they share.
     pub replays: bool,
     /// What it was expected to be.
     pub expect: Expect,
     /// What it was found to be.
     pub verdict: Verdict,
+    /// What it takes to decide, where the verdict is `undecided`; null elsewhere.
+    pub missing: Option<Missing>,
+    /// What one run takes.
+    #[serde(skip)]
+    run_seconds: f64,
+}
+
+/// What an undecided bias check lacks.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Missing {
+    /// About so many more seeds would decide; null if none would, since the reference knows too little.
+    pub seeds: Option<f64>,
+    /// About so many minutes would their runs take.
+    pub minutes: Option<f64>,
 }
 
 /// What a bias check found.
@@ -67,8 +85,8 @@ pub enum Verdict {
     Unbiased,
     /// A difference beyond chance.
     Biased,
-    /// No difference seen, but the interval is too wide to tell.
-    Unclear,
+    /// No difference seen, but the interval is too wide to tell: it takes more seeds.
+    Undecided,
 }
 
 impl Verdict {
@@ -76,7 +94,7 @@ impl Verdict {
         match self {
             Self::Unbiased => "unbiased",
             Self::Biased => "biased",
-            Self::Unclear => "unclear",
+            Self::Undecided => "undecided",
         }
     }
 }
@@ -91,7 +109,7 @@ impl Row {
         configuration: &Resolved,
         runs: &[&Run],
         bias: Bias,
-        block_bias: BlockBias,
+        block_bias: Option<BlockBias>,
         blocks_p_value: f64,
     ) -> Result<Self> {
         let mean = |part: fn(&Run) -> &[f64]| {
@@ -110,6 +128,7 @@ impl Row {
             relmse: mean(|r| &r.relmse),
             correlation: mean(|r| &r.correlation),
             milliseconds: medians(runs.iter().map(|run| &run.milliseconds)),
+            first_runs: first_runs(runs),
             counts: Vec::new(),
             bytes_per_pixel: runs.first().map_or(0.0, |r| r.bytes_per_pixel),
             rejected: runs.iter().map(|r| u64::from(r.rejected)).sum(),
@@ -118,10 +137,12 @@ impl Row {
             blocks_p_value,
             confirmation: None,
             corrected_p_value: 1.0,
-            found_nine_times_in_ten: f64::INFINITY,
+            detectable_bias: 0.0,
             replays: true,
             expect: configuration.expect,
-            verdict: Verdict::Unclear,
+            verdict: Verdict::Undecided,
+            missing: None,
+            run_seconds: runs.iter().map(|r| r.seconds).sum::<f64>() / runs.len().max(1) as f64,
         })
     }
 
@@ -131,11 +152,28 @@ impl Row {
             Some("values were refused")
         } else if !self.replays {
             Some("the same seed gives another picture")
-        } else if self.expect == Expect::Biased || self.verdict == Verdict::Unbiased {
-            None
-        } else {
+        } else if self.expect == Expect::Unbiased && self.verdict == Verdict::Biased {
             Some("should be unbiased")
+        } else {
+            None
         }
+    }
+
+    /// What a proof that was wanted lacks, as a text.
+    pub fn open_question(&self) -> Option<String> {
+        let missing = self.missing.filter(|_| self.expect == Expect::Unbiased)?;
+        let (Some(seeds), Some(minutes)) = (missing.seeds, missing.minutes) else {
+            return Some(
+                "its reference knows too little for this proof: raise reference_spp".to_owned(),
+            );
+        };
+        let minutes = match minutes.ceil() {
+            ..=1.0 => "a minute".to_owned(),
+            minutes => format!("{minutes} minutes"),
+        };
+        Some(format!(
+            "too few seeds for this proof: about {seeds} more, about {minutes}"
+        ))
     }
 
     /// Whether the first seeds give reason to ask fresh ones, when `rows` rows are looked at.
@@ -158,11 +196,19 @@ impl Row {
     }
 }
 
+/// The first runs of passes in the first run that has any: a study that goes on has them again.
+fn first_runs(runs: &[&Run]) -> Milliseconds {
+    let with = runs.iter().find(|run| !run.first_runs.is_empty());
+    with.map_or_else(Milliseconds::new, |run| run.first_runs.clone())
+}
+
 /// Decides over all rows at once: Holm's correction is over every test of every row that should be
 /// unbiased, and of the others by themselves.
 pub fn judge(rows: &mut [Row]) {
-    for expect in [Expect::Unbiased, Expect::Biased] {
-        let mut chosen: Vec<&mut Row> = rows.iter_mut().filter(|r| r.expect == expect).collect();
+    for claimed in [true, false] {
+        let mut chosen: Vec<&mut Row> = (rows.iter_mut())
+            .filter(|r| (r.expect == Expect::Unbiased) == claimed)
+            .collect();
         let p_values: Vec<Vec<f64>> = chosen.iter().map(|row| row.deciding().1).collect();
         let corrected = holm(&p_values.concat());
         let tests = corrected.len();
@@ -171,17 +217,25 @@ pub fn judge(rows: &mut [Row]) {
             let (own, others) = rest.split_at(own.len());
             rest = others;
             row.corrected_p_value = own.iter().copied().fold(1.0, f64::min);
-            row.found_nine_times_in_ten = row.deciding().0.found_nine_times_in_ten(tests);
+            row.detectable_bias = row.deciding().0.detectable(tests);
             // Fresh seeds decide whether there is a difference; how fine a one can be seen, they or those
             // before, whichever see finer.
-            let widest = row.bias.widest().min(row.deciding().0.widest());
+            let finest = [&row.bias, row.deciding().0]
+                .into_iter()
+                .min_by(|a, b| a.widest().total_cmp(&b.widest()))
+                .unwrap_or(&row.bias);
+            let (widest, seeds) = (finest.widest(), finest.missing_seeds());
             row.verdict = if row.corrected_p_value < LEVEL {
                 Verdict::Biased
             } else if widest > WIDEST {
-                Verdict::Unclear
+                Verdict::Undecided
             } else {
                 Verdict::Unbiased
             };
+            row.missing = (row.verdict == Verdict::Undecided).then(|| Missing {
+                seeds,
+                minutes: seeds.map(|seeds| seeds * row.run_seconds / 60.0),
+            });
         }
     }
 }
@@ -194,13 +248,13 @@ pub fn table(rows: &[Row]) -> String {
     };
     let (scenes, names) = (width(5, |r| &r.scene), width(13, |r| &r.configuration));
     let mut text = format!(
-        "{:scenes$} {:names$} {:>5} {:>8} {:>7} {:>7} {:>8} {:>8} {:>17}  {:>19}  verdict\n",
+        "{:scenes$} {:names$} {:>5} {:>8} {:>7} {:>9} {:>8} {:>8} {:>17}  {:>19}  verdict\n",
         "scene",
         "configuration",
         "seeds",
         "bias %",
         "± 99 %",
-        "found %",
+        "90 % sees",
         "p (Holm)",
         "blocks p",
         "blocks % (99 %)",
@@ -208,19 +262,20 @@ pub fn table(rows: &[Row]) -> String {
     );
     for row in rows {
         let (bias, _) = row.deciding();
-        let blocks = 100.0 * row.block_bias.relative;
-        let [low, high] = row.block_bias.interval.map(|bias| 100.0 * bias);
-        let blocks = format!("{blocks:.2} ({low:.2}–{high:.2})");
+        let blocks = row.block_bias.map_or("–".to_owned(), |blocks| {
+            let [low, high] = blocks.interval.map(|bias| 100.0 * bias);
+            format!("{:.2} ({low:.2}–{high:.2})", 100.0 * blocks.relative)
+        });
         let largest = |a: f64, b: f64| if b.abs() > a.abs() { b } else { a };
         let _ = writeln!(
             text,
-            "{:scenes$} {:names$} {:5} {:+8.3} {:7.3} {:7.3} {:8.3} {:8.3} {blocks:>17}  {:8.5} → {:8.5}  {}{}{}",
+            "{:scenes$} {:names$} {:5} {:+8.3} {:7.3} {:9.3} {:8.3} {:8.3} {blocks:>17}  {:8.5} → {:8.5}  {}{}{}",
             row.scene,
             row.configuration,
             bias.seeds,
             100.0 * bias.relative.iter().copied().fold(0.0, largest),
             100.0 * bias.widest(),
-            100.0 * row.found_nine_times_in_ten,
+            100.0 * row.detectable_bias,
             row.corrected_p_value,
             row.blocks_p_value,
             row.rmse.first().copied().unwrap_or(0.0),
@@ -231,13 +286,15 @@ pub fn table(rows: &[Row]) -> String {
             } else {
                 ""
             },
-            row.complaint().map_or(String::new(), |c| format!(": {c}")),
+            (row.complaint().map(str::to_owned))
+                .or_else(|| row.open_question())
+                .map_or(String::new(), |text| format!(": {text}")),
         );
     }
     text += &costs(rows);
     let _ = writeln!(
         text,
-        "bias: the largest of the channels' means, ± its 99 % half-width. found: the bias that this check finds nine times in ten. p: chance of what was seen without bias; below {LEVEL} it counts. blocks %: root mean square of the bias of blocks, noise taken off, and its interval."
+        "bias: the largest of the channels' means, ± its 99 % half-width. 90 % sees: the bias that this check detects with a power of 90 %. p: chance of what was seen without bias; below {LEVEL} it counts. blocks %: root mean square of the bias of blocks, noise taken off, and its interval."
     );
     text
 }
@@ -273,6 +330,18 @@ fn costs(rows: &[Row]) -> String {
             "{} {}: {total:.2} ms, {:.0} bytes a pixel ({passes})",
             row.scene, row.configuration, row.bytes_per_pixel
         );
+        if !row.first_runs.is_empty() {
+            let total: f64 = row.first_runs.iter().map(|(_, ms)| ms).sum();
+            let passes = row.first_runs.iter();
+            let passes = passes.map(|(pass, ms)| format!("{pass} {ms:.2} ms"));
+            let _ = writeln!(
+                text,
+                "{} {}, first runs with compilation, not counted above: {total:.2} ms ({})",
+                row.scene,
+                row.configuration,
+                passes.collect::<Vec<_>>().join("; ")
+            );
+        }
     }
     text
 }
@@ -287,7 +356,14 @@ pub fn csv(rows: &[Row]) -> String {
     for row in rows {
         let (bias, _) = row.deciding();
         let [r, g, b] = bias.relative;
-        let [low, high] = row.block_bias.interval;
+        // Empty where nothing is known.
+        let blocks = row
+            .block_bias
+            .map_or([const { String::new() }; 3], |blocks| {
+                let [low, high] = blocks.interval;
+                [blocks.relative, low, high].map(|value| value.to_string())
+            });
+        let blocks = blocks.join(",");
         let milliseconds: f64 = row.milliseconds.iter().map(|(_, ms)| ms).sum();
         let rays: u64 = row.counts.iter().map(|c| c.rays).sum();
         let rays = if row.counts.is_empty() {
@@ -298,7 +374,7 @@ pub fn csv(rows: &[Row]) -> String {
         for frame in 0..row.rmse.len() {
             let _ = writeln!(
                 text,
-                "{},{},{},{frame},{},{},{},{},{r},{g},{b},{},{},{milliseconds},{rays},{},{},{low},{high}",
+                "{},{},{},{frame},{},{},{},{},{r},{g},{b},{},{},{milliseconds},{rays},{},{blocks}",
                 quoted(&row.scene),
                 quoted(&row.configuration),
                 row.seeds,
@@ -309,24 +385,109 @@ pub fn csv(rows: &[Row]) -> String {
                 bias.widest(),
                 row.verdict.text(),
                 row.bytes_per_pixel,
-                row.block_bias.relative,
             );
         }
     }
     text
 }
 
-/// All rows as JSON with a version.
+/// All rows as JSON with a version: 2 since the verdict `undecided`, which was `unclear`, with `missing`, the
+/// expectation `any`, `detectable_bias`, which was `found_nine_times_in_ten`, and `first_runs`, which were among
+/// `milliseconds`.
 ///
 /// # Errors
 /// Never with finite numbers.
 pub fn json(rows: &[Row], device: &str, driver: &str) -> Result<Value> {
-    let rows = serde_json::to_value(rows).map_err(|e| Error::failed(format!("results: {e}")))?;
+    let rows = value_of("results", &rows)?;
     Ok(serde_json::json!({
-        "version": 1,
+        "version": 2,
         "device": device,
         "driver": driver,
         "commit": env!("HEADWATER_COMMIT"),
         "rows": rows,
     }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::bias::samples::{BLOCKS, reference, runs};
+    use super::*;
+    use crate::render::{Clock, Settings};
+
+    /// A row of so many runs that are off by `offset`, each of which took a minute.
+    fn row(expect: Expect, count: u32, offset: f64) -> Row {
+        let mut runs = runs(count, 0, [offset; BLOCKS]);
+        for run in &mut runs {
+            run.seconds = 60.0;
+        }
+        let runs: Vec<&Run> = runs.iter().collect();
+        let configuration = Resolved {
+            name: "a".into(),
+            settings: Settings::default(),
+            frames: 1,
+            clock: Clock {
+                start_time: 0.0,
+                fps: None,
+            },
+            accumulate: false,
+            count: false,
+            scenes: Vec::new(),
+            expect,
+        };
+        let bias = Bias::measure(&runs, &reference());
+        let blocks = BlockBias::measure(&runs, &reference());
+        Row::new("scene", &configuration, &runs, bias, blocks, 1.0).unwrap()
+    }
+
+    #[test]
+    fn only_a_bias_that_was_not_expected_is_a_complaint() {
+        for (expect, count, offset, verdict, complains) in [
+            (Expect::Unbiased, 2048, 0.0, Verdict::Unbiased, false),
+            (Expect::Unbiased, 2048, 0.05, Verdict::Biased, true),
+            (Expect::Unbiased, 16, 0.0, Verdict::Undecided, false),
+            (Expect::Biased, 2048, 0.05, Verdict::Biased, false),
+            (Expect::Biased, 16, 0.0, Verdict::Undecided, false),
+            (Expect::Any, 2048, 0.0, Verdict::Unbiased, false),
+            (Expect::Any, 2048, 0.05, Verdict::Biased, false),
+            (Expect::Any, 16, 0.0, Verdict::Undecided, false),
+        ] {
+            let mut rows = [row(expect, count, offset)];
+            judge(&mut rows);
+            let [row] = &rows;
+            assert_eq!(row.verdict, verdict, "{expect:?} {count} {offset}");
+            assert_eq!(row.complaint().is_some(), complains, "{expect:?} {offset}");
+            assert_eq!(row.missing.is_some(), verdict == Verdict::Undecided);
+        }
+    }
+
+    #[test]
+    fn an_open_question_says_what_it_takes() {
+        let mut rows = [row(Expect::Unbiased, 16, 0.0)];
+        judge(&mut rows);
+        let missing = rows[0].missing.unwrap();
+        let (seeds, minutes) = (missing.seeds.unwrap(), missing.minutes.unwrap());
+        assert!(
+            seeds > 16.0 && (minutes - seeds).abs() < 1e-6,
+            "{missing:?}"
+        );
+        let said = table(&rows);
+        assert!(
+            said.contains("undecided: too few seeds for this proof: about"),
+            "{said}"
+        );
+        let json = json(&rows, "device", "driver").unwrap();
+        assert_eq!(json["version"], 2);
+        assert_eq!(json["rows"][0]["verdict"], "undecided");
+        assert_eq!(json["rows"][0]["missing"]["seeds"], seeds);
+    }
+
+    #[test]
+    fn what_two_runs_do_not_say_is_left_out() {
+        let mut rows = [row(Expect::Any, 2, 0.0)];
+        judge(&mut rows);
+        let said = format!("{}{}", table(&rows), csv(&rows));
+        assert!(!said.contains("inf") && !said.contains("NaN"), "{said}");
+        let json = json(&rows, "device", "driver").unwrap();
+        assert!(json["rows"][0]["block_bias"].is_null());
+    }
 }

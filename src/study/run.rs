@@ -3,15 +3,14 @@
 use super::plan::Resolved;
 use super::reference::References;
 use crate::Result;
+use crate::gpu::PassTime;
 use crate::metrics::error::{Errors, error_correlation};
 use crate::metrics::statistics::median;
 use crate::render::Renderer;
 use crate::render::counters::Counts;
 use crate::scene::MovingCamera;
 use serde::{Deserialize, Serialize};
-
-/// Pixels of a block's side.
-pub const BLOCK: usize = 8;
+use std::time::Instant;
 
 /// What passes take, by their names, in their order.
 pub type Milliseconds = Vec<(String, f64)>;
@@ -33,8 +32,8 @@ pub struct Run {
     pub rmse_clamped: Vec<f64>,
     /// relMSE of each frame.
     pub relmse: Vec<f64>,
-    /// How much each frame's errors resemble those of the one before it, as Pearson's correlation; 0
-    /// for the first.
+    /// Temporal correlation: Pearson's, of each frame's errors with those of the frame before it; 0 for the
+    /// first.
     #[serde(default)]
     pub correlation: Vec<f64>,
     /// Mean of the channels, emission seen directly left out: of the last frame, or of all frames
@@ -42,8 +41,12 @@ pub struct Run {
     pub mean: [f64; 3],
     /// Mean luminance of blocks, likewise.
     pub blocks: Vec<f64>,
-    /// The median over frames, of which the first, which has no history, is left out where there are others.
+    /// The median over frames, of which the first, which has no history, is left out where there are others; first
+    /// runs of passes are left out too.
     pub milliseconds: Milliseconds,
+    /// What passes took that ran for the first time, in which some drivers compile them.
+    #[serde(default)]
+    pub first_runs: Milliseconds,
     /// What the passes of the last frame counted, if they were asked to.
     #[serde(skip)]
     pub counts: Vec<Counts>,
@@ -52,12 +55,16 @@ pub struct Run {
     pub bytes_per_pixel: f64,
     /// Values refused.
     pub rejected: u32,
+    /// What the run took in all, measuring included; 0 where it was not noted.
+    #[serde(default)]
+    pub seconds: f64,
 }
 
 impl Run {
-    /// Whether both show the same, to the last bit.
+    /// Whether both show the same, to the last bit. Errors are no part of that: another reference, as a study
+    /// with --quick and one without have, makes others.
     pub fn same_as(&self, other: &Self) -> bool {
-        (self.mean, &self.blocks, &self.rmse) == (other.mean, &other.blocks, &other.rmse)
+        (self.mean, &self.blocks) == (other.mean, &other.blocks)
     }
 }
 
@@ -73,6 +80,7 @@ pub fn measure(
     references: &References,
     camera: Option<&MovingCamera>,
 ) -> Result<Run> {
+    let began = Instant::now();
     renderer.restart(seed)?;
     let mut run = Run {
         configuration: configuration.name.clone(),
@@ -99,12 +107,11 @@ pub fn measure(
         } else {
             (renderer.single_frame(number)?, renderer.frame_radiance()?)
         };
-        times.push(
-            passes
-                .into_iter()
-                .map(|pass| (pass.name, pass.milliseconds))
-                .collect(),
-        );
+        let (first_runs, rest): (Vec<_>, Vec<_>) =
+            passes.into_iter().partition(|pass| pass.first_run);
+        let named = |pass: PassTime| (pass.name, pass.milliseconds);
+        run.first_runs.extend(first_runs.into_iter().map(named));
+        times.push(rest.into_iter().map(named).collect());
         // A frame with history has in it what came before; the others are as good as further seeds
         // where they show one time.
         if configuration.accumulate || renderer.has_history() || references.differ() {
@@ -133,6 +140,7 @@ pub fn measure(
     }
     run.milliseconds = medians(&times[usize::from(times.len() > 1)..]);
     run.rejected = renderer.rejected()?;
+    run.seconds = began.elapsed().as_secs_f64();
     Ok(run)
 }
 

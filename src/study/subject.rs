@@ -6,6 +6,7 @@ use super::run::{self, Run};
 use super::store::Store;
 use crate::Result;
 use crate::gpu::Device;
+use crate::progress::Watch;
 use crate::render::counters::Counts;
 use crate::render::settings::{Energy, Integrator};
 use crate::render::{Renderer, Settings, Tracking, View};
@@ -68,8 +69,8 @@ impl Subject {
         })
     }
 
-    /// The references for a configuration's frames: made, read, or known already. `watch` hears how
-    /// many samples of one are done, and can end the work.
+    /// The references for a configuration's frames: made, read, or known already. `watch` hears
+    /// which share of one is made, and can end the work.
     ///
     /// # Errors
     /// The device or the disk fails, the scene cannot be rendered at a frame's time, or `watch` ends it.
@@ -77,7 +78,7 @@ impl Subject {
         &mut self,
         configuration: &Resolved,
         samples: u32,
-        watch: &dyn Fn(u32) -> Result<()>,
+        watch: &mut Watch,
     ) -> Result<References> {
         let clock = configuration.clock;
         let frames = match clock.fps {
@@ -96,7 +97,7 @@ impl Subject {
         settings: &Settings,
         time: f64,
         samples: u32,
-        watch: &dyn Fn(u32) -> Result<()>,
+        watch: &mut Watch,
     ) -> Result<Arc<Reference>> {
         let at = if self.moves {
             format!("at {time:?}")

@@ -3,26 +3,38 @@
 
 use super::bias::{self, Bias, CONFIRMING_SEEDS, Confirmation, WIDEST, WIDEST_REFERENCE};
 use super::block_bias::BlockBias;
+use super::forecast::{Effort, Forecast};
 use super::plan::{Expect, Plan, Resolved};
 use super::planned_scene::PlannedScene;
 use super::reference::References;
 use super::results::Row;
 use super::store::Store;
 use super::subject::Subject;
+use crate::progress::Watch;
 use crate::{Error, Result};
 use std::ops::Range;
+use std::time::Instant;
 
 /// First seed of controls, and of the runs that decide after an alarm: far from all others.
 const CONTROL_SEED: u32 = 1 << 20;
 const CONFIRMING_SEED: u32 = 1 << 21;
 
-/// Who waits for a study.
-pub trait Watcher {
-    /// `done` of `total` steps, called `unit`, are done; an error ends the study there.
-    ///
-    /// # Errors
-    /// Those of whoever wants it to end.
-    fn at(&self, unit: &'static str, done: u32, total: u32) -> Result<()>;
+/// Samples of a control that are expected before its noise is known.
+const LIKELY_CONTROL_SAMPLES: u32 = 8;
+
+/// Expects all that `plan` asks for on one of its scenes.
+pub fn expect(forecast: &mut Forecast, plan: &Plan, planned: &PlannedScene, own: &[&Resolved]) {
+    let (name, seeds) = (planned.name.as_str(), u64::from(plan.seeds));
+    let frames: u64 = own.iter().map(|c| u64::from(c.frames)).sum();
+    forecast.expect(name, Effort::Runs, seeds * frames);
+    let samples = planned.reference_spp.unwrap_or(plan.reference_spp);
+    // If nothing moves in the scene, all frames have the same one: then too many are expected until it is made.
+    let references = plan.fps.map_or(1, |_| u64::from(plan.frames));
+    forecast.expect(name, Effort::References, references * u64::from(samples));
+    if own.iter().any(|c| c.expect == Expect::Unbiased) {
+        let frames = u64::from(1 + LIKELY_CONTROL_SAMPLES);
+        forecast.expect(name, Effort::Controls, seeds * frames);
+    }
 }
 
 /// A plan's work on one scene.
@@ -35,39 +47,47 @@ pub struct Work<'a> {
     subject: Subject,
     /// Where finished runs are kept.
     store: &'a mut Store,
-    /// Who waits.
-    watcher: &'a dyn Watcher,
+    /// How much of the study is done, this scene's work among it.
+    forecast: &'a mut Forecast,
+    /// Is told that after each step.
+    watch: &'a mut Watch<'a>,
 }
 
 impl<'a> Work<'a> {
-    /// The plan's work on one of its scenes, which `subject` shows. Finished runs are kept in `store`.
+    /// The plan's work on one of its scenes, which `subject` shows. Finished runs are kept in `store`. `watch`
+    /// hears which share of the whole study is done, and can end it.
     pub fn new(
         plan: &'a Plan,
         planned: &PlannedScene,
         subject: Subject,
         store: &'a mut Store,
-        watcher: &'a dyn Watcher,
+        forecast: &'a mut Forecast,
+        watch: &'a mut Watch<'a>,
     ) -> Self {
         Self {
             plan,
             reference_spp: planned.reference_spp.unwrap_or(plan.reference_spp),
             subject,
             store,
-            watcher,
+            forecast,
+            watch,
         }
     }
 
     /// Renders what is missing, and sums up each configuration in a row.
     ///
     /// # Errors
-    /// The device or the disk fails, or the watcher ends it.
+    /// The device or the disk fails, or `watch` ends it.
     pub fn rows(&mut self, configurations: &[&Resolved]) -> Result<Vec<Row>> {
         // Configurations take turns, so that what disturbs the machine disturbs all alike.
-        self.run(configurations, 0..self.plan.seeds)?;
+        self.forecast.expect(&self.subject.name, Effort::Runs, 0);
+        self.run(Effort::Runs, configurations, 0..self.plan.seeds)?;
         let seeds = self.extend(configurations)?;
-        (configurations.iter())
+        let rows = (configurations.iter())
             .map(|configuration| self.row(configuration, seeds, configurations.len()))
-            .collect()
+            .collect();
+        self.forecast.close(&self.subject.name);
+        rows
     }
 
     /// Makes the references of `claims`, which are to be shown unbiased, and refuses those that leave the
@@ -111,7 +131,7 @@ impl<'a> Work<'a> {
                 break;
             }
             let more = (seeds + self.plan.seeds).min(self.plan.most_seeds());
-            self.run(&wide, seeds..more)?;
+            self.run(Effort::Runs, &wide, seeds..more)?;
             seeds = more;
         }
         Ok(seeds)
@@ -123,7 +143,7 @@ impl<'a> Work<'a> {
         let bias = self.bias(configuration, seeds)?;
         let blocks_p_value = match configuration.expect {
             Expect::Unbiased => self.blocks_p_value(configuration)?,
-            Expect::Biased => 1.0,
+            Expect::Biased | Expect::Any => 1.0,
         };
         let references = self.references(configuration)?;
         let runs = self.store.of(&key, 0..seeds);
@@ -134,7 +154,7 @@ impl<'a> Work<'a> {
             // Fewer could not see what the first ones saw.
             let count = CONFIRMING_SEEDS.max(row.bias.seeds as u32);
             let fresh = CONFIRMING_SEED..CONFIRMING_SEED + count;
-            self.run(&[configuration], fresh.clone())?;
+            self.run(Effort::Runs, &[configuration], fresh.clone())?;
             let fresh = self.store.of(&key, fresh);
             row.rejected += fresh.iter().map(|run| u64::from(run.rejected)).sum::<u64>();
             row.confirmation = Some(Confirmation::measure(
@@ -154,26 +174,62 @@ impl<'a> Work<'a> {
     }
 
     /// Renders what is missing of some configurations' runs.
-    fn run(&mut self, configurations: &[&Resolved], seeds: Range<u32>) -> Result<()> {
-        let total = (seeds.len() * configurations.len()) as u32;
-        let mut done = 0;
+    fn run(
+        &mut self,
+        effort: Effort,
+        configurations: &[&Resolved],
+        seeds: Range<u32>,
+    ) -> Result<()> {
+        let mut missing = 0;
+        for configuration in configurations {
+            let key = self.subject.key(configuration)?;
+            let runs = seeds.len() - self.store.of(&key, seeds.clone()).len();
+            missing += runs as u64 * u64::from(configuration.frames);
+        }
+        let name = self.subject.name.clone();
+        self.forecast.expect_at_least(&name, effort, missing);
         for seed in seeds {
             for configuration in configurations {
-                self.watcher.at("runs", done, total)?;
+                let key = self.subject.key(configuration)?;
+                if self.store.find(&key, seed).is_some() {
+                    continue;
+                }
                 let references = self.references(configuration)?;
+                let start = Instant::now();
                 self.subject
                     .run(configuration, seed, &references, self.store)?;
-                done += 1;
+                let frames = u64::from(configuration.frames);
+                self.forecast.done(&name, effort, frames, start.elapsed());
+                (self.watch)(self.forecast.share())?;
             }
         }
-        self.watcher.at("runs", done, total)
+        Ok(())
     }
 
     fn references(&mut self, configuration: &Resolved) -> Result<References> {
-        let (watcher, samples) = (self.watcher, self.reference_spp);
-        self.subject.references(configuration, samples, &|done| {
-            watcher.at("samples of the reference", done, samples)
-        })
+        let Self {
+            subject,
+            forecast,
+            watch,
+            reference_spp,
+            ..
+        } = self;
+        let name = subject.name.clone();
+        let (mut heard, mut before) = (Instant::now(), 0.0);
+        let references = subject.references(configuration, *reference_spp, &mut |share| {
+            // A reference for each frame begins again at 0.
+            let more = if share > before {
+                share - before
+            } else {
+                share
+            };
+            let samples = (more * f64::from(*reference_spp)).round() as u64;
+            forecast.done(&name, Effort::References, samples, heard.elapsed());
+            (heard, before) = (Instant::now(), share);
+            watch(forecast.share())
+        })?;
+        forecast.expect(&name, Effort::References, 0);
+        Ok(references)
     }
 
     fn bias(&mut self, configuration: &Resolved, seeds: u32) -> Result<Bias> {
@@ -191,14 +247,14 @@ impl<'a> Work<'a> {
         let own = self.subject.key(configuration)?;
         let control_seeds = CONTROL_SEED..CONTROL_SEED + self.plan.seeds;
         let single = bias::control(configuration, 1);
-        self.run(&[&single], control_seeds.clone())?;
+        self.run(Effort::Controls, &[&single], control_seeds.clone())?;
         let single = self.subject.key(&single)?;
         let samples = bias::control_samples(
             &self.store.of(&own, 0..seeds),
             &self.store.of(&single, control_seeds.clone()),
         );
         let control = bias::control(configuration, samples);
-        self.run(&[&control], control_seeds.clone())?;
+        self.run(Effort::Controls, &[&control], control_seeds.clone())?;
         let control = self.subject.key(&control)?;
         let references = self.references(configuration)?;
         Ok(bias::blocks_p_value(

@@ -1,6 +1,10 @@
 //! The command line's contract: exit statuses, one-line errors, no half-written files, equal bits.
 
+mod arguments;
+mod compare;
 mod reference;
+mod report;
+mod signals;
 mod study;
 #[path = "../support/mod.rs"]
 mod support;

@@ -57,7 +57,7 @@ fn each_frame_is_measured_against_its_own_reference() {
     for moving in ["camera", "light", "toggle"] {
         let (_folder, mut store, mut subject) = subject(&playroom(&[moving], 1.0), 0);
         let configuration = configuration();
-        let references = subject.references(&configuration, 2, &|_| Ok(()));
+        let references = subject.references(&configuration, 2, &mut |_| Ok(()));
         let references = references.unwrap();
         subject
             .run(&configuration, 7, &references, &mut store)
@@ -77,10 +77,12 @@ fn each_frame_is_measured_against_its_own_reference() {
 fn a_control_shows_what_the_last_frame_shows() {
     let (_folder, mut store, mut subject) = subject(&playroom(&["camera", "object"], 4.0), 1);
     let configuration = configuration();
-    let references = subject.references(&configuration, SAMPLES, &|_| Ok(()));
+    let references = subject.references(&configuration, SAMPLES, &mut |_| Ok(()));
     let references = references.unwrap();
     let control = bias::control(&configuration, SAMPLES);
-    let own = subject.references(&control, SAMPLES, &|_| Ok(())).unwrap();
+    let own = subject
+        .references(&control, SAMPLES, &mut |_| Ok(()))
+        .unwrap();
     assert!(references.differ() && !own.differ());
     assert!(std::ptr::eq(own.last(), references.last()));
     subject.run(&control, 7, &own, &mut store).unwrap();

@@ -101,7 +101,7 @@ impl Settings {
     /// # Errors
     /// Never with finite values.
     pub fn to_value(&self) -> Result<Value> {
-        serde_json::to_value(self).map_err(|e| Error::failed(format!("settings: {e}")))
+        crate::json::value_of("settings", self)
     }
 }
 
@@ -156,7 +156,8 @@ fn in_range(pointer: &str, value: &Value) -> Result<bool> {
     }))
 }
 
-fn flatten(prefix: &str, value: &Value, out: &mut Vec<(String, Value)>) {
+/// The values of a tree by their dotted keys.
+pub(crate) fn flatten(prefix: &str, value: &Value, out: &mut Vec<(String, Value)>) {
     match value {
         Value::Object(map) => {
             for (key, value) in map {
@@ -194,6 +195,19 @@ mod tests {
             Energy::Compensated
         );
         assert_eq!(set("roulette.start=7").unwrap().roulette.start, 7);
+    }
+
+    #[test]
+    fn numbers_are_as_short_as_they_were_written() {
+        let settings = set("roulette.floor=0.05").unwrap();
+        let text = settings.to_value().unwrap().to_string();
+        assert!(text.contains("\"floor\":0.05}"), "{text}");
+        assert_eq!(
+            Settings::default()
+                .with(&settings.to_value().unwrap())
+                .unwrap(),
+            settings
+        );
     }
 
     #[test]

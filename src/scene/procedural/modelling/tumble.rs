@@ -156,7 +156,7 @@ fn neighbours(balls: &[Ball]) -> Vec<(usize, usize)> {
 }
 
 /// Simulates bodies that fall onto the floor at height 0 and come to rest within `seconds`.
-pub fn settle(bodies: &mut [Body], seconds: f32) {
+pub fn simulate_fall(bodies: &mut [Body], seconds: f32) {
     let mut balls = Vec::new();
     for (index, body) in bodies.iter().enumerate() {
         for &(rest, radius) in &body.balls {
@@ -212,7 +212,7 @@ mod tests {
             Body::new(vec![(Vec3::ZERO, 0.2)], 0.03, Vec3::Y * 0.5, Mat3::IDENTITY),
             Body::new(corners.collect(), 0.06, high, Mat3::IDENTITY),
         ];
-        settle(&mut bodies, 4.0);
+        simulate_fall(&mut bodies, 4.0);
         assert!((bodies[0].at.y - 0.2).abs() < 0.01, "{}", bodies[0].at);
         assert!(bodies[1].at.y > 0.15, "{}", bodies[1].at);
         assert!(bodies[0].at.distance(bodies[1].at) > 0.35);

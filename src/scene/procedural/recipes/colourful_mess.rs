@@ -1,7 +1,7 @@
 //! A heap of coloured toys of all finishes among coloured lamps; metres.
 
 use crate::random::Random;
-use crate::scene::procedural::modelling::tumble::{Body, settle};
+use crate::scene::procedural::modelling::tumble::{Body, simulate_fall};
 use crate::scene::procedural::modelling::{
     Builder, Model, Profile, Shape, dielectric, emitter, metal,
 };
@@ -297,7 +297,7 @@ pub(super) fn make(values: &Values) -> Scene {
     let lamps_within = (values.whole("lamps") as u32).min(things);
     let toys = heap_of(&mut random, things, lamps_within);
     let (toys, mut bodies): (Vec<_>, Vec<_>) = toys.into_iter().unzip();
-    settle(&mut bodies, 4.5);
+    simulate_fall(&mut bodies, 4.5);
     let mut model = Model::default();
     room(&mut model);
     lamps(&mut model);

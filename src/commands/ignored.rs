@@ -1,0 +1,98 @@
+//! Says in one line each what of the arguments has no effect together with the others.
+
+use super::arguments::SceneArgs;
+use super::notice;
+use crate::image::Format;
+use crate::render::Settings;
+use crate::render::settings::{Heuristic, IndirectMode, Integrator, Visibility};
+use std::path::PathBuf;
+
+/// Settings that `reference` takes.
+const OF_PATH_TRACING: [&str; 4] = ["heuristic", "energy", "roulette", "variant"];
+
+/// Says what has no effect on any picture of a scene.
+pub fn tell_of_scene(args: &SceneArgs, outputs: &[PathBuf]) {
+    if let (Some(camera), Some(_)) = (&args.camera, &args.look_at) {
+        notice(&format!(
+            "--look-at sets the camera, so --camera {camera} has no effect"
+        ));
+    }
+    let writes = |format| {
+        outputs
+            .iter()
+            .any(|path| Format::of(path).ok() == Some(format))
+    };
+    if !args.aov.is_empty() && !writes(Format::Exr) {
+        notice(
+            "--aov adds channels to .exr files, of which --output names none, so it has no effect",
+        );
+    }
+    if args.exposure != 0.0 && !writes(Format::Png) {
+        notice("--exposure is for .png files, of which --output names none, so it has no effect");
+    }
+}
+
+/// Says what has no effect on what `render` does. `changed` are the keys that --config and --set name.
+pub fn tell_of_render(changed: &[String], settings: &Settings, bounces: u32) {
+    if settings.integrator == Integrator::PathTracing {
+        tell(
+            "integrator=path-tracing does not resample",
+            changed,
+            |key| ["direct", "indirect", "reservoirs"].contains(&group(key)),
+        );
+        return;
+    }
+    if settings.heuristic == Heuristic::Power {
+        notice(
+            "heuristic=power is for integrator=path-tracing; candidates share light by the balance heuristic",
+        );
+    }
+    if bounces > 1 && settings.indirect.mode == IndirectMode::Off {
+        notice("indirect.mode=off gives direct light only, as with --bounces 1");
+    }
+    if bounces == 0 {
+        tell("--bounces 0 shows emitted light only", changed, |key| {
+            ["direct", "indirect"].contains(&group(key))
+        });
+    } else if bounces == 1 {
+        tell("--bounces 1 has no indirect light", changed, |key| {
+            group(key) == "indirect"
+        });
+    }
+    if bounces > 0
+        && settings.direct.resampling.visibility == Visibility::Final
+        && settings.direct.bsdf_samples > 0
+    {
+        notice("direct.visibility=final takes light candidates only, so no BSDF samples are drawn");
+    }
+}
+
+/// Says what has no effect on a reference.
+pub fn tell_of_reference(args: &SceneArgs, changed: &[String]) {
+    if let Some(preset) = args.preset.as_deref().filter(|p| *p != "path-tracing") {
+        notice(&format!(
+            "a reference is path traced: of --preset {preset} it takes {} only",
+            OF_PATH_TRACING.join(", ")
+        ));
+    }
+    tell("a reference is path traced", changed, |key| {
+        !OF_PATH_TRACING.contains(&group(key))
+    });
+}
+
+/// One line about the keys that `is_ignored`, if there are any.
+fn tell(why: &str, changed: &[String], is_ignored: impl Fn(&str) -> bool) {
+    let ignored: Vec<&str> = (changed.iter().map(String::as_str))
+        .filter(|key| is_ignored(key))
+        .collect();
+    match ignored.as_slice() {
+        [] => {}
+        [key] => notice(&format!("{why}, so {key} has no effect")),
+        keys => notice(&format!("{why}, so {} have no effect", keys.join(", "))),
+    }
+}
+
+/// The first part of a dotted key.
+fn group(key: &str) -> &str {
+    key.split('.').next().unwrap_or(key)
+}

@@ -1,0 +1,124 @@
+//! The folder of a study: one study at a time, and nothing left of one that was refused.
+
+use crate::{Error, Result};
+use std::fs::{File, TryLockError};
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+
+/// A study's folder, locked for as long as this lives.
+pub struct Folder {
+    path: PathBuf,
+    /// The folders that were made for it, the innermost first.
+    made: Vec<PathBuf>,
+    /// The file of finished runs, whose lock is the folder's.
+    _lock: File,
+}
+
+impl Folder {
+    /// Makes the folder where there is none, and locks it.
+    ///
+    /// # Errors
+    /// It cannot be made or written, or another study is at work in it.
+    pub fn open(path: &Path) -> Result<Self> {
+        let failed = |e| Error::writing(path, e);
+        let is_new = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
+        let made = path.ancestors().take_while(is_new).map(Path::to_owned);
+        let made = made.collect();
+        std::fs::create_dir_all(path).map_err(failed)?;
+        let folder = Self {
+            _lock: lock(path)?,
+            path: path.to_owned(),
+            made,
+        };
+        std::fs::create_dir_all(folder.references()).map_err(failed)?;
+        Ok(folder)
+    }
+
+    /// The folder of references.
+    pub fn references(&self) -> PathBuf {
+        self.path.join("references")
+    }
+
+    /// The file of finished runs.
+    pub fn runs(&self) -> PathBuf {
+        runs(&self.path)
+    }
+}
+
+impl Drop for Folder {
+    /// Takes away again what a study left empty.
+    fn drop(&mut self) {
+        if self.runs().metadata().is_ok_and(|runs| runs.len() == 0) {
+            let _ = std::fs::remove_file(self.runs());
+        }
+        // Folders that hold something stay.
+        let _ = std::fs::remove_dir(self.references());
+        for folder in &self.made {
+            let _ = std::fs::remove_dir(folder);
+        }
+    }
+}
+
+fn runs(folder: &Path) -> PathBuf {
+    folder.join("runs.jsonl")
+}
+
+fn lock(folder: &Path) -> Result<File> {
+    let path = runs(folder);
+    loop {
+        let file = File::options()
+            .create(true)
+            .append(true)
+            .open(&path)
+            .map_err(|e| Error::writing(&path, e))?;
+        match file.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => {
+                return Err(Error::failed(format!(
+                    "another study is at work in {}; wait until it ends, or name another folder with --output",
+                    folder.display()
+                )));
+            }
+            Err(TryLockError::Error(e)) => return Err(Error::writing(&path, e)),
+        }
+        // A study that was refused in between may have taken the file away.
+        if file.metadata().is_ok_and(|about| about.nlink() > 0) {
+            return Ok(file);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_studies_do_not_share_a_folder() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        let first = Folder::open(&path).unwrap();
+        let error = Folder::open(&path).err().unwrap();
+        assert_eq!(error.exit_status(), 1);
+        assert!(error.to_string().contains("another study"), "{error}");
+        assert!(path.join("references").exists());
+        std::fs::write(first.runs(), "a run").unwrap();
+        drop(first);
+        assert_eq!(std::fs::read(runs(&path)).unwrap(), b"a run");
+        Folder::open(&path).unwrap();
+    }
+
+    #[test]
+    fn what_is_empty_goes_and_what_was_there_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let deep = folder.path().join("a/b/c");
+        drop(Folder::open(&deep).unwrap());
+        assert!(folder.path().exists() && !folder.path().join("a").exists());
+        std::fs::create_dir_all(&deep).unwrap();
+        drop(Folder::open(&deep).unwrap());
+        assert!(deep.exists() && !deep.join("references").exists());
+        let kept = Folder::open(&deep).unwrap();
+        std::fs::write(kept.references().join("x.exr"), "x").unwrap();
+        drop(kept);
+        assert!(deep.join("references/x.exr").exists());
+    }
+}

@@ -1,0 +1,135 @@
+//! How much of a study is done, and so how long the rest will take: work that is known to come, and what its
+//! steps have taken so far.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+/// Work whose steps take about as long as each other on a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Effort {
+    /// Samples of references.
+    References,
+    /// Frames of configurations' runs.
+    Runs,
+    /// Frames of the controls that configurations are compared with.
+    Controls,
+}
+
+/// The work of a study, by scene.
+#[derive(Debug, Default)]
+pub struct Forecast {
+    stages: BTreeMap<(String, Effort), Stage>,
+}
+
+#[derive(Debug, Default)]
+struct Stage {
+    to_come: u64,
+    done: u64,
+    seconds: f64,
+}
+
+impl Forecast {
+    /// From here on so many steps are to come.
+    pub fn expect(&mut self, scene: &str, effort: Effort, steps: u64) {
+        self.stage(scene, effort).to_come = steps;
+    }
+
+    /// From here on so many steps are to come, or more if more were expected.
+    pub fn expect_at_least(&mut self, scene: &str, effort: Effort, steps: u64) {
+        let stage = self.stage(scene, effort);
+        stage.to_come = stage.to_come.max(steps);
+    }
+
+    /// Nothing more is to come of a scene.
+    pub fn close(&mut self, scene: &str) {
+        for ((name, _), stage) in &mut self.stages {
+            if name == scene {
+                stage.to_come = 0;
+            }
+        }
+    }
+
+    /// Steps that are done, and what they took.
+    pub fn done(&mut self, scene: &str, effort: Effort, steps: u64, took: Duration) {
+        let stage = self.stage(scene, effort);
+        stage.to_come = stage.to_come.saturating_sub(steps);
+        stage.done += steps;
+        stage.seconds += took.as_secs_f64();
+    }
+
+    /// The share of all the work's time that has passed; 0 as long as nothing is known.
+    pub fn share(&self) -> f64 {
+        let passed: f64 = self.stages.values().map(|stage| stage.seconds).sum();
+        let left: f64 = (self.stages.iter())
+            .filter(|(_, stage)| stage.to_come > 0)
+            .map(|((_, effort), stage)| stage.to_come as f64 * self.step_seconds(*effort, stage))
+            .sum();
+        if passed > 0.0 {
+            passed / (passed + left)
+        } else {
+            0.0
+        }
+    }
+
+    fn stage(&mut self, scene: &str, effort: Effort) -> &mut Stage {
+        self.stages.entry((scene.to_owned(), effort)).or_default()
+    }
+
+    /// Seconds of a step: as before on this scene, or else on all scenes, or else of any work.
+    fn step_seconds(&self, effort: Effort, stage: &Stage) -> f64 {
+        let mean = |stages: &mut dyn Iterator<Item = &Stage>| {
+            let (mut steps, mut seconds) = (0, 0.0);
+            for stage in stages {
+                steps += stage.done;
+                seconds += stage.seconds;
+            }
+            (steps > 0).then(|| seconds / steps as f64)
+        };
+        let same_effort = self.stages.iter().filter(|((_, e), _)| *e == effort);
+        mean(&mut std::iter::once(stage))
+            .or_else(|| mean(&mut same_effort.map(|(_, stage)| stage)))
+            .or_else(|| mean(&mut self.stages.values()))
+            .unwrap_or(0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SECOND: Duration = Duration::from_secs(1);
+
+    #[test]
+    fn the_share_is_one_of_time_over_all_scenes() {
+        let mut forecast = Forecast::default();
+        for scene in ["a", "b"] {
+            forecast.expect(scene, Effort::References, 100);
+            forecast.expect(scene, Effort::Runs, 10);
+        }
+        assert_eq!(forecast.share(), 0.0);
+        forecast.done("a", Effort::References, 100, SECOND);
+        // Nothing is known of runs: one is taken to be like a sample. 1 s of 1 + 1 + 0.1 + 0.1.
+        assert!((forecast.share() - 1.0 / 2.2).abs() < 1e-12);
+        forecast.done("a", Effort::Runs, 10, 9 * SECOND);
+        // Scene b is taken to be like a.
+        assert!((forecast.share() - 0.5).abs() < 1e-12);
+        forecast.done("b", Effort::References, 100, 4 * SECOND);
+        assert!((forecast.share() - 14.0 / 23.0).abs() < 1e-12);
+        forecast.close("b");
+        assert_eq!(forecast.share(), 1.0);
+    }
+
+    #[test]
+    fn what_is_found_to_be_missing_is_added() {
+        let mut forecast = Forecast::default();
+        forecast.expect("a", Effort::Runs, 10);
+        forecast.done("a", Effort::Runs, 10, SECOND);
+        forecast.expect_at_least("a", Effort::Runs, 30);
+        assert_eq!(forecast.share(), 0.25);
+        forecast.expect_at_least("a", Effort::Runs, 3);
+        assert_eq!(forecast.share(), 0.25);
+        // More steps than were expected are no debt.
+        forecast.done("a", Effort::Runs, 40, SECOND);
+        assert_eq!(forecast.share(), 1.0);
+    }
+}

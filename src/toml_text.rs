@@ -1,0 +1,152 @@
+//! TOML as users write it: read into structures, and searched for the line that a message is about.
+
+use crate::render::Settings;
+use crate::render::settings::flatten;
+use crate::{Error, Result};
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+use toml::de::{DeTable, DeValue};
+
+/// A TOML text and where it comes from.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TomlText {
+    /// Its file, or what else messages call it.
+    pub origin: String,
+    /// The text.
+    pub text: String,
+}
+
+/// A step into a TOML document.
+#[derive(Clone, Copy, Debug)]
+pub enum Step<'a> {
+    /// The value of a key.
+    Key(&'a str),
+    /// An element of a list.
+    Index(usize),
+}
+
+impl TomlText {
+    /// A text, and what messages call it.
+    pub fn new(origin: &str, text: &str) -> Self {
+        Self {
+            origin: origin.to_owned(),
+            text: text.to_owned(),
+        }
+    }
+
+    /// What the text says: a sparse tree for [`Settings::with`], or a structure of one's own.
+    ///
+    /// # Errors
+    /// It is not TOML or not of that structure; the message names the line.
+    pub fn parse<T: DeserializeOwned>(&self) -> Result<T> {
+        toml::from_str(&self.text).map_err(|e| {
+            let start = e.span().map_or(0, |span| span.start);
+            self.error_at(start, &e.message().replace('\n', " "))
+        })
+    }
+
+    /// Puts `changes`, which stand at `path` in the text, over `settings`.
+    ///
+    /// # Errors
+    /// An unknown key or a value out of range; the message names the line.
+    pub fn change(
+        &self,
+        settings: &Settings,
+        path: &[Step<'_>],
+        changes: &Value,
+    ) -> Result<Settings> {
+        let mut flat = Vec::new();
+        flatten("", changes, &mut flat);
+        flat.into_iter()
+            .try_fold(settings.clone(), |settings, (key, value)| {
+                let change = Value::Object([(key.clone(), value)].into_iter().collect());
+                settings
+                    .with(&change)
+                    .map_err(|error| self.error_for(path, &key, error))
+            })
+    }
+
+    /// The same error with the line in front that holds the dotted `key` at `path`.
+    pub fn error_for(&self, path: &[Step<'_>], key: &str, error: Error) -> Error {
+        match (self.place_of(path, key), error) {
+            (Some(place), Error::Input(message)) => self.error_at(place, &message),
+            (None, Error::Input(message)) => Error::input(format!("{}: {message}", self.origin)),
+            (_, error) => error,
+        }
+    }
+
+    /// A message about the byte at `place`.
+    fn error_at(&self, place: usize, message: &str) -> Error {
+        let number = 1 + self.text[..place].matches('\n').count();
+        let line = self.text.lines().nth(number - 1).unwrap_or_default().trim();
+        let origin = &self.origin;
+        Error::input(format!("{origin}, line {number}, '{line}': {message}"))
+    }
+
+    /// Where the dotted `key` stands in the table at `path`.
+    fn place_of(&self, path: &[Step<'_>], key: &str) -> Option<usize> {
+        let document = DeTable::parse(&self.text).ok()?.into_inner();
+        let mut value = &DeValue::Table(document);
+        for step in path {
+            value = match step {
+                Step::Key(name) => value.get(name)?.get_ref(),
+                Step::Index(index) => value.get(*index)?.get_ref(),
+            };
+        }
+        place_in(value.as_table()?, key)
+    }
+}
+
+/// Where the dotted `key` stands in a table, whose keys may be dotted themselves.
+fn place_in(table: &DeTable<'_>, key: &str) -> Option<usize> {
+    table.iter().find_map(|(name, value)| {
+        let rest = key.strip_prefix(name.get_ref().as_ref())?;
+        let here = name.span().start;
+        match (rest.strip_prefix('.'), value.get_ref().as_table()) {
+            (Some(rest), Some(inner)) => place_in(inner, rest),
+            _ => rest.is_empty().then_some(here),
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_that_is_no_toml_names_its_line() {
+        for (text, line) in [
+            ("a = 1\na = 2", "line 2, 'a = 2':"),
+            ("= 1", "line 1, '= 1':"),
+        ] {
+            let parsed = TomlText::new("x.toml", text).parse::<Value>();
+            let error = parsed.unwrap_err().to_string();
+            assert!(error.contains(line), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_wrong_setting_names_its_line_however_it_is_written() {
+        for (text, line) in [
+            (
+                "energy = \"gltf\"\ndirect.mess = 1",
+                "line 2, 'direct.mess = 1': unknown",
+            ),
+            (
+                "\n\"direct.mess\" = 1",
+                "line 2, '\"direct.mess\" = 1': unknown",
+            ),
+            ("[direct]\n\nmess = 1", "line 3, 'mess = 1': unknown"),
+            (
+                "[direct.temporal]\nconfidence_cap = 1\n[roulette]\nfloor = 7",
+                "line 4, 'floor = 7': setting roulette.floor=7",
+            ),
+        ] {
+            let source = TomlText::new("x.toml", text);
+            let changes: Value = source.parse().unwrap();
+            let changed = source.change(&Settings::default(), &[], &changes);
+            let error = changed.unwrap_err().to_string();
+            assert!(error.starts_with(&format!("x.toml, {line}")), "{error}");
+        }
+    }
+}

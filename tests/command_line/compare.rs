@@ -1,0 +1,93 @@
+//! `compare` with the pictures of other programs.
+
+use crate::{fail, run, text};
+use headwater::image::{Image, Samples};
+use std::path::Path;
+
+/// A picture of so many grey pixels in the channels of these names.
+fn grey(path: &Path, channels: &[&str], value: f32) {
+    let mut image = Image::new(8, 8);
+    for name in channels {
+        let samples = Samples::F32(vec![value; 64]);
+        image.channels.insert((*name).to_owned(), samples);
+    }
+    image.write(path, 0.0).unwrap();
+}
+
+/// What comparing says on stderr; the pictures differ by a half.
+fn compared(a: &Path, b: &Path) -> String {
+    let output = run(&["compare", text(a), text(b), "--json"]);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{said}");
+    let value: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(value["rmse"], 0.5, "{value}");
+    said
+}
+
+#[test]
+fn layers_and_grey_are_compared() {
+    let folder = tempfile::tempdir().unwrap();
+    let [plain, other] = ["plain.exr", "other.exr"].map(|name| folder.path().join(name));
+    grey(&plain, &["R", "G", "B"], 0.25);
+    for (channels, said) in [
+        (&["R", "G", "B", "A", "Z"][..], ""),
+        (
+            &[
+                "ViewLayer.Combined.A",
+                "ViewLayer.Combined.B",
+                "ViewLayer.Combined.G",
+                "ViewLayer.Combined.R",
+                "ViewLayer.Depth.Z",
+            ],
+            "other.exr: its picture is the layer ViewLayer.Combined\n",
+        ),
+        (&["Y"], "other.exr: its picture is grey\n"),
+    ] {
+        grey(&other, channels, 0.75);
+        assert!(compared(&other, &plain).ends_with(said), "{channels:?}");
+        assert!(compared(&plain, &other).ends_with(said), "{channels:?}");
+    }
+    grey(&other, &["Depth.Z", "Normal.X"], 0.75);
+    let line = fail(&["compare", text(&plain), text(&other)], 2);
+    assert!(line.contains("Depth.Z, Normal.X"), "{line}");
+}
+
+#[test]
+fn a_png_beside_an_exr_is_said_to_be_of_another_kind() {
+    let folder = tempfile::tempdir().unwrap();
+    let [exr, png] = ["a.exr", "a.png"].map(|name| folder.path().join(name));
+    for path in [&exr, &png] {
+        grey(path, &["R", "G", "B"], 0.25);
+    }
+    for [a, b] in [[&exr, &png], [&png, &exr]] {
+        let output = run(&["compare", text(a), text(b)]);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success(), "{said}");
+        assert_eq!(said.lines().count(), 1, "{said}");
+        assert!(
+            said.contains("a.png has 8 bits") && said.contains("linear"),
+            "{said}"
+        );
+    }
+    for path in [&exr, &png] {
+        let output = run(&["compare", text(path), text(path)]);
+        assert!(output.status.success() && output.stderr.is_empty());
+    }
+}
+
+#[test]
+fn exposure_is_printed_as_it_was_given() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.exr");
+    grey(&path, &["R", "G", "B"], 0.25);
+    let output = run(&[
+        "compare",
+        text(&path),
+        text(&path),
+        "--exposure",
+        "0.1",
+        "--json",
+    ]);
+    let printed = String::from_utf8(output.stdout).unwrap();
+    assert!(printed.contains("\"flip_exposure\": 0.1,"), "{printed}");
+}

@@ -1,0 +1,156 @@
+//! SIGINT and SIGTERM: what is kept, and what a second signal does.
+
+use crate::{headwater, text};
+use headwater::image::Image;
+use std::io::Read;
+use std::process::{Child, Stdio};
+use std::time::{Duration, Instant};
+
+/// A child that a failing test does not leave running.
+struct Running(Child);
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+fn start(arguments: &[&str]) -> Running {
+    let mut command = headwater(arguments);
+    command.env("HEADWATER_SAVE_SECONDS", "1000");
+    Running(
+        command
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap(),
+    )
+}
+
+fn send(child: &Running, signal: i32) {
+    // SAFETY: a signal to the child just started.
+    assert_eq!(unsafe { libc::kill(child.0.id() as i32, signal) }, 0);
+}
+
+/// What work says first: with so many steps, how long it will take.
+fn first_line(child: &mut Running) -> String {
+    let mut byte = [0];
+    let mut line = Vec::new();
+    let errors = child.0.stderr.as_mut().unwrap();
+    while errors.read(&mut byte).unwrap() == 1 && byte != *b"\n" {
+        line.push(byte[0]);
+    }
+    String::from_utf8(line).unwrap()
+}
+
+/// The exit status, and what was said on stderr.
+fn ended(mut child: Running) -> (Option<i32>, String) {
+    let mut said = String::new();
+    let mut errors = child.0.stderr.take().unwrap();
+    errors.read_to_string(&mut said).unwrap();
+    (child.0.wait().unwrap().code(), said)
+}
+
+/// GNU `timeout` sends its signal to the child and again to the child's process group.
+#[test]
+fn two_signals_at_once_are_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("a.exr");
+    let long = ["--width", "64", "--spp", "100000000", "-o", text(&out)];
+    let arguments = [&["reference", "cornell"], &long[..]].concat();
+    for _ in 0..4 {
+        let mut child = start(&arguments);
+        let _ = first_line(&mut child);
+        send(&child, libc::SIGTERM);
+        std::thread::sleep(Duration::from_millis(2));
+        send(&child, libc::SIGTERM);
+        let (status, said) = ended(child);
+        assert_eq!(status, Some(143), "{said}");
+        assert!(said.contains("keeps"), "{said}");
+        assert!(Image::read(&out).is_ok());
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+        std::fs::remove_file(&out).unwrap();
+    }
+}
+
+/// A picture of one strip whose one frame takes a minute: nothing but a second signal ends it sooner.
+#[test]
+fn a_signal_more_than_a_second_after_the_first_ends_the_process_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("a.exr");
+    let child = start(&[
+        "reference",
+        "garage",
+        "--width",
+        "1024",
+        "--height",
+        "1024",
+        "--bounces",
+        "1000",
+        "--set",
+        "roulette.start=1000",
+        "-o",
+        text(&out),
+    ]);
+    std::thread::sleep(Duration::from_millis(3000));
+    send(&child, libc::SIGINT);
+    std::thread::sleep(Duration::from_millis(2500));
+    let second = Instant::now();
+    send(&child, libc::SIGINT);
+    let (status, said) = ended(child);
+    assert_eq!(status, Some(130), "{said}");
+    // Long before the frame is done, however busy the machine is.
+    let took = second.elapsed();
+    assert!(took < Duration::from_secs(10), "it took {took:?}");
+    assert!(!out.exists());
+}
+
+#[test]
+fn accumulated_frames_are_kept_when_a_signal_comes() {
+    let folder = tempfile::tempdir().unwrap();
+    let [out, again] = ["a.exr", "b.exr"].map(|name| folder.path().join(name));
+    for (signal, preset) in [(libc::SIGINT, "path-tracing"), (libc::SIGTERM, "accurate")] {
+        let arguments = ["render", "cornell", "--width", "32", "--accumulate"];
+        let arguments = [&arguments[..], &["--preset", preset, "--frames"]].concat();
+        let long = [&arguments[..], &["4294967295", "-o", text(&out)]].concat();
+        let mut child = start(&long);
+        let line = first_line(&mut child);
+        assert!(line.contains("4294967295 frames will take about"), "{line}");
+        send(&child, signal);
+        let (status, said) = ended(child);
+        assert_eq!(status, Some(128 + signal), "{said}");
+        let last = said.lines().last().unwrap_or_default();
+        let kept = Image::read(&out).unwrap();
+        let frames = &kept.metadata["headwater.samples"];
+        assert!(
+            last.contains(&format!(
+                "mean of the {frames} complete frames of 4294967295"
+            )),
+            "{said}"
+        );
+        // They are what as many frames asked for come to.
+        crate::succeed(&[&arguments[..], &[frames, "-o", text(&again)]].concat());
+        assert!(
+            std::fs::read(&out).unwrap() == std::fs::read(&again).unwrap(),
+            "{frames} frames of {preset} differ"
+        );
+    }
+}
+
+#[test]
+fn a_study_tells_how_much_of_all_its_work_is_done_and_how_long_the_rest_takes() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let mut child = start(&["study", "--plan", "bias-matrix", "-o", text(&out)]);
+    let line = first_line(&mut child);
+    send(&child, libc::SIGINT);
+    let (status, said) = ended(child);
+    assert_eq!(status, Some(130), "{said}");
+    assert!(
+        line.contains("% of the study after") && line.contains("left"),
+        "{line}"
+    );
+    assert_eq!(said.lines().count(), 1, "{said}");
+    assert!(said.contains("keeps the finished runs"), "{said}");
+}
