@@ -75,3 +75,48 @@ pub fn jitter(seed: u32, frame: u32) -> Vec2 {
     mix(&mut v);
     Vec2::from_array([v[0], v[1]].map(|bits| (bits >> 8) as f32 * 2.0_f32.powi(-24)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An edge in the picture moves with the mean jitter of the frames that are averaged. Over seeds, that mean must
+    /// deviate less than it would with independent positions.
+    #[test]
+    fn the_mean_jitter_of_some_frames_is_close_to_the_pixel_centre() {
+        const SEEDS: u32 = 256;
+        for frames in [4, 16, 64, 100] {
+            let mean = |seed: u32, first: u32| {
+                let sum: Vec2 = (first..first + frames)
+                    .map(|frame| jitter(seed, frame))
+                    .sum();
+                sum / frames as f32 - Vec2::splat(0.5)
+            };
+            for first in [0, 1000] {
+                let square: Vec2 = (0..SEEDS).map(|seed| mean(seed, first).powf(2.0)).sum();
+                let deviation = (square / SEEDS as f32).max_element().sqrt();
+                let independent = (1.0 / (12.0 * frames as f32)).sqrt();
+                let share = deviation / independent;
+                println!("{frames} frames from {first}: {share:.3} of independent positions");
+                let limit = if frames == 4 { 0.6 } else { 0.25 };
+                assert!(share < limit, "{frames} frames from {first}: {share:.3}");
+            }
+        }
+    }
+
+    #[test]
+    fn every_position_is_uniform_over_seeds() {
+        const SEEDS: u32 = 1 << 14;
+        for frame in [0, 1, 5, 123_456, u32::MAX] {
+            let mut counts = [0.0_f64; 16];
+            for seed in 0..SEEDS {
+                let cell = (jitter(seed, frame) * 4.0).as_uvec2();
+                counts[(cell.y * 4 + cell.x) as usize] += 1.0;
+            }
+            let expected = f64::from(SEEDS) / 16.0;
+            let chi_square: f64 = (counts.iter().map(|n| (n - expected).powi(2) / expected)).sum();
+            // The 1e-5 quantile with 15 degrees of freedom.
+            assert!(chi_square < 50.5, "frame {frame}: {chi_square}");
+        }
+    }
+}
