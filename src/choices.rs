@@ -39,10 +39,10 @@ crate::gpu_enum! {
     pub enum Visibility {
         /// Nowhere: shadows are missing. Biased, for comparisons only.
         None,
-        /// Where the chosen sample is shaded: one ray. For direct light unbiased, noisy in shadows, and without
+        /// Where the selected sample is shaded: one ray. For direct light unbiased, noisy in shadows, and without
         /// BSDF samples. Paths of indirect light are traced, so for them the same as `initial`.
         Final,
-        /// Of the initial survivor, and where the chosen sample is shaded. Biased, dark.
+        /// Of the selected initial candidate, and where the selected sample is shaded. Biased, dark.
         Initial,
         /// In every target function: one ray each with `mis=balance`, two a merge by pairs. Unbiased.
         #[default]

@@ -71,7 +71,7 @@ pub fn run(args: &Args) -> Result<()> {
             reference_size.1
         )));
     }
-    tell_of_formats(&args.picture, &args.reference)?;
+    note_formats(&args.picture, &args.reference)?;
     let errors = Errors::between(&picture, &reference);
     let perceived = flip(&picture, &reference, size, args.exposure);
     if let Some(path) = &args.diff {
@@ -141,7 +141,7 @@ pub fn run(args: &Args) -> Result<()> {
 }
 
 /// Says that two formats differ where nothing is wrong.
-fn tell_of_formats(picture: &Path, reference: &Path) -> Result<()> {
+fn note_formats(picture: &Path, reference: &Path) -> Result<()> {
     let (png, exr) = match (Format::of(picture)?, Format::of(reference)?) {
         (Format::Png, Format::Exr) => (picture, reference),
         (Format::Exr, Format::Png) => (reference, picture),

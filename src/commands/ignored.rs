@@ -1,4 +1,4 @@
-//! Says in one line each what of the arguments has no effect together with the others.
+//! One line on stderr for each argument that has no effect in combination with the others.
 
 use super::arguments::SceneArgs;
 use super::notice;
@@ -10,8 +10,8 @@ use std::path::PathBuf;
 /// Settings that `reference` takes.
 const OF_PATH_TRACING: [&str; 4] = ["heuristic", "energy", "roulette", "variant"];
 
-/// Says what has no effect on any picture of a scene.
-pub fn tell_of_scene(args: &SceneArgs, outputs: &[PathBuf]) {
+/// Arguments without effect, for every command that renders a scene.
+pub fn note_for_scene(args: &SceneArgs, outputs: &[PathBuf]) {
     if let (Some(camera), Some(_)) = (&args.camera, &args.look_at) {
         notice(&format!(
             "--look-at sets the camera, so --camera {camera} has no effect"
@@ -32,10 +32,10 @@ pub fn tell_of_scene(args: &SceneArgs, outputs: &[PathBuf]) {
     }
 }
 
-/// Says what has no effect on what `render` does. `changed` are the keys that --config and --set name.
-pub fn tell_of_render(changed: &[String], settings: &Settings, bounces: u32) {
+/// Arguments without effect on `render`. `changed` are the keys that --config and --set name.
+pub fn note_for_render(changed: &[String], settings: &Settings, bounces: u32) {
     if settings.integrator == Integrator::PathTracing {
-        tell(
+        note_ignored(
             "integrator=path-tracing does not resample",
             changed,
             |key| ["direct", "indirect", "reservoirs"].contains(&group(key)),
@@ -51,11 +51,11 @@ pub fn tell_of_render(changed: &[String], settings: &Settings, bounces: u32) {
         notice("indirect.mode=off gives direct light only, as with --bounces 1");
     }
     if bounces == 0 {
-        tell("--bounces 0 shows emitted light only", changed, |key| {
+        note_ignored("--bounces 0 shows emitted light only", changed, |key| {
             ["direct", "indirect"].contains(&group(key))
         });
     } else if bounces == 1 {
-        tell("--bounces 1 has no indirect light", changed, |key| {
+        note_ignored("--bounces 1 has no indirect light", changed, |key| {
             group(key) == "indirect"
         });
     }
@@ -67,21 +67,21 @@ pub fn tell_of_render(changed: &[String], settings: &Settings, bounces: u32) {
     }
 }
 
-/// Says what has no effect on a reference.
-pub fn tell_of_reference(args: &SceneArgs, changed: &[String]) {
+/// Arguments without effect on a reference.
+pub fn note_for_reference(args: &SceneArgs, changed: &[String]) {
     if let Some(preset) = args.preset.as_deref().filter(|p| *p != "path-tracing") {
         notice(&format!(
             "a reference is path traced: of --preset {preset} it takes {} only",
             OF_PATH_TRACING.join(", ")
         ));
     }
-    tell("a reference is path traced", changed, |key| {
+    note_ignored("a reference is path traced", changed, |key| {
         !OF_PATH_TRACING.contains(&group(key))
     });
 }
 
 /// One line about the keys that `is_ignored`, if there are any.
-fn tell(why: &str, changed: &[String], is_ignored: impl Fn(&str) -> bool) {
+fn note_ignored(why: &str, changed: &[String], is_ignored: impl Fn(&str) -> bool) {
     let ignored: Vec<&str> = (changed.iter().map(String::as_str))
         .filter(|key| is_ignored(key))
         .collect();

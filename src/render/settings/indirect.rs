@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 pub enum IndirectMode {
     /// Not at all: direct light only, whatever `--bounces` says.
     Off,
-    /// By a path a pixel, shared with nobody: unbiased, noisy.
+    /// By one path a pixel, without reuse: unbiased, noisy.
     Path,
     /// By paths that neighbours and frames share.
     #[default]

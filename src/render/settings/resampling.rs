@@ -21,7 +21,7 @@ pub enum Candidates {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ReuseMode {
-    /// Nobody's.
+    /// None.
     None,
     /// That of the last frame.
     Temporal,
