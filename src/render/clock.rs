@@ -1,4 +1,4 @@
-//! The time that each frame shows.
+//! The time in the scene that each frame shows.
 
 use crate::scene::Scene;
 use crate::{Error, Result};

@@ -1,4 +1,4 @@
-//! What one frame leaves for the next.
+//! A resource with two copies: one that this frame writes, and one that the previous frame left.
 
 use std::cell::Cell;
 

@@ -1,5 +1,5 @@
 //! Rendering: settings and presets, the frame as a list of passes, the techniques that own the passes, and
-//! what is read besides the picture.
+//! the outputs besides the picture.
 
 pub mod camera;
 pub mod clock;

@@ -1,4 +1,5 @@
-//! The one tree of settings. Each field's doc is what `presets` prints; each range is what checks.
+//! All settings, as one tree. The doc of each field is what the command `presets` prints, and its range is checked
+//! when a value is set.
 
 mod direct;
 mod indirect;

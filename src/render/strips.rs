@@ -1,5 +1,5 @@
-//! A picture in strips of rows, each with buffers of its own: a device binds only so many bytes at
-//! once (128 MiB in lavapipe), and a display's watchdog ends work that is submitted in one piece.
+//! A picture in strips of rows, each with its own buffers: a device binds only so many bytes at once (128 MiB in
+//! lavapipe), and drivers of displays end a submission that takes too long.
 
 use crate::gpu::{Buffer, Device, Usage};
 use crate::layouts::{Strip, TILE};

@@ -1,4 +1,4 @@
-//! What is kept besides the picture.
+//! Which further data a renderer collects, at a cost in time or memory.
 
 /// What is kept besides the picture, which costs time or memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,4 +1,4 @@
-//! What is rendered: camera, size, seed.
+//! A view of a scene: camera, size, seed, length of paths, jitter.
 
 use crate::scene::Camera;
 

@@ -1,4 +1,4 @@
-//! A scene that moves, in two epochs: the current and the previous frame, one after the other in the buffers.
+//! A scene that moves, in two epochs: the buffers hold the current frame, followed by the previous frame.
 
 use super::pose::{ScenePose, ScenePoser};
 use crate::layouts::{GpuInstance, GpuLight, GpuPreviousTransform};

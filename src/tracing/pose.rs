@@ -1,4 +1,4 @@
-//! Where a scene's instances and lights are at one time, as shaders read them.
+//! The state of a scene's instances and lights at one time, as shaders read it.
 
 use super::compute_bvh::Tree;
 use super::gather::Gathered;

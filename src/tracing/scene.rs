@@ -1,4 +1,4 @@
-//! A scene on the device: what every shader that traces rays or reads surfaces is bound to.
+//! A scene on the device: the buffers and acceleration structures that shaders bind to trace rays and read surfaces.
 
 use super::buffers::{SceneBuffers, SceneContents};
 use super::compute_bvh::{balanced_depth, max_nodes};

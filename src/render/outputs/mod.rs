@@ -1,4 +1,4 @@
-//! What is read of a technique besides its picture.
+//! The outputs of a technique besides its picture: AOVs, sums over samples, and lists of traced rays.
 
 pub mod primary_surfaces;
 pub mod ray_list;

@@ -1,4 +1,5 @@
-//! Settings by their dotted keys: changed, checked and described from the tree's own schema.
+//! Settings by their dotted keys, such as `direct.spatial.radius`: changes, checks and descriptions, all from the
+//! schema of the tree.
 
 use super::Settings;
 use crate::nearest::nearest;

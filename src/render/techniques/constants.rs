@@ -1,4 +1,4 @@
-//! The constants of a frame's shaders.
+//! The constants of a frame's shaders, and the position of its primary rays in their pixels (jitter).
 
 use crate::layouts::{RestirConstants, ReuseConstants, ViewConstants};
 use crate::render::scene_bindings::SceneBindings;

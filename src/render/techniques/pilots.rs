@@ -1,4 +1,4 @@
-//! Where the pilots of a frame are.
+//! The buffer that holds a frame's pilots, the first BSDF ray of each pixel.
 
 use crate::gpu::Buffer;
 

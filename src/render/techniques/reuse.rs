@@ -1,4 +1,4 @@
-//! What both kinds of light do with their candidates: temporal reuse, spatial reuse, shading.
+//! The part that both kinds of light share: temporal reuse, spatial reuse and shading.
 
 use crate::Result;
 use crate::choices::Visibility;
