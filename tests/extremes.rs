@@ -330,3 +330,73 @@ fn a_landscape_of_two_triangles_is_lit_like_a_floor() {
         }
     }
 }
+
+/// A plate of smooth plastic above a glowing floor of two kilometres. Where it reflects the floor, its lobe is narrower
+/// than the cells to which reservoirs round a point on a light.
+fn plate_over_lava() -> (Scene, Camera) {
+    let plastic = Material {
+        base_color: Vec3::splat(0.1),
+        roughness: 0.011,
+        metallic: 0.0,
+        ..Material::default()
+    };
+    let (x, z) = (Vec3::X, Vec3::Z);
+    let reach = 1000.0;
+    let floor = support::quad(reach * (z - x), 2.0 * reach * x, -2.0 * reach * z);
+    // Its front looks down.
+    let plate = support::quad(Vec3::new(-2.0, 0.2, -2.0), 4.0 * x, 4.0 * z);
+    let scene = support::scene_of(&[(lamp(), floor), (plastic, plate)]);
+    let eye = DVec3::new(0.03, 0.1, 0.15);
+    let camera = support::look_at(eye, DVec3::new(0.01, 0.2, 0.02), DVec3::Y, 0.5);
+    (scene, camera)
+}
+
+/// Independent runs of the test below, and half the width of the 99 % interval of their mean in standard errors
+/// (Student's t).
+const RUNS: u32 = 24;
+const HALF_WIDTH: f64 = 2.807;
+
+#[test]
+fn lights_wider_than_the_lobes_that_reflect_them_keep_their_brightness() {
+    let (scene, camera) = plate_over_lava();
+    let (device, selection) = support::open_device(None);
+    // The mean of a picture, and its squared standard error.
+    let mean = |seed, settings: &Settings, samples| {
+        let view = View {
+            camera: camera.clone(),
+            width: 32,
+            height: 32,
+            seed,
+            bounces: 1,
+            jitter: false,
+        };
+        let seen = support::render(&device, &scene, selection.variant, &view, settings, samples);
+        let count = (3 * seen.mean.len()) as f64;
+        let sum = |values: &[[f64; 3]]| values.iter().flatten().sum::<f64>();
+        (
+            sum(&seen.mean) / count,
+            sum(&seen.error_squared) / (count * count),
+        )
+    };
+    let [path_tracing, mut accurate] = techniques();
+    let (truth, truth_variance) = mean(0, &path_tracing, 16384);
+    for reuse in [ReuseMode::None, ReuseMode::Spatiotemporal] {
+        accurate.direct.resampling.reuse = reuse;
+        let seen = (1..=RUNS).map(|seed| mean(seed, &accurate, 16).0 / truth - 1.0);
+        let seen: Vec<f64> = seen.collect();
+        let off = seen.iter().sum::<f64>() / f64::from(RUNS);
+        let spread: f64 = seen.iter().map(|run| (run - off).powi(2)).sum();
+        let variance = spread / f64::from(RUNS * (RUNS - 1)) + truth_variance / truth.powi(2);
+        let half_width = HALF_WIDTH * variance.sqrt();
+        println!(
+            "{reuse:?}: {:+.2} ± {:.2} %",
+            100.0 * off,
+            100.0 * half_width
+        );
+        assert!(
+            half_width < 0.003 && off.abs() < 0.005,
+            "{reuse:?}: {off} ± {half_width}"
+        );
+    }
+    support::assert_no_messages(&device);
+}
