@@ -108,7 +108,9 @@ fn a_lone_candidate_weighs_what_its_density_says() {
             if reservoir.light != NONE {
                 let expected = lamp[reservoir.light as usize] * LIGHTS as f32;
                 let off = reservoir.weight / expected - 1.0;
-                assert!(off.abs() < 1e-5, "{reservoir:?}, expected {expected}");
+                // The weight also compensates for the stored point, which is up to 2^-21 of the lamp's edges away from
+                // the one that was drawn.
+                assert!(off.abs() < 2e-4, "{reservoir:?}, expected {expected}");
             }
         }
     }

@@ -9,7 +9,7 @@
 LightSample draw_light_sample(uvec4 bits) {
     uint count = scene.at.light_count;
     uint index = restir.at.reuse.uniform_candidates != 0u ? scale_to(bits.x, count) : pick_light(count, bits.xy);
-    return light_sample_at(index, packUnorm2x16(uniform_barycentrics(bits.zw)), CURRENT);
+    return light_sample_at(index, uniform_barycentrics(bits.zw), CURRENT);
 }
 
 // The density with which `draw_light_sample` draws a point of this light.

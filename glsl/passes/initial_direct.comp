@@ -74,7 +74,7 @@ void main() {
         if (PILOTS) pilot = pilot_hit(LOAD_PILOT(pilots, slot));
         uint pilot_light = light_of(pilot);
         if (pilot_light != NONE) {
-            LightSample value = light_sample_at(pilot_light, packUnorm2x16(pilot.barycentrics), CURRENT);
+            LightSample value = light_sample_at(pilot_light, pilot.barycentrics, CURRENT);
             float choice = to_unit(random_bits(random).x);
             if (add_candidate(stream, domain, value, light_samples, choice, bsdf_samples)) reservoir.value = value;
         }
@@ -115,12 +115,16 @@ void main() {
                 color.at[pixel_index(pixel)] += accept_radiance(emission * specular_fresnel(domain.bsdf, domain.outgoing.z));
                 continue;
             }
-            LightSample value = light_sample_at(light, packUnorm2x16(hit.barycentrics), CURRENT);
+            LightSample value = light_sample_at(light, hit.barycentrics, CURRENT);
             if (add_candidate(stream, domain, value, light_samples + turn, choice, bsdf_samples)) reservoir.value = value;
         }
         // A driver may end a loop that seems endless to it; the pixel would then lack light.
         if (turn < turns) count_fault(COUNTER_CUT_SHORT);
-        reservoir.contribution_weight = accept_weight(contribution_weight(stream));
+        if (stream.chosen != NONE) {
+            reservoir.value = as_stored(reservoir.value);
+            float target = target_function(domain, reservoir.value);
+            if (target > 0.0) reservoir.contribution_weight = accept_weight(stream.weight_sum / target);
+        }
         record_origin(reservoir, pixel_index(pixel), domain);
     }
     PackedReservoir packed = pack_reservoir(reservoir);

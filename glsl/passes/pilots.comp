@@ -28,7 +28,7 @@ void main() {
             pilot.barycentrics = hit.barycentrics;
             uint light = light_of(hit);
             if (light != NONE) {
-                LightSample value = light_sample_at(light, packUnorm2x16(hit.barycentrics), CURRENT);
+                LightSample value = light_sample_at(light, hit.barycentrics, CURRENT);
                 float target;
                 float weight = candidate_weight(domain, value, 1u, target);
                 // The mean is 0 if all lights were off when it was computed; then nothing can be relative to it.

@@ -7,9 +7,10 @@
 #include "scene/domain.glsl"
 
 struct LightSample {
-    // Index of the light, and two 16-bit barycentric weights.
+    // Index of the light.
     uint light;
-    uint barycentrics;
+    // Weights of its second and third corner.
+    vec2 barycentrics;
     // Follows from these. It is kept so that the full format can store it instead of reading the light again.
     vec3 position;
     vec3 normal;
@@ -17,11 +18,11 @@ struct LightSample {
     bool double_sided;
 };
 
-LightSample empty_light_sample() { return LightSample(NONE, 0u, vec3(0.0), vec3(0.0), vec3(0.0), false); }
+LightSample empty_light_sample() { return LightSample(NONE, vec2(0.0), vec3(0.0), vec3(0.0), vec3(0.0), false); }
 
-LightSample light_sample_at(uint index, uint barycentrics, uint epoch) {
+LightSample light_sample_at(uint index, vec2 barycentrics, uint epoch) {
     GpuLight light = light_at(index, epoch);
-    vec3 position = light_position(light, unpackUnorm2x16(barycentrics));
+    vec3 position = light_position(light, barycentrics);
     return LightSample(index, barycentrics, position, light.normal, light.emission, is_double_sided(light));
 }
 
@@ -84,7 +85,7 @@ bool is_within_limits(View a, LightSample in_a, View b, LightSample in_b, float 
 
 void pack_sample(LightSample value, inout PackedReservoir p) {
     p.words[2] = (KIND_TRIANGLE << KIND_SHIFT) | value.light;
-    p.words[3] = value.barycentrics;
+    pack_barycentrics(value.barycentrics, 3u, p);
     if (RESERVOIR_FORMAT != FORMAT_FULL) return;
     if (value.double_sided) p.words[2] |= KIND_DOUBLE_SIDED;
     uvec3 position = floatBitsToUint(value.position);
@@ -100,11 +101,21 @@ void pack_sample(LightSample value, inout PackedReservoir p) {
 
 void unpack_sample(PackedReservoir p, out LightSample value) {
     uint light = p.words[2] & LIGHT_MASK;
+    vec2 barycentrics = unpack_barycentrics(p, 3u);
     if (RESERVOIR_FORMAT != FORMAT_FULL) {
-        value = light_sample_at(light, p.words[3], CURRENT);
+        value = light_sample_at(light, barycentrics, CURRENT);
         return;
     }
-    value = LightSample(light, p.words[3], uintBitsToFloat(uvec3(p.words[4], p.words[5], p.words[6])),
+    value = LightSample(light, barycentrics, uintBitsToFloat(uvec3(p.words[4], p.words[5], p.words[6])),
                         unpack_octahedral(p.words[7], 16u), unpack_radiance(uvec2(p.words[8], p.words[9])),
                         HAS_DOUBLE_SIDED_LIGHTS && (p.words[2] & KIND_DOUBLE_SIDED) != 0u);
+}
+
+// A new sample as it will be unpacked.
+LightSample as_stored(LightSample value) {
+    PackedReservoir packed = empty_packed();
+    pack_sample(value, packed);
+    LightSample found;
+    unpack_sample(packed, found);
+    return found;
 }

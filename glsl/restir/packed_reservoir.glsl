@@ -2,6 +2,14 @@
 // A reservoir as words in memory.
 #include "prelude.glsl"
 
+// Bits of the confidence and of the age in their word. Both saturate; neither depends on the sample's value, so that
+// nothing is biased. The other bits of the word belong to the sample.
+const uint CONFIDENCE_BITS = 14u;
+const uint AGE_BITS = 10u;
+const uint SPARE_SHIFT = CONFIDENCE_BITS + AGE_BITS;
+// Bits of each of the two barycentric weights of a point on a light.
+const uint BARYCENTRIC_BITS = 20u;
+
 // The first two words hold the weight, and confidence and age. The words of the sample follow, then those of its
 // origin. Large enough for every kind of sample.
 struct PackedReservoir {
@@ -10,3 +18,23 @@ struct PackedReservoir {
 
 const uint WEIGHT_WORD = 0u;
 const uint HISTORY_WORD = 1u;
+
+PackedReservoir empty_packed() {
+    PackedReservoir p;
+    for (uint i = 0u; i < INDIRECT_FULL_WORDS + ORIGIN_WORDS; i += 1u) p.words[i] = 0u;
+    return p;
+}
+
+// A point on a light needs a word and the spare bits. 16 bits a weight would be too few: on a light of two kilometres
+// they are cells of three centimetres, which lobes of smooth surfaces are narrower than.
+void pack_barycentrics(vec2 barycentrics, uint word, inout PackedReservoir p) {
+    uvec2 fixed_point = uvec2(round(barycentrics * float((1u << BARYCENTRIC_BITS) - 1u)));
+    p.words[word] = fixed_point.x | (fixed_point.y << BARYCENTRIC_BITS);
+    p.words[HISTORY_WORD] |= (fixed_point.y >> (32u - BARYCENTRIC_BITS)) << SPARE_SHIFT;
+}
+
+vec2 unpack_barycentrics(PackedReservoir p, uint word) {
+    uint x = bitfieldExtract(p.words[word], 0, int(BARYCENTRIC_BITS));
+    uint y = (p.words[word] >> BARYCENTRIC_BITS) | ((p.words[HISTORY_WORD] >> SPARE_SHIFT) << (32u - BARYCENTRIC_BITS));
+    return vec2(x, y) / float((1u << BARYCENTRIC_BITS) - 1u);
+}

@@ -47,7 +47,7 @@ bool left_second(Path path) { return path.scatterings == 2u; }
 
 // The candidate of a path that ends at a light: `directly` from its second vertex, or from a later vertex. `radiance` is
 // the emission, or the light that the last vertex reflects.
-Candidate make_candidate(Path path, vec3 light, bool directly, uint light_index, uint barycentrics, vec3 radiance) {
+Candidate make_candidate(Path path, vec3 light, bool directly, uint light_index, vec2 barycentrics, vec3 radiance) {
     Candidate found = Candidate(light, path.can_share, path.second);
     found.value.kind = directly ? PATH_TO_LIGHT : PATH_ONWARD;
     found.value.light = light_index;
@@ -68,7 +68,7 @@ Candidate light_hit(Path path, uint light_index, Hit hit, vec3 direction) {
         weight = 1.0 / (1.0 + float(restir.at.reuse.light_samples) * (pdf_light / path.pdf_solid_angle));
     }
     return make_candidate(path, path.throughput * emission * weight, left_second(path), light_index,
-                          packUnorm2x16(hit.barycentrics), emission);
+                          hit.barycentrics, emission);
 }
 
 // Next-event estimation at a vertex: selects one of several light samples by their reflected light (RIS). Returns

@@ -26,7 +26,7 @@ struct PathSample {
     vec2 barycentrics;
     // PATH_TO_LIGHT: where the path ends.
     uint light;
-    uint light_barycentrics;
+    vec2 light_barycentrics;
     // Unit, from the second vertex onward, and the radiance that arrives from there; with PATH_OUTGOING the radiance
     // that leaves the vertex.
     vec3 direction;
@@ -39,7 +39,7 @@ struct PathSample {
 
 PathSample empty_path_sample() {
     TrianglePoint point = TrianglePoint(vec3(0.0), vec3(0.0), vec3(0.0, 0.0, 1.0), vec3(0.0, 0.0, 1.0), false);
-    return PathSample(PATH_NONE, NONE, 0u, vec2(0.0), NONE, 0u, vec3(0.0, 0.0, 1.0), vec3(0.0), point, 0.0, 0u);
+    return PathSample(PATH_NONE, NONE, 0u, vec2(0.0), NONE, vec2(0.0), vec3(0.0, 0.0, 1.0), vec3(0.0), point, 0.0, 0u);
 }
 
 // Computes the second vertex from its triangle.
@@ -173,7 +173,7 @@ void pack_sample(PathSample value, inout PackedReservoir p) {
     p.words[5] = barycentrics.y;
     if (value.kind == PATH_TO_LIGHT) {
         p.words[6] = (KIND_TRIANGLE << KIND_SHIFT) | value.light;
-        p.words[7] = value.light_barycentrics;
+        pack_barycentrics(value.light_barycentrics, 7u, p);
     } else {
         p.words[6] = pack_octahedral(value.direction, 16u);
         // A colour that was packed before keeps its bits.
@@ -208,7 +208,7 @@ void unpack_sample(PackedReservoir p, out PathSample value) {
     }
     if (value.kind == PATH_TO_LIGHT) {
         value.light = p.words[6] & LIGHT_MASK;
-        value.light_barycentrics = p.words[7];
+        value.light_barycentrics = unpack_barycentrics(p, 7u);
         aim_at_light(value, CURRENT);
     } else {
         value.direction = unpack_octahedral(p.words[6], 16u);
@@ -218,7 +218,7 @@ void unpack_sample(PackedReservoir p, out PathSample value) {
 
 // A new sample as it will be unpacked, except for its colour.
 PathSample as_stored(PathSample value) {
-    PackedReservoir packed;
+    PackedReservoir packed = empty_packed();
     pack_sample(value, packed);
     PathSample found;
     unpack_sample(packed, found);

@@ -29,9 +29,9 @@ uint word_of(uint slot, uint word, uint slots) {
 Reservoir empty_reservoir(float confidence) { return Reservoir(empty_sample(), 0.0, confidence, 0u, NONE, 0.0); }
 
 PackedReservoir pack_reservoir(Reservoir r) {
-    PackedReservoir p;
-    for (uint i = 0u; i < FULL_WORDS + ORIGIN_WORDS; i += 1u) p.words[i] = 0u;
-    p.words[HISTORY_WORD] = uint(min(r.confidence, 65535.0)) | (min(r.age, 0xFFFFu) << 16u);
+    PackedReservoir p = empty_packed();
+    p.words[HISTORY_WORD] = min(uint(r.confidence), (1u << CONFIDENCE_BITS) - 1u)
+        | (min(r.age, (1u << AGE_BITS) - 1u) << CONFIDENCE_BITS);
     if (!(r.contribution_weight > 0.0)) return p;
     p.words[WEIGHT_WORD] = floatBitsToUint(r.contribution_weight);
     pack_sample(r.value, p);
@@ -44,8 +44,8 @@ PackedReservoir pack_reservoir(Reservoir r) {
 
 Reservoir unpack_reservoir(PackedReservoir p) {
     uint history = p.words[HISTORY_WORD];
-    Reservoir r = empty_reservoir(float(history & 0xFFFFu));
-    r.age = history >> 16u;
+    Reservoir r = empty_reservoir(float(bitfieldExtract(history, 0, int(CONFIDENCE_BITS))));
+    r.age = bitfieldExtract(history, int(CONFIDENCE_BITS), int(AGE_BITS));
     r.contribution_weight = uintBitsToFloat(p.words[WEIGHT_WORD]);
     if (r.contribution_weight > 0.0) unpack_sample(p, r.value);
     if (KEEPS_ORIGINS) {
