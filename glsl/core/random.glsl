@@ -43,6 +43,9 @@ float to_unit(uint bits) { return float(bits >> 8u) * 5.9604644775390625e-8; }
 
 vec4 to_unit(uvec4 bits) { return vec4(bits >> 8u) * 5.9604644775390625e-8; }
 
+// A uniform number that decides whether a weighted candidate is selected.
+float random_choice(inout Random random) { return to_unit(random_bits(random).x); }
+
 // An integer below `count`, from 32 random bits.
 uint scale_to(uint bits, uint count) {
     uint high, low;

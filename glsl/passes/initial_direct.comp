@@ -65,7 +65,7 @@ void main() {
         Stream stream = empty_stream();
         for (uint i = 0u; i < light_samples; i += 1u) {
             uvec4 bits = random_bits(random);
-            float choice = to_unit(random_bits(random).x);
+            float choice = random_choice(random);
             LightSample value = draw_light_sample(bits);
             if (add_candidate(stream, domain, value, i, choice, bsdf_samples)) reservoir.value = value;
         }
@@ -75,7 +75,7 @@ void main() {
         uint pilot_light = light_of(pilot);
         if (pilot_light != NONE) {
             LightSample value = light_sample_at(pilot_light, pilot.barycentrics, CURRENT);
-            float choice = to_unit(random_bits(random).x);
+            float choice = random_choice(random);
             if (add_candidate(stream, domain, value, light_samples, choice, bsdf_samples)) reservoir.value = value;
         }
 
@@ -90,7 +90,7 @@ void main() {
             float choice = 0.0;
             if (purpose == RAY_CANDIDATE) {
                 vec4 numbers = to_unit(random_bits(random));
-                choice = to_unit(random_bits(random).x);
+                choice = random_choice(random);
                 BsdfSample chosen;
                 wanted = sample_bsdf_ray(domain, numbers, chosen, ray);
             } else if (purpose == RAY_MIRROR) {

@@ -87,7 +87,7 @@ void main() {
                 path.second.barycentrics = hit.barycentrics;
             } else if (surface.light != NONE) {
                 // Emission at the second vertex belongs to direct light.
-                add_candidate(light_hit(path, surface.light, hit, ray.direction), to_unit(random_bits(random).x));
+                add_candidate(light_hit(path, surface.light, hit, ray.direction), random_choice(random));
             }
             if (path.scatterings >= restir.at.view.bounces) {
                 purpose = RAY_NONE;
@@ -98,7 +98,7 @@ void main() {
                                         surface.geometric_normal, surface.shading_normal, surface.material, ray.direction);
             bool shadow = sample_light_at(path, vertex, random, shadowed, ray);
             vec4 numbers = to_unit(random_bits(random));
-            choice = to_unit(random_bits(random).x);
+            choice = random_choice(random);
             next_purpose = scatter(path, vertex, numbers, next) ? RAY_PATH : RAY_NONE;
             if (shadow) {
                 purpose = RAY_SHADOW;

@@ -67,7 +67,7 @@ void weigh_techniques(uint mis, uint count, bool visibility, inout Random random
             }
             float change = add_target(terms[i], i, k, target, techniques[k].confidence, canonical_confidence,
                                       neighbour_confidence);
-            if (two_rays && change > 0.0) stream_add(asked, k, change, 1.0, to_unit(random_bits(random).x));
+            if (two_rays && change > 0.0) stream_add(asked, k, change, 1.0, random_choice(random));
         }
     }
     // The neighbour's sample that is traced from the canonical (i in 2).
@@ -78,7 +78,7 @@ void weigh_techniques(uint mis, uint count, bool visibility, inout Random random
         technique_targets[i] = terms[i].canonical;
         technique_weights[i] = m * terms[i].canonical * techniques[i].contribution_weight;
         if (two_rays && i > 0u) {
-            stream_add(drawn, i, technique_weights[i], 1.0, to_unit(random_bits(random).x));
+            stream_add(drawn, i, technique_weights[i], 1.0, random_choice(random));
             technique_weights[i] = 0.0;
         }
     }
@@ -107,7 +107,7 @@ Reservoir choose_technique(uint count, inout Random random) {
     uint i = 0u;
     for (; i < count; i += 1u) {
         confidence += techniques[i].confidence;
-        stream_add(stream, i, technique_weights[i], technique_targets[i], to_unit(random_bits(random).x));
+        stream_add(stream, i, technique_weights[i], technique_targets[i], random_choice(random));
     }
     // A driver that limits loop iterations ends all loops of an invocation at once, this one too.
     if (i < count) count_fault(COUNTER_CUT_SHORT);

@@ -78,7 +78,7 @@ bool sample_light_at(Path path, Domain vertex, inout Random random, out Candidat
     LightSample point;
     for (uint i = 0u; i < restir.at.reuse.light_samples; i += 1u) {
         uvec4 bits = random_bits(random);
-        float choice = to_unit(random_bits(random).x);
+        float choice = random_choice(random);
         LightSample value = draw_light_sample(bits);
         float target;
         float weight = candidate_weight(vertex, value, 1u, target);

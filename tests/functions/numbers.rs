@@ -162,3 +162,37 @@ fn pairs_add_up_where_floats_alone_lose() {
     // The low part rounds too, but a float alone would not move at all.
     assert!((sum - exact).abs() < 1e-9 * exact, "{sum} {exact}");
 }
+
+/// The selected sample of a merge may be a hundred million times dimmer than the sum. Then it must be as rare, because it
+/// takes on the weight of all.
+#[test]
+fn rare_candidates_are_selected_as_rarely_as_their_weight_says() {
+    const INPUTS: u32 = 1 << 12;
+    const DRAWS: u32 = 1 << 16;
+    let function = Function {
+        includes: &["core/random.glsl", "restir/algebra.glsl"],
+        body: "Random random = random_start(a.x, 1u, 2u);
+            float weight = uintBitsToFloat(b.x);
+            for (uint i = 0u; i < a.y; i += 1u) {
+                Stream stream = Stream(1.0, 0u, 1.0);
+                if (stream_add(stream, 1u, weight, 1.0, random_choice(random))) x.x += 1u;
+            }",
+        ..Function::default()
+    };
+    for share in [2e-9_f32, 1e-6, 1e-3] {
+        let inputs: Vec<[u32; 8]> = (0..INPUTS)
+            .map(|i| [i, DRAWS, 0, 0, share.to_bits(), 0, 0, 0])
+            .collect();
+        let selected: u32 = function.run(&inputs).iter().map(|words| words[0]).sum();
+        let expected = f64::from(share) * f64::from(INPUTS) * f64::from(DRAWS);
+        println!("{share}: {selected} of {expected:.1}");
+        // The 1e-6 quantiles of the normal distribution, and room for the few of the first share.
+        let most = expected + 4.9 * expected.sqrt() + 4.0;
+        let least = expected - 4.9 * expected.sqrt();
+        let seen = f64::from(selected);
+        assert!(
+            seen <= most && seen >= least,
+            "{share}: {selected} of {expected}"
+        );
+    }
+}
