@@ -43,8 +43,13 @@ float to_unit(uint bits) { return float(bits >> 8u) * 5.9604644775390625e-8; }
 
 vec4 to_unit(uvec4 bits) { return vec4(bits >> 8u) * 5.9604644775390625e-8; }
 
-// A uniform number that decides whether a weighted candidate is selected.
-float random_choice(inout Random random) { return to_unit(random_bits(random).x); }
+// A uniform number in (0, 1] that decides whether a weighted candidate is selected. Small numbers are as precise as
+// large ones, and none is 0: a rare candidate would otherwise be selected too often, and take on the weight of all.
+float random_choice(inout Random random) {
+    uvec2 bits = random_bits(random).xy;
+    float rest = (float(bits.y) + 0.5) * 2.3283064365386963e-10;
+    return (float(bits.x) + rest) * 2.3283064365386963e-10;
+}
 
 // An integer below `count`, from 32 random bits.
 uint scale_to(uint bits, uint count) {

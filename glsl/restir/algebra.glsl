@@ -26,13 +26,14 @@ struct Stream {
 
 Stream empty_stream() { return Stream(0.0, NONE, 0.0); }
 
-// Adds a candidate; returns whether it is selected now. `random` is uniform in [0, 1).
+// Adds a candidate; returns whether it is selected now. `random` is uniform in (0, 1].
 bool stream_add(inout Stream stream, uint candidate, float weight, float target, float random) {
     // NaN or infinity would remain in the sum.
     weight = accept_weight(weight);
     if (weight == 0.0) return false;
     stream.weight_sum += weight;
-    if (random * stream.weight_sum >= weight) return false;
+    // The first candidate is selected even by a `random` that was rounded to 1.
+    if (weight < stream.weight_sum && random * stream.weight_sum >= weight) return false;
     stream.chosen = candidate;
     stream.target = target;
     return true;
