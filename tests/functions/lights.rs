@@ -132,3 +132,53 @@ fn candidate_sources_draw_by_their_density() {
         assert!((mean - 1.0).abs() < limit, "{mean}");
     }
 }
+
+/// Random words at the borders between lights: if one light more or less is picked there, its probability is not what
+/// the table says, by one in a thousand where there are ten million lights.
+#[test]
+fn every_light_gets_its_exact_share_of_the_random_words() {
+    const COUNT: u64 = 1_000_003;
+    let light = |index: u64| GpuLight {
+        keep_below: (index as u32).wrapping_mul(0x9E37_79B9),
+        alias: u32::MAX - index as u32,
+        ..bytemuck::Zeroable::zeroed()
+    };
+    let lights: Vec<GpuLight> = (0..COUNT).map(light).collect();
+    let function = Function {
+        includes: &["lights/triangle.glsl"],
+        body: "x.x = pick_light(a.x, a.yz);",
+        lights: &lights,
+        ..Function::default()
+    };
+    // The last word of one light, the first of the next, and the words around where that one is no longer kept.
+    let words: Vec<u64> = (1..COUNT)
+        .step_by(101)
+        .flat_map(|index| {
+            let first = |fraction: u32| {
+                let product = u128::from(index) << 64 | u128::from(fraction) << 32;
+                product.div_ceil(u128::from(COUNT)) as u64
+            };
+            let [start, middle] = [first(0), first(lights[index as usize].keep_below)];
+            [start - 1, start, middle - 1, middle]
+        })
+        .collect();
+    let inputs: Vec<[u32; 8]> = words
+        .iter()
+        .map(|w| [COUNT as u32, (w >> 32) as u32, *w as u32, 0, 0, 0, 0, 0])
+        .collect();
+    let expected = words.iter().map(|word| {
+        let product = u128::from(*word) * u128::from(COUNT);
+        let (index, fraction) = ((product >> 64) as usize, (product >> 32) as u32);
+        match fraction < lights[index].keep_below {
+            true => index as u32,
+            false => lights[index].alias,
+        }
+    });
+    let picked = function.run(&inputs);
+    let wrong = picked
+        .iter()
+        .zip(expected)
+        .filter(|(p, e)| p[0] != *e)
+        .count();
+    assert_eq!(wrong, 0, "of {} words", words.len());
+}
