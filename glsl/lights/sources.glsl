@@ -8,7 +8,8 @@
 // Draws a light, uniformly or by power, and a uniform point on it.
 LightSample draw_light_sample(uvec4 bits) {
     uint count = scene.at.light_count;
-    uint index = restir.at.reuse.uniform_candidates != 0u ? scale_to(bits.x, count) : pick_light(count, bits.xy);
+    uint unused;
+    uint index = restir.at.reuse.uniform_candidates != 0u ? scale_to(bits.xy, count, unused) : pick_light(count, bits.xy);
     return light_sample_at(index, uniform_barycentrics(bits.zw), CURRENT);
 }
 

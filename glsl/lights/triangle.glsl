@@ -17,8 +17,9 @@ struct LightPoint {
 
 // Selects a light by the alias table: two random words, no search (Walker; Vose).
 uint pick_light(uint count, uvec2 bits) {
-    uint slot = scale_to(bits.x, count);
-    return bits.y < light_at(slot, CURRENT).keep_below ? slot : light_at(slot, CURRENT).alias;
+    uint fraction;
+    uint slot = scale_to(bits, count, fraction);
+    return fraction < light_at(slot, CURRENT).keep_below ? slot : light_at(slot, CURRENT).alias;
 }
 
 bool is_double_sided(GpuLight light) { return HAS_DOUBLE_SIDED_LIGHTS && light.double_sided != 0u; }
