@@ -30,7 +30,7 @@ void main() {
             if (light != NONE) {
                 LightSample value = light_sample_at(light, hit.barycentrics, CURRENT);
                 float target;
-                float weight = candidate_weight(domain, value, 1u, target);
+                float weight = accept_weight(candidate_weight(domain, value, 1u, target));
                 // The mean is 0 if all lights were off when it was computed; then nothing can be relative to it.
                 if (restir.at.mean_light_luminance > 0.0) pilot.brightness = weight / restir.at.mean_light_luminance;
             }

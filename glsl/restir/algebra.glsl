@@ -1,14 +1,15 @@
 #pragma once
 // The resampling algebra on plain numbers: weighted streams, and the MIS weights of a merge.
 //
-// Technique i has drawn a sample y_i with the unbiased contribution weight W_i; its confidence is c_i. p̂←k(y) is the
-// target function of technique k at y, carried to the space of the canonical technique, which is number 0.
-// C = Σ_{j≠0} c_j, T = C + c_0. A merge resamples with the weights m_i(y_i) · p̂_0(y_i) · W_i, where m is one of
-//   constant   c_i / T; biased where supports differ
+// Technique i has drawn a sample y_i with the unbiased contribution weight W_i. c_i is its share of the confidence of all:
+// Σ c_i = 1, so that no product with a target overflows. p̂←k(y) is the target function of technique k at y, carried to
+// the space of the canonical technique, which is number 0. C = Σ_{j≠0} c_j. A merge resamples with the weights
+// m_i(y_i) · p̂_0(y_i) · W_i, where m is one of
+//   constant   c_i; biased where supports differ
 //   balance    c_i p̂←i / Σ_k c_k p̂←k
 //   pairwise   (c_i/C) · C p̂←i / (C p̂←i + c_0 p̂_0),
 //              for the canonical Σ_j (c_j/C) · c_0 p̂_0 / (C p̂←j + c_0 p̂_0)
-//   defensive  pairwise with C/T in front, and c_0/T more for the canonical
+//   defensive  pairwise with C in front, and c_0 more for the canonical
 // (Lin et al., "Generalized Resampled Importance Sampling", 2022; Bitterli, "Correlations and Reuse for Fast and
 // Accurate Physically Based Light Transport", 2022.) Each sums to 1 over the techniques wherever some technique can
 // draw the sample. An empty technique (W = 0) has no sample to weigh, but it stays in the weights of the others'
@@ -52,8 +53,9 @@ float share_of(float own, float other) {
 
 // The sums that the MIS weight of one technique's sample is computed from, one target at a time.
 struct MisTerms {
-    // Σ_k c_k p̂←k(y), and the term of the sample's own technique.
+    // Σ_k c_k p̂←k(y).
     float all;
+    // p̂←i(y), of the technique that drew the sample.
     float own;
     // p̂_0(y).
     float canonical;
@@ -70,34 +72,30 @@ bool needs_target(uint mis, uint i, uint k) {
     return mis == MIS_BALANCE || i == k || i == 0u;
 }
 
-// Adds p̂←k(y_i); called in the order of k. `confidence` is c_k, `canonical_confidence` c_0, `neighbour_confidence` C.
+// Adds p̂←k(y_i); called in the order of k. `share` is c_k, `canonical_share` c_0, `neighbour_share` C.
 // Returns the amount by which the canonical's pair sum would grow if technique k did not see the sample.
-float add_target(inout MisTerms terms, uint i, uint k, float target, float confidence,
-                 float canonical_confidence, float neighbour_confidence) {
-    float term = confidence * target;
-    terms.all += term;
+float add_target(inout MisTerms terms, uint i, uint k, float target, float share, float canonical_share,
+                 float neighbour_share) {
+    terms.all += share * target;
     if (k == 0u) terms.canonical = target;
-    if (k == i) terms.own = term;
-    if (i != 0u || k == 0u || neighbour_confidence <= 0.0) return 0.0;
-    float part = confidence / neighbour_confidence;
-    float share = share_of(canonical_confidence * terms.canonical, neighbour_confidence * target);
-    terms.pairs += part * share;
+    if (k == i) terms.own = target;
+    if (i != 0u || k == 0u || neighbour_share <= 0.0) return 0.0;
+    float part = share / neighbour_share;
+    float of_canonical = share_of(canonical_share * terms.canonical, neighbour_share * target);
+    terms.pairs += part * of_canonical;
     // A technique with zero target cannot change the weight by not seeing the sample.
-    return target > 0.0 ? part * (1.0 - share) : 0.0;
+    return target > 0.0 ? part * (1.0 - of_canonical) : 0.0;
 }
 
 // m_i(y_i), after all targets that the merge needs were added.
-float mis_weight(uint mis, uint i, MisTerms terms, float confidence, float canonical_confidence,
-                 float neighbour_confidence) {
-    float total = canonical_confidence + neighbour_confidence;
+float mis_weight(uint mis, uint i, MisTerms terms, float share, float canonical_share, float neighbour_share) {
     // Without neighbours that were ever filled, the canonical is the only technique.
-    if (neighbour_confidence <= 0.0) return i == 0u ? 1.0 : 0.0;
-    if (mis == MIS_CONSTANT) return confidence / total;
-    if (mis == MIS_BALANCE) return terms.own > 0.0 ? terms.own / terms.all : 0.0;
+    if (neighbour_share <= 0.0) return i == 0u ? 1.0 : 0.0;
+    if (mis == MIS_CONSTANT) return share;
+    if (mis == MIS_BALANCE) return terms.own > 0.0 ? share * terms.own / terms.all : 0.0;
     bool defensive = mis == MIS_DEFENSIVE;
-    float front = neighbour_confidence / (defensive ? total : neighbour_confidence);
-    if (i == 0u) return front * terms.pairs + (defensive ? canonical_confidence / total : 0.0);
-    // C p̂←i / (C p̂←i + c_0 p̂_0), both multiplied by c_i, since `own` is c_i p̂←i.
-    float pair = share_of(neighbour_confidence * terms.own, confidence * canonical_confidence * terms.canonical);
-    return front * confidence / neighbour_confidence * pair;
+    float front = defensive ? neighbour_share : 1.0;
+    if (i == 0u) return front * terms.pairs + (defensive ? canonical_share : 0.0);
+    float pair = share_of(neighbour_share * terms.own, canonical_share * terms.canonical);
+    return front * share / neighbour_share * pair;
 }

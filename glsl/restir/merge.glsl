@@ -38,9 +38,10 @@ float technique_targets[MAX_TECHNIQUES];
 void weigh_techniques(uint mis, uint count, bool visibility, inout Random random) {
     // Whether two rays stand for all.
     bool two_rays = visibility && mis != MIS_BALANCE;
-    float canonical_confidence = techniques[0].confidence;
     float neighbour_confidence = 0.0;
     for (uint i = 1u; i < count; i += 1u) neighbour_confidence += techniques[i].confidence;
+    float total = max(techniques[0].confidence + neighbour_confidence, 1.0);
+    float canonical_share = techniques[0].confidence / total, neighbour_share = neighbour_confidence / total;
 
     MisTerms terms[MAX_TECHNIQUES];
     // The neighbour that decides on the canonical's sample (j in 1).
@@ -65,16 +66,15 @@ void weigh_techniques(uint mis, uint count, bool visibility, inout Random random
                 bool unseen = visibility && !two_rays && i != k && target > 0.0 && !is_visible(k, domain, value);
                 if (unseen) target = 0.0;
             }
-            float change = add_target(terms[i], i, k, target, techniques[k].confidence, canonical_confidence,
-                                      neighbour_confidence);
+            float change = add_target(terms[i], i, k, target, techniques[k].confidence / total, canonical_share,
+                                      neighbour_share);
             if (two_rays && change > 0.0) stream_add(asked, k, change, 1.0, random_choice(random));
         }
     }
     // The neighbour's sample that is traced from the canonical (i in 2).
     Stream drawn = empty_stream();
     for (uint i = 0u; i < count; i += 1u) {
-        float m = mis_weight(mis, i, terms[i], techniques[i].confidence, canonical_confidence,
-                             neighbour_confidence);
+        float m = mis_weight(mis, i, terms[i], techniques[i].confidence / total, canonical_share, neighbour_share);
         technique_targets[i] = terms[i].canonical;
         technique_weights[i] = m * terms[i].canonical * techniques[i].contribution_weight;
         if (two_rays && i > 0u) {
@@ -92,9 +92,8 @@ void weigh_techniques(uint mis, uint count, bool visibility, inout Random random
         bool seen = is_visible(viewer, domain_of(viewer), shift_to(viewer, techniques[owner].value, jacobian));
         if (asks && !seen) {
             terms[0].pairs = 1.0;
-            technique_weights[0] = mis_weight(mis, 0u, terms[0], canonical_confidence, canonical_confidence,
-                                              neighbour_confidence)
-                * terms[0].canonical * techniques[0].contribution_weight;
+            float m = mis_weight(mis, 0u, terms[0], canonical_share, canonical_share, neighbour_share);
+            technique_weights[0] = m * terms[0].canonical * techniques[0].contribution_weight;
         }
         if (!asks && seen) technique_weights[owner] = drawn.weight_sum;
     }

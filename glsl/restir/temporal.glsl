@@ -72,7 +72,8 @@ void merge_history() {
     vec3 eye = restir.at.previous_camera.position;
     vec2 at;
     if (!project(restir.at.previous_camera, position - eye, vec2(picture_size()), at)) return;
-    ivec2 before = ivec2(floor(at));
+    // Before the conversion to integers, which is undefined beyond their range.
+    ivec2 before = ivec2(floor(clamp(at, vec2(-1.0), vec2(picture_size()))));
     if (is_outside(before)) return;
     uint previous_slot = slot_of(uvec2(before));
     SampleData previous = previous_sample_data.at[previous_slot];

@@ -465,15 +465,15 @@ fn planted_faults_are_seen() {
             "a confidence that depends on the sample",
             (
                 "restir/merge.glsl",
-                "techniques[k].confidence, canonical_confidence,",
-                "techniques[k].confidence * (techniques[k].contribution_weight > 10.0 ? 2.0 : 1.0), canonical_confidence,",
+                "techniques[k].confidence / total, canonical_share,",
+                "techniques[k].confidence / total * (techniques[k].contribution_weight > 10.0 ? 2.0 : 1.0), canonical_share,",
             ),
         ),
         (
             "the canonical's pair term without its own target",
             (
                 "restir/algebra.glsl",
-                "share_of(canonical_confidence * terms.canonical, neighbour_confidence * target)",
+                "share_of(canonical_share * terms.canonical, neighbour_share * target)",
                 "0.5",
             ),
         ),
