@@ -113,3 +113,45 @@ fn a_stored_colour_goes_back_as_it_was() {
         assert_eq!(words[..4], words[4..], "{input:?}");
     }
 }
+
+/// A channel may be a hundred thousand times dimmer than the brightest and still be the only one that counts, on a
+/// surface that reflects no other. If it survived as rarely as it is dim, it would be as much too bright then.
+#[test]
+fn dim_channels_are_no_outliers() {
+    let function = Function {
+        includes: &["core/radiance.glsl"],
+        body: "vec3 colour = uintBitsToFloat(a.xyz);
+            vec3 most = vec3(0.0);
+            for (uint i = 0u; i < 4096u; i += 1u)
+                most = max(most, unpack_color(pack_color(colour, vec3((float(i) + 0.5) / 4096.0))));
+            x.xyz = floatBitsToUint(most / colour);",
+        ..Function::default()
+    };
+    for dim in [1e-2, 1e-3, 1e-5, 1e-12] {
+        let words = function.run(&[floats(&[1.0, dim, 0.7 * dim])])[0];
+        let most = [0, 1, 2].map(|c| number(words[c]));
+        assert!(most.iter().all(|most| *most < 1.05), "{dim:e}: {most:?}");
+    }
+}
+
+#[test]
+fn full_reservoirs_keep_every_channel_of_a_light() {
+    let emission = [1e6, 1.0, 1e-3];
+    let function = Function {
+        includes: &["restir/direct.glsl"],
+        body: "LightSample value = empty_light_sample();
+            value.normal = vec3(0.0, 0.0, 1.0);
+            value.emission = uintBitsToFloat(a.xyz);
+            x.xyz = floatBitsToUint(as_stored(value).emission);",
+        // As with reservoirs.format=full.
+        fault: Some((
+            "restir/light_sample.glsl",
+            "RESERVOIR_FORMAT != FORMAT_FULL",
+            "false",
+        )),
+        ..Function::default()
+    };
+    let words = function.run(&[floats(&emission)])[0];
+    let kept = [0, 1, 2].map(|c| f32::from_bits(words[c]));
+    assert_eq!(kept, emission);
+}
