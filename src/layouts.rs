@@ -29,7 +29,7 @@ crate::gpu_constants! {
     /// Words of a compact reservoir of direct light.
     pub const DIRECT_COMPACT_WORDS: u32 = 4;
     /// Words of a full reservoir of direct light.
-    pub const DIRECT_FULL_WORDS: u32 = 10;
+    pub const DIRECT_FULL_WORDS: u32 = 11;
     /// Words of a compact reservoir of indirect light.
     pub const INDIRECT_COMPACT_WORDS: u32 = 8;
     /// Words of a full reservoir of indirect light.

@@ -1,7 +1,6 @@
 #pragma once
 // Samples of direct light: a point on an emissive triangle, in area measure. Type, target, shadow ray, shift and
 // packing.
-#include "core/radiance.glsl"
 #include "lights/triangle.glsl"
 #include "restir/packed_reservoir.glsl"
 #include "scene/domain.glsl"
@@ -88,15 +87,14 @@ void pack_sample(LightSample value, inout PackedReservoir p) {
     pack_barycentrics(value.barycentrics, 3u, p);
     if (RESERVOIR_FORMAT != FORMAT_FULL) return;
     if (value.double_sided) p.words[2] |= KIND_DOUBLE_SIDED;
-    uvec3 position = floatBitsToUint(value.position);
-    uvec2 radiance = pack_radiance(value.emission);
-    // A vector is not split over blocks of 16 bytes.
+    uvec3 position = floatBitsToUint(value.position), emission = floatBitsToUint(value.emission);
     p.words[4] = position.x;
     p.words[5] = position.y;
     p.words[6] = position.z;
     p.words[7] = pack_octahedral(value.normal, 16u);
-    p.words[8] = radiance.x;
-    p.words[9] = radiance.y;
+    p.words[8] = emission.x;
+    p.words[9] = emission.y;
+    p.words[10] = emission.z;
 }
 
 void unpack_sample(PackedReservoir p, out LightSample value) {
@@ -107,7 +105,7 @@ void unpack_sample(PackedReservoir p, out LightSample value) {
         return;
     }
     value = LightSample(light, barycentrics, uintBitsToFloat(uvec3(p.words[4], p.words[5], p.words[6])),
-                        unpack_octahedral(p.words[7], 16u), unpack_radiance(uvec2(p.words[8], p.words[9])),
+                        unpack_octahedral(p.words[7], 16u), uintBitsToFloat(uvec3(p.words[8], p.words[9], p.words[10])),
                         HAS_DOUBLE_SIDED_LIGHTS && (p.words[2] & KIND_DOUBLE_SIDED) != 0u);
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 // A reservoir as words in memory.
-#include "prelude.glsl"
+#include "core/radiance.glsl"
 
 // Bits of the confidence and of the age in their word. Both saturate; neither depends on the sample's value, so that
 // nothing is biased. The other bits of the word belong to the sample.
@@ -31,6 +31,18 @@ void pack_barycentrics(vec2 barycentrics, uint word, inout PackedReservoir p) {
     uvec2 fixed_point = uvec2(round(barycentrics * float((1u << BARYCENTRIC_BITS) - 1u)));
     p.words[word] = fixed_point.x | (fixed_point.y << BARYCENTRIC_BITS);
     p.words[HISTORY_WORD] |= (fixed_point.y >> (32u - BARYCENTRIC_BITS)) << SPARE_SHIFT;
+}
+
+// A colour takes a word and 7 of the spare bits.
+void pack_color(uvec3 color, uint word, inout PackedReservoir p) {
+    p.words[word] = color.x | (color.y << COLOR_BITS) | (color.z << (2u * COLOR_BITS));
+    p.words[HISTORY_WORD] |= (color.z >> (32u - 2u * COLOR_BITS)) << SPARE_SHIFT;
+}
+
+uvec3 unpack_color(PackedReservoir p, uint word) {
+    uint z = (p.words[word] >> (2u * COLOR_BITS)) | ((p.words[HISTORY_WORD] >> SPARE_SHIFT) << (32u - 2u * COLOR_BITS));
+    const uint mask = (1u << COLOR_BITS) - 1u;
+    return uvec3(p.words[word] & mask, (p.words[word] >> COLOR_BITS) & mask, z);
 }
 
 vec2 unpack_barycentrics(PackedReservoir p, uint word) {

@@ -5,7 +5,6 @@
 // Another pixel takes over the path by connecting to the second vertex itself (the reconnection shift). Densities are
 // per area at the second vertex and per solid angle of the direction beyond it. Neither depends on the viewer, so the
 // Jacobian of this shift is 1: the viewer's own cosine / distance² is part of the integrand.
-#include "core/radiance.glsl"
 #include "restir/light_sample.glsl"
 
 // How a path continues from its second vertex.
@@ -177,7 +176,7 @@ void pack_sample(PathSample value, inout PackedReservoir p) {
     } else {
         p.words[6] = pack_octahedral(value.direction, 16u);
         // A colour that was packed before keeps its bits.
-        p.words[7] = pack_color(value.radiance, vec3(0.5));
+        pack_color(pack_color(value.radiance, vec3(0.5)), 7u, p);
     }
     if (RESERVOIR_FORMAT != FORMAT_FULL) return;
     uvec3 position = floatBitsToUint(value.point.position);
@@ -212,7 +211,7 @@ void unpack_sample(PackedReservoir p, out PathSample value) {
         aim_at_light(value, CURRENT);
     } else {
         value.direction = unpack_octahedral(p.words[6], 16u);
-        value.radiance = unpack_color(p.words[7]);
+        value.radiance = unpack_color(unpack_color(p, 7u));
     }
 }
 
