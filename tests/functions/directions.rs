@@ -120,3 +120,41 @@ fn normals_across_edges_have_no_favourite_size() {
         assert!((vector(&output) - normal).length() < tolerance, "{e} {f}");
     }
 }
+
+/// A mirror turns an error of its normal into twice that error of the reflection, which a narrow field of view magnifies.
+#[test]
+fn primary_surfaces_keep_their_normals() {
+    let function = Function {
+        includes: &["restir/sample_data.glsl"],
+        body: "Surface surface;
+            surface.position = vec3(0.0);
+            surface.error = vec3(1e-6);
+            surface.geometric_normal = uintBitsToFloat(a.xyz);
+            surface.shading_normal = uintBitsToFloat(b.xyz);
+            surface.material = 0u;
+            surface.instance = 7u;
+            Ray ray = Ray(surface.geometric_normal, 1e30, -surface.geometric_normal);
+            Domain domain = unpack_domain(pack_sample_data(surface, ray), ray);
+            x.xyz = floatBitsToUint(domain.geometric_normal);
+            y.xyz = floatBitsToUint(domain.shading_normal);",
+        materials: &[bytemuck::Zeroable::zeroed()],
+        ..Function::default()
+    };
+    let all = directions();
+    let pairs = || all.iter().zip(all.iter().rev());
+    let inputs: Vec<[u32; 8]> = pairs()
+        .map(|(geometric, shading)| {
+            let mut words = floats(&geometric.as_vec3().to_array());
+            words[4..].copy_from_slice(&floats(&shading.as_vec3().to_array())[..4]);
+            words
+        })
+        .collect();
+    let mut largest = [0.0_f64; 2];
+    for ((geometric, shading), output) in pairs().zip(function.run(&inputs)) {
+        let error = |kept: DVec3, normal: &DVec3| kept.cross(*normal).length();
+        largest[0] = largest[0].max(error(vector(&output), geometric));
+        largest[1] = largest[1].max(error(vector(&output[4..]), shading));
+    }
+    println!("{largest:?} radians");
+    assert!(largest.iter().all(|angle| *angle < 2e-6), "{largest:?}");
+}
