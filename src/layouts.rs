@@ -8,7 +8,7 @@ use crate::choices;
 use crate::gpu::layout::{GpuStruct, StructLayout};
 use crate::render::specialisation::Specialisation;
 use crate::tracing::buffers::{self, SceneTable};
-use glam::{Vec2, Vec3};
+use glam::{UVec3, Vec2, Vec3};
 
 crate::gpu_constants! {
     /// "None": no normals, no light, no hit.
@@ -297,10 +297,8 @@ crate::gpu_struct! {
     pub struct SampleData {
         /// Distance along the primary ray to just before the surface.
         pub depth: f32,
-        /// Geometric normal (12 + 12 bits, octahedral) and the exponent of the ray offset (8).
-        pub geometry: u32,
-        /// Shading normal, 16 + 16 bits, octahedral.
-        pub shading_normal: u32,
+        /// Geometric and shading normal (22 + 22 bits each, octahedral) and the exponent of the ray offset (8).
+        pub packed_normals: UVec3,
         /// Index of the material.
         pub material: u32,
         /// Index of the instance in the scene; NONE = no surface.

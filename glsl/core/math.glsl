@@ -79,25 +79,18 @@ vec3 octahedral_direction(vec2 e) {
     return normalize(v);
 }
 
-// From two 16-bit coordinates, as Rust packs corner normals.
+// From two 16-bit coordinates, as Rust packs corner normals too.
 vec3 unpack_octahedral(uint word) { return octahedral_direction(unpackSnorm2x16(word)); }
 
-// Two signed octahedral coordinates of `bits` bits each.
-uint pack_octahedral(vec3 n, uint bits) {
+// Signed octahedral coordinates of a unit vector.
+vec2 octahedral_coordinates(vec3 n) {
     n /= abs(n.x) + abs(n.y) + abs(n.z);
     vec2 e = n.xy;
     if (n.z < 0.0) e = (1.0 - abs(n.yx)) * vec2(n.x >= 0.0 ? 1.0 : -1.0, n.y >= 0.0 ? 1.0 : -1.0);
-    float most = float((1u << (bits - 1u)) - 1u);
-    ivec2 i = ivec2(round(clamp(e, -1.0, 1.0) * most));
-    uint mask = (1u << bits) - 1u;
-    return (uint(i.x) & mask) | ((uint(i.y) & mask) << bits);
+    return clamp(e, -1.0, 1.0);
 }
 
-vec3 unpack_octahedral(uint word, uint bits) {
-    float most = float((1u << (bits - 1u)) - 1u);
-    ivec2 i = ivec2(bitfieldExtract(int(word), 0, int(bits)), bitfieldExtract(int(word), int(bits), int(bits)));
-    return octahedral_direction(vec2(i) / most);
-}
+uint pack_octahedral(vec3 n) { return packSnorm2x16(octahedral_coordinates(n)); }
 
 // The unit normal of two edges of any length. Both are scaled first, because the squares of very long or short
 // edges, or of a thin triangle's cross product, leave the range of f32.

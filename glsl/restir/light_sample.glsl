@@ -91,7 +91,7 @@ void pack_sample(LightSample value, inout PackedReservoir p) {
     p.words[4] = position.x;
     p.words[5] = position.y;
     p.words[6] = position.z;
-    p.words[7] = pack_octahedral(value.normal, 16u);
+    p.words[7] = pack_octahedral(value.normal);
     p.words[8] = emission.x;
     p.words[9] = emission.y;
     p.words[10] = emission.z;
@@ -105,7 +105,7 @@ void unpack_sample(PackedReservoir p, out LightSample value) {
         return;
     }
     value = LightSample(light, barycentrics, uintBitsToFloat(uvec3(p.words[4], p.words[5], p.words[6])),
-                        unpack_octahedral(p.words[7], 16u), uintBitsToFloat(uvec3(p.words[8], p.words[9], p.words[10])),
+                        unpack_octahedral(p.words[7]), uintBitsToFloat(uvec3(p.words[8], p.words[9], p.words[10])),
                         HAS_DOUBLE_SIDED_LIGHTS && (p.words[2] & KIND_DOUBLE_SIDED) != 0u);
 }
 

@@ -174,7 +174,7 @@ void pack_sample(PathSample value, inout PackedReservoir p) {
         p.words[6] = (KIND_TRIANGLE << KIND_SHIFT) | value.light;
         pack_barycentrics(value.light_barycentrics, 7u, p);
     } else {
-        p.words[6] = pack_octahedral(value.direction, 16u);
+        p.words[6] = pack_octahedral(value.direction);
         // A colour that was packed before keeps its bits.
         pack_color(pack_color(value.radiance, vec3(0.5)), 7u, p);
     }
@@ -184,8 +184,8 @@ void pack_sample(PathSample value, inout PackedReservoir p) {
     p.words[9] = position.y;
     p.words[10] = position.z;
     p.words[11] = floatBitsToUint(value.clearance);
-    p.words[12] = pack_octahedral(value.point.normal, 16u);
-    p.words[13] = pack_octahedral(value.point.shading_normal, 16u);
+    p.words[12] = pack_octahedral(value.point.normal);
+    p.words[13] = pack_octahedral(value.point.shading_normal);
     p.words[14] = value.material | (value.point.interpolated ? INTERPOLATED : 0u);
 }
 
@@ -198,8 +198,8 @@ void unpack_sample(PackedReservoir p, out PathSample value) {
     if (RESERVOIR_FORMAT == FORMAT_FULL) {
         value.point.position = uintBitsToFloat(uvec3(p.words[8], p.words[9], p.words[10]));
         value.clearance = uintBitsToFloat(p.words[11]);
-        value.point.normal = unpack_octahedral(p.words[12], 16u);
-        value.point.shading_normal = unpack_octahedral(p.words[13], 16u);
+        value.point.normal = unpack_octahedral(p.words[12]);
+        value.point.shading_normal = unpack_octahedral(p.words[13]);
         value.point.interpolated = (p.words[14] & INTERPOLATED) != 0u;
         value.material = p.words[14] & ~INTERPOLATED;
     } else {
@@ -210,7 +210,7 @@ void unpack_sample(PackedReservoir p, out PathSample value) {
         value.light_barycentrics = unpack_barycentrics(p, 7u);
         aim_at_light(value, CURRENT);
     } else {
-        value.direction = unpack_octahedral(p.words[6], 16u);
+        value.direction = unpack_octahedral(p.words[6]);
         value.radiance = unpack_color(unpack_color(p, 7u));
     }
 }

@@ -2,11 +2,32 @@
 // Primary surfaces: packed by the first pass, unpacked into domains by later passes and by the next frame.
 #include "scene/domain.glsl"
 
-// Geometric normal (12 + 12 bits) and the exponent of the clearance, rounded up, in one word.
-uint pack_geometry(vec3 geometric_normal, float clearance) {
+// Bits of each octahedral coordinate of a normal. With 16 bits a mirror's reflections would shift, by 9 pixels where the
+// field of view is one degree.
+const uint NORMAL_BITS = 22u;
+const float NORMAL_STEPS = float((1u << (NORMAL_BITS - 1u)) - 1u);
+// What of the second coordinate does not fit into the word of the first.
+const uint NORMAL_REST = 2u * NORMAL_BITS - 32u;
+
+// Both normals, and the exponent of the clearance, rounded up.
+uvec3 pack_normals(vec3 geometric_normal, vec3 shading_normal, float clearance) {
+    vec4 e = vec4(octahedral_coordinates(geometric_normal), octahedral_coordinates(shading_normal));
+    uvec4 steps = uvec4(round((e + 1.0) * NORMAL_STEPS));
+    uvec2 words = steps.xz | (steps.yw << NORMAL_BITS), rest = steps.yw >> (32u - NORMAL_BITS);
     uint exponent = min((floatBitsToUint(clearance) >> 23u) + 1u, 254u);
-    return pack_octahedral(geometric_normal, 12u) | (exponent << 24u);
+    return uvec3(words, rest.x | (rest.y << NORMAL_REST) | (exponent << 24u));
 }
+
+vec3 unpack_normal(uint word, uint rest) {
+    const uint mask = (1u << NORMAL_BITS) - 1u;
+    uvec2 steps = uvec2(word & mask, (word >> NORMAL_BITS) | ((rest & ((1u << NORMAL_REST) - 1u)) << (32u - NORMAL_BITS)));
+    // From integers around 0, because floats are finest there.
+    return octahedral_direction(vec2(ivec2(steps) - int(NORMAL_STEPS)) / NORMAL_STEPS);
+}
+
+vec3 geometric_normal(SampleData data) { return unpack_normal(data.packed_normals.x, data.packed_normals.z); }
+
+vec3 shading_normal(SampleData data) { return unpack_normal(data.packed_normals.y, data.packed_normals.z >> NORMAL_REST); }
 
 SampleData pack_sample_data(Surface surface, Ray ray) {
     // The depth along the ray: camera, pixel and depth then give a position from which rays can start.
@@ -14,8 +35,8 @@ SampleData pack_sample_data(Surface surface, Ray ray) {
     vec3 normal = surface.geometric_normal;
     float depth = depth_along(ray.origin, ray.direction, surface.position, surface.error, normal, error);
     depth -= back_off_distance(error, depth);
-    return SampleData(depth, pack_geometry(normal, clearance_of(normal, error)),
-                      pack_octahedral(surface.shading_normal, 16u), surface.material, surface.instance);
+    return SampleData(depth, pack_normals(normal, surface.shading_normal, clearance_of(normal, error)), surface.material,
+                      surface.instance);
 }
 
 bool has_surface(SampleData data) { return data.instance != NONE; }
@@ -23,7 +44,7 @@ bool has_surface(SampleData data) { return data.instance != NONE; }
 vec3 surface_position(SampleData data, Ray ray) { return ray.origin + data.depth * ray.direction; }
 
 Domain unpack_domain(SampleData data, Ray ray) {
-    float clearance = uintBitsToFloat((data.geometry >> 24u) << 23u);
-    return make_domain(surface_position(data, ray), clearance, unpack_octahedral(data.geometry, 12u),
-                       unpack_octahedral(data.shading_normal, 16u), data.material, ray.direction);
+    float clearance = uintBitsToFloat((data.packed_normals.z >> 24u) << 23u);
+    return make_domain(surface_position(data, ray), clearance, geometric_normal(data), shading_normal(data), data.material,
+                       ray.direction);
 }

@@ -79,7 +79,7 @@ void merge_history() {
     SampleData previous = previous_sample_data.at[previous_slot];
     Ray previous_ray = previous_primary_ray(uvec2(before));
     if (MOVES) {
-        vec3 normal = previous_normal(data.instance, unpack_octahedral(data.shading_normal, 16u));
+        vec3 normal = previous_normal(data.instance, shading_normal(data));
         if (!is_similar(data.material, normal, distance(position, eye), eye, previous, previous_ray)) return;
     } else if (!is_similar(data, ray, previous, previous_ray)) {
         return;
