@@ -131,6 +131,28 @@ fn brightness_scales_the_picture() {
     }
 }
 
+/// Far and dim, near and bright: products of light and area leave the range of f32 long before either does.
+#[test]
+fn size_and_brightness_together_only_scale_the_picture() {
+    let plain = scene();
+    for settings in techniques() {
+        let seen = picture(&plain, &settings);
+        for (size, brightness) in [(40, -60), (40, -90), (-40, 30)] {
+            let mut scaled = scaled(&plain, 2_f64.powi(size), false);
+            let scale = 2_f32.powi(brightness);
+            let materials = scaled.materials.iter_mut();
+            materials.for_each(|m| m.emission *= scale);
+            let expected = seen.iter().map(|p| PixelSums {
+                sum: p.sum * scale,
+                ..*p
+            });
+            let expected: Vec<PixelSums> = expected.collect();
+            let name = format!("size 2^{size}, brightness 2^{brightness}");
+            assert_same(&name, &expected, &picture(&scaled, &settings));
+        }
+    }
+}
+
 /// A floor that reflects nothing but red, under a lamp that has almost none: what a reservoir stores of a
 /// path's colour is dark in the only channel that counts.
 #[test]
