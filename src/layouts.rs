@@ -59,8 +59,8 @@ crate::gpu_constants! {
     pub const STREAM_SPATIAL: u32 = 16;
     /// Added to these by passes of indirect light, except by the pilots, which both kinds share.
     pub const STREAM_INDIRECT: u32 = 64;
-    /// Maximum radiance of a sample: the squares of millions of them still add up in f32. It is far above the
-    /// brightest light, since improbable samples have large weights.
+    /// Maximum radiance of a sample, in the unit of the device, in which the brightest light is below 2: the squares of
+    /// millions of them still add up in f32. It is far above that, since improbable samples have large weights.
     pub const MAX_RADIANCE: f32 = 1e15;
     /// Values rejected because they were NaN, negative or beyond MAX_RADIANCE.
     pub const COUNTER_REJECTED: u32 = 0;
@@ -350,7 +350,7 @@ crate::gpu_struct! {
 crate::gpu_struct! {
     /// A ray of the ray-buffer pass.
     pub struct RayQuery {
-        /// Origin relative to the scene's origin.
+        /// Origin relative to the scene's origin, in scene units.
         pub origin: Vec3,
         /// Hits at this parameter and beyond are ignored.
         pub t_max: f32,

@@ -45,7 +45,8 @@ fn picture(name: &str, preset: &str, frames: u32, variant: Option<Variant>) -> (
     let variant = selection.variant;
     let sums = support::sums(&device, &scene, origin, variant, &view, &settings, frames);
     let mut image = Image::new(view.width, view.height);
-    let means = sums.iter().map(|p| p.mean(frames).as_vec3().to_array());
+    let means = sums.mean(frames);
+    let means = means.iter().map(|p| p.as_vec3().to_array());
     image.set_vectors("", ["R", "G", "B"], &means.collect::<Vec<_>>());
     support::assert_no_messages(&device);
     (image, device.info.driver.clone())

@@ -88,14 +88,15 @@ fn measure(energy: &str, cosine: f64, samples: u32) -> Vec<Measured> {
     assert_eq!(renderer.rejected().unwrap(), 0);
     let surfaces = renderer.primary_surfaces().unwrap();
     let sums = renderer.sums().unwrap();
+    let (mean, error) = (sums.mean(samples), sums.standard_error(samples));
     support::assert_no_messages(&device);
     (0..2 * ROUGHNESS.len())
         .map(|plate| {
             let (mut total, mut variance, mut pixels) = (0.0, 0.0, 0.0);
-            for (surface, sum) in surfaces.iter().zip(&sums) {
+            for ((surface, mean), error) in surfaces.iter().zip(&mean).zip(&error) {
                 if surface.instance == plate as u32 {
-                    total += sum.mean(samples).x;
-                    variance += sum.error_squared(samples).x;
+                    total += mean.x;
+                    variance += error.x * error.x;
                     pixels += 1.0;
                 }
             }

@@ -470,7 +470,7 @@ fn gathered_meshes_look_as_they_did() {
         let mut renderer = Renderer::new(&device, Arc::new(uploaded), &view, &settings).unwrap();
         renderer.add_samples(0, 1).unwrap();
         let surfaces = renderer.primary_surfaces().unwrap();
-        (surfaces, renderer.sums().unwrap())
+        (surfaces, renderer.sums().unwrap().pixels)
     });
     let pixels = one.len();
     let same = |i: &usize| {

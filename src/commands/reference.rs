@@ -10,6 +10,7 @@ use super::render::write_report;
 use super::session::Session;
 use crate::image::{Format, Image};
 use crate::layouts::PixelSums;
+use crate::render::outputs::Sums;
 use crate::render::settings::flatten;
 use crate::{Error, Result};
 use clap::ValueEnum;
@@ -203,18 +204,18 @@ fn sample_limit(args: &Args) -> Result<u32> {
 }
 
 /// Writes every output with what resuming needs, and returns the sums written.
-fn save(args: &Args, session: &mut Session, samples: u32) -> Result<Vec<PixelSums>> {
+fn save(args: &Args, session: &mut Session, samples: u32) -> Result<Sums> {
     let sums = session.renderer.sums()?;
     let mut image = session.picture(&sums, samples, &args.scene.aov)?;
     let rgb = ["R", "G", "B"];
     // One sample has no spread; a standard error of 0 would call it exact.
     if samples > 1 {
-        let error = |p: &PixelSums| p.error_squared(samples).map(f64::sqrt).as_vec3();
-        let errors: Vec<[f32; 3]> = sums.iter().map(|p| error(p).to_array()).collect();
+        let errors = sums.standard_error(samples);
+        let errors: Vec<[f32; 3]> = errors.iter().map(|e| e.as_vec3().to_array()).collect();
         image.set_vectors("stderr.", rgb, &errors);
     }
     for (name, part) in PARTS {
-        let values: Vec<[f32; 3]> = sums.iter().map(|p| part(p).to_array()).collect();
+        let values: Vec<[f32; 3]> = sums.pixels.iter().map(|p| part(p).to_array()).collect();
         image.set_vectors(&format!("resume.{name}."), rgb, &values);
     }
     for path in &args.output {
@@ -337,16 +338,14 @@ fn possible(pixel: &PixelSums) -> bool {
 }
 
 /// √mean(stderr²) over the image's mean; 0 for a black picture, nothing for a single sample.
-fn relative_error(sums: &[PixelSums], samples: u32) -> Option<f64> {
+fn relative_error(sums: &Sums, samples: u32) -> Option<f64> {
     if samples < 2 {
         return None;
     }
-    let count = sums.len() as f64 * 3.0;
-    let error: f64 = sums
-        .iter()
-        .map(|p| p.error_squared(samples).element_sum())
-        .sum();
-    let total: f64 = sums.iter().map(|p| p.mean(samples).element_sum()).sum();
+    let count = sums.pixels.len() as f64 * 3.0;
+    let errors = sums.standard_error(samples);
+    let error: f64 = errors.iter().map(|e| e.length_squared()).sum();
+    let total: f64 = sums.mean(samples).iter().map(|m| m.element_sum()).sum();
     let mean = total / count;
     Some(if mean > 0.0 {
         (error / count).sqrt() / mean

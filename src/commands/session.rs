@@ -5,7 +5,8 @@ use super::interrupt::Interrupt;
 use super::{NOTHING_WRITTEN, apply_clock, check_messages, notice, open_scene, open_vulkan};
 use crate::gpu::{Device, Instance, PassTime};
 use crate::image::{Image, Samples};
-use crate::layouts::{MAX_RADIANCE, PixelSums, ReservoirAov};
+use crate::layouts::{MAX_RADIANCE, ReservoirAov};
+use crate::render::outputs::Sums;
 use crate::render::{Clock, Kind, Renderer, Settings, Tracking, View};
 use crate::scene::camera::framing_camera;
 use crate::scene::{Camera, MovingCamera, Scene};
@@ -205,10 +206,10 @@ impl Session {
     ///
     /// # Errors
     /// The device fails.
-    pub fn picture(&mut self, sums: &[PixelSums], samples: u32, aovs: &[Aov]) -> Result<Image> {
+    pub fn picture(&mut self, sums: &Sums, samples: u32, aovs: &[Aov]) -> Result<Image> {
         let mut image = Image::new(self.view.width, self.view.height);
-        let mean = |p: &PixelSums| p.mean(samples.max(1)).as_vec3().to_array();
-        let values: Vec<_> = sums.iter().map(mean).collect();
+        let mean = sums.mean(samples.max(1));
+        let values: Vec<_> = mean.iter().map(|p| p.as_vec3().to_array()).collect();
         image.set_vectors("", ["R", "G", "B"], &values);
         if !aovs.is_empty() {
             self.add_aovs(&mut image, aovs)?;
@@ -216,7 +217,7 @@ impl Session {
         self.rejected = self.renderer.rejected()?;
         if self.rejected > 0 {
             notice(&format!(
-                "{} values were refused because they were NaN, negative or beyond {MAX_RADIANCE:e}",
+                "{} values were refused because they were NaN, negative or beyond {MAX_RADIANCE:e} times the brightest light",
                 self.rejected
             ));
         }

@@ -2,16 +2,19 @@
 
 use crate::layouts::GpuCamera;
 use crate::scene::Camera;
-use glam::DVec3;
+use crate::tracing::Units;
 
-/// A pinhole camera for an image of `width` × `height` pixels, relative to `origin`. The vertical
+/// A pinhole camera for an image of `width` × `height` pixels, in the units of the device. The vertical
 /// field of view holds; the horizontal one follows the image's shape.
-pub fn gpu_camera(camera: &Camera, origin: DVec3, width: u32, height: u32) -> GpuCamera {
+pub fn gpu_camera(camera: &Camera, units: &Units, width: u32, height: u32) -> GpuCamera {
     let axes = camera.camera_to_world.matrix3;
     let half_height = (0.5 * camera.vertical_fov).tan();
     let half_width = half_height * f64::from(width) / f64::from(height);
     GpuCamera {
-        position: (camera.camera_to_world.translation - origin).as_vec3(),
+        position: units
+            .to_device()
+            .transform_point3(camera.camera_to_world.translation)
+            .as_vec3(),
         right: (axes.x_axis.normalize() * half_width).as_vec3(),
         up: (axes.y_axis.normalize() * half_height).as_vec3(),
         forward: (-axes.z_axis.normalize()).as_vec3(),

@@ -5,6 +5,7 @@
 use super::camera::gpu_camera;
 use super::counters::Counts;
 use super::kind::Kind;
+use super::outputs::Sums;
 use super::outputs::primary_surfaces::PrimarySurfaces;
 use super::scene_bindings::SceneBindings;
 use super::settings::{Integrator, Settings};
@@ -18,6 +19,7 @@ use crate::layouts::{
 use crate::scene::Camera;
 use crate::tracing::GpuScene;
 use crate::{Error, Result};
+use glam::Vec3;
 use std::sync::Arc;
 
 /// Renders one view of a scene; what each call adds is summed up for each pixel.
@@ -73,7 +75,7 @@ impl Renderer {
     ) -> Result<Self> {
         let constants = FrameConstants {
             view: ViewConstants {
-                camera: gpu_camera(&view.camera, scene.origin, view.width, view.height),
+                camera: gpu_camera(&view.camera, &scene.units, view.width, view.height),
                 width: view.width,
                 height: view.height,
                 interleave: device.info.interleave(),
@@ -123,8 +125,8 @@ impl Renderer {
     /// [`crate::scene::Scene::camera_at`].
     pub fn set_camera(&mut self, camera: &Camera) {
         let ViewConstants { width, height, .. } = self.constants.view;
-        let origin = self.bindings.scene.origin;
-        self.next.camera = gpu_camera(camera, origin, width, height);
+        let units = &self.bindings.scene.units;
+        self.next.camera = gpu_camera(camera, units, width, height);
     }
 
     /// Poses the scene as the next frame shows it.
@@ -225,14 +227,14 @@ impl Renderer {
 
     /// The radiance of the last single frame, row by row from the top.
     pub fn frame_radiance(&self) -> Result<Vec<[f32; 3]>> {
+        let unit = self.bindings.scene.units.radiance;
+        let in_scene = |radiance: Vec3| (radiance.as_dvec3() * unit).as_vec3().to_array();
         match &self.technique {
             Technique::PathTracing(tracer) => {
                 let sums = tracer.sums()?;
-                Ok(sums.iter().map(|p| p.sum.to_array()).collect())
+                Ok(sums.iter().map(|p| in_scene(p.sum)).collect())
             }
-            Technique::Restir(frame) => {
-                Ok(frame.color()?.into_iter().map(|c| c.to_array()).collect())
-            }
+            Technique::Restir(frame) => Ok(frame.color()?.into_iter().map(in_scene).collect()),
         }
     }
 
@@ -249,7 +251,12 @@ impl Renderer {
         constants.view.camera = shown.camera;
         let surfaces = primary_surfaces.read(&constants, before.camera);
         self.primary_surfaces = Some(primary_surfaces);
-        surfaces
+        let length = self.bindings.scene.units.length;
+        let mut surfaces = surfaces?;
+        for surface in &mut surfaces {
+            surface.depth = (f64::from(surface.depth) * length) as f32;
+        }
+        Ok(surfaces)
     }
 
     /// The contents of the last frame's reservoirs of a kind of light, row by row from the top.
@@ -261,19 +268,29 @@ impl Renderer {
             Technique::PathTracing(_) => Err(Error::input(
                 "path tracing has no reservoirs to look into; use integrator=restir",
             )),
-            Technique::Restir(frame) => frame.reservoir_aovs(kind),
+            Technique::Restir(frame) => {
+                let mut reservoirs = frame.reservoir_aovs(kind)?;
+                let area = self.bindings.scene.units.length.powi(2);
+                for reservoir in &mut reservoirs {
+                    reservoir.weight = (f64::from(reservoir.weight) * area) as f32;
+                }
+                Ok(reservoirs)
+            }
         }
     }
 
-    /// Each pixel's sums, row by row from the top.
-    pub fn sums(&self) -> Result<Vec<PixelSums>> {
-        match &self.technique {
-            Technique::PathTracing(tracer) => tracer.sums(),
-            Technique::Restir(frame) => Ok(frame.sums()),
-        }
+    /// The sums of all pixels.
+    pub fn sums(&self) -> Result<Sums> {
+        Ok(Sums {
+            pixels: match &self.technique {
+                Technique::PathTracing(tracer) => tracer.sums()?,
+                Technique::Restir(frame) => frame.sums(),
+            },
+            unit: self.bindings.scene.units.radiance,
+        })
     }
 
-    /// Replaces each pixel's sums by those of an earlier run, as many as the picture has pixels.
+    /// Replaces each pixel's sums by those of an earlier run of the same scene, as many as the picture has pixels.
     ///
     /// # Errors
     /// The device fails, or frames depend on a history that sums do not hold.

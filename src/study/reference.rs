@@ -7,6 +7,7 @@ use crate::progress::Watch;
 use crate::render::{Renderer, Settings, View};
 use crate::tracing::GpuScene;
 use crate::{Error, Result};
+use glam::DVec3;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -74,11 +75,10 @@ impl Reference {
         let (view, samples) = (&shot.view, shot.samples);
         let mut renderer = shot.renderer(0)?;
         renderer.add_samples(0, 1)?;
-        let emission = renderer
-            .sums()?
-            .iter()
-            .map(|p| p.mean(1).as_vec3().to_array())
-            .collect();
+        let in_f32 = |values: Vec<DVec3>| -> Vec<[f32; 3]> {
+            values.iter().map(|v| v.as_vec3().to_array()).collect()
+        };
+        let emission = in_f32(renderer.sums()?.mean(1));
         let unusable = |why: &str| {
             Error::input(format!(
                 "{}: {why}; delete this file, and the study makes it again",
@@ -105,16 +105,9 @@ impl Reference {
             }
             let sums = renderer.sums()?;
             let mut image = Image::new(view.width, view.height);
-            let mean: Vec<_> = sums
-                .iter()
-                .map(|p| p.mean(samples).as_vec3().to_array())
-                .collect();
-            let error: Vec<_> = sums
-                .iter()
-                .map(|p| p.error_squared(samples).map(f64::sqrt).as_vec3().to_array())
-                .collect();
-            image.set_vectors("", ["R", "G", "B"], &mean);
-            image.set_vectors("stderr.", ["R", "G", "B"], &error);
+            let (mean, error) = (sums.mean(samples), sums.standard_error(samples));
+            image.set_vectors("", ["R", "G", "B"], &in_f32(mean));
+            image.set_vectors("stderr.", ["R", "G", "B"], &in_f32(error));
             image.write(path, 0.0)?;
             image
         };

@@ -100,10 +100,9 @@ pub fn measure(
         let reference = references.of(number);
         let (passes, picture): (_, Vec<[f32; 3]>) = if configuration.accumulate {
             let passes = renderer.add_samples(number, 1)?;
-            let sums = (renderer.sums()?.iter())
-                .map(|p| p.mean(number + 1).as_vec3().to_array())
-                .collect();
-            (passes, sums)
+            let mean = renderer.sums()?.mean(number + 1);
+            let mean = mean.iter().map(|p| p.as_vec3().to_array()).collect();
+            (passes, mean)
         } else {
             (renderer.single_frame(number)?, renderer.frame_radiance()?)
         };

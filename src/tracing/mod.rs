@@ -13,8 +13,10 @@ pub mod scene;
 pub mod selection;
 pub mod shaders;
 pub mod sizes;
+pub mod units;
 
 pub use crate::shader_variants::{Fetch, GeometryAccess, Tracer, Variant};
 pub use materials::gpu_material;
 pub use scene::GpuScene;
 pub use sizes::SceneSizes;
+pub use units::Units;

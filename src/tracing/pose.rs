@@ -3,6 +3,7 @@
 use super::compute_bvh::Tree;
 use super::gather::Gathered;
 use super::geometry::{Geometry, MeshPlace};
+use super::units::Units;
 use crate::Result;
 use crate::layouts::{GpuInstance, GpuLight, GpuPreviousTransform, NONE};
 use crate::scene::lights::{self, AliasTable, LampTriangle, LightTriangle, UNIFORM_SHARE};
@@ -13,7 +14,7 @@ use std::collections::HashMap;
 
 /// Poses a scene at any time: computes its instances, its lights and the tree over the instances.
 pub struct ScenePoser {
-    origin: DVec3,
+    units: Units,
     instances: Vec<TracedInstance>,
     /// The index in `instances` of each instance of the scene that may move.
     traced_index: HashMap<u32, usize>,
@@ -51,7 +52,7 @@ pub struct ScenePose {
 
 impl ScenePoser {
     /// A poser of a scene with its geometry; with `trees`, poses have a tree over the instances.
-    pub fn new(gathered: &Gathered<'_>, geometry: &Geometry, origin: DVec3, trees: bool) -> Self {
+    pub fn new(gathered: &Gathered<'_>, geometry: &Geometry, units: Units, trees: bool) -> Self {
         let scene = &gathered.scene;
         let mut instances = Vec::with_capacity(scene.instances.len());
         let mut traced_index = HashMap::new();
@@ -82,7 +83,7 @@ impl ScenePoser {
             light_count += place.lights;
         }
         Self {
-            origin,
+            units,
             max_depth: u32::MAX,
             instances,
             traced_index,
@@ -113,8 +114,10 @@ impl ScenePoser {
                 min: min.as_dvec3(),
                 max: max.as_dvec3(),
             };
-            let moved = self.relative(place, index);
-            check_place(*moving, &moved, Some(&bounds), time)?;
+            let centred = DAffine3::from_translation(-self.units.origin)
+                * *place
+                * DAffine3::from_translation(self.instances[index].mesh.centre);
+            check_place(*moving, &centred, Some(&bounds), time)?;
             to_world[index] = *place;
         }
         let mut materials = self.materials.clone();
@@ -128,7 +131,7 @@ impl ScenePoser {
         let mut instances = Vec::with_capacity(to_world.len());
         let (mut visible, mut boxes) = (Vec::new(), Vec::new());
         for (index, (traced, place)) in self.instances.iter().zip(&to_world).enumerate() {
-            let object_to_world = self.relative(place, index);
+            let object_to_world = self.on_device(place, index);
             let mut instance = traced.constant;
             if !is_flat(&object_to_world) {
                 instance.object_to_world = columns(object_to_world);
@@ -146,15 +149,14 @@ impl ScenePoser {
             instances,
             visible,
             top: Tree::over_boxes_within(&boxes, self.max_depth),
-            lights: place_lights(&triangles, &materials, self.origin),
+            lights: place_lights(&triangles, &materials, &self.units),
             moved: pose.instances,
         })
     }
 
-    /// The transform of a traced instance from the mesh's stored positions to the world relative to the
-    /// origin.
-    fn relative(&self, object_to_world: &DAffine3, index: usize) -> DAffine3 {
-        DAffine3::from_translation(-self.origin)
+    /// The transform of a traced instance from the mesh's stored positions to the device's world.
+    fn on_device(&self, object_to_world: &DAffine3, index: usize) -> DAffine3 {
+        self.units.to_device()
             * *object_to_world
             * DAffine3::from_translation(self.instances[index].mesh.centre)
     }
@@ -171,10 +173,7 @@ impl ScenePoser {
             let back = if is_flat(now) {
                 DAffine3::ZERO
             } else {
-                DAffine3::from_translation(-self.origin)
-                    * *before
-                    * now.inverse()
-                    * DAffine3::from_translation(self.origin)
+                self.units.to_device() * *before * now.inverse() * self.units.to_world()
             };
             transforms[*index as usize] = previous_transform(back);
         }
@@ -218,16 +217,17 @@ fn world_box(object_to_world: &DAffine3, place: &MeshPlace) -> (Vec3, Vec3) {
     ((world.0 - pad).as_vec3(), (world.1 + pad).as_vec3())
 }
 
-/// The lights of a scene at time 0, relative to `origin`, with their selection table.
-pub fn gpu_lights(scene: &Scene, origin: DVec3) -> Vec<GpuLight> {
-    place_lights(&lights::light_triangles(scene), &scene.materials, origin)
+/// The lights of a scene at time 0, in the device's units, with their selection table.
+pub fn gpu_lights(scene: &Scene, units: &Units) -> Vec<GpuLight> {
+    place_lights(&lights::light_triangles(scene), &scene.materials, units)
 }
 
 fn place_lights(
     triangles: &[LightTriangle],
     materials: &[Material],
-    origin: DVec3,
+    units: &Units,
 ) -> Vec<GpuLight> {
+    let length = 1.0 / units.length;
     let weights: Vec<f64> = triangles
         .iter()
         .map(|light| lights::power(light, &materials[light.material as usize]))
@@ -240,12 +240,12 @@ fn place_lights(
             let material = &materials[light.material as usize];
             let [a, b, c] = light.corners;
             GpuLight {
-                corner: (a - origin).as_vec3(),
-                edge1: (b - a).as_vec3(),
-                edge2: (c - a).as_vec3(),
+                corner: ((a - units.origin) * length).as_vec3(),
+                edge1: ((b - a) * length).as_vec3(),
+                edge2: ((c - a) * length).as_vec3(),
                 normal: light.normal.as_vec3(),
-                emission: material.emission,
-                area: light.area as f32,
+                emission: (material.emission.as_dvec3() / units.radiance).as_vec3(),
+                area: (light.area * length * length) as f32,
                 probability: table.probabilities[index] as f32,
                 double_sided: material.double_sided.into(),
                 keep_below: table.columns[index].keep_below,

@@ -9,6 +9,7 @@ pub use super::pose::gpu_lights;
 use super::pose::{ScenePoser, mean_light_luminance};
 use super::ray_query::RayQueryScene;
 use super::sizes::{SceneSizes, check_buffer};
+use super::units::Units;
 use super::{Tracer, Variant};
 use crate::Result;
 use crate::gpu::{Device, Resource};
@@ -23,8 +24,8 @@ use std::sync::Arc;
 pub struct GpuScene {
     /// Which shaders fit it.
     pub variant: Variant,
-    /// What was subtracted from every world position, so that f32 is finest around the camera.
-    pub origin: DVec3,
+    /// The origin and the units of its positions and lights.
+    pub units: Units,
     /// What the scene contains.
     pub requirements: Requirements,
     /// Numbers of elements in its buffers.
@@ -51,10 +52,11 @@ impl GpuScene {
     ) -> Result<Self> {
         SceneSizes::of(scene).check(&device.info, variant)?;
         let trees = variant.tracer == Tracer::ComputeBvh;
+        let units = Units::of(scene, origin);
         let gathered = gather(scene, origin);
         let geometry = Geometry::new(&gathered, trees);
         let motion = scene.motion.as_ref().filter(|motion| motion.moves_things());
-        let mut poser = ScenePoser::new(&gathered, &geometry, origin, trees);
+        let mut poser = ScenePoser::new(&gathered, &geometry, units, trees);
         let start = motion.map_or_else(Pose::default, |motion| motion.pose(0.0));
         let pose = poser.pose_at(0.0, start)?;
         // One group a level, and two where an instance is entered.
@@ -110,7 +112,7 @@ impl GpuScene {
         };
         Ok(Self {
             variant,
-            origin,
+            units,
             requirements: Requirements::of(scene),
             counts,
             mean_light_luminance,

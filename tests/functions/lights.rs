@@ -5,6 +5,7 @@ use glam::DVec3;
 use headwater::layouts::{GpuLight, RestirConstants, ReuseConstants};
 use headwater::metrics::statistics::{chi_square_p_value, holm};
 use headwater::scene::procedural;
+use headwater::tracing::Units;
 
 const BODY: &str = "Random random = random_start(a.x, 1u, 2u);
     LightPoint p = sample_light(a.y, random_bits(random));
@@ -27,7 +28,7 @@ fn draw(lights: &[GpuLight], count: u32) -> Vec<[u32; 8]> {
 fn lights_are_picked_as_often_as_their_probability_says() {
     const COUNT: u32 = 1 << 19;
     let scene = procedural::generate("night-city", &[]).unwrap();
-    let lights = headwater::tracing::scene::gpu_lights(&scene, DVec3::ZERO);
+    let lights = headwater::tracing::scene::gpu_lights(&scene, &Units::of(&scene, DVec3::ZERO));
     let drawn = draw(&lights, COUNT);
     let mut observed = vec![0_u64; lights.len()];
     // Σ 1/(p N) over picks is the number of lights over itself: one.
@@ -57,7 +58,7 @@ fn lights_are_picked_as_often_as_their_probability_says() {
 fn points_lie_evenly_on_their_triangle() {
     const SIDE: usize = 8;
     let scene = procedural::generate("cornell", &[]).unwrap();
-    let lights = headwater::tracing::scene::gpu_lights(&scene, DVec3::ZERO);
+    let lights = headwater::tracing::scene::gpu_lights(&scene, &Units::of(&scene, DVec3::ZERO));
     let mut p_values = Vec::new();
     for (number, light) in lights.iter().enumerate() {
         let [corner, e, f] = [light.corner, light.edge1, light.edge2].map(|v| v.as_dvec3());
@@ -90,7 +91,7 @@ fn points_lie_evenly_on_their_triangle() {
 fn candidate_sources_draw_by_their_density() {
     const COUNT: u32 = 1 << 18;
     let scene = procedural::generate("night-city", &[]).unwrap();
-    let lights = headwater::tracing::scene::gpu_lights(&scene, DVec3::ZERO);
+    let lights = headwater::tracing::scene::gpu_lights(&scene, &Units::of(&scene, DVec3::ZERO));
     for uniform_candidates in [0, 1] {
         let function = Function {
             includes: &["lights/sources.glsl"],

@@ -112,7 +112,7 @@ fn pictures(
     }
     let pictures = (
         renderer.primary_surfaces().unwrap(),
-        renderer.sums().unwrap(),
+        renderer.sums().unwrap().pixels,
     );
     support::assert_no_messages(&device);
     pictures

@@ -6,7 +6,7 @@ pub mod random;
 
 use glam::{DAffine3, DVec3, Vec3};
 use headwater::gpu::{Device, DeviceInfo, Instance};
-use headwater::layouts::PixelSums;
+use headwater::render::outputs::Sums;
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::{Camera, Instance as Placed, Material, Mesh, Part, Scene};
 use headwater::tracing::selection::{self, Selection, TracerChoice};
@@ -143,7 +143,7 @@ pub fn sums(
     view: &View,
     settings: &Settings,
     samples: u32,
-) -> Vec<PixelSums> {
+) -> Sums {
     let uploaded = Arc::new(GpuScene::new(device, scene, origin, variant).unwrap());
     let mut renderer = Renderer::new(device, uploaded, view, settings).unwrap();
     renderer.add_samples(0, samples).unwrap();
@@ -163,10 +163,9 @@ pub fn render(
     let origin = view.camera.camera_to_world.translation;
     let sums = sums(device, scene, origin, variant, view, settings, samples);
     Rendered {
-        mean: sums.iter().map(|p| p.mean(samples).to_array()).collect(),
-        error_squared: sums
-            .iter()
-            .map(|p| p.error_squared(samples).to_array())
+        mean: sums.mean(samples).iter().map(|m| m.to_array()).collect(),
+        error_squared: (sums.standard_error(samples).iter())
+            .map(|e| (e * e).to_array())
             .collect(),
     }
 }

@@ -4,3 +4,5 @@ pub mod primary_surfaces;
 pub mod ray_list;
 pub mod reservoir_aovs;
 mod sums;
+
+pub use sums::Sums;

@@ -27,6 +27,15 @@ impl RayTracer {
     /// # Errors
     /// The device has no memory left or refuses the shader.
     pub fn new(device: &Arc<Device>, scene: Arc<GpuScene>, rays: &[RayQuery]) -> Result<Self> {
+        // With the direction scaled too, the ray's parameter keeps its meaning.
+        let unit = scene.units.length as f32;
+        let rays: Vec<RayQuery> = (rays.iter())
+            .map(|ray| RayQuery {
+                origin: ray.origin / unit,
+                direction: ray.direction / unit,
+                ..*ray
+            })
+            .collect();
         let scene = SceneBindings::new(device, scene, &Settings::default())?;
         let pass = scene.pass("trace_rays", &scene.specialisation)?;
         let size = (rays.len() * size_of::<RayAnswer>()) as u64;
@@ -34,7 +43,7 @@ impl RayTracer {
             scene,
             pass,
             counters: Counters::new(device, false)?,
-            rays: Buffer::from_slice(device, "rays", rays, Usage::default())?,
+            rays: Buffer::from_slice(device, "rays", &rays, Usage::default())?,
             answers: Buffer::new(device, "answers", size, Usage::default())?,
             device: device.clone(),
             count: rays.len(),

@@ -98,6 +98,13 @@ impl Emission {
         radiance.as_vec3().clamp(Vec3::ZERO, Vec3::splat(BRIGHTEST))
     }
 
+    /// A bound of the emitted radiance over all keys.
+    pub fn brightest(&self) -> Vec3 {
+        let color = self.color.keys().fold(DVec3::ZERO, DVec3::max);
+        let strength = self.strength.keys().fold(0.0, f64::max);
+        (color * strength).as_vec3()
+    }
+
     fn changes(&self) -> bool {
         self.color.track.is_some() || self.strength.track.is_some()
     }

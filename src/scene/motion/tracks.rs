@@ -210,6 +210,13 @@ impl<T: Keyed> Animated<T> {
             .map_or(self.rest, |track| track.at(time))
     }
 
+    /// The values at the keys, or the one without a track.
+    pub fn keys(&self) -> impl Iterator<Item = T> {
+        let rest = self.track.is_none().then_some(self.rest);
+        rest.into_iter()
+            .chain(self.track.iter().flat_map(Track::keys))
+    }
+
     /// The time of the last key; 0 without any.
     pub fn seconds(&self) -> f64 {
         let last = self.track.as_ref().and_then(|track| track.times.last());
