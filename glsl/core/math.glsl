@@ -14,6 +14,9 @@ float max_component(vec3 v) { return max(v.x, max(v.y, v.z)); }
 
 float component_sum(vec3 v) { return v.x + v.y + v.z; }
 
+// a / b, or 0 if either is 0.
+float ratio(float a, float b) { return a > 0.0 && b > 0.0 ? a / b : 0.0; }
+
 float square(float x) { return x * x; }
 
 // The error of a rounded sum: a + b == two_sum(a, b) + low exactly (Knuth).

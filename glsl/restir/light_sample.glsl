@@ -61,8 +61,10 @@ vec3 sample_normal(LightSample value) { return value.normal; }
 
 // ---- Shift between frames: the sample keeps its light and its place on it. The Jacobian is the ratio of areas.
 
-// The area of the sample's light.
-float sample_measure(LightSample value, uint epoch) { return light_at(value.light, epoch).area; }
+// The ratio of the sample's measure in epoch `a` to that in epoch `b`; 0 if it has none in either.
+float measure_ratio(LightSample value, uint a, uint b) {
+    return ratio(light_at(value.light, a).area, light_at(value.light, b).area);
+}
 
 // The same point of the same light in another epoch.
 LightSample sample_in(LightSample value, uint epoch) {

@@ -118,11 +118,8 @@ bool is_within_limits(View a, PathSample in_a, View b, PathSample in_b, float ja
 
 // ---- Shift between frames: the sample keeps its triangle and its light. The Jacobian is the ratio of measures.
 
-// The area of the second vertex' triangle times the solid angle, seen from there, of the light where the path ends.
-// 0 if either has no size, or if the path continues over surfaces that may have changed without notice. The biased
-// shift ignores such changes.
-float sample_measure(PathSample value, uint epoch) {
-    if (value.kind == PATH_ONWARD) return 0.0;
+// The area of the second vertex' triangle.
+float vertex_area(PathSample value, uint epoch) {
     GpuInstance instance = instance_at(value.instance, epoch);
     vec3 a, b, c;
     triangle_corners(instance.first_triangle + value.primitive, a, b, c);
@@ -130,15 +127,28 @@ float sample_measure(PathSample value, uint epoch) {
     vec3 edge2 = transform_vector(instance.object_to_world, c - a);
     // Scaled to their own size, because squares of areas leave the range of f32.
     float size1 = max_component(abs(edge1)), size2 = max_component(abs(edge2));
-    float area = size1 * size2 * length(cross(edge1 / max(size1, TINY), edge2 / max(size2, TINY)));
-    if (!(area > 0.0)) return 0.0;
-    if (value.kind == PATH_OUTGOING) return area;
+    return size1 * size2 * length(cross(edge1 / max(size1, TINY), edge2 / max(size2, TINY)));
+}
+
+// The solid angle per unit area, seen from the second vertex, of the light where the path ends.
+float light_spread(PathSample value, uint epoch) {
     LightSample light = light_sample_at(value.light, value.light_barycentrics, epoch);
-    vec3 point = triangle_point(instance, value.primitive, value.barycentrics).position;
+    vec3 point = triangle_point(instance_at(value.instance, epoch), value.primitive, value.barycentrics).position;
     vec3 direction;
     float cosine;
-    return area * (light_at(value.light, epoch).area
-        * solid_angle_per_area(point, light.position, light.normal, direction, cosine));
+    return solid_angle_per_area(point, light.position, light.normal, direction, cosine);
+}
+
+// The ratio of the sample's measure in epoch `a` to that in epoch `b`: of the areas of the second vertex' triangle, and
+// of the solid angles of the light seen from there. 0 if it has none in either, or if the path continues over surfaces
+// that may have changed without notice. The biased shift ignores such changes. Factor by factor, because products of
+// areas leave the range of f32.
+float measure_ratio(PathSample value, uint a, uint b) {
+    if (value.kind == PATH_ONWARD) return 0.0;
+    float areas = ratio(vertex_area(value, a), vertex_area(value, b));
+    if (value.kind == PATH_OUTGOING) return areas;
+    float light = ratio(light_at(value.light, a).area, light_at(value.light, b).area);
+    return areas * light * ratio(light_spread(value, a), light_spread(value, b));
 }
 
 // The same path in another epoch.

@@ -39,8 +39,7 @@ Sample shift_to(uint technique, Sample value, out float jacobian) {
     if (technique == 0u) return value;
     Sample there = value;
     if (MOVES) {
-        float now = sample_measure(value, CURRENT), before = sample_measure(value, PREVIOUS);
-        jacobian = now > 0.0 ? before / now : 0.0;
+        jacobian = measure_ratio(value, PREVIOUS, CURRENT);
         if (jacobian > 0.0) there = sample_in(value, PREVIOUS);
     }
     View now = View(domains[0].position, restir.at.view.camera.position);
@@ -52,8 +51,7 @@ Sample shift_to(uint technique, Sample value, out float jacobian) {
 // Moves the history's sample to this frame; its weight grows with its measure.
 void move_to_current_frame(inout Reservoir reservoir) {
     if (!MOVES || reservoir.contribution_weight <= 0.0) return;
-    float now = sample_measure(reservoir.value, CURRENT), before = sample_measure(reservoir.value, PREVIOUS);
-    reservoir.contribution_weight *= now > 0.0 && before > 0.0 ? now / before : 0.0;
+    reservoir.contribution_weight *= measure_ratio(reservoir.value, CURRENT, PREVIOUS);
     if (reservoir.contribution_weight > 0.0) reservoir.value = sample_in(reservoir.value, CURRENT);
 }
 
