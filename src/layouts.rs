@@ -99,6 +99,8 @@ crate::gpu_struct! {
         pub first_light: u32,
         /// Index of this instance in the scene, as the AOV shows it.
         pub id: u32,
+        /// Fills the last four words.
+        pub padding: u32,
     }
 }
 
@@ -115,6 +117,8 @@ crate::gpu_struct! {
         pub dielectric_f90: f32,
         /// Perceptual roughness.
         pub roughness: f32,
+        /// Fills the last four words.
+        pub padding: UVec3,
     }
 }
 

@@ -82,5 +82,5 @@ bool pilot_ray(Domain domain, uvec2 pixel, out BsdfSample chosen, out Ray ray) {
 
 // The index of the light at a hit, or NONE.
 uint light_of(Hit hit) {
-    return hit.instance == NONE ? NONE : triangle_owner(instances.at[hit.instance], hit.primitive).light;
+    return hit.instance == NONE ? NONE : triangle_owner(load_instances(hit.instance), hit.primitive).light;
 }

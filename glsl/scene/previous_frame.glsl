@@ -5,13 +5,13 @@
 
 // Where a point of an instance was. The instance is given by its index in the scene.
 vec3 previous_point(uint instance, vec3 point) {
-    return MOVES ? transform_point(previous_transforms.at[instance].current_to_previous, point) : point;
+    return MOVES ? transform_point(load_previous_transforms(instance).current_to_previous, point) : point;
 }
 
 // The previous direction of a unit normal of an instance, or 0 if the instance was flat then.
 vec3 previous_normal(uint instance, vec3 normal) {
     if (!MOVES) return normal;
-    vec3 columns[4] = previous_transforms.at[instance].current_to_previous;
+    vec3 columns[4] = load_previous_transforms(instance).current_to_previous;
     // By the matrix of cofactors, because a flattening transform has no inverse.
     vec3 x = cross(columns[1], columns[2]), y = cross(columns[2], columns[0]), z = cross(columns[0], columns[1]);
     vec3 transformed = x * normal.x + y * normal.y + z * normal.z;

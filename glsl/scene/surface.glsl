@@ -99,7 +99,7 @@ void face_viewer(TrianglePoint point, vec3 direction, out vec3 geometric_normal,
 
 // The surface at the hit of a ray of unit direction.
 Surface surface_at(Hit hit, Ray ray) {
-    GpuInstance instance = instances.at[hit.instance];
+    GpuInstance instance = load_instances(hit.instance);
     TrianglePoint point = triangle_point(instance, hit.primitive, hit.barycentrics);
     TriangleOwner owner = triangle_owner(instance, hit.primitive);
     Surface surface;

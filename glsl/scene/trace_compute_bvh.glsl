@@ -83,11 +83,11 @@ uint child_hits(uint meta, uvec3 near, uvec3 far, Slabs slabs, uint octant, floa
 
 // Visits a node: replaces both groups by the node's children that the ray meets.
 void visit_node(uint node, LevelRay ray, float t_max, out uvec2 group, out uvec2 leaves) {
-    uvec4 head = node_words(5u * node);
-    uvec4 base = node_words(5u * node + 1u);
-    uvec4 x = node_words(5u * node + 2u);
-    uvec4 y = node_words(5u * node + 3u);
-    uvec4 z = node_words(5u * node + 4u);
+    uvec4 head = nodes_words(5u * node);
+    uvec4 base = nodes_words(5u * node + 1u);
+    uvec4 x = nodes_words(5u * node + 2u);
+    uvec4 y = nodes_words(5u * node + 3u);
+    uvec4 z = nodes_words(5u * node + 4u);
     uvec3 exponent = uvec3(head.w, head.w >> 8u, head.w >> 16u) & 0xFFu;
     vec3 scale = uintBitsToFloat(exponent << 23u) * ray.inverse;
     vec3 start = (uintBitsToFloat(head.xyz) - ray.origin) * ray.inverse;
@@ -170,10 +170,11 @@ Hit trace_tree(Ray ray, bool any_hit, uint root) {
                 entered = depth;
                 // Translated before it is rotated: the difference is exact where the ray starts near the
                 // instance, while a sum of large terms would cancel.
-                vec3 moved = ray.origin - instances.at[instance].object_to_world[3];
-                level = level_ray(transform_vector(instances.at[instance].world_to_object, moved),
-                                  transform_vector(instances.at[instance].world_to_object, ray.direction));
-                group = uvec2(instances.at[instance].root_node, 0x80000000u);
+                GpuInstance entered_instance = load_instances(instance);
+                vec3 moved = ray.origin - entered_instance.object_to_world[3];
+                level = level_ray(transform_vector(entered_instance.world_to_object, moved),
+                                  transform_vector(entered_instance.world_to_object, ray.direction));
+                group = uvec2(entered_instance.root_node, 0x80000000u);
                 leaves.y = 0u;
             } else {
                 vec2 barycentrics;
@@ -199,7 +200,7 @@ Hit trace_tree(Ray ray, bool any_hit, uint root) {
             group = stack[--depth];
         }
     }
-    if (hit.instance != NONE) hit.primitive -= instances.at[hit.instance].first_triangle;
+    if (hit.instance != NONE) hit.primitive -= load_instances(hit.instance).first_triangle;
     return hit;
 }
 

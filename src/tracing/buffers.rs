@@ -4,23 +4,33 @@
 //! The build script compiles this file too, for the GLSL text; what is marked `cfg(headwater)` is for the
 //! crate alone.
 
+use crate::gpu::layout::{GpuStruct, Member, StructLayout};
+use crate::layouts::{GpuInstance, GpuLight, GpuMaterial, GpuPreviousTransform};
 use glam::UVec2;
 
 /// How shaders access one of the buffers.
 pub struct Access {
     /// The name in GLSL, of the binding and of the entry in [`SceneTable`].
     pub name: &'static str,
-    /// The GLSL type of an element.
-    pub glsl: &'static str,
-    /// Whether shader variants with [`Fetch::Texels`](crate::shader_variants::Fetch) read it as texels of four
-    /// words.
-    pub texels: bool,
+    /// How elements are read.
+    pub elements: Elements,
+}
+
+/// How the elements of a buffer are read.
+pub enum Elements {
+    /// Each by itself, as this GLSL type.
+    Plain(&'static str),
+    /// Four words at once, from anywhere in the buffer: `NAME_words(index)`. Shader variants with
+    /// [`Fetch::Texels`](crate::shader_variants::Fetch) read them as texels.
+    Words,
+    /// The same, put together to structures of a multiple of four words: `load_NAME(index)`.
+    Records(StructLayout),
 }
 
 macro_rules! scene_buffers {
     ($(
         $(#[$meta:meta])*
-        $name:ident: [$element:ty] as $glsl:literal $(, $texels:ident)?; $count:expr;
+        $name:ident: [$element:ty] as $elements:expr; $count:expr;
     )*) => {
         crate::gpu_struct! {
             /// What shaders know of the scene's buffers.
@@ -36,8 +46,7 @@ macro_rules! scene_buffers {
         /// Every buffer.
         pub const BUFFERS: &[Access] = &[$(Access {
             name: stringify!($name),
-            glsl: $glsl,
-            texels: scene_buffers!(@texels $($texels)?),
+            elements: $elements,
         },)*];
 
         /// What the buffers hold.
@@ -109,59 +118,134 @@ macro_rules! scene_buffers {
             }
         }
     };
-    (@texels) => { false };
-    (@texels texels) => { true };
 }
 
 scene_buffers! {
     /// Corner normals of smooth meshes: three packed octahedral words a triangle.
-    normals: [UVec3] as "uvec3"; |c| c.smooth_triangles;
+    normals: [UVec3] as Elements::Plain("uvec3"); |c| c.smooth_triangles;
     /// Three words a triangle of a mesh of several parts: material, rank among the mesh's emissive triangles
     /// or NONE, and what its part adds to the instance's index.
-    triangle_parts: [UVec3] as "uvec3"; |c| c.part_triangles;
+    triangle_parts: [UVec3] as Elements::Plain("uvec3"); |c| c.part_triangles;
     /// Instances in the order of the leaves of the trees over them, for each epoch.
-    top_instances: [u32] as "uint"; |c| c.epochs * c.instances;
+    top_instances: [u32] as Elements::Plain("uint"); |c| c.epochs * c.instances;
     /// Instances, for each epoch.
-    instances: [GpuInstance] as "GpuInstance"; |c| c.epochs * c.instances;
+    instances: [GpuInstance] as Elements::Records(GpuInstance::LAYOUT); |c| c.epochs * c.instances;
     /// Nodes of the trees over the instances, for each epoch, then those of the meshes: five times four words
     /// each.
-    nodes: [CwBvhNode] as "uvec4", texels; |_| 0;
+    nodes: [CwBvhNode] as Elements::Words; |_| 0;
     /// Object-space positions of corners, three a triangle.
-    positions: [[Vec3; 3]] as "vec3", texels; |c| c.triangles;
+    positions: [[Vec3; 3]] as Elements::Words; |c| c.triangles;
     /// Materials.
-    materials: [GpuMaterial] as "GpuMaterial"; |c| c.materials;
+    materials: [GpuMaterial] as Elements::Records(GpuMaterial::LAYOUT); |c| c.materials;
     /// Lights, for each epoch.
-    lights: [GpuLight] as "GpuLight"; |c| c.epochs * c.lights;
+    lights: [GpuLight] as Elements::Records(GpuLight::LAYOUT); |c| c.epochs * c.lights;
     /// Where each of the scene's instances was in the previous frame; empty where nothing moves.
-    previous_transforms: [GpuPreviousTransform] as "GpuPreviousTransform"; |c| c.previous_transforms;
+    previous_transforms: [GpuPreviousTransform] as Elements::Records(GpuPreviousTransform::LAYOUT); |c| c.previous_transforms;
 }
 
-/// The text of `scene_buffers.glsl`: the table, and every buffer by its name. `NAME.at[index]` reads an
-/// element; buffers that are read as texels are `utextureBuffer`s instead.
+impl Elements {
+    /// Whether four words at once are read, in shader variants with texels as texels.
+    pub fn are_words(&self) -> bool {
+        !matches!(self, Self::Plain(_))
+    }
+}
+
+/// The text of `scene_buffers.glsl`: the table, and access to the elements of every buffer.
 pub fn glsl() -> String {
     let mut text = String::from(
         "#pragma once\n#include \"prelude.glsl\"\nlayout(scalar) uniform SceneBlock { SceneTable at; } scene;\n",
     );
-    for Access { name, glsl, texels } in BUFFERS {
-        let block: String = name.split('_').map(capitalised).collect();
-        // llvmpipe loads four words at once if their alignment is known.
-        let align = if *glsl == "uvec4" { 16 } else { 4 };
-        let mut bodies = format!(
-            "#if GEOMETRY_ADDRESSES\n\
-             layout(buffer_reference, scalar, buffer_reference_align = {align}) readonly buffer {block}Block {{ {glsl} at[]; }};\n\
-             #define {name} {block}Block(scene.at.{name})\n\
-             #else\n\
-             layout(scalar) readonly buffer {block}Block {{ {glsl} at[]; }} {name};\n\
-             #endif\n"
-        );
-        if *texels {
-            bodies = format!(
-                "#if FETCH_TEXELS\nuniform utextureBuffer {name};\n#else\n{bodies}#endif\n"
-            );
-        }
-        text += &bodies;
+    for Access { name, elements } in BUFFERS {
+        text += &match elements {
+            Elements::Plain(glsl) => array(name, glsl),
+            Elements::Words => words(name),
+            Elements::Records(layout) => words(name) + &load(name, layout),
+        };
     }
     text
+}
+
+/// `NAME.at[index]`, through a descriptor or by address.
+fn array(name: &str, glsl: &str) -> String {
+    let block: String = name.split('_').map(capitalised).collect();
+    // llvmpipe loads four words at once if their alignment is known.
+    let align = if glsl == "uvec4" { 16 } else { 4 };
+    format!(
+        "#if GEOMETRY_ADDRESSES\n\
+         layout(buffer_reference, scalar, buffer_reference_align = {align}) readonly buffer {block}Block {{ {glsl} at[]; }};\n\
+         #define {name} {block}Block(scene.at.{name})\n\
+         #else\n\
+         layout(scalar) readonly buffer {block}Block {{ {glsl} at[]; }} {name};\n\
+         #endif\n"
+    )
+}
+
+/// `NAME_words(index)`. llvmpipe fetches the four words of a texel at once for each lane, but reads a buffer word by
+/// word, each word behind a branch.
+fn words(name: &str) -> String {
+    format!(
+        "#if FETCH_TEXELS\n\
+         uniform utextureBuffer {name};\n\
+         uvec4 {name}_words(uint index) {{ return texelFetch({name}, int(index)); }}\n\
+         #else\n{}\
+         uvec4 {name}_words(uint index) {{ return {name}.at[index]; }}\n\
+         #endif\n",
+        array(name, "uvec4")
+    )
+}
+
+/// `load_NAME(index)`. What of the structure is not used, compilers do not load.
+fn load(name: &str, layout: &StructLayout) -> String {
+    let StructLayout {
+        name: record,
+        size,
+        members,
+    } = layout;
+    let quads = size / 16;
+    assert_eq!(size % 16, 0, "{record} must be a multiple of four words");
+    let read: Vec<String> = (0..quads)
+        .map(|quad| format!("q[{quad}] = {name}_words({quads}u * index + {quad}u);"))
+        .collect();
+    let values: Vec<String> = members.iter().map(value).collect();
+    format!(
+        "{record} load_{name}(uint index) {{\n    uvec4 q[{quads}];\n    {}\n    return {record}({});\n}}\n",
+        read.join(" "),
+        values.join(", ")
+    )
+}
+
+/// A member's value from the words `q` of its structure.
+fn value(member: &Member) -> String {
+    let (kind, components) = match member.glsl {
+        "float" => ("float", 1),
+        "vec2" => ("vec2", 2),
+        "vec3" => ("vec3", 3),
+        "uint" => ("uint", 1),
+        "uvec3" => ("uvec3", 3),
+        other => panic!("a record has a member of type {other}"),
+    };
+    let first = member.offset / 4;
+    let one = |element: usize| {
+        let words: Vec<String> = (0..components)
+            .map(|component| {
+                let word = first + element * components + component;
+                let word = format!("q[{}][{}]", word / 4, word % 4);
+                if kind.starts_with('u') {
+                    word
+                } else {
+                    format!("uintBitsToFloat({word})")
+                }
+            })
+            .collect();
+        format!("{kind}({})", words.join(", "))
+    };
+    match member.length {
+        0 => one(0),
+        length => {
+            let elements: Vec<String> = (0..length).map(one).collect();
+            format!("{kind}[]({})", elements.join(", "))
+        }
+    }
 }
 
 fn capitalised(word: &str) -> String {
@@ -178,7 +262,6 @@ use {
     super::{Fetch, GeometryAccess, Tracer, Variant},
     crate::Result,
     crate::gpu::{Buffer, Device, Resource, Usage},
-    crate::layouts::{GpuInstance, GpuLight, GpuMaterial, GpuPreviousTransform},
     crate::scene::Scene,
     glam::{UVec3, Vec3},
     obvhs::cwbvh::node::CwBvhNode,
@@ -214,7 +297,7 @@ impl SceneBuffers {
     pub fn resources(&self, variant: Variant) -> Vec<(&'static str, Resource<'_>)> {
         let mut resources = vec![("scene", Resource::Uniform(&self.table))];
         for ((name, buffer), access) in self.named().into_iter().zip(BUFFERS) {
-            if access.texels && variant.fetch == Fetch::Texels {
+            if access.elements.are_words() && variant.fetch == Fetch::Texels {
                 resources.push((name, Resource::Texels(buffer)));
             } else if variant.geometry == GeometryAccess::StorageBuffers {
                 resources.push((name, Resource::Read(buffer)));
@@ -227,7 +310,9 @@ impl SceneBuffers {
 /// How a buffer is used by shaders of a variant.
 #[cfg(headwater)]
 fn usage(name: &str, variant: Variant) -> Usage {
-    let texels = BUFFERS.iter().any(|b| b.name == name && b.texels);
+    let texels = BUFFERS
+        .iter()
+        .any(|b| b.name == name && b.elements.are_words());
     Usage {
         texels: texels && variant.fetch == Fetch::Texels,
         acceleration_input: name == "positions" && variant.tracer == Tracer::RayQuery,

@@ -2,7 +2,7 @@
 
 use crate::layouts::GpuMaterial;
 use crate::scene::Material;
-use glam::Vec3;
+use glam::{UVec3, Vec3};
 
 /// A material as shaders read it.
 pub fn gpu_material(material: &Material) -> GpuMaterial {
@@ -19,5 +19,6 @@ pub fn gpu_material(material: &Material) -> GpuMaterial {
         dielectric_f0: f0,
         dielectric_f90: material.specular,
         roughness: material.roughness,
+        padding: UVec3::ZERO,
     }
 }

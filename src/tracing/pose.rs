@@ -78,6 +78,7 @@ impl ScenePoser {
                     material: parts.first().map_or(0, |p| p.material),
                     first_light: if place.lights > 0 { light_count } else { NONE },
                     id,
+                    padding: 0,
                 },
             });
             light_count += place.lights;

@@ -63,7 +63,9 @@ impl SceneSizes {
 
 /// Whether [`Fetch`] decides how a buffer is read.
 fn is_fetched(name: &str) -> bool {
-    BUFFERS.iter().any(|b| b.name == name && b.texels)
+    BUFFERS
+        .iter()
+        .any(|b| b.name == name && b.elements.are_words())
 }
 
 /// Whether a device can hold one of a scene's buffers and read it as a variant does.
