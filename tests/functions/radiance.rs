@@ -1,6 +1,8 @@
 //! Radiance as reservoirs store it.
 
 use crate::{Function, floats, number};
+use headwater::choices::Format;
+use headwater::render::specialisation::Specialisation;
 
 /// Colours of all brightnesses that there are, dim channels beside bright ones.
 fn colours() -> Vec<[f32; 3]> {
@@ -118,18 +120,18 @@ fn dim_channels_are_no_outliers() {
 #[test]
 fn full_reservoirs_keep_every_channel_of_a_light() {
     let emission = [1e6, 1.0, 1e-3];
+    let constants = Specialisation::default().constants();
+    let format = constants
+        .iter()
+        .find(|c| c.name == "RESERVOIR_FORMAT")
+        .unwrap();
     let function = Function {
         includes: &["restir/direct.glsl"],
         body: "LightSample value = empty_light_sample();
             value.normal = vec3(0.0, 0.0, 1.0);
             value.emission = uintBitsToFloat(a.xyz);
             x.xyz = floatBitsToUint(as_stored(value).emission);",
-        // As with reservoirs.format=full.
-        fault: Some((
-            "restir/light_sample.glsl",
-            "RESERVOIR_FORMAT != FORMAT_FULL",
-            "false",
-        )),
+        constants: &[(format.id, Format::Full as u32)],
         ..Function::default()
     };
     let words = function.run(&[floats(&emission)])[0];
