@@ -26,10 +26,13 @@ pub struct Tree {
 
 /// Settings of the builder. Triangles are not split: each is in one leaf, so that the leaf order is a
 /// permutation, and a hit identifies its triangle.
+///
+/// `slow_build` takes a hundredth of a second longer than `medium_build` for 57,000 triangles, and rays take 3 to 6 %
+/// less time; `very_slow_build` takes .05 s and saves 1 to 5 % more (`atrium`, `garage`, `night-city`, path tracing).
 const TRIANGLES: BvhBuildParams = BvhBuildParams {
     pre_split: false,
     max_prims_per_leaf: 3,
-    ..BvhBuildParams::medium_build()
+    ..BvhBuildParams::slow_build()
 };
 /// One instance a leaf: entering one costs a ray transform.
 const INSTANCES: BvhBuildParams = BvhBuildParams {
