@@ -9,8 +9,8 @@ use support::planted;
 
 /// Where a merge's techniques are weighed with visibility: by the balance heuristic one by one, by pairs
 /// for those that one ray stands for.
-const UNSEEN: &str = "!two_rays && i != k &&";
-const SEEN: &str = "if (!asks && seen)";
+const UNSEEN: &str = "visibility && i != k &&";
+const SEEN: &str = "drawn_seen = seen;";
 const ASKED: &str = "if (asks && !seen)";
 
 /// All of a command's output.
@@ -110,13 +110,18 @@ fn empty_neighbours_that_are_skipped_are_found() {
     let (passes, said) = with_fault(&[
         (
             "restir/merge.glsl",
-            "neighbour_confidence += techniques[i].confidence;",
-            "if (techniques[i].contribution_weight > 0.0) neighbour_confidence += techniques[i].confidence;",
+            "neighbour_confidence += confidence_of(i);",
+            "if (technique_at(i).contribution_weight > 0.0) neighbour_confidence += confidence_of(i);",
         ),
         (
             "restir/merge.glsl",
-            "Domain domain = domain_of(k);",
-            "if (k > 0u && techniques[k].contribution_weight <= 0.0) continue; Domain domain = domain_of(k);",
+            "Domain there = domain_of(i);",
+            "if (!(technique_at(i).contribution_weight > 0.0)) continue; Domain there = domain_of(i);",
+        ),
+        (
+            "restir/merge.glsl",
+            "if (k == i) continue;",
+            "if (k == i || !(technique_at(k).contribution_weight > 0.0)) continue;",
         ),
     ]);
     assert!(!passes && said.contains("should be unbiased"));
@@ -124,26 +129,29 @@ fn empty_neighbours_that_are_skipped_are_found() {
 
 #[test]
 fn confidence_that_depends_on_the_sample_is_found() {
-    let load = "techniques[i].confidence = min(techniques[i].confidence, restir.at.reuse.spatial_confidence_cap);";
-    let faulty =
-        format!("{load} if (techniques[i].value.light == 1u) techniques[i].confidence *= 0.25;");
-    let (passes, said) = with_fault(&[("restir/spatial.glsl", load, &faulty)]);
+    let (passes, said) = with_fault(&[(
+        "restir/spatial.glsl",
+        "return limited(technique, unpack_confidence(neighbours.at[word]));",
+        "float confidence = limited(technique, unpack_confidence(neighbours.at[word]));
+        uint light = neighbours.at[word_of(slot_of(pixels[technique]), 2u, restir.at.slots)] & LIGHT_MASK;
+        return light == 1u ? 0.25 * confidence : confidence;",
+    )]);
     assert!(!passes && said.contains("should be unbiased"));
 }
 
 #[test]
 fn visibility_that_is_missing_at_the_pixel_itself_is_found() {
-    let weighed = "!two_rays && i != k && k != 0u &&";
+    let weighed = "visibility && i != k && k != 0u &&";
     let (passes, said) = with_fault(&[
         ("restir/merge.glsl", UNSEEN, weighed),
-        ("restir/merge.glsl", SEEN, "if (!asks)"),
+        ("restir/merge.glsl", SEEN, "drawn_seen = true;"),
     ]);
     assert_both_fail(passes, &said);
 }
 
 #[test]
 fn visibility_that_is_missing_at_the_neighbours_is_found() {
-    let weighed = "!two_rays && i != k && k == 0u &&";
+    let weighed = "visibility && i != k && k == 0u &&";
     let (passes, said) = with_fault(&[
         ("restir/merge.glsl", UNSEEN, weighed),
         ("restir/merge.glsl", ASKED, "if (false)"),
@@ -228,8 +236,9 @@ fn neighbours_that_are_read_while_they_are_written_are_found() {
         ),
         (
             "restir/spatial.glsl",
-            "LOAD_RESERVOIR(neighbours, slot_of(pixels[i])",
-            "LOAD_RESERVOIR(reservoirs, slot_of(pixels[i])",
+            "LOAD_RESERVOIR(neighbours, slot_of(pixels[technique])",
+            "if (technique != 0u) LOAD_RESERVOIR(reservoirs, slot_of(pixels[technique]), restir.at.slots, packed);
+            else LOAD_RESERVOIR(neighbours, slot_of(pixels[technique])",
         ),
     ]);
     assert!(!passes && said.contains("the same seed gives another picture"));

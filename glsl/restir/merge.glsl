@@ -1,15 +1,19 @@
 #pragma once
 // One merge for every kind of reuse and of sample: a canonical reservoir with neighbours, each with its own domain.
 // The file that includes it defines
-//   Sample, Reservoir { Sample value; float contribution_weight; float confidence; … }, Domain
-//   MAX_TECHNIQUES
+//   Sample, Reservoir { Sample value; float contribution_weight; float confidence; … }, empty_reservoir(), Domain
+//   float confidence_of(uint technique)
+//   Reservoir technique_at(uint technique): technique 0 is the canonical
 //   Domain domain_of(uint technique)
-//   float target_function(Domain domain, Sample value)
+//   vec3 contribution(Domain domain, Sample value), whose luminance is the target function
 //   bool is_visible(uint technique, Domain domain, Sample value), with the sample as the technique sees it
 //   Sample shift_to(uint technique, Sample value, out float jacobian): the canonical's sample in the technique's
 //     space. The Jacobian is the ratio of the sample's measure there to its measure here; 0 where the shift does not
 //     exist. Its existence must be symmetric, and every rejection that looks at a sample must be here, so that all
 //     weights use the same domain of the shift.
+//
+// Techniques are read one after the other, and only the canonical, one neighbour and the selected samples are held:
+// arrays of samples with dynamic indices would live in memory.
 //
 // Visibility with two rays. The balance heuristic needs the visibility of every sample in every domain. The pairwise
 // weights need it in two sums only, and one random term of each sum can stand for the whole:
@@ -28,93 +32,133 @@
 #include "core/random.glsl"
 #include "restir/algebra.glsl"
 
-Reservoir techniques[MAX_TECHNIQUES];
+// The outcome of a merge.
+struct Merged {
+    Reservoir reservoir;
+    // The light of all samples of the merge. The selected sample alone would have the same expected brightness, but more
+    // colour noise.
+    vec3 light;
+};
 
-// The resampling weight m_i · p̂_0(y_i) · W_i of each technique's sample, and p̂_0(y_i).
-float technique_weights[MAX_TECHNIQUES];
-float technique_targets[MAX_TECHNIQUES];
-
-// Computes the resampling weights of `count` techniques. With `visibility`, targets include visibility.
-void weigh_techniques(uint mis, uint count, bool visibility, inout Random random) {
-    // Whether two rays stand for all.
-    bool two_rays = visibility && mis != MIS_BALANCE;
-    float neighbour_confidence = 0.0;
-    for (uint i = 1u; i < count; i += 1u) neighbour_confidence += techniques[i].confidence;
-    float total = max(techniques[0].confidence + neighbour_confidence, 1.0);
-    float canonical_share = techniques[0].confidence / total, neighbour_share = neighbour_confidence / total;
-
-    MisTerms terms[MAX_TECHNIQUES];
-    // The neighbour that decides on the canonical's sample (j in 1).
-    Stream asked = empty_stream();
-    for (uint i = 0u; i < count; i += 1u) terms[i] = empty_mis_terms();
-    for (uint k = 0u; k < count; k += 1u) {
-        Domain domain = domain_of(k);
-        for (uint i = 0u; i < count; i += 1u) {
-            // An empty technique has no sample; its domain is still evaluated for the others' samples.
-            if (techniques[i].contribution_weight <= 0.0 || !needs_target(mis, i, k)) continue;
-            count_lanes(COUNTER_MERGE_LANES);
-            float target = 0.0, jacobian;
-            // At the canonical (k = 0) a sample keeps its value, but it counts only if the shift from there to its own
-            // technique exists.
-            Sample value = shift_to(k != 0u ? k : i, techniques[i].value, jacobian);
-            if (jacobian > 0.0) {
-                if (k == 0u) {
-                    value = techniques[i].value;
-                    jacobian = 1.0;
-                }
-                target = target_function(domain, value) * jacobian;
-                bool unseen = visibility && !two_rays && i != k && target > 0.0 && !is_visible(k, domain, value);
-                if (unseen) target = 0.0;
-            }
-            float change = add_target(terms[i], i, k, target, techniques[k].confidence / total, canonical_share,
-                                      neighbour_share);
-            if (two_rays && change > 0.0) stream_add(asked, k, change, 1.0, random_choice(random));
-        }
+// p̂←k(y) of a sample y of technique i, and its light at technique k. `domain` is that of k.
+float target_at(uint k, Domain domain, uint i, Sample value, bool visibility, out vec3 light) {
+    count_lanes(COUNTER_MERGE_LANES);
+    light = vec3(0.0);
+    float jacobian;
+    // At the canonical (k = 0) a sample keeps its value, but it counts only if the shift from there to its own technique
+    // exists.
+    Sample there = shift_to(k != 0u ? k : i, value, jacobian);
+    if (!(jacobian > 0.0)) return 0.0;
+    if (k == 0u) {
+        there = value;
+        jacobian = 1.0;
     }
-    // The neighbour's sample that is traced from the canonical (i in 2).
-    Stream drawn = empty_stream();
-    for (uint i = 0u; i < count; i += 1u) {
-        float m = mis_weight(mis, i, terms[i], techniques[i].confidence / total, canonical_share, neighbour_share);
-        technique_targets[i] = terms[i].canonical;
-        technique_weights[i] = m * terms[i].canonical * techniques[i].contribution_weight;
-        if (two_rays && i > 0u) {
-            stream_add(drawn, i, technique_weights[i], 1.0, random_choice(random));
-            technique_weights[i] = 0.0;
-        }
-    }
-    if (!two_rays) return;
-    // Both rays in one loop: drivers compile the trace as often as it stands in the code.
-    for (uint turn = 0u; turn < 2u; turn += 1u) {
-        bool asks = turn == 0u;
-        uint owner = asks ? 0u : drawn.chosen, viewer = asks ? asked.chosen : 0u;
-        if (owner == NONE || viewer == NONE) continue;
-        float jacobian;
-        bool seen = is_visible(viewer, domain_of(viewer), shift_to(viewer, techniques[owner].value, jacobian));
-        if (asks && !seen) {
-            terms[0].pairs = 1.0;
-            float m = mis_weight(mis, 0u, terms[0], canonical_share, canonical_share, neighbour_share);
-            technique_weights[0] = m * terms[0].canonical * techniques[0].contribution_weight;
-        }
-        if (!asks && seen) technique_weights[owner] = drawn.weight_sum;
-    }
+    light = contribution(domain, there);
+    float target = luminance(light) * jacobian;
+    bool unseen = visibility && i != k && target > 0.0 && !is_visible(k, domain, there);
+    return unseen ? 0.0 : target;
 }
 
-// Resamples one of `count` weighed techniques into a merged reservoir.
-Reservoir choose_technique(uint count, inout Random random) {
-    Stream stream = empty_stream();
-    float confidence = 0.0;
-    uint i = 0u;
+// Resamples technique i's sample with the weight m_i · p̂_0(y_i) · W_i. `target` is p̂_0(y_i), `light` its light.
+void resample(inout Merged merged, inout Stream selected, uint i, Reservoir reservoir, float weight, float target,
+              vec3 light, inout Random random) {
+    if (weight == 0.0) return;
+    if (weight > 0.0) merged.light += light * (weight / target);
+    if (stream_add(selected, i, weight, target, random_choice(random))) merged.reservoir = reservoir;
+}
+
+// Merges `count` techniques. With `visibility`, targets include visibility.
+Merged merge(uint mis, uint count, bool visibility, inout Random random) {
+    // Whether two rays stand for all.
+    bool two_rays = visibility && mis != MIS_BALANCE, all_rays = visibility && !two_rays;
+    float neighbour_confidence = 0.0;
+    for (uint i = 1u; i < count; i += 1u) neighbour_confidence += confidence_of(i);
+    Reservoir canonical = technique_at(0u);
+    float confidence = canonical.confidence + neighbour_confidence;
+    float total = max(confidence, 1.0);
+    float canonical_share = canonical.confidence / total, neighbour_share = neighbour_confidence / total;
+
+    Domain here = domain_of(0u);
+    // An empty technique has no sample; its domain is still evaluated for the others' samples.
+    bool has_canonical = canonical.contribution_weight > 0.0;
+    MisTerms canonical_terms = empty_mis_terms();
+    vec3 canonical_light = vec3(0.0);
+    if (has_canonical) {
+        float target = target_at(0u, here, 0u, canonical.value, false, canonical_light);
+        add_target(canonical_terms, 0u, 0u, target, canonical_share, canonical_share, neighbour_share);
+    }
+
+    Merged merged = Merged(empty_reservoir(0.0), vec3(0.0));
+    Stream selected = empty_stream();
+    // The neighbour that decides on the canonical's sample (j in 1), and the neighbour's sample that is traced from the
+    // canonical (i in 2).
+    Stream asked = empty_stream(), drawn = empty_stream();
+    Reservoir drawn_reservoir = merged.reservoir;
+    vec3 drawn_light = vec3(0.0);
+    uint i = 1u;
     for (; i < count; i += 1u) {
-        confidence += techniques[i].confidence;
-        stream_add(stream, i, technique_weights[i], technique_targets[i], random_choice(random));
+        float share = confidence_of(i) / total;
+        Domain there = domain_of(i);
+        vec3 light_there;
+        if (has_canonical && needs_target(mis, 0u, i)) {
+            float target = target_at(i, there, 0u, canonical.value, all_rays, light_there);
+            float change = add_target(canonical_terms, 0u, i, target, share, canonical_share, neighbour_share);
+            if (two_rays && change > 0.0) stream_add(asked, i, change, 1.0, random_choice(random));
+        }
+        Reservoir neighbour = technique_at(i);
+        if (!(neighbour.contribution_weight > 0.0)) continue;
+        MisTerms terms = empty_mis_terms();
+        vec3 light;
+        float target = target_at(0u, here, i, neighbour.value, all_rays, light);
+        add_target(terms, i, 0u, target, canonical_share, canonical_share, neighbour_share);
+        if (needs_target(mis, i, i)) {
+            float own = target_at(i, there, i, neighbour.value, false, light_there);
+            add_target(terms, i, i, own, share, canonical_share, neighbour_share);
+        }
+        for (uint k = 1u; mis == MIS_BALANCE && k < count; k += 1u) {
+            if (k == i) continue;
+            float other = target_at(k, domain_of(k), i, neighbour.value, all_rays, light_there);
+            add_target(terms, i, k, other, confidence_of(k) / total, canonical_share, neighbour_share);
+        }
+        float weight = mis_weight(mis, i, terms, share, canonical_share, neighbour_share) * target
+            * neighbour.contribution_weight;
+        if (!two_rays) {
+            resample(merged, selected, i, neighbour, weight, target, light, random);
+        } else if (stream_add(drawn, i, weight, target, random_choice(random))) {
+            drawn_reservoir = neighbour;
+            drawn_light = light;
+        }
     }
     // A driver that limits loop iterations ends all loops of an invocation at once, this one too.
     if (i < count) count_fault(COUNTER_CUT_SHORT);
-    Reservoir merged = empty_reservoir(0.0);
-    if (stream.chosen != NONE) {
-        merged = techniques[stream.chosen];
-        merged.contribution_weight = accept_weight(contribution_weight(stream));
+
+    bool drawn_seen = false;
+    // Both rays in one loop: drivers compile the trace as often as it stands in the code.
+    for (uint turn = 0u; two_rays && turn < 2u; turn += 1u) {
+        bool asks = turn == 0u;
+        if ((asks ? asked.chosen : drawn.chosen) == NONE) continue;
+        uint viewer = 0u;
+        Domain domain = here;
+        Sample value = drawn_reservoir.value;
+        if (asks) {
+            float jacobian;
+            viewer = asked.chosen;
+            domain = domain_of(viewer);
+            value = shift_to(viewer, canonical.value, jacobian);
+        }
+        bool seen = is_visible(viewer, domain, value);
+        if (asks && !seen) canonical_terms.pairs = 1.0;
+        if (!asks) drawn_seen = seen;
     }
-    merged.confidence = confidence;
+    if (has_canonical) {
+        float weight = mis_weight(mis, 0u, canonical_terms, canonical_share, canonical_share, neighbour_share)
+            * canonical_terms.canonical * canonical.contribution_weight;
+        resample(merged, selected, 0u, canonical, weight, canonical_terms.canonical, canonical_light, random);
+    }
+    if (drawn_seen) {
+        resample(merged, selected, drawn.chosen, drawn_reservoir, drawn.weight_sum, drawn.target, drawn_light, random);
+    }
+    if (selected.chosen != NONE) merged.reservoir.contribution_weight = accept_weight(contribution_weight(selected));
+    merged.reservoir.confidence = confidence;
     return merged;
 }

@@ -42,9 +42,11 @@ PackedReservoir pack_reservoir(Reservoir r) {
     return p;
 }
 
+float unpack_confidence(uint history) { return float(bitfieldExtract(history, 0, int(CONFIDENCE_BITS))); }
+
 Reservoir unpack_reservoir(PackedReservoir p) {
     uint history = p.words[HISTORY_WORD];
-    Reservoir r = empty_reservoir(float(bitfieldExtract(history, 0, int(CONFIDENCE_BITS))));
+    Reservoir r = empty_reservoir(unpack_confidence(history));
     r.age = bitfieldExtract(history, int(CONFIDENCE_BITS), int(AGE_BITS));
     r.contribution_weight = uintBitsToFloat(p.words[WEIGHT_WORD]);
     if (r.contribution_weight > 0.0) unpack_sample(p, r.value);

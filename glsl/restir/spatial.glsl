@@ -31,19 +31,24 @@ Sample shift_to(uint technique, Sample value, out float jacobian) {
     return value;
 }
 
-#include "restir/merge.glsl"
-
-// The light of all samples of the merge. The selected sample alone would have the same expected brightness, but more
-// colour noise.
-vec3 merged_light(uint count) {
-    Domain domain = domain_of(0u);
-    vec3 light = vec3(0.0);
-    for (uint i = 0u; i < count; i += 1u) {
-        if (!(technique_weights[i] > 0.0)) continue;
-        light += contribution(domain, techniques[i].value) * (technique_weights[i] / technique_targets[i]);
-    }
-    return light;
+float limited(uint technique, float confidence) {
+    return technique == 0u ? confidence : min(confidence, restir.at.reuse.spatial_confidence_cap);
 }
+
+float confidence_of(uint technique) {
+    uint word = word_of(slot_of(pixels[technique]), HISTORY_WORD, restir.at.slots);
+    return limited(technique, unpack_confidence(neighbours.at[word]));
+}
+
+Reservoir technique_at(uint technique) {
+    PackedReservoir packed;
+    LOAD_RESERVOIR(neighbours, slot_of(pixels[technique]), restir.at.slots, packed);
+    Reservoir reservoir = unpack_reservoir(packed);
+    reservoir.confidence = limited(technique, reservoir.confidence);
+    return reservoir;
+}
+
+#include "restir/merge.glsl"
 
 // Merges the pixel of this invocation.
 void merge_neighbours() {
@@ -51,22 +56,17 @@ void merge_neighbours() {
     if (is_outside(pixel)) return;
     uint slot = slot_of(pixel);
     PackedReservoir packed;
-    LOAD_RESERVOIR(neighbours, slot, restir.at.slots, packed);
     SampleData data = sample_data.at[slot];
     if (has_surface(data)) {
         Random random = pass_random(pixel, FIRST_STREAM + STREAM_SPATIAL + step.index);
         // Before any reservoir is read.
         uint found = find_neighbours(pixel, data, random);
-        techniques[0] = unpack_reservoir(packed);
         count(COUNTER_NEIGHBOURS, found - 1u);
-        for (uint i = 1u; i < found; i += 1u) {
-            LOAD_RESERVOIR(neighbours, slot_of(pixels[i]), restir.at.slots, packed);
-            techniques[i] = unpack_reservoir(packed);
-            techniques[i].confidence = min(techniques[i].confidence, restir.at.reuse.spatial_confidence_cap);
-        }
-        weigh_techniques(MIS, found, VISIBILITY == VISIBILITY_WEIGHTS, random);
-        if (step.shades != 0u) color.at[pixel_index(pixel)] += accept_radiance(merged_light(found));
-        packed = pack_reservoir(choose_technique(found, random));
+        Merged merged = merge(MIS, found, VISIBILITY == VISIBILITY_WEIGHTS, random);
+        if (step.shades != 0u) color.at[pixel_index(pixel)] += accept_radiance(merged.light);
+        packed = pack_reservoir(merged.reservoir);
+    } else {
+        LOAD_RESERVOIR(neighbours, slot, restir.at.slots, packed);
     }
     STORE_RESERVOIR(reservoirs, slot, restir.at.slots, packed);
 }

@@ -12,11 +12,21 @@ layout(scalar) readonly buffer PreviousSampleDataBlock { SampleData at[]; } prev
 layout(scalar) readonly buffer HistoryBlock { uint at[]; } history;
 layout(scalar) buffer ReservoirsBlock { uint at[]; } reservoirs;
 
-// The canonical, and the history.
-const uint MAX_TECHNIQUES = 2u;
-Domain domains[MAX_TECHNIQUES];
+// What a pixel's merge is made of: technique 0 is the canonical, 1 the history.
+Reservoir canonical, historic;
+Domain domain_now, domain_before;
 
-Domain domain_of(uint technique) { return domains[technique]; }
+Reservoir technique_at(uint technique) {
+    if (technique == 0u) return canonical;
+    return historic;
+}
+
+float confidence_of(uint technique) { return technique == 0u ? canonical.confidence : historic.confidence; }
+
+Domain domain_of(uint technique) {
+    if (technique == 0u) return domain_now;
+    return domain_before;
+}
 
 // The epoch in which a technique sees samples. Without motion there is only one.
 uint epoch_of(uint technique) { return MOVES && technique == 1u ? PREVIOUS : CURRENT; }
@@ -42,8 +52,8 @@ Sample shift_to(uint technique, Sample value, out float jacobian) {
         jacobian = measure_ratio(value, PREVIOUS, CURRENT);
         if (jacobian > 0.0) there = sample_in(value, PREVIOUS);
     }
-    View now = View(domains[0].position, restir.at.view.camera.position);
-    View before = View(domains[1].position, restir.at.previous_camera.position);
+    View now = View(domain_now.position, restir.at.view.camera.position);
+    View before = View(domain_before.position, restir.at.previous_camera.position);
     if (!is_within_limits(now, value, before, there, restir.at.jacobian_limit, restir.at.min_distance)) jacobian = 0.0;
     return there;
 }
@@ -85,18 +95,17 @@ void merge_history() {
 
     PackedReservoir packed;
     LOAD_RESERVOIR(reservoirs, slot, restir.at.slots, packed);
-    techniques[0] = unpack_reservoir(packed);
+    canonical = unpack_reservoir(packed);
     LOAD_RESERVOIR(history, previous_slot, restir.at.slots, packed);
-    techniques[1] = unpack_reservoir(packed);
-    techniques[1].confidence = min(techniques[1].confidence, restir.at.reuse.temporal_confidence_cap);
-    techniques[1].age += 1u;
-    move_to_current_frame(techniques[1]);
+    historic = unpack_reservoir(packed);
+    historic.confidence = min(historic.confidence, restir.at.reuse.temporal_confidence_cap);
+    historic.age += 1u;
+    move_to_current_frame(historic);
     is_static = !MOVES && before == ivec2(pixel) && previous == data && previous_ray == ray;
-    domains[0] = unpack_domain(data, ray);
-    domains[1] = unpack_domain(previous, previous_ray);
+    domain_now = unpack_domain(data, ray);
+    domain_before = unpack_domain(previous, previous_ray);
     count(COUNTER_NEIGHBOURS, 1u);
     Random random = pass_random(pixel, FIRST_STREAM + STREAM_TEMPORAL);
-    weigh_techniques(MIS, 2u, VISIBILITY == VISIBILITY_WEIGHTS, random);
-    packed = pack_reservoir(choose_technique(2u, random));
+    packed = pack_reservoir(merge(MIS, 2u, VISIBILITY == VISIBILITY_WEIGHTS, random).reservoir);
     STORE_RESERVOIR(reservoirs, slot, restir.at.slots, packed);
 }

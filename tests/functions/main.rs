@@ -67,6 +67,8 @@ pub struct Function<'a> {
     pub globals: &'a str,
     /// A file, a text in it, and what is planted in its place.
     pub fault: Option<(&'a str, &'a str, &'a str)>,
+    /// More of these.
+    pub changes: &'a [(&'a str, &'a str, &'a str)],
     /// Specialisation constants.
     pub constants: &'a [(u32, u32)],
 }
@@ -104,10 +106,10 @@ impl Function<'_> {
             fetch: Fetch::Words,
         };
         let mut sources = sources();
-        if let Some((file, text, planted)) = self.fault {
-            let source = sources.get_mut(file).expect("no such file");
-            assert!(source.contains(text), "{file} has no '{text}'");
-            *source = source.replace(text, planted);
+        for (file, text, planted) in self.fault.iter().chain(self.changes) {
+            let source = sources.get_mut(*file).expect("no such file");
+            assert!(source.contains(*text), "{file} has no '{text}'");
+            *source = source.replace(*text, planted);
         }
         let words = compiler::compile("function.comp", &source, &sources, &variant.defines())
             .unwrap_or_else(|e| panic!("{e}"));

@@ -118,16 +118,20 @@ fn weigh(mis: Mis, techniques: &[Technique], fault: Option<(&str, &str, &str)>) 
         "struct Sample {{ uint number; }};
         struct Domain {{ uint technique; }};
         struct Reservoir {{ Sample value; float contribution_weight; float confidence; }};
-        const uint MAX_TECHNIQUES = {MOST}u;
+        Reservoir toys[{MOST}];
+        // The weight with which each technique's sample was resampled.
+        float weights[{MOST}];
         const float TARGETS[{all}] = {targets};
         const float JACOBIANS[{all}] = {jacobians};
         const float SEES[{all}] = {sees};
         const float CONFIDENCES[{count}] = {confidences};
         Reservoir empty_reservoir(float confidence) {{ return Reservoir(Sample(NONE), 0.0, confidence); }}
+        float confidence_of(uint technique) {{ return CONFIDENCES[technique]; }}
+        Reservoir technique_at(uint technique) {{ return toys[technique]; }}
         Domain domain_of(uint technique) {{ return Domain(technique); }}
-        float target_function(Domain domain, Sample value) {{
+        vec3 contribution(Domain domain, Sample value) {{
             uint index = {SAMPLES}u * domain.technique + value.number;
-            return TARGETS[index] / (JACOBIANS[index] > 0.0 ? JACOBIANS[index] : 1.0);
+            return vec3(TARGETS[index] / (JACOBIANS[index] > 0.0 ? JACOBIANS[index] : 1.0));
         }}
         bool is_visible(uint technique, Domain domain, Sample value) {{
             return SEES[{SAMPLES}u * technique + value.number] > 0.0;
@@ -141,22 +145,28 @@ fn weigh(mis: Mis, techniques: &[Technique], fault: Option<(&str, &str, &str)>) 
     );
     let body = format!(
         "for (uint i = 0u; i < {count}u; i += 1u)
-            techniques[i] = Reservoir(Sample(a[i]), uintBitsToFloat(b[i]), CONFIDENCES[i]);
+            toys[i] = Reservoir(Sample(a[i]), uintBitsToFloat(b[i]), CONFIDENCES[i]);
         Random random = random_start(1u, 2u, 3u);
         float sums[{count}];
         for (uint i = 0u; i < {count}u; i += 1u) sums[i] = 0.0;
         for (uint n = 0u; n < {draws}u; n += 1u) {{
-            weigh_techniques({mis}u, {count}u, {walls}, random);
-            for (uint i = 0u; i < {count}u; i += 1u) sums[i] += technique_weights[i];
+            for (uint i = 0u; i < {count}u; i += 1u) weights[i] = 0.0;
+            merge({mis}u, {count}u, {walls}, random);
+            for (uint i = 0u; i < {count}u; i += 1u) sums[i] += weights[i];
         }}
-        for (uint i = 0u; i < {count}u; i += 1u) x[i] = floatBitsToUint(sums[i] / float({draws}u));
-        // A random choice by these weights is tested elsewhere; it needs no more than that it ends.
-        if (choose_technique({count}u, random).confidence < 0.0) y.x = 1u;"
+        for (uint i = 0u; i < {count}u; i += 1u) x[i] = floatBitsToUint(sums[i] / float({draws}u));"
     );
+    // What is selected by these weights depends on chance, and is tested elsewhere.
+    let mut changes = vec![(
+        "restir/merge.glsl",
+        "if (weight == 0.0) return;",
+        "weights[i] = weight; if (weight == 0.0) return;",
+    )];
+    changes.extend(fault);
     let function = Function {
         globals: &globals,
         body: &body,
-        fault,
+        changes: &changes,
         ..Function::default()
     };
     let all = combinations(techniques);
@@ -324,19 +334,23 @@ fn faults_behind_walls_are_seen() {
     let faults = [
         (
             "neighbours never asked",
-            ("restir/merge.glsl", "if (asks && !seen) {", "if (false) {"),
+            ("restir/merge.glsl", "if (asks && !seen)", "if (false)"),
         ),
         (
             "one that does not see it answers for itself alone",
             (
                 "restir/merge.glsl",
-                "terms[0].pairs = 1.0;",
-                "terms[0].pairs += techniques[viewer].confidence / neighbour_confidence * 0.25;",
+                "canonical_terms.pairs = 1.0;",
+                "canonical_terms.pairs += confidence_of(viewer) / neighbour_confidence * 0.25;",
             ),
         ),
         (
             "the canonical's own view left out",
-            ("restir/merge.glsl", "if (!asks && seen)", "if (!asks)"),
+            (
+                "restir/merge.glsl",
+                "drawn_seen = seen;",
+                "drawn_seen = true;",
+            ),
         ),
     ];
     for (name, fault) in faults {
@@ -457,16 +471,16 @@ fn planted_faults_are_seen() {
             "empty neighbours skipped",
             (
                 "restir/merge.glsl",
-                "Domain domain = domain_of(k);",
-                "if (k > 0u && techniques[k].contribution_weight <= 0.0) continue; Domain domain = domain_of(k);",
+                "Domain there = domain_of(i);",
+                "if (!(technique_at(i).contribution_weight > 0.0)) continue; Domain there = domain_of(i);",
             ),
         ),
         (
             "a confidence that depends on the sample",
             (
                 "restir/merge.glsl",
-                "techniques[k].confidence / total, canonical_share,",
-                "techniques[k].confidence / total * (techniques[k].contribution_weight > 10.0 ? 2.0 : 1.0), canonical_share,",
+                "float share = confidence_of(i) / total;",
+                "float share = confidence_of(i) / total * (technique_at(i).contribution_weight > 10.0 ? 2.0 : 1.0);",
             ),
         ),
         (
@@ -491,8 +505,8 @@ fn a_failed_shift_that_the_canonical_forgets_is_seen() {
     assert_eq!(name, "shifts that stretch or fail");
     let fault = (
         "restir/merge.glsl",
-        "if (jacobian > 0.0) {",
-        "if (i == 0u) jacobian = 1.0; if (jacobian > 0.0) {",
+        "if (!(jacobian > 0.0)) return 0.0;",
+        "if (i == 0u) jacobian = 1.0; if (!(jacobian > 0.0)) return 0.0;",
     );
     for mis in UNBIASED {
         let seen = bias(mis, &techniques, Some(fault));
