@@ -241,7 +241,9 @@ crate::gpu_struct! {
         pub view: ViewConstants,
         /// The previous frame's camera.
         pub previous_camera: GpuCamera,
-        /// The position in the pixel of this frame's primary rays, 0…1, downwards.
+        /// Whether primary rays are jittered (1) or pass through the pixels' centres (0).
+        pub jitters: u32,
+        /// The position of this frame's primary rays in the first pixel, 0…1, downwards.
         pub jitter: Vec2,
         /// That of the previous frame.
         pub previous_jitter: Vec2,

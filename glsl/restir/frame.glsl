@@ -28,11 +28,22 @@ uvec2 own_pixel() { return tile_pixel(restir.at.view.width, 0u, restir.at.view.i
 
 uint slot_of(uvec2 pixel) { return slot_of(pixel, picture_size()); }
 
+// Where the primary ray of a pixel passes through it: the jitter of the frame, rotated by multiples of the golden and
+// the silver ratio, which spread evenly along rows and columns. If all pixels of a frame moved alike, so would the edges
+// of lights that lie along rows of pixels, and the mean of the picture with them.
+vec2 position_in_pixel(uvec2 pixel, vec2 jitter) {
+    if (restir.at.jitters == 0u) return vec2(0.5);
+    const uvec2 ratios = uvec2(0x9E3779B9u, 0x6A09E668u);
+    uvec2 rotation = pixel.x * ratios + pixel.y * ratios.yx;
+    return fract(jitter + vec2(to_unit(rotation.x), to_unit(rotation.y)));
+}
+
 Ray primary_ray(uvec2 pixel) {
-    return camera_ray(restir.at.view.camera, vec2(pixel) + restir.at.jitter, vec2(picture_size()));
+    vec2 at = vec2(pixel) + position_in_pixel(pixel, restir.at.jitter);
+    return camera_ray(restir.at.view.camera, at, vec2(picture_size()));
 }
 
 Ray previous_primary_ray(uvec2 pixel) {
-    return camera_ray(restir.at.previous_camera, vec2(pixel) + restir.at.previous_jitter,
-                      vec2(picture_size()));
+    vec2 at = vec2(pixel) + position_in_pixel(pixel, restir.at.previous_jitter);
+    return camera_ray(restir.at.previous_camera, at, vec2(picture_size()));
 }

@@ -1,6 +1,8 @@
 //! Random numbers and sums.
 
 use crate::{Function, floats, number};
+use glam::Vec2;
+use headwater::layouts::RestirConstants;
 use headwater::layouts::{
     STREAM_INDIRECT, STREAM_INITIAL, STREAM_PILOTS, STREAM_SPATIAL, STREAM_TEMPORAL,
 };
@@ -194,5 +196,41 @@ fn rare_candidates_are_selected_as_rarely_as_their_weight_says() {
             seen <= most && seen >= least,
             "{share}: {selected} of {expected}"
         );
+    }
+}
+
+/// Jitter must not move all pixels of a row alike, nor leave parts of a pixel out: over the pixels of any row or column
+/// its mean is close to the centre, and every quarter of the pixel has its share.
+#[test]
+fn jitter_differs_from_pixel_to_pixel() {
+    const SIDE: u32 = 160;
+    let function = Function {
+        includes: &["restir/frame.glsl"],
+        body: "x.xy = floatBitsToUint(position_in_pixel(a.xy, restir.at.jitter));",
+        restir: RestirConstants {
+            jitters: 1,
+            jitter: Vec2::new(0.37, 0.92),
+            ..RestirConstants::default()
+        },
+        ..Function::default()
+    };
+    for line in [0, 1, 77, 4095] {
+        for is_row in [true, false] {
+            let pixel = |i| if is_row { [i, line] } else { [line, i] };
+            let inputs: Vec<[u32; 8]> = (0..SIDE)
+                .map(|i| [pixel(i)[0], pixel(i)[1], 0, 0, 0, 0, 0, 0])
+                .collect();
+            let words = function.run(&inputs);
+            for axis in 0..2 {
+                let at: Vec<f64> = words.iter().map(|w| number(w[axis])).collect();
+                let mean = at.iter().sum::<f64>() / f64::from(SIDE);
+                assert!((mean - 0.5).abs() < 0.02, "{line}, axis {axis}: {mean}");
+                for quarter in 0..4 {
+                    let low = 0.25 * f64::from(quarter);
+                    let count = at.iter().filter(|v| (low..low + 0.25).contains(*v)).count();
+                    assert!((35..=45).contains(&count), "{line}, axis {axis}: {count}");
+                }
+            }
+        }
     }
 }

@@ -11,13 +11,15 @@ pub fn of_frame(
     bindings: &SceneBindings,
     settings: &Settings,
     slots: u32,
+    jitters: bool,
 ) -> RestirConstants {
     let (direct, indirect) = (&settings.direct, &settings.indirect);
     RestirConstants {
         view: *view,
         previous_camera: view.camera,
-        jitter: Vec2::splat(0.5),
-        previous_jitter: Vec2::splat(0.5),
+        jitters: u32::from(jitters),
+        jitter: Vec2::ZERO,
+        previous_jitter: Vec2::ZERO,
         slots,
         frame: 0,
         jacobian_limit: indirect.jacobian_limit,

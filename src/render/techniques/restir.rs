@@ -35,7 +35,6 @@ pub struct Restir {
     /// The constants of passes that belong to no kind of light.
     constants: RestirConstants,
     specialisation: Specialisation,
-    jitter: bool,
     /// The pass `surfaces`.
     pub surfaces: ComputePass,
     /// The pass `pilots`, where something begins with them.
@@ -222,11 +221,10 @@ impl Restir {
             counters,
             has_frame: false,
             sums: Vec::new(),
-            jitter,
             constants: RestirConstants {
                 // The pilots are drawn as candidates of direct light are.
                 reuse: (&settings.direct.resampling).into(),
-                ..constants::of_frame(view, bindings, settings, sizes.slots as u32)
+                ..constants::of_frame(view, bindings, settings, sizes.slots as u32, jitter)
             },
             specialisation,
             bindings: bindings.clone(),
@@ -303,10 +301,8 @@ impl Restir {
         constants.previous_camera = constants.view.camera;
         constants.view.camera = camera;
         constants.previous_jitter = constants.jitter;
-        if self.jitter {
-            // The same for all pixels, so that depth alone gives the position of a surface.
-            constants.jitter = constants::jitter(constants.view.seed, index);
-        }
+        // The pixel and the depth then give the position of a surface.
+        constants.jitter = constants::jitter(constants.view.seed, index);
         let constants = *constants;
         self.sample_data.advance();
         let direct = self.direct.iter_mut().map(|light| &mut light.reuse);
