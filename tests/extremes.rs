@@ -426,3 +426,36 @@ fn lights_wider_than_the_lobes_that_reflect_them_keep_their_brightness() {
     }
     support::assert_no_messages(&device);
 }
+
+/// The foot of a wall on a landscape is lit by the ground right before it. A path's second vertex that is known to
+/// decimetres only lies inside the wall as often as before it.
+#[test]
+fn the_foot_of_a_wall_on_a_landscape_is_lit_by_the_ground_before_it() {
+    let scene = box_on_ground(1_048_576.0, 0.0);
+    // All that is seen is the lowest decimetre of the box.
+    let eye = DVec3::new(0.0, 0.05, 1.5);
+    let camera = support::look_at(eye, DVec3::new(0.0, 0.05, 0.5), DVec3::Y, 0.1);
+    let (device, selection) = support::open_device(None);
+    let [path_tracing, mut accurate] = techniques();
+    accurate.indirect.resampling.reuse = ReuseMode::None;
+    let [(truth, truth_variance), (seen, variance)] =
+        [(path_tracing, 1024), (accurate, 512)].map(|(settings, samples)| {
+            let view = View {
+                camera: camera.clone(),
+                width: 32,
+                height: 32,
+                seed: 3,
+                bounces: 3,
+                jitter: false,
+            };
+            let variant = selection.variant;
+            let seen = support::render(&device, &scene, variant, &view, &settings, samples);
+            let sum = |values: &[[f64; 3]]| values.iter().flatten().sum::<f64>();
+            (sum(&seen.mean), sum(&seen.error_squared))
+        });
+    support::assert_no_messages(&device);
+    let off = seen / truth - 1.0;
+    let sigma = (variance + truth_variance).sqrt() / truth;
+    println!("{:+.1} ± {:.1} %", 100.0 * off, 100.0 * sigma);
+    assert!(sigma < 0.01 && off.abs() < 0.04, "{off} ± {sigma}");
+}

@@ -62,7 +62,7 @@ impl From<&Resampling> for ReuseConstants {
     }
 }
 
-/// The position in the pixel of a frame's primary rays: point `frame` of the two-dimensional Sobol' sequence,
+/// The position of a frame's primary rays in the first pixel of the picture: point `frame` of the two-dimensional Sobol' sequence,
 /// Owen-scrambled by `seed` (Burley, "Practical Hash-based Owen Scrambling", JCGT 2020). Each position is uniform over
 /// seeds, and those of successive frames are stratified, so that the mean of some frames converges faster than
 /// with independent positions.
