@@ -457,5 +457,5 @@ fn the_foot_of_a_wall_on_a_landscape_is_lit_by_the_ground_before_it() {
     let off = seen / truth - 1.0;
     let sigma = (variance + truth_variance).sqrt() / truth;
     println!("{:+.1} ± {:.1} %", 100.0 * off, 100.0 * sigma);
-    assert!(sigma < 0.01 && off.abs() < 0.04, "{off} ± {sigma}");
+    assert!(sigma < 0.005 && off.abs() < 0.02, "{off} ± {sigma}");
 }

@@ -84,7 +84,7 @@ void main() {
             if (left_first(path)) {
                 path.second.instance = hit.instance;
                 path.second.primitive = hit.primitive;
-                path.second.barycentrics = hit.barycentrics;
+                path.second.place = place_of(hit, surface.position);
             } else if (surface.light != NONE) {
                 // Emission at the second vertex belongs to direct light.
                 add_candidate(light_hit(path, surface.light, hit, ray.direction), random_choice(random));

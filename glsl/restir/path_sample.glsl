@@ -18,11 +18,12 @@ const uint PATH_OUTGOING = 3u;
 
 struct PathSample {
     uint kind;
-    // The second vertex: a triangle, and a point on it. In a corner this point is as close to the viewer as rounding
-    // permits, so its barycentric weights are kept in full precision.
+    // The second vertex: a triangle, and a point on it: barycentric weights or, with HAS_LARGE_TRIANGLES, coordinates in
+    // the triangle's plane, which are finest around the first camera. In a corner this point is as close to the viewer as
+    // rounding permits, so it is kept in full precision.
     uint instance;
     uint primitive;
-    vec2 barycentrics;
+    vec2 place;
     // PATH_TO_LIGHT: where the path ends.
     uint light;
     vec2 light_barycentrics;
@@ -41,10 +42,34 @@ PathSample empty_path_sample() {
     return PathSample(PATH_NONE, NONE, 0u, vec2(0.0), NONE, vec2(0.0), vec3(0.0, 0.0, 1.0), vec3(0.0), point, 0.0, 0u);
 }
 
+// Where the hit of a ray lies on its triangle. `position` is the point that the ray and the triangle give together.
+vec2 place_of(Hit hit, vec3 position) {
+    if (!HAS_LARGE_TRIANGLES) return hit.barycentrics;
+    vec3 tangent, bitangent;
+    tangent_frame(triangle_point(load_instances(hit.instance), hit.primitive, vec2(0.0)).normal, tangent, bitangent);
+    return vec2(dot(position, tangent), dot(position, bitangent));
+}
+
+// The second vertex in an epoch.
+TrianglePoint vertex_point(PathSample value, uint epoch) {
+    GpuInstance instance = instance_at(value.instance, epoch);
+    if (!HAS_LARGE_TRIANGLES) return triangle_point(instance, value.primitive, value.place);
+    TrianglePoint corner = triangle_point(instance, value.primitive, vec2(0.0));
+    vec3 tangent, bitangent;
+    tangent_frame(corner.normal, tangent, bitangent);
+    vec3 position = dot(corner.position, corner.normal) * corner.normal + value.place.x * tangent + value.place.y * bitangent;
+    TrianglePoint point = corner;
+    if (HAS_SMOOTH_NORMALS) {
+        point = triangle_point(instance, value.primitive, barycentrics_of(instance, value.primitive, position - corner.position));
+    }
+    point.position = position;
+    return point;
+}
+
 // Computes the second vertex from its triangle.
 void place_vertex(inout PathSample value, uint epoch) {
     GpuInstance instance = instance_at(value.instance, epoch);
-    value.point = triangle_point(instance, value.primitive, value.barycentrics);
+    value.point = vertex_point(value, epoch);
     value.clearance = clearance_of(value.point.normal, value.point.error);
     value.material = triangle_owner(instance, value.primitive).material;
 }
@@ -133,7 +158,7 @@ float vertex_area(PathSample value, uint epoch) {
 // The solid angle per unit area, seen from the second vertex, of the light where the path ends.
 float light_spread(PathSample value, uint epoch) {
     LightSample light = light_sample_at(value.light, value.light_barycentrics, epoch);
-    vec3 point = triangle_point(instance_at(value.instance, epoch), value.primitive, value.barycentrics).position;
+    vec3 point = vertex_point(value, epoch).position;
     vec3 direction;
     float cosine;
     return solid_angle_per_area(point, light.position, light.normal, direction, cosine);
@@ -177,9 +202,9 @@ const uint INTERPOLATED = 0x80000000u;
 void pack_sample(PathSample value, inout PackedReservoir p) {
     p.words[2] = (value.kind << KIND_SHIFT) | value.instance;
     p.words[3] = value.primitive;
-    uvec2 barycentrics = floatBitsToUint(value.barycentrics);
-    p.words[4] = barycentrics.x;
-    p.words[5] = barycentrics.y;
+    uvec2 place = floatBitsToUint(value.place);
+    p.words[4] = place.x;
+    p.words[5] = place.y;
     if (value.kind == PATH_TO_LIGHT) {
         p.words[6] = (KIND_TRIANGLE << KIND_SHIFT) | value.light;
         pack_barycentrics(value.light_barycentrics, 7u, p);
@@ -204,7 +229,7 @@ void unpack_sample(PackedReservoir p, out PathSample value) {
     value.kind = p.words[2] >> KIND_SHIFT;
     value.instance = p.words[2] & INSTANCE_MASK;
     value.primitive = p.words[3];
-    value.barycentrics = uintBitsToFloat(uvec2(p.words[4], p.words[5]));
+    value.place = uintBitsToFloat(uvec2(p.words[4], p.words[5]));
     if (RESERVOIR_FORMAT == FORMAT_FULL) {
         value.point.position = uintBitsToFloat(uvec3(p.words[8], p.words[9], p.words[10]));
         value.clearance = uintBitsToFloat(p.words[11]);

@@ -85,6 +85,22 @@ TrianglePoint triangle_point(GpuInstance instance, uint primitive, vec2 weight) 
     return point;
 }
 
+// The barycentric weights of a point of a triangle, given relative to its first corner.
+vec2 barycentrics_of(GpuInstance instance, uint primitive, vec3 offset) {
+    vec3 a, b, c;
+    triangle_corners(instance.first_triangle + primitive, a, b, c);
+    vec3 edge1 = transform_vector(instance.object_to_world, b - a);
+    vec3 edge2 = transform_vector(instance.object_to_world, c - a);
+    // Scaled to their own size, because products of four lengths leave the range of f32.
+    float size = max(max_component(abs(edge1)), max_component(abs(edge2)));
+    edge1 /= size;
+    edge2 /= size;
+    offset /= size;
+    float first = dot(edge1, edge1), second = dot(edge2, edge2), both = dot(edge1, edge2);
+    float along1 = dot(offset, edge1), along2 = dot(offset, edge2);
+    return vec2(along1 * second - along2 * both, along2 * first - along1 * both) / (first * second - both * both);
+}
+
 // The normals on the side of a viewer that looks along `direction`.
 void face_viewer(TrianglePoint point, vec3 direction, out vec3 geometric_normal, out vec3 shading_normal) {
     geometric_normal = dot(point.normal, direction) < 0.0 ? point.normal : -point.normal;

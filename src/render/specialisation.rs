@@ -15,6 +15,8 @@ crate::gpu_specialisation! {
         pub has_specular: bool = true,
         /// Whether some mesh has shading normals.
         pub has_smooth_normals: bool = true,
+        /// Whether points of triangles are stored as coordinates in the triangle's plane instead of barycentric weights.
+        pub has_large_triangles: bool = false,
         /// Whether some light emits to both sides.
         pub has_double_sided_lights: bool = true,
         /// Whether something besides the camera moves. Then lights and instances of the previous frame follow
@@ -72,6 +74,8 @@ mod values {
             Self {
                 has_specular: full || requires.specular,
                 has_smooth_normals: full || requires.smooth_normals,
+                // Not in motion, where a point keeps its weights while the plane changes.
+                has_large_triangles: requires.large_triangles && !scene.moves(),
                 has_double_sided_lights: full || requires.double_sided_emitters,
                 stack_size: scene.stack_size,
                 moves: scene.moves(),

@@ -70,6 +70,27 @@ impl Scene {
         )
     }
 
+    /// The geometric mean of the instances' sizes, as a power of two; 1 without any. A ground of a thousand kilometres
+    /// hardly changes it, while it decides the size of the whole.
+    pub fn usual_size(&self) -> f64 {
+        let bounds: Vec<Option<Bounds>> = self.meshes.iter().map(Mesh::bounds).collect();
+        let sizes = self.instances.iter().filter_map(|instance| {
+            let corners = bounds[instance.mesh as usize].as_ref()?.corners();
+            let place = |corner| instance.object_to_world.transform_point3(corner);
+            let size = Bounds::of(corners.map(place))?.size().max_element();
+            (size > 0.0).then_some(size)
+        });
+        // Of integers, so that a scene that is twice as large has exactly twice the size.
+        let (count, sum) = sizes.fold((0, 0), |(count, sum), size| {
+            (count + 1, sum + exponent(size))
+        });
+        if count == 0 {
+            1.0
+        } else {
+            2.0_f64.powi(sum.div_euclid(count) as i32)
+        }
+    }
+
     fn instance_bounds(&self, instance: &Instance) -> Option<Bounds> {
         let mesh = &self.meshes[instance.mesh as usize];
         Bounds::of(
@@ -78,6 +99,12 @@ impl Scene {
                 .map(|p| instance.object_to_world.transform_point3(p.as_dvec3())),
         )
     }
+}
+
+/// The exponent of the largest power of two that is not above a positive normal number. From its bits, because
+/// a rounded logarithm of twice the number may not be larger by exactly 1.
+pub fn exponent(number: f64) -> i64 {
+    (number.to_bits() >> 52) as i64 - 1023
 }
 
 #[cfg(test)]

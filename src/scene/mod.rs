@@ -2,7 +2,7 @@
 //!
 //! Units are those of the file (glTF: metres); right-handed, +Y up; linear RGB radiance.
 
-mod bounds;
+pub mod bounds;
 pub mod camera;
 mod content_hash;
 pub mod export;

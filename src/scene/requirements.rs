@@ -21,6 +21,9 @@ pub struct Requirements {
     pub near_delta: bool,
     /// Whether some mesh has shading normals.
     pub smooth_normals: bool,
+    /// Whether some triangle is so much larger than instances usually are that barycentric weights in f32 do not
+    /// tell its points apart.
+    pub large_triangles: bool,
     /// Whether some mesh has more than one material.
     pub multi_part_meshes: bool,
     /// Whether some mesh is placed more than once.
@@ -41,13 +44,22 @@ impl Requirements {
             motion: scene.motion.is_some(),
             ..Self::default()
         };
+        let edges: Vec<f64> = scene.meshes.iter().map(longest_edge).collect();
+        let large = LARGE * scene.usual_size();
         let lights = scene.lamp_materials();
         let mut placed = vec![false; scene.meshes.len()];
         for instance in &scene.instances {
             let seen = &mut placed[instance.mesh as usize];
             required.shared_meshes |= *seen;
             *seen = true;
-            required.mirrored_instances |= instance.object_to_world.matrix3.determinant() < 0.0;
+            let matrix = instance.object_to_world.matrix3;
+            required.mirrored_instances |= matrix.determinant() < 0.0;
+            let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis];
+            let scale = axes
+                .map(|axis| axis.length())
+                .into_iter()
+                .fold(0.0, f64::max);
+            required.large_triangles |= scale * edges[instance.mesh as usize] > large;
         }
         for (mesh, _) in scene.meshes.iter().zip(&placed).filter(|(_, seen)| **seen) {
             required.smooth_normals |= !mesh.normals.is_empty();
@@ -63,6 +75,21 @@ impl Requirements {
         }
         required
     }
+}
+
+/// Edges this many times the usual size are large: barycentric weights are then exact to a thousandth of that size.
+const LARGE: f64 = 10_000.0;
+
+/// The longest edge of a mesh's triangles, in object space.
+fn longest_edge(mesh: &Mesh) -> f64 {
+    let corner = |index: u32| mesh.positions[index as usize].as_dvec3();
+    let edges = mesh
+        .triangles
+        .iter()
+        .flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
+    edges
+        .map(|(a, b)| corner(a).distance(corner(b)))
+        .fold(0.0, f64::max)
 }
 
 impl Material {
@@ -166,6 +193,7 @@ mod tests {
             specular: true,
             near_delta: true,
             smooth_normals: true,
+            large_triangles: false,
             multi_part_meshes: true,
             shared_meshes: true,
             mirrored_instances: true,

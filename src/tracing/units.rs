@@ -1,6 +1,7 @@
 //! The units of lengths and of radiance on the device.
 
-use crate::scene::{Bounds, Scene};
+use crate::scene::Scene;
+use crate::scene::bounds::exponent;
 use glam::{DAffine3, DVec3, Vec3};
 
 /// Units of lengths and of radiance, and the origin, in which a scene is uploaded. Both units are powers of two, so that
@@ -26,7 +27,7 @@ impl Units {
         let lights = lights.chain(changing.map(|emission| emission.brightest()));
         Self {
             origin,
-            length: usual_size(scene),
+            length: scene.usual_size(),
             radiance: power_of_two(f64::from(lights.fold(0.0, brightest))),
         }
     }
@@ -43,38 +44,11 @@ impl Units {
     }
 }
 
-/// The exponent of the largest power of two that is not above a positive normal number. From its bits, because
-/// a rounded logarithm of twice the number may not be larger by exactly 1.
-fn exponent(number: f64) -> i64 {
-    (number.to_bits() >> 52) as i64 - 1023
-}
-
 /// The largest power of two that is not above a number; 1 for 0.
 fn power_of_two(number: f64) -> f64 {
     if number > 0.0 {
         2.0_f64.powi(exponent(number) as i32)
     } else {
         1.0
-    }
-}
-
-/// The geometric mean of the instances' sizes, as a power of two. A ground of a thousand kilometres, or a sun, must not
-/// shrink what stands on it to nothing, as their own sizes would.
-fn usual_size(scene: &Scene) -> f64 {
-    let bounds: Vec<Option<Bounds>> = scene.meshes.iter().map(|mesh| mesh.bounds()).collect();
-    let sizes = scene.instances.iter().filter_map(|instance| {
-        let corners = bounds[instance.mesh as usize].as_ref()?.corners();
-        let place = |corner| instance.object_to_world.transform_point3(corner);
-        let world = Bounds::of(corners.map(place))?;
-        Some(world.size().max_element()).filter(|size| *size > 0.0)
-    });
-    // Of integers, so that a scene that is twice as large has exactly twice the unit.
-    let (count, sum) = sizes.fold((0, 0), |(count, sum), size| {
-        (count + 1, sum + exponent(size))
-    });
-    if count == 0 {
-        1.0
-    } else {
-        2.0_f64.powi(sum.div_euclid(count) as i32)
     }
 }
