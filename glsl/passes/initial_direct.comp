@@ -9,7 +9,7 @@
 
 layout(local_size_x = TILE * TILE) in;
 
-layout(scalar) readonly buffer SampleDataBlock { SampleData at[]; } sample_data;
+SAMPLE_DATA_BUFFER(sample_data, SampleDataBlock);
 layout(scalar) readonly buffer PilotsBlock { uint at[]; } pilots;
 layout(scalar) writeonly buffer ReservoirsBlock { uint at[]; } reservoirs;
 layout(scalar) buffer ColorBlock { vec3 at[]; } color;
@@ -51,7 +51,7 @@ void main() {
     uvec2 pixel = own_pixel();
     if (is_outside(pixel)) return;
     uint slot = slot_of(pixel);
-    SampleData data = sample_data.at[slot];
+    SampleData data = LOAD_SAMPLE_DATA(sample_data, slot);
     // Empty or not, it has the confidence of one initial reservoir.
     Reservoir reservoir = empty_reservoir(1.0);
     if (has_surface(data) && scene.at.light_count > 0u) {

@@ -8,7 +8,7 @@
 
 layout(local_size_x = TILE * TILE) in;
 
-layout(scalar) readonly buffer SampleDataBlock { SampleData at[]; } sample_data;
+SAMPLE_DATA_BUFFER(sample_data, SampleDataBlock);
 // Holds each pixel's pilot until its reservoir is written.
 layout(scalar) buffer ReservoirsBlock { uint at[]; } reservoirs;
 layout(scalar) buffer ColorBlock { vec3 at[]; } color;
@@ -28,7 +28,7 @@ void main() {
     uvec2 pixel = own_pixel();
     if (is_outside(pixel)) return;
     uint slot = slot_of(pixel);
-    SampleData data = sample_data.at[slot];
+    SampleData data = LOAD_SAMPLE_DATA(sample_data, slot);
     // Empty or not, it has the confidence of one initial reservoir.
     Reservoir reservoir = empty_reservoir(1.0);
     PackedReservoir packed = pack_reservoir(reservoir);

@@ -7,14 +7,14 @@
 
 layout(local_size_x = TILE * TILE) in;
 
-layout(scalar) readonly buffer SampleDataBlock { SampleData at[]; } sample_data;
+SAMPLE_DATA_BUFFER(sample_data, SampleDataBlock);
 layout(scalar) writeonly buffer PilotsBlock { uint at[]; } pilots;
 
 void main() {
     uvec2 pixel = own_pixel();
     if (is_outside(pixel)) return;
     uint slot = slot_of(pixel);
-    SampleData data = sample_data.at[slot];
+    SampleData data = LOAD_SAMPLE_DATA(sample_data, slot);
     Pilot pilot = Pilot(NONE, 0u, vec2(0.0), 0.0);
     if (has_surface(data) && scene.at.light_count > 0u) {
         Domain domain = unpack_domain(data, primary_ray(pixel));

@@ -2,7 +2,7 @@
 // The choice of neighbours for a spatial merge.
 #include "restir/similarity.glsl"
 
-layout(scalar) readonly buffer SampleDataBlock { SampleData at[]; } sample_data;
+SAMPLE_DATA_BUFFER(sample_data, SampleDataBlock);
 
 // The canonical and its neighbours.
 const uint MAX_TECHNIQUES = NEIGHBOURS + 1u;
@@ -23,7 +23,7 @@ uint find_neighbours(uvec2 pixel, SampleData data, inout Random random) {
         vec2 offset = mix(min(1.0, restir.at.reuse.radius), restir.at.reuse.radius, square(u.x)) * on_circle(u.y);
         ivec2 other = ivec2(pixel) + ivec2(round(offset));
         if (other == ivec2(pixel) || is_outside(other)) continue;
-        if (!is_similar(data, ray, sample_data.at[slot_of(uvec2(other))], primary_ray(uvec2(other)))) continue;
+        if (!is_similar(data, ray, LOAD_SAMPLE_DATA(sample_data, slot_of(uvec2(other))), primary_ray(uvec2(other)))) continue;
         pixels[found] = uvec2(other);
         found += 1u;
     }

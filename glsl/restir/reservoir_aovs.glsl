@@ -14,7 +14,7 @@ void write_aovs() {
     PackedReservoir packed;
     LOAD_RESERVOIR(reservoirs, slot, restir.at.slots, packed);
     Reservoir reservoir = unpack_reservoir(packed);
-    SampleData data = sample_data.at[slot];
+    SampleData data = LOAD_SAMPLE_DATA(sample_data, slot);
     uint found = 0u;
     for (uint step = 0u; has_surface(data) && step < restir.at.reuse.spatial_passes; step += 1u) {
         // The same random numbers find the same neighbours again.

@@ -39,6 +39,25 @@ SampleData pack_sample_data(Surface surface, Ray ray) {
                       surface.instance);
 }
 
+// Macros, because GLSL cannot pass buffers to functions. Passes that only read sample data read it as texels, of which
+// one entry takes one and a half: llvmpipe reads buffers word by word, each behind a branch.
+#if FETCH_TEXELS
+#define SAMPLE_DATA_BUFFER(NAME, BLOCK) uniform utextureBuffer NAME
+#define LOAD_SAMPLE_DATA(NAME, SLOT) \
+    sample_data_of(texelFetch(NAME, first_texel(SLOT)), texelFetch(NAME, first_texel(SLOT) + 1), (SLOT) % 2u != 0u)
+#else
+#define SAMPLE_DATA_BUFFER(NAME, BLOCK) layout(scalar) readonly buffer BLOCK { SampleData at[]; } NAME
+#define LOAD_SAMPLE_DATA(NAME, SLOT) NAME.at[SLOT]
+#endif
+
+int first_texel(uint slot) { return int(slot + slot / 2u); }
+
+// The entry that begins in the first of two texels, in the middle of it if its slot is odd.
+SampleData sample_data_of(uvec4 p, uvec4 q, bool odd) {
+    if (odd) return SampleData(uintBitsToFloat(p.z), uvec3(p.w, q.xy), q.z, q.w);
+    return SampleData(uintBitsToFloat(p.x), p.yzw, q.x, q.y);
+}
+
 bool has_surface(SampleData data) { return data.instance != NONE; }
 
 vec3 surface_position(SampleData data, Ray ray) { return ray.origin + data.depth * ray.direction; }

@@ -5,7 +5,7 @@
 #include "restir/reservoir.glsl"
 #include "restir/sample_data.glsl"
 
-layout(scalar) readonly buffer SampleDataBlock { SampleData at[]; } sample_data;
+SAMPLE_DATA_BUFFER(sample_data, SampleDataBlock);
 layout(scalar) readonly buffer ReservoirsBlock { uint at[]; } reservoirs;
 layout(scalar) buffer ColorBlock { vec3 at[]; } color;
 
@@ -14,7 +14,7 @@ void shade() {
     uvec2 pixel = own_pixel();
     if (is_outside(pixel)) return;
     uint slot = slot_of(pixel);
-    SampleData data = sample_data.at[slot];
+    SampleData data = LOAD_SAMPLE_DATA(sample_data, slot);
     if (has_surface(data)) {
         PackedReservoir packed;
         LOAD_RESERVOIR(reservoirs, slot, restir.at.slots, packed);

@@ -12,7 +12,7 @@ layout(scalar) buffer ColorBlock { vec3 at[]; } color;
 
 Domain domain_of(uint technique) {
     uvec2 pixel = pixels[technique];
-    return unpack_domain(sample_data.at[slot_of(pixel)], primary_ray(pixel));
+    return unpack_domain(LOAD_SAMPLE_DATA(sample_data, slot_of(pixel)), primary_ray(pixel));
 }
 
 bool is_visible(uint technique, Domain domain, Sample value) {
@@ -21,7 +21,7 @@ bool is_visible(uint technique, Domain domain, Sample value) {
 
 View view_of(uint technique) {
     uvec2 pixel = pixels[technique];
-    return View(surface_position(sample_data.at[slot_of(pixel)], primary_ray(pixel)), restir.at.view.camera.position);
+    return View(surface_position(LOAD_SAMPLE_DATA(sample_data, slot_of(pixel)), primary_ray(pixel)), restir.at.view.camera.position);
 }
 
 Sample shift_to(uint technique, Sample value, out float jacobian) {
@@ -56,7 +56,7 @@ void merge_neighbours() {
     if (is_outside(pixel)) return;
     uint slot = slot_of(pixel);
     PackedReservoir packed;
-    SampleData data = sample_data.at[slot];
+    SampleData data = LOAD_SAMPLE_DATA(sample_data, slot);
     if (has_surface(data)) {
         Random random = pass_random(pixel, FIRST_STREAM + STREAM_SPATIAL + step.index);
         // Before any reservoir is read.

@@ -7,8 +7,8 @@
 #include "restir/similarity.glsl"
 #include "scene/previous_frame.glsl"
 
-layout(scalar) readonly buffer SampleDataBlock { SampleData at[]; } sample_data;
-layout(scalar) readonly buffer PreviousSampleDataBlock { SampleData at[]; } previous_sample_data;
+SAMPLE_DATA_BUFFER(sample_data, SampleDataBlock);
+SAMPLE_DATA_BUFFER(previous_sample_data, PreviousSampleDataBlock);
 layout(scalar) readonly buffer HistoryBlock { uint at[]; } history;
 layout(scalar) buffer ReservoirsBlock { uint at[]; } reservoirs;
 
@@ -72,7 +72,7 @@ void merge_history() {
     uvec2 pixel = own_pixel();
     if (is_outside(pixel)) return;
     uint slot = slot_of(pixel);
-    SampleData data = sample_data.at[slot];
+    SampleData data = LOAD_SAMPLE_DATA(sample_data, slot);
     if (!has_surface(data)) return;
     Ray ray = primary_ray(pixel);
     // Reprojection: where the surface was, and which pixel showed it.
@@ -84,7 +84,7 @@ void merge_history() {
     ivec2 before = ivec2(floor(clamp(at, vec2(-1.0), vec2(picture_size()))));
     if (is_outside(before)) return;
     uint previous_slot = slot_of(uvec2(before));
-    SampleData previous = previous_sample_data.at[previous_slot];
+    SampleData previous = LOAD_SAMPLE_DATA(previous_sample_data, previous_slot);
     Ray previous_ray = previous_primary_ray(uvec2(before));
     if (MOVES) {
         vec3 normal = previous_normal(data.instance, shading_normal(data));

@@ -164,6 +164,11 @@ impl Buffer {
         self.size
     }
 
+    /// Whether shaders may read it as texels.
+    pub fn is_texels(&self) -> bool {
+        self.view != vk::BufferView::null()
+    }
+
     /// The name that tools and messages show.
     pub fn name(&self) -> &str {
         &self.name

@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// A resource that can be bound to a shader.
 #[derive(Clone, Copy)]
 pub enum Resource<'a> {
-    /// A storage buffer the shader only reads.
+    /// A buffer the shader only reads, as storage or, if it was made for that, as texels.
     Read(&'a Buffer),
     /// A storage buffer the shader may write.
     Write(&'a Buffer),
@@ -210,6 +210,7 @@ impl ComputePass {
                     (Resource::Write(_), BindingKind::Storage { writes }) => writes,
                     (Resource::Uniform(_), BindingKind::Uniform) => true,
                     (Resource::Texels(_), BindingKind::Texels) => true,
+                    (Resource::Read(buffer), BindingKind::Texels) => buffer.is_texels(),
                     (Resource::AccelerationStructure(_), BindingKind::AccelerationStructure) => {
                         true
                     }
@@ -223,6 +224,9 @@ impl ComputePass {
                 }
                 let limit = self.device.info.max_storage_buffer_range;
                 match resource {
+                    Resource::Read(buffer) if binding.kind == BindingKind::Texels => {
+                        Ok(Resource::Texels(buffer))
+                    }
                     Resource::Read(buffer) | Resource::Write(buffer) if buffer.size() > limit => {
                         Err(wrong(format!(
                             "'{name}' has {} bytes, but device '{}' binds at most {limit}",

@@ -20,6 +20,7 @@ use crate::render::scene_bindings::SceneBindings;
 use crate::render::settings::{Resampling, Settings};
 use crate::render::specialisation::Specialisation;
 use crate::render::strips::check_side;
+use crate::tracing::Fetch;
 use crate::{Error, Result};
 use glam::{DVec3, Vec2, Vec3};
 use std::sync::Arc;
@@ -204,6 +205,10 @@ impl Restir {
             uniform: true,
             ..Usage::default()
         };
+        let texels = Usage {
+            texels: bindings.scene.variant.fetch == Fetch::Texels,
+            ..Usage::default()
+        };
         let restir_bytes = size_of::<RestirConstants>() as u64;
         let mut made = Self {
             surfaces,
@@ -215,7 +220,7 @@ impl Restir {
             own_pilots: buffer("pilots", sizes.own_pilots)?,
             sample_data: History::new(
                 (0..if has_history { 2 } else { 1 })
-                    .map(|_| buffer("sample_data", sizes.sample_data))
+                    .map(|_| Buffer::new(device, "sample_data", sizes.sample_data, texels))
                     .collect::<Result<_>>()?,
             ),
             counters,
