@@ -73,13 +73,9 @@ impl Scene {
     /// The geometric mean of the instances' sizes, as a power of two; 1 without any. A ground of a thousand kilometres
     /// hardly changes it, while it decides the size of the whole.
     pub fn usual_size(&self) -> f64 {
-        let bounds: Vec<Option<Bounds>> = self.meshes.iter().map(Mesh::bounds).collect();
-        let sizes = self.instances.iter().filter_map(|instance| {
-            let corners = bounds[instance.mesh as usize].as_ref()?.corners();
-            let place = |corner| instance.object_to_world.transform_point3(corner);
-            let size = Bounds::of(corners.map(place))?.size().max_element();
-            (size > 0.0).then_some(size)
-        });
+        let sizes = self.loose_boxes().into_iter();
+        let sizes = sizes.map(|bounds| bounds.size().max_element());
+        let sizes = sizes.filter(|size| *size > 0.0);
         // Of integers, so that a scene that is twice as large has exactly twice the size.
         let (count, sum) = sizes.fold((0, 0), |(count, sum), size| {
             (count + 1, sum + exponent(size))
@@ -89,6 +85,16 @@ impl Scene {
         } else {
             2.0_f64.powi(sum.div_euclid(count) as i32)
         }
+    }
+
+    /// For each instance a box around its mesh's box, which is fast to compute but not tight.
+    pub fn loose_boxes(&self) -> Vec<Bounds> {
+        let bounds: Vec<Option<Bounds>> = self.meshes.iter().map(Mesh::bounds).collect();
+        let of_instance = |instance: &Instance| {
+            let corners = bounds[instance.mesh as usize].as_ref()?.corners();
+            Bounds::of(corners.map(|corner| instance.object_to_world.transform_point3(corner)))
+        };
+        self.instances.iter().filter_map(of_instance).collect()
     }
 
     fn instance_bounds(&self, instance: &Instance) -> Option<Bounds> {

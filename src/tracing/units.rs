@@ -18,6 +18,9 @@ pub struct Units {
     pub radiance: f64,
 }
 
+/// Bound of coordinates on the device, within a factor of two.
+const FARTHEST: f64 = (1_u64 << 50) as f64;
+
 impl Units {
     /// The units that suit a scene, with an origin (usually the camera's position).
     pub fn of(scene: &Scene, origin: DVec3) -> Self {
@@ -25,9 +28,16 @@ impl Units {
         let lights = scene.materials.iter().map(|m| m.emission);
         let changing = scene.motion.iter().flat_map(|motion| &motion.emission);
         let lights = lights.chain(changing.map(|emission| emission.brightest()));
+        let corners = scene
+            .loose_boxes()
+            .into_iter()
+            .flat_map(|bounds| [bounds.min, bounds.max]);
+        let farthest = corners.map(|corner| (corner - origin).abs().max_element());
+        let farthest = power_of_two(farthest.fold(0.0, f64::max));
         Self {
             origin,
-            length: scene.usual_size(),
+            // Squares of the largest coordinates must not overflow either.
+            length: scene.usual_size().max(farthest / FARTHEST),
             radiance: power_of_two(f64::from(lights.fold(0.0, brightest))),
         }
     }
@@ -50,5 +60,35 @@ fn power_of_two(number: f64) -> f64 {
         2.0_f64.powi(exponent(number) as i32)
     } else {
         1.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Instance, Mesh};
+
+    #[test]
+    fn a_sun_far_from_specks_of_dust_stays_within_range() {
+        let mesh = Mesh {
+            positions: vec![Vec3::ZERO, Vec3::ONE],
+            ..Mesh::default()
+        };
+        let placed = |scale: f64, at: f64| Instance {
+            name: String::new(),
+            mesh: 0,
+            object_to_world: DAffine3::from_translation(DVec3::X * at)
+                * DAffine3::from_scale(DVec3::splat(scale)),
+        };
+        let mut scene = Scene {
+            meshes: vec![mesh],
+            instances: vec![placed(1e-6, 0.0); 100],
+            ..Scene::default()
+        };
+        let dust = Units::of(&scene, DVec3::ZERO);
+        assert_eq!(dust.length, 2_f64.powi(-20));
+        scene.instances.push(placed(1e9, 1e15));
+        let with_sun = Units::of(&scene, DVec3::ZERO);
+        assert!(1e15 / with_sun.length < 2.0 * FARTHEST && with_sun.length < 1.0);
     }
 }
