@@ -78,15 +78,11 @@ Merged merge(uint mis, uint count, bool visibility, inout Random random) {
     float total = max(confidence, 1.0);
     float canonical_share = canonical.confidence / total, neighbour_share = neighbour_confidence / total;
 
-    Domain here = domain_of(0u);
     // An empty technique has no sample; its domain is still evaluated for the others' samples.
     bool has_canonical = canonical.contribution_weight > 0.0;
     MisTerms canonical_terms = empty_mis_terms();
     vec3 canonical_light = vec3(0.0);
-    if (has_canonical) {
-        float target = target_at(0u, here, 0u, canonical.value, false, canonical_light);
-        add_target(canonical_terms, 0u, 0u, target, canonical_share, canonical_share, neighbour_share);
-    }
+    Domain here;
 
     Merged merged = Merged(empty_reservoir(0.0), vec3(0.0));
     Stream selected = empty_stream();
@@ -95,38 +91,47 @@ Merged merge(uint mis, uint count, bool visibility, inout Random random) {
     Stream asked = empty_stream(), drawn = empty_stream();
     Reservoir drawn_reservoir = merged.reservoir;
     vec3 drawn_light = vec3(0.0);
-    uint i = 1u;
+    uint i = 0u;
     for (; i < count; i += 1u) {
-        float share = confidence_of(i) / total;
+        float share = i == 0u ? canonical_share : confidence_of(i) / total;
         Domain there = domain_of(i);
-        vec3 light_there;
+        if (i == 0u) here = there;
         if (has_canonical && needs_target(mis, 0u, i)) {
-            float target = target_at(i, there, 0u, canonical.value, all_rays, light_there);
+            vec3 light;
+            float target = target_at(i, there, 0u, canonical.value, all_rays, light);
+            if (i == 0u) canonical_light = light;
             float change = add_target(canonical_terms, 0u, i, target, share, canonical_share, neighbour_share);
             if (two_rays && change > 0.0) stream_add(asked, i, change, 1.0, random_choice(random));
         }
+        if (i == 0u) continue;
         Reservoir neighbour = technique_at(i);
         if (!(neighbour.contribution_weight > 0.0)) continue;
         MisTerms terms = empty_mis_terms();
-        vec3 light;
-        float target = target_at(0u, here, i, neighbour.value, all_rays, light);
-        add_target(terms, i, 0u, target, canonical_share, canonical_share, neighbour_share);
-        if (needs_target(mis, i, i)) {
-            float own = target_at(i, there, i, neighbour.value, false, light_there);
-            add_target(terms, i, i, own, share, canonical_share, neighbour_share);
+        vec3 neighbour_light = vec3(0.0);
+        // Drivers compile the target function, with all that it traces, as often as it stands in the code.
+        for (uint k = 0u; k < count; k += 1u) {
+            if (!needs_target(mis, i, k)) continue;
+            Domain domain = there;
+            float technique_share = share;
+            if (k == 0u) {
+                domain = here;
+                technique_share = canonical_share;
+            } else if (k != i) {
+                domain = domain_of(k);
+                technique_share = confidence_of(k) / total;
+            }
+            vec3 light;
+            float target = target_at(k, domain, i, neighbour.value, all_rays, light);
+            if (k == 0u) neighbour_light = light;
+            add_target(terms, i, k, target, technique_share, canonical_share, neighbour_share);
         }
-        for (uint k = 1u; mis == MIS_BALANCE && k < count; k += 1u) {
-            if (k == i) continue;
-            float other = target_at(k, domain_of(k), i, neighbour.value, all_rays, light_there);
-            add_target(terms, i, k, other, confidence_of(k) / total, canonical_share, neighbour_share);
-        }
-        float weight = mis_weight(mis, i, terms, share, canonical_share, neighbour_share) * target
+        float weight = mis_weight(mis, i, terms, share, canonical_share, neighbour_share) * terms.canonical
             * neighbour.contribution_weight;
         if (!two_rays) {
-            resample(merged, selected, i, neighbour, weight, target, light, random);
-        } else if (stream_add(drawn, i, weight, target, random_choice(random))) {
+            resample(merged, selected, i, neighbour, weight, terms.canonical, neighbour_light, random);
+        } else if (stream_add(drawn, i, weight, terms.canonical, random_choice(random))) {
             drawn_reservoir = neighbour;
-            drawn_light = light;
+            drawn_light = neighbour_light;
         }
     }
     // A driver that limits loop iterations ends all loops of an invocation at once, this one too.
