@@ -61,14 +61,12 @@ vec3 sample_normal(LightSample value) { return value.normal; }
 
 // ---- Shift between frames: the sample keeps its light and its place on it. The Jacobian is the ratio of areas.
 
-// The ratio of the sample's measure in epoch `a` to that in epoch `b`; 0 if it has none in either.
-float measure_ratio(LightSample value, uint a, uint b) {
-    return ratio(light_at(value.light, a).area, light_at(value.light, b).area);
-}
-
-// The same point of the same light in another epoch.
-LightSample sample_in(LightSample value, uint epoch) {
-    return light_sample_at(value.light, value.barycentrics, epoch);
+// Moves the sample from one epoch to another, and returns the ratio of its new measure to the old one; 0 if it has none in
+// either.
+float move_sample(inout LightSample value, uint from, uint to) {
+    float old_area = light_at(value.light, from).area;
+    value = light_sample_at(value.light, value.barycentrics, to);
+    return ratio(light_at(value.light, to).area, old_area);
 }
 
 // The segments of a sample whose visibility can change when something moves.

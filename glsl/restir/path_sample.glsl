@@ -74,12 +74,14 @@ void place_vertex(inout PathSample value, uint epoch) {
     value.material = triangle_owner(instance, value.primitive).material;
 }
 
-// Points the direction from the second vertex to the point on the light where the path ends.
-void aim_at_light(inout PathSample value, uint epoch) {
+// Points the direction from the second vertex to the point on the light where the path ends. Returns the solid angle per
+// area of the light there.
+float aim_at_light(inout PathSample value, uint epoch) {
     LightSample light = light_sample_at(value.light, value.light_barycentrics, epoch);
     float cosine;
-    solid_angle_per_area(value.point.position, light.position, light.normal, value.direction, cosine);
+    float solid_angle = solid_angle_per_area(value.point.position, light.position, light.normal, value.direction, cosine);
     value.radiance = cosine > 0.0 || light.double_sided ? light.emission : vec3(0.0);
+    return solid_angle;
 }
 
 // Shading domain at the second vertex for a viewer along `direction`.
@@ -155,32 +157,23 @@ float vertex_area(PathSample value, uint epoch) {
     return size1 * size2 * length(cross(edge1 / max(size1, TINY), edge2 / max(size2, TINY)));
 }
 
-// The solid angle per unit area, seen from the second vertex, of the light where the path ends.
-float light_spread(PathSample value, uint epoch) {
-    LightSample light = light_sample_at(value.light, value.light_barycentrics, epoch);
-    vec3 point = vertex_point(value, epoch).position;
-    vec3 direction;
-    float cosine;
-    return solid_angle_per_area(point, light.position, light.normal, direction, cosine);
-}
-
-// The ratio of the sample's measure in epoch `a` to that in epoch `b`: of the areas of the second vertex' triangle, and
-// of the solid angles of the light seen from there. 0 if it has none in either, or if the path continues over surfaces
-// that may have changed without notice. The biased shift ignores such changes. Factor by factor, because products of
-// areas leave the range of f32.
-float measure_ratio(PathSample value, uint a, uint b) {
+// Moves the sample from one epoch to another, and returns the ratio of its new measure to the old one: of the areas of
+// the second vertex' triangle, and of the solid angles of the light seen from there. 0, and the sample is no longer
+// valid, if it has no measure in either, or if the path continues over surfaces that may have changed without notice.
+// The biased shift ignores such changes.
+float move_sample(inout PathSample value, uint from, uint to) {
     if (value.kind == PATH_ONWARD) return 0.0;
-    float areas = ratio(vertex_area(value, a), vertex_area(value, b));
-    if (value.kind == PATH_OUTGOING) return areas;
-    float light = ratio(light_at(value.light, a).area, light_at(value.light, b).area);
-    return areas * light * ratio(light_spread(value, a), light_spread(value, b));
-}
-
-// The same path in another epoch.
-PathSample sample_in(PathSample value, uint epoch) {
-    place_vertex(value, epoch);
-    if (value.kind == PATH_TO_LIGHT) aim_at_light(value, epoch);
-    return value;
+    // The areas of triangle and light, and the light's solid angle per area: apart, because products of areas leave the
+    // range of f32. In a loop, because drivers inline a function as often as it is called.
+    vec3 old_measure, measure = vec3(1.0);
+    for (uint turn = 0u; turn < 2u; turn += 1u) {
+        uint epoch = turn == 0u ? from : to;
+        old_measure = measure;
+        place_vertex(value, epoch);
+        measure.x = vertex_area(value, epoch);
+        if (value.kind == PATH_TO_LIGHT) measure.yz = vec2(light_at(value.light, epoch).area, aim_at_light(value, epoch));
+    }
+    return ratio(measure.x, old_measure.x) * ratio(measure.y, old_measure.y) * ratio(measure.z, old_measure.z);
 }
 
 // The segments of a sample whose visibility can change when something moves: from the viewer to the sample, and from

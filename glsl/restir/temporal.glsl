@@ -48,10 +48,7 @@ Sample shift_to(uint technique, Sample value, out float jacobian) {
     jacobian = 1.0;
     if (technique == 0u) return value;
     Sample there = value;
-    if (MOVES) {
-        jacobian = measure_ratio(value, PREVIOUS, CURRENT);
-        if (jacobian > 0.0) there = sample_in(value, PREVIOUS);
-    }
+    if (MOVES) jacobian = move_sample(there, CURRENT, PREVIOUS);
     View now = View(domain_now.position, restir.at.view.camera.position);
     View before = View(domain_before.position, restir.at.previous_camera.position);
     if (!is_within_limits(now, value, before, there, restir.at.jacobian_limit, restir.at.min_distance)) jacobian = 0.0;
@@ -61,8 +58,7 @@ Sample shift_to(uint technique, Sample value, out float jacobian) {
 // Moves the history's sample to this frame; its weight grows with its measure.
 void move_to_current_frame(inout Reservoir reservoir) {
     if (!MOVES || reservoir.contribution_weight <= 0.0) return;
-    reservoir.contribution_weight *= measure_ratio(reservoir.value, CURRENT, PREVIOUS);
-    if (reservoir.contribution_weight > 0.0) reservoir.value = sample_in(reservoir.value, CURRENT);
+    reservoir.contribution_weight *= move_sample(reservoir.value, PREVIOUS, CURRENT);
 }
 
 #include "restir/merge.glsl"
