@@ -10,11 +10,12 @@
 //! `# Errors` sections list only what can fail besides.
 //!
 //! Each file uses only files before it: `messages`, `instance`, `device`, `commands`, `buffer`,
-//! `acceleration`, `layout`, `reflection`, `pass`, `recording` (`compiler` uses none).
+//! `acceleration`, `layout`, `reflection`, `compilation`, `pass`, `recording` (`compiler` uses none).
 
 pub mod acceleration;
 pub mod buffer;
 mod commands;
+mod compilation;
 pub mod compiler;
 pub mod device;
 pub mod instance;

@@ -2,6 +2,7 @@
 
 use super::acceleration::AccelerationStructure;
 use super::buffer::Buffer;
+use super::compilation::Compilation;
 use super::device::Device;
 use super::reflection::{BindingKind, Interface, Reflection};
 use crate::{Error, Result};
@@ -65,9 +66,9 @@ macro_rules! bindings {
 /// A compute pipeline; its resources are bound by name.
 pub struct ComputePass {
     pub(super) device: Arc<Device>,
-    pub(super) pipeline: vk::Pipeline,
-    pub(super) layout: vk::PipelineLayout,
-    pub(super) set_layout: vk::DescriptorSetLayout,
+    // Dropped before the layouts, which it uses until it is finished.
+    pub(super) compilation: Compilation,
+    pub(super) layouts: Layouts,
     pub(super) interface: Interface,
     name: String,
     has_run: AtomicBool,
@@ -82,12 +83,67 @@ fn descriptor_type(kind: BindingKind) -> vk::DescriptorType {
     }
 }
 
+/// The layouts of a pass's pipeline and of its descriptor set.
+pub(super) struct Layouts {
+    device: Arc<Device>,
+    pub(super) set: vk::DescriptorSetLayout,
+    pub(super) pipeline: vk::PipelineLayout,
+}
+
+impl Layouts {
+    fn new(
+        device: &Arc<Device>,
+        name: &str,
+        bindings: &[vk::DescriptorSetLayoutBinding<'_>],
+        push_constant_size: u32,
+    ) -> Result<Self> {
+        let mut layouts = Self {
+            device: device.clone(),
+            set: vk::DescriptorSetLayout::null(),
+            pipeline: vk::PipelineLayout::null(),
+        };
+        let fail = |e| device.failure(&format!("make pass {name}"), e);
+        let push = [vk::PushConstantRange {
+            stage_flags: vk::ShaderStageFlags::COMPUTE,
+            offset: 0,
+            size: push_constant_size,
+        }];
+        // SAFETY: every create-info and what it points to lives through its call; what was made
+        // before a failure is destroyed by Drop, which ignores null handles.
+        unsafe {
+            let raw = &device.raw;
+            let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(bindings);
+            layouts.set = raw
+                .create_descriptor_set_layout(&info, None)
+                .map_err(fail)?;
+            let sets = [layouts.set];
+            let mut info = vk::PipelineLayoutCreateInfo::default().set_layouts(&sets);
+            if push_constant_size > 0 {
+                info = info.push_constant_ranges(&push);
+            }
+            layouts.pipeline = raw.create_pipeline_layout(&info, None).map_err(fail)?;
+        }
+        Ok(layouts)
+    }
+}
+
+impl Drop for Layouts {
+    fn drop(&mut self) {
+        // SAFETY: all commands that used these have finished; null handles are ignored.
+        unsafe {
+            let raw = &self.device.raw;
+            raw.destroy_pipeline_layout(self.pipeline, None);
+            raw.destroy_descriptor_set_layout(self.set, None);
+        }
+    }
+}
+
 impl ComputePass {
-    /// Creates the pipeline of a SPIR-V shader. `constants` are specialisation constants:
-    /// (id, value), four bytes each.
+    /// Begins to compile a SPIR-V shader; the first recording waits for the pipeline, and fails if the driver rejects
+    /// the shader. `constants` are specialisation constants: (id, value), four bytes each.
     ///
     /// # Errors
-    /// The shader's interface cannot be bound by name, or the driver rejects the shader.
+    /// The shader's interface cannot be bound by name.
     pub fn new(
         device: &Arc<Device>,
         name: &str,
@@ -114,65 +170,15 @@ impl ComputePass {
                 "pass {name}: two values for the specialisation constant {id}"
             )));
         }
-        let mut pass = Self {
+        let layouts = Layouts::new(device, name, &bindings, interface.push_constant_size)?;
+        Ok(Self {
             device: device.clone(),
-            pipeline: vk::Pipeline::null(),
-            layout: vk::PipelineLayout::null(),
-            set_layout: vk::DescriptorSetLayout::null(),
+            compilation: Compilation::start(device, name, words, constants, layouts.pipeline)?,
+            layouts,
             interface,
             name: name.to_owned(),
             has_run: AtomicBool::new(false),
-        };
-        let fail = |e| device.failure(&format!("make pass {name}"), e);
-        let entries: Vec<_> = constants
-            .iter()
-            .enumerate()
-            .map(|(index, (id, _))| vk::SpecializationMapEntry {
-                constant_id: *id,
-                offset: 4 * index as u32,
-                size: 4,
-            })
-            .collect();
-        let values: Vec<u32> = constants.iter().map(|(_, value)| *value).collect();
-        let specialization = vk::SpecializationInfo::default()
-            .map_entries(&entries)
-            .data(bytemuck::cast_slice(&values));
-        let push = [vk::PushConstantRange {
-            stage_flags: vk::ShaderStageFlags::COMPUTE,
-            offset: 0,
-            size: pass.interface.push_constant_size,
-        }];
-        // SAFETY: every create-info and what it points to lives through its call; what was made
-        // before a failure is destroyed by Drop, which ignores null handles.
-        unsafe {
-            let raw = &device.raw;
-            let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
-            pass.set_layout = raw
-                .create_descriptor_set_layout(&info, None)
-                .map_err(fail)?;
-            let set_layouts = [pass.set_layout];
-            let mut info = vk::PipelineLayoutCreateInfo::default().set_layouts(&set_layouts);
-            if pass.interface.push_constant_size > 0 {
-                info = info.push_constant_ranges(&push);
-            }
-            pass.layout = raw.create_pipeline_layout(&info, None).map_err(fail)?;
-            let info = vk::ShaderModuleCreateInfo::default().code(words);
-            let module = raw.create_shader_module(&info, None).map_err(fail)?;
-            device.name(module, name);
-            let stage = vk::PipelineShaderStageCreateInfo::default()
-                .stage(vk::ShaderStageFlags::COMPUTE)
-                .module(module)
-                .name(c"main")
-                .specialization_info(&specialization);
-            let info = vk::ComputePipelineCreateInfo::default()
-                .stage(stage)
-                .layout(pass.layout);
-            let made = raw.create_compute_pipelines(vk::PipelineCache::null(), &[info], None);
-            raw.destroy_shader_module(module, None);
-            pass.pipeline = made.map_err(|(_, e)| fail(e))?[0];
-        }
-        device.name(pass.pipeline, name);
-        Ok(pass)
+        })
     }
 
     /// The name in debug labels, timings and messages.
@@ -238,17 +244,5 @@ impl ComputePass {
                 }
             })
             .collect()
-    }
-}
-
-impl Drop for ComputePass {
-    fn drop(&mut self) {
-        // SAFETY: all commands that used these have finished; null handles are ignored.
-        unsafe {
-            let raw = &self.device.raw;
-            raw.destroy_pipeline(self.pipeline, None);
-            raw.destroy_pipeline_layout(self.layout, None);
-            raw.destroy_descriptor_set_layout(self.set_layout, None);
-        }
     }
 }

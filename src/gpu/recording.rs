@@ -31,7 +31,7 @@ impl<'a> Recording<'a> {
     /// Records one dispatch of `groups` workgroups.
     ///
     /// # Errors
-    /// Bindings or push constants that do not match the shader's.
+    /// Bindings or push constants that do not match the shader's, or a shader that the driver rejects.
     pub fn pass<P: bytemuck::Pod>(
         &mut self,
         pass: &'a ComputePass,
@@ -48,6 +48,7 @@ impl<'a> Recording<'a> {
                 size_of::<P>()
             )));
         }
+        let pipeline = pass.compilation.wait()?;
         let set = self.descriptor_set(pass, &resources)?;
         let commands = &mut self.commands;
         commands.barrier();
@@ -55,11 +56,11 @@ impl<'a> Recording<'a> {
         let raw = &commands.device.raw;
         // SAFETY: pipeline, layout and set belong together; the resources live as long as 'a.
         unsafe {
-            raw.cmd_bind_pipeline(commands.raw, vk::PipelineBindPoint::COMPUTE, pass.pipeline);
+            raw.cmd_bind_pipeline(commands.raw, vk::PipelineBindPoint::COMPUTE, pipeline);
             raw.cmd_bind_descriptor_sets(
                 commands.raw,
                 vk::PipelineBindPoint::COMPUTE,
-                pass.layout,
+                pass.layouts.pipeline,
                 0,
                 &[set],
                 &[],
@@ -67,7 +68,7 @@ impl<'a> Recording<'a> {
             if size_of::<P>() > 0 {
                 raw.cmd_push_constants(
                     commands.raw,
-                    pass.layout,
+                    pass.layouts.pipeline,
                     vk::ShaderStageFlags::COMPUTE,
                     0,
                     bytemuck::bytes_of(push),
@@ -129,7 +130,7 @@ impl<'a> Recording<'a> {
         let set = unsafe {
             let pool = raw.create_descriptor_pool(&info, None).map_err(fail)?;
             self.commands.descriptor_pools.push(pool);
-            let layouts = [pass.set_layout];
+            let layouts = [pass.layouts.set];
             let info = vk::DescriptorSetAllocateInfo::default()
                 .descriptor_pool(pool)
                 .set_layouts(&layouts);

@@ -1,0 +1,119 @@
+//! Pipelines that the driver compiles in the background.
+//!
+//! Drivers take up to a second for a large shader, each on one core. So the pipelines of all passes are compiled at
+//! the same time, while scenes are loaded, and the first recording of a pass waits for its own.
+
+use super::device::Device;
+use crate::{Error, Result};
+use ash::vk;
+use std::sync::{Arc, Mutex, OnceLock};
+use std::thread::{Builder, JoinHandle};
+
+/// What the driver made of a shader.
+type Made = std::result::Result<vk::Pipeline, vk::Result>;
+
+/// Bytes of a compiling thread's stack: as much as a main thread usually has, since compilers recurse deeply.
+const STACK_BYTES: usize = 8 << 20;
+
+/// A compute pipeline, finished or not. Destroys the pipeline, but not the layout.
+pub(super) struct Compilation {
+    device: Arc<Device>,
+    name: String,
+    made: OnceLock<Made>,
+    thread: Mutex<Option<JoinHandle<Made>>>,
+}
+
+impl Compilation {
+    /// Begins to compile a SPIR-V shader. `constants` are specialisation constants: (id, value), four bytes each.
+    ///
+    /// # Errors
+    /// The process can have no more threads.
+    pub(super) fn start(
+        device: &Arc<Device>,
+        name: &str,
+        words: &[u32],
+        constants: &[(u32, u32)],
+        layout: vk::PipelineLayout,
+    ) -> Result<Self> {
+        let (words, constants) = (words.to_vec(), constants.to_vec());
+        let (compiler, pass) = (device.clone(), name.to_owned());
+        let thread = Builder::new()
+            .name(format!("compile {name}"))
+            .stack_size(STACK_BYTES)
+            .spawn(move || compile(&compiler, &pass, &words, &constants, layout))
+            .map_err(|e| Error::failed(format!("pass {name}: no thread to compile it in ({e})")))?;
+        Ok(Self {
+            device: device.clone(),
+            name: name.to_owned(),
+            made: OnceLock::new(),
+            thread: Mutex::new(Some(thread)),
+        })
+    }
+
+    /// Waits for the pipeline.
+    ///
+    /// # Errors
+    /// The driver rejects the shader.
+    pub(super) fn wait(&self) -> Result<vk::Pipeline> {
+        let made = self.made.get_or_init(|| {
+            let thread = self.thread.lock().ok().and_then(|mut thread| thread.take());
+            // A thread that panicked has made nothing.
+            let joined = thread.and_then(|thread| thread.join().ok());
+            joined.unwrap_or(Err(vk::Result::ERROR_UNKNOWN))
+        });
+        made.map_err(|e| self.device.failure(&format!("make pass {}", self.name), e))
+    }
+}
+
+/// Compiles a shader.
+fn compile(
+    device: &Device,
+    name: &str,
+    words: &[u32],
+    constants: &[(u32, u32)],
+    layout: vk::PipelineLayout,
+) -> Made {
+    let entries: Vec<_> = constants
+        .iter()
+        .enumerate()
+        .map(|(index, (id, _))| vk::SpecializationMapEntry {
+            constant_id: *id,
+            offset: 4 * index as u32,
+            size: 4,
+        })
+        .collect();
+    let values: Vec<u32> = constants.iter().map(|(_, value)| *value).collect();
+    let specialization = vk::SpecializationInfo::default()
+        .map_entries(&entries)
+        .data(bytemuck::cast_slice(&values));
+    let raw = &device.raw;
+    // SAFETY: every create-info and what it points to lives through its call. The layout outlives the compilation,
+    // which the pass that owns both waits for before it destroys the layout.
+    unsafe {
+        let info = vk::ShaderModuleCreateInfo::default().code(words);
+        let module = raw.create_shader_module(&info, None)?;
+        device.name(module, name);
+        let stage = vk::PipelineShaderStageCreateInfo::default()
+            .stage(vk::ShaderStageFlags::COMPUTE)
+            .module(module)
+            .name(c"main")
+            .specialization_info(&specialization);
+        let info = vk::ComputePipelineCreateInfo::default()
+            .stage(stage)
+            .layout(layout);
+        let made = raw.create_compute_pipelines(vk::PipelineCache::null(), &[info], None);
+        raw.destroy_shader_module(module, None);
+        let pipeline = made.map_err(|(_, e)| e)?[0];
+        device.name(pipeline, name);
+        Ok(pipeline)
+    }
+}
+
+impl Drop for Compilation {
+    fn drop(&mut self) {
+        if let Ok(pipeline) = self.wait() {
+            // SAFETY: all commands that used it have finished.
+            unsafe { self.device.raw.destroy_pipeline(pipeline, None) };
+        }
+    }
+}
