@@ -1,4 +1,4 @@
-//! JSON as it is meant to be read.
+//! JSON with each number as short as it was written.
 
 use crate::{Error, Result};
 use serde::Serialize;

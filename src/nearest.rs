@@ -1,4 +1,4 @@
-//! What a mistyped name may have meant.
+//! The known name that is most similar to a mistyped one.
 
 /// ", did you mean 'X'?" for the closest of `names`, or nothing if none is close.
 pub fn nearest<'a>(wanted: &str, names: impl Iterator<Item = &'a str>) -> String {

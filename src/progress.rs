@@ -1,4 +1,4 @@
-//! How long work says how far it is, and is ended from outside.
+//! Progress of long work, reported to a callback that can end the work.
 
 use crate::Result;
 

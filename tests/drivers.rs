@@ -1,4 +1,4 @@
-//! What is assumed of a driver, measured on it.
+//! Measurements of what the code assumes of drivers.
 
 mod support;
 

@@ -1,4 +1,5 @@
-//! How much memory loading takes. A process of its own: what it has in memory itself when it starts a
+//! The memory that loading takes. It is a process of its own, because what a process has in memory when it starts
+//! a program is counted as the program's: this one keeps little.
 //! program counts as the program's, so it keeps little.
 
 use std::fs::File;

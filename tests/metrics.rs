@@ -1,4 +1,5 @@
-//! Picture errors against values worked out by hand and properties that FLIP must have, through the
+//! Error metrics against values computed by hand, and properties that FLIP must have, through the public
+//! interface alone.
 //! public interface alone.
 
 use headwater::metrics::error::Errors;

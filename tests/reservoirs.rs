@@ -1,4 +1,4 @@
-//! What a frame leaves in its reservoirs, as `--aov direct` and `--aov indirect` show it.
+//! The contents of reservoirs after a frame, as `--aov direct` and `--aov indirect` show them.
 
 mod support;
 

@@ -1,7 +1,7 @@
 #pragma once
-// Radiance rounded to 13 bits a channel: the exponent of a float and five bits of its mantissa. Each channel has an
-// exponent of its own. With a shared one a dim channel would survive as rarely as it is dim, and then be as much too
-// bright, which shows where a surface reflects this channel alone.
+// Radiance in 13 bits a channel: the exponent of a float and five bits of its mantissa. Rounding is random, so that the
+// mean is exact. Each channel has its own exponent: with one for all three, a channel much dimmer than the brightest
+// would usually round to 0, and rarely to a value far too bright. Surfaces that reflect only this channel would show it.
 #include "core/math.glsl"
 
 const uint COLOR_BITS = 13u;

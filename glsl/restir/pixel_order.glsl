@@ -1,8 +1,7 @@
 #pragma once
-// The order of pixels in buffers.
+// The index of a pixel in buffers with one entry a pixel: by rows, by columns or by tiles (PIXEL_ORDER).
 #include "prelude.glsl"
 
-// The place of a pixel's data in buffers of one entry a pixel.
 uint slot_of(uvec2 pixel, uvec2 size) {
     if (PIXEL_ORDER == PIXEL_ORDER_COLUMN) return pixel.x * size.y + pixel.y;
     if (PIXEL_ORDER == PIXEL_ORDER_ROW) return pixel.y * size.x + pixel.x;

@@ -1,6 +1,8 @@
 #pragma once
-// Reservoirs and their place in memory. A pass first includes direct.glsl or indirect.glsl, which say what the samples
-// are. Format, arrays and order are settings.
+// Reservoirs: a selected sample with its contribution weight and confidence; packing, reading and writing; and the
+// target function. Settings choose the format (compact or full), whether the words of one reservoir or equal words of
+// all are side by side in memory, and the order of pixels. A pass first includes direct.glsl or indirect.glsl, which
+// declare the type of the samples.
 #include "restir/packed_reservoir.glsl"
 #include "restir/pixel_order.glsl"
 

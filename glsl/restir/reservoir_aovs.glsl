@@ -1,5 +1,6 @@
 #pragma once
-// Debug AOVs: what a frame left in its reservoirs. A pass first includes direct.glsl or indirect.glsl.
+// Debug AOVs: each pixel's final reservoir, the number of neighbours that it merged (the search is repeated), and the
+// pixel that drew its sample. A pass first includes direct.glsl or indirect.glsl.
 #include "restir/neighbours.glsl"
 #include "restir/reservoir.glsl"
 

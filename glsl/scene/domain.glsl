@@ -1,5 +1,6 @@
 #pragma once
-// Shading points as target functions see them.
+// Domain: a shading point with its BSDF and the direction to its viewer, which is all that a target function needs to
+// evaluate a sample there. Also ray origins, reflected light, and solid angles.
 #include "scene/material.glsl"
 #include "scene/surface.glsl"
 

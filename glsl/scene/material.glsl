@@ -1,11 +1,11 @@
 #pragma once
-// The surface model: glTF 2.0, appendix B — Lambert under a GGX lobe (α = roughness², height-
-// correlated Smith, Schlick's Fresnel) — with KHR_materials_specular and KHR_materials_ior.
+// The BSDF, its evaluation and sampling: glTF 2.0, appendix B, with KHR_materials_specular and KHR_materials_ior. A
+// Lambert base lies below a GGX lobe (α = roughness², height-correlated Smith, Schlick's Fresnel).
 // Directions are in the shading frame, normal +Z, and point away from the surface.
 //
-// With ENERGY_COMPENSATED, the energy that single scattering loses on rough metals and that the plain mix gains on
-// bright dielectrics at grazing angles is compensated (Turquin, "Practical multiple scattering compensation for
-// microfacet models", 2019).
+// ENERGY_COMPENSATED corrects two errors of energy (Turquin, "Practical multiple scattering compensation for microfacet
+// models", 2019): rough metals lose some, because only single scattering is modelled; bright dielectrics gain some at
+// grazing angles, because base and lobe are mixed without regard to what the lobe reflects.
 #include "core/math.glsl"
 #include "scene/geometry.glsl"
 
@@ -64,7 +64,7 @@ float diffuse_share(Bsdf bsdf, float cosine) {
 
 vec2 albedo_lookup(float cosine, float roughness) {
     const float cells = float(ALBEDO_CELLS);
-    // Nodes are at squared cosines, because the albedo changes fastest at grazing angles.
+    // Node i is at the cosine (i / cells)², because the albedo changes fastest at grazing angles.
     vec2 at = vec2(sqrt(clamp(cosine, 0.0, 1.0)), clamp(roughness, 0.0, 1.0)) * cells;
     uvec2 cell = min(uvec2(at), uvec2(ALBEDO_CELLS - 1u));
     vec2 f = at - vec2(cell);

@@ -1,5 +1,6 @@
 #pragma once
-// From hits to surfaces: points of triangles, their normals and materials.
+// The surface at a ray's hit, or at a given point on a triangle: position with its rounding error, normals, material,
+// instance and light.
 #include "core/rounding.glsl"
 #include "scene/geometry.glsl"
 #include "scene/trace.glsl"

@@ -1,4 +1,4 @@
-//! `info`: devices, and what Headwater would do with each for a scene that it can bind.
+//! `info`: the devices, and the tracer and geometry access that each would get for a scene small enough for its bindings.
 
 use super::{check_messages, open_vulkan, print};
 use crate::Result;

@@ -1,4 +1,4 @@
-//! SIGINT and SIGTERM as a value that long work looks at between its steps.
+//! SIGINT and SIGTERM as a flag that long work checks between its steps.
 
 use crate::{Error, Result};
 use signal_hook::consts::{SIGINT, SIGTERM};

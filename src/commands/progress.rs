@@ -1,4 +1,4 @@
-//! How far long work has come, and how long the rest will take: a bar on a terminal, plain lines elsewhere.
+//! The progress of long work, and an estimate of the time left: a bar on a terminal, plain lines elsewhere.
 
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::cell::Cell;

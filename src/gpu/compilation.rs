@@ -1,5 +1,8 @@
 //! Pipelines that the driver compiles in the background.
 //!
+//! Drivers take up to a second for a large shader, each on one core. So the pipelines of all passes are compiled
+//! at the same time, and the first recording of a pass waits for its own.
+//!
 //! Drivers take up to a second for a large shader, each on one core. So the pipelines of all passes are compiled at
 //! the same time, while scenes are loaded, and the first recording of a pass waits for its own.
 

@@ -1,4 +1,15 @@
-//! Whether a configuration is biased, and what the answer is worth.
+//! Whether a configuration is biased, with the confidence interval of the answer.
+//!
+//! Frames of a run depend on each other, so seeds are the samples. Two things are tested:
+//!
+//! - the mean of the picture against that of the reference, by Student's t with the error of the reference. If the
+//!   interval is wider than half a percent the verdict is `undecided`;
+//! - blocks of pixels, because a bias can cancel over the picture. Light noise is skewed to the right, so the
+//!   distribution of the blocks' t values is compared with that of an unbiased control with as much noise; and the
+//!   worst block is tested by itself, since one corner of a picture hardly changes a distribution. Neighbouring
+//!   blocks share samples, which these tests do not know, so they only raise an alarm.
+//!
+//! After an alarm, fresh seeds alone decide.
 //!
 //! Frames of a run depend on each other, so seeds are the samples. The image's mean is compared with
 //! the reference's by Student's t, the reference's error included; an interval too wide to see half

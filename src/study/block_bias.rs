@@ -1,4 +1,5 @@
-//! How large a bias is block by block. Over the picture it may cancel: light that is blurred is still there.
+//! The size of the bias of blocks of pixels. Over the whole picture a bias can cancel, for example where light is
+//! blurred.
 
 use super::reference::Reference;
 use super::run::Run;

@@ -1,4 +1,4 @@
-//! The folder of a study: one study at a time, and nothing left of one that was refused.
+//! The folder of a study: locked by one study at a time, and removed if the study is refused before it begins.
 
 use crate::{Error, Result};
 use std::fs::{File, TryLockError};

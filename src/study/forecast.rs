@@ -1,4 +1,4 @@
-//! How much of a study is done, and so how long the rest will take: work that is known to come, and what its
+//! The share of a study that is done, and an estimate of the time left from the durations of the steps so far.
 //! steps have taken so far.
 
 use std::collections::BTreeMap;

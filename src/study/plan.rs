@@ -1,4 +1,4 @@
-//! What a study renders: a TOML file.
+//! A study's plan: a TOML file that names scenes, configurations and seeds.
 
 use super::planned_scene::PlannedScene;
 use crate::nearest::nearest;

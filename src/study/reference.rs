@@ -1,4 +1,4 @@
-//! References: made once, kept under a name that is the hash of what they show.
+//! References: rendered once, and kept under the hash of all that they depend on.
 
 use crate::gpu::Device;
 use crate::image::Image;

@@ -1,4 +1,4 @@
-//! What a study found: one row for each scene and configuration, as JSON, CSV and a table.
+//! The results of a study: one row for each scene and configuration, as JSON, CSV and a table.
 
 use super::bias::{Bias, Confirmation, LEVEL, WIDEST};
 use super::block_bias::BlockBias;

@@ -1,4 +1,4 @@
-//! Finished runs, kept in a file as they come in.
+//! Finished runs, appended to a file one by one.
 
 use super::run::Run;
 use crate::{Error, Result};

@@ -1,4 +1,5 @@
-//! The work of a study on one scene: the runs that are missing, more where the bias is not yet known
+//! The work of a study on one scene: the missing runs, more runs where the bias is not yet known well enough, and
+//! their evaluation.
 //! well enough, and what they say.
 
 use super::bias::{self, Bias, CONFIRMING_SEEDS, Confirmation, WIDEST, WIDEST_REFERENCE};

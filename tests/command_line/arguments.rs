@@ -1,4 +1,5 @@
-//! What the arguments say together: refused where a file would be overwritten, explained where they are wrong, and
+//! Combinations of arguments: refused if a file would be overwritten, explained if wrong, and noticed if they have
+//! no effect.
 //! noticed where they have no effect.
 
 use crate::{fail, run, succeed, text};

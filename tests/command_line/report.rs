@@ -1,4 +1,4 @@
-//! What is reported of times and settings.
+//! The times and settings in reports.
 
 use crate::{headwater, succeed, text};
 use headwater::image::Image;

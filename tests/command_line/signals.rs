@@ -1,4 +1,4 @@
-//! SIGINT and SIGTERM: what is kept, and what a second signal does.
+//! SIGINT and SIGTERM: which results are kept, and the effect of a second signal.
 
 use crate::{headwater, text};
 use headwater::image::Image;

@@ -1,4 +1,4 @@
-//! `study`: plans that make no sense, and work that is stopped and goes on.
+//! `study`: wrong plans, and studies that are stopped and continued.
 
 use super::{fail, headwater, succeed, text, validated};
 use headwater::image::Image;

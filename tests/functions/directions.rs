@@ -1,4 +1,4 @@
-//! Directions: octahedral words, tangent frames, normals across edges of any length.
+//! Tests of shader functions: octahedral words, tangent frames, normals across edges of any length.
 
 use crate::support::random::Random;
 use crate::{Function, floats, vector};

@@ -1,4 +1,4 @@
-//! Light sampling: what is picked, where on it, and how dense.
+//! Tests of shader functions: the frequency of each light, points on lights, and their densities.
 
 use crate::{Function, number, vector};
 use glam::DVec3;

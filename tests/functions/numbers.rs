@@ -1,4 +1,5 @@
-//! Random numbers and sums.
+//! Tests of shader functions: random numbers and their streams, choices among rare candidates, jitter, and sums of
+//! many samples.
 
 use crate::{Function, floats, number};
 use glam::Vec2;

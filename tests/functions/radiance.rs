@@ -1,4 +1,4 @@
-//! Radiance as reservoirs store it.
+//! Tests of shader functions: the rounding of radiance in reservoirs.
 
 use crate::{Function, floats, number};
 use headwater::choices::Format;

@@ -1,4 +1,5 @@
-//! The merge on toys: a handful of samples, every outcome of every technique enumerated, so that the
+//! Tests of shader functions: the merge of a few samples. Every outcome of every technique is enumerated, so that
+//! the expected value is known exactly.
 //! expected value is known exactly.
 
 use crate::{Function, floats, number};

@@ -1,4 +1,4 @@
-//! Points of surfaces under rounding.
+//! Tests of shader functions: the rounding errors of surface points.
 
 use crate::support::random::Random;
 use crate::{Function, floats, number};

@@ -1,4 +1,4 @@
-//! The surface model and its sampling, against the f64 tracer's and against its own density.
+//! Tests of shader functions: the BSDF and its sampling, against the f64 tracer and against its own density.
 
 use crate::support::brute_force::Surface;
 use crate::support::random::Random;

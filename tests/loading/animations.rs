@@ -1,4 +1,4 @@
-//! How a glTF file moves.
+//! Animations of glTF files.
 
 use crate::files::{Folder, Gltf};
 use glam::{DQuat, DVec3, Vec3};

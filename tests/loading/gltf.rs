@@ -1,4 +1,4 @@
-//! What is read from good glTF files.
+//! Valid glTF files.
 
 use crate::files::{Folder, Gltf, floats};
 use base64::prelude::{BASE64_STANDARD, Engine};

@@ -1,4 +1,5 @@
-//! Scenes from files: what is read from good ones, and that bad ones end in one line that names
+//! Scenes from files: valid ones are read completely; broken ones end in one line that names the file and the
+//! element, never in a panic.
 //! the file and the element, never in a panic.
 
 mod animations;

@@ -1,4 +1,4 @@
-//! What is read from good OBJ files.
+//! Valid OBJ files.
 
 use crate::files::Folder;
 use glam::Vec3;

@@ -1,4 +1,4 @@
-//! How far loading tells it has come, and that it can be ended on the way.
+//! Progress of loading, and its interruption.
 
 use crate::files::{Folder, Gltf};
 use headwater::Error;

@@ -1,4 +1,4 @@
-//! Whether reuse across frames is unbiased where something moves: the mean of many runs with other
+//! Bias of reuse over time where something moves: the mean of many seeds against path tracing of the same moment.
 //! seeds against path tracing of that moment alone.
 
 use crate::{playroom, support};

@@ -1,4 +1,4 @@
-//! A scene brought to a time is the scene that stands so from the start.
+//! A scene that is moved to a time must equal one that was loaded in that state.
 
 use crate::{playroom, support};
 use glam::{DAffine3, DVec3};

@@ -1,4 +1,4 @@
-//! Studies of what moves: each frame is measured against a reference of its own time and camera.
+//! Studies of scenes that move: each frame is compared with a reference of its own time and camera.
 
 use crate::{playroom, support};
 use headwater::metrics::error::Errors;

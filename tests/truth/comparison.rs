@@ -1,4 +1,4 @@
-//! Pictures from both tracers, and where they differ by more than chance.
+//! Pictures from both tracers, and the pixels where they differ by more than noise explains.
 
 use crate::support;
 use crate::support::brute_force::{Options, Tracer, camera_ray};

@@ -1,4 +1,4 @@
-//! The brute-force tracer against itself and against what needs no tracer.
+//! Tests of the brute-force tracer itself: against itself, and against results that need no tracer.
 
 use crate::comparison::{Comparison, by_brute_force, compare_pictures, failures, regions};
 use crate::rooms::{ROOM_SIZE, lamp, room, standing_box};

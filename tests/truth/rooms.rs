@@ -1,4 +1,4 @@
-//! The rooms that more than one test looks into.
+//! The rooms that several tests render.
 
 use crate::support;
 use glam::{DVec3, Vec3};

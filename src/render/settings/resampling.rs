@@ -1,4 +1,5 @@
-//! The settings that both kinds of light have.
+//! Settings of resampling that direct and indirect light both have: candidates, reuse, MIS, visibility, and which
+//! neighbours share samples.
 
 use crate::choices::{Mis, Visibility};
 use schemars::JsonSchema;

@@ -1,4 +1,4 @@
-//! Where a glTF file's bytes are: its two chunks, files beside it, data URIs.
+//! The bytes of a glTF file: the two chunks of a GLB, files beside it, and data URIs.
 
 use super::damaged;
 use super::document::Document;
