@@ -116,12 +116,12 @@ fn empty_neighbours_that_are_skipped_are_found() {
         (
             "restir/merge.glsl",
             "Domain there = domain_of(i);",
-            "if (!(technique_at(i).contribution_weight > 0.0)) continue; Domain there = domain_of(i);",
+            "if (i > 0u && !(technique_at(i).contribution_weight > 0.0)) continue; Domain there = domain_of(i);",
         ),
         (
             "restir/merge.glsl",
-            "if (k == i) continue;",
-            "if (k == i || !(technique_at(k).contribution_weight > 0.0)) continue;",
+            "if (!needs_target(mis, i, k)) continue;",
+            "if (!needs_target(mis, i, k) || (k > 0u && !(technique_at(k).contribution_weight > 0.0))) continue;",
         ),
     ]);
     assert!(!passes && said.contains("should be unbiased"));

@@ -93,7 +93,7 @@ Merged merge(uint mis, uint count, bool visibility, inout Random random) {
     vec3 drawn_light = vec3(0.0);
     uint i = 0u;
     for (; i < count; i += 1u) {
-        float share = i == 0u ? canonical_share : confidence_of(i) / total;
+        float share = confidence_of(i) / total;
         Domain there = domain_of(i);
         if (i == 0u) here = there;
         if (has_canonical && needs_target(mis, 0u, i)) {

@@ -473,7 +473,7 @@ fn planted_faults_are_seen() {
             (
                 "restir/merge.glsl",
                 "Domain there = domain_of(i);",
-                "if (!(technique_at(i).contribution_weight > 0.0)) continue; Domain there = domain_of(i);",
+                "if (i > 0u && !(technique_at(i).contribution_weight > 0.0)) continue; Domain there = domain_of(i);",
             ),
         ),
         (
