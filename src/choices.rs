@@ -7,7 +7,7 @@ crate::gpu_enum! {
     #[cfg_attr(headwater, derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
     #[cfg_attr(headwater, serde(rename_all = "kebab-case"))]
     pub enum Heuristic {
-        /// In proportion to the densities: never far from the best.
+        /// In proportion to the densities: close to the optimum everywhere.
         #[default]
         Balance,
         /// In proportion to the squared densities: less noise where one technique is much the better.
@@ -20,13 +20,13 @@ crate::gpu_enum! {
     #[cfg_attr(headwater, derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
     #[cfg_attr(headwater, serde(rename_all = "kebab-case"))]
     pub enum Mis {
-        /// By confidence alone: cheapest; biased where neighbours cannot make what the pixel needs.
+        /// By confidence alone: cheapest; biased where a neighbour cannot draw samples that the pixel needs.
         Constant,
-        /// The balance heuristic over all: unbiased, least noise, cost grows with the square.
+        /// The balance heuristic over all: unbiased, least noise; the cost grows with the square of the neighbours.
         Balance,
         /// The balance heuristic between the pixel and one neighbour at a time: unbiased, cheaper.
         Pairwise,
-        /// Pairwise with a share kept by the pixel's own sample: unbiased, guards against bad neighbours.
+        /// Pairwise, with a minimum share for the pixel's own sample: unbiased, robust against bad neighbours.
         #[default]
         Defensive,
     }
@@ -44,7 +44,7 @@ crate::gpu_enum! {
         Final,
         /// Of the selected initial candidate, and where the selected sample is shaded. Biased, dark.
         Initial,
-        /// In every target function: one ray each with `mis=balance`, two a merge by pairs. Unbiased.
+        /// In every target function: one ray each with `mis=balance`, two for a pairwise merge. Unbiased.
         #[default]
         Weights,
     }
@@ -55,10 +55,11 @@ crate::gpu_enum! {
     #[cfg_attr(headwater, derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
     #[cfg_attr(headwater, serde(rename_all = "kebab-case"))]
     pub enum Format {
-        /// 16 bytes for direct and 32 for indirect light: what is named, and where on it; the rest is looked up.
+        /// 16 bytes for direct and 32 for indirect light: the triangle or light, and the point on it; the rest is read from
+        /// the scene.
         #[default]
         Compact,
-        /// 40 and 60 bytes: points, their normals and materials, and of direct light what lights emit too.
+        /// 44 and 60 bytes: points, their normals and materials, and of direct light what lights emit too.
         Full,
     }
 }

@@ -2,6 +2,8 @@
 //! ([`crate::choices`]), specialisation constants ([`crate::render::specialisation`]) and the buffers of a
 //! scene ([`crate::tracing::buffers`]).
 //!
+//! Positions, lengths and radiance in them are in the units of the device ([`crate::tracing::units`]).
+//!
 //! The build script compiles this file too, for the GLSL text.
 
 use crate::choices;
@@ -17,8 +19,6 @@ crate::gpu_constants! {
     pub const TILE: u32 = 8;
     /// Rays a workgroup of the ray-buffer pass traces.
     pub const RAYS_PER_GROUP: u32 = 64;
-    /// Words of a compressed eight-wide node.
-    pub const NODE_WORDS: u32 = 20;
     /// Perceptual roughness below which a specular lobe is a perfect mirror, because f32 half vectors do not resolve
     /// its GGX peak.
     pub const MIRROR_ROUGHNESS: f32 = 0.01;
@@ -135,7 +135,7 @@ crate::gpu_struct! {
         pub normal: Vec3,
         /// Emitted radiance.
         pub emission: Vec3,
-        /// Area in squared scene units.
+        /// Area, in the unit of length on the device.
         pub area: f32,
         /// Probability of selecting the light by power.
         pub probability: f32,
@@ -356,7 +356,7 @@ crate::gpu_struct! {
 crate::gpu_struct! {
     /// A ray of the ray-buffer pass.
     pub struct RayQuery {
-        /// Origin relative to the scene's origin, in scene units.
+        /// Origin: relative to the scene's origin and in scene units in lists of rays, in the device's unit in buffers.
         pub origin: Vec3,
         /// Hits at this parameter and beyond are ignored.
         pub t_max: f32,

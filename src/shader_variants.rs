@@ -21,7 +21,7 @@ pub enum GeometryAccess {
     BufferAddresses,
 }
 
-/// How shaders read the nodes of trees and the corners of triangles, most of the data of a ray.
+/// How shaders read nodes of trees, positions, instances, materials, lights and sample data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Fetch {
     /// As texels of four words, which llvmpipe reads in one access.
@@ -67,7 +67,7 @@ pub struct Variant {
     pub tracer: Tracer,
     /// Which body the geometry accessor has.
     pub geometry: GeometryAccess,
-    /// How that reads nodes and corners.
+    /// How that reads nodes, positions and records.
     pub fetch: Fetch,
 }
 

@@ -5,13 +5,14 @@
 #include "core/math.glsl"
 
 const uint COLOR_BITS = 13u;
-// What a float has besides, and the sign, which is 0.
+// What a float has besides, and the sign.
 const uint COLOR_SHIFT = 31u - COLOR_BITS;
 
 // Rounds up or down by `numbers` in [0, 1), so that the expectation of each channel is exact. Rounding to nearest would
 // bias every frame in the same way.
 uvec3 pack_color(vec3 radiance, vec3 numbers) {
-    uvec3 bits = floatBitsToUint(radiance) + uvec3(numbers * float(1u << COLOR_SHIFT));
+    // Without the sign, because -0 would become the largest number.
+    uvec3 bits = (floatBitsToUint(radiance) & 0x7FFFFFFFu) + uvec3(numbers * float(1u << COLOR_SHIFT));
     // The largest number is not rounded up to infinity.
     return min(bits, uvec3(0x7F7FFFFFu)) >> COLOR_SHIFT;
 }

@@ -10,7 +10,6 @@ struct LightPoint {
     // Bound of the position's rounding error, for each axis.
     vec3 error;
     vec3 normal;
-    vec3 emission;
     // Density over the area of all lights.
     float pdf_area;
 };
@@ -60,7 +59,6 @@ LightPoint sample_light(uint count, uvec4 bits) {
     point.position = light_position(light, uniform_barycentrics(bits.zw));
     point.error = light_position_error(light);
     point.normal = light.normal;
-    point.emission = light.emission;
     point.pdf_area = light_pdf_area(light);
     return point;
 }

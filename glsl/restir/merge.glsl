@@ -62,8 +62,10 @@ float target_at(uint k, Domain domain, uint i, Sample value, bool visibility, ou
 // Resamples technique i's sample with the weight m_i · p̂_0(y_i) · W_i. `target` is p̂_0(y_i), `light` its light.
 void resample(inout Merged merged, inout Stream selected, uint i, Reservoir reservoir, float weight, float target,
               vec3 light, inout Random random) {
+    // One infinite weight would make the light of all techniques infinite.
+    weight = accept_weight(weight);
     if (weight == 0.0) return;
-    if (weight > 0.0) merged.light += light * (weight / target);
+    merged.light += light * (weight / target);
     if (stream_add(selected, i, weight, target, random_choice(random))) merged.reservoir = reservoir;
 }
 

@@ -28,7 +28,8 @@ PackedReservoir empty_packed() {
 // A point on a light needs a word and the spare bits. 16 bits a weight would be too few: on a light of two kilometres
 // they are cells of three centimetres, which lobes of smooth surfaces are narrower than.
 void pack_barycentrics(vec2 barycentrics, uint word, inout PackedReservoir p) {
-    uvec2 fixed_point = uvec2(round(barycentrics * float((1u << BARYCENTRIC_BITS) - 1u)));
+    // Hits of a ray query may lie outside of their triangle by a rounding error.
+    uvec2 fixed_point = uvec2(round(clamp(barycentrics, 0.0, 1.0) * float((1u << BARYCENTRIC_BITS) - 1u)));
     p.words[word] = fixed_point.x | (fixed_point.y << BARYCENTRIC_BITS);
     p.words[HISTORY_WORD] |= (fixed_point.y >> (32u - BARYCENTRIC_BITS)) << SPARE_SHIFT;
 }

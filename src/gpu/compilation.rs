@@ -2,12 +2,9 @@
 //!
 //! Drivers take up to a second for a large shader, each on one core. So the pipelines of all passes are compiled
 //! at the same time, and the first recording of a pass waits for its own.
-//!
-//! Drivers take up to a second for a large shader, each on one core. So the pipelines of all passes are compiled at
-//! the same time, while scenes are loaded, and the first recording of a pass waits for its own.
 
 use super::device::Device;
-use crate::{Error, Result};
+use crate::Result;
 use ash::vk;
 use std::sync::{Arc, Mutex, OnceLock};
 use std::thread::{Builder, JoinHandle};
@@ -18,7 +15,8 @@ type Made = std::result::Result<vk::Pipeline, vk::Result>;
 /// Bytes of a compiling thread's stack: as much as a main thread usually has, since compilers recurse deeply.
 const STACK_BYTES: usize = 8 << 20;
 
-/// A compute pipeline, finished or not. Destroys the pipeline, but not the layout.
+/// A compute pipeline, finished or not. Dropping it waits for the driver, which cannot be interrupted, and destroys the
+/// pipeline, but not the layout.
 pub(super) struct Compilation {
     device: Arc<Device>,
     name: String,
@@ -28,29 +26,32 @@ pub(super) struct Compilation {
 
 impl Compilation {
     /// Begins to compile a SPIR-V shader. `constants` are specialisation constants: (id, value), four bytes each.
-    ///
-    /// # Errors
-    /// The process can have no more threads.
     pub(super) fn start(
         device: &Arc<Device>,
         name: &str,
         words: &[u32],
         constants: &[(u32, u32)],
         layout: vk::PipelineLayout,
-    ) -> Result<Self> {
-        let (words, constants) = (words.to_vec(), constants.to_vec());
-        let (compiler, pass) = (device.clone(), name.to_owned());
-        let thread = Builder::new()
-            .name(format!("compile {name}"))
-            .stack_size(STACK_BYTES)
-            .spawn(move || compile(&compiler, &pass, &words, &constants, layout))
-            .map_err(|e| Error::failed(format!("pass {name}: no thread to compile it in ({e})")))?;
-        Ok(Self {
+    ) -> Self {
+        let thread = {
+            let (device, name) = (device.clone(), name.to_owned());
+            let (words, constants) = (words.to_vec(), constants.to_vec());
+            Builder::new()
+                .name(format!("compile {name}"))
+                .stack_size(STACK_BYTES)
+                .spawn(move || compile(&device, &name, &words, &constants, layout))
+        };
+        let made = OnceLock::new();
+        if thread.is_err() {
+            // Where the process can have no more threads, it waits.
+            made.get_or_init(|| compile(device, name, words, constants, layout));
+        }
+        Self {
             device: device.clone(),
             name: name.to_owned(),
-            made: OnceLock::new(),
-            thread: Mutex::new(Some(thread)),
-        })
+            made,
+            thread: Mutex::new(thread.ok()),
+        }
     }
 
     /// Waits for the pipeline.

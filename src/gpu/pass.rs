@@ -173,7 +173,7 @@ impl ComputePass {
         let layouts = Layouts::new(device, name, &bindings, interface.push_constant_size)?;
         Ok(Self {
             device: device.clone(),
-            compilation: Compilation::start(device, name, words, constants, layouts.pipeline)?,
+            compilation: Compilation::start(device, name, words, constants, layouts.pipeline),
             layouts,
             interface,
             name: name.to_owned(),

@@ -52,7 +52,7 @@ impl Renderer {
     /// Makes the passes and buffers that `settings` need.
     ///
     /// # Errors
-    /// More memory than the device has, or a shader that it refuses.
+    /// More memory than the device has. A shader that the driver rejects is an error of the first frame.
     pub fn new(
         device: &Arc<Device>,
         scene: Arc<GpuScene>,

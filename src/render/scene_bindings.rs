@@ -40,7 +40,7 @@ impl SceneBindings {
     /// Makes the pass `glsl/passes/NAME.comp` for this scene.
     ///
     /// # Errors
-    /// A shader that the device refuses.
+    /// A shader whose interface cannot be bound by name.
     pub fn pass(&self, name: &str, specialisation: &Specialisation) -> Result<ComputePass> {
         let spirv = shaders::spirv(name, self.scene.variant)?;
         ComputePass::new(&self.device, name, &spirv, &specialisation.words())

@@ -74,7 +74,8 @@ pub enum Variant {
     /// What the scene requires, as `scene inspect` shows it.
     #[default]
     Auto,
-    /// All of it, for comparison. Code for scenes that move is not included, since it reuses fewer samples.
+    /// All of it, for comparison; except code for motion, which reuses fewer samples, and for large triangles,
+    /// which stores points with other roundings.
     Full,
 }
 

@@ -20,7 +20,7 @@ pub struct Access {
 pub enum Elements {
     /// Each by itself, as this GLSL type.
     Plain(&'static str),
-    /// Four words at once, from anywhere in the buffer: `NAME_words(index)`. Shader variants with
+    /// Four words at once: `NAME_words(index)` gives the words 4 · `index` to 4 · `index` + 3. Shader variants with
     /// [`Fetch::Texels`](crate::shader_variants::Fetch) read them as texels.
     Words,
     /// The same, put together to structures of a multiple of four words: `load_NAME(index)`.
@@ -54,7 +54,7 @@ macro_rules! scene_buffers {
         pub struct SceneContents { $($(#[$meta])* pub $name: Vec<$element>,)* }
 
         /// Bytes of each buffer, known before any tree is built. Only the nodes are missing, whose number
-        /// the trees decide; they take fewer bytes than the positions.
+        /// the trees decide; for all but the smallest meshes they take fewer bytes than the positions.
         #[cfg(headwater)]
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
         pub struct BufferBytes { $($(#[$meta])* pub $name: u64,)* }
@@ -168,7 +168,7 @@ pub fn glsl() -> String {
 /// `NAME.at[index]`, through a descriptor or by address.
 fn array(name: &str, glsl: &str) -> String {
     let block: String = name.split('_').map(capitalised).collect();
-    // llvmpipe loads four words at once if their alignment is known.
+    // Drivers may load four words at once if their alignment is known.
     let align = if glsl == "uvec4" { 16 } else { 4 };
     format!(
         "#if GEOMETRY_ADDRESSES\n\

@@ -88,15 +88,13 @@ fn tracer(device: &DeviceInfo, wanted: TracerChoice) -> Result<(Tracer, &'static
 
 fn fetch(device: &DeviceInfo, scene: &SceneSizes) -> (Fetch, String) {
     let reach = device.max_texel_bytes();
+    let (name, bytes) = scene.largest_fetched();
     if reach < device.max_storage_buffer_range {
         (Fetch::Words, "texels reach less far than a binding".into())
-    } else if device.buffer_addresses && scene.bytes.positions > reach {
+    } else if device.buffer_addresses && bytes > reach {
         (
             Fetch::Words,
-            format!(
-                "the positions take {} bytes, texels reach {reach}",
-                scene.bytes.positions
-            ),
+            format!("the {name} take {bytes} bytes, texels reach {reach}"),
         )
     } else {
         (Fetch::Texels, "texels reach as far as a binding".into())

@@ -4,17 +4,23 @@ use super::buffers::{BUFFERS, BufferBytes};
 use super::gather::ElementCounts;
 use super::{Fetch, GeometryAccess, Variant};
 use crate::gpu::DeviceInfo;
+use crate::layouts::LIGHT_MASK;
 use crate::scene::Scene;
 use crate::{Error, Result};
 
 /// Shaders count a triangle's words in 32 bits, nine for its corners.
 const MAX_TRIANGLES: u64 = u32::MAX as u64 / 9;
 
+/// Reservoirs have 29 bits for the index of a light.
+const MAX_LIGHTS: u64 = LIGHT_MASK as u64 + 1;
+
 /// The size of a scene on a device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SceneSizes {
     /// Triangles that are stored: those of a mesh with several instances once.
     pub triangles: u64,
+    /// Emissive triangles in the world.
+    pub lights: u64,
     /// Bytes of its buffers, without the nodes of trees.
     pub bytes: BufferBytes,
 }
@@ -25,6 +31,7 @@ impl SceneSizes {
         let counts = ElementCounts::of(scene);
         Self {
             triangles: counts.triangles,
+            lights: counts.lights,
             bytes: BufferBytes::of(&counts),
         }
     }
@@ -36,6 +43,13 @@ impl SceneSizes {
         read.max_by_key(|(_, bytes)| *bytes).unwrap_or_default()
     }
 
+    /// The largest of the buffers that [`Fetch`] decides on.
+    pub(super) fn largest_fetched(&self) -> (&'static str, u64) {
+        let buffers = self.bytes.named().into_iter();
+        let fetched = buffers.filter(|(name, _)| is_fetched(name));
+        fetched.max_by_key(|(_, bytes)| *bytes).unwrap_or_default()
+    }
+
     /// Whether a device can hold the scene and read it as a variant does.
     ///
     /// # Errors
@@ -45,6 +59,12 @@ impl SceneSizes {
             return Err(Error::input(format!(
                 "the scene's {} triangles need {} bytes of positions, but shaders count at most {MAX_TRIANGLES} triangles; use a smaller scene",
                 self.triangles, self.bytes.positions
+            )));
+        }
+        if self.lights > MAX_LIGHTS {
+            return Err(Error::input(format!(
+                "the scene has {} emissive triangles, but reservoirs can name at most {MAX_LIGHTS}; use a smaller scene",
+                self.lights
             )));
         }
         for (name, bytes) in self.bytes.named() {

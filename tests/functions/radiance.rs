@@ -72,6 +72,24 @@ fn the_largest_step_and_number_stay_finite() {
     assert!(found(&function)[0].is_infinite());
 }
 
+/// A factor of -0 in a file makes such a channel.
+#[test]
+fn minus_zero_stays_zero() {
+    let mut function = Function {
+        includes: &["core/radiance.glsl"],
+        body: "x.xyz = floatBitsToUint(unpack_color(pack_color(uintBitsToFloat(a.xyz), vec3(0.0))));",
+        ..Function::default()
+    };
+    let input = floats(&[-0.0, 0.5, 1.0]);
+    let found = |function: &Function| {
+        let words = function.run(&[input])[0];
+        [0, 1, 2].map(|c| number(words[c]))
+    };
+    assert_eq!(found(&function), [0.0, 0.5, 1.0]);
+    function.fault = Some(("core/radiance.glsl", " & 0x7FFFFFFFu", ""));
+    assert!(found(&function)[0] > 3e38);
+}
+
 #[test]
 fn a_stored_colour_goes_back_as_it_was() {
     let function = Function {

@@ -21,7 +21,7 @@ impl PrimarySurfaces {
     /// Makes the pass.
     ///
     /// # Errors
-    /// A shader that the device refuses.
+    /// A shader whose interface cannot be bound by name.
     pub fn new(device: &Arc<Device>, bindings: &Arc<SceneBindings>) -> Result<Self> {
         Ok(Self {
             primary: bindings.pass("primary", &bindings.specialisation)?,

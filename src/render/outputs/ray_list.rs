@@ -25,7 +25,7 @@ impl RayTracer {
     /// Uploads the rays.
     ///
     /// # Errors
-    /// The device has no memory left or refuses the shader.
+    /// The device has no memory left.
     pub fn new(device: &Arc<Device>, scene: Arc<GpuScene>, rays: &[RayQuery]) -> Result<Self> {
         // With the direction scaled too, the ray's parameter keeps its meaning.
         let unit = scene.units.length as f32;

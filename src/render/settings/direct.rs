@@ -14,9 +14,9 @@ pub struct Direct {
     /// BSDF candidates a pixel and frame. Cost: one ray each. Unbiased at any value.
     #[schemars(range(min = 0, max = 64))]
     pub bsdf_samples: u32,
-    /// BSDF candidates more, at most, where lobes are narrow or pixels around find bright light. Cost:
-    /// one ray each in a few pixels, and a pass. Not drawn where `bsdf_samples` are not. Unbiased at any
-    /// value.
+    /// Maximum number of additional BSDF candidates, for narrow lobes and for pixels whose surroundings find
+    /// bright light with theirs. Cost: one ray each in a few pixels, and a pass. None if `bsdf_samples` is 0.
+    /// Unbiased at any value.
     #[schemars(range(min = 0, max = 256))]
     pub more_bsdf_samples: u32,
 }

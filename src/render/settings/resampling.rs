@@ -24,11 +24,11 @@ pub enum Candidates {
 pub enum ReuseMode {
     /// None.
     None,
-    /// That of the last frame.
+    /// The reservoir of the previous frame.
     Temporal,
-    /// Those of neighbours.
+    /// The reservoirs of neighbours.
     Spatial,
-    /// That of the last frame, then those of neighbours.
+    /// The reservoir of the previous frame, then those of neighbours.
     #[default]
     Spatiotemporal,
 }
@@ -45,13 +45,13 @@ impl ReuseMode {
     }
 }
 
-/// How neighbours are looked for.
+/// How neighbours are searched.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Search {
-    /// As many tries as neighbours wanted; those refused are missing.
+    /// `neighbours` random pixels; those that are not similar enough are left out.
     Random,
-    /// More tries, until enough are found.
+    /// Up to `tries` times as many random pixels, until `neighbours` similar ones are found.
     #[default]
     Greedy,
 }
@@ -60,8 +60,8 @@ pub enum Search {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Temporal {
-    /// Confidence of history at most. Unit: initial reservoirs. Higher: less noise, but errors stay
-    /// longer and frames resemble each other. Unbiased at any value.
+    /// Maximum confidence of history. Unit: initial reservoirs. Higher: less noise, but errors stay
+    /// longer and frames are more correlated. Unbiased at any value.
     #[schemars(range(min = 0, max = 500))]
     pub confidence_cap: u32,
 }
@@ -76,27 +76,27 @@ impl Default for Temporal {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Spatial {
-    /// Passes, each over the results of the one before. Cost: proportional. Unbiased at any value.
+    /// Number of passes, each over the results of the one before. Cost: proportional. Unbiased at any value.
     #[schemars(range(min = 1, max = 8))]
     pub passes: u32,
-    /// Neighbours wanted a pass. Cost: three targets each and no rays, since a merge by pairs traces two
-    /// however many there are; with `mis=balance` targets and rays grow with the square. Unbiased at any
-    /// value.
+    /// Maximum number of neighbours in a pass. Cost: three targets each and no rays, since a pairwise merge
+    /// traces two rays for any number of neighbours; with `mis=balance` targets and rays grow with the square.
+    /// Unbiased at any value.
     #[schemars(range(min = 0, max = 16))]
     pub neighbours: u32,
-    /// Radius of the disc they are drawn from, half of them within a quarter of it. Unit: pixels. Lower:
-    /// neighbours more alike, so first frames have less noise; higher: they share fewer samples, so that
-    /// later frames lose more of it.
+    /// Radius of the disc from which neighbours are drawn, half of them within a quarter of it. Unit: pixels.
+    /// Lower: more similar neighbours, so first frames have less noise; higher: neighbours have fewer samples
+    /// in common, so later frames have less noise.
     #[schemars(range(min = 0.5, max = 1000.0))]
     pub radius: f32,
-    /// How they are looked for.
+    /// How neighbours are searched.
     pub search: Search,
-    /// Tries for each neighbour wanted, with `search=greedy`.
+    /// Random pixels tried for each neighbour, with `search=greedy`.
     #[schemars(range(min = 1, max = 16))]
     pub tries: u32,
-    /// Confidence of a neighbour at most. Unit: initial reservoirs. Lower: later frames have less noise,
-    /// since a merge trusts the pixel's own history, which is about its own surface, more than theirs;
-    /// higher: the first few frames have. Unbiased at any value.
+    /// Maximum confidence of a neighbour. Unit: initial reservoirs. Lower: less noise in later frames, because
+    /// the pixel's own history, which fits its surface best, weighs more; higher: less noise in the first few
+    /// frames. Unbiased at any value.
     #[schemars(range(min = 1, max = 500))]
     pub confidence_cap: u32,
 }
@@ -114,7 +114,7 @@ impl Default for Spatial {
     }
 }
 
-/// Which surfaces are alike enough to share samples. Stricter: less noise at edges, fewer
+/// Which surfaces are similar enough to share samples. Stricter: less noise at edges, fewer
 /// neighbours. Unbiased at any value, since no sample is looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]

@@ -11,24 +11,24 @@ use std::borrow::Cow;
 pub struct Reservoirs {
     /// What a reservoir stores. `full` costs memory, `compact` look-ups.
     pub format: Format,
-    /// In which order pixels lie. No effect on the picture.
+    /// The order of pixels in memory. No effect on the picture.
     pub order: Order,
-    /// How the words of reservoirs alternate. No effect on the picture.
+    /// Which words are adjacent in memory. No effect on the picture.
     pub arrays: Arrays,
 }
 
-/// How the words of reservoirs alternate.
+/// Which words are adjacent in memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Arrays {
-    /// An array of structures: a reservoir's words side by side.
+    /// An array of structures: the words of one reservoir.
     #[default]
     Aos,
-    /// A structure of arrays: equal words of all reservoirs side by side.
+    /// A structure of arrays: equal words of all reservoirs.
     Soa,
 }
 
-/// In which order pixels lie: `row`, `column`, or `swizzle:N` for square tiles of N pixels a side.
+/// The order of pixels in memory: `row`, `column`, or `swizzle:N` for square tiles of N pixels a side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(into = "String", try_from = "String")]
 pub enum Order {

@@ -29,7 +29,7 @@ impl PathTracer {
     /// Makes the pass and its buffers.
     ///
     /// # Errors
-    /// More memory than the device has, or a shader that it refuses.
+    /// More memory than the device has.
     pub fn new(
         device: &Arc<Device>,
         bindings: &Arc<SceneBindings>,

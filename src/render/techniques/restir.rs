@@ -140,7 +140,7 @@ impl Restir {
     /// Makes the passes and buffers that `settings` need.
     ///
     /// # Errors
-    /// More memory than the device has or binds, or a shader that it refuses.
+    /// More memory than the device has or binds.
     pub fn new(
         device: &Arc<Device>,
         bindings: &Arc<SceneBindings>,

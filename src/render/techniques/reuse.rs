@@ -49,7 +49,7 @@ impl Reuse {
     /// reservoirs, and there is nothing to shade.
     ///
     /// # Errors
-    /// More memory than the device has, or a shader that it refuses.
+    /// More memory than the device has.
     pub fn new(
         device: &Arc<Device>,
         kind: Kind,
