@@ -1,5 +1,5 @@
 //! Headwater: a headless Vulkan renderer that path traces real scenes with reservoir resampling
-//! and measures what every choice of speed costs in accuracy.
+//! and measures how much accuracy each faster setting costs.
 //!
 //! The way of the data: [`scene`] → [`gpu`] → [`tracing`] → [`render`] → `image` → `metrics`.
 #![warn(missing_docs)]
