@@ -1,8 +1,6 @@
 //! Numerical extremes: scenes from the size of atoms to that of solar systems, lights from dim to very bright,
 //! objects on a landscape of two triangles, edges exactly at a pixel's centre. Scaling by a power of two rounds
 //! nothing, so all bits of the picture must stay the same.
-//! landscape of two triangles, creases under a pixel's very centre. Scaling by a power of two rounds
-//! nothing, so the picture must not change by a bit.
 
 mod support;
 

@@ -1,6 +1,5 @@
 //! The memory that loading takes. It is a process of its own, because what a process has in memory when it starts
 //! a program is counted as the program's: this one keeps little.
-//! program counts as the program's, so it keeps little.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};

@@ -1,6 +1,5 @@
 //! Error metrics against values computed by hand, and properties that FLIP must have, through the public
 //! interface alone.
-//! public interface alone.
 
 use headwater::metrics::error::Errors;
 use headwater::metrics::flip::flip;

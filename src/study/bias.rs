@@ -10,14 +10,6 @@
 //!   blocks share samples, which these tests do not know, so they only raise an alarm.
 //!
 //! After an alarm, fresh seeds alone decide.
-//!
-//! Frames of a run depend on each other, so seeds are the samples. The image's mean is compared with
-//! the reference's by Student's t, the reference's error included; an interval too wide to see half
-//! a percent is no pass. A bias may also cancel over the image, so blocks are looked at one by one:
-//! since light noise is skewed to the right, the distribution of their t values is compared with
-//! that of an unbiased control of like noise; and since a corner of the picture hardly shows in a
-//! distribution, the worst block is looked at by itself. Neighbouring blocks share samples, which
-//! these tests do not know, so they only raise an alarm. After an alarm fresh seeds alone decide.
 
 use super::plan::{Expect, Resolved};
 use super::reference::Reference;

@@ -1,5 +1,4 @@
 //! The share of a study that is done, and an estimate of the time left from the durations of the steps so far.
-//! steps have taken so far.
 
 use std::collections::BTreeMap;
 use std::time::Duration;

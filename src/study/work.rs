@@ -1,6 +1,5 @@
 //! The work of a study on one scene: the missing runs, more runs where the bias is not yet known well enough, and
 //! their evaluation.
-//! well enough, and what they say.
 
 use super::bias::{self, Bias, CONFIRMING_SEEDS, Confirmation, WIDEST, WIDEST_REFERENCE};
 use super::block_bias::BlockBias;

@@ -1,6 +1,5 @@
 //! Combinations of arguments: refused if a file would be overwritten, explained if wrong, and noticed if they have
 //! no effect.
-//! noticed where they have no effect.
 
 use crate::{fail, run, succeed, text};
 use headwater::image::Image;

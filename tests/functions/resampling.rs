@@ -1,6 +1,5 @@
 //! Tests of shader functions: the merge of a few samples. Every outcome of every technique is enumerated, so that
 //! the expected value is known exactly.
-//! expected value is known exactly.
 
 use crate::{Function, floats, number};
 use headwater::choices::Mis;

@@ -1,6 +1,5 @@
 //! Scenes from files: valid ones are read completely; broken ones end in one line that names the file and the
 //! element, never in a panic.
-//! the file and the element, never in a panic.
 
 mod animations;
 mod files;

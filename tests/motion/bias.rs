@@ -1,5 +1,4 @@
 //! Bias of reuse over time where something moves: the mean of many seeds against path tracing of the same moment.
-//! seeds against path tracing of that moment alone.
 
 use crate::{playroom, support};
 use glam::{DAffine3, DQuat, DVec3};

@@ -1,6 +1,5 @@
 //! Scenes that move: traced and lit as if each moment had been loaded by itself, resampled without bias although
 //! the previous frame was different, and compared with references of the same moment.
-//! though the last frame was another, and measured against the moment that each frame shows.
 
 mod bias;
 mod moments;
