@@ -47,6 +47,16 @@ fn first_line(child: &mut Running) -> String {
     String::from_utf8(line).unwrap()
 }
 
+/// The first line about progress. On a slow machine a note says before it that all will take long.
+fn first_progress(child: &mut Running) -> String {
+    loop {
+        let line = first_line(child);
+        if !line.starts_with("headwater: note: ") {
+            return line;
+        }
+    }
+}
+
 /// The exit status, and what was said on stderr.
 fn ended(mut child: Running) -> (Option<i32>, String) {
     let mut said = String::new();
@@ -145,7 +155,7 @@ fn a_study_tells_how_much_of_all_its_work_is_done_and_how_long_the_rest_takes() 
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     let mut child = start(&["study", "--plan", "bias-matrix", "-o", text(&out)]);
-    let line = first_line(&mut child);
+    let line = first_progress(&mut child);
     send(&child, libc::SIGINT);
     let (status, said) = ended(child);
     assert_eq!(status, Some(130), "{said}");
@@ -153,6 +163,7 @@ fn a_study_tells_how_much_of_all_its_work_is_done_and_how_long_the_rest_takes() 
         line.contains("% of the study after") && line.contains("left"),
         "{line}"
     );
-    assert_eq!(said.lines().count(), 1, "{said}");
-    assert!(said.contains("keeps the finished runs"), "{said}");
+    // A step that took long may be followed by a line of its own.
+    let last = said.lines().last().unwrap_or_default();
+    assert!(last.contains("keeps the finished runs"), "{said}");
 }
