@@ -34,9 +34,21 @@ impl Folder {
         Ok(folder)
     }
 
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// The folder of references.
     pub fn references(&self) -> PathBuf {
         self.path.join("references")
+    }
+
+    /// Whether it holds a finished run or reference, so that it stays.
+    pub fn holds_results(&self) -> bool {
+        let has_runs = self.runs().metadata().is_ok_and(|runs| runs.len() > 0);
+        let mut references = self.references().read_dir().into_iter().flatten();
+        has_runs || references.next().is_some()
     }
 
     /// The file of finished runs.
@@ -102,6 +114,7 @@ mod tests {
         assert!(error.to_string().contains("another study"), "{error}");
         assert!(path.join("references").exists());
         std::fs::write(first.runs(), "a run").unwrap();
+        assert!(first.holds_results());
         drop(first);
         assert_eq!(std::fs::read(runs(&path)).unwrap(), b"a run");
         Folder::open(&path).unwrap();
@@ -111,13 +124,16 @@ mod tests {
     fn what_is_empty_goes_and_what_was_there_stays() {
         let folder = tempfile::tempdir().unwrap();
         let deep = folder.path().join("a/b/c");
-        drop(Folder::open(&deep).unwrap());
+        let empty = Folder::open(&deep).unwrap();
+        assert!(!empty.holds_results());
+        drop(empty);
         assert!(folder.path().exists() && !folder.path().join("a").exists());
         std::fs::create_dir_all(&deep).unwrap();
         drop(Folder::open(&deep).unwrap());
         assert!(deep.exists() && !deep.join("references").exists());
         let kept = Folder::open(&deep).unwrap();
         std::fs::write(kept.references().join("x.exr"), "x").unwrap();
+        assert!(kept.holds_results());
         drop(kept);
         assert!(deep.join("references/x.exr").exists());
     }

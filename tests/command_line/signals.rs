@@ -6,6 +6,7 @@ use std::ffi::CString;
 use std::fs::File;
 use std::io::Read;
 use std::os::unix::fs::OpenOptionsExt;
+use std::path::Path;
 use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 
@@ -34,6 +35,28 @@ fn start(arguments: &[&str]) -> Running {
 fn send(child: &Running, signal: i32) {
     // SAFETY: a signal to the child just started.
     assert_eq!(unsafe { libc::kill(child.0.id() as i32, signal) }, 0);
+}
+
+/// A pipe with a name: whoever reads it waits for what is written.
+fn make_pipe(path: &Path) {
+    let name = CString::new(text(path)).unwrap();
+    // SAFETY: the name ends with a zero byte.
+    assert_eq!(unsafe { libc::mkfifo(name.as_ptr(), 0o600) }, 0);
+}
+
+/// The end for writing of a pipe, as soon as a child has opened the other.
+fn when_read(path: &Path) -> File {
+    let began = Instant::now();
+    let mut writing = File::options();
+    // Without blocking it can be opened only then.
+    writing.write(true).custom_flags(libc::O_NONBLOCK);
+    loop {
+        match writing.open(path) {
+            Ok(pipe) => return pipe,
+            Err(e) => assert!(began.elapsed() < Duration::from_secs(60), "{e}"),
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
 }
 
 /// What work says first: with so many steps, how long it will take.
@@ -92,21 +115,9 @@ fn two_signals_at_once_are_one() {
 fn a_signal_more_than_a_second_after_the_first_ends_the_process_at_once() {
     let folder = tempfile::tempdir().unwrap();
     let [scene, out] = ["a.glb", "a.exr"].map(|name| folder.path().join(name));
-    let name = CString::new(text(&scene)).unwrap();
-    // SAFETY: the name ends with a zero byte.
-    assert_eq!(unsafe { libc::mkfifo(name.as_ptr(), 0o600) }, 0);
+    make_pipe(&scene);
     let mut child = start(&["reference", text(&scene), "-o", text(&out)]);
-    // A pipe that does not block can be opened for writing only after the child has opened it for reading.
-    let mut pipe = File::options();
-    pipe.write(true).custom_flags(libc::O_NONBLOCK);
-    let began = Instant::now();
-    let pipe = loop {
-        match pipe.open(&scene) {
-            Ok(pipe) => break pipe,
-            Err(e) => assert!(began.elapsed() < Duration::from_secs(60), "{e}"),
-        }
-        std::thread::sleep(Duration::from_millis(10));
-    };
+    let pipe = when_read(&scene);
     send(&child, libc::SIGINT);
     std::thread::sleep(Duration::from_millis(1500));
     let status = child.0.try_wait().unwrap();
@@ -165,5 +176,26 @@ fn a_study_tells_how_much_of_all_its_work_is_done_and_how_long_the_rest_takes() 
     );
     // A step that took long may be followed by a line of its own.
     let last = said.lines().last().unwrap_or_default();
-    assert!(last.contains("keeps the finished runs"), "{said}");
+    let truth = if out.exists() {
+        "out keeps what is finished; the same command goes on"
+    } else {
+        "nothing was written"
+    };
+    assert!(last.contains(truth), "{said}");
+}
+
+#[test]
+fn a_study_that_is_stopped_before_anything_is_finished_leaves_nothing_and_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let [scene, out] = ["a.glb", "out"].map(|name| folder.path().join(name));
+    make_pipe(&scene);
+    let child = start(&["study", text(&scene), "-o", text(&out)]);
+    let pipe = when_read(&scene);
+    send(&child, libc::SIGINT);
+    std::thread::sleep(Duration::from_millis(500));
+    drop(pipe);
+    let (status, said) = ended(child);
+    assert_eq!(status, Some(130), "{said}");
+    assert!(said.contains("nothing was written"), "{said}");
+    assert!(!out.exists());
 }
