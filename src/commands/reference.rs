@@ -238,7 +238,11 @@ const PARTS: [(&str, Part); 4] = [
 /// Takes up the first output file and returns its number of samples.
 fn resume(args: &Args, session: &mut Session) -> Result<u32> {
     let path = &args.output[0];
-    let earlier = Image::read(path)?;
+    let earlier = Image::read(path).map_err(|error| {
+        Error::input(format!(
+            "cannot resume: {error}; start anew without --resume"
+        ))
+    })?;
     let wrong = |what: String| {
         Error::input(format!(
             "cannot resume {}: {what}; give the same arguments, or start anew without --resume",
