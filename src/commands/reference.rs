@@ -51,11 +51,11 @@ pub struct Args {
 }
 
 /// The command with the shared options that a reference takes no part of left out of its help: presets differ in
-/// what it does not do, and there are no reservoirs to look into.
+/// what it does not do, there are no reservoirs to look into, and without a frame before nothing has moved.
 pub fn shown(command: clap::Command) -> clap::Command {
     let shown = Aov::value_variants()
         .iter()
-        .filter(|aov| aov.reservoirs_of().is_none())
+        .filter(|aov| aov.reservoirs_of().is_none() && **aov != Aov::Motion)
         .filter_map(Aov::to_possible_value);
     let aovs = PossibleValuesParser::new(shown).try_map(|name: String| Aov::from_str(&name, false));
     command

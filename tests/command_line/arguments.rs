@@ -249,6 +249,7 @@ fn the_help_of_reference_offers_what_it_takes() {
         "--preset",
         "- direct:",
         "- indirect:",
+        "- motion:",
         "--fps",
         "--accumulate",
     ] {
@@ -257,12 +258,17 @@ fn the_help_of_reference_offers_what_it_takes() {
     for taken in ["--spp", "--resume", "--config", "- albedo:", "- instance:"] {
         assert!(reference.contains(taken), "{taken}: {reference}");
     }
-    for taken in ["--preset", "balanced", "- direct:", "- indirect:"] {
+    for taken in [
+        "--preset",
+        "balanced",
+        "- direct:",
+        "- indirect:",
+        "- motion:",
+    ] {
         assert!(help("render").contains(taken), "{taken}");
     }
-    let line = fail(
-        &["reference", "cornell", "-o", "a.exr", "--aov", "direct"],
-        2,
-    );
-    assert!(line.contains("albedo"), "{line}");
+    for aov in ["direct", "motion"] {
+        let line = fail(&["reference", "cornell", "-o", "a.exr", "--aov", aov], 2);
+        assert!(line.contains("albedo"), "{line}");
+    }
 }
