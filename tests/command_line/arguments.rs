@@ -1,6 +1,5 @@
 //! Combinations of arguments: refused if a file would be overwritten, explained if wrong, and noticed if they have
 //! no effect.
-//! noticed where they have no effect.
 
 use crate::{fail, run, succeed, text};
 use headwater::image::Image;
@@ -207,6 +206,34 @@ fn what_has_no_effect_is_one_line() {
         ),
         (
             "render",
+            vec![
+                "--set",
+                "indirect.mode=path",
+                "--set",
+                "indirect.secondary=ris",
+                "--set",
+                "indirect.shift=biased",
+                "--set",
+                "indirect.temporal.confidence_cap=3",
+                "-o",
+                &exr,
+            ],
+            "indirect.mode=path does not resample, so indirect.shift, indirect.temporal.confidence_cap have no effect",
+        ),
+        (
+            "render",
+            vec![
+                "--set",
+                "indirect.mode=off",
+                "--set",
+                "indirect.secondary=ris",
+                "-o",
+                &exr,
+            ],
+            "indirect.mode=off has no indirect light, so indirect.secondary has no effect",
+        ),
+        (
+            "render",
             vec!["--aov", "albedo", "-o", &png],
             "--aov adds channels to .exr files",
         ),
@@ -234,6 +261,15 @@ fn what_has_no_effect_is_one_line() {
     for more in [
         vec!["--aov", "albedo", "--exposure", "1", "-o", &exr, "-o", &png],
         vec!["--set", "direct.mis=balance", "-o", &exr],
+        vec!["--set", "indirect.mode=off", "-o", &exr],
+        vec![
+            "--set",
+            "indirect.mode=path",
+            "--set",
+            "indirect.light_samples=2",
+            "-o",
+            &exr,
+        ],
         vec!["--look-at", look_at, "-o", &exr],
     ] {
         let arguments = [&["render", "cornell", "--width", "16"], &more[..]].concat();
