@@ -4,9 +4,9 @@ use crate::files::is_same_file;
 use crate::render::presets::{self, Preset};
 use crate::render::settings::{Settings, flatten};
 use crate::render::{Clock, Kind};
-use crate::scene::Camera;
 use crate::scene::camera::look_at;
 use crate::scene::validate::check_camera;
+use crate::scene::{Camera, file_of};
 use crate::toml_text::TomlText;
 use crate::tracing::selection::TracerChoice;
 use crate::{Error, Result};
@@ -149,7 +149,7 @@ impl SceneArgs {
             outputs.iter().map(|p| ("--output", p.as_path())).collect();
         files.extend(self.report.as_deref().map(|path| ("--report", path)));
         let written = files.len();
-        files.push(("the scene", Path::new(&self.scene)));
+        files.extend(file_of(&self.scene).map(|path| ("the scene", path)));
         files.extend(self.config.as_deref().map(|path| ("--config", path)));
         check_distinct(&files, written)?;
         for path in outputs {

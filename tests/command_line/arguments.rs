@@ -1,7 +1,7 @@
 //! Combinations of arguments: refused if a file would be overwritten, explained if wrong, and noticed if they have
 //! no effect.
 
-use crate::{fail, run, succeed, text};
+use crate::{fail, headwater, run, succeed, succeeded, text};
 use headwater::image::Image;
 use std::path::Path;
 
@@ -47,6 +47,15 @@ fn no_file_has_two_purposes() {
         "the file was overwritten"
     );
     assert!(!Path::new(&b).exists());
+    // A procedural scene is no file, and none that has its name is read.
+    let mut command = headwater(&["render", "cornell", "--width", "16", "-o", "a.exr"]);
+    command.args(["--report", "cornell"]);
+    command.current_dir(folder.path());
+    succeeded(command);
+    let scene = at("scene.glb");
+    succeed(&["scene", "generate", "cornell", "-o", &scene]);
+    let line = fail(&["render", &scene, "-o", &a, "--report", &scene], 2);
+    assert!(line.contains("the scene"), "{line}");
     // Devices are no files.
     succeed(&[&render[..], &["-o", &b, "--report", "/dev/null"]].concat());
 }
