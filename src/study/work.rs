@@ -201,6 +201,8 @@ impl<'a> Work<'a> {
         let mut missing = 0;
         for configuration in configurations {
             let key = self.subject.key(configuration)?;
+            let blocks = self.subject.blocks();
+            (self.store).keep_whole(&key, configuration.frames as usize, blocks);
             let runs = seeds.len() - self.store.of(&key, seeds.clone()).len();
             missing += runs as u64 * u64::from(configuration.frames);
         }
