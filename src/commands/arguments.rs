@@ -128,7 +128,7 @@ impl SceneArgs {
             let text = std::fs::read_to_string(path).map_err(|e| Error::reading(path, e))?;
             let source = TomlText::new(&path.display().to_string(), &text);
             let changes = source.parse()?;
-            settings = source.change(&settings, &[], &changes)?;
+            settings = settings.with_toml(&source, &[], &changes)?;
             flatten("", &changes, &mut changed);
         }
         for change in &self.set {

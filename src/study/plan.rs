@@ -363,7 +363,7 @@ impl Plan {
                 return Err(self.source.error_for(&path, key, error));
             }
             let changes = Value::Object((*changes).clone());
-            settings = self.source.change(&settings, &path, &changes)?;
+            settings = settings.with_toml(&self.source, &path, &changes)?;
         }
         Ok(settings)
     }
