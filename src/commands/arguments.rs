@@ -14,7 +14,7 @@ use glam::DVec3;
 use std::path::{Path, PathBuf};
 
 /// Largest number of pixels of an image.
-const MOST_PIXELS: u64 = 1 << 28;
+const MAX_PIXELS: u64 = 1 << 28;
 
 /// What is rendered and how it is seen.
 #[derive(clap::Args)]
@@ -248,9 +248,9 @@ pub fn size_for(camera: &Camera, width: Option<u32>, height: Option<u32>) -> Res
             "an image of {width} × {height} has no pixels; --width and --height begin at 1"
         )));
     }
-    if pixels > MOST_PIXELS {
+    if pixels > MAX_PIXELS {
         return Err(Error::input(format!(
-            "an image of {width} × {height} has {pixels} pixels; at most {MOST_PIXELS} are possible"
+            "an image of {width} × {height} has {pixels} pixels; at most {MAX_PIXELS} are possible"
         )));
     }
     Ok((width, height))

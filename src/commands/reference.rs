@@ -26,7 +26,7 @@ const SAVE_SECONDS: u64 = 20;
 
 /// Samples that a stop by error waits for: with fewer, the fireflies that make the error are
 /// missing themselves.
-const LEAST_SAMPLES: u32 = 64;
+const MIN_SAMPLES: u32 = 64;
 
 /// Arguments of `reference`.
 #[derive(clap::Args)]
@@ -164,7 +164,7 @@ fn kept(args: &Args, samples: u32) -> String {
 /// The sample count after `done` at which a target error is looked at. The counts are fixed, so that
 /// where a run stops depends neither on its speed nor on where it was interrupted.
 fn next_check(done: u32) -> u32 {
-    let mut check = LEAST_SAMPLES;
+    let mut check = MIN_SAMPLES;
     while check <= done {
         // Where it can grow no more, no limit is left to reach either.
         match (check / 4).checked_add(check) {
