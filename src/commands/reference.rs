@@ -143,7 +143,7 @@ pub fn run(args: &Args) -> Result<()> {
             "{done} samples a pixel, relative standard error {error:.4}"
         ))?,
         None => print(format_args!(
-            "1 sample a pixel, which says nothing of its error"
+            "1 sample a pixel; its standard error is unknown, since that takes at least 2"
         ))?,
     }
     write_report(&session, done, args.scene.report.as_ref())?;
