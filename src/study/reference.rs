@@ -17,7 +17,7 @@ pub const BLOCK: usize = 8;
 const ROUNDING: f64 = 1e-6;
 /// Seed of references: far from those of runs.
 const SEED: u32 = 0x5EED_0000;
-/// Samples between looks at the clock of whoever waits.
+/// Samples that are rendered between two reports of progress, when a signal is noticed too.
 const AT_ONCE: u32 = 16;
 
 /// What a reference shows, and how it is made.
