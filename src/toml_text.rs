@@ -1,10 +1,7 @@
 //! TOML as users write it: read into structures, and searched for the line that a message is about.
 
-use crate::render::Settings;
-use crate::render::settings::flatten;
 use crate::{Error, Result};
 use serde::de::DeserializeOwned;
-use serde_json::Value;
 use toml::de::{DeTable, DeValue};
 
 /// A TOML text and where it comes from.
@@ -34,7 +31,7 @@ impl TomlText {
         }
     }
 
-    /// What the text says: a sparse tree for [`Settings::with`], or a structure of one's own.
+    /// What the text says: a tree of values, or a structure of one's own.
     ///
     /// # Errors
     /// It is not TOML or not of that structure; the message names the line.
@@ -43,27 +40,6 @@ impl TomlText {
             let start = e.span().map_or(0, |span| span.start);
             self.error_at(start, &e.message().replace('\n', " "))
         })
-    }
-
-    /// Puts `changes`, which stand at `path` in the text, over `settings`.
-    ///
-    /// # Errors
-    /// An unknown key or a value out of range; the message names the line.
-    pub fn change(
-        &self,
-        settings: &Settings,
-        path: &[Step<'_>],
-        changes: &Value,
-    ) -> Result<Settings> {
-        let mut flat = Vec::new();
-        flatten("", changes, &mut flat);
-        flat.into_iter()
-            .try_fold(settings.clone(), |settings, (key, value)| {
-                let change = Value::Object([(key.clone(), value)].into_iter().collect());
-                settings
-                    .with(&change)
-                    .map_err(|error| self.error_for(path, &key, error))
-            })
     }
 
     /// The same error with the line in front that holds the dotted `key` at `path`.
@@ -112,6 +88,7 @@ fn place_in(table: &DeTable<'_>, key: &str) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use serde_json::Value;
 
     #[test]
     fn text_that_is_no_toml_names_its_line() {
@@ -122,31 +99,6 @@ mod tests {
             let parsed = TomlText::new("x.toml", text).parse::<Value>();
             let error = parsed.unwrap_err().to_string();
             assert!(error.contains(line), "{error}");
-        }
-    }
-
-    #[test]
-    fn a_wrong_setting_names_its_line_however_it_is_written() {
-        for (text, line) in [
-            (
-                "energy = \"gltf\"\ndirect.mess = 1",
-                "line 2, 'direct.mess = 1': unknown",
-            ),
-            (
-                "\n\"direct.mess\" = 1",
-                "line 2, '\"direct.mess\" = 1': unknown",
-            ),
-            ("[direct]\n\nmess = 1", "line 3, 'mess = 1': unknown"),
-            (
-                "[direct.temporal]\nconfidence_cap = 1\n[roulette]\nfloor = 7",
-                "line 4, 'floor = 7': setting roulette.floor=7",
-            ),
-        ] {
-            let source = TomlText::new("x.toml", text);
-            let changes: Value = source.parse().unwrap();
-            let changed = source.change(&Settings::default(), &[], &changes);
-            let error = changed.unwrap_err().to_string();
-            assert!(error.starts_with(&format!("x.toml, {line}")), "{error}");
         }
     }
 }

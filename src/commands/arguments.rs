@@ -4,9 +4,9 @@ use crate::files::is_same_file;
 use crate::render::presets::{self, Preset};
 use crate::render::settings::{Settings, flatten};
 use crate::render::{Clock, Kind};
-use crate::scene::Camera;
 use crate::scene::camera::look_at;
 use crate::scene::validate::check_camera;
+use crate::scene::{Camera, file_of};
 use crate::toml_text::TomlText;
 use crate::tracing::selection::TracerChoice;
 use crate::{Error, Result};
@@ -14,7 +14,7 @@ use glam::DVec3;
 use std::path::{Path, PathBuf};
 
 /// Largest number of pixels of an image.
-const MOST_PIXELS: u64 = 1 << 28;
+const MAX_PIXELS: u64 = 1 << 28;
 
 /// What is rendered and how it is seen.
 #[derive(clap::Args)]
@@ -128,7 +128,7 @@ impl SceneArgs {
             let text = std::fs::read_to_string(path).map_err(|e| Error::reading(path, e))?;
             let source = TomlText::new(&path.display().to_string(), &text);
             let changes = source.parse()?;
-            settings = source.change(&settings, &[], &changes)?;
+            settings = settings.with_toml(&source, &[], &changes)?;
             flatten("", &changes, &mut changed);
         }
         for change in &self.set {
@@ -149,7 +149,7 @@ impl SceneArgs {
             outputs.iter().map(|p| ("--output", p.as_path())).collect();
         files.extend(self.report.as_deref().map(|path| ("--report", path)));
         let written = files.len();
-        files.push(("the scene", Path::new(&self.scene)));
+        files.extend(file_of(&self.scene).map(|path| ("the scene", path)));
         files.extend(self.config.as_deref().map(|path| ("--config", path)));
         check_distinct(&files, written)?;
         for path in outputs {
@@ -248,9 +248,9 @@ pub fn size_for(camera: &Camera, width: Option<u32>, height: Option<u32>) -> Res
             "an image of {width} × {height} has no pixels; --width and --height begin at 1"
         )));
     }
-    if pixels > MOST_PIXELS {
+    if pixels > MAX_PIXELS {
         return Err(Error::input(format!(
-            "an image of {width} × {height} has {pixels} pixels; at most {MOST_PIXELS} are possible"
+            "an image of {width} × {height} has {pixels} pixels; at most {MAX_PIXELS} are possible"
         )));
     }
     Ok((width, height))

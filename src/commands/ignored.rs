@@ -10,6 +10,14 @@ use std::path::PathBuf;
 /// Settings that `reference` takes.
 const OF_PATH_TRACING: [&str; 4] = ["heuristic", "energy", "roulette", "variant"];
 
+/// Settings of indirect light that paths take without resampling.
+const OF_INDIRECT_PATHS: [&str; 4] = [
+    "indirect.mode",
+    "indirect.secondary",
+    "indirect.candidates",
+    "indirect.light_samples",
+];
+
 /// Arguments without effect, for every command that renders a scene.
 pub fn note_for_scene(args: &SceneArgs, outputs: &[PathBuf]) {
     if let (Some(camera), Some(_)) = (&args.camera, &args.look_at) {
@@ -47,17 +55,23 @@ pub fn note_for_render(changed: &[String], settings: &Settings, bounces: u32) {
             "heuristic=power is for integrator=path-tracing; candidates share light by the balance heuristic",
         );
     }
-    if bounces > 1 && settings.indirect.mode == IndirectMode::Off {
-        notice("indirect.mode=off gives direct light only, as with --bounces 1");
-    }
-    if bounces == 0 {
-        note_ignored("--bounces 0 shows emitted light only", changed, |key| {
-            ["direct", "indirect"].contains(&group(key))
-        });
-    } else if bounces == 1 {
-        note_ignored("--bounces 1 has no indirect light", changed, |key| {
-            group(key) == "indirect"
-        });
+    let is_indirect = |key: &str| group(key) == "indirect";
+    match (bounces, settings.indirect.mode) {
+        (0, _) => note_ignored("--bounces 0 shows emitted light only", changed, |key| {
+            is_indirect(key) || group(key) == "direct"
+        }),
+        (1, _) => note_ignored("--bounces 1 has no indirect light", changed, is_indirect),
+        (_, IndirectMode::Off) => {
+            note_ignored("indirect.mode=off has no indirect light", changed, |key| {
+                is_indirect(key) && key != "indirect.mode"
+            });
+        }
+        (_, IndirectMode::Path) => {
+            note_ignored("indirect.mode=path does not resample", changed, |key| {
+                is_indirect(key) && !OF_INDIRECT_PATHS.contains(&key)
+            });
+        }
+        (_, IndirectMode::Restir) => {}
     }
     if bounces > 0
         && settings.direct.resampling.visibility == Visibility::Final

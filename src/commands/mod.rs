@@ -88,7 +88,7 @@ fn run(command: Command) -> Result<()> {
 
 /// Help and version go to stdout as they are; an error becomes one line on stderr.
 fn wrong_arguments(error: &clap::Error) -> ExitCode {
-    // Who gives no command asks what there is.
+    // Without a command, the list of commands is what is wanted, not an error.
     let no_command = ArgumentError::DisplayHelpOnMissingArgumentOrSubcommand;
     if !error.use_stderr() || error.kind() == no_command {
         // A closed pipe is no failure of this program.

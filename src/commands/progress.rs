@@ -11,7 +11,7 @@ const LINE_EVERY: Duration = Duration::from_secs(5);
 /// How long work is looked at before the time left is estimated.
 const ESTIMATE_AFTER: Duration = Duration::from_secs(1);
 
-/// Work that will take longer is announced: whoever mistyped a number learns it now.
+/// Work that will take longer than this is announced early on: a number may have been mistyped.
 const LONG: Duration = Duration::from_secs(3600);
 
 /// Ticks of the bar for all of the work.

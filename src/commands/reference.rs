@@ -26,7 +26,7 @@ const SAVE_SECONDS: u64 = 20;
 
 /// Samples that a stop by error waits for: with fewer, the fireflies that make the error are
 /// missing themselves.
-const LEAST_SAMPLES: u32 = 64;
+const MIN_SAMPLES: u32 = 64;
 
 /// Arguments of `reference`.
 #[derive(clap::Args)]
@@ -51,11 +51,11 @@ pub struct Args {
 }
 
 /// The command with the shared options that a reference takes no part of left out of its help: presets differ in
-/// what it does not do, and there are no reservoirs to look into.
+/// what it does not do, there are no reservoirs to look into, and without a frame before nothing has moved.
 pub fn shown(command: clap::Command) -> clap::Command {
     let shown = Aov::value_variants()
         .iter()
-        .filter(|aov| aov.reservoirs_of().is_none())
+        .filter(|aov| aov.reservoirs_of().is_none() && **aov != Aov::Motion)
         .filter_map(Aov::to_possible_value);
     let aovs = PossibleValuesParser::new(shown).try_map(|name: String| Aov::from_str(&name, false));
     command
@@ -143,7 +143,7 @@ pub fn run(args: &Args) -> Result<()> {
             "{done} samples a pixel, relative standard error {error:.4}"
         ))?,
         None => print(format_args!(
-            "1 sample a pixel, which says nothing of its error"
+            "1 sample a pixel; its standard error is unknown, since that takes at least 2"
         ))?,
     }
     write_report(&session, done, args.scene.report.as_ref())?;
@@ -164,7 +164,7 @@ fn kept(args: &Args, samples: u32) -> String {
 /// The sample count after `done` at which a target error is looked at. The counts are fixed, so that
 /// where a run stops depends neither on its speed nor on where it was interrupted.
 fn next_check(done: u32) -> u32 {
-    let mut check = LEAST_SAMPLES;
+    let mut check = MIN_SAMPLES;
     while check <= done {
         // Where it can grow no more, no limit is left to reach either.
         match (check / 4).checked_add(check) {
@@ -238,7 +238,11 @@ const PARTS: [(&str, Part); 4] = [
 /// Takes up the first output file and returns its number of samples.
 fn resume(args: &Args, session: &mut Session) -> Result<u32> {
     let path = &args.output[0];
-    let earlier = Image::read(path)?;
+    let earlier = Image::read(path).map_err(|error| {
+        Error::input(format!(
+            "cannot resume: {error}; start anew without --resume"
+        ))
+    })?;
     let wrong = |what: String| {
         Error::input(format!(
             "cannot resume {}: {what}; give the same arguments, or start anew without --resume",

@@ -309,10 +309,10 @@ impl Session {
         Ok(())
     }
 
-    /// Ends the session and asks what the validation layers said, also to its end.
+    /// Ends the session, and then checks the messages of the validation layers: the end may cause some too.
     ///
     /// # Errors
-    /// They said something.
+    /// There are any.
     pub fn finish(self) -> Result<()> {
         let instance = self.instance.clone();
         drop(self);

@@ -3,7 +3,7 @@
 use super::arguments::{parse_look_at, size_for};
 use super::interrupt::Interrupt;
 use super::progress::Progress;
-use super::{apply_clock, check_messages, notice, open_vulkan, print};
+use super::{NOTHING_WRITTEN, apply_clock, check_messages, notice, open_vulkan, print};
 use crate::files::write_atomically;
 use crate::gpu::Device;
 use crate::render::View;
@@ -86,14 +86,14 @@ pub fn run(args: &Args) -> Result<()> {
     let folder = Folder::open(&args.output)?;
     let mut store = Store::open(&folder.runs())?;
     let interrupt = Interrupt::watch()?;
-    let kept = format!(
-        "{} keeps the finished runs; the same command goes on",
-        args.output.display()
-    );
+    let check = || match interrupt.pending() {
+        None => Ok(()),
+        Some(_) => interrupt.check(&kept(&folder)),
+    };
     let progress = Progress::of_whole("the study");
     let mut watch = |share: f64| {
         progress.at(share);
-        interrupt.check(&kept)
+        check()
     };
     let own = |planned: &PlannedScene| -> Vec<&Resolved> {
         (configurations.iter())
@@ -102,7 +102,7 @@ pub fn run(args: &Args) -> Result<()> {
     };
     let subject = |planned: &PlannedScene| -> Result<Subject> {
         let name = &planned.name;
-        let mut scene = open_watched(name, &mut |_, _, _| interrupt.check(&kept))?;
+        let mut scene = open_watched(name, &mut |_, _, _| check())?;
         let clock = plan.clock();
         apply_clock(&clock, &mut scene, &format!("{name}: "))?;
         let selection = selection::select(&info, args.tracer, &SceneSizes::of(&scene))?;
@@ -178,6 +178,17 @@ pub fn run(args: &Args) -> Result<()> {
     print(results::table(&rows).trim_end())?;
     verdict(&rows)?;
     check_messages(&instance.validation_messages())
+}
+
+/// What a study that a signal ends leaves in its folder.
+fn kept(folder: &Folder) -> String {
+    if !folder.holds_results() {
+        return NOTHING_WRITTEN.into();
+    }
+    format!(
+        "{} keeps what is finished; the same command goes on",
+        folder.path().display()
+    )
 }
 
 /// The camera of the plan's own.

@@ -98,7 +98,7 @@ fn finished(mut scene: Scene, path: &Path) -> Scene {
     scene
 }
 
-/// The file's path stands before it, as before all that is wrong with a scene.
+/// The error of a file that cannot be read; [`load_watched`] puts the path in front of it.
 fn unreadable(cause: std::io::Error) -> Error {
     Error::input(format!("cannot be read: {cause}"))
 }

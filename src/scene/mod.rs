@@ -45,6 +45,11 @@ pub fn open_watched(name: &str, watch: &mut progress::Watch<'_>) -> Result<Scene
     load::load_watched(Path::new(name), watch)
 }
 
+/// The file that a scene's name is the path of; none for a procedural scene.
+pub fn file_of(name: &str) -> Option<&Path> {
+    as_procedural(name).is_none().then(|| Path::new(name))
+}
+
 /// The name of a procedural scene and the text after its colon. A bare word is taken as a name; a file
 /// of that name can be given as ./NAME.
 fn as_procedural(name: &str) -> Option<(&str, &str)> {

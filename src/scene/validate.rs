@@ -8,8 +8,8 @@ use glam::{DAffine3, DMat3, Vec3};
 /// The largest world coordinate: beyond it, squared distances overflow f32.
 pub const LARGEST_COORDINATE: f64 = 1e15;
 
-/// The largest emission, in W/(m²·sr): a sample's estimate can exceed the emission of the light it
-/// hits, and its square must stay in the range of f32 (see [`crate::layouts::MAX_RADIANCE`]).
+/// The largest emission, in W/(m²·sr): a sample may be [`crate::layouts::MAX_RADIANCE`] times as bright as the
+/// brightest light, and a picture, whose radiance is not in the device's unit, must hold it in f32.
 pub const BRIGHTEST: f32 = 1e12;
 
 /// An instance is flat if its volume scale is below this, relative to the lengths of its axes.

@@ -27,7 +27,7 @@ pub const LEVEL: f64 = 0.01;
 /// Fresh seeds that decide after an alarm, at least: as many as raised it.
 pub const CONFIRMING_SEEDS: u32 = 128;
 /// Most samples of a control: beyond, its noise is skewed no more.
-const MOST_CONTROL_SAMPLES: u32 = 64;
+const MAX_CONTROL_SAMPLES: u32 = 64;
 /// Standard errors of a normal distribution's 99 % half-width.
 const NORMAL_99: f64 = 2.5758;
 /// Standard errors beyond its threshold at which a difference is found with a power of 90 %.
@@ -202,7 +202,7 @@ pub fn control_samples(runs: &[&Run], single: &[&Run]) -> u32 {
         all.get(all.len() / 2).copied().unwrap_or(1.0)
     };
     let wanted = (variance(single) / variance(runs)).max(1.0).log2().round();
-    (2.0_f64.powf(wanted) as u32).clamp(1, MOST_CONTROL_SAMPLES)
+    (2.0_f64.powf(wanted) as u32).clamp(1, MAX_CONTROL_SAMPLES)
 }
 
 /// What fresh seeds say after an alarm.

@@ -23,10 +23,18 @@ impl Folder {
         let failed = |e| Error::writing(path, e);
         let is_new = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
         let made = path.ancestors().take_while(is_new).map(Path::to_owned);
-        let made = made.collect();
-        std::fs::create_dir_all(path).map_err(failed)?;
+        let made: Vec<PathBuf> = made.collect();
+        let locked = std::fs::create_dir_all(path)
+            .map_err(failed)
+            .and_then(|()| lock(path));
+        let Some(lock) = locked.inspect_err(|_| take_away_empty(path, &made))? else {
+            return Err(Error::failed(format!(
+                "another study is at work in {}; wait until it ends, or name another folder with --output",
+                path.display()
+            )));
+        };
         let folder = Self {
-            _lock: lock(path)?,
+            _lock: lock,
             path: path.to_owned(),
             made,
         };
@@ -34,9 +42,21 @@ impl Folder {
         Ok(folder)
     }
 
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// The folder of references.
     pub fn references(&self) -> PathBuf {
-        self.path.join("references")
+        references(&self.path)
+    }
+
+    /// Whether it holds a finished run or reference, so that it stays.
+    pub fn holds_results(&self) -> bool {
+        let has_runs = self.runs().metadata().is_ok_and(|runs| runs.len() > 0);
+        let mut references = self.references().read_dir().into_iter().flatten();
+        has_runs || references.next().is_some()
     }
 
     /// The file of finished runs.
@@ -46,16 +66,21 @@ impl Folder {
 }
 
 impl Drop for Folder {
-    /// Takes away again what a study left empty.
     fn drop(&mut self) {
-        if self.runs().metadata().is_ok_and(|runs| runs.len() == 0) {
-            let _ = std::fs::remove_file(self.runs());
-        }
-        // Folders that hold something stay.
-        let _ = std::fs::remove_dir(self.references());
-        for folder in &self.made {
-            let _ = std::fs::remove_dir(folder);
-        }
+        take_away_empty(&self.path, &self.made);
+    }
+}
+
+/// Takes away again what a study left empty in its folder, and of the folders that were made for it.
+fn take_away_empty(folder: &Path, made: &[PathBuf]) {
+    let runs = runs(folder);
+    if runs.metadata().is_ok_and(|about| about.len() == 0) {
+        let _ = std::fs::remove_file(runs);
+    }
+    // Folders that hold something stay.
+    let _ = std::fs::remove_dir(references(folder));
+    for folder in made {
+        let _ = std::fs::remove_dir(folder);
     }
 }
 
@@ -63,7 +88,12 @@ fn runs(folder: &Path) -> PathBuf {
     folder.join("runs.jsonl")
 }
 
-fn lock(folder: &Path) -> Result<File> {
+fn references(folder: &Path) -> PathBuf {
+    folder.join("references")
+}
+
+/// The file of finished runs, locked; none while another study has the lock.
+fn lock(folder: &Path) -> Result<Option<File>> {
     let path = runs(folder);
     loop {
         let file = File::options()
@@ -73,17 +103,12 @@ fn lock(folder: &Path) -> Result<File> {
             .map_err(|e| Error::writing(&path, e))?;
         match file.try_lock() {
             Ok(()) => {}
-            Err(TryLockError::WouldBlock) => {
-                return Err(Error::failed(format!(
-                    "another study is at work in {}; wait until it ends, or name another folder with --output",
-                    folder.display()
-                )));
-            }
+            Err(TryLockError::WouldBlock) => return Ok(None),
             Err(TryLockError::Error(e)) => return Err(Error::writing(&path, e)),
         }
         // A study that was refused in between may have taken the file away.
         if file.metadata().is_ok_and(|about| about.nlink() > 0) {
-            return Ok(file);
+            return Ok(Some(file));
         }
     }
 }
@@ -102,22 +127,35 @@ mod tests {
         assert!(error.to_string().contains("another study"), "{error}");
         assert!(path.join("references").exists());
         std::fs::write(first.runs(), "a run").unwrap();
+        assert!(first.holds_results());
         drop(first);
         assert_eq!(std::fs::read(runs(&path)).unwrap(), b"a run");
         Folder::open(&path).unwrap();
     }
 
     #[test]
+    fn a_folder_that_cannot_be_made_leaves_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let too_long = "x".repeat(300);
+        let error = Folder::open(&folder.path().join("a").join(too_long)).err();
+        assert_eq!(error.unwrap().exit_status(), 1);
+        assert!(!folder.path().join("a").exists());
+    }
+
+    #[test]
     fn what_is_empty_goes_and_what_was_there_stays() {
         let folder = tempfile::tempdir().unwrap();
         let deep = folder.path().join("a/b/c");
-        drop(Folder::open(&deep).unwrap());
+        let empty = Folder::open(&deep).unwrap();
+        assert!(!empty.holds_results());
+        drop(empty);
         assert!(folder.path().exists() && !folder.path().join("a").exists());
         std::fs::create_dir_all(&deep).unwrap();
         drop(Folder::open(&deep).unwrap());
         assert!(deep.exists() && !deep.join("references").exists());
         let kept = Folder::open(&deep).unwrap();
         std::fs::write(kept.references().join("x.exr"), "x").unwrap();
+        assert!(kept.holds_results());
         drop(kept);
         assert!(deep.join("references/x.exr").exists());
     }

@@ -12,6 +12,8 @@ pub enum Effort {
     Runs,
     /// Frames of the controls that configurations are compared with.
     Controls,
+    /// Frames of runs that are made again, to compare and to count.
+    Repeats,
 }
 
 /// The work of a study, by scene.

@@ -56,7 +56,7 @@ pub struct Plan {
 }
 
 /// Seeds at most: those of controls and of confirmations begin far beyond.
-const MOST_SEEDS: u32 = 1 << 16;
+const MAX_SEEDS: u32 = 1 << 16;
 
 fn default_width() -> u32 {
     120
@@ -250,8 +250,8 @@ impl Plan {
         {
             return wrong("a scene's reference_spp begins at 2");
         }
-        if plan.seeds.max(plan.most_seeds.unwrap_or(0)) > MOST_SEEDS {
-            return wrong(&format!("seeds and most_seeds end at {MOST_SEEDS}"));
+        if plan.seeds.max(plan.most_seeds.unwrap_or(0)) > MAX_SEEDS {
+            return wrong(&format!("seeds and most_seeds end at {MAX_SEEDS}"));
         }
         if plan.configurations.is_empty() && plan.sweeps.is_empty() {
             return wrong("it has neither configurations nor sweeps");
@@ -363,7 +363,7 @@ impl Plan {
                 return Err(self.source.error_for(&path, key, error));
             }
             let changes = Value::Object((*changes).clone());
-            settings = self.source.change(&settings, &path, &changes)?;
+            settings = settings.with_toml(&self.source, &path, &changes)?;
         }
         Ok(settings)
     }

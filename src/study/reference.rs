@@ -17,7 +17,7 @@ pub const BLOCK: usize = 8;
 const ROUNDING: f64 = 1e-6;
 /// Seed of references: far from those of runs.
 const SEED: u32 = 0x5EED_0000;
-/// Samples between looks at the clock of whoever waits.
+/// Samples that are rendered between two reports of progress, when a signal is noticed too.
 const AT_ONCE: u32 = 16;
 
 /// What a reference shows, and how it is made.
@@ -237,7 +237,7 @@ impl Reference {
     }
 
     fn blocks_across(&self) -> usize {
-        (self.width as usize).div_ceil(BLOCK)
+        blocks_of_side(self.width as usize)
     }
 
     fn block_of(&self, pixel: usize) -> usize {
@@ -247,8 +247,13 @@ impl Reference {
 
     fn empty_blocks(&self) -> Vec<(f64, f64)> {
         let rows = self.mean.len() / self.width as usize;
-        vec![(0.0, 0.0); rows.div_ceil(BLOCK) * self.blocks_across()]
+        vec![(0.0, 0.0); blocks_of_side(rows) * self.blocks_across()]
     }
+}
+
+/// Blocks along a side of so many pixels.
+pub fn blocks_of_side(pixels: usize) -> usize {
+    pixels.div_ceil(BLOCK)
 }
 
 /// The references of a run's frames.

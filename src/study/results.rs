@@ -172,7 +172,7 @@ impl Row {
             minutes => format!("{minutes} minutes"),
         };
         Some(format!(
-            "too few seeds for this proof: about {seeds} more, about {minutes}"
+            "too few seeds for this proof: about {seeds} more, about {minutes}; raise most_seeds in the plan, by default 4 × seeds"
         ))
     }
 
@@ -475,6 +475,7 @@ mod tests {
             said.contains("undecided: too few seeds for this proof: about"),
             "{said}"
         );
+        assert!(said.contains("raise most_seeds in the plan"), "{said}");
         let json = json(&rows, "device", "driver").unwrap();
         assert_eq!(json["version"], 2);
         assert_eq!(json["rows"][0]["verdict"], "undecided");

@@ -61,6 +61,17 @@ pub struct Run {
 }
 
 impl Run {
+    /// Whether it is of so many frames and blocks.
+    pub fn has_lengths(&self, frames: usize, blocks: usize) -> bool {
+        let of_frames = [
+            &self.rmse,
+            &self.rmse_clamped,
+            &self.relmse,
+            &self.correlation,
+        ];
+        of_frames.iter().all(|list| list.len() == frames) && self.blocks.len() == blocks
+    }
+
     /// Whether both show the same, to the last bit. Errors are no part of that: another reference, as a study
     /// with --quick and one without have, makes others.
     pub fn same_as(&self, other: &Self) -> bool {

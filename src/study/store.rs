@@ -37,9 +37,17 @@ impl Store {
         Ok(store)
     }
 
+    /// Of two runs of a key and seed the later one counts: it was made because the other was left out.
     fn remember(&mut self, run: Run) {
         let seeds = self.runs.entry(run.key.clone()).or_default();
-        seeds.entry(run.seed).or_insert(run);
+        seeds.insert(run.seed, run);
+    }
+
+    /// Leaves out the runs of a key that are not of so many frames and blocks: their lines were edited or damaged.
+    pub fn keep_whole(&mut self, key: &str, frames: usize, blocks: usize) {
+        if let Some(runs) = self.runs.get_mut(key) {
+            runs.retain(|_, run| run.has_lengths(frames, blocks));
+        }
     }
 
     /// The run of a key and seed.
@@ -107,5 +115,48 @@ mod tests {
         assert_eq!(store.of("a", 1..9).len(), 1);
         assert!(store.of("c", 0..9).is_empty());
         assert_eq!(store.find("b", 0).unwrap().mean, [1.0, 2.0, 3.0]);
+    }
+
+    #[test]
+    fn a_run_of_other_lengths_is_left_out_and_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("runs.jsonl");
+        let whole = Run {
+            rmse: vec![0.0; 2],
+            rmse_clamped: vec![0.0; 2],
+            relmse: vec![0.0; 2],
+            correlation: vec![0.0; 2],
+            blocks: vec![0.0; 3],
+            ..run("a", 0)
+        };
+        let lists: [fn(&mut Run) -> &mut Vec<f64>; 5] = [
+            |run| &mut run.rmse,
+            |run| &mut run.rmse_clamped,
+            |run| &mut run.relmse,
+            |run| &mut run.correlation,
+            |run| &mut run.blocks,
+        ];
+        let mut store = Store::open(&path).unwrap();
+        for (seed, list) in (0..).zip(lists) {
+            let mut longer = Run {
+                seed,
+                ..whole.clone()
+            };
+            list(&mut longer).push(0.0);
+            store.add(longer).unwrap();
+            let mut shorter = Run {
+                seed: 10 + seed,
+                ..whole.clone()
+            };
+            list(&mut shorter).pop();
+            store.add(shorter).unwrap();
+        }
+        assert_eq!(store.of("a", 0..20).len(), 10);
+        store.keep_whole("a", 2, 3);
+        assert!(store.of("a", 0..20).is_empty());
+        store.add(whole).unwrap();
+        let mut store = Store::open(&path).unwrap();
+        store.keep_whole("a", 2, 3);
+        assert_eq!(store.of("a", 0..20).len(), 1);
     }
 }

@@ -1,7 +1,7 @@
 //! A scene on the device, and what all configurations of a study share on it.
 
 use super::plan::Resolved;
-use super::reference::{Reference, References, Shot};
+use super::reference::{Reference, References, Shot, blocks_of_side};
 use super::run::{self, Run};
 use super::store::Store;
 use crate::Result;
@@ -127,6 +127,14 @@ impl Subject {
         let reference = Arc::new(Reference::obtain(&path, &shot, watch)?);
         self.references.insert(key, reference.clone());
         Ok(reference)
+    }
+
+    /// Blocks of its pictures.
+    pub fn blocks(&self) -> usize {
+        let sides = [self.view.width, self.view.height];
+        (sides.iter())
+            .map(|side| blocks_of_side(*side as usize))
+            .product()
     }
 
     /// What a configuration's runs depend on beside their seeds, hashed.

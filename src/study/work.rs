@@ -27,6 +27,8 @@ pub fn expect(forecast: &mut Forecast, plan: &Plan, planned: &PlannedScene, own:
     let (name, seeds) = (planned.name.as_str(), u64::from(plan.seeds));
     let frames: u64 = own.iter().map(|c| u64::from(c.frames)).sum();
     forecast.expect(name, Effort::Runs, seeds * frames);
+    let repeats = own.iter().map(|c| u64::from(c.frames) * repeats(c)).sum();
+    forecast.expect(name, Effort::Repeats, repeats);
     let samples = planned.reference_spp.unwrap_or(plan.reference_spp);
     // If nothing moves in the scene, all frames have the same one: then too many are expected until it is made.
     let references = plan.fps.map_or(1, |_| u64::from(plan.frames));
@@ -35,6 +37,11 @@ pub fn expect(forecast: &mut Forecast, plan: &Plan, planned: &PlannedScene, own:
         let frames = u64::from(1 + LIKELY_CONTROL_SAMPLES);
         forecast.expect(name, Effort::Controls, seeds * frames);
     }
+}
+
+/// How often the first run of a configuration is made again.
+fn repeats(configuration: &Resolved) -> u64 {
+    1 + u64::from(configuration.count)
 }
 
 /// A plan's work on one scene.
@@ -164,13 +171,24 @@ impl<'a> Work<'a> {
             ));
         }
         if let Some(first) = self.store.find(&key, 0) {
+            let start = Instant::now();
             let again = self.subject.repeat(configuration, 0, &references)?;
             row.replays = again.same_as(first);
-            if configuration.count {
-                row.counts = self.subject.counts(configuration, 0, &references)?;
-            }
+            self.step(Effort::Repeats, configuration.frames, start)?;
+        }
+        if configuration.count {
+            let start = Instant::now();
+            row.counts = self.subject.counts(configuration, 0, &references)?;
+            self.step(Effort::Repeats, configuration.frames, start)?;
         }
         Ok(row)
+    }
+
+    /// Frames are done that were begun at `start`: the forecast learns it, and `watch` may end the work.
+    fn step(&mut self, effort: Effort, frames: u32, start: Instant) -> Result<()> {
+        let (name, frames) = (&self.subject.name, u64::from(frames));
+        self.forecast.done(name, effort, frames, start.elapsed());
+        (self.watch)(self.forecast.share())
     }
 
     /// Renders what is missing of some configurations' runs.
@@ -183,6 +201,8 @@ impl<'a> Work<'a> {
         let mut missing = 0;
         for configuration in configurations {
             let key = self.subject.key(configuration)?;
+            let blocks = self.subject.blocks();
+            (self.store).keep_whole(&key, configuration.frames as usize, blocks);
             let runs = seeds.len() - self.store.of(&key, seeds.clone()).len();
             missing += runs as u64 * u64::from(configuration.frames);
         }
@@ -198,9 +218,7 @@ impl<'a> Work<'a> {
                 let start = Instant::now();
                 self.subject
                     .run(configuration, seed, &references, self.store)?;
-                let frames = u64::from(configuration.frames);
-                self.forecast.done(&name, effort, frames, start.elapsed());
-                (self.watch)(self.forecast.share())?;
+                self.step(effort, configuration.frames, start)?;
             }
         }
         Ok(())

@@ -1,7 +1,7 @@
 //! Combinations of arguments: refused if a file would be overwritten, explained if wrong, and noticed if they have
 //! no effect.
 
-use crate::{fail, run, succeed, text};
+use crate::{fail, headwater, run, succeed, succeeded, text};
 use headwater::image::Image;
 use std::path::Path;
 
@@ -47,6 +47,15 @@ fn no_file_has_two_purposes() {
         "the file was overwritten"
     );
     assert!(!Path::new(&b).exists());
+    // A procedural scene is no file, and none that has its name is read.
+    let mut command = headwater(&["render", "cornell", "--width", "16", "-o", "a.exr"]);
+    command.args(["--report", "cornell"]);
+    command.current_dir(folder.path());
+    succeeded(command);
+    let scene = at("scene.glb");
+    succeed(&["scene", "generate", "cornell", "-o", &scene]);
+    let line = fail(&["render", &scene, "-o", &a, "--report", &scene], 2);
+    assert!(line.contains("the scene"), "{line}");
     // Devices are no files.
     succeed(&[&render[..], &["-o", &b, "--report", "/dev/null"]].concat());
 }
@@ -206,6 +215,34 @@ fn what_has_no_effect_is_one_line() {
         ),
         (
             "render",
+            vec![
+                "--set",
+                "indirect.mode=path",
+                "--set",
+                "indirect.secondary=ris",
+                "--set",
+                "indirect.shift=biased",
+                "--set",
+                "indirect.temporal.confidence_cap=3",
+                "-o",
+                &exr,
+            ],
+            "indirect.mode=path does not resample, so indirect.shift, indirect.temporal.confidence_cap have no effect",
+        ),
+        (
+            "render",
+            vec![
+                "--set",
+                "indirect.mode=off",
+                "--set",
+                "indirect.secondary=ris",
+                "-o",
+                &exr,
+            ],
+            "indirect.mode=off has no indirect light, so indirect.secondary has no effect",
+        ),
+        (
+            "render",
             vec!["--aov", "albedo", "-o", &png],
             "--aov adds channels to .exr files",
         ),
@@ -233,6 +270,15 @@ fn what_has_no_effect_is_one_line() {
     for more in [
         vec!["--aov", "albedo", "--exposure", "1", "-o", &exr, "-o", &png],
         vec!["--set", "direct.mis=balance", "-o", &exr],
+        vec!["--set", "indirect.mode=off", "-o", &exr],
+        vec![
+            "--set",
+            "indirect.mode=path",
+            "--set",
+            "indirect.light_samples=2",
+            "-o",
+            &exr,
+        ],
         vec!["--look-at", look_at, "-o", &exr],
     ] {
         let arguments = [&["render", "cornell", "--width", "16"], &more[..]].concat();
@@ -248,6 +294,7 @@ fn the_help_of_reference_offers_what_it_takes() {
         "--preset",
         "- direct:",
         "- indirect:",
+        "- motion:",
         "--fps",
         "--accumulate",
     ] {
@@ -256,12 +303,17 @@ fn the_help_of_reference_offers_what_it_takes() {
     for taken in ["--spp", "--resume", "--config", "- albedo:", "- instance:"] {
         assert!(reference.contains(taken), "{taken}: {reference}");
     }
-    for taken in ["--preset", "balanced", "- direct:", "- indirect:"] {
+    for taken in [
+        "--preset",
+        "balanced",
+        "- direct:",
+        "- indirect:",
+        "- motion:",
+    ] {
         assert!(help("render").contains(taken), "{taken}");
     }
-    let line = fail(
-        &["reference", "cornell", "-o", "a.exr", "--aov", "direct"],
-        2,
-    );
-    assert!(line.contains("albedo"), "{line}");
+    for aov in ["direct", "motion"] {
+        let line = fail(&["reference", "cornell", "-o", "a.exr", "--aov", aov], 2);
+        assert!(line.contains("albedo"), "{line}");
+    }
 }

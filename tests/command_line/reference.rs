@@ -95,6 +95,30 @@ fn a_reference_stopped_before_its_first_sample_leaves_the_file_alone() {
     assert!(std::fs::read(&path).unwrap() == before);
 }
 
+#[test]
+fn a_damaged_reference_is_not_resumed_and_the_message_says_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.exr");
+    let arguments = [&REFERENCE[..], &["--spp", "2", "-o", text(&path)]].concat();
+    succeed(&arguments);
+    let whole = std::fs::read(&path).unwrap();
+    let resume = [&arguments[..], &["--resume"]].concat();
+    for damaged in [&whole[..whole.len() / 2], b"no picture", b""] {
+        std::fs::write(&path, damaged).unwrap();
+        let line = fail(&resume, 2);
+        assert!(line.contains(text(&path)), "{line}");
+        assert!(line.contains("start anew without --resume"), "{line}");
+        assert!(std::fs::read(&path).unwrap() == damaged);
+    }
+    std::fs::remove_file(&path).unwrap();
+    let line = fail(&resume, 2);
+    assert!(line.contains("start anew without --resume"), "{line}");
+    // Which works.
+    std::fs::write(&path, "").unwrap();
+    succeed(&arguments);
+    assert!(std::fs::read(&path).unwrap() == whole);
+}
+
 /// Pictures of more than 2²⁰ pixels are made in strips, and a signal is heeded between them.
 #[test]
 fn a_large_picture_is_stopped_between_its_strips_and_a_reference_of_it_resumes() {
@@ -159,7 +183,7 @@ fn one_sample_claims_no_error() {
     let output = run(&[&REFERENCE[..], &["--spp", "1", "-o", text(&path)]].concat());
     assert!(output.status.success(), "{output:?}");
     let said = String::from_utf8(output.stdout).unwrap();
-    assert!(said.contains("nothing of its error"), "{said}");
+    assert!(said.contains("standard error is unknown"), "{said}");
     assert!(Image::read(&path).unwrap().floats("stderr.R").is_none());
 }
 

@@ -80,8 +80,8 @@ fn cut_off_glb_files() {
     }
     for (at, value, named) in [
         (4, 1, "version 1"),
-        (8, 11, "tells of 11 bytes"),
-        (8, u32::MAX, "tells of 4294967295 bytes"),
+        (8, 11, "length of 11 bytes"),
+        (8, u32::MAX, "length of 4294967295 bytes"),
         (12, u32::MAX, "JSON chunk length"),
         (16, 0, "chunk 0 is not JSON"),
     ] {

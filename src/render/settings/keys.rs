@@ -3,6 +3,7 @@
 
 use super::Settings;
 use crate::nearest::nearest;
+use crate::toml_text::{Step, TomlText};
 use crate::{Error, Result};
 use serde::Serialize;
 use serde_json::Value;
@@ -57,6 +58,22 @@ impl Settings {
             }
         }
         serde_json::from_value(tree).map_err(|e| Error::input(format!("settings: {e}")))
+    }
+
+    /// The same with `changes` that stand at `path` in a TOML text.
+    ///
+    /// # Errors
+    /// Those of [`Self::with`]; the message names the line.
+    pub fn with_toml(&self, source: &TomlText, path: &[Step<'_>], changes: &Value) -> Result<Self> {
+        let mut flat = Vec::new();
+        flatten("", changes, &mut flat);
+        flat.into_iter()
+            .try_fold(self.clone(), |settings, (key, value)| {
+                let change = Value::Object([(key.clone(), value)].into_iter().collect());
+                settings
+                    .with(&change)
+                    .map_err(|error| source.error_for(path, &key, error))
+            })
     }
 
     /// `KEY=VALUE` as a sparse tree, for [`Settings::with`].
@@ -227,6 +244,31 @@ mod tests {
         assert!(message("roulette.start=1.5").contains("roulette.start"));
         assert!(message("roulette=3").contains("roulette"));
         assert!(set("noequals").is_err());
+    }
+
+    #[test]
+    fn a_wrong_setting_names_its_line_however_it_is_written() {
+        for (text, line) in [
+            (
+                "energy = \"gltf\"\ndirect.mess = 1",
+                "line 2, 'direct.mess = 1': unknown",
+            ),
+            (
+                "\n\"direct.mess\" = 1",
+                "line 2, '\"direct.mess\" = 1': unknown",
+            ),
+            ("[direct]\n\nmess = 1", "line 3, 'mess = 1': unknown"),
+            (
+                "[direct.temporal]\nconfidence_cap = 1\n[roulette]\nfloor = 7",
+                "line 4, 'floor = 7': setting roulette.floor=7",
+            ),
+        ] {
+            let source = TomlText::new("x.toml", text);
+            let changes: Value = source.parse().unwrap();
+            let changed = Settings::default().with_toml(&source, &[], &changes);
+            let error = changed.unwrap_err().to_string();
+            assert!(error.starts_with(&format!("x.toml, {line}")), "{error}");
+        }
     }
 
     #[test]

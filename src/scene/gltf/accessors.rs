@@ -11,7 +11,7 @@ use std::borrow::Cow;
 const ZEROS: [u8; 16] = [0; 16];
 
 /// Elements of an accessor without bytes that are worth their memory.
-const MOST_ZEROS: u64 = 1 << 20;
+const MAX_ZEROS: u64 = 1 << 20;
 
 /// The document with the bytes its accessors read.
 #[derive(Clone, Copy)]
@@ -159,7 +159,7 @@ impl<'a> Accessors<'a> {
         };
         let size = components * component.size();
         // Without a view all elements are zero, and their number a mere claim.
-        if accessor.buffer_view.is_none() && accessor.count > MOST_ZEROS {
+        if accessor.buffer_view.is_none() && accessor.count > MAX_ZEROS {
             return Err(damaged(format!(
                 "{what}: it has {} elements, but no bufferView",
                 accessor.count

@@ -176,10 +176,10 @@ impl Source<'_> {
                 .map(make)
                 .collect(),
         };
-        let mend = "mend the keys in the modelling tool";
+        let correct = "correct the keys in the modelling tool";
         track.check().map_err(|fault| match fault {
-            TrackFault::Times(fault) => Error::input(format!("{times}: {fault}; {mend}")),
-            TrackFault::Values(fault) => Error::input(format!("{values}: {fault}; {mend}")),
+            TrackFault::Times(fault) => Error::input(format!("{times}: {fault}; {correct}")),
+            TrackFault::Values(fault) => Error::input(format!("{values}: {fault}; {correct}")),
         })?;
         Ok(track)
     }

@@ -35,7 +35,7 @@ pub fn split(bytes: &[u8]) -> Result<Chunks<'_>> {
     // The crate panics if the length is less than that of the header, and reads past the length.
     if length < 12 || length > bytes.len() {
         return Err(damaged(format!(
-            "the GLB header tells of {length} bytes, the file has {}",
+            "the GLB header gives a length of {length} bytes, but the file has {}",
             bytes.len()
         )));
     }

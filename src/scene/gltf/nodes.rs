@@ -57,7 +57,7 @@ pub fn placed(document: &Document) -> Result<Vec<Placed<'_>>> {
         let to_world = parent_to_world * in_parent;
         if !to_world.is_finite() {
             return Err(Error::input(format!(
-                "{}: its transform is not finite; mend it in the modelling tool",
+                "{}: its transform is not finite; correct it in the modelling tool",
                 what()
             )));
         }
@@ -160,7 +160,7 @@ fn local_transform(node: &Node, what: impl Fn() -> String) -> Result<DAffine3> {
     let length = node.rotation.map_or(1.0, |q| DQuat::from_array(q).length());
     if !(length > 1e-6 && length.is_finite()) {
         return wrong(
-            "its rotation is no quaternion of unit length; mend it in the modelling tool",
+            "its rotation is no quaternion of unit length; correct it in the modelling tool",
         );
     }
     let (scale, rotation, translation) = rest(node);

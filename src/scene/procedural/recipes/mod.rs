@@ -56,7 +56,7 @@ pub const SCENES: &[Procedural] = &[
     },
     Procedural {
         name: "furnace",
-        description: "A bright, non-reflecting room around one convex body: what keeps all light vanishes",
+        description: "A room of uniform light around one convex body, which cannot be seen if it reflects all light",
         parameters: furnace::PARAMETERS,
         make: furnace::make,
     },
