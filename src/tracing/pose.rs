@@ -4,7 +4,7 @@ use super::compute_bvh::Tree;
 use super::gather::Gathered;
 use super::geometry::{Geometry, MeshPlace};
 use super::units::Units;
-use crate::Result;
+use crate::{Error, Result};
 use crate::layouts::{GpuInstance, GpuLight, GpuPreviousTransform, NONE};
 use crate::scene::lights::{self, AliasTable, LampTriangle, LightTriangle, UNIFORM_SHARE};
 use crate::scene::motion::{Pose, check_place, is_flat};
@@ -119,6 +119,15 @@ impl ScenePoser {
                 * *place
                 * DAffine3::from_translation(self.instances[index].mesh.centre);
             check_place(*moving, &centred, Some(&bounds), time)?;
+            let corners = (bounds.corners()).map(|corner| centred.transform_point3(corner));
+            let reach =
+                Bounds::of(corners).map_or(0.0, |b| b.min.abs().max(b.max.abs()).max_element());
+            if !self.units.hold(reach) {
+                return Err(Error::input(format!(
+                    "instance {moving} at {time} s: reaches {reach:.3e} from the origin, too far in a scene of objects of about {:.0e}; move it less far",
+                    self.units.length
+                )));
+            }
             to_world[index] = *place;
         }
         let mut materials = self.materials.clone();

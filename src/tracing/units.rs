@@ -42,6 +42,11 @@ impl Units {
         }
     }
 
+    /// Whether coordinates of this size, from the origin and in scene units, stay in range on the device.
+    pub fn hold(&self, coordinate: f64) -> bool {
+        coordinate <= 2.0 * FARTHEST * self.length
+    }
+
     /// From the world to the device.
     pub fn to_device(&self) -> DAffine3 {
         DAffine3::from_scale(DVec3::splat(1.0 / self.length))
@@ -87,8 +92,10 @@ mod tests {
         };
         let dust = Units::of(&scene, DVec3::ZERO);
         assert_eq!(dust.length, 2_f64.powi(-20));
+        assert!(dust.hold(1e9) && !dust.hold(1e15));
         scene.instances.push(placed(1e9, 1e15));
         let with_sun = Units::of(&scene, DVec3::ZERO);
         assert!(1e15 / with_sun.length < 2.0 * FARTHEST && with_sun.length < 1.0);
+        assert!(with_sun.hold(1e15));
     }
 }
