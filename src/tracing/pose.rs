@@ -4,11 +4,11 @@ use super::compute_bvh::Tree;
 use super::gather::Gathered;
 use super::geometry::{Geometry, MeshPlace};
 use super::units::Units;
-use crate::{Error, Result};
 use crate::layouts::{GpuInstance, GpuLight, GpuPreviousTransform, NONE};
 use crate::scene::lights::{self, AliasTable, LampTriangle, LightTriangle, UNIFORM_SHARE};
 use crate::scene::motion::{Pose, check_place, is_flat};
 use crate::scene::{Bounds, Material, Scene};
+use crate::{Error, Result};
 use glam::{DAffine3, DVec3, Vec3};
 use std::collections::HashMap;
 
