@@ -225,10 +225,11 @@ preset = "accurate"
     assert!(!passes && said.contains("should be unbiased"));
 }
 
-/// Merges that read what is being written are a race: not biased, but no two runs alike.
+/// Merges that read what is being written are a race: no two runs are alike. On a busy machine the threads may happen to
+/// keep the same order twice, so it is tried again.
 #[test]
 fn neighbours_that_are_read_while_they_are_written_are_found() {
-    let (passes, said) = with_fault(&[
+    let faults = [
         (
             "restir/spatial.glsl",
             "layout(scalar) writeonly buffer ReservoirsBlock",
@@ -240,6 +241,9 @@ fn neighbours_that_are_read_while_they_are_written_are_found() {
             "if (technique != 0u) LOAD_RESERVOIR(reservoirs, slot_of(pixels[technique]), restir.at.slots, packed);
             else LOAD_RESERVOIR(neighbours, slot_of(pixels[technique])",
         ),
-    ]);
-    assert!(!passes && said.contains("the same seed gives another picture"));
+    ];
+    assert!((0..4).any(|_| {
+        let (passes, said) = with_fault(&faults);
+        !passes && said.contains("the same seed gives another picture")
+    }));
 }
