@@ -70,23 +70,6 @@ impl Scene {
         )
     }
 
-    /// The geometric mean of the instances' sizes, as a power of two; 1 without any. A ground of a thousand kilometres
-    /// hardly changes it, while it decides the size of the whole.
-    pub fn usual_size(&self) -> f64 {
-        let sizes = self.loose_boxes().into_iter();
-        let sizes = sizes.map(|bounds| bounds.size().max_element());
-        let sizes = sizes.filter(|size| *size > 0.0);
-        // Of integers, so that a scene that is twice as large has exactly twice the size.
-        let (count, sum) = sizes.fold((0, 0), |(count, sum), size| {
-            (count + 1, sum + exponent(size))
-        });
-        if count == 0 {
-            1.0
-        } else {
-            2.0_f64.powi(sum.div_euclid(count) as i32)
-        }
-    }
-
     /// For each instance a box around its mesh's box, which is fast to compute but not tight.
     pub fn loose_boxes(&self) -> Vec<Bounds> {
         let bounds: Vec<Option<Bounds>> = self.meshes.iter().map(Mesh::bounds).collect();
@@ -104,6 +87,22 @@ impl Scene {
                 .iter()
                 .map(|p| instance.object_to_world.transform_point3(p.as_dvec3())),
         )
+    }
+}
+
+/// The geometric mean of the sizes of boxes, as a power of two; 1 without any. A ground of a thousand kilometres
+/// hardly changes it, while it decides the size of the whole.
+pub fn usual_size(boxes: &[Bounds]) -> f64 {
+    let sizes = boxes.iter().map(|bounds| bounds.size().max_element());
+    let sizes = sizes.filter(|size| *size > 0.0);
+    // Of integers, so that a scene that is twice as large has exactly twice the size.
+    let (count, sum) = sizes.fold((0, 0), |(count, sum), size| {
+        (count + 1, sum + exponent(size))
+    });
+    if count == 0 {
+        1.0
+    } else {
+        2.0_f64.powi(sum.div_euclid(count) as i32)
     }
 }
 

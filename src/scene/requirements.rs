@@ -1,5 +1,6 @@
 //! Properties of a scene that decide which features the renderer needs for it.
 
+use super::bounds::usual_size;
 use super::{Material, Mesh, Scene};
 use crate::layouts::MIRROR_ROUGHNESS;
 
@@ -45,7 +46,7 @@ impl Requirements {
             ..Self::default()
         };
         let edges: Vec<f64> = scene.meshes.iter().map(longest_edge).collect();
-        let large = LARGE * scene.usual_size();
+        let large = LARGE * usual_size(&scene.loose_boxes());
         let lights = scene.lamp_materials();
         let mut placed = vec![false; scene.meshes.len()];
         for instance in &scene.instances {

@@ -63,7 +63,12 @@ impl Scene {
                     boxes.len()
                 )));
             };
-            check_reach(&what, &instance.object_to_world, bounds.as_ref())?;
+            check_reach(
+                &what,
+                &instance.object_to_world,
+                bounds.as_ref(),
+                LARGEST_COORDINATE,
+            )?;
             // A moving instance may be flat at some times.
             let moves = (self.motion.as_ref()).is_some_and(|m| m.moves_instance(index));
             flat[index] = !moves && is_singular(instance.object_to_world.matrix3);
@@ -236,12 +241,17 @@ fn check_mesh(index: usize, mesh: &Mesh, materials: usize) -> Result<()> {
     Ok(())
 }
 
-/// Checks that a mesh with these bounds can be rendered under a transform; `what` names it in the
-/// message.
+/// Checks that a mesh with these bounds can be rendered under a transform, with coordinates up to
+/// `farthest`; `what` names it in the message.
 ///
 /// # Errors
 /// The transform is not finite, or the mesh reaches too far from the origin.
-pub(super) fn check_reach(what: &str, transform: &DAffine3, bounds: Option<&Bounds>) -> Result<()> {
+pub(super) fn check_reach(
+    what: &str,
+    transform: &DAffine3,
+    bounds: Option<&Bounds>,
+    farthest: f64,
+) -> Result<()> {
     if !transform.is_finite() {
         return Err(Error::input(format!(
             "{what}: its transform is not finite; correct it in the modelling tool"
@@ -252,9 +262,9 @@ pub(super) fn check_reach(what: &str, transform: &DAffine3, bounds: Option<&Boun
         .flat_map(Bounds::corners)
         .map(|corner| transform.transform_point3(corner).abs().max_element())
         .fold(0.0, f64::max);
-    if reach > LARGEST_COORDINATE {
+    if reach > farthest {
         return Err(Error::input(format!(
-            "{what}: reaches {reach:.3e} from the origin, and {LARGEST_COORDINATE:e} is as far as can be rendered; scale the scene down"
+            "{what}: reaches {reach:.3e} from the origin, and {farthest:e} is as far as can be rendered; scale the scene down"
         )));
     }
     Ok(())

@@ -307,14 +307,19 @@ impl SceneBuffers {
     }
 }
 
+/// Whether [`Fetch`] decides how a buffer is read.
+#[cfg(headwater)]
+pub fn is_fetched(name: &str) -> bool {
+    BUFFERS
+        .iter()
+        .any(|b| b.name == name && b.elements.are_words())
+}
+
 /// How a buffer is used by shaders of a variant.
 #[cfg(headwater)]
 fn usage(name: &str, variant: Variant) -> Usage {
-    let texels = BUFFERS
-        .iter()
-        .any(|b| b.name == name && b.elements.are_words());
     Usage {
-        texels: texels && variant.fetch == Fetch::Texels,
+        texels: is_fetched(name) && variant.fetch == Fetch::Texels,
         acceleration_input: name == "positions" && variant.tracer == Tracer::RayQuery,
         ..Usage::default()
     }

@@ -4,11 +4,12 @@ use super::compute_bvh::Tree;
 use super::gather::Gathered;
 use super::geometry::{Geometry, MeshPlace};
 use super::units::Units;
+use crate::Result;
 use crate::layouts::{GpuInstance, GpuLight, GpuPreviousTransform, NONE};
 use crate::scene::lights::{self, AliasTable, LampTriangle, LightTriangle, UNIFORM_SHARE};
 use crate::scene::motion::{Pose, check_place, is_flat};
+use crate::scene::validate::LARGEST_COORDINATE;
 use crate::scene::{Bounds, Material, Scene};
-use crate::{Error, Result};
 use glam::{DAffine3, DVec3, Vec3};
 use std::collections::HashMap;
 
@@ -118,16 +119,8 @@ impl ScenePoser {
             let centred = DAffine3::from_translation(-self.units.origin)
                 * *place
                 * DAffine3::from_translation(self.instances[index].mesh.centre);
-            check_place(*moving, &centred, Some(&bounds), time)?;
-            let corners = (bounds.corners()).map(|corner| centred.transform_point3(corner));
-            let reach =
-                Bounds::of(corners).map_or(0.0, |b| b.min.abs().max(b.max.abs()).max_element());
-            if !self.units.hold(reach) {
-                return Err(Error::input(format!(
-                    "instance {moving} at {time} s: reaches {reach:.3e} from the origin, too far in a scene of objects of about {:.0e}; move it less far",
-                    self.units.length
-                )));
-            }
+            let farthest = self.units.farthest().min(LARGEST_COORDINATE);
+            check_place(*moving, &centred, Some(&bounds), time, farthest)?;
             to_world[index] = *place;
         }
         let mut materials = self.materials.clone();

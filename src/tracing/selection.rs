@@ -1,6 +1,7 @@
 //! The choice of tracer and geometry access for a scene on a device: by rule from the device and the size of the
 //! scene, never from a timing, so that the same command on the same machine always does the same.
 
+use super::buffers::is_fetched;
 use super::sizes::SceneSizes;
 use super::{Fetch, GeometryAccess, Tracer, Variant};
 use crate::gpu::{DeviceInfo, DriverKind, Features};
@@ -88,7 +89,7 @@ fn tracer(device: &DeviceInfo, wanted: TracerChoice) -> Result<(Tracer, &'static
 
 fn fetch(device: &DeviceInfo, scene: &SceneSizes) -> (Fetch, String) {
     let reach = device.max_texel_bytes();
-    let (name, bytes) = scene.largest_fetched();
+    let (name, bytes) = scene.largest(is_fetched);
     if reach < device.max_storage_buffer_range {
         (Fetch::Words, "texels reach less far than a binding".into())
     } else if device.buffer_addresses && bytes > reach {
@@ -103,7 +104,8 @@ fn fetch(device: &DeviceInfo, scene: &SceneSizes) -> (Fetch, String) {
 
 fn geometry(device: &DeviceInfo, scene: &SceneSizes, fetch: Fetch) -> (GeometryAccess, String) {
     use GeometryAccess::{BufferAddresses, StorageBuffers};
-    let (name, bytes) = scene.largest(fetch);
+    // Through bindings, or by address.
+    let (name, bytes) = scene.largest(|name| fetch == Fetch::Words || !is_fetched(name));
     let range = device.max_storage_buffer_range;
     let slow = match device.driver_kind {
         DriverKind::Llvmpipe { mesa: ..=22 } => {

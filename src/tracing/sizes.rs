@@ -1,6 +1,6 @@
 //! How many bytes a scene takes on a device, known before any tree is built.
 
-use super::buffers::{BUFFERS, BufferBytes};
+use super::buffers::{BufferBytes, is_fetched};
 use super::gather::ElementCounts;
 use super::{Fetch, GeometryAccess, Variant};
 use crate::gpu::DeviceInfo;
@@ -36,18 +36,11 @@ impl SceneSizes {
         }
     }
 
-    /// The largest of the buffers that a device reads through bindings, or by address.
-    pub(super) fn largest(&self, fetch: Fetch) -> (&'static str, u64) {
+    /// The name and the bytes of the largest buffer among those that `counts` takes by name.
+    pub(super) fn largest(&self, counts: impl Fn(&str) -> bool) -> (&'static str, u64) {
         let buffers = self.bytes.named().into_iter();
-        let read = buffers.filter(|(name, _)| !(fetch == Fetch::Texels && is_fetched(name)));
-        read.max_by_key(|(_, bytes)| *bytes).unwrap_or_default()
-    }
-
-    /// The largest of the buffers that [`Fetch`] decides on.
-    pub(super) fn largest_fetched(&self) -> (&'static str, u64) {
-        let buffers = self.bytes.named().into_iter();
-        let fetched = buffers.filter(|(name, _)| is_fetched(name));
-        fetched.max_by_key(|(_, bytes)| *bytes).unwrap_or_default()
+        let counted = buffers.filter(|(name, _)| counts(name));
+        counted.max_by_key(|(_, bytes)| *bytes).unwrap_or_default()
     }
 
     /// Whether a device can hold the scene and read it as a variant does.
@@ -79,13 +72,6 @@ impl SceneSizes {
         }
         Ok(())
     }
-}
-
-/// Whether [`Fetch`] decides how a buffer is read.
-fn is_fetched(name: &str) -> bool {
-    BUFFERS
-        .iter()
-        .any(|b| b.name == name && b.elements.are_words())
 }
 
 /// Whether a device can hold one of a scene's buffers and read it as a variant does.

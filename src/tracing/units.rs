@@ -1,7 +1,7 @@
 //! The units of lengths and of radiance on the device.
 
 use crate::scene::Scene;
-use crate::scene::bounds::exponent;
+use crate::scene::bounds::{exponent, usual_size};
 use glam::{DAffine3, DVec3, Vec3};
 
 /// Units of lengths and of radiance, and the origin, in which a scene is uploaded. Both units are powers of two, so that
@@ -28,23 +28,21 @@ impl Units {
         let lights = scene.materials.iter().map(|m| m.emission);
         let changing = scene.motion.iter().flat_map(|motion| &motion.emission);
         let lights = lights.chain(changing.map(|emission| emission.brightest()));
-        let corners = scene
-            .loose_boxes()
-            .into_iter()
-            .flat_map(|bounds| [bounds.min, bounds.max]);
+        let boxes = scene.loose_boxes();
+        let corners = boxes.iter().flat_map(|bounds| [bounds.min, bounds.max]);
         let farthest = corners.map(|corner| (corner - origin).abs().max_element());
         let farthest = power_of_two(farthest.fold(0.0, f64::max));
         Self {
             origin,
             // Squares of the largest coordinates must not overflow either.
-            length: scene.usual_size().max(farthest / FARTHEST),
+            length: usual_size(&boxes).max(farthest / FARTHEST),
             radiance: power_of_two(f64::from(lights.fold(0.0, brightest))),
         }
     }
 
-    /// Whether coordinates of this size, from the origin and in scene units, stay in range on the device.
-    pub fn hold(&self, coordinate: f64) -> bool {
-        coordinate <= 2.0 * FARTHEST * self.length
+    /// The largest coordinate, from the origin and in scene units, that stays in range on the device.
+    pub fn farthest(&self) -> f64 {
+        2.0 * FARTHEST * self.length
     }
 
     /// From the world to the device.
@@ -92,10 +90,9 @@ mod tests {
         };
         let dust = Units::of(&scene, DVec3::ZERO);
         assert_eq!(dust.length, 2_f64.powi(-20));
-        assert!(dust.hold(1e9) && !dust.hold(1e15));
+        assert!((1e9..1e15).contains(&dust.farthest()));
         scene.instances.push(placed(1e9, 1e15));
         let with_sun = Units::of(&scene, DVec3::ZERO);
-        assert!(1e15 / with_sun.length < 2.0 * FARTHEST && with_sun.length < 1.0);
-        assert!(with_sun.hold(1e15));
+        assert!(with_sun.farthest() > 1e15 && with_sun.length < 1.0);
     }
 }

@@ -53,6 +53,12 @@ fn colours_are_kept_on_average() {
     }
 }
 
+/// The three numbers that a function makes of one input.
+fn colour_of(function: &Function, input: [u32; 8]) -> [f64; 3] {
+    let words = function.run(&[input])[0];
+    [0, 1, 2].map(|c| number(words[c]))
+}
+
 #[test]
 fn the_largest_step_and_number_stay_finite() {
     let mut function = Function {
@@ -61,15 +67,11 @@ fn the_largest_step_and_number_stay_finite() {
         ..Function::default()
     };
     let input = floats(&[f32::MAX, 0.0, 255.0 / 256.0]);
-    let found = |function: &Function| {
-        let words = function.run(&[input])[0];
-        [0, 1, 2].map(|c| number(words[c]))
-    };
-    let [largest, zero, rounded_up] = found(&function);
+    let [largest, zero, rounded_up] = colour_of(&function, input);
     assert!(largest > 3.3e38 && largest.is_finite());
     assert_eq!([zero, rounded_up], [0.0, 1.0]);
     function.fault = Some(("core/radiance.glsl", "0x7F7FFFFFu", "0xFFFFFFFFu"));
-    assert!(found(&function)[0].is_infinite());
+    assert!(colour_of(&function, input)[0].is_infinite());
 }
 
 /// A factor of -0 in a file makes such a channel.
@@ -81,13 +83,9 @@ fn minus_zero_stays_zero() {
         ..Function::default()
     };
     let input = floats(&[-0.0, 0.5, 1.0]);
-    let found = |function: &Function| {
-        let words = function.run(&[input])[0];
-        [0, 1, 2].map(|c| number(words[c]))
-    };
-    assert_eq!(found(&function), [0.0, 0.5, 1.0]);
+    assert_eq!(colour_of(&function, input), [0.0, 0.5, 1.0]);
     function.fault = Some(("core/radiance.glsl", " & 0x7FFFFFFFu", ""));
-    assert!(found(&function)[0] > 3e38);
+    assert!(colour_of(&function, input)[0] > 3e38);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! The state of everything that moves at one time.
 
 use super::{Motion, Place};
-use crate::scene::validate::{check_reach, is_singular};
+use crate::scene::validate::{LARGEST_COORDINATE, check_reach, is_singular};
 use crate::scene::{Bounds, Camera, Scene, camera};
 use crate::{Error, Result};
 use glam::{DAffine3, Vec3};
@@ -90,7 +90,7 @@ impl Scene {
         for (index, place) in pose.instances {
             let instance = &mut self.instances[index as usize];
             let bounds = self.meshes[instance.mesh as usize].bounds();
-            check_place(index, &place, bounds.as_ref(), time)?;
+            check_place(index, &place, bounds.as_ref(), time, LARGEST_COORDINATE)?;
             instance.object_to_world = place;
         }
         for (index, place) in pose.cameras {
@@ -121,13 +121,20 @@ pub fn is_flat(object_to_world: &DAffine3) -> bool {
 }
 
 /// Checks that a mesh with these bounds can be rendered under the transform `place`, which an
-/// instance has at `time` in seconds.
+/// instance has at `time` in seconds, with coordinates up to `farthest`.
 ///
 /// # Errors
 /// The transform is not finite, or the mesh reaches too far from the origin. The message names the
 /// instance's `index`.
-pub fn check_place(index: u32, place: &DAffine3, bounds: Option<&Bounds>, time: f64) -> Result<()> {
-    check_reach(&format!("instance {index} at {time} s"), place, bounds)
+pub fn check_place(
+    index: u32,
+    place: &DAffine3,
+    bounds: Option<&Bounds>,
+    time: f64,
+    farthest: f64,
+) -> Result<()> {
+    let what = format!("instance {index} at {time} s");
+    check_reach(&what, place, bounds, farthest)
 }
 
 #[cfg(test)]
