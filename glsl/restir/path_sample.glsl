@@ -91,7 +91,8 @@ float aim_at_light(inout PathSample value, uint epoch) {
 Domain vertex_domain(PathSample value, vec3 direction) {
     vec3 geometric_normal, shading_normal;
     face_viewer(value.point, direction, geometric_normal, shading_normal);
-    return make_domain(value.point.position, value.clearance, geometric_normal, shading_normal, value.material, direction);
+    return make_domain(value.point.position, value.clearance, geometric_normal, shading_normal,
+                       material_at(value.material), direction);
 }
 
 // ---- Target and shadow rays

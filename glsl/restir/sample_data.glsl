@@ -64,6 +64,6 @@ vec3 surface_position(SampleData data, Ray ray) { return ray.origin + data.depth
 
 Domain unpack_domain(SampleData data, Ray ray) {
     float clearance = uintBitsToFloat((data.packed_normals.z >> 24u) << 23u);
-    return make_domain(surface_position(data, ray), clearance, geometric_normal(data), shading_normal(data), data.material,
-                       ray.direction);
+    return make_domain(surface_position(data, ray), clearance, geometric_normal(data), shading_normal(data),
+                       material_at(data.material), ray.direction);
 }

@@ -34,7 +34,8 @@ vec3 to_world(Domain domain, vec3 direction) {
 }
 
 // Shading domain for a viewer along the unit vector `direction`, with normals on the viewer's side.
-Domain make_domain(vec3 position, float clearance, vec3 geometric_normal, vec3 shading_normal, uint material, vec3 direction) {
+Domain make_domain(vec3 position, float clearance, vec3 geometric_normal, vec3 shading_normal, GpuMaterial material,
+                   vec3 direction) {
     Domain domain;
     domain.position = position;
     domain.clearance = clearance;
@@ -42,7 +43,7 @@ Domain make_domain(vec3 position, float clearance, vec3 geometric_normal, vec3 s
     domain.shading_normal = shading_normal;
     tangent_frame(shading_normal, domain.tangent, domain.bitangent);
     domain.outgoing = to_shading(domain, -direction);
-    domain.bsdf = make_bsdf(material_at(material), max(domain.outgoing.z, 0.0));
+    domain.bsdf = make_bsdf(material, max(domain.outgoing.z, 0.0));
     return domain;
 }
 
