@@ -10,8 +10,7 @@ use support::planted;
 /// Where a merge's techniques are weighed with visibility: by the balance heuristic one by one, by pairs
 /// for those that one ray stands for.
 const UNSEEN: &str = "visibility && i != k &&";
-const SEEN: &str = "drawn_seen = seen;";
-const ASKED: &str = "if (asks && !seen)";
+const PASSED: &str = "= transmittance(viewer, domain, value);";
 
 /// All of a command's output.
 fn text(output: &Output) -> String {
@@ -144,7 +143,11 @@ fn visibility_that_is_missing_at_the_pixel_itself_is_found() {
     let weighed = "visibility && i != k && k != 0u &&";
     let (passes, said) = with_fault(&[
         ("restir/merge.glsl", UNSEEN, weighed),
-        ("restir/merge.glsl", SEEN, "drawn_seen = true;"),
+        (
+            "restir/merge.glsl",
+            PASSED,
+            "= asks ? transmittance(viewer, domain, value) : 1.0;",
+        ),
     ]);
     assert_both_fail(passes, &said);
 }
@@ -154,7 +157,11 @@ fn visibility_that_is_missing_at_the_neighbours_is_found() {
     let weighed = "visibility && i != k && k == 0u &&";
     let (passes, said) = with_fault(&[
         ("restir/merge.glsl", UNSEEN, weighed),
-        ("restir/merge.glsl", ASKED, "if (false)"),
+        (
+            "restir/merge.glsl",
+            PASSED,
+            "= asks ? 1.0 : transmittance(viewer, domain, value);",
+        ),
     ]);
     assert_both_fail(passes, &said);
 }

@@ -70,7 +70,7 @@ void main() {
             if (add_candidate(stream, domain, value, i, choice, bsdf_samples)) reservoir.value = value;
         }
 
-        Hit pilot = Hit(0.0, NONE, 0u, vec2(0.0));
+        Hit pilot = no_hit(0.0);
         if (PILOTS) pilot = pilot_hit(LOAD_PILOT(pilots, slot));
         uint pilot_light = light_of(pilot);
         if (pilot_light != NONE) {
@@ -104,7 +104,7 @@ void main() {
             if (!wanted) continue;
             Hit hit = trace(ray, purpose == RAY_SHADOW);
             if (purpose == RAY_SHADOW) {
-                if (hit.instance != NONE) stream = empty_stream();
+                if (hit.transmittance == 0.0) stream = empty_stream();
                 continue;
             }
             uint light = light_of(hit);

@@ -70,7 +70,8 @@ void main() {
             Hit hit = pilot_hit(pilot);
             if (purpose != RAY_PILOT) hit = trace(ray, purpose == RAY_SHADOW);
             if (purpose == RAY_SHADOW) {
-                if (hit.instance == NONE) add_candidate(shadowed, choice);
+                shadowed.light *= hit.transmittance;
+                if (hit.transmittance > 0.0) add_candidate(shadowed, choice);
                 ray = next;
                 purpose = next_purpose;
                 continue;

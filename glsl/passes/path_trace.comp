@@ -74,7 +74,7 @@ void main() {
         }
         Hit hit = trace(ray, purpose == RAY_SHADOW);
         if (purpose == RAY_SHADOW) {
-            if (hit.instance == NONE) radiance += shadowed;
+            if (hit.transmittance > 0.0) radiance += hit.transmittance * shadowed;
             ray = next;
             purpose = next_purpose;
             continue;

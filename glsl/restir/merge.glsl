@@ -6,7 +6,8 @@
 //   Reservoir technique_at(uint technique): technique 0 is the canonical
 //   Domain domain_of(uint technique)
 //   vec3 contribution(Domain domain, Sample value), whose luminance is the target function
-//   bool is_visible(uint technique, Domain domain, Sample value), with the sample as the technique sees it
+//   float transmittance(uint technique, Domain domain, Sample value), with the sample as the technique sees it: the
+//     share of its light that arrives
 //   Sample shift_to(uint technique, Sample value, out float jacobian): the canonical's sample in the technique's
 //     space. The Jacobian is the ratio of the sample's measure there to its measure here; 0 where the shift does not
 //     exist. Its existence must be symmetric, and every rejection that looks at a sample must be here, so that all
@@ -55,8 +56,12 @@ float target_at(uint k, Domain domain, uint i, Sample value, bool visibility, ou
     }
     light = contribution(domain, there);
     float target = luminance(light) * jacobian;
-    bool unseen = visibility && i != k && target > 0.0 && !is_visible(k, domain, there);
-    return unseen ? 0.0 : target;
+    if (visibility && i != k && target > 0.0) {
+        float passed = transmittance(k, domain, there);
+        light *= passed;
+        if (passed == 0.0) target = 0.0;
+    }
+    return target;
 }
 
 // Resamples technique i's sample with the weight m_i · p̂_0(y_i) · W_i. `target` is p̂_0(y_i), `light` its light.
@@ -153,9 +158,12 @@ Merged merge(uint mis, uint count, bool visibility, inout Random random) {
             domain = domain_of(viewer);
             value = shift_to(viewer, canonical.value, jacobian);
         }
-        bool seen = is_visible(viewer, domain, value);
-        if (asks && !seen) canonical_terms.pairs = 1.0;
-        if (!asks) drawn_seen = seen;
+        float passed = transmittance(viewer, domain, value);
+        if (asks && passed == 0.0) canonical_terms.pairs = 1.0;
+        if (!asks) {
+            drawn_seen = passed > 0.0;
+            drawn_light *= passed;
+        }
     }
     if (has_canonical) {
         float weight = mis_weight(mis, 0u, canonical_terms, canonical_share, canonical_share, neighbour_share)

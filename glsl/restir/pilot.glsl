@@ -40,7 +40,7 @@ const uint BRIGHTNESS_WORD = 4u;
     }
 
 // The hit of a pilot; its distance is not stored.
-Hit pilot_hit(Pilot pilot) { return Hit(0.0, pilot.instance, pilot.primitive, pilot.barycentrics); }
+Hit pilot_hit(Pilot pilot) { return Hit(0.0, pilot.instance, pilot.primitive, pilot.barycentrics, 0.0); }
 
 // 1 for lobes so narrow that light samples almost never fall into them, 0 for wide ones and none.
 float narrowness(Bsdf bsdf) {

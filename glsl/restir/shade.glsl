@@ -23,8 +23,8 @@ void shade() {
             Domain domain = unpack_domain(data, primary_ray(pixel));
             vec3 light = contribution(domain, reservoir.value) * reservoir.contribution_weight;
             bool traced = VISIBILITY == VISIBILITY_FINAL || VISIBILITY == VISIBILITY_INITIAL;
-            if (max_component(light) > 0.0 && (!traced || trace_visible(shadow_ray(domain, reservoir.value, CURRENT))))
-                color.at[pixel_index(pixel)] += accept_radiance(light);
+            if (traced && max_component(light) > 0.0) light *= trace_transmittance(shadow_ray(domain, reservoir.value, CURRENT));
+            if (max_component(light) > 0.0) color.at[pixel_index(pixel)] += accept_radiance(light);
         }
     }
 }

@@ -15,8 +15,8 @@ Domain domain_of(uint technique) {
     return unpack_domain(LOAD_SAMPLE_DATA(sample_data, slot_of(pixel)), primary_ray(pixel));
 }
 
-bool is_visible(uint technique, Domain domain, Sample value) {
-    return trace_visible(shadow_ray(domain, value, CURRENT));
+float transmittance(uint technique, Domain domain, Sample value) {
+    return trace_transmittance(shadow_ray(domain, value, CURRENT));
 }
 
 View view_of(uint technique) {

@@ -34,13 +34,15 @@ uint epoch_of(uint technique) { return MOVES && technique == 1u ? PREVIOUS : CUR
 // Whether the previous frame saw exactly the same: then both samples, visible in their own domains, are visible in both.
 bool is_static;
 
-bool is_visible(uint technique, Domain domain, Sample value) {
-    if (is_static) return true;
+float transmittance(uint technique, Domain domain, Sample value) {
+    if (is_static) return 1.0;
     uint epoch = epoch_of(technique);
     uint segments = MOVES ? segment_count(value) : 1u;
-    bool seen = true;
-    for (uint i = 0u; seen && i < segments; i += 1u) seen = trace_visible(segment_ray(domain, value, i, epoch), epoch);
-    return seen;
+    float passed = 1.0;
+    for (uint i = 0u; passed > 0.0 && i < segments; i += 1u) {
+        passed *= trace_transmittance(segment_ray(domain, value, i, epoch), epoch);
+    }
+    return passed;
 }
 
 // The canonical's sample as it was in the previous frame, for technique 1.

@@ -24,7 +24,7 @@ vec3 previous_normal(uint instance, vec3 normal) {
 
 uniform accelerationStructureEXT previous_top_level;
 
-bool trace_visible_body(Ray ray, uint epoch) {
+float transmittance_body(Ray ray, uint epoch) {
     uint flags = gl_RayFlagsOpaqueEXT | gl_RayFlagsTerminateOnFirstHitEXT;
     rayQueryEXT query;
     if (MOVES && epoch == PREVIOUS) {
@@ -34,19 +34,19 @@ bool trace_visible_body(Ray ray, uint epoch) {
     }
     while (rayQueryProceedEXT(query)) {
     }
-    return rayQueryGetIntersectionTypeEXT(query, true) == gl_RayQueryCommittedIntersectionNoneEXT;
+    return rayQueryGetIntersectionTypeEXT(query, true) == gl_RayQueryCommittedIntersectionNoneEXT ? 1.0 : 0.0;
 }
 
 #else
 
-bool trace_visible_body(Ray ray, uint epoch) {
-    return trace_tree(ray, true, MOVES && epoch == PREVIOUS ? PREVIOUS_ROOT : 0u).instance == NONE;
+float transmittance_body(Ray ray, uint epoch) {
+    return trace_tree(ray, true, MOVES && epoch == PREVIOUS ? PREVIOUS_ROOT : 0u).instance == NONE ? 1.0 : 0.0;
 }
 
 #endif
 
-// Whether nothing lies, or in the previous frame lay, between the ray's ends.
-bool trace_visible(Ray ray, uint epoch) {
+// The share of light that passes, or in the previous frame passed, between the ray's ends.
+float trace_transmittance(Ray ray, uint epoch) {
     count_ray();
-    return trace_visible_body(ray, epoch);
+    return transmittance_body(ray, epoch);
 }

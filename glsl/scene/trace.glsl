@@ -19,7 +19,12 @@ struct Hit {
     uint primitive;
     // Weights of the second and third corner.
     vec2 barycentrics;
+    // Of a visibility ray: the share of light that passes between its ends.
+    float transmittance;
 };
+
+// The result of a ray that meets nothing.
+Hit no_hit(float t_max) { return Hit(t_max, NONE, 0u, vec2(0.0), 1.0); }
 
 // The purpose of the next ray of a pass that traces all its rays in one loop. Drivers compile the trace as often as it
 // stands in the code, so it stands there once.
@@ -49,10 +54,12 @@ void count_ray() {
 // The closest hit, or any hit.
 Hit trace(Ray ray, bool any_hit) {
     count_ray();
-    return trace_body(ray, any_hit);
+    Hit hit = trace_body(ray, any_hit);
+    if (hit.instance != NONE) hit.transmittance = 0.0;
+    return hit;
 }
 
 Hit trace_closest(Ray ray) { return trace(ray, false); }
 
-// Whether nothing lies between the ray's ends.
-bool trace_visible(Ray ray) { return trace(ray, true).instance == NONE; }
+// The share of light that passes between the ray's ends.
+float trace_transmittance(Ray ray) { return trace(ray, true).transmittance; }

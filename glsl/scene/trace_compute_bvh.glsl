@@ -136,7 +136,7 @@ bool meets_triangle(uint triangle, LevelRay ray, inout float t, out vec2 barycen
 
 // Traces in the tree over the instances with this root node.
 Hit trace_tree(Ray ray, bool any_hit, uint root) {
-    Hit hit = Hit(ray.t_max, NONE, 0u, vec2(0.0));
+    Hit hit = no_hit(ray.t_max);
     LevelRay level = level_ray(ray.origin, ray.direction);
     uvec2 stack[STACK_SIZE];
     uint depth = 0u;

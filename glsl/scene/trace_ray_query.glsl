@@ -9,7 +9,7 @@ Hit trace_body(Ray ray, bool any_hit) {
     rayQueryInitializeEXT(query, top_level, flags, 0xFFu, ray.origin, 0.0, ray.direction, ray.t_max);
     while (rayQueryProceedEXT(query)) {
     }
-    Hit hit = Hit(ray.t_max, NONE, 0u, vec2(0.0));
+    Hit hit = no_hit(ray.t_max);
     if (rayQueryGetIntersectionTypeEXT(query, true) != gl_RayQueryCommittedIntersectionNoneEXT) {
         hit.t = rayQueryGetIntersectionTEXT(query, true);
         hit.instance = rayQueryGetIntersectionInstanceCustomIndexEXT(query, true);

@@ -133,8 +133,8 @@ fn weigh(mis: Mis, techniques: &[Technique], fault: Option<(&str, &str, &str)>) 
             uint index = {SAMPLES}u * domain.technique + value.number;
             return vec3(TARGETS[index] / (JACOBIANS[index] > 0.0 ? JACOBIANS[index] : 1.0));
         }}
-        bool is_visible(uint technique, Domain domain, Sample value) {{
-            return SEES[{SAMPLES}u * technique + value.number] > 0.0;
+        float transmittance(uint technique, Domain domain, Sample value) {{
+            return SEES[{SAMPLES}u * technique + value.number];
         }}
         Sample shift_to(uint technique, Sample value, out float jacobian) {{
             jacobian = JACOBIANS[{SAMPLES}u * technique + value.number];
@@ -334,7 +334,11 @@ fn faults_behind_walls_are_seen() {
     let faults = [
         (
             "neighbours never asked",
-            ("restir/merge.glsl", "if (asks && !seen)", "if (false)"),
+            (
+                "restir/merge.glsl",
+                "if (asks && passed == 0.0)",
+                "if (false)",
+            ),
         ),
         (
             "one that does not see it answers for itself alone",
@@ -348,7 +352,7 @@ fn faults_behind_walls_are_seen() {
             "the canonical's own view left out",
             (
                 "restir/merge.glsl",
-                "drawn_seen = seen;",
+                "drawn_seen = passed > 0.0;",
                 "drawn_seen = true;",
             ),
         ),
