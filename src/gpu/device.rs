@@ -1,6 +1,6 @@
 //! The logical device: queue, memory, names.
 
-use super::instance::{DeviceInfo, Instance};
+use super::instance::{DeviceInfo, Instance, change_lists, walk_lists};
 use crate::{Error, Result};
 use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
@@ -83,10 +83,12 @@ impl Device {
                 .push_next(&mut ray_query);
         }
         create = create.enabled_extension_names(&extensions);
+        let changing = change_lists();
         // SAFETY: the features and extensions were found on this device; `create` lives through
         // the call.
         let raw = unsafe { instance.raw.create_device(info.raw, &create, None) }
             .map_err(|e| Error::failed(format!("device '{}' does not open ({e})", info.name)))?;
+        drop(changing);
         // SAFETY: the queue family and queue 0 were requested above.
         let queue = unsafe { raw.get_device_queue(info.queue_family, 0) };
         let allocator = Allocator::new(&AllocatorCreateDesc {
@@ -100,6 +102,7 @@ impl Device {
         let allocator = match allocator {
             Ok(allocator) => allocator,
             Err(e) => {
+                let _changing = change_lists();
                 // SAFETY: nothing was made from the device yet.
                 unsafe { raw.destroy_device(None) };
                 return Err(Error::failed(format!("no memory allocator ({e})")));
@@ -151,6 +154,7 @@ impl Device {
             let info = vk::DebugUtilsObjectNameInfoEXT::default()
                 .object_handle(object)
                 .object_name(&name);
+            let _walking = walk_lists();
             // SAFETY: the object belongs to this device. A name is optional, so errors are ignored.
             let _ = unsafe { debug.set_debug_utils_object_name(&info) };
         }
@@ -172,6 +176,7 @@ impl Drop for Device {
         unsafe {
             let _ = self.raw.device_wait_idle();
             ManuallyDrop::drop(&mut self.allocator);
+            let _changing = change_lists();
             self.raw.destroy_device(None);
         }
     }

@@ -4,10 +4,24 @@ use super::messages::DebugUtils;
 use crate::{Error, Result};
 use ash::{ext, khr, vk};
 use std::ffi::CStr;
-use std::sync::Arc;
+use std::sync::{Arc, RwLock, RwLockReadGuard, RwLockWriteGuard};
 
 /// Bytes of a texel, as buffers are read through texel views: four `uint`s.
 pub(super) const TEXEL_SIZE: u64 = 16;
+
+/// Guards the lists of instances and devices in the Vulkan loader. Versions up to 1.4 at least walk them without a lock
+/// to find the device of an object that is given a name, and crash where another thread opens or closes a device.
+static LISTS: RwLock<()> = RwLock::new(());
+
+/// Permission to walk the loader's lists.
+pub(super) fn walk_lists() -> RwLockReadGuard<'static, ()> {
+    LISTS.read().unwrap_or_else(|e| e.into_inner())
+}
+
+/// Permission to change the loader's lists: to open or close an instance or a device.
+pub(super) fn change_lists() -> RwLockWriteGuard<'static, ()> {
+    LISTS.write().unwrap_or_else(|e| e.into_inner())
+}
 
 /// The loaded Vulkan library and its instance.
 pub struct Instance {
@@ -176,6 +190,7 @@ impl Instance {
         info = info
             .enabled_layer_names(&layer_names)
             .enabled_extension_names(&extension_names);
+        let _changing = change_lists();
         // SAFETY: `info` and all it points to live through the call.
         let raw = unsafe { entry.create_instance(&info, None) }.map_err(|e| {
             Error::failed(format!(
@@ -410,6 +425,7 @@ impl Instance {
 
 impl Drop for Instance {
     fn drop(&mut self) {
+        let _changing = change_lists();
         // SAFETY: every device keeps the instance alive, so none is left.
         unsafe {
             if let Some(debug) = &self.debug {
