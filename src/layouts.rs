@@ -10,7 +10,7 @@ use crate::choices;
 use crate::gpu::layout::{GpuStruct, StructLayout};
 use crate::render::specialisation::Specialisation;
 use crate::tracing::buffers::{self, SceneTable};
-use glam::{UVec3, Vec2, Vec3};
+use glam::{UVec2, UVec3, Vec2, Vec3};
 
 crate::gpu_constants! {
     /// "None": no normals, no light, no hit.
@@ -22,6 +22,12 @@ crate::gpu_constants! {
     /// Perceptual roughness below which a specular lobe is a perfect mirror, because f32 half vectors do not resolve
     /// its GGX peak.
     pub const MIRROR_ROUGHNESS: f32 = 0.01;
+    /// The image of a texture repeats.
+    pub const WRAP_REPEAT: u32 = 0;
+    /// It repeats mirrored.
+    pub const WRAP_MIRROR: u32 = 1;
+    /// Its edges continue.
+    pub const WRAP_CLAMP: u32 = 2;
     /// Minimum cosine between a shading normal and the direction to the eye.
     pub const MIN_FACING: f32 = 0.01;
     /// Cells a side of the directional albedo table (cosine × roughness).
@@ -99,8 +105,10 @@ crate::gpu_struct! {
         pub first_light: u32,
         /// Index of this instance in the scene, as the AOV shows it.
         pub id: u32,
+        /// First triangle of its mesh in the array of texture coordinates, for each of two sets; or NONE.
+        pub first_uvs: UVec2,
         /// Fills the last four words.
-        pub padding: u32,
+        pub padding: UVec3,
     }
 }
 
@@ -117,8 +125,36 @@ crate::gpu_struct! {
         pub dielectric_f90: f32,
         /// Perceptual roughness.
         pub roughness: f32,
+        /// Texture that multiplies the base colour, or NONE.
+        pub base_color_texture: u32,
+        /// Texture that multiplies roughness and metalness, or NONE.
+        pub metallic_roughness_texture: u32,
         /// Fills the last four words.
-        pub padding: UVec3,
+        pub padding: u32,
+    }
+}
+
+crate::gpu_struct! {
+    /// An image as a material uses it.
+    pub struct GpuTexture {
+        /// First column of the 2×2 part of the transform from texture coordinates to those of the image.
+        pub column_u: Vec2,
+        /// Second column.
+        pub column_v: Vec2,
+        /// The translation.
+        pub offset: Vec2,
+        /// First texel in the array of texels.
+        pub first_texel: u32,
+        /// Width in texels.
+        pub width: u32,
+        /// Height in texels.
+        pub height: u32,
+        /// The set of texture coordinates, 0 or 1.
+        pub set: u32,
+        /// WRAP_… along u, and along v times 4.
+        pub wrap: u32,
+        /// Whether a lookup takes the nearest texel (1) or interpolates between four (0).
+        pub nearest: u32,
     }
 }
 
@@ -309,6 +345,8 @@ crate::gpu_struct! {
         pub material: u32,
         /// Index of the instance in the scene; NONE = no surface.
         pub instance: u32,
+        /// Base colour, metalness and roughness where textures decide them.
+        pub packed_material: UVec2,
     }
 }
 
@@ -398,6 +436,7 @@ pub const STRUCTS: &[StructLayout] = &[
     SceneTable::LAYOUT,
     GpuInstance::LAYOUT,
     GpuMaterial::LAYOUT,
+    GpuTexture::LAYOUT,
     GpuLight::LAYOUT,
     GpuPreviousTransform::LAYOUT,
     GpuCamera::LAYOUT,

@@ -96,8 +96,7 @@ void main() {
             }
             surface.position -= back_off_distance(surface.error, hit.t) * ray.direction;
             Domain vertex = make_domain(surface.position, clearance_of(surface.geometric_normal, surface.error),
-                                        surface.geometric_normal, surface.shading_normal, material_at(surface.material),
-                                        ray.direction);
+                                        surface.geometric_normal, surface.shading_normal, surface.material, ray.direction);
             bool shadow = sample_light_at(path, vertex, random, shadowed, ray);
             vec4 numbers = to_unit(random_bits(random));
             choice = random_choice(random);

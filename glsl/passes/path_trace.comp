@@ -84,7 +84,6 @@ void main() {
             continue;
         }
         Surface surface = surface_at(hit, ray);
-        GpuMaterial material = material_at(surface.material);
         if (surface.light != NONE) {
             GpuLight light = light_at(surface.light, CURRENT);
             float cosine = -dot(light.normal, ray.direction);
@@ -106,7 +105,7 @@ void main() {
         tangent_frame(surface.shading_normal, tangent, bitangent);
         vec3 outgoing = -vec3(dot(ray.direction, tangent), dot(ray.direction, bitangent),
                               dot(ray.direction, surface.shading_normal));
-        Bsdf bsdf = make_bsdf(material, max(outgoing.z, 0.0));
+        Bsdf bsdf = make_bsdf(surface.material, max(outgoing.z, 0.0));
 
         // Drawn whether they are needed or not, so that what a scene lacks does not shift the others.
         uvec4 light_bits = random_bits(random);

@@ -32,7 +32,7 @@ void main() {
     if (hit.instance != NONE) {
         Surface surface = surface_at(hit, ray);
         float cosine = max(-dot(ray.direction, surface.shading_normal), 0.0);
-        Bsdf bsdf = make_bsdf(material_at(surface.material), cosine);
+        Bsdf bsdf = make_bsdf(surface.material, cosine);
         vec3 specular = specular_fresnel(bsdf, cosine);
         seen = PrimarySurface(bsdf.diffuse * diffuse_share(bsdf, cosine) + specular, surface.shading_normal,
                               hit.t, surface.instance,

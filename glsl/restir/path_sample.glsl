@@ -34,12 +34,15 @@ struct PathSample {
     // Follows from these. It is kept so that the full format can store it instead of reading the triangle again.
     TrianglePoint point;
     float clearance;
-    uint material;
+    uint material_index;
+    // With its textures.
+    GpuMaterial material;
 };
 
 PathSample empty_path_sample() {
     TrianglePoint point = TrianglePoint(vec3(0.0), vec3(0.0), vec3(0.0, 0.0, 1.0), vec3(0.0, 0.0, 1.0), false);
-    return PathSample(PATH_NONE, NONE, 0u, vec2(0.0), NONE, vec2(0.0), vec3(0.0, 0.0, 1.0), vec3(0.0), point, 0.0, 0u);
+    return PathSample(PATH_NONE, NONE, 0u, vec2(0.0), NONE, vec2(0.0), vec3(0.0, 0.0, 1.0), vec3(0.0), point, 0.0, 0u,
+                      GpuMaterial(vec3(0.0), 0.0, vec3(0.0), 0.0, 0.0, NONE, NONE, 0u));
 }
 
 // Where the hit of a ray lies on its triangle. `position` is the point that the ray and the triangle give together.
@@ -50,11 +53,11 @@ vec2 place_of(Hit hit, vec3 position) {
     return vec2(dot(position, tangent), dot(position, bitangent));
 }
 
-// The second vertex in an epoch. Without a return in the middle: with one, SwiftShader took more than ten minutes and
+// The second vertex in an epoch, and its barycentric weights if something is interpolated by them. Without a return in the middle: with one, SwiftShader took more than ten minutes and
 // 10 GB to compile spatial_indirect, otherwise 7 s.
-TrianglePoint vertex_point(PathSample value, uint epoch) {
+TrianglePoint vertex_point(PathSample value, uint epoch, out vec2 barycentrics) {
     GpuInstance instance = instance_at(value.instance, epoch);
-    vec2 barycentrics = value.place;
+    barycentrics = value.place;
     vec3 position = vec3(0.0);
     if (HAS_LARGE_TRIANGLES) {
         TrianglePoint corner = triangle_point(instance, value.primitive, vec2(0.0));
@@ -62,7 +65,7 @@ TrianglePoint vertex_point(PathSample value, uint epoch) {
         tangent_frame(corner.normal, tangent, bitangent);
         position = dot(corner.position, corner.normal) * corner.normal + value.place.x * tangent + value.place.y * bitangent;
         barycentrics = vec2(0.0);
-        if (HAS_SMOOTH_NORMALS) barycentrics = barycentrics_of(instance, value.primitive, position - corner.position);
+        if (HAS_SMOOTH_NORMALS || HAS_TEXTURES) barycentrics = barycentrics_of(instance, value.primitive, position - corner.position);
     }
     TrianglePoint point = triangle_point(instance, value.primitive, barycentrics);
     if (HAS_LARGE_TRIANGLES) point.position = position;
@@ -72,9 +75,11 @@ TrianglePoint vertex_point(PathSample value, uint epoch) {
 // Computes the second vertex from its triangle.
 void place_vertex(inout PathSample value, uint epoch) {
     GpuInstance instance = instance_at(value.instance, epoch);
-    value.point = vertex_point(value, epoch);
+    vec2 barycentrics;
+    value.point = vertex_point(value, epoch, barycentrics);
     value.clearance = clearance_of(value.point.normal, value.point.error);
-    value.material = triangle_owner(instance, value.primitive).material;
+    value.material_index = triangle_owner(instance, value.primitive).material;
+    if (HAS_TEXTURES) value.material = material_at(value.material_index, instance, value.primitive, barycentrics);
 }
 
 // Points the direction from the second vertex to the point on the light where the path ends. Returns the solid angle per
@@ -92,7 +97,7 @@ Domain vertex_domain(PathSample value, vec3 direction) {
     vec3 geometric_normal, shading_normal;
     face_viewer(value.point, direction, geometric_normal, shading_normal);
     return make_domain(value.point.position, value.clearance, geometric_normal, shading_normal,
-                       material_at(value.material), direction);
+                       HAS_TEXTURES ? value.material : material_at(value.material_index), direction);
 }
 
 // ---- Target and shadow rays
@@ -218,7 +223,7 @@ void pack_sample(PathSample value, inout PackedReservoir p) {
     p.words[11] = floatBitsToUint(value.clearance);
     p.words[12] = pack_octahedral(value.point.normal);
     p.words[13] = pack_octahedral(value.point.shading_normal);
-    p.words[14] = value.material | (value.point.interpolated ? INTERPOLATED : 0u);
+    p.words[14] = value.material_index | (value.point.interpolated ? INTERPOLATED : 0u);
 }
 
 void unpack_sample(PackedReservoir p, out PathSample value) {
@@ -233,7 +238,13 @@ void unpack_sample(PackedReservoir p, out PathSample value) {
         value.point.normal = unpack_octahedral(p.words[12]);
         value.point.shading_normal = unpack_octahedral(p.words[13]);
         value.point.interpolated = (p.words[14] & INTERPOLATED) != 0u;
-        value.material = p.words[14] & ~INTERPOLATED;
+        value.material_index = p.words[14] & ~INTERPOLATED;
+        if (HAS_TEXTURES) {
+            vec2 barycentrics;
+            vertex_point(value, CURRENT, barycentrics);
+            GpuInstance instance = instance_at(value.instance, CURRENT);
+            value.material = material_at(value.material_index, instance, value.primitive, barycentrics);
+        }
     } else {
         place_vertex(value, CURRENT);
     }

@@ -29,34 +29,55 @@ vec3 geometric_normal(SampleData data) { return unpack_normal(data.packed_normal
 
 vec3 shading_normal(SampleData data) { return unpack_normal(data.packed_normals.y, data.packed_normals.z >> NORMAL_REST); }
 
+// What textures change of a material: the square roots of the base colour in 12 bits each, which divide dark colours more
+// finely; metalness in 12 bits; roughness in 16.
+const float COLOR_STEPS = 4095.0;
+const float ROUGHNESS_STEPS = 65535.0;
+
+uvec2 pack_material(GpuMaterial material) {
+    if (!HAS_TEXTURES) return uvec2(0u);
+    uvec3 color = uvec3(round(sqrt(material.base_color) * COLOR_STEPS));
+    uint metallic = uint(round(material.metallic * COLOR_STEPS)), roughness = uint(round(material.roughness * ROUGHNESS_STEPS));
+    return uvec2(color.x | (color.y << 12u) | (color.z << 24u), (color.z >> 8u) | (metallic << 4u) | (roughness << 16u));
+}
+
+// The material of a primary surface.
+GpuMaterial unpack_material(SampleData data) {
+    GpuMaterial material = material_at(data.material);
+    if (!HAS_TEXTURES) return material;
+    uvec2 p = data.packed_material;
+    uvec3 color = uvec3(p.x & 0xFFFu, (p.x >> 12u) & 0xFFFu, (p.x >> 24u) | ((p.y & 0xFu) << 8u));
+    vec3 root = vec3(color) / COLOR_STEPS;
+    if (material.base_color_texture != NONE) material.base_color = root * root;
+    if (material.metallic_roughness_texture != NONE) {
+        material.metallic = float((p.y >> 4u) & 0xFFFu) / COLOR_STEPS;
+        material.roughness = float(p.y >> 16u) / ROUGHNESS_STEPS;
+    }
+    return material;
+}
+
 SampleData pack_sample_data(Surface surface, Ray ray) {
     // The depth along the ray: camera, pixel and depth then give a position from which rays can start.
     vec3 error;
     vec3 normal = surface.geometric_normal;
     float depth = depth_along(ray.origin, ray.direction, surface.position, surface.error, normal, error);
     depth -= back_off_distance(error, depth);
-    return SampleData(depth, pack_normals(normal, surface.shading_normal, clearance_of(normal, error)), surface.material,
-                      surface.instance);
+    return SampleData(depth, pack_normals(normal, surface.shading_normal, clearance_of(normal, error)),
+                      surface.material_index, surface.instance, pack_material(surface.material));
 }
 
-// Macros, because GLSL cannot pass buffers to functions. Passes that only read sample data read it as texels, of which
-// one entry takes one and a half: llvmpipe reads buffers word by word, each behind a branch.
+// Macros, because GLSL cannot pass buffers to functions. Passes that only read sample data read it as texels, two an
+// entry: llvmpipe reads buffers word by word, each behind a branch.
 #if FETCH_TEXELS
 #define SAMPLE_DATA_BUFFER(NAME, BLOCK) uniform utextureBuffer NAME
 #define LOAD_SAMPLE_DATA(NAME, SLOT) \
-    sample_data_of(texelFetch(NAME, first_texel(SLOT)), texelFetch(NAME, first_texel(SLOT) + 1), (SLOT) % 2u != 0u)
+    sample_data_of(texelFetch(NAME, int(2u * (SLOT))), texelFetch(NAME, int(2u * (SLOT) + 1u)))
 #else
 #define SAMPLE_DATA_BUFFER(NAME, BLOCK) layout(scalar) readonly buffer BLOCK { SampleData at[]; } NAME
 #define LOAD_SAMPLE_DATA(NAME, SLOT) NAME.at[SLOT]
 #endif
 
-int first_texel(uint slot) { return int(slot + slot / 2u); }
-
-// The entry that begins in the first of two texels, in the middle of it if its slot is odd.
-SampleData sample_data_of(uvec4 p, uvec4 q, bool odd) {
-    if (odd) return SampleData(uintBitsToFloat(p.z), uvec3(p.w, q.xy), q.z, q.w);
-    return SampleData(uintBitsToFloat(p.x), p.yzw, q.x, q.y);
-}
+SampleData sample_data_of(uvec4 p, uvec4 q) { return SampleData(uintBitsToFloat(p.x), p.yzw, q.x, q.y, q.zw); }
 
 bool has_surface(SampleData data) { return data.instance != NONE; }
 
@@ -65,5 +86,5 @@ vec3 surface_position(SampleData data, Ray ray) { return ray.origin + data.depth
 Domain unpack_domain(SampleData data, Ray ray) {
     float clearance = uintBitsToFloat((data.packed_normals.z >> 24u) << 23u);
     return make_domain(surface_position(data, ray), clearance, geometric_normal(data), shading_normal(data),
-                       material_at(data.material), ray.direction);
+                       unpack_material(data), ray.direction);
 }

@@ -12,6 +12,7 @@ GpuLight light_at(uint index, uint epoch) { return load_lights(index + epoch * s
 
 GpuInstance instance_at(uint index, uint epoch) { return load_instances(index + epoch * scene.at.instance_count); }
 
+// A material without its textures.
 GpuMaterial material_at(uint index) { return load_materials(index); }
 
 // A triangle's corners in object space.

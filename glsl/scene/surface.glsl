@@ -3,6 +3,7 @@
 // instance and light.
 #include "core/rounding.glsl"
 #include "scene/geometry.glsl"
+#include "scene/textures.glsl"
 #include "scene/trace.glsl"
 
 struct Surface {
@@ -13,7 +14,9 @@ struct Surface {
     // Unit normals on the side the ray came from.
     vec3 geometric_normal;
     vec3 shading_normal;
-    uint material;
+    uint material_index;
+    // With its textures.
+    GpuMaterial material;
     // Index of the instance in the scene.
     uint instance;
     // NONE unless the triangle is a light.
@@ -124,7 +127,8 @@ Surface surface_at(Hit hit, Ray ray) {
     surface.error = point.error;
     face_viewer(point, ray.direction, surface.geometric_normal, surface.shading_normal);
     refine_by_ray(surface.position, surface.error, surface.geometric_normal, ray.origin, ray.direction);
-    surface.material = owner.material;
+    surface.material_index = owner.material;
+    surface.material = material_at(owner.material, instance, hit.primitive, hit.barycentrics);
     surface.instance = owner.instance;
     surface.light = owner.light;
     return surface;

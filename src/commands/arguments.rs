@@ -5,6 +5,7 @@ use crate::render::presets::{self, Preset};
 use crate::render::settings::{Settings, flatten};
 use crate::render::{Clock, Kind};
 use crate::scene::camera::look_at;
+use crate::scene::load::Options;
 use crate::scene::validate::check_camera;
 use crate::scene::{Camera, file_of};
 use crate::toml_text::TomlText;
@@ -21,6 +22,9 @@ const MAX_PIXELS: u64 = 1 << 28;
 pub struct SceneArgs {
     /// A procedural scene's name, or a file: .gltf, .glb, .obj
     pub scene: String,
+    /// How it is loaded
+    #[command(flatten)]
+    pub load: Options,
     /// Image width in pixels; with neither width nor height: 1280
     #[arg(long, allow_negative_numbers = true)]
     pub width: Option<u32>,

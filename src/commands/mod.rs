@@ -16,6 +16,7 @@ pub mod study;
 use crate::gpu::Instance;
 use crate::render::Clock;
 use crate::scene::Scene;
+use crate::scene::load::Options;
 use crate::scene::progress::Step;
 use crate::{Error, Result};
 use clap::error::ErrorKind as ArgumentError;
@@ -126,9 +127,9 @@ pub fn print(text: impl std::fmt::Display) -> Result<()> {
 ///
 /// # Errors
 /// Neither a procedural scene nor a file that can be read, or a signal.
-pub fn open_scene(name: &str, interrupt: &Interrupt) -> Result<Scene> {
+pub fn open_scene(name: &str, options: Options, interrupt: &Interrupt) -> Result<Scene> {
     let mut shown: Option<(Step, Progress)> = None;
-    crate::scene::open_watched(name, &mut |step, done, total| {
+    crate::scene::open_watched(name, options, &mut |step, done, total| {
         if shown.as_ref().is_none_or(|(before, _)| *before != step) {
             let progress = match step {
                 Step::Reading => Progress::new(Some(total >> 20), "MiB read"),

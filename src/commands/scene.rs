@@ -4,6 +4,7 @@ use super::interrupt::Interrupt;
 use super::notice;
 use super::{open_scene, print};
 use crate::json::value_of;
+use crate::scene::load::Options;
 use crate::scene::requirements::Requirements;
 use crate::scene::{Motion, export, procedural};
 use crate::{Error, Result};
@@ -34,6 +35,9 @@ pub enum Command {
     Inspect {
         /// A procedural scene's name, or a file: .gltf, .glb, .obj
         scene: String,
+        /// How it is loaded
+        #[command(flatten)]
+        load: Options,
         /// Print one JSON object
         #[arg(long)]
         json: bool,
@@ -66,7 +70,7 @@ pub fn run(command: &Command) -> Result<()> {
             let scene = procedural::generate(name, &pairs.collect::<Result<Vec<_>>>()?)?;
             export::write_glb(&scene, output)
         }
-        Command::Inspect { scene, json } => inspect(scene, *json),
+        Command::Inspect { scene, load, json } => inspect(scene, *load, *json),
     }
 }
 
@@ -101,8 +105,8 @@ fn moves(motion: &Motion) -> Value {
     })
 }
 
-fn inspect(name: &str, as_json: bool) -> Result<()> {
-    let scene = open_scene(name, &Interrupt::watch()?)?;
+fn inspect(name: &str, load: Options, as_json: bool) -> Result<()> {
+    let scene = open_scene(name, load, &Interrupt::watch()?)?;
     let requirements = Requirements::of(&scene);
     let requirements = value_of("requirements", &requirements)?;
     let bounds = scene.bounds();

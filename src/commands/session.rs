@@ -65,7 +65,7 @@ impl Session {
         let opened = Instant::now();
         check_aovs(&args.aov, &settings, args.bounces)?;
         let own_camera = args.look_at_camera()?;
-        let mut scene = open_scene(&args.scene, interrupt)?;
+        let mut scene = open_scene(&args.scene, args.load, interrupt)?;
         for text in &scene.notices {
             notice(text);
         }

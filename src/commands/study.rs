@@ -8,6 +8,7 @@ use crate::files::write_atomically;
 use crate::gpu::Device;
 use crate::render::View;
 use crate::scene::camera::framing_camera;
+use crate::scene::load::Options;
 use crate::scene::{Camera, MovingCamera, Scene, check_name, open_watched};
 use crate::study::folder::Folder;
 use crate::study::forecast::Forecast;
@@ -34,6 +35,9 @@ pub struct Args {
     /// What to render: a plan of the program's own, or a file
     #[arg(long, value_name = "NAME|FILE.toml", default_value = "bias-matrix")]
     plan: String,
+    /// How scenes are loaded
+    #[command(flatten)]
+    load: Options,
     /// Scattering events at most, instead of the plan's
     #[arg(long, allow_negative_numbers = true)]
     bounces: Option<u32>,
@@ -102,7 +106,7 @@ pub fn run(args: &Args) -> Result<()> {
     };
     let subject = |planned: &PlannedScene| -> Result<Subject> {
         let name = &planned.name;
-        let mut scene = open_watched(name, &mut |_, _, _| check())?;
+        let mut scene = open_watched(name, args.load, &mut |_, _, _| check())?;
         let clock = plan.clock();
         apply_clock(&clock, &mut scene, &format!("{name}: "))?;
         let selection = selection::select(&info, args.tracer, &SceneSizes::of(&scene))?;

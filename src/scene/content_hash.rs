@@ -2,7 +2,8 @@
 
 use super::motion::tracks::{Animated, Interpolation, Track};
 use super::motion::{AnimatedTransform, Emission, Motion, Node, Place};
-use super::{Camera, Instance, Material, Mesh, Scene};
+use super::texture::Wrap;
+use super::{Camera, Image, Instance, Material, Mesh, Scene, Texture};
 use glam::DAffine3;
 
 impl Scene {
@@ -14,6 +15,7 @@ impl Scene {
             name: _,
             meshes,
             materials,
+            images,
             instances,
             cameras,
             motion,
@@ -53,6 +55,13 @@ impl Scene {
         // without motion.
         if let Some(motion) = motion {
             hash_motion(&mut hasher, motion);
+        }
+        // The same holds for textures.
+        if !images.is_empty() {
+            hasher.update(b"images\0");
+            images
+                .iter()
+                .for_each(|image| hash_image(&mut hasher, image));
         }
         hasher.finalize().to_hex().to_string()
     }
@@ -138,6 +147,7 @@ fn hash_mesh(hasher: &mut blake3::Hasher, mesh: &Mesh) {
         name: _,
         positions,
         normals,
+        uvs,
         triangles,
         parts,
     } = mesh;
@@ -145,6 +155,11 @@ fn hash_mesh(hasher: &mut blake3::Hasher, mesh: &Mesh) {
     hasher.update(bytemuck::cast_slice(positions));
     count(hasher, normals.len());
     hasher.update(bytemuck::cast_slice(normals));
+    for (set, uvs) in uvs.iter().enumerate().filter(|(_, uvs)| !uvs.is_empty()) {
+        hasher.update(b"uvs\0");
+        count(hasher, set);
+        hasher.update(bytemuck::cast_slice(uvs));
+    }
     count(hasher, triangles.len());
     hasher.update(bytemuck::cast_slice(triangles));
     count(hasher, parts.len());
@@ -154,12 +169,44 @@ fn hash_mesh(hasher: &mut blake3::Hasher, mesh: &Mesh) {
     }
 }
 
+fn hash_image(hasher: &mut blake3::Hasher, image: &Image) {
+    let Image {
+        name: _,
+        width,
+        height,
+        texels,
+    } = image;
+    hasher.update(bytemuck::bytes_of(&[*width, *height]));
+    hasher.update(bytemuck::cast_slice(texels));
+}
+
+fn hash_texture(hasher: &mut blake3::Hasher, kind: &[u8], texture: &Texture) {
+    let Texture {
+        image,
+        set,
+        transform,
+        wrap,
+        nearest,
+    } = texture;
+    hasher.update(kind);
+    hasher.update(bytemuck::bytes_of(&[*image, *set]));
+    hasher.update(bytemuck::bytes_of(&transform.to_cols_array()));
+    let wrap = wrap.map(|wrap| match wrap {
+        Wrap::Repeat => 0,
+        Wrap::Mirror => 1,
+        Wrap::Clamp => 2,
+    });
+    hasher.update(&[wrap[0], wrap[1], u8::from(*nearest)]);
+}
+
 fn hash_material(hasher: &mut blake3::Hasher, material: &Material) {
     let Material {
         name: _,
         base_color,
+        base_color_texture,
         metallic,
         roughness,
+        metallic_roughness_texture,
         specular,
         specular_color,
         ior,
@@ -173,6 +220,15 @@ fn hash_material(hasher: &mut blake3::Hasher, material: &Material) {
         *metallic, *roughness, *specular, *ior,
     ]));
     hasher.update(&[u8::from(*double_sided)]);
+    let textures = [
+        (b"base", base_color_texture),
+        (b"meta", metallic_roughness_texture),
+    ];
+    for (kind, texture) in textures {
+        if let Some(texture) = texture {
+            hash_texture(hasher, kind, texture);
+        }
+    }
 }
 
 fn hash_affine(hasher: &mut blake3::Hasher, transform: &DAffine3) {
@@ -200,6 +256,7 @@ mod tests {
                 name: "m".into(),
                 positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
                 normals: vec![],
+                uvs: [vec![], vec![]],
                 triangles: vec![[0, 1, 2]],
                 parts: vec![Part {
                     first_triangle: 0,
@@ -208,6 +265,7 @@ mod tests {
                 }],
             }],
             materials: vec![Material::default()],
+            images: vec![],
             instances: vec![Instance {
                 name: "i".into(),
                 mesh: 0,

@@ -11,6 +11,14 @@ use std::path::Path;
 /// Largest glTF file, in bytes, without its separate buffers: a GLB stores its length in 32 bits.
 const MAX_BYTES: u64 = u32::MAX as u64;
 
+/// What is permitted when a scene is loaded.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::Args)]
+pub struct Options {
+    /// Render even if image files of textures are missing: without these textures
+    #[arg(long)]
+    pub allow_missing: bool,
+}
+
 /// Reads and validates a scene: glTF 2.0 (`.gltf`, `.glb`) or Wavefront OBJ (`.obj`).
 ///
 /// For any content this returns either a scene that passes [`Scene::validate`], with a notice for
@@ -20,14 +28,14 @@ const MAX_BYTES: u64 = u32::MAX as u64;
 /// # Errors
 /// The file cannot be read, or its content is not a valid scene.
 pub fn load(path: &Path) -> Result<Scene> {
-    load_watched(path, &mut |_, _, _| Ok(()))
+    load_watched(path, Options::default(), &mut |_, _, _| Ok(()))
 }
 
 /// [`load`] with progress reports to `watch`.
 ///
 /// # Errors
 /// Those of [`load`], and those of `watch`.
-pub fn load_watched(path: &Path, watch: &mut Watch<'_>) -> Result<Scene> {
+pub fn load_watched(path: &Path, options: Options, watch: &mut Watch<'_>) -> Result<Scene> {
     let extension = path
         .extension()
         .map(|extension| extension.to_string_lossy().to_lowercase());
@@ -40,7 +48,7 @@ pub fn load_watched(path: &Path, watch: &mut Watch<'_>) -> Result<Scene> {
                     "is no binary glTF, its first bytes are not \"glTF\"; export it again",
                 ));
             }
-            gltf::read(&bytes, folder, &mut progress)
+            gltf::read(&bytes, folder, options, &mut progress)
         }),
         Some("obj") => open_file(path, &mut progress).and_then(|(file, _)| {
             let file = Watched::new(file, &mut progress);

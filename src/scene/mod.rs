@@ -7,6 +7,7 @@ pub mod camera;
 mod content_hash;
 pub mod export;
 mod gltf;
+mod images;
 pub mod lights;
 pub mod load;
 pub mod motion;
@@ -17,13 +18,15 @@ pub mod procedural;
 pub mod progress;
 mod repair;
 pub mod requirements;
+pub mod texture;
 pub mod validate;
 
 pub use bounds::Bounds;
 pub use motion::{Motion, MovingCamera};
+pub use texture::{Image, Texture};
 
 use crate::{Error, Result};
-use glam::{DAffine3, Vec3};
+use glam::{DAffine3, Vec2, Vec3};
 use std::path::Path;
 
 /// Generates the procedural scene of that name, or loads the file at that path.
@@ -31,18 +34,22 @@ use std::path::Path;
 /// # Errors
 /// Neither a procedural scene nor a readable file.
 pub fn open(name: &str) -> Result<Scene> {
-    open_watched(name, &mut |_, _, _| Ok(()))
+    open_watched(name, load::Options::default(), &mut |_, _, _| Ok(()))
 }
 
 /// [`open`] with progress reports to `watch` while a file is loaded.
 ///
 /// # Errors
 /// Those of [`open`], and those of `watch`.
-pub fn open_watched(name: &str, watch: &mut progress::Watch<'_>) -> Result<Scene> {
+pub fn open_watched(
+    name: &str,
+    options: load::Options,
+    watch: &mut progress::Watch<'_>,
+) -> Result<Scene> {
     if let Some((name, parameters)) = as_procedural(name) {
         return procedural::generate(name, &parse_parameters(name, parameters)?);
     }
-    load::load_watched(Path::new(name), watch)
+    load::load_watched(Path::new(name), options, watch)
 }
 
 /// The file that a scene's name is the path of; none for a procedural scene.
@@ -98,6 +105,8 @@ pub struct Scene {
     pub meshes: Vec<Mesh>,
     /// Surface descriptions that [`Part::material`] points into.
     pub materials: Vec<Material>,
+    /// Images that [`Texture::image`] points into.
+    pub images: Vec<Image>,
     /// Meshes placed in the world.
     pub instances: Vec<Instance>,
     /// Cameras in file order.
@@ -117,6 +126,8 @@ pub struct Mesh {
     pub positions: Vec<Vec3>,
     /// Unit shading normals, one per position; empty for flat shading with geometric normals.
     pub normals: Vec<Vec3>,
+    /// Two sets of texture coordinates, one per position; a set that no texture uses is empty.
+    pub uvs: [Vec<Vec2>; 2],
     /// Corner indices into `positions`, counter-clockwise seen from the front.
     pub triangles: Vec<[u32; 3]>,
     /// Runs of triangles with one material each; together they cover `triangles` in order.
@@ -152,10 +163,14 @@ pub struct Material {
     pub name: String,
     /// Linear base colour, 0…1.
     pub base_color: Vec3,
+    /// Multiplies the base colour; sRGB.
+    pub base_color_texture: Option<Texture>,
     /// 0 dielectric … 1 metal.
     pub metallic: f32,
     /// Perceptual roughness, 0…1; GGX α is its square.
     pub roughness: f32,
+    /// Multiplies roughness (green) and metalness (blue).
+    pub metallic_roughness_texture: Option<Texture>,
     /// `KHR_materials_specular`'s factor, 0…1; 0 on a dielectric is pure Lambert.
     pub specular: f32,
     /// `KHR_materials_specular`'s colour factor, ≥ 0.
@@ -174,8 +189,10 @@ impl Default for Material {
         Self {
             name: String::new(),
             base_color: Vec3::ONE,
+            base_color_texture: None,
             metallic: 1.0,
             roughness: 1.0,
+            metallic_roughness_texture: None,
             specular: 1.0,
             specular_color: Vec3::ONE,
             ior: 1.5,
@@ -195,6 +212,20 @@ impl Material {
             specular: 0.0,
             ..Self::default()
         }
+    }
+
+    /// The textures, each with its name for messages.
+    pub fn textures(&self) -> impl Iterator<Item = (&'static str, &Texture)> {
+        let textures = [
+            ("base colour texture", &self.base_color_texture),
+            (
+                "metallic-roughness texture",
+                &self.metallic_roughness_texture,
+            ),
+        ];
+        textures
+            .into_iter()
+            .filter_map(|(name, texture)| Some((name, texture.as_ref()?)))
     }
 
     /// Whether the surface emits light.

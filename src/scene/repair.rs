@@ -104,6 +104,9 @@ impl Mesh {
                 };
                 self.positions.push(self.positions[vertex]);
                 self.normals.push(normal);
+                for uvs in self.uvs.iter_mut().filter(|uvs| !uvs.is_empty()) {
+                    uvs.push(uvs[vertex]);
+                }
                 self.triangles[i][corner] = copy;
             }
         }
@@ -128,10 +131,14 @@ impl Mesh {
             if !self.normals.is_empty() {
                 self.normals[kept] = self.normals[vertex];
             }
+            for uvs in self.uvs.iter_mut().filter(|uvs| !uvs.is_empty()) {
+                uvs[kept] = uvs[vertex];
+            }
             kept += 1;
         }
         self.positions.truncate(kept);
         self.normals.truncate(kept);
+        self.uvs.iter_mut().for_each(|uvs| uvs.truncate(kept));
         for vertex in self.triangles.as_flattened_mut() {
             *vertex = moved[*vertex as usize];
         }

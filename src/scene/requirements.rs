@@ -20,6 +20,8 @@ pub struct Requirements {
     pub specular: bool,
     /// Whether some specular lobe is too narrow for reservoirs (see [`MIRROR_ROUGHNESS`]).
     pub near_delta: bool,
+    /// Whether some material has textures.
+    pub textures: bool,
     /// Whether some mesh has shading normals.
     pub smooth_normals: bool,
     /// Whether some triangle is so much larger than instances usually are that barycentric weights in f32 do not
@@ -69,9 +71,12 @@ impl Requirements {
                 let material = &scene.materials[part.material as usize];
                 required.double_sided_emitters |=
                     lights[part.material as usize] && material.double_sided;
+                required.textures |= material.textures().next().is_some();
                 required.specular |= material.has_specular_lobe();
-                required.near_delta |=
-                    material.has_specular_lobe() && material.roughness < MIRROR_ROUGHNESS;
+                // A texture may make any point as smooth as it likes.
+                let smooth = material.roughness < MIRROR_ROUGHNESS
+                    || material.metallic_roughness_texture.is_some();
+                required.near_delta |= material.has_specular_lobe() && smooth;
             }
         }
         required
@@ -129,7 +134,7 @@ impl Scene {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Instance, Motion, Part};
+    use super::super::{Instance, Motion, Part, Texture};
     use super::*;
     use glam::{DAffine3, DVec3, Vec3};
 
@@ -168,6 +173,7 @@ mod tests {
             emission: Vec3::ONE,
             double_sided: true,
             roughness: 0.0,
+            base_color_texture: Some(Texture::plain(0)),
             ..Material::default()
         };
         let mut scene = Scene {
@@ -193,6 +199,7 @@ mod tests {
             double_sided_emitters: true,
             specular: true,
             near_delta: true,
+            textures: true,
             smooth_normals: true,
             large_triangles: false,
             multi_part_meshes: true,

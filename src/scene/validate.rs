@@ -1,7 +1,7 @@
 //! The rules for every scene, loaded or generated, and their check.
 
 use super::notices::{Tally, label};
-use super::{Bounds, Camera, Instance, Material, Mesh, Scene};
+use super::{Bounds, Camera, Image, Instance, Material, Mesh, Scene};
 use crate::{Error, Result};
 use glam::{DAffine3, DMat3, Vec3};
 
@@ -37,9 +37,10 @@ impl Scene {
         }
         for (index, material) in self.materials.iter_mut().enumerate() {
             check_material(index, material, &mut tally)?;
+            check_textures(index, material, &self.images)?;
         }
         for (index, mesh) in self.meshes.iter_mut().enumerate() {
-            check_mesh(index, mesh, self.materials.len())?;
+            check_mesh(index, mesh, &self.materials)?;
             mesh.repair(index, &mut tally);
         }
         self.check_instances(&mut tally)?;
@@ -128,8 +129,10 @@ fn check_material(index: usize, material: &mut Material, tally: &mut Tally) -> R
     let Material {
         name: _,
         base_color,
+        base_color_texture: _,
         metallic,
         roughness,
+        metallic_roughness_texture: _,
         specular,
         specular_color,
         ior,
@@ -170,7 +173,35 @@ fn check_material(index: usize, material: &mut Material, tally: &mut Tally) -> R
     Ok(())
 }
 
-fn check_mesh(index: usize, mesh: &Mesh, materials: usize) -> Result<()> {
+fn check_textures(index: usize, material: &Material, images: &[Image]) -> Result<()> {
+    for (name, texture) in material.textures() {
+        let wrong = |fault: String| {
+            let what = label("material", index, &material.name);
+            Err(Error::input(format!("{what}: its {name} {fault}")))
+        };
+        if texture.image as usize >= images.len() {
+            return wrong(format!(
+                "has image {}, but there are {}",
+                texture.image,
+                images.len()
+            ));
+        }
+        if texture.set > 1 {
+            return wrong(format!(
+                "uses texture coordinates {}, of which there are 0 and 1",
+                texture.set
+            ));
+        }
+        if !texture.transform.is_finite() {
+            return wrong(
+                "has a transform that is not finite; correct it in the modelling tool".into(),
+            );
+        }
+    }
+    Ok(())
+}
+
+fn check_mesh(index: usize, mesh: &Mesh, materials: &[Material]) -> Result<()> {
     let what = label("mesh", index, &mesh.name);
     let wrong = |fault: String| Err(Error::input(format!("{what}: {fault}")));
     let vertices = mesh.positions.len();
@@ -209,6 +240,20 @@ fn check_mesh(index: usize, mesh: &Mesh, materials: usize) -> Result<()> {
             mesh.normals[i]
         ));
     }
+    for uvs in mesh.uvs.iter().filter(|uvs| !uvs.is_empty()) {
+        if uvs.len() != vertices {
+            return wrong(format!(
+                "{} texture coordinates for {vertices} positions; give one each, or none",
+                uvs.len()
+            ));
+        }
+        if let Some(i) = uvs.iter().position(|uv| !uv.is_finite()) {
+            return wrong(format!(
+                "texture coordinate {i} is {}; it must be finite",
+                uvs[i]
+            ));
+        }
+    }
     let out_of_range = |t: &[u32; 3]| t.iter().any(|&i| i as usize >= vertices);
     if let Some(i) = mesh.triangles.iter().position(out_of_range) {
         return wrong(format!(
@@ -218,10 +263,19 @@ fn check_mesh(index: usize, mesh: &Mesh, materials: usize) -> Result<()> {
     }
     let mut next = 0;
     for (i, part) in mesh.parts.iter().enumerate() {
-        if part.material as usize >= materials {
+        let Some(material) = materials.get(part.material as usize) else {
             return wrong(format!(
-                "part {i} has material {}, but there are {materials}",
-                part.material
+                "part {i} has material {}, but there are {}",
+                part.material,
+                materials.len()
+            ));
+        };
+        if let Some((name, texture)) = (material.textures())
+            .find(|(_, t)| part.triangle_count > 0 && mesh.uvs[t.set as usize].is_empty())
+        {
+            return wrong(format!(
+                "part {i} has no texture coordinates {} for the {name} of its material",
+                texture.set
             ));
         }
         if u64::from(part.first_triangle) != next {
@@ -339,6 +393,7 @@ mod tests {
                     triangle_count: 1,
                     material: 0,
                 }],
+                ..Mesh::default()
             }],
             materials: vec![Material::lambert("green", Vec3::ONE)],
             instances: vec![Instance {

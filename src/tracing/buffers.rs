@@ -5,7 +5,7 @@
 //! crate alone.
 
 use crate::gpu::layout::{GpuStruct, Member, StructLayout};
-use crate::layouts::{GpuInstance, GpuLight, GpuMaterial, GpuPreviousTransform};
+use crate::layouts::{GpuInstance, GpuLight, GpuMaterial, GpuPreviousTransform, GpuTexture};
 use glam::UVec2;
 
 /// How shaders access one of the buffers.
@@ -123,6 +123,8 @@ macro_rules! scene_buffers {
 scene_buffers! {
     /// Corner normals of smooth meshes: three packed octahedral words a triangle.
     normals: [UVec3] as Elements::Plain("uvec3"); |c| c.smooth_triangles;
+    /// Texture coordinates of corners, three a triangle of a mesh with textures: of the first set, then of the second.
+    uvs: [[Vec2; 3]] as Elements::Plain("vec2"); |c| c.uv_triangles;
     /// Three words a triangle of a mesh of several parts: material, rank among the mesh's emissive triangles
     /// or NONE, and what its part adds to the instance's index.
     triangle_parts: [UVec3] as Elements::Plain("uvec3"); |c| c.part_triangles;
@@ -137,6 +139,12 @@ scene_buffers! {
     positions: [[Vec3; 3]] as Elements::Words; |c| c.triangles;
     /// Materials.
     materials: [GpuMaterial] as Elements::Records(GpuMaterial::LAYOUT); |c| c.materials;
+    /// Textures of materials.
+    textures: [GpuTexture] as Elements::Records(GpuTexture::LAYOUT); |c| c.textures;
+    /// Texels of their images: red, green, blue and alpha, from the lowest byte.
+    texels: [u32] as Elements::Plain("uint"); |c| c.texels;
+    /// The linear value of each sRGB byte.
+    srgb: [f32] as Elements::Plain("float"); |c| if c.textures > 0 { 256 } else { 0 };
     /// Lights, for each epoch.
     lights: [GpuLight] as Elements::Records(GpuLight::LAYOUT); |c| c.epochs * c.lights;
     /// Where each of the scene's instances was in the previous frame; empty where nothing moves.
@@ -221,6 +229,7 @@ fn value(member: &Member) -> String {
         "vec2" => ("vec2", 2),
         "vec3" => ("vec3", 3),
         "uint" => ("uint", 1),
+        "uvec2" => ("uvec2", 2),
         "uvec3" => ("uvec3", 3),
         other => panic!("a record has a member of type {other}"),
     };
@@ -258,12 +267,12 @@ use {
     super::epochs::EpochContents,
     super::gather::ElementCounts,
     super::geometry::Geometry,
-    super::materials::gpu_material,
+    super::materials::Materials,
     super::{Fetch, GeometryAccess, Tracer, Variant},
     crate::Result,
     crate::gpu::{Buffer, Device, Resource, Usage},
     crate::scene::Scene,
-    glam::{UVec3, Vec3},
+    glam::{UVec3, Vec2, Vec3},
     obvhs::cwbvh::node::CwBvhNode,
     std::sync::Arc,
 };
@@ -277,14 +286,19 @@ impl SceneContents {
         epochs: EpochContents,
         previous_transforms: Vec<GpuPreviousTransform>,
     ) -> Self {
+        let materials = Materials::of(scene);
         Self {
             normals: geometry.normals,
+            uvs: geometry.uvs,
             triangle_parts: geometry.parts,
             top_instances: epochs.top_instances,
             instances: epochs.instances,
             nodes: epochs.nodes,
             positions: geometry.positions,
-            materials: scene.materials.iter().map(gpu_material).collect(),
+            materials: materials.materials,
+            textures: materials.textures,
+            texels: materials.texels,
+            srgb: materials.srgb,
             lights: epochs.lights,
             previous_transforms,
         }

@@ -5,7 +5,7 @@
 //! several instances stays separate, so that it is stored once.
 
 use crate::scene::{Instance, Mesh, Part, Scene};
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec3, Vec2};
 use std::borrow::Cow;
 
 /// A scene as it is traced, and the original indices of its instances.
@@ -55,12 +55,18 @@ pub struct ElementCounts {
     pub triangles: u64,
     /// Triangles of smooth meshes.
     pub smooth_triangles: u64,
+    /// Triangles of meshes with texture coordinates, counted for each set.
+    pub uv_triangles: u64,
     /// Triangles of meshes with several parts or with lights.
     pub part_triangles: u64,
     /// Instances that are traced.
     pub instances: u64,
     /// Materials.
     pub materials: u64,
+    /// Textures of materials.
+    pub textures: u64,
+    /// Texels of all images.
+    pub texels: u64,
     /// Emissive triangles in the world.
     pub lights: u64,
     /// 2 where something moves, for the current and the previous frame; else 1.
@@ -76,25 +82,37 @@ impl ElementCounts {
         let motion = scene.motion.as_ref().filter(|motion| motion.moves_things());
         let mut counts = Self {
             materials: scene.materials.len() as u64,
+            textures: (scene.materials.iter())
+                .map(|m| m.textures().count() as u64)
+                .sum(),
+            texels: (scene.images.iter())
+                .map(|image| image.texels.len() as u64)
+                .sum(),
             lights: scene.emissive_triangle_count(),
             epochs: if motion.is_some() { 2 } else { 1 },
             previous_transforms: motion.map_or(0, |_| scene.instances.len() as u64),
             ..Self::default()
         };
         let mut is_gathered = vec![false; scene.meshes.len()];
-        // The flat and the smooth gathered mesh.
-        let mut has_gathered = [false; 2];
+        // The triangles of the gathered meshes, and which sets of texture coordinates these have.
+        let mut groups = [(0, [false; 2]); GROUPS];
         for (instance, gathered) in scene.instances.iter().zip(&gathered) {
             let mesh = &scene.meshes[instance.mesh as usize];
             is_gathered[instance.mesh as usize] = *gathered;
             if *gathered {
-                let smooth = usize::from(!mesh.normals.is_empty());
-                has_gathered[smooth] |= !mesh.triangles.is_empty();
+                let (triangles, sets) = &mut groups[group(mesh)];
+                *triangles += mesh.triangles.len() as u64;
+                for (set, uvs) in sets.iter_mut().zip(&mesh.uvs) {
+                    *set |= !uvs.is_empty();
+                }
             } else {
                 counts.instances += 1;
             }
         }
-        counts.instances += has_gathered.iter().filter(|gathered| **gathered).count() as u64;
+        for (triangles, sets) in groups.iter().filter(|(triangles, _)| *triangles > 0) {
+            counts.instances += 1;
+            counts.uv_triangles += triangles * sets.iter().filter(|set| **set).count() as u64;
+        }
         let gathers = gathered.contains(&true);
         let mut used = vec![false; scene.meshes.len()];
         for instance in &scene.instances {
@@ -115,13 +133,25 @@ impl ElementCounts {
             if is_gathered[index] || mesh.parts.len() > 1 || emits {
                 counts.part_triangles += count;
             }
+            if !is_gathered[index] {
+                let sets = mesh.uvs.iter().filter(|uvs| !uvs.is_empty());
+                counts.uv_triangles += count * sets.count() as u64;
+            }
         }
         counts
     }
 }
 
-/// Gathers meshes in world space relative to `origin`: flat ones into one mesh, smooth ones into another,
-/// since only that one needs normals.
+/// Into how many meshes others are gathered.
+const GROUPS: usize = 4;
+
+/// Which of them a mesh belongs to: flat ones need no normals, and those without textures no coordinates.
+fn group(mesh: &Mesh) -> usize {
+    let textured = mesh.uvs.iter().any(|uvs| !uvs.is_empty());
+    usize::from(!mesh.normals.is_empty()) + 2 * usize::from(textured)
+}
+
+/// Gathers meshes in world space relative to `origin`, into one mesh for each group.
 pub fn gather(scene: &Scene, origin: DVec3) -> Gathered<'_> {
     let is_gathered = gathered_instances(scene);
     if !is_gathered.contains(&true) {
@@ -133,11 +163,11 @@ pub fn gather(scene: &Scene, origin: DVec3) -> Gathered<'_> {
     };
     let (mut instance_ids, mut part_ids) = (Vec::new(), Vec::new());
     let mut place_of = vec![None; scene.meshes.len()];
-    let mut gathered: [(Mesh, Vec<u32>); 2] = Default::default();
+    let mut gathered: [(Mesh, Vec<u32>); GROUPS] = Default::default();
     for (index, instance) in scene.instances.iter().enumerate() {
         let mesh = &scene.meshes[instance.mesh as usize];
         if is_gathered[index] {
-            let (whole, ids) = &mut gathered[usize::from(!mesh.normals.is_empty())];
+            let (whole, ids) = &mut gathered[group(mesh)];
             let place = DAffine3::from_translation(-origin) * instance.object_to_world;
             append(whole, mesh, place);
             ids.extend(mesh.parts.iter().map(|_| index as u32));
@@ -194,6 +224,14 @@ fn append(whole: &mut Mesh, mesh: &Mesh, place: DAffine3) {
     whole
         .normals
         .extend(normals.map(|n| (turn * n).normalize_or_zero().as_vec3()));
+    for (whole_uvs, uvs) in whole.uvs.iter_mut().zip(&mesh.uvs) {
+        // Those of meshes without this set are never read.
+        if !uvs.is_empty() || !whole_uvs.is_empty() {
+            whole_uvs.resize(first as usize, Vec2::ZERO);
+            whole_uvs.extend(uvs);
+            whole_uvs.resize(whole.positions.len(), Vec2::ZERO);
+        }
+    }
     let triangles = mesh.triangles.iter();
     whole
         .triangles

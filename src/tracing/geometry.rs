@@ -4,7 +4,7 @@ use super::compute_bvh::Tree;
 use super::gather::Gathered;
 use crate::layouts::NONE;
 use crate::scene::Mesh;
-use glam::{DVec3, UVec3, Vec2, Vec3};
+use glam::{DVec3, UVec2, UVec3, Vec2, Vec3};
 use obvhs::cwbvh::node::CwBvhNode;
 
 /// The place of a mesh in the arrays, and the translation of its object space.
@@ -16,6 +16,8 @@ pub struct MeshPlace {
     pub triangle_count: u32,
     /// First triangle in [`Geometry::normals`], or NONE.
     pub first_normal: u32,
+    /// First triangle in [`Geometry::uvs`] of each set of texture coordinates, or NONE.
+    pub first_uvs: UVec2,
     /// First triangle in [`Geometry::parts`], or NONE.
     pub first_part: u32,
     /// Root in [`Geometry::nodes`].
@@ -35,6 +37,8 @@ pub struct Geometry {
     pub positions: Vec<[Vec3; 3]>,
     /// Octahedral corner normals of smooth meshes.
     pub normals: Vec<UVec3>,
+    /// Texture coordinates of the corners of meshes that have them.
+    pub uvs: Vec<[Vec2; 3]>,
     /// Material, emissive rank and instance offset of each triangle, for meshes with several parts or with
     /// lights; the offset is added to the index of the instance.
     pub parts: Vec<UVec3>,
@@ -78,6 +82,7 @@ impl Geometry {
             first_triangle: self.positions.len() as u32,
             triangle_count: corners.len() as u32,
             first_normal: NONE,
+            first_uvs: UVec2::splat(NONE),
             first_part: NONE,
             root_node: 0,
             lights: 0,
@@ -103,6 +108,16 @@ impl Geometry {
                     mesh.triangles[t as usize].map(|i| pack_octahedral(mesh.normals[i as usize])),
                 )
             }));
+        }
+        for (set, uvs) in mesh
+            .uvs
+            .iter()
+            .enumerate()
+            .filter(|(_, uvs)| !uvs.is_empty())
+        {
+            place.first_uvs[set] = self.uvs.len() as u32;
+            let corners = |&t: &u32| mesh.triangles[t as usize].map(|i| uvs[i as usize]);
+            self.uvs.extend(order.iter().map(corners));
         }
         let emissive = |material: u32| lamps[material as usize];
         if mesh.parts.len() > 1

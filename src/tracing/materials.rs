@@ -1,10 +1,84 @@
-//! Materials as shaders read them.
+//! Materials and textures as shaders read them.
 
-use crate::layouts::GpuMaterial;
-use crate::scene::Material;
-use glam::{UVec3, Vec3};
+use crate::layouts::{GpuMaterial, GpuTexture, NONE, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT};
+use crate::scene::texture::{self, Wrap};
+use crate::scene::{Material, Scene, Texture};
+use glam::Vec3;
 
-/// A material as shaders read it.
+/// The materials of a scene, with their textures.
+pub struct Materials {
+    /// The materials.
+    pub materials: Vec<GpuMaterial>,
+    /// Their textures.
+    pub textures: Vec<GpuTexture>,
+    /// The texels of all images.
+    pub texels: Vec<u32>,
+    /// The linear value of each sRGB byte; empty without textures.
+    pub srgb: Vec<f32>,
+}
+
+impl Materials {
+    /// Those of a scene.
+    pub fn of(scene: &Scene) -> Self {
+        let mut texels = Vec::new();
+        let mut first_texels = Vec::with_capacity(scene.images.len());
+        for image in &scene.images {
+            first_texels.push(texels.len() as u32);
+            texels.extend(image.texels.iter().map(|texel| u32::from_le_bytes(*texel)));
+        }
+        let mut textures = Vec::new();
+        let mut texture = |used: &Option<Texture>| {
+            let Some(used) = used else { return NONE };
+            let image = &scene.images[used.image as usize];
+            textures.push(GpuTexture {
+                column_u: used.transform.matrix2.x_axis,
+                column_v: used.transform.matrix2.y_axis,
+                offset: used.transform.translation,
+                first_texel: first_texels[used.image as usize],
+                width: image.width,
+                height: image.height,
+                set: used.set,
+                wrap: wrap(used.wrap[0]) | wrap(used.wrap[1]) << 2,
+                nearest: used.nearest.into(),
+            });
+            textures.len() as u32 - 1
+        };
+        let materials = scene.materials.iter().map(|material| GpuMaterial {
+            base_color_texture: texture(&material.base_color_texture),
+            metallic_roughness_texture: texture(&material.metallic_roughness_texture),
+            ..gpu_material(material)
+        });
+        let materials = materials.collect();
+        let srgb = if textures.is_empty() {
+            Vec::new()
+        } else {
+            linear_of_srgb()
+        };
+        Self {
+            materials,
+            textures,
+            texels,
+            srgb,
+        }
+    }
+}
+
+/// The linear value of each sRGB byte.
+fn linear_of_srgb() -> Vec<f32> {
+    (0..=u8::MAX)
+        .map(|byte| texture::srgb([byte; 4]).x)
+        .collect()
+}
+
+const fn wrap(wrap: Wrap) -> u32 {
+    match wrap {
+        Wrap::Repeat => WRAP_REPEAT,
+        Wrap::Mirror => WRAP_MIRROR,
+        Wrap::Clamp => WRAP_CLAMP,
+    }
+}
+
+/// A material without its textures.
 pub fn gpu_material(material: &Material) -> GpuMaterial {
     // KHR_materials_ior: an index of 0 stands for a reflectance of 1 at every angle.
     let normal_reflectance = if material.ior == 0.0 {
@@ -19,6 +93,8 @@ pub fn gpu_material(material: &Material) -> GpuMaterial {
         dielectric_f0: f0,
         dielectric_f90: material.specular,
         roughness: material.roughness,
-        padding: UVec3::ZERO,
+        base_color_texture: NONE,
+        metallic_roughness_texture: NONE,
+        padding: 0,
     }
 }

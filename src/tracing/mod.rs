@@ -6,7 +6,7 @@ pub mod compute_bvh;
 mod epochs;
 pub mod gather;
 pub mod geometry;
-mod materials;
+pub mod materials;
 mod pose;
 pub mod ray_query;
 pub mod scene;

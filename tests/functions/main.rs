@@ -9,9 +9,10 @@ mod rounding;
 #[path = "../support/mod.rs"]
 mod support;
 mod surfaces;
+mod textures;
 
 use headwater::gpu::{Buffer, ComputePass, Recording, Resource, Usage, compiler};
-use headwater::layouts::{GpuLight, GpuMaterial, RestirConstants};
+use headwater::layouts::{GpuLight, GpuMaterial, GpuTexture, RestirConstants};
 use headwater::render::energy::albedo_table;
 use headwater::tracing::buffers::SceneTable;
 use headwater::tracing::shaders::sources;
@@ -32,6 +33,9 @@ pub struct Tables {
     specular_albedo: Buffer,
     materials: Buffer,
     lights: Buffer,
+    textures: Buffer,
+    texels: Buffer,
+    srgb: Buffer,
     counters: Buffer,
     scene: Buffer,
     restir: Buffer,
@@ -43,6 +47,9 @@ impl Tables {
             ("specular_albedo", Resource::Read(&self.specular_albedo)),
             ("materials", Resource::Read(&self.materials)),
             ("lights", Resource::Read(&self.lights)),
+            ("textures", Resource::Read(&self.textures)),
+            ("texels", Resource::Read(&self.texels)),
+            ("srgb", Resource::Read(&self.srgb)),
             ("counters", Resource::Write(&self.counters)),
             ("scene", Resource::Uniform(&self.scene)),
             ("restir", Resource::Uniform(&self.restir)),
@@ -61,6 +68,12 @@ pub struct Function<'a> {
     pub materials: &'a [GpuMaterial],
     /// What `lights` holds.
     pub lights: &'a [GpuLight],
+    /// What `textures` holds.
+    pub textures: &'a [GpuTexture],
+    /// What `texels` holds.
+    pub texels: &'a [u32],
+    /// What `srgb` holds.
+    pub srgb: &'a [f32],
     /// What `restir` holds.
     pub restir: RestirConstants,
     /// Declarations before the function, after the includes.
@@ -130,6 +143,9 @@ impl Function<'_> {
             specular_albedo: buffer("specular_albedo", bytemuck::cast_slice(&TABLE)),
             materials: buffer("materials", bytemuck::cast_slice(self.materials)),
             lights: buffer("lights", bytemuck::cast_slice(self.lights)),
+            textures: buffer("textures", bytemuck::cast_slice(self.textures)),
+            texels: buffer("texels", bytemuck::cast_slice(self.texels)),
+            srgb: buffer("srgb", bytemuck::cast_slice(self.srgb)),
             counters: buffer("counters", &[0; 64]),
             scene: Buffer::from_slice(&device, "scene", &[table], uniform).unwrap(),
             restir: Buffer::from_slice(&device, "restir", &[self.restir], uniform).unwrap(),

@@ -272,6 +272,7 @@ fn material_factors_are_read() {
         ior: 1.25,
         emission: Vec3::new(8.0, 4.0, 0.0),
         double_sided: true,
+        ..Material::default()
     };
     assert_eq!(scene.materials[0], expected);
     assert_eq!(scene.emissive_triangle_count(), 1);
@@ -387,7 +388,7 @@ fn what_is_ignored_is_said_once() {
         primitive["attributes"]["COLOR_0"] = 0.into();
         primitive["targets"] = json!([{ "POSITION": 0 }]);
         let textured = json!({
-            "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } },
+            "occlusionTexture": { "index": 0 },
             "normalTexture": { "index": 1 },
         });
         json["materials"] = json!([
@@ -410,7 +411,7 @@ fn what_is_ignored_is_said_once() {
         [
             "extensions that are not supported are ignored: KHR_lights_punctual, KHR_materials_clearcoat",
             "alpha is not supported, surfaces are opaque: material 0 \"paint\" has alphaMode \"BLEND\"",
-            "textures are not supported yet, the plain factors are used: base colour (2), normal (2)",
+            "textures that are not supported are ignored: normal (2), occlusion (2)",
             "skins are ignored, the mesh stands as modelled: node 0 \"root\"",
             "morph targets are ignored: mesh 0 \"leaf\" primitive 0",
             "vertex colours are ignored: mesh 0 \"leaf\" primitive 0",
@@ -425,7 +426,7 @@ fn surfaces_of_an_unknown_alpha_mode_are_opaque() {
     assert_eq!(
         load(&file).notices,
         [
-            "alpha is not supported, surfaces are opaque: material 0 \"paint\" has an unknown alphaMode"
+            "alpha is not supported, surfaces are opaque: material 0 \"paint\" has an unknown alphaMode, \"GLASS\""
         ]
     );
 }

@@ -9,3 +9,4 @@ mod obj;
 mod progress;
 #[path = "../support/mod.rs"]
 mod support;
+mod textures;

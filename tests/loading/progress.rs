@@ -2,7 +2,7 @@
 
 use crate::files::{Folder, Gltf};
 use headwater::Error;
-use headwater::scene::load::load_watched;
+use headwater::scene::load::{Options, load_watched};
 use headwater::scene::progress::Step;
 use std::path::Path;
 
@@ -13,7 +13,7 @@ fn told(path: &Path) -> Vec<(Step, u64, u64)> {
         told.push((step, done, total));
         Ok(())
     };
-    load_watched(path, watch).unwrap();
+    load_watched(path, Options::default(), watch).unwrap();
     told
 }
 
@@ -71,7 +71,7 @@ fn an_error_of_the_watcher_ends_loading_as_it_is() {
         // At each time that it is asked.
         for end in 0..told(&path).len() {
             let mut asked = 0;
-            let error = load_watched(&path, &mut |_, _, _| {
+            let error = load_watched(&path, Options::default(), &mut |_, _, _| {
                 asked += 1;
                 let kept = "nothing".into();
                 if asked > end {

@@ -16,7 +16,7 @@ const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
 /// Writes a scene to `path` as .glb: meshes with a primitive for each part, instances as nodes,
-/// cameras, and the motion of all and of the lights, in f32.
+/// cameras, and the motion of all and of the lights, in f32. Textures are left out.
 ///
 /// # Errors
 /// More than the 4 GiB that the format allows, or the file cannot be written.
@@ -318,6 +318,7 @@ mod tests {
             ior: 1.7,
             emission: glam::Vec3::new(0.0, 3.0, 1e6),
             double_sided: !scene.materials[0].double_sided,
+            ..crate::scene::Material::default()
         };
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("all.glb");

@@ -4,7 +4,7 @@
 use super::damaged;
 use super::document::{Accessor, Document};
 use crate::{Error, Result};
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use std::borrow::Cow;
 
 /// The largest element read: four floats.
@@ -108,6 +108,26 @@ impl<'a> Accessors<'a> {
             return Err(wrong_type(&what, accessor, "VEC3 of floats (5126)"));
         }
         self.elements(&what, accessor, Component::F32, 12)
+    }
+
+    /// An accessor of texture coordinates: two floats or normalized unsigned integers an element.
+    pub fn coordinates(&self, index: u64, used_as: &str) -> Result<Elements<'a>> {
+        let (what, accessor) = self.accessor(index, used_as)?;
+        let component = match Component::of(accessor.component_type) {
+            Some(Component::F32) => Some(Component::F32),
+            Some(c @ (Component::U8 | Component::U16)) if accessor.normalized => Some(c),
+            _ => None,
+        };
+        match component {
+            Some(component) if accessor.kind == "VEC2" => {
+                self.elements(&what, accessor, component, 2 * component.size())
+            }
+            _ => Err(wrong_type(
+                &what,
+                accessor,
+                "VEC2 of floats (5126) or normalized unsigned integers (5121, 5123)",
+            )),
+        }
     }
 
     /// An accessor of vertex indices.
@@ -247,30 +267,8 @@ impl<'a> Accessors<'a> {
         size: usize,
         strided: bool,
     ) -> Result<Strided<'a>> {
-        let views = &self.document.buffer_views;
-        let Some(found) = get(views, view) else {
-            return Err(damaged(format!(
-                "{what}: bufferView {view} is out of range, there are {}",
-                views.len()
-            )));
-        };
-        let Some(buffer) = get(self.buffers, found.buffer) else {
-            return Err(damaged(format!(
-                "bufferView {view}: buffer {} is out of range, there are {}",
-                found.buffer,
-                self.buffers.len()
-            )));
-        };
-        let end = u128::from(found.byte_offset) + u128::from(found.byte_length);
-        if end > buffer.len() as u128 {
-            return Err(damaged(format!(
-                "bufferView {view} ends at byte {end}, but buffer {} has {}",
-                found.buffer,
-                buffer.len()
-            )));
-        }
-        let bytes = &buffer[found.byte_offset as usize..end as usize];
-        let stride = match found.byte_stride {
+        let bytes = self.view(what, view)?;
+        let stride = match self.document.buffer_views[view as usize].byte_stride {
             Some(stride) if strided => stride,
             _ => size as u64,
         };
@@ -296,6 +294,35 @@ impl<'a> Accessors<'a> {
     }
 }
 
+impl<'a> Accessors<'a> {
+    /// The bytes of a buffer view.
+    pub fn view(&self, what: &str, view: u64) -> Result<&'a [u8]> {
+        let views = &self.document.buffer_views;
+        let Some(found) = get(views, view) else {
+            return Err(damaged(format!(
+                "{what}: bufferView {view} is out of range, there are {}",
+                views.len()
+            )));
+        };
+        let Some(buffer) = get(self.buffers, found.buffer) else {
+            return Err(damaged(format!(
+                "bufferView {view}: buffer {} is out of range, there are {}",
+                found.buffer,
+                self.buffers.len()
+            )));
+        };
+        let end = u128::from(found.byte_offset) + u128::from(found.byte_length);
+        if end > buffer.len() as u128 {
+            return Err(damaged(format!(
+                "bufferView {view} ends at byte {end}, but buffer {} has {}",
+                found.buffer,
+                buffer.len()
+            )));
+        }
+        Ok(&buffer[found.byte_offset as usize..end as usize])
+    }
+}
+
 impl Strided<'_> {
     fn element(&self, index: usize, size: usize) -> &[u8] {
         let start = index * self.stride;
@@ -315,6 +342,16 @@ impl Elements<'_> {
         let float =
             |i: usize| f32::from_le_bytes([bytes[i], bytes[i + 1], bytes[i + 2], bytes[i + 3]]);
         Vec3::new(float(0), float(4), float(8))
+    }
+
+    /// Element `index` as two numbers.
+    pub fn pair(&self, index: u64) -> Vec2 {
+        let bytes = self.element(index as usize);
+        let (u, v) = bytes.split_at(self.component.size());
+        Vec2::new(
+            self.component.number(u) as f32,
+            self.component.number(v) as f32,
+        )
     }
 
     fn element(&self, index: usize) -> &[u8] {

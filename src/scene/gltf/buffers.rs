@@ -129,19 +129,7 @@ fn read_file(
     folder: &Path,
     progress: &mut Progress<'_>,
 ) -> Result<Vec<u8>> {
-    if uri.contains("://") {
-        return Err(Error::input(format!(
-            "{what}: the uri {} is not a file beside the scene; download it and name it there",
-            quoted(uri)
-        )));
-    }
-    let name = decode_percent(uri).ok_or_else(|| {
-        damaged(format!(
-            "{what}: the uri {} is not percent-encoded UTF-8",
-            quoted(uri)
-        ))
-    })?;
-    let path = folder.join(&*name);
+    let path = folder.join(&*file_name(what, uri)?);
     let unreadable = |cause: &dyn std::fmt::Display| {
         Error::input(format!(
             "{what}: cannot read {}: {cause}; put the file where the scene expects it",
@@ -162,8 +150,24 @@ fn read_file(
     Ok(bytes)
 }
 
+/// The path, from the scene's folder, of the file that a URI names.
+pub fn file_name<'a>(what: &str, uri: &'a str) -> Result<Cow<'a, str>> {
+    if uri.contains("://") {
+        return Err(Error::input(format!(
+            "{what}: the uri {} is not a file beside the scene; download it and name it there",
+            quoted(uri)
+        )));
+    }
+    decode_percent(uri).ok_or_else(|| {
+        damaged(format!(
+            "{what}: the uri {} is not percent-encoded UTF-8",
+            quoted(uri)
+        ))
+    })
+}
+
 /// The bytes of `data:` URI content: `[type];base64,…`.
-fn decode_data_uri(data: &str) -> Option<Vec<u8>> {
+pub fn decode_data_uri(data: &str) -> Option<Vec<u8>> {
     let (kind, content) = data.split_once(',')?;
     kind.ends_with(";base64").then_some(())?;
     BASE64.decode(&*decode_percent(content)?).ok()

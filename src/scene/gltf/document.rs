@@ -1,17 +1,17 @@
 //! The JSON of a glTF file, as far as Headwater reads it. Indices are read as they are, in 64 bits:
 //! code that follows an index checks it first. What is not listed here is ignored, or only noticed.
 //!
-//! Materials have the types of the `gltf` crate. Its other types would lose what matters here:
+//! The types of the `gltf` crate would lose what matters here:
 //! - transforms of nodes are in f32, whose steps are half a unit at 5·10⁶ units from the origin,
 //!   and so are cameras;
 //! - indices and component types are cut to 32 bits without an error, so that a damaged one names
-//!   another element (this holds for the textures of materials too, but nothing follows them yet);
+//!   another element;
+//! - normal textures have no transform;
 //! - values that the crate does not know are dropped, so that no message can quote them: the types
-//!   of accessors and cameras, interpolations, and the path `pointer` of an animation, which is
-//!   followed here;
-//! - files would be refused for faults in what Headwater ignores, such as skins and samplers.
+//!   of accessors and cameras, interpolations, alpha modes, and the path `pointer` of an animation,
+//!   which is followed here;
+//! - files would be refused for faults in what Headwater ignores, such as skins.
 
-use gltf::json::Material;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use std::collections::BTreeMap;
@@ -29,10 +29,183 @@ pub struct Document {
     pub cameras: Vec<Camera>,
     pub meshes: Vec<Mesh>,
     pub materials: Vec<Material>,
+    pub textures: Vec<Texture>,
+    pub samplers: Vec<TextureSampler>,
+    pub images: Vec<Image>,
     pub accessors: Vec<Accessor>,
     pub buffer_views: Vec<BufferView>,
     pub buffers: Vec<Buffer>,
     pub animations: Vec<Animation>,
+}
+
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub struct Material {
+    pub name: String,
+    pub pbr_metallic_roughness: MetallicRoughness,
+    pub normal_texture: Option<TextureInfo>,
+    pub occlusion_texture: Option<IgnoredAny>,
+    pub emissive_texture: Option<TextureInfo>,
+    pub emissive_factor: [f32; 3],
+    pub alpha_mode: Option<String>,
+    pub double_sided: bool,
+    pub extensions: MaterialExtensions,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub struct MetallicRoughness {
+    pub base_color_factor: [f32; 4],
+    pub base_color_texture: Option<TextureInfo>,
+    pub metallic_factor: f32,
+    pub roughness_factor: f32,
+    pub metallic_roughness_texture: Option<TextureInfo>,
+}
+
+impl Default for MetallicRoughness {
+    fn default() -> Self {
+        Self {
+            base_color_factor: [1.0; 4],
+            base_color_texture: None,
+            metallic_factor: 1.0,
+            roughness_factor: 1.0,
+            metallic_roughness_texture: None,
+        }
+    }
+}
+
+/// A texture in a material.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct TextureInfo {
+    pub index: u64,
+    #[serde(default)]
+    pub tex_coord: u64,
+    #[serde(default)]
+    pub extensions: TextureInfoExtensions,
+}
+
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct TextureInfoExtensions {
+    #[serde(rename = "KHR_texture_transform")]
+    pub transform: Option<TextureTransform>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub struct TextureTransform {
+    pub offset: [f32; 2],
+    pub rotation: f32,
+    pub scale: [f32; 2],
+    pub tex_coord: Option<u64>,
+}
+
+impl Default for TextureTransform {
+    fn default() -> Self {
+        Self {
+            offset: [0.0; 2],
+            rotation: 0.0,
+            scale: [1.0; 2],
+            tex_coord: None,
+        }
+    }
+}
+
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct MaterialExtensions {
+    #[serde(rename = "KHR_materials_emissive_strength")]
+    pub emissive_strength: EmissiveStrength,
+    #[serde(rename = "KHR_materials_ior")]
+    pub ior: Ior,
+    #[serde(rename = "KHR_materials_specular")]
+    pub specular: Specular,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub struct EmissiveStrength {
+    pub emissive_strength: f32,
+}
+
+impl Default for EmissiveStrength {
+    fn default() -> Self {
+        Self {
+            emissive_strength: 1.0,
+        }
+    }
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(default)]
+pub struct Ior {
+    pub ior: f32,
+}
+
+impl Default for Ior {
+    fn default() -> Self {
+        Self { ior: 1.5 }
+    }
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub struct Specular {
+    pub specular_factor: f32,
+    pub specular_texture: Option<IgnoredAny>,
+    pub specular_color_factor: [f32; 3],
+    pub specular_color_texture: Option<IgnoredAny>,
+}
+
+impl Default for Specular {
+    fn default() -> Self {
+        Self {
+            specular_factor: 1.0,
+            specular_texture: None,
+            specular_color_factor: [1.0; 3],
+            specular_color_texture: None,
+        }
+    }
+}
+
+/// An image with a sampler.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct Texture {
+    pub sampler: Option<u64>,
+    pub source: Option<u64>,
+    pub extensions: TextureExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct TextureExtensions {
+    #[serde(rename = "EXT_texture_webp")]
+    pub webp: Option<TextureSource>,
+    #[serde(rename = "KHR_texture_basisu")]
+    pub basisu: Option<IgnoredAny>,
+}
+
+#[derive(Debug, Deserialize)]
+pub struct TextureSource {
+    pub source: u64,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub struct TextureSampler {
+    pub mag_filter: Option<i64>,
+    pub wrap_s: Option<i64>,
+    pub wrap_t: Option<i64>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub struct Image {
+    pub name: String,
+    pub uri: Option<String>,
+    pub buffer_view: Option<u64>,
 }
 
 /// The file's version; missing, it is empty, where the crate's type would say 2.0.

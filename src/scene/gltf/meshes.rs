@@ -4,9 +4,9 @@ use super::accessors::{Accessors, Elements, get};
 use super::damaged;
 use super::document::{Mesh as FileMesh, Primitive};
 use crate::scene::notices::{Tally, label};
-use crate::scene::{Mesh, Part};
+use crate::scene::{Material, Mesh, Part};
 use crate::{Error, Result};
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 /// Geometry may unfold to this many bytes per byte of the file, and [`FREE_BYTES`]: primitives
 /// that share accessors are copied, and a small file could else ask for any amount.
@@ -44,6 +44,10 @@ impl Topology {
 /// Reads a file's meshes one after another.
 pub struct Meshes<'a> {
     accessors: Accessors<'a>,
+    /// For each material, which sets of texture coordinates it uses.
+    sets: Vec<[bool; 2]>,
+    /// Which sets the mesh at hand needs.
+    needed: [bool; 2],
     /// The material of primitives that name none.
     default_material: u32,
     /// Whether that was needed.
@@ -55,8 +59,13 @@ pub struct Meshes<'a> {
 
 impl<'a> Meshes<'a> {
     /// A reader of the file's meshes, of which the buffers and the JSON have `file_bytes`.
-    pub fn new(accessors: Accessors<'a>, file_bytes: u64) -> Self {
+    pub fn new(accessors: Accessors<'a>, materials: &[Material], file_bytes: u64) -> Self {
+        let sets = |material: &Material| {
+            [0, 1].map(|set| material.textures().any(|(_, texture)| texture.set == set))
+        };
         Self {
+            sets: materials.iter().map(sets).collect(),
+            needed: [false; 2],
             default_material: accessors.document.materials.len() as u32,
             default_material_used: false,
             bytes_left: FREE_BYTES.saturating_add(file_bytes.saturating_mul(UNFOLDING)),
@@ -78,6 +87,11 @@ impl<'a> Meshes<'a> {
         if !mesh.normals.is_empty() {
             // Normals of zero length are missing ones: validation makes them geometric.
             mesh.normals.resize(mesh.positions.len(), Vec3::ZERO);
+        }
+        for (uvs, needed) in mesh.uvs.iter_mut().zip(&mut self.needed) {
+            if std::mem::take(needed) {
+                uvs.resize(mesh.positions.len(), Vec2::ZERO);
+            }
         }
         Ok(mesh)
     }
@@ -130,6 +144,30 @@ impl<'a> Meshes<'a> {
             None => None,
         };
         let material = self.material(what, primitive)?;
+        let mut uvs = [None, None];
+        let used = self.sets.get(material as usize).copied();
+        for (set, uvs) in uvs.iter_mut().enumerate() {
+            if used.is_none_or(|used| !used[set]) {
+                continue;
+            }
+            self.needed[set] = true;
+            let name = format!("TEXCOORD_{set}");
+            let Some(&accessor) = primitive.attributes.get(&name) else {
+                tally.add("texture coordinates are missing, 0 is used", || {
+                    format!("{name} of {what}")
+                });
+                continue;
+            };
+            let used_as = format!("{name} of {what}");
+            let found = self.accessors.coordinates(accessor, &used_as)?;
+            if found.count != positions.count {
+                return Err(damaged(format!(
+                    "accessor {accessor} ({used_as}): has {} elements for {} positions",
+                    found.count, positions.count
+                )));
+            }
+            *uvs = Some(found);
+        }
         notice_ignored(what, primitive, tally);
 
         let corners = indices.as_ref().map_or(positions.count, |i| i.count);
@@ -145,6 +183,7 @@ impl<'a> Meshes<'a> {
             what,
             positions,
             normals,
+            uvs,
             indices,
         };
         self.copy(&source, topology, count, mesh)?;
@@ -181,7 +220,7 @@ impl<'a> Meshes<'a> {
     ) -> Result<()> {
         let table = positions.count.saturating_sub(self.places.len() as u64);
         let needed = u128::from(count) * 12
-            + u128::from(corners.min(positions.count)) * 24
+            + u128::from(corners.min(positions.count)) * 40
             + u128::from(table) * 4;
         match u64::try_from(needed)
             .ok()
@@ -241,20 +280,32 @@ struct Source<'a> {
     what: &'a str,
     positions: Elements<'a>,
     normals: Option<Elements<'a>>,
+    uvs: [Option<Elements<'a>>; 2],
     indices: Option<Elements<'a>>,
 }
 
 impl Source<'_> {
     fn copy_vertex(&self, vertex: u64, mesh: &mut Mesh) -> Result<()> {
-        let finite = |kind: &str, value: Vec3| {
-            if value.is_finite() {
-                return Ok(value);
-            }
-            Err(Error::input(format!(
+        let wrong = |kind: &str, value: &dyn std::fmt::Display| {
+            Error::input(format!(
                 "{}: {kind} {vertex} is {value}; it must be finite",
                 self.what
-            )))
+            ))
         };
+        let finite = |kind: &str, value: Vec3| match value.is_finite() {
+            true => Ok(value),
+            false => Err(wrong(kind, &value)),
+        };
+        for (to, uvs) in mesh.uvs.iter_mut().zip(&self.uvs) {
+            if let Some(uvs) = uvs {
+                let uv = uvs.pair(vertex);
+                if !uv.is_finite() {
+                    return Err(wrong("texture coordinate", &uv));
+                }
+                to.resize(mesh.positions.len(), Vec2::ZERO);
+                to.push(uv);
+            }
+        }
         if let Some(normals) = &self.normals {
             mesh.normals.resize(mesh.positions.len(), Vec3::ZERO);
             mesh.normals.push(finite("normal", normals.vector(vertex))?);

@@ -1,9 +1,8 @@
 //! glTF 2.0: `.gltf` and `.glb`.
 //!
-//! The `gltf` crate supplies the GLB container and the types of materials; [`document`] says which
-//! types are our own, and why. The crate's validation and traversal are not used: they panic or
-//! recurse for ever on some broken files. Indices are followed by checked look-ups, accessors'
-//! ranges are checked before they are read.
+//! The `gltf` crate supplies the GLB container; [`document`] says why its types are not used. Nor are
+//! its validation and traversal: they panic or recurse for ever on some broken files. Indices are
+//! followed by checked look-ups, accessors' ranges are checked before they are read.
 
 mod accessors;
 mod animations;
@@ -12,7 +11,9 @@ mod document;
 mod materials;
 mod meshes;
 mod nodes;
+mod textures;
 
+use super::load::Options;
 use super::notices::Tally;
 use super::progress::Progress;
 use super::{Instance, Material, Motion, Scene};
@@ -21,18 +22,26 @@ use accessors::{Accessors, get};
 use document::Document;
 use meshes::Meshes;
 use std::path::Path;
+use textures::Textures;
 
 /// The extensions whose factors are followed.
-const EXTENSIONS: [&str; 4] = [
+const EXTENSIONS: [&str; 6] = [
+    "EXT_texture_webp",
     "KHR_animation_pointer",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_specular",
+    "KHR_texture_transform",
 ];
 
 /// Reads a glTF file from its bytes; files it names lie in `folder`. Errors name the element, not
 /// the file. The scene is not validated yet.
-pub(super) fn read(bytes: &[u8], folder: &Path, progress: &mut Progress<'_>) -> Result<Scene> {
+pub(super) fn read(
+    bytes: &[u8],
+    folder: &Path,
+    options: Options,
+    progress: &mut Progress<'_>,
+) -> Result<Scene> {
     let (json, binary) = buffers::split(bytes)?;
     let document = parse(&json)?;
     check_extensions(&document)?;
@@ -40,19 +49,23 @@ pub(super) fn read(bytes: &[u8], folder: &Path, progress: &mut Progress<'_>) -> 
     notice_ignored(&document, &mut tally);
 
     let placed = nodes::placed(&document)?;
-    let materials = materials::read(&document.materials, &mut tally);
     let buffers = buffers::load(&document, binary.as_deref(), folder, progress)?;
     let buffer_bytes: u64 = buffers.iter().map(|buffer| buffer.len() as u64).sum();
     let accessors = Accessors {
         document: &document,
         buffers: &buffers,
     };
-    let mut meshes = Meshes::new(accessors, buffer_bytes + json.len() as u64);
-
+    let (textures, images) = Textures::load(&accessors, folder, options, progress, &mut tally)?;
     let mut scene = Scene {
-        materials,
+        materials: materials::read(&document.materials, &textures, &mut tally)?,
+        images,
         ..Scene::default()
     };
+    let mut meshes = Meshes::new(
+        accessors,
+        &scene.materials,
+        buffer_bytes + json.len() as u64,
+    );
     let mut cameras = Vec::new();
     // For each instance, where in `placed` its node is.
     let mut instance_nodes = Vec::new();

@@ -42,6 +42,7 @@ impl Builder {
                 triangle_count: triangles,
                 material: self.0.materials.len() as u32,
             }],
+            ..Mesh::default()
         });
         self.0.materials.push(material);
         self.0.meshes.len() as u32 - 1

@@ -101,6 +101,7 @@ pub(super) fn make(values: &Values) -> Scene {
         positions,
         normals,
         triangles,
+        ..Mesh::default()
     });
     scene.0.instances.push(Instance {
         name: "ground".into(),

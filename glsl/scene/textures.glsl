@@ -1,0 +1,69 @@
+#pragma once
+// Textures. There is one level of detail: what a lookup returns depends on the point alone, not on who looks, so that
+// every technique sees the same material.
+#include "scene/geometry.glsl"
+
+// A coordinate within one period of the image, or where the edge continues close to it, so that indices fit an integer.
+float within_period(float x, uint wrap) {
+    if (wrap == WRAP_CLAMP) return clamp(x, -1.0, 2.0);
+    float period = wrap == WRAP_MIRROR ? 2.0 : 1.0;
+    return x - period * floor(x / period);
+}
+
+// The index of the texel that is seen at index `i`.
+int wrapped(int i, int size, uint wrap) {
+    if (wrap == WRAP_CLAMP) return clamp(i, 0, size - 1);
+    int period = wrap == WRAP_MIRROR ? 2 * size : size;
+    i += i < 0 ? period : i >= period ? -period : 0;
+    return min(i, wrap == WRAP_MIRROR ? period - 1 - i : i);
+}
+
+// A texel. Colours are sRGB, and decoded before they are mixed; their values come from a table, because drivers differ
+// in powers.
+vec4 texel_at(GpuTexture used, ivec2 i, uvec2 wrap, bool is_color) {
+    int x = wrapped(i.x, int(used.width), wrap.x), y = wrapped(i.y, int(used.height), wrap.y);
+    uint texel = texels.at[used.first_texel + uint(y) * used.width + uint(x)];
+    if (!is_color) return unpackUnorm4x8(texel);
+    return vec4(srgb.at[texel & 0xFFu], srgb.at[(texel >> 8u) & 0xFFu], srgb.at[(texel >> 16u) & 0xFFu],
+                float(texel >> 24u) / 255.0);
+}
+
+// A texture at texture coordinates.
+vec4 texture_at(GpuTexture used, vec2 uv, bool is_color) {
+    uvec2 wrap = uvec2(used.wrap & 3u, used.wrap >> 2u);
+    vec2 at = used.column_u * uv.x + used.column_v * uv.y + used.offset;
+    at = vec2(within_period(at.x, wrap.x), within_period(at.y, wrap.y)) * vec2(used.width, used.height);
+    // Centres of texels are at halves.
+    if (used.nearest == 0u) at -= 0.5;
+    vec2 corner = floor(at), part = used.nearest == 0u ? at - corner : vec2(0.0);
+    vec4 rows[2];
+    for (int y = 0; y < 2; y += 1) {
+        ivec2 i = ivec2(corner) + ivec2(0, y);
+        rows[y] = mix(texel_at(used, i, wrap, is_color), texel_at(used, i + ivec2(1, 0), wrap, is_color), part.x);
+    }
+    return mix(rows[0], rows[1], part.y);
+}
+
+// The texture coordinates at a point of a triangle, which is given by the weights of the second and third corner.
+vec2 uv_at(GpuInstance instance, uint primitive, vec2 weights, uint set) {
+    uint first = 3u * ((set == 0u ? instance.first_uvs.x : instance.first_uvs.y) + primitive);
+    vec2 a = uvs.at[first];
+    return a + weights.x * (uvs.at[first + 1u] - a) + weights.y * (uvs.at[first + 2u] - a);
+}
+
+// The material at a point of a triangle.
+GpuMaterial material_at(uint index, GpuInstance instance, uint primitive, vec2 weights) {
+    GpuMaterial material = material_at(index);
+    if (!HAS_TEXTURES) return material;
+    if (material.base_color_texture != NONE) {
+        GpuTexture used = load_textures(material.base_color_texture);
+        material.base_color *= texture_at(used, uv_at(instance, primitive, weights, used.set), true).rgb;
+    }
+    if (material.metallic_roughness_texture != NONE) {
+        GpuTexture used = load_textures(material.metallic_roughness_texture);
+        vec4 found = texture_at(used, uv_at(instance, primitive, weights, used.set), false);
+        material.roughness *= found.g;
+        material.metallic *= found.b;
+    }
+    return material;
+}

@@ -1,0 +1,212 @@
+//! Textures: images from files, data URIs and buffer views, each decoded once.
+
+use super::accessors::{Accessors, get};
+use super::document::{Document, Image as FileImage, Material, TextureInfo, TextureTransform};
+use super::{buffers, damaged};
+use crate::scene::load::Options;
+use crate::scene::notices::{Tally, label};
+use crate::scene::progress::Progress;
+use crate::scene::texture::{Image, Texture, Wrap};
+use crate::scene::{images, notices};
+use crate::{Error, Result};
+use glam::{Affine2, Mat2, Vec2};
+use rayon::prelude::*;
+use std::borrow::Cow;
+use std::path::Path;
+
+/// The images that materials use.
+pub struct Textures<'a> {
+    document: &'a Document,
+    /// For each of the file's images its index in the scene; none if no material uses it, or if its file is missing.
+    places: Vec<Option<u32>>,
+}
+
+impl<'a> Textures<'a> {
+    /// Loads the images that materials use.
+    ///
+    /// # Errors
+    /// An index out of range; an image that cannot be read or decoded, or, unless `options` permit it, is missing.
+    pub fn load(
+        accessors: &Accessors<'a>,
+        folder: &Path,
+        options: Options,
+        progress: &mut Progress<'_>,
+        tally: &mut Tally,
+    ) -> Result<(Self, Vec<Image>)> {
+        let document = accessors.document;
+        let mut textures = Self {
+            document,
+            places: vec![None; document.images.len()],
+        };
+        let mut encoded = Vec::new();
+        for (index, material) in document.materials.iter().enumerate() {
+            let what = label("material", index, &material.name);
+            for (kind, info) in used(material) {
+                let index = textures.image_of(&format!("{kind} of {what}"), info.index)?;
+                if textures.places[index].is_some() {
+                    continue;
+                }
+                let source = &document.images[index];
+                let what = label("image", index, &source.name);
+                match bytes(&what, source, accessors, folder, progress)? {
+                    Some(bytes) => {
+                        textures.places[index] = Some(encoded.len() as u32);
+                        encoded.push((what, source, bytes));
+                    }
+                    None => images::missing(&what, source.uri.as_deref(), options, tally)?,
+                }
+            }
+        }
+        let images = (encoded.into_par_iter())
+            .map(|(what, source, bytes)| {
+                let name = source
+                    .uri
+                    .as_deref()
+                    .filter(|uri| !uri.starts_with("data:"));
+                images::decode(&what, name.unwrap_or(&source.name), &bytes)
+            })
+            .collect::<Result<_>>()?;
+        Ok((textures, images))
+    }
+
+    /// A texture of a material; none if its image is missing.
+    pub fn texture(&self, what: &str, info: &Option<TextureInfo>) -> Result<Option<Texture>> {
+        let Some(info) = info else {
+            return Ok(None);
+        };
+        let Some(image) = self.places[self.image_of(what, info.index)?] else {
+            return Ok(None);
+        };
+        let placed = info.extensions.transform.clone().unwrap_or_default();
+        let set = placed.tex_coord.unwrap_or(info.tex_coord);
+        if set > 1 {
+            return Err(Error::input(format!(
+                "{what}: uses texture coordinates {set}, only 0 and 1 are supported; export it with two sets"
+            )));
+        }
+        let texture = &self.document.textures[info.index as usize];
+        let sampler = match texture.sampler {
+            None => None,
+            Some(index) => Some(get(&self.document.samplers, index).ok_or_else(|| {
+                damaged(format!(
+                    "{what}: sampler {index} is out of range, there are {}",
+                    self.document.samplers.len()
+                ))
+            })?),
+        };
+        let mode = |code: Option<i64>| match code {
+            None | Some(10497) => Ok(Wrap::Repeat),
+            Some(33648) => Ok(Wrap::Mirror),
+            Some(33071) => Ok(Wrap::Clamp),
+            Some(code) => Err(damaged(format!("{what}: wrap mode {code} is unknown"))),
+        };
+        Ok(Some(Texture {
+            image,
+            set: set as u32,
+            transform: transform(&placed),
+            wrap: [
+                mode(sampler.and_then(|s| s.wrap_s))?,
+                mode(sampler.and_then(|s| s.wrap_t))?,
+            ],
+            nearest: sampler.is_some_and(|s| s.mag_filter == Some(9728)),
+        }))
+    }
+
+    /// The index of a texture's image in the file.
+    fn image_of(&self, what: &str, texture: u64) -> Result<usize> {
+        let document = self.document;
+        let Some(found) = get(&document.textures, texture) else {
+            return Err(damaged(format!(
+                "{what}: texture {texture} is out of range, there are {}",
+                document.textures.len()
+            )));
+        };
+        let webp = found.extensions.webp.as_ref().map(|webp| webp.source);
+        let Some(source) = webp.or(found.source) else {
+            let format = match found.extensions.basisu {
+                Some(_) => "needs the extension KHR_texture_basisu, which is not supported",
+                None => "has no image",
+            };
+            return Err(Error::input(format!(
+                "{what}: texture {texture} {format}; export it with PNG, JPEG or WebP images"
+            )));
+        };
+        match usize::try_from(source) {
+            Ok(index) if index < document.images.len() => Ok(index),
+            _ => Err(damaged(format!(
+                "texture {texture}: image {source} is out of range, there are {}",
+                document.images.len()
+            ))),
+        }
+    }
+}
+
+/// The textures of a material that are followed, with their names.
+fn used(material: &Material) -> impl Iterator<Item = (&'static str, &TextureInfo)> {
+    let pbr = &material.pbr_metallic_roughness;
+    let textures = [
+        ("base colour texture", &pbr.base_color_texture),
+        (
+            "metallic-roughness texture",
+            &pbr.metallic_roughness_texture,
+        ),
+    ];
+    textures
+        .into_iter()
+        .filter_map(|(kind, info)| Some((kind, info.as_ref()?)))
+}
+
+/// KHR_texture_transform: scaled, then turned, then moved.
+fn transform(placed: &TextureTransform) -> Affine2 {
+    let (sin, cos) = placed.rotation.sin_cos();
+    // Counter-clockwise where v points down.
+    let turn = Mat2::from_cols(Vec2::new(cos, -sin), Vec2::new(sin, cos));
+    let scale = Mat2::from_diagonal(Vec2::from_array(placed.scale));
+    Affine2::from_mat2_translation(turn * scale, Vec2::from_array(placed.offset))
+}
+
+/// An image's bytes as they are in the file; none if its file is missing.
+fn bytes<'a>(
+    what: &str,
+    image: &FileImage,
+    accessors: &Accessors<'a>,
+    folder: &Path,
+    progress: &mut Progress<'_>,
+) -> Result<Option<Cow<'a, [u8]>>> {
+    match (&image.uri, image.buffer_view) {
+        (Some(uri), _) => match uri.strip_prefix("data:") {
+            Some(data) => buffers::decode_data_uri(data)
+                .map(|bytes| Some(Cow::Owned(bytes)))
+                .ok_or_else(|| damaged(format!("{what}: its data URI is not base64"))),
+            None => {
+                let name = buffers::file_name(what, uri)?;
+                Ok(images::read_file(what, &name, folder, progress)?.map(Cow::Owned))
+            }
+        },
+        (None, Some(view)) => Ok(Some(Cow::Borrowed(accessors.view(what, view)?))),
+        (None, None) => Err(damaged(format!(
+            "{what} has neither a uri nor a bufferView, {}",
+            notices::quoted(&image.name)
+        ))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_transform_scales_then_turns_then_moves() {
+        let placed = TextureTransform {
+            offset: [0.25, 0.5],
+            rotation: std::f32::consts::FRAC_PI_2,
+            scale: [2.0, 3.0],
+            tex_coord: None,
+        };
+        // A quarter turn in the extension's sense takes +u to −v.
+        let found = transform(&placed).transform_point2(Vec2::new(1.0, 0.0));
+        assert!(found.distance(Vec2::new(0.25, -1.5)) < 1e-6, "{found}");
+        let found = transform(&placed).transform_point2(Vec2::new(0.0, 1.0));
+        assert!(found.distance(Vec2::new(3.25, 0.5)) < 1e-6, "{found}");
+    }
+}

@@ -1,0 +1,174 @@
+//! Textures: images that vary a material over a surface, and how they are laid onto it.
+
+use glam::{Affine2, Vec2, Vec4};
+use std::sync::Arc;
+
+/// An image of textures.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Image {
+    /// Name of the file or in the file, for messages.
+    pub name: String,
+    /// Width in texels, at least 1.
+    pub width: u32,
+    /// Height in texels, at least 1.
+    pub height: u32,
+    /// RGBA, row by row from the top, which is at v = 0. Shared, because scenes are copied.
+    pub texels: Arc<[[u8; 4]]>,
+}
+
+/// What lies beyond the edges of an image.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Wrap {
+    /// The image again.
+    #[default]
+    Repeat,
+    /// The image mirrored, then the image again.
+    Mirror,
+    /// The texels at the edge.
+    Clamp,
+}
+
+/// A use of an image as a texture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Texture {
+    /// Index into [`Scene::images`](super::Scene::images).
+    pub image: u32,
+    /// The set of texture coordinates: index into [`Mesh::uvs`](super::Mesh::uvs).
+    pub set: u32,
+    /// From these coordinates to those of the image, in which it covers 0…1.
+    pub transform: Affine2,
+    /// Beyond the edges along u and v.
+    pub wrap: [Wrap; 2],
+    /// Whether a lookup takes the nearest texel instead of interpolating between four.
+    pub nearest: bool,
+}
+
+impl Texture {
+    /// The image, as it is, over the first set of coordinates.
+    pub fn plain(image: u32) -> Self {
+        Self {
+            image,
+            set: 0,
+            transform: Affine2::IDENTITY,
+            wrap: [Wrap::Repeat; 2],
+            nearest: false,
+        }
+    }
+
+    /// The texture at some coordinates, 0…1 in each channel. `decode` converts a texel: [`linear`] or [`srgb`].
+    pub fn at(&self, image: &Image, uv: Vec2, decode: fn([u8; 4]) -> Vec4) -> Vec4 {
+        let size = Vec2::new(image.width as f32, image.height as f32);
+        let place = self.transform.transform_point2(uv) * size;
+        if self.nearest {
+            return decode(self.texel(image, place.x.floor() as i64, place.y.floor() as i64));
+        }
+        // Centres of texels are at halves.
+        let place = place - 0.5;
+        let (corner, part) = (place.floor(), place - place.floor());
+        let (x, y) = (corner.x as i64, corner.y as i64);
+        let texel = |dx, dy| decode(self.texel(image, x + dx, y + dy));
+        let top = texel(0, 0).lerp(texel(1, 0), part.x);
+        let bottom = texel(0, 1).lerp(texel(1, 1), part.x);
+        top.lerp(bottom, part.y)
+    }
+
+    fn texel(&self, image: &Image, x: i64, y: i64) -> [u8; 4] {
+        let x = wrapped(self.wrap[0], x, image.width);
+        let y = wrapped(self.wrap[1], y, image.height);
+        image.texels[y as usize * image.width as usize + x as usize]
+    }
+}
+
+/// The index, below `size`, of the texel that is seen at index `i`.
+fn wrapped(wrap: Wrap, i: i64, size: u32) -> u32 {
+    let size = i64::from(size);
+    let index = match wrap {
+        Wrap::Repeat => i.rem_euclid(size),
+        Wrap::Mirror => {
+            let i = i.rem_euclid(2 * size);
+            i.min(2 * size - 1 - i)
+        }
+        Wrap::Clamp => i.clamp(0, size - 1),
+    };
+    index as u32
+}
+
+/// A texel of data: normals, metalness, roughness.
+pub fn linear(texel: [u8; 4]) -> Vec4 {
+    Vec4::from_array(texel.map(f32::from)) / 255.0
+}
+
+/// A texel of colour, whose red, green and blue are sRGB; alpha is linear.
+pub fn srgb(texel: [u8; 4]) -> Vec4 {
+    let [r, g, b, a] = linear(texel).to_array();
+    Vec4::new(decode_srgb(r), decode_srgb(g), decode_srgb(b), a)
+}
+
+/// From sRGB to linear (IEC 61966-2-1).
+fn decode_srgb(value: f32) -> f32 {
+    if value <= 0.04045 {
+        value / 12.92
+    } else {
+        ((value + 0.055) / 1.055).powf(2.4)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two by two texels: black, red; green, white.
+    fn image() -> Image {
+        let texels = [[0, 0, 0, 255], [255, 0, 0, 255], [0, 255, 0, 255], [255; 4]];
+        Image {
+            name: String::new(),
+            width: 2,
+            height: 2,
+            texels: texels.into(),
+        }
+    }
+
+    fn red(texture: Texture, u: f32, v: f32) -> f32 {
+        texture.at(&image(), Vec2::new(u, v), linear).x
+    }
+
+    #[test]
+    fn centres_are_texels_and_between_them_is_a_mixture() {
+        let texture = Texture::plain(0);
+        let at = |u, v| texture.at(&image(), Vec2::new(u, v), linear);
+        assert_eq!(at(0.25, 0.25), Vec4::new(0.0, 0.0, 0.0, 1.0));
+        assert_eq!(at(0.75, 0.25), Vec4::new(1.0, 0.0, 0.0, 1.0));
+        assert_eq!(at(0.25, 0.75), Vec4::new(0.0, 1.0, 0.0, 1.0));
+        assert_eq!(at(0.5, 0.5), Vec4::new(0.5, 0.5, 0.25, 1.0));
+    }
+
+    #[test]
+    fn edges_repeat_mirror_or_end() {
+        let with = |wrap| Texture {
+            wrap: [wrap; 2],
+            ..Texture::plain(0)
+        };
+        // Left of the first column, between it and what comes before.
+        assert_eq!(red(with(Wrap::Repeat), 0.0, 0.25), 0.5);
+        assert_eq!(red(with(Wrap::Mirror), 0.0, 0.25), 0.0);
+        assert_eq!(red(with(Wrap::Clamp), 0.0, 0.25), 0.0);
+        assert_eq!(red(with(Wrap::Clamp), -7.0, 0.25), 0.0);
+        assert_eq!(red(with(Wrap::Repeat), -0.25, 0.25), 1.0);
+        assert_eq!(red(with(Wrap::Mirror), -0.75, 0.25), 1.0);
+        assert_eq!(red(with(Wrap::Mirror), 1.25, 0.25), 1.0);
+        assert_eq!(red(with(Wrap::Repeat), 1.25, 0.25), 0.0);
+        let nearest = Texture {
+            nearest: true,
+            ..Texture::plain(0)
+        };
+        assert_eq!(red(nearest, 0.49, 0.25), 0.0);
+        assert_eq!(red(nearest, 0.51, 0.25), 1.0);
+    }
+
+    #[test]
+    fn colours_are_decoded_before_they_are_mixed() {
+        assert!((srgb([188, 0, 0, 128]).x - 0.5029).abs() < 1e-3);
+        assert!((srgb([10, 0, 0, 128]).x - 10.0 / 255.0 / 12.92).abs() < 1e-9);
+        assert_eq!(srgb([0, 255, 0, 51]), Vec4::new(0.0, 1.0, 0.0, 0.2));
+    }
+}

@@ -1,0 +1,153 @@
+//! Tests of shader functions: lookups of textures.
+
+use crate::support::random::Random;
+use crate::{Function, floats, number};
+use glam::{Affine2, Vec2, Vec4};
+use headwater::scene::texture::{Image, Texture, Wrap, linear, srgb};
+use headwater::scene::{Material, Scene};
+use headwater::tracing::materials::Materials;
+
+/// An image of random texels.
+fn image(random: &mut Random, width: u32, height: u32) -> Image {
+    let texel = |_| [0; 4].map(|_: u8| random.index(256) as u8);
+    Image {
+        name: String::new(),
+        width,
+        height,
+        texels: (0..width * height).map(texel).collect(),
+    }
+}
+
+fn looked_up(is_color: bool) -> String {
+    format!(
+        "x = floatBitsToUint(texture_at(load_textures(a.z), uintBitsToFloat(a.xy), {is_color}));"
+    )
+}
+
+/// Every wrap and filter, with a transform, near to the image and far from it.
+#[test]
+fn lookups_are_those_of_the_twin() {
+    let mut random = Random(11);
+    let images = vec![
+        image(&mut random, 5, 3),
+        image(&mut random, 1, 1),
+        image(&mut random, 64, 32),
+    ];
+    let wraps = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
+    let mut textures = Vec::new();
+    for image in 0..images.len() as u32 {
+        for (wrap, other) in [(0, 1), (1, 2), (2, 0)] {
+            for nearest in [false, true] {
+                let scale = Vec2::new(1.5, -0.75);
+                textures.push(Texture {
+                    image,
+                    transform: Affine2::from_scale_angle_translation(
+                        scale,
+                        0.3,
+                        Vec2::new(0.1, -2.0),
+                    ),
+                    wrap: [wraps[wrap], wraps[other]],
+                    nearest,
+                    ..Texture::plain(0)
+                });
+            }
+        }
+    }
+    let scene = Scene {
+        materials: (textures.iter())
+            .map(|texture| Material {
+                base_color_texture: Some(*texture),
+                ..Material::default()
+            })
+            .collect(),
+        images,
+        ..Scene::default()
+    };
+    let tables = Materials::of(&scene);
+    let mut inputs = Vec::new();
+    for texture in 0..textures.len() {
+        for i in 0..400 {
+            let reach = if i % 2 == 0 { 2.0 } else { 100.0 };
+            let uv = [(); 2].map(|()| ((random.unit() * 2.0 - 1.0) * reach) as f32);
+            let mut input = floats(&uv);
+            input[2] = texture as u32;
+            inputs.push(input);
+        }
+    }
+    for is_color in [true, false] {
+        let body = looked_up(is_color);
+        let mut function = Function {
+            includes: &["scene/textures.glsl"],
+            body: &body,
+            materials: &tables.materials,
+            textures: &tables.textures,
+            texels: &tables.texels,
+            srgb: &tables.srgb,
+            ..Function::default()
+        };
+        let wrong = |found: Vec<[u32; 8]>| {
+            let mut wrong = 0;
+            for (input, words) in inputs.iter().zip(found) {
+                let texture = &textures[input[2] as usize];
+                let uv = Vec2::new(f32::from_bits(input[0]), f32::from_bits(input[1]));
+                let image = &scene.images[texture.image as usize];
+                let expected = texture.at(image, uv, if is_color { srgb } else { linear });
+                let found = Vec4::from_array([0, 1, 2, 3].map(|c| number(words[c]) as f32));
+                // Far from the image the place within it is rounded to a thousandth of a texel; the nearest texel may
+                // then be another.
+                wrong += usize::from(found.distance(expected) > 5e-3);
+            }
+            wrong
+        };
+        let off = wrong(function.run(&inputs));
+        assert!(off * 500 < inputs.len(), "{off} of {}", inputs.len());
+        function.fault = Some(("scene/textures.glsl", "period - 1 - i", "period - 2 - i"));
+        assert!(wrong(function.run(&inputs)) * 20 > inputs.len());
+    }
+}
+
+#[test]
+fn coordinates_that_are_huge_stay_inside_the_image() {
+    let mut random = Random(3);
+    let scene = Scene {
+        images: vec![image(&mut random, 3, 7)],
+        materials: [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp]
+            .map(|wrap| Material {
+                base_color_texture: Some(Texture {
+                    wrap: [wrap; 2],
+                    ..Texture::plain(0)
+                }),
+                ..Material::default()
+            })
+            .into(),
+        ..Scene::default()
+    };
+    let tables = Materials::of(&scene);
+    // The index of the texel, from the texel: all others of the array would be wrong.
+    let texels: Vec<u32> = (0..21).map(|_| 0x4040_4040).chain([0; 100]).collect();
+    let function = Function {
+        includes: &["scene/textures.glsl"],
+        body: &looked_up(false),
+        materials: &tables.materials,
+        textures: &tables.textures,
+        texels: &texels,
+        srgb: &tables.srgb,
+        ..Function::default()
+    };
+    let huge = [
+        1e9, -1e9, 3e38, -3e38, 16777217.0, -1e-30, 1.0, -1.0, 0.99999994,
+    ];
+    let inputs: Vec<[u32; 8]> = (0..3)
+        .flat_map(|texture| {
+            huge.map(|u| {
+                let mut input = floats(&[u, -u]);
+                input[2] = texture;
+                input
+            })
+        })
+        .collect();
+    for (input, words) in inputs.iter().zip(function.run(&inputs)) {
+        let found = number(words[0]);
+        assert!((found - 64.0 / 255.0).abs() < 1e-6, "{input:?}: {found}");
+    }
+}

@@ -1,0 +1,266 @@
+//! Textures of glTF files: images of every kind and place, and those that are broken or missing.
+
+use crate::files::{Folder, Gltf};
+use base64::prelude::{BASE64_STANDARD, Engine};
+use glam::Vec2;
+use headwater::scene::load::{Options, load_watched};
+use headwater::scene::texture::{Wrap, linear};
+use headwater::scene::{Scene, Texture};
+use image::{ImageFormat, RgbaImage};
+use serde_json::{Value, json};
+
+/// Two by three texels of different colours.
+fn picture() -> RgbaImage {
+    RgbaImage::from_fn(2, 3, |x, y| {
+        image::Rgba([x as u8 * 200, y as u8 * 100, 50, 255])
+    })
+}
+
+fn encoded(format: ImageFormat) -> Vec<u8> {
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    match format {
+        // JPEG has no alpha. Of one colour, so that compression changes nothing.
+        ImageFormat::Jpeg => {
+            image::RgbImage::from_pixel(8, 8, image::Rgb([255; 3])).write_to(&mut bytes, format)
+        }
+        _ => picture().write_to(&mut bytes, format),
+    }
+    .unwrap();
+    bytes.into_inner()
+}
+
+/// A triangle whose paint has a texture from an image with this JSON.
+fn textured(image: Value) -> Gltf {
+    let mut file = Gltf::triangle();
+    let coordinates: Vec<u8> = ([0.0_f32, 0.0, 1.0, 0.0, 0.0, 2.0].iter())
+        .flat_map(|number| number.to_le_bytes())
+        .collect();
+    let view = file.add_view(&coordinates);
+    let uvs = file.add_accessor(json!({
+        "bufferView": view, "componentType": 5126, "count": 3, "type": "VEC2",
+    }));
+    file.primitive()["attributes"]["TEXCOORD_0"] = uvs.into();
+    file.with(|json| {
+        json["images"] = json!([image]);
+        json["textures"] = json!([{ "source": 0 }]);
+        json["materials"][0]["pbrMetallicRoughness"] =
+            json!({ "baseColorTexture": { "index": 0 } });
+    })
+}
+
+fn info(file: &mut Gltf) -> &mut Value {
+    &mut file.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]
+}
+
+fn load(file: &Gltf) -> Scene {
+    Folder::new().load("scene.glb", file.glb())
+}
+
+fn refuse(file: &Gltf) -> String {
+    Folder::new().refuse("scene.glb", file.glb())
+}
+
+#[test]
+fn images_may_be_beside_inside_or_in_the_uri_and_of_three_formats() {
+    for format in [ImageFormat::Png, ImageFormat::WebP, ImageFormat::Jpeg] {
+        let bytes = encoded(format);
+        let folder = Folder::new();
+        folder.write("a wall.image", &bytes);
+        let beside = textured(json!({ "uri": "a%20wall.image" }));
+        let uri = format!("data:image/any;base64,{}", BASE64_STANDARD.encode(&bytes));
+        let in_uri = textured(json!({ "uri": uri }));
+        let mut inside = textured(json!({ "mimeType": "image/png" }));
+        inside.json["images"][0]["bufferView"] = inside.add_view(&bytes).into();
+        for file in [beside, in_uri, inside] {
+            let scene = folder.load("scene.glb", file.glb());
+            assert!(scene.notices.is_empty(), "{:?}", scene.notices);
+            let (image, texels) = (&scene.images[0], &scene.images[0].texels);
+            if format == ImageFormat::Jpeg {
+                assert_eq!((image.width, image.height), (8, 8));
+                assert!(texels.iter().all(|texel| *texel == [255; 4]));
+            } else {
+                assert_eq!((image.width, image.height), (2, 3));
+                let expected: Vec<[u8; 4]> = picture().pixels().map(|p| p.0).collect();
+                assert_eq!(**texels, expected);
+            }
+            let texture = scene.materials[0].base_color_texture;
+            assert_eq!(texture, Some(Texture::plain(0)));
+            assert_eq!(scene.meshes[0].uvs[0], [Vec2::ZERO, Vec2::X, Vec2::Y * 2.0]);
+            assert!(scene.meshes[0].uvs[1].is_empty());
+        }
+    }
+}
+
+#[test]
+fn samplers_transforms_and_the_second_set_are_followed() {
+    let mut file = textured(json!({ "uri": "wall.png" }));
+    let view = file.add_view(&[0, 0, 255, 0, 51, 255]);
+    let uvs = file.add_accessor(json!({
+        "bufferView": view, "componentType": 5121, "normalized": true, "count": 3, "type": "VEC2",
+    }));
+    file.primitive()["attributes"]["TEXCOORD_1"] = uvs.into();
+    file.json["samplers"] = json!([{ "magFilter": 9728, "wrapS": 33648, "wrapT": 33071 }]);
+    file.json["textures"][0]["sampler"] = 0.into();
+    file.json["extensionsUsed"] = json!(["KHR_texture_transform"]);
+    file.json["extensionsRequired"] = json!(["KHR_texture_transform"]);
+    let placed = json!({ "offset": [0.5, 0.25], "scale": [2, 4], "texCoord": 1 });
+    *info(&mut file) = json!({ "index": 0, "extensions": { "KHR_texture_transform": placed } });
+    let folder = Folder::new();
+    folder.write("wall.png", encoded(ImageFormat::Png));
+    let scene = folder.load("scene.glb", file.glb());
+    let texture = scene.materials[0].base_color_texture.unwrap();
+    assert_eq!(texture.wrap, [Wrap::Mirror, Wrap::Clamp]);
+    assert!(texture.nearest && texture.set == 1);
+    let found = texture.transform.transform_point2(Vec2::ONE);
+    assert_eq!(found, Vec2::new(2.5, 4.25));
+    assert_eq!(scene.meshes[0].uvs[1][2], Vec2::new(0.2, 1.0));
+    assert!(scene.meshes[0].uvs[0].is_empty(), "no texture uses it");
+    let seen = texture.at(&scene.images[0], Vec2::new(0.0, 0.0), linear);
+    assert_eq!(seen * 255.0, glam::Vec4::new(200.0, 0.0, 50.0, 255.0));
+}
+
+#[test]
+fn webp_is_preferred_where_there_is_a_choice() {
+    let mut file = textured(json!({ "uri": "a.png" }));
+    file.json["images"] = json!([{ "uri": "a.png" }, { "uri": "a.webp" }]);
+    file.json["textures"][0]["extensions"] = json!({ "EXT_texture_webp": { "source": 1 } });
+    let folder = Folder::new();
+    folder.write("a.webp", encoded(ImageFormat::WebP));
+    assert_eq!(
+        folder.load("scene.glb", file.glb()).images[0].name,
+        "a.webp"
+    );
+}
+
+#[test]
+fn a_missing_image_is_named_and_may_be_allowed() {
+    let file = textured(json!({ "name": "bark", "uri": "textures/bark.png" }));
+    let text = refuse(&file);
+    for part in [
+        "image 0 \"bark\"",
+        "\"textures/bark.png\"",
+        "--allow-missing",
+    ] {
+        assert!(text.contains(part), "{text}");
+    }
+    let path = Folder::new();
+    let path = path.write("scene.glb", file.glb());
+    let options = Options {
+        allow_missing: true,
+    };
+    let scene = load_watched(&path, options, &mut |_, _, _| Ok(())).unwrap();
+    assert_eq!(
+        scene.notices,
+        [
+            "image files are missing, the plain factors are used: \"textures/bark.png\" (image 0 \"bark\")"
+        ]
+    );
+    assert!(scene.images.is_empty() && scene.materials[0].base_color_texture.is_none());
+}
+
+#[test]
+fn missing_coordinates_are_zero() {
+    let mut file = textured(json!({ "uri": "wall.png" }));
+    file.primitive()["attributes"]
+        .as_object_mut()
+        .unwrap()
+        .remove("TEXCOORD_0");
+    let folder = Folder::new();
+    folder.write("wall.png", encoded(ImageFormat::Png));
+    let scene = folder.load("scene.glb", file.glb());
+    assert_eq!(scene.meshes[0].uvs[0], [Vec2::ZERO; 3]);
+    assert_eq!(
+        scene.notices,
+        ["texture coordinates are missing, 0 is used: TEXCOORD_0 of mesh 0 \"leaf\" primitive 0"]
+    );
+}
+
+#[test]
+fn broken_images_are_one_line() {
+    let png = encoded(ImageFormat::Png);
+    let mut lying = png.clone();
+    // The width in the header, and its checksum.
+    lying[16..20].copy_from_slice(&60_000_u32.to_be_bytes());
+    let jpeg = encoded(ImageFormat::Jpeg);
+    let cases: [(&[u8], &str); 6] = [
+        (&png[..png.len() / 2], "cannot be decoded"),
+        (&lying, "image 0"),
+        (&jpeg[..jpeg.len() / 3], "cannot be decoded"),
+        (b"", "neither PNG, JPEG nor WebP"),
+        (b"no picture at all", "neither PNG, JPEG nor WebP"),
+        (b"RIFF\x04\0\0\0WEBP", "cannot be decoded"),
+    ];
+    for (bytes, part) in cases {
+        let folder = Folder::new();
+        folder.write("wall.png", bytes);
+        let file = textured(json!({ "uri": "wall.png" }));
+        let text = folder.refuse("scene.glb", file.glb());
+        assert!(text.contains(part), "{part}: {text}");
+    }
+}
+
+#[test]
+fn what_is_out_of_range_or_outside_is_named() {
+    let wrong = |change: &dyn Fn(&mut Value), parts: &[&str]| {
+        let text = refuse(&textured(json!({ "uri": "wall.png" })).with(|json| change(json)));
+        for part in parts {
+            assert!(text.contains(part), "{part}: {text}");
+        }
+    };
+    let far = 1_u64 << 32;
+    wrong(
+        &|json| {
+            json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["index"] = far.into();
+        },
+        &[
+            "texture 4294967296 is out of range, there are 1",
+            "base colour texture of material 0",
+        ],
+    );
+    wrong(
+        &|json| json["textures"][0]["source"] = 1.into(),
+        &["texture 0: image 1 is out of range, there are 1"],
+    );
+    wrong(
+        &|json| json["textures"][0] = json!({ "extensions": { "KHR_texture_basisu": {} } }),
+        &["KHR_texture_basisu, which is not supported"],
+    );
+    for uri in ["../wall.png", "/etc/passwd", "a/../../b.png"] {
+        wrong(
+            &|json| json["images"][0]["uri"] = uri.into(),
+            &["outside of the scene's folder", uri],
+        );
+    }
+    wrong(
+        &|json| json["images"][0]["uri"] = "https://x.org/a.png".into(),
+        &["not a file beside the scene"],
+    );
+}
+
+#[test]
+fn coordinates_that_are_not_finite_are_named() {
+    let mut file = textured(json!({ "uri": "wall.png" }));
+    let length = file.binary.len();
+    file.binary[length - 4..].copy_from_slice(&f32::NAN.to_le_bytes());
+    let folder = Folder::new();
+    folder.write("wall.png", encoded(ImageFormat::Png));
+    let text = folder.refuse("scene.glb", file.glb());
+    assert!(text.contains("texture coordinate 2 is"), "{text}");
+}
+
+#[test]
+fn sets_beyond_the_second_are_refused() {
+    let mut file = textured(json!({ "uri": "wall.png" }));
+    info(&mut file)["texCoord"] = 2.into();
+    let folder = Folder::new();
+    folder.write("wall.png", encoded(ImageFormat::Png));
+    let text = folder.refuse("scene.glb", file.glb());
+    assert!(text.contains("texture coordinates 2"), "{text}");
+}
+
+#[test]
+fn an_image_that_nothing_uses_need_not_exist() {
+    let file = textured(json!({ "uri": "wall.png" }))
+        .with(|json| json["materials"][0]["pbrMetallicRoughness"] = json!({}));
+    assert!(load(&file).images.is_empty());
+}
