@@ -131,7 +131,7 @@ fn primary_surfaces_keep_their_normals() {
             surface.error = vec3(1e-6);
             surface.geometric_normal = uintBitsToFloat(a.xyz);
             surface.shading_normal = uintBitsToFloat(b.xyz);
-            surface.material = 0u;
+            surface.material_index = 0u;
             surface.instance = 7u;
             Ray ray = Ray(surface.geometric_normal, 1e30, -surface.geometric_normal);
             Domain domain = unpack_domain(pack_sample_data(surface, ray), ray);
