@@ -107,8 +107,10 @@ crate::gpu_struct! {
         pub id: u32,
         /// First triangle of its mesh in the array of texture coordinates, for each of two sets; or NONE.
         pub first_uvs: UVec2,
+        /// First triangle of its mesh in the array of vertex colours, or NONE.
+        pub first_color: u32,
         /// Fills the last four words.
-        pub padding: UVec3,
+        pub padding: UVec2,
     }
 }
 
@@ -129,8 +131,8 @@ crate::gpu_struct! {
         pub base_color_texture: u32,
         /// Texture that multiplies roughness and metalness, or NONE.
         pub metallic_roughness_texture: u32,
-        /// Fills the last four words.
-        pub padding: u32,
+        /// At a point of a surface: whether textures or vertex colours decide the base colour (1). In the buffer 0.
+        pub varies: u32,
     }
 }
 

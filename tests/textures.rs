@@ -2,7 +2,7 @@
 
 mod support;
 
-use glam::{Affine2, Vec2, Vec3};
+use glam::{Affine2, Vec2, Vec3, Vec4};
 use headwater::render::presets::Preset;
 use headwater::render::settings::Variant;
 use headwater::render::{Renderer, Settings, View};
@@ -119,4 +119,37 @@ fn the_full_variant_renders_textures_to_the_same_bits() {
     let specialised = bits(&textured, &settings, Tracer::ComputeBvh);
     settings.variant = Variant::Full;
     assert!(specialised == bits(&textured, &settings, Tracer::ComputeBvh));
+}
+
+/// Vertex colours of 0 and 1 in the place of the materials' own.
+#[test]
+fn vertices_of_one_colour_are_that_colour() {
+    let [plain, _] = plain_and_textured("cornell");
+    let mut colored = plain.clone();
+    for mesh in &mut colored.meshes {
+        mesh.colors = vec![Vec4::ONE; mesh.positions.len()];
+        for part in &mesh.parts {
+            let first = part.first_triangle as usize;
+            for &vertex in mesh.triangles[first..][..part.triangle_count as usize].as_flattened() {
+                let color = plain.materials[part.material as usize].base_color;
+                mesh.colors[vertex as usize] = color.extend(1.0);
+            }
+        }
+    }
+    for material in &mut colored.materials {
+        material.base_color = Vec3::ONE;
+    }
+    for (preset, tracer) in [
+        ("accurate", Tracer::ComputeBvh),
+        ("path-tracing", Tracer::RayQuery),
+    ] {
+        if support::variants(tracer).is_empty() {
+            continue;
+        }
+        let settings = Preset::named(preset).unwrap().settings().unwrap();
+        let expected = bits(&plain, &settings, tracer);
+        let found = bits(&colored, &settings, tracer);
+        let differ = expected.iter().zip(&found).filter(|(a, b)| a != b);
+        assert_eq!(differ.count(), 0, "{preset} {tracer:?}");
+    }
 }

@@ -35,7 +35,7 @@ struct PathSample {
     TrianglePoint point;
     float clearance;
     uint material_index;
-    // With its textures.
+    // With its textures and vertex colours.
     GpuMaterial material;
 };
 
@@ -65,7 +65,7 @@ TrianglePoint vertex_point(PathSample value, uint epoch, out vec2 barycentrics) 
         tangent_frame(corner.normal, tangent, bitangent);
         position = dot(corner.position, corner.normal) * corner.normal + value.place.x * tangent + value.place.y * bitangent;
         barycentrics = vec2(0.0);
-        if (HAS_SMOOTH_NORMALS || HAS_TEXTURES) barycentrics = barycentrics_of(instance, value.primitive, position - corner.position);
+        if (HAS_SMOOTH_NORMALS || VARIES) barycentrics = barycentrics_of(instance, value.primitive, position - corner.position);
     }
     TrianglePoint point = triangle_point(instance, value.primitive, barycentrics);
     if (HAS_LARGE_TRIANGLES) point.position = position;
@@ -79,7 +79,7 @@ void place_vertex(inout PathSample value, uint epoch) {
     value.point = vertex_point(value, epoch, barycentrics);
     value.clearance = clearance_of(value.point.normal, value.point.error);
     value.material_index = triangle_owner(instance, value.primitive).material;
-    if (HAS_TEXTURES) value.material = material_at(value.material_index, instance, value.primitive, barycentrics);
+    if (VARIES) value.material = material_at(value.material_index, instance, value.primitive, barycentrics);
 }
 
 // Points the direction from the second vertex to the point on the light where the path ends. Returns the solid angle per
@@ -97,7 +97,7 @@ Domain vertex_domain(PathSample value, vec3 direction) {
     vec3 geometric_normal, shading_normal;
     face_viewer(value.point, direction, geometric_normal, shading_normal);
     return make_domain(value.point.position, value.clearance, geometric_normal, shading_normal,
-                       HAS_TEXTURES ? value.material : material_at(value.material_index), direction);
+                       VARIES ? value.material : material_at(value.material_index), direction);
 }
 
 // ---- Target and shadow rays
@@ -239,7 +239,7 @@ void unpack_sample(PackedReservoir p, out PathSample value) {
         value.point.shading_normal = unpack_octahedral(p.words[13]);
         value.point.interpolated = (p.words[14] & INTERPOLATED) != 0u;
         value.material_index = p.words[14] & ~INTERPOLATED;
-        if (HAS_TEXTURES) {
+        if (VARIES) {
             vec2 barycentrics;
             vertex_point(value, CURRENT, barycentrics);
             GpuInstance instance = instance_at(value.instance, CURRENT);

@@ -29,29 +29,29 @@ vec3 geometric_normal(SampleData data) { return unpack_normal(data.packed_normal
 
 vec3 shading_normal(SampleData data) { return unpack_normal(data.packed_normals.y, data.packed_normals.z >> NORMAL_REST); }
 
-// What textures change of a material: the square roots of the base colour in 12 bits each, which divide dark colours more
-// finely; metalness in 12 bits; roughness in 16.
+// What textures and vertex colours change of a material: the square roots of the base colour in 12 bits each, which divide
+// dark colours more finely; metalness in 12 bits; roughness in 15; and whether the base colour differs from the material's.
 const float COLOR_STEPS = 4095.0;
-const float ROUGHNESS_STEPS = 65535.0;
+const float ROUGHNESS_STEPS = 32767.0;
 
 uvec2 pack_material(GpuMaterial material) {
-    if (!HAS_TEXTURES) return uvec2(0u);
+    if (!VARIES) return uvec2(0u);
     uvec3 color = uvec3(round(sqrt(material.base_color) * COLOR_STEPS));
     uint metallic = uint(round(material.metallic * COLOR_STEPS)), roughness = uint(round(material.roughness * ROUGHNESS_STEPS));
-    return uvec2(color.x | (color.y << 12u) | (color.z << 24u), (color.z >> 8u) | (metallic << 4u) | (roughness << 16u));
+    return uvec2(color.x | (color.y << 12u) | (color.z << 24u), (color.z >> 8u) | (metallic << 4u) | (roughness << 16u) | (material.varies << 31u));
 }
 
 // The material of a primary surface.
 GpuMaterial unpack_material(SampleData data) {
     GpuMaterial material = material_at(data.material);
-    if (!HAS_TEXTURES) return material;
+    if (!VARIES) return material;
     uvec2 p = data.packed_material;
     uvec3 color = uvec3(p.x & 0xFFFu, (p.x >> 12u) & 0xFFFu, (p.x >> 24u) | ((p.y & 0xFu) << 8u));
     vec3 root = vec3(color) / COLOR_STEPS;
-    if (material.base_color_texture != NONE) material.base_color = root * root;
+    if (p.y >> 31u != 0u) material.base_color = root * root;
     if (material.metallic_roughness_texture != NONE) {
         material.metallic = float((p.y >> 4u) & 0xFFFu) / COLOR_STEPS;
-        material.roughness = float(p.y >> 16u) / ROUGHNESS_STEPS;
+        material.roughness = float((p.y >> 16u) & 0x7FFFu) / ROUGHNESS_STEPS;
     }
     return material;
 }

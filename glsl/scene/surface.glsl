@@ -15,7 +15,7 @@ struct Surface {
     vec3 geometric_normal;
     vec3 shading_normal;
     uint material_index;
-    // With its textures.
+    // With its textures and vertex colours.
     GpuMaterial material;
     // Index of the instance in the scene.
     uint instance;

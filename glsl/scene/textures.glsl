@@ -1,5 +1,5 @@
 #pragma once
-// Textures. There is one level of detail: what a lookup returns depends on the point alone, not on who looks, so that
+// Textures and vertex colours. There is one level of detail: what a lookup returns depends on the point alone, not on who looks, so that
 // every technique sees the same material.
 #include "scene/geometry.glsl"
 
@@ -51,13 +51,30 @@ vec2 uv_at(GpuInstance instance, uint primitive, vec2 weights, uint set) {
     return a + weights.x * (uvs.at[first + 1u] - a) + weights.y * (uvs.at[first + 2u] - a);
 }
 
+// One of the three colours of a triangle with vertex colours.
+vec3 corner_color(uint index) {
+    uvec2 packed = colors.at[index];
+    return vec3(unpackUnorm2x16(packed.x), unpackUnorm2x16(packed.y).x);
+}
+
+// Whether materials differ from point to point.
+const bool VARIES = HAS_TEXTURES || HAS_VERTEX_COLORS;
+
 // The material at a point of a triangle.
 GpuMaterial material_at(uint index, GpuInstance instance, uint primitive, vec2 weights) {
     GpuMaterial material = material_at(index);
+    if (HAS_VERTEX_COLORS && instance.first_color != NONE) {
+        uint first = 3u * (instance.first_color + primitive);
+        vec3 a = corner_color(first), b = corner_color(first + 1u), c = corner_color(first + 2u);
+        // A hit of a ray query may lie outside of its triangle by a rounding error.
+        material.base_color *= max(a + weights.x * (b - a) + weights.y * (c - a), vec3(0.0));
+        material.varies = 1u;
+    }
     if (!HAS_TEXTURES) return material;
     if (material.base_color_texture != NONE) {
         GpuTexture used = load_textures(material.base_color_texture);
         material.base_color *= texture_at(used, uv_at(instance, primitive, weights, used.set), true).rgb;
+        material.varies = 1u;
     }
     if (material.metallic_roughness_texture != NONE) {
         GpuTexture used = load_textures(material.metallic_roughness_texture);

@@ -17,6 +17,8 @@ crate::gpu_specialisation! {
         pub has_smooth_normals: bool = true,
         /// Whether some material has textures.
         pub has_textures: bool = true,
+        /// Whether some mesh has vertex colours.
+        pub has_vertex_colors: bool = true,
         /// Whether points of triangles are stored as coordinates in the triangle's plane instead of barycentric weights.
         pub has_large_triangles: bool = false,
         /// Whether some light emits to both sides.
@@ -77,6 +79,7 @@ mod values {
                 has_specular: full || requires.specular,
                 has_smooth_normals: full || requires.smooth_normals,
                 has_textures: full || requires.textures,
+                has_vertex_colors: full || requires.vertex_colors,
                 // Not in motion, where a point keeps its weights while the plane changes.
                 has_large_triangles: requires.large_triangles && !scene.moves(),
                 has_double_sided_lights: full || requires.double_sided_emitters,

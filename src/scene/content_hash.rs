@@ -147,6 +147,7 @@ fn hash_mesh(hasher: &mut blake3::Hasher, mesh: &Mesh) {
         name: _,
         positions,
         normals,
+        colors,
         uvs,
         triangles,
         parts,
@@ -155,6 +156,10 @@ fn hash_mesh(hasher: &mut blake3::Hasher, mesh: &Mesh) {
     hasher.update(bytemuck::cast_slice(positions));
     count(hasher, normals.len());
     hasher.update(bytemuck::cast_slice(normals));
+    if !colors.is_empty() {
+        hasher.update(b"colors\0");
+        hasher.update(bytemuck::cast_slice(colors));
+    }
     for (set, uvs) in uvs.iter().enumerate().filter(|(_, uvs)| !uvs.is_empty()) {
         hasher.update(b"uvs\0");
         count(hasher, set);
@@ -256,6 +261,7 @@ mod tests {
                 name: "m".into(),
                 positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
                 normals: vec![],
+                colors: vec![],
                 uvs: [vec![], vec![]],
                 triangles: vec![[0, 1, 2]],
                 parts: vec![Part {

@@ -26,7 +26,7 @@ pub use motion::{Motion, MovingCamera};
 pub use texture::{Image, Texture};
 
 use crate::{Error, Result};
-use glam::{DAffine3, Vec2, Vec3};
+use glam::{DAffine3, Vec2, Vec3, Vec4};
 use std::path::Path;
 
 /// Generates the procedural scene of that name, or loads the file at that path.
@@ -126,6 +126,8 @@ pub struct Mesh {
     pub positions: Vec<Vec3>,
     /// Unit shading normals, one per position; empty for flat shading with geometric normals.
     pub normals: Vec<Vec3>,
+    /// Linear colours and alpha, 0…1, which multiply the material's base colour, one per position; or none.
+    pub colors: Vec<Vec4>,
     /// Two sets of texture coordinates, one per position; a set that no texture uses is empty.
     pub uvs: [Vec<Vec2>; 2],
     /// Corner indices into `positions`, counter-clockwise seen from the front.

@@ -3,7 +3,7 @@
 
 use super::Mesh;
 use super::notices::{Tally, label};
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3, Vec4};
 
 /// A normal is normalised if its squared length differs from 1 by more.
 const UNIT_TOLERANCE: f64 = 1e-6;
@@ -32,7 +32,20 @@ impl Mesh {
                 place,
             );
         }
+        let odd = self.clamp_colors();
+        tally.add_many("vertex colours outside 0…1 are clamped", odd, place);
         self.drop_unused_vertices();
+    }
+
+    /// Clamps colours to 0…1; returns how many were outside.
+    fn clamp_colors(&mut self) -> usize {
+        let mut odd = 0;
+        for color in &mut self.colors {
+            let clamped = color.clamp(Vec4::ZERO, Vec4::ONE);
+            odd += usize::from(clamped != *color);
+            *color = clamped;
+        }
+        odd
     }
 
     /// The normal of a triangle's plane, not of unit length: 0 where the triangle has no area.
@@ -104,6 +117,9 @@ impl Mesh {
                 };
                 self.positions.push(self.positions[vertex]);
                 self.normals.push(normal);
+                if !self.colors.is_empty() {
+                    self.colors.push(self.colors[vertex]);
+                }
                 for uvs in self.uvs.iter_mut().filter(|uvs| !uvs.is_empty()) {
                     uvs.push(uvs[vertex]);
                 }
@@ -131,6 +147,9 @@ impl Mesh {
             if !self.normals.is_empty() {
                 self.normals[kept] = self.normals[vertex];
             }
+            if !self.colors.is_empty() {
+                self.colors[kept] = self.colors[vertex];
+            }
             for uvs in self.uvs.iter_mut().filter(|uvs| !uvs.is_empty()) {
                 uvs[kept] = uvs[vertex];
             }
@@ -138,6 +157,7 @@ impl Mesh {
         }
         self.positions.truncate(kept);
         self.normals.truncate(kept);
+        self.colors.truncate(kept);
         self.uvs.iter_mut().for_each(|uvs| uvs.truncate(kept));
         for vertex in self.triangles.as_flattened_mut() {
             *vertex = moved[*vertex as usize];

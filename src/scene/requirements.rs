@@ -22,6 +22,8 @@ pub struct Requirements {
     pub near_delta: bool,
     /// Whether some material has textures.
     pub textures: bool,
+    /// Whether some mesh has vertex colours.
+    pub vertex_colors: bool,
     /// Whether some mesh has shading normals.
     pub smooth_normals: bool,
     /// Whether some triangle is so much larger than instances usually are that barycentric weights in f32 do not
@@ -66,6 +68,7 @@ impl Requirements {
         }
         for (mesh, _) in scene.meshes.iter().zip(&placed).filter(|(_, seen)| **seen) {
             required.smooth_normals |= !mesh.normals.is_empty();
+            required.vertex_colors |= !mesh.colors.is_empty();
             required.multi_part_meshes |= mesh.parts.len() > 1;
             for part in mesh.parts.iter().filter(|part| part.triangle_count > 0) {
                 let material = &scene.materials[part.material as usize];
@@ -136,7 +139,7 @@ impl Scene {
 mod tests {
     use super::super::{Instance, Motion, Part, Texture};
     use super::*;
-    use glam::{DAffine3, DVec3, Vec3};
+    use glam::{DAffine3, DVec3, Vec3, Vec4};
 
     fn mesh(materials: &[u32]) -> Mesh {
         Mesh {
@@ -189,6 +192,7 @@ mod tests {
         };
         assert_eq!(Requirements::of(&scene), plain);
         scene.meshes[1].normals = vec![Vec3::Z; 3];
+        scene.meshes[1].colors = vec![Vec4::ONE; 3];
         scene.instances.push(instance(1, 1.0));
         scene.instances.push(instance(1, -1.0));
         scene.motion = Some(Motion::default());
@@ -200,6 +204,7 @@ mod tests {
             specular: true,
             near_delta: true,
             textures: true,
+            vertex_colors: true,
             smooth_normals: true,
             large_triangles: false,
             multi_part_meshes: true,

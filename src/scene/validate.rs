@@ -240,6 +240,18 @@ fn check_mesh(index: usize, mesh: &Mesh, materials: &[Material]) -> Result<()> {
             mesh.normals[i]
         ));
     }
+    if !mesh.colors.is_empty() && mesh.colors.len() != vertices {
+        return wrong(format!(
+            "{} colours for {vertices} positions; give one each, or none",
+            mesh.colors.len()
+        ));
+    }
+    if let Some(i) = mesh.colors.iter().position(|c| !c.is_finite()) {
+        return wrong(format!(
+            "colour {i} is {}; it must be finite",
+            mesh.colors[i]
+        ));
+    }
     for uvs in mesh.uvs.iter().filter(|uvs| !uvs.is_empty()) {
         if uvs.len() != vertices {
             return wrong(format!(

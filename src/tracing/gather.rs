@@ -5,7 +5,7 @@
 //! several instances stays separate, so that it is stored once.
 
 use crate::scene::{Instance, Mesh, Part, Scene};
-use glam::{DAffine3, DVec3, Vec2};
+use glam::{DAffine3, DVec3, Vec2, Vec4};
 use std::borrow::Cow;
 
 /// A scene as it is traced, and the original indices of its instances.
@@ -57,6 +57,8 @@ pub struct ElementCounts {
     pub smooth_triangles: u64,
     /// Triangles of meshes with texture coordinates, counted for each set.
     pub uv_triangles: u64,
+    /// Triangles of meshes with vertex colours.
+    pub color_triangles: u64,
     /// Triangles of meshes with several parts or with lights.
     pub part_triangles: u64,
     /// Instances that are traced.
@@ -94,14 +96,15 @@ impl ElementCounts {
             ..Self::default()
         };
         let mut is_gathered = vec![false; scene.meshes.len()];
-        // The triangles of the gathered meshes, and which sets of texture coordinates these have.
-        let mut groups = [(0, [false; 2]); GROUPS];
+        // The triangles of the gathered meshes, and which sets of texture coordinates, and whether colours, these have.
+        let mut groups = [(0, [false; 2], false); GROUPS];
         for (instance, gathered) in scene.instances.iter().zip(&gathered) {
             let mesh = &scene.meshes[instance.mesh as usize];
             is_gathered[instance.mesh as usize] = *gathered;
             if *gathered {
-                let (triangles, sets) = &mut groups[group(mesh)];
+                let (triangles, sets, colors) = &mut groups[group(mesh)];
                 *triangles += mesh.triangles.len() as u64;
+                *colors |= !mesh.colors.is_empty();
                 for (set, uvs) in sets.iter_mut().zip(&mesh.uvs) {
                     *set |= !uvs.is_empty();
                 }
@@ -109,8 +112,9 @@ impl ElementCounts {
                 counts.instances += 1;
             }
         }
-        for (triangles, sets) in groups.iter().filter(|(triangles, _)| *triangles > 0) {
+        for (triangles, sets, colors) in groups.iter().filter(|(triangles, ..)| *triangles > 0) {
             counts.instances += 1;
+            counts.color_triangles += if *colors { *triangles } else { 0 };
             counts.uv_triangles += triangles * sets.iter().filter(|set| **set).count() as u64;
         }
         let gathers = gathered.contains(&true);
@@ -136,6 +140,7 @@ impl ElementCounts {
             if !is_gathered[index] {
                 let sets = mesh.uvs.iter().filter(|uvs| !uvs.is_empty());
                 counts.uv_triangles += count * sets.count() as u64;
+                counts.color_triangles += if mesh.colors.is_empty() { 0 } else { count };
             }
         }
         counts
@@ -145,10 +150,10 @@ impl ElementCounts {
 /// Into how many meshes others are gathered.
 const GROUPS: usize = 4;
 
-/// Which of them a mesh belongs to: flat ones need no normals, and those without textures no coordinates.
+/// Which of them a mesh belongs to: flat ones need no normals, and others no texture coordinates or colours.
 fn group(mesh: &Mesh) -> usize {
-    let textured = mesh.uvs.iter().any(|uvs| !uvs.is_empty());
-    usize::from(!mesh.normals.is_empty()) + 2 * usize::from(textured)
+    let varies = !mesh.colors.is_empty() || mesh.uvs.iter().any(|uvs| !uvs.is_empty());
+    usize::from(!mesh.normals.is_empty()) + 2 * usize::from(varies)
 }
 
 /// Gathers meshes in world space relative to `origin`, into one mesh for each group.
@@ -224,6 +229,11 @@ fn append(whole: &mut Mesh, mesh: &Mesh, place: DAffine3) {
     whole
         .normals
         .extend(normals.map(|n| (turn * n).normalize_or_zero().as_vec3()));
+    if !mesh.colors.is_empty() || !whole.colors.is_empty() {
+        whole.colors.resize(first as usize, Vec4::ONE);
+        whole.colors.extend(&mesh.colors);
+        whole.colors.resize(whole.positions.len(), Vec4::ONE);
+    }
     for (whole_uvs, uvs) in whole.uvs.iter_mut().zip(&mesh.uvs) {
         // Those of meshes without this set are never read.
         if !uvs.is_empty() || !whole_uvs.is_empty() {

@@ -4,7 +4,7 @@ use super::compute_bvh::Tree;
 use super::gather::Gathered;
 use crate::layouts::NONE;
 use crate::scene::Mesh;
-use glam::{DVec3, UVec2, UVec3, Vec2, Vec3};
+use glam::{DVec3, UVec2, UVec3, Vec2, Vec3, Vec4};
 use obvhs::cwbvh::node::CwBvhNode;
 
 /// The place of a mesh in the arrays, and the translation of its object space.
@@ -18,6 +18,8 @@ pub struct MeshPlace {
     pub first_normal: u32,
     /// First triangle in [`Geometry::uvs`] of each set of texture coordinates, or NONE.
     pub first_uvs: UVec2,
+    /// First triangle in [`Geometry::colors`], or NONE.
+    pub first_color: u32,
     /// First triangle in [`Geometry::parts`], or NONE.
     pub first_part: u32,
     /// Root in [`Geometry::nodes`].
@@ -39,6 +41,8 @@ pub struct Geometry {
     pub normals: Vec<UVec3>,
     /// Texture coordinates of the corners of meshes that have them.
     pub uvs: Vec<[Vec2; 3]>,
+    /// Vertex colours of the corners of meshes that have them.
+    pub colors: Vec<[UVec2; 3]>,
     /// Material, emissive rank and instance offset of each triangle, for meshes with several parts or with
     /// lights; the offset is added to the index of the instance.
     pub parts: Vec<UVec3>,
@@ -83,6 +87,7 @@ impl Geometry {
             triangle_count: corners.len() as u32,
             first_normal: NONE,
             first_uvs: UVec2::splat(NONE),
+            first_color: NONE,
             first_part: NONE,
             root_node: 0,
             lights: 0,
@@ -119,6 +124,12 @@ impl Geometry {
             let corners = |&t: &u32| mesh.triangles[t as usize].map(|i| uvs[i as usize]);
             self.uvs.extend(order.iter().map(corners));
         }
+        if !mesh.colors.is_empty() {
+            place.first_color = self.colors.len() as u32;
+            let corners =
+                |&t: &u32| mesh.triangles[t as usize].map(|i| pack_color(mesh.colors[i as usize]));
+            self.colors.extend(order.iter().map(corners));
+        }
         let emissive = |material: u32| lamps[material as usize];
         if mesh.parts.len() > 1
             || !part_ids.is_empty()
@@ -153,6 +164,13 @@ fn bounds(positions: impl Iterator<Item = Vec3>) -> (Vec3, Vec3) {
         .map(|p| (p, p))
         .reduce(|(low, high), (p, _)| (low.min(p), high.max(p)))
         .unwrap_or_default()
+}
+
+/// A colour within 0…1 in 16 bits a channel.
+fn pack_color(color: Vec4) -> UVec2 {
+    let steps = (color * 65535.0).round();
+    let [r, g, b, a] = steps.to_array().map(|step| step as u32);
+    UVec2::new(r | g << 16, b | a << 16)
 }
 
 /// Two signed 16-bit octahedral coordinates of a unit vector (Cigolle et al., JCGT 2014).

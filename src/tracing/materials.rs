@@ -95,6 +95,6 @@ pub fn gpu_material(material: &Material) -> GpuMaterial {
         roughness: material.roughness,
         base_color_texture: NONE,
         metallic_roughness_texture: NONE,
-        padding: 0,
+        varies: 0,
     }
 }

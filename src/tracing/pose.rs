@@ -10,7 +10,7 @@ use crate::scene::lights::{self, AliasTable, LampTriangle, LightTriangle, UNIFOR
 use crate::scene::motion::{Pose, check_place, is_flat};
 use crate::scene::validate::LARGEST_COORDINATE;
 use crate::scene::{Bounds, Material, Scene};
-use glam::{DAffine3, DVec3, UVec3, Vec3};
+use glam::{DAffine3, DVec3, UVec2, Vec3};
 use std::collections::HashMap;
 
 /// Poses a scene at any time: computes its instances, its lights and the tree over the instances.
@@ -80,7 +80,8 @@ impl ScenePoser {
                     first_light: if place.lights > 0 { light_count } else { NONE },
                     id,
                     first_uvs: place.first_uvs,
-                    padding: UVec3::ZERO,
+                    first_color: place.first_color,
+                    padding: UVec2::ZERO,
                 },
             });
             light_count += place.lights;

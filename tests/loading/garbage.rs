@@ -66,7 +66,7 @@ fn versions_and_extensions_that_are_not_supported() {
     assert_names(&text, &["version \"2.1\""]);
     let text = refuse(|json| *json = json!({ "asset": { "version": "1.0" }, "nodes": {} }));
     assert_names(&text, &["version \"1.0\""]);
-    let name = "KHR_mesh_quantization";
+    let name = "KHR_draco_mesh_compression";
     let text = refuse(|json| json["extensionsRequired"] = json!([name]));
     assert_names(&text, &[name, "not supported"]);
 }
@@ -181,15 +181,15 @@ fn accessors_that_do_not_fit() {
         ),
         (
             |j| j["accessors"][1]["count"] = 2.into(),
-            &["2 normals for 3 positions"],
+            &["2 elements for 3 positions"],
         ),
         (
             |j| j["accessors"][0]["byteOffset"] = u64::MAX.into(),
             &["accessor 0"],
         ),
         (
-            |j| j["accessors"][0]["componentType"] = 5122.into(),
-            &["accessor 0", "5122", "floats"],
+            |j| j["accessors"][0]["componentType"] = 5125.into(),
+            &["accessor 0", "5125", "floats"],
         ),
         (
             |j| j["accessors"][0]["type"] = "VEC2".into(),

@@ -2,7 +2,7 @@
 
 use crate::files::{Folder, Gltf, floats};
 use base64::prelude::{BASE64_STANDARD, Engine};
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3, Vec4};
 use headwater::scene::{Material, Scene};
 use serde_json::json;
 
@@ -339,32 +339,56 @@ fn normals_of_some_primitives_stay_with_them() {
 }
 
 #[test]
-fn colours_of_some_primitives_change_no_other() {
+fn colours_of_some_primitives_stay_with_them() {
     let mut file = Gltf::triangle();
-    let view = file.add_view(&[255, 0, 0, 255].repeat(3));
+    let view = file.add_view(&[255, 0, 51, 255].repeat(3));
     let colours = file.add_accessor(json!({
         "bufferView": view, "componentType": 5121, "normalized": true, "count": 3, "type": "VEC4",
     }));
-    for (first, primitive) in [(true, 0), (false, 1)] {
+    let red = Vec4::new(1.0, 0.0, 0.2, 1.0);
+    for (first, expected) in [(true, [red, Vec4::ONE]), (false, [Vec4::ONE, red])] {
         let scene = mixed("COLOR_0", colours, first, &file);
+        assert!(scene.notices.is_empty(), "{:?}", scene.notices);
         let triangle = [DVec3::ZERO, DVec3::X, DVec3::Y];
         assert_eq!(corners(&scene), [triangle, triangle]);
-        let parts = scene.meshes[0].parts.iter();
-        let materials: Vec<u32> = parts.map(|part| part.material).collect();
-        assert_eq!(materials, [0, 1]);
-        for (material, name) in scene.materials.iter().zip(["a", "b"]) {
-            let plain = Material {
-                name: name.into(),
-                ..Material::default()
-            };
-            assert_eq!(*material, plain);
-        }
-        assert_eq!(
-            scene.notices,
-            [format!(
-                "vertex colours are ignored: mesh 0 \"leaf\" primitive {primitive}"
-            )]
-        );
+        let found = scene.meshes[0].colors.chunks(3);
+        assert!(found.eq(expected.map(|color| [color; 3])));
+    }
+}
+
+/// Floats and integers of every kind that KHR_mesh_quantization has.
+#[test]
+fn attributes_may_be_integers() {
+    let cases: [(u32, bool, [u8; 6], [f32; 3]); 6] = [
+        (5120, true, [127, 0, 129, 0, 0, 0], [1.0, 0.0, -1.0]),
+        (5120, false, [127, 0, 129, 0, 0, 0], [127.0, 0.0, -127.0]),
+        (5121, true, [255, 0, 51, 0, 0, 0], [1.0, 0.0, 0.2]),
+        (5122, true, [255, 127, 0, 0, 0, 128], [1.0, 0.0, -1.0]),
+        (5123, true, [255, 255, 0, 0, 51, 51], [1.0, 0.0, 0.2]),
+        (5123, false, [1, 1, 2, 0, 0, 0], [257.0, 2.0, 0.0]),
+    ];
+    for (component, normalized, bytes, expected) in cases {
+        let mut file = Gltf::triangle();
+        let size = if component < 5122 { 1 } else { 2 };
+        // Each element begins at a multiple of four bytes.
+        let stride = 4 * size;
+        let mut points = vec![0; 3 * stride];
+        points[..3 * size].copy_from_slice(&bytes[..3 * size]);
+        points[stride] = 3;
+        points[2 * stride + size] = 5;
+        let view = file.add_view(&points);
+        file.json["bufferViews"][view]["byteStride"] = stride.into();
+        let positions = file.add_accessor(json!({
+            "bufferView": view, "componentType": component, "normalized": normalized, "count": 3,
+            "type": "VEC3",
+        }));
+        file.primitive()["attributes"] = json!({ "POSITION": positions });
+        file.json["extensionsUsed"] = json!(["KHR_mesh_quantization"]);
+        file.json["extensionsRequired"] = json!(["KHR_mesh_quantization"]);
+        let scene = load(&file);
+        assert!(scene.notices.is_empty(), "{:?}", scene.notices);
+        let found = scene.meshes[0].positions[0];
+        assert_eq!(found.to_array(), expected, "{component} {normalized}");
     }
 }
 
@@ -385,7 +409,6 @@ fn what_is_ignored_is_said_once() {
         json["extensionsUsed"] = json!(["KHR_lights_punctual", "KHR_materials_clearcoat"]);
         json["nodes"][0]["skin"] = 0.into();
         let primitive = &mut json["meshes"][0]["primitives"][0];
-        primitive["attributes"]["COLOR_0"] = 0.into();
         primitive["targets"] = json!([{ "POSITION": 0 }]);
         let textured = json!({
             "occlusionTexture": { "index": 0 },
@@ -414,7 +437,6 @@ fn what_is_ignored_is_said_once() {
             "textures that are not supported are ignored: normal (2), occlusion (2)",
             "skins are ignored, the mesh stands as modelled: node 0 \"root\"",
             "morph targets are ignored: mesh 0 \"leaf\" primitive 0",
-            "vertex colours are ignored: mesh 0 \"leaf\" primitive 0",
             "orthographic cameras are skipped: camera 1 of node 2",
         ]
     );

@@ -4,7 +4,7 @@
 use super::damaged;
 use super::document::{Accessor, Document};
 use crate::{Error, Result};
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
 use std::borrow::Cow;
 
 /// The largest element read: four floats.
@@ -20,10 +20,38 @@ pub struct Accessors<'a> {
     pub buffers: &'a [Cow<'a, [u8]>],
 }
 
+/// Types of elements.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    Vec2,
+    Vec3,
+    Vec4,
+}
+
+impl Kind {
+    /// As the file has it.
+    fn name(&self) -> &'static str {
+        match self {
+            Self::Vec2 => "VEC2",
+            Self::Vec3 => "VEC3",
+            Self::Vec4 => "VEC4",
+        }
+    }
+
+    const fn components(self) -> usize {
+        match self {
+            Self::Vec2 => 2,
+            Self::Vec3 => 3,
+            Self::Vec4 => 4,
+        }
+    }
+}
+
 /// An accessor's elements, all of them readable.
 pub struct Elements<'a> {
     pub count: u64,
     component: Component,
+    normalized: bool,
     size: usize,
     dense: Option<Strided<'a>>,
     sparse: Option<Replaced<'a>>,
@@ -77,15 +105,20 @@ impl Component {
         matches!(self, Self::U8 | Self::U16 | Self::U32)
     }
 
-    /// A float, or what a normalized integer stands for.
-    fn number(self, bytes: &[u8]) -> f64 {
-        match (self, bytes) {
-            (Self::I8, &[a, ..]) => (f64::from(a as i8) / 127.0).max(-1.0),
-            (Self::U8, &[a, ..]) => f64::from(a) / 255.0,
-            (Self::I16, &[a, b, ..]) => (f64::from(i16::from_le_bytes([a, b])) / 32767.0).max(-1.0),
-            (Self::U16, &[a, b, ..]) => f64::from(u16::from_le_bytes([a, b])) / 65535.0,
-            (_, &[a, b, c, d, ..]) => f64::from(f32::from_le_bytes([a, b, c, d])),
+    /// A float, an integer, or what a normalized integer stands for.
+    fn number(self, bytes: &[u8], normalized: bool) -> f64 {
+        let (number, one) = match (self, bytes) {
+            (Self::I8, &[a, ..]) => (f64::from(a as i8), 127.0),
+            (Self::U8, &[a, ..]) => (f64::from(a), 255.0),
+            (Self::I16, &[a, b, ..]) => (f64::from(i16::from_le_bytes([a, b])), 32767.0),
+            (Self::U16, &[a, b, ..]) => (f64::from(u16::from_le_bytes([a, b])), 65535.0),
+            (_, &[a, b, c, d, ..]) => return f64::from(f32::from_le_bytes([a, b, c, d])),
             _ => unreachable!("an element is as long as its component"),
+        };
+        if normalized {
+            (number / one).max(-1.0)
+        } else {
+            number
         }
     }
 
@@ -100,34 +133,27 @@ impl Component {
 }
 
 impl<'a> Accessors<'a> {
-    /// An accessor of three floats an element, such as positions and normals.
-    pub fn vectors(&self, index: u64, used_as: &str) -> Result<Elements<'a>> {
+    /// An accessor of a vertex attribute of one of `kinds`: floats, or integers of 8 or 16 bits, normalized or not
+    /// (KHR_mesh_quantization).
+    pub fn attribute(&self, index: u64, used_as: &str, kinds: &[Kind]) -> Result<Elements<'a>> {
         let (what, accessor) = self.accessor(index, used_as)?;
-        if accessor.kind != "VEC3" || Component::of(accessor.component_type) != Some(Component::F32)
-        {
-            return Err(wrong_type(&what, accessor, "VEC3 of floats (5126)"));
-        }
-        self.elements(&what, accessor, Component::F32, 12)
-    }
-
-    /// An accessor of texture coordinates: two floats or normalized unsigned integers an element.
-    pub fn coordinates(&self, index: u64, used_as: &str) -> Result<Elements<'a>> {
-        let (what, accessor) = self.accessor(index, used_as)?;
-        let component = match Component::of(accessor.component_type) {
-            Some(Component::F32) => Some(Component::F32),
-            Some(c @ (Component::U8 | Component::U16)) if accessor.normalized => Some(c),
-            _ => None,
+        let component = Component::of(accessor.component_type).filter(|c| *c != Component::U32);
+        let kind = kinds.iter().find(|kind| kind.name() == accessor.kind);
+        let (Some(component), Some(kind)) = (component, kind) else {
+            let names: Vec<&str> = kinds.iter().map(Kind::name).collect();
+            return Err(Error::input(format!(
+                "{what}: is {} of component type {}, it must be {} of floats (5126) or of integers of 8 or 16 bits",
+                crate::scene::notices::quoted(&accessor.kind),
+                accessor.component_type,
+                names.join(" or "),
+            )));
         };
-        match component {
-            Some(component) if accessor.kind == "VEC2" => {
-                self.elements(&what, accessor, component, 2 * component.size())
-            }
-            _ => Err(wrong_type(
-                &what,
-                accessor,
-                "VEC2 of floats (5126) or normalized unsigned integers (5121, 5123)",
-            )),
-        }
+        self.elements(
+            &what,
+            accessor,
+            component,
+            kind.components() * component.size(),
+        )
     }
 
     /// An accessor of vertex indices.
@@ -190,7 +216,7 @@ impl<'a> Accessors<'a> {
             let bytes = elements.element(i as usize);
             bytes
                 .chunks(component.size())
-                .map(move |b| component.number(b))
+                .map(move |b| component.number(b, true))
         };
         Ok((0..elements.count).flat_map(of_element).collect())
     }
@@ -251,6 +277,7 @@ impl<'a> Accessors<'a> {
         Ok(Elements {
             count,
             component,
+            normalized: accessor.normalized,
             size,
             dense,
             sparse,
@@ -336,22 +363,31 @@ impl Elements<'_> {
         self.component.index(self.element(index as usize))
     }
 
-    /// Element `index` as three floats.
+    /// Element `index` as three numbers.
     pub fn vector(&self, index: u64) -> Vec3 {
-        let bytes = self.element(index as usize);
-        let float =
-            |i: usize| f32::from_le_bytes([bytes[i], bytes[i + 1], bytes[i + 2], bytes[i + 3]]);
-        Vec3::new(float(0), float(4), float(8))
+        Vec3::new(
+            self.number(index, 0),
+            self.number(index, 1),
+            self.number(index, 2),
+        )
+    }
+
+    /// Element `index` as a colour; without alpha it is opaque.
+    pub fn color(&self, index: u64) -> Vec4 {
+        let opaque = self.size < 4 * self.component.size();
+        let alpha = if opaque { 1.0 } else { self.number(index, 3) };
+        self.vector(index).extend(alpha)
+    }
+
+    /// A number of element `index`.
+    fn number(&self, index: u64, component: usize) -> f32 {
+        let bytes = &self.element(index as usize)[component * self.component.size()..];
+        self.component.number(bytes, self.normalized) as f32
     }
 
     /// Element `index` as two numbers.
     pub fn pair(&self, index: u64) -> Vec2 {
-        let bytes = self.element(index as usize);
-        let (u, v) = bytes.split_at(self.component.size());
-        Vec2::new(
-            self.component.number(u) as f32,
-            self.component.number(v) as f32,
-        )
+        Vec2::new(self.number(index, 0), self.number(index, 1))
     }
 
     fn element(&self, index: usize) -> &[u8] {
@@ -375,7 +411,7 @@ pub fn get<T>(items: &[T], index: u64) -> Option<&T> {
 
 fn wrong_type(what: &str, accessor: &Accessor, wanted: &str) -> Error {
     Error::input(format!(
-        "{what}: is {} of component type {}, it must be {wanted}; export it without quantization",
+        "{what}: is {} of component type {}, it must be {wanted}",
         crate::scene::notices::quoted(&accessor.kind),
         accessor.component_type,
     ))

@@ -1,12 +1,12 @@
 //! Meshes: primitives merged, strips and fans unrolled, vertices that nobody uses left out.
 
-use super::accessors::{Accessors, Elements, get};
+use super::accessors::{Accessors, Elements, Kind, get};
 use super::damaged;
 use super::document::{Mesh as FileMesh, Primitive};
 use crate::scene::notices::{Tally, label};
 use crate::scene::{Material, Mesh, Part};
 use crate::{Error, Result};
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
 
 /// Geometry may unfold to this many bytes per byte of the file, and [`FREE_BYTES`]: primitives
 /// that share accessors are copied, and a small file could else ask for any amount.
@@ -88,6 +88,9 @@ impl<'a> Meshes<'a> {
             // Normals of zero length are missing ones: validation makes them geometric.
             mesh.normals.resize(mesh.positions.len(), Vec3::ZERO);
         }
+        if !mesh.colors.is_empty() {
+            mesh.colors.resize(mesh.positions.len(), Vec4::ONE);
+        }
         for (uvs, needed) in mesh.uvs.iter_mut().zip(&mut self.needed) {
             if std::mem::take(needed) {
                 uvs.resize(mesh.positions.len(), Vec2::ZERO);
@@ -119,23 +122,25 @@ impl<'a> Meshes<'a> {
             tally.add("primitives without positions are skipped", || what.into());
             return Ok(());
         };
-        let positions = self
-            .accessors
-            .vectors(positions, &format!("POSITION of {what}"))?;
-        let normals = match primitive.attributes.get("NORMAL") {
-            Some(&normals) => {
-                let used_as = format!("NORMAL of {what}");
-                let found = self.accessors.vectors(normals, &used_as)?;
-                if found.count != positions.count {
-                    return Err(damaged(format!(
-                        "accessor {normals} ({used_as}): has {} normals for {} positions",
-                        found.count, positions.count
-                    )));
-                }
-                Some(found)
+        let positions =
+            self.accessors
+                .attribute(positions, &format!("POSITION of {what}"), &[Kind::Vec3])?;
+        let attribute = |accessors: &Accessors<'a>, name: &str, kinds: &[Kind]| {
+            let Some(&accessor) = primitive.attributes.get(name) else {
+                return Ok(None);
+            };
+            let used_as = format!("{name} of {what}");
+            let found = accessors.attribute(accessor, &used_as, kinds)?;
+            if found.count != positions.count {
+                return Err(damaged(format!(
+                    "accessor {accessor} ({used_as}): has {} elements for {} positions",
+                    found.count, positions.count
+                )));
             }
-            None => None,
+            Ok(Some(found))
         };
+        let normals = attribute(&self.accessors, "NORMAL", &[Kind::Vec3])?;
+        let colors = attribute(&self.accessors, "COLOR_0", &[Kind::Vec3, Kind::Vec4])?;
         let indices = match primitive.indices {
             Some(indices) => Some(
                 self.accessors
@@ -144,29 +149,19 @@ impl<'a> Meshes<'a> {
             None => None,
         };
         let material = self.material(what, primitive)?;
+        let sets = (self.sets.get(material as usize).copied()).unwrap_or_default();
         let mut uvs = [None, None];
-        let used = self.sets.get(material as usize).copied();
-        for (set, uvs) in uvs.iter_mut().enumerate() {
-            if used.is_none_or(|used| !used[set]) {
+        for (set, name) in ["TEXCOORD_0", "TEXCOORD_1"].into_iter().enumerate() {
+            if !sets[set] {
                 continue;
             }
-            self.needed[set] = true;
-            let name = format!("TEXCOORD_{set}");
-            let Some(&accessor) = primitive.attributes.get(&name) else {
+            uvs[set] = attribute(&self.accessors, name, &[Kind::Vec2])?;
+            if uvs[set].is_none() {
                 tally.add("texture coordinates are missing, 0 is used", || {
                     format!("{name} of {what}")
                 });
-                continue;
-            };
-            let used_as = format!("{name} of {what}");
-            let found = self.accessors.coordinates(accessor, &used_as)?;
-            if found.count != positions.count {
-                return Err(damaged(format!(
-                    "accessor {accessor} ({used_as}): has {} elements for {} positions",
-                    found.count, positions.count
-                )));
             }
-            *uvs = Some(found);
+            self.needed[set] = true;
         }
         notice_ignored(what, primitive, tally);
 
@@ -183,6 +178,7 @@ impl<'a> Meshes<'a> {
             what,
             positions,
             normals,
+            colors,
             uvs,
             indices,
         };
@@ -220,7 +216,7 @@ impl<'a> Meshes<'a> {
     ) -> Result<()> {
         let table = positions.count.saturating_sub(self.places.len() as u64);
         let needed = u128::from(count) * 12
-            + u128::from(corners.min(positions.count)) * 40
+            + u128::from(corners.min(positions.count)) * 56
             + u128::from(table) * 4;
         match u64::try_from(needed)
             .ok()
@@ -280,6 +276,7 @@ struct Source<'a> {
     what: &'a str,
     positions: Elements<'a>,
     normals: Option<Elements<'a>>,
+    colors: Option<Elements<'a>>,
     uvs: [Option<Elements<'a>>; 2],
     indices: Option<Elements<'a>>,
 }
@@ -306,6 +303,14 @@ impl Source<'_> {
                 to.push(uv);
             }
         }
+        if let Some(colors) = &self.colors {
+            let color = colors.color(vertex);
+            if !color.is_finite() {
+                return Err(wrong("colour", &color));
+            }
+            mesh.colors.resize(mesh.positions.len(), Vec4::ONE);
+            mesh.colors.push(color);
+        }
         if let Some(normals) = &self.normals {
             mesh.normals.resize(mesh.positions.len(), Vec3::ZERO);
             mesh.normals.push(finite("normal", normals.vector(vertex))?);
@@ -319,9 +324,6 @@ impl Source<'_> {
 fn notice_ignored(what: &str, primitive: &Primitive, tally: &mut Tally) {
     if !primitive.targets.is_empty() {
         tally.add("morph targets are ignored", || what.into());
-    }
-    if primitive.attributes.keys().any(|k| k.starts_with("COLOR_")) {
-        tally.add("vertex colours are ignored", || what.into());
     }
 }
 

@@ -25,12 +25,13 @@ use std::path::Path;
 use textures::Textures;
 
 /// The extensions whose factors are followed.
-const EXTENSIONS: [&str; 6] = [
+const EXTENSIONS: [&str; 7] = [
     "EXT_texture_webp",
     "KHR_animation_pointer",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_specular",
+    "KHR_mesh_quantization",
     "KHR_texture_transform",
 ];
 
