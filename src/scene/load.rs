@@ -52,7 +52,11 @@ pub fn load_watched(path: &Path, options: Options, watch: &mut Watch<'_>) -> Res
         }),
         Some("obj") => open_file(path, &mut progress).and_then(|(file, _)| {
             let file = Watched::new(file, &mut progress);
-            obj::read(std::io::BufReader::with_capacity(1 << 16, file), folder)
+            obj::read(std::io::BufReader::with_capacity(1 << 16, file), folder)?.load_textures(
+                folder,
+                options,
+                &mut progress,
+            )
         }),
         _ => Err(Error::input(
             "is no scene that can be read; give a .gltf, .glb or .obj file",

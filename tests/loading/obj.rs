@@ -1,8 +1,9 @@
 //! Valid OBJ files.
 
 use crate::files::Folder;
-use glam::Vec3;
-use headwater::scene::{Material, Scene};
+use glam::{Vec2, Vec3};
+use headwater::scene::texture::Wrap;
+use headwater::scene::{Material, Scene, Texture};
 
 /// Four corners of a unit square in z = 0.
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
@@ -59,7 +60,7 @@ fn physical_materials_have_a_specular_lobe() {
     let folder = Folder::new();
     folder.write(
         "m.mtl",
-        "newmtl a\nPr 0.25\nnewmtl b\nPm 1\nPr 0.5\nmap_Kd x.png\nd 0.5\n",
+        "newmtl a\nPr 0.25\nnewmtl b\nPm 1\nPr 0.5\nmap_Ke x.png\nd 0.5\n",
     );
     let text = format!("mtllib m.mtl\n{SQUARE}usemtl a\nf 1 2 3\nusemtl b\nf 1 3 4\n");
     let scene = folder.load("scene.obj", text);
@@ -73,7 +74,7 @@ fn physical_materials_have_a_specular_lobe() {
         scene.notices,
         [
             "transparency is not supported, surfaces are opaque: material \"b\"",
-            "textures are not supported yet, the plain factors are used: map_Kd",
+            "textures that are not supported are ignored: map_Ke",
         ]
     );
 }
@@ -194,4 +195,109 @@ fn an_empty_file_is_an_empty_scene() {
         assert!(scene.meshes.is_empty());
         assert_eq!(scene.notices.len(), 1);
     }
+}
+
+/// A folder with images of two texels: white and black, red and blue; and one of one texel.
+fn with_images() -> Folder {
+    let folder = Folder::new();
+    for (name, texels) in [
+        ("grey.png", vec![[255, 255, 255, 255], [0, 0, 0, 255]]),
+        (
+            "dark map.png",
+            vec![[102, 102, 102, 255], [51, 51, 51, 255]],
+        ),
+        ("one.png", vec![[9, 9, 9, 255]]),
+    ] {
+        let bytes: Vec<u8> = texels.concat();
+        let image = image::RgbaImage::from_raw(texels.len() as u32, 1, bytes).unwrap();
+        image.save(folder.path(name)).unwrap();
+    }
+    folder
+}
+
+const TEXTURED: &str = "vt 0 0\nvt 1 0\nvt 1 1\nusemtl a\nf 1/1 2/2 3/3\nf 1/1 3/3 4\n";
+
+fn textured(folder: &Folder, mtl: &str) -> Scene {
+    folder.write("m.mtl", mtl);
+    folder.load("scene.obj", format!("mtllib m.mtl\n{SQUARE}{TEXTURED}"))
+}
+
+#[test]
+fn textures_are_laid_as_their_options_say() {
+    let folder = with_images();
+    let scene = textured(
+        &folder,
+        "newmtl a\nmap_Kd -s 2 4 1 -o 0.5 0.25 -clamp on -mm 0 1 dark map.png\n",
+    );
+    let texture = scene.materials[0].base_color_texture.unwrap();
+    assert_eq!(texture.wrap, [Wrap::Clamp; 2]);
+    let uvs = &scene.meshes[0].uvs[0];
+    // From the top left, where OBJ counts from the bottom left.
+    assert_eq!(uvs[..3], [Vec2::Y, Vec2::ONE, Vec2::X]);
+    for uv in [Vec2::new(0.0, 0.0), Vec2::new(0.25, 1.0)] {
+        let in_image = uv * Vec2::new(2.0, 4.0) + Vec2::new(0.5, 0.25);
+        let found = texture
+            .transform
+            .transform_point2(Vec2::new(uv.x, 1.0 - uv.y));
+        assert_eq!(found, Vec2::new(in_image.x, 1.0 - in_image.y));
+    }
+    assert_eq!(scene.images[0].texels[0], [102, 102, 102, 255]);
+    assert_eq!(
+        scene.notices,
+        ["texture coordinates are missing, 0 is used: line 11"]
+    );
+}
+
+#[test]
+fn roughness_and_metalness_are_put_together() {
+    let folder = with_images();
+    let scene = textured(
+        &folder,
+        "newmtl a\nPm 0.5\nmap_Pr grey.png\nmap_Pm dark map.png\nmap_Kd grey.png\nnewmtl b\nmap_Pr grey.png\n",
+    );
+    let [a, b] = &scene.materials[..] else {
+        panic!("two materials")
+    };
+    let image = |texture: &Option<Texture>| &scene.images[texture.unwrap().image as usize];
+    let texels = &image(&a.metallic_roughness_texture).texels;
+    assert_eq!(**texels, [[255, 255, 102, 255], [255, 0, 51, 255]]);
+    let texels = &image(&b.metallic_roughness_texture).texels;
+    assert_eq!(**texels, [[255, 255, 255, 255], [255, 0, 255, 255]]);
+    assert_eq!(image(&a.base_color_texture).texels[1], [0, 0, 0, 255]);
+    assert_eq!((a.specular, a.metallic, b.metallic), (1.0, 0.5, 0.0));
+    assert_eq!(scene.images.len(), 3);
+}
+
+#[test]
+fn textures_that_are_wrong_are_one_line() {
+    for (mtl, parts) in [
+        (
+            "map_Kd none.png",
+            &["line 2", "\"none.png\"", "--allow-missing"][..],
+        ),
+        ("map_Kd", &["line 2", "no file"]),
+        ("map_Kd -q 1 one.png", &["line 2", "\"-q\""]),
+        ("map_Kd ../one.png", &["outside of the scene's folder"]),
+        (
+            "map_Pr one.png\nmap_Pm grey.png",
+            &["line 2", "line 3", "differ in size"],
+        ),
+    ] {
+        let folder = with_images();
+        folder.write("m.mtl", format!("newmtl a\n{mtl}\n"));
+        let text = folder.refuse("scene.obj", format!("mtllib m.mtl\n{SQUARE}{TEXTURED}"));
+        for part in parts {
+            assert!(text.contains(part), "{part}: {text}");
+        }
+    }
+    // Coordinates count only where a texture uses them.
+    let folder = with_images();
+    folder.write("m.mtl", "newmtl a\nmap_Kd one.png\n");
+    let broken = format!("mtllib m.mtl\n{SQUARE}usemtl a\nf 1/7 2/8 3/9\n");
+    let text = folder.refuse("scene.obj", broken);
+    assert!(
+        text.contains("texture coordinate 7 is out of range"),
+        "{text}"
+    );
+    assert!(load("f 1/7 2/8 3/9\n").meshes[0].uvs[0].is_empty());
 }

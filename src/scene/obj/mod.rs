@@ -18,14 +18,18 @@
 //! [`super::polygon`], concave ones too. Free-form curves and surfaces are skipped.
 
 mod lines;
+mod maps;
 mod mtl;
 
+use super::load::Options;
 use super::notices::{Tally, quoted};
 use super::polygon::triangulate;
+use super::progress::Progress;
 use super::{Instance, Material, Mesh, Part, Scene};
 use crate::{Error, Result};
-use glam::{DAffine3, Vec3};
+use glam::{DAffine3, Vec2, Vec3};
 use lines::{Line, Lines};
+use mtl::Maps;
 use std::collections::HashMap;
 use std::io::BufRead;
 use std::path::Path;
@@ -33,12 +37,15 @@ use std::path::Path;
 /// What faces without a material look like.
 const GREY: Vec3 = Vec3::splat(0.8);
 
-/// A corner without a normal.
-const NO_NORMAL: u32 = u32::MAX;
+/// What a corner lacks.
+const MISSING: u32 = u32::MAX;
 
 /// Reads an OBJ file; the MTL files it names lie in `folder`. Errors name the line, not the file.
 /// The scene is not validated yet.
-pub(super) fn read(source: impl BufRead, folder: &Path) -> Result<Scene> {
+///
+/// # Errors
+/// A statement that is wrong, or an MTL file that is.
+pub(super) fn read(source: impl BufRead, folder: &Path) -> Result<Untextured> {
     let mut reader = Reader::new(folder);
     let mut lines = Lines::new(source);
     let mut unknown = None;
@@ -56,11 +63,43 @@ pub(super) fn read(source: impl BufRead, folder: &Path) -> Result<Scene> {
     }
 }
 
+/// A scene that lacks its textures, since these are read after the file.
+pub(super) struct Untextured {
+    scene: Scene,
+    maps: Vec<Maps>,
+    tally: Tally,
+}
+
+impl Untextured {
+    /// Loads the textures, whose files lie in `folder`.
+    ///
+    /// # Errors
+    /// Those of [`maps::load`].
+    pub fn load_textures(
+        self,
+        folder: &Path,
+        options: Options,
+        progress: &mut Progress<'_>,
+    ) -> Result<Scene> {
+        let Self {
+            mut scene,
+            maps,
+            mut tally,
+        } = self;
+        maps::load(&mut scene, &maps, folder, options, progress, &mut tally)?;
+        scene.notices.extend(tally.into_lines());
+        Ok(scene)
+    }
+}
+
 struct Reader<'a> {
     folder: &'a Path,
     positions: Vec<Vec3>,
     normals: Vec<Vec3>,
+    coordinates: Vec<Vec2>,
     scene: Scene,
+    /// The textures of each material of the scene.
+    maps: Vec<Maps>,
     materials: HashMap<String, u32>,
     /// The material of the faces to come; none is grey.
     material: Option<u32>,
@@ -68,18 +107,28 @@ struct Reader<'a> {
     mesh: Building,
     tally: Tally,
     /// The corners and points of the face at hand, kept for their memory.
-    corners: Vec<(u32, u32)>,
+    corners: Vec<Corner>,
     points: Vec<Vec3>,
     textures: Vec<String>,
+}
+
+/// A corner of a face: indices of its position, of its normal or [`MISSING`], and of its texture coordinates, if its
+/// material has textures, or [`MISSING`].
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+struct Corner {
+    position: u32,
+    normal: u32,
+    coordinates: u32,
 }
 
 /// The mesh at hand.
 #[derive(Default)]
 struct Building {
     mesh: Mesh,
-    /// The vertex of each position and normal used so far.
-    places: HashMap<(u32, u32), u32>,
+    /// The vertex of each corner used so far.
+    places: HashMap<Corner, u32>,
     has_normals: bool,
+    has_coordinates: bool,
 }
 
 impl<'a> Reader<'a> {
@@ -88,7 +137,9 @@ impl<'a> Reader<'a> {
             folder,
             positions: Vec::new(),
             normals: Vec::new(),
+            coordinates: Vec::new(),
             scene: Scene::default(),
+            maps: Vec::new(),
             materials: HashMap::new(),
             material: None,
             grey: None,
@@ -115,6 +166,11 @@ impl<'a> Reader<'a> {
                 let [x, y, z] = line.floats()?;
                 self.normals.push(Vec3::new(x, y, z));
             }
+            "vt" => {
+                let mut words = line.words();
+                let mut number = || words.next().map_or(Ok(0.0), |word| line.float(word));
+                self.coordinates.push(Vec2::new(number()?, number()?));
+            }
             "f" | "fo" => self.face(line)?,
             "o" | "g" => {
                 self.finish_mesh();
@@ -128,40 +184,58 @@ impl<'a> Reader<'a> {
             "curv" | "curv2" | "surf" => self
                 .tally
                 .add("free-form curves and surfaces are skipped", || line.place()),
-            "vt" | "vp" | "s" | "mg" | "cstype" | "deg" | "bmat" | "step" | "parm" | "trim"
-            | "hole" | "scrv" | "sp" | "end" | "con" | "bevel" | "c_interp" | "d_interp"
-            | "lod" | "shadow_obj" | "trace_obj" | "ctech" | "stech" | "usemap" | "maplib" => {}
+            "vp" | "s" | "mg" | "cstype" | "deg" | "bmat" | "step" | "parm" | "trim" | "hole"
+            | "scrv" | "sp" | "end" | "con" | "bevel" | "c_interp" | "d_interp" | "lod"
+            | "shadow_obj" | "trace_obj" | "ctech" | "stech" | "usemap" | "maplib" => {}
             _ => return Ok(false),
         }
         Ok(true)
     }
 
     fn face(&mut self, line: &Line) -> Result<()> {
+        let material = match self.material {
+            Some(material) => material,
+            None => self.grey(),
+        };
+        let textured = self.maps[material as usize].all().next().is_some();
         self.corners.clear();
         self.points.clear();
         for word in line.words() {
             let mut numbers = word.split('/');
             let position = numbers.next().unwrap_or_default();
-            let normal = numbers.nth(1).unwrap_or_default();
+            let coordinates = numbers.next().unwrap_or_default();
+            let normal = numbers.next().unwrap_or_default();
             let position = index(line, "vertex", position, self.positions.len())?;
-            let normal = match normal {
-                "" => NO_NORMAL,
-                _ => index(line, "normal", normal, self.normals.len())?,
+            let or_missing = |kind: &str, word: &str, count: usize| match word {
+                "" => Ok(MISSING),
+                _ => index(line, kind, word, count),
             };
+            let normal = or_missing("normal", normal, self.normals.len())?;
+            let coordinates = match textured {
+                true => or_missing("texture coordinate", coordinates, self.coordinates.len())?,
+                false => MISSING,
+            };
+            if textured && coordinates == MISSING {
+                self.tally
+                    .add("texture coordinates are missing, 0 is used", || {
+                        line.place()
+                    });
+            }
             self.points.push(self.positions[position as usize]);
-            self.corners.push((position, normal));
+            self.corners.push(Corner {
+                position,
+                normal,
+                coordinates,
+            });
         }
         if self.corners.len() < 3 {
             return Err(line.wrong("a face needs three corners"));
         }
-        let material = match self.material {
-            Some(material) => material,
-            None => self.grey(),
-        };
         let Self {
             corners,
             points,
             normals,
+            coordinates,
             mesh,
             ..
         } = self;
@@ -170,10 +244,12 @@ impl<'a> Reader<'a> {
             return Err(line.wrong("the object has more than 2³² vertices; split it"));
         }
         for &corner in corners.iter() {
-            mesh.has_normals |= corner.1 != NO_NORMAL;
+            mesh.has_normals |= corner.normal != MISSING;
         }
+        mesh.has_coordinates |= textured;
         triangulate(points, |triangle| {
-            let triangle = triangle.map(|i| mesh.vertex(corners[i], points[i], normals));
+            let triangle =
+                triangle.map(|i| mesh.vertex(corners[i], points[i], normals, coordinates));
             mesh.push(triangle, material);
         });
         Ok(())
@@ -223,10 +299,11 @@ impl<'a> Reader<'a> {
                         format!("material {}", quoted(&material))
                     });
             }
-            for material in library.materials {
+            for (material, maps) in library.materials {
                 let index = self.scene.materials.len() as u32;
                 self.materials.insert(material.name.clone(), index);
                 self.scene.materials.push(material);
+                self.maps.push(maps);
             }
         }
         Ok(())
@@ -236,6 +313,7 @@ impl<'a> Reader<'a> {
     fn grey(&mut self) -> u32 {
         *self.grey.get_or_insert_with(|| {
             self.scene.materials.push(Material::lambert("", GREY));
+            self.maps.push(Maps::default());
             self.scene.materials.len() as u32 - 1
         })
     }
@@ -245,6 +323,7 @@ impl<'a> Reader<'a> {
         let Building {
             mut mesh,
             has_normals,
+            has_coordinates,
             ..
         } = std::mem::take(&mut self.mesh);
         if mesh.triangles.is_empty() {
@@ -252,6 +331,9 @@ impl<'a> Reader<'a> {
         }
         if !has_normals {
             mesh.normals = Vec::new();
+        }
+        if has_coordinates {
+            mesh.uvs[0].resize(mesh.positions.len(), Vec2::ZERO);
         }
         join_parts(&mut mesh);
         self.scene.instances.push(Instance {
@@ -262,7 +344,7 @@ impl<'a> Reader<'a> {
         self.scene.meshes.push(mesh);
     }
 
-    fn finish(mut self) -> Scene {
+    fn finish(mut self) -> Untextured {
         self.finish_mesh();
         if self.grey.is_some() {
             self.tally
@@ -272,24 +354,36 @@ impl<'a> Reader<'a> {
         }
         if !self.textures.is_empty() {
             let list = self.textures.join(", ");
-            self.tally.add(
-                "textures are not supported yet, the plain factors are used",
-                || list,
-            );
+            self.tally
+                .add("textures that are not supported are ignored", || list);
         }
-        self.scene.notices.extend(self.tally.into_lines());
-        self.scene
+        Untextured {
+            scene: self.scene,
+            maps: self.maps,
+            tally: self.tally,
+        }
     }
 }
 
 impl Building {
-    /// The mesh's vertex for a corner: shared by all corners of the same position and normal.
-    fn vertex(&mut self, corner: (u32, u32), position: Vec3, normals: &[Vec3]) -> u32 {
+    /// The mesh's vertex for a corner, which equal corners share.
+    fn vertex(
+        &mut self,
+        corner: Corner,
+        position: Vec3,
+        normals: &[Vec3],
+        coordinates: &[Vec2],
+    ) -> u32 {
         let mesh = &mut self.mesh;
         *self.places.entry(corner).or_insert_with(|| {
+            if let Some(at) = coordinates.get(corner.coordinates as usize) {
+                mesh.uvs[0].resize(mesh.positions.len(), Vec2::ZERO);
+                // In OBJ, v points up.
+                mesh.uvs[0].push(Vec2::new(at.x, 1.0 - at.y));
+            }
             mesh.positions.push(position);
             // A normal of zero length is a missing one: validation makes it geometric.
-            let normal = normals.get(corner.1 as usize).copied();
+            let normal = normals.get(corner.normal as usize).copied();
             mesh.normals.push(normal.unwrap_or(Vec3::ZERO));
             mesh.positions.len() as u32 - 1
         })
@@ -356,6 +450,6 @@ fn index(line: &Line, kind: &str, word: &str, count: usize) -> Result<u32> {
     }
     u32::try_from(index)
         .ok()
-        .filter(|&index| index != NO_NORMAL)
+        .filter(|&index| index != MISSING)
         .ok_or_else(|| line.wrong(&format!("{kind} {number} is beyond 32 bits")))
 }

@@ -1,21 +1,52 @@
-//! MTL files: `Kd`, `Ke`, and `Pr` and `Pm` where a material has them.
+//! MTL files: `Kd` and `Ke`; `Pr` and `Pm` where a material has them; `map_Kd`, `map_Pr` and `map_Pm`.
 
 use super::GREY;
 use super::lines::{Line, Lines};
 use crate::Result;
 use crate::scene::Material;
-use glam::Vec3;
+use crate::scene::notices::quoted;
+use glam::{Affine2, Mat2, Vec2, Vec3};
 use std::io::BufRead;
 
 /// What an MTL file holds.
 #[derive(Default)]
 pub struct Library {
-    /// The materials in file order.
-    pub materials: Vec<Material>,
-    /// The kinds of textures it names, which are ignored.
+    /// The materials in file order, without their textures, and these.
+    pub materials: Vec<(Material, Maps)>,
+    /// The kinds of textures it names that are ignored.
     pub textures: Vec<String>,
     /// Names of materials that let light through, which is ignored.
     pub transparent: Vec<String>,
+}
+
+/// The textures of a material.
+#[derive(Default)]
+pub struct Maps {
+    pub base_color: Option<Map>,
+    pub roughness: Option<Map>,
+    pub metallic: Option<Map>,
+}
+
+impl Maps {
+    /// Those that there are.
+    pub fn all(&self) -> impl Iterator<Item = &Map> {
+        [&self.base_color, &self.roughness, &self.metallic]
+            .into_iter()
+            .flatten()
+    }
+}
+
+/// A texture: a file and how it is laid onto the surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Map {
+    /// Path from the folder of the OBJ file.
+    pub file: String,
+    /// From texture coordinates to those of the image; v points up in both.
+    pub transform: Affine2,
+    /// Whether the edges continue instead of the image.
+    pub clamp: bool,
+    /// The line, for messages.
+    pub place: String,
 }
 
 /// Reads an MTL file. Errors name the line, not the file.
@@ -24,14 +55,28 @@ pub fn read(source: impl BufRead) -> Result<Library> {
     let mut lines = Lines::new(source);
     while let Some(line) = lines.next()? {
         if line.keyword == "newmtl" {
-            library.materials.push(Material::lambert(line.rest, GREY));
-        } else if let Some(material) = library.materials.last_mut() {
+            let material = Material::lambert(line.rest, GREY);
+            library.materials.push((material, Maps::default()));
+        } else if let Some((material, maps)) = library.materials.last_mut() {
             let seen_through = statement(&line, material)?;
             let name = &material.name;
             if seen_through && library.transparent.last() != Some(name) {
                 library.transparent.push(name.clone());
             }
             let kind = line.keyword;
+            let followed = match kind {
+                "map_Kd" => Some(&mut maps.base_color),
+                "map_Pr" => Some(&mut maps.roughness),
+                "map_Pm" => Some(&mut maps.metallic),
+                _ => None,
+            };
+            if let Some(place) = followed {
+                if kind != "map_Kd" {
+                    physical(material);
+                }
+                *place = Some(map(&line)?);
+                continue;
+            }
             let texture = kind.starts_with("map_")
                 || ["norm", "bump", "disp", "decal", "refl"].contains(&kind);
             if texture && !library.textures.iter().any(|t| t == kind) {
@@ -65,6 +110,56 @@ fn statement(line: &Line, material: &mut Material) -> Result<bool> {
         _ => {}
     }
     Ok(false)
+}
+
+/// Reads the options and the file name of a texture.
+fn map(line: &Line) -> Result<Map> {
+    let mut map = Map {
+        file: String::new(),
+        transform: Affine2::IDENTITY,
+        clamp: false,
+        place: line.place(),
+    };
+    let (mut scale, mut offset) = (Vec2::ONE, Vec2::ZERO);
+    let mut rest = line.rest;
+    let next = |rest: &mut &str| {
+        let (word, after) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
+        let word = word.to_owned();
+        *rest = after.trim_start();
+        word
+    };
+    while rest.starts_with('-') {
+        let option = next(&mut rest);
+        // The numbers that follow: those of the last two words may be the name of the file.
+        let mut numbers = Vec::new();
+        while let Some(number) = (rest.split_once(char::is_whitespace))
+            .and_then(|(word, _)| word.parse::<f32>().ok().filter(|n| n.is_finite()))
+        {
+            numbers.push(number);
+            next(&mut rest);
+        }
+        let pair = |default: f32| {
+            let number = |i: usize| numbers.get(i).copied().unwrap_or(default);
+            Vec2::new(number(0), number(1))
+        };
+        match option.as_str() {
+            "-s" => scale = pair(1.0),
+            "-o" => offset = pair(0.0),
+            "-clamp" => map.clamp = next(&mut rest) == "on",
+            // One word that is no number.
+            "-blendu" | "-blendv" | "-cc" | "-imfchan" | "-type" => {
+                next(&mut rest);
+            }
+            "-mm" | "-bm" | "-boost" | "-texres" | "-t" => {}
+            _ => return Err(line.wrong(&format!("{} is no option of a texture", quoted(&option)))),
+        }
+    }
+    if rest.is_empty() {
+        return Err(line.wrong("the texture has no file"));
+    }
+    map.file = rest.replace('\\', "/");
+    map.transform = Affine2::from_mat2_translation(Mat2::from_diagonal(scale), offset);
+    Ok(map)
 }
 
 /// Gives a Lambert material the specular lobe of the metallic-roughness model.
