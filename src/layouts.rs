@@ -187,6 +187,22 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
+    /// How a texture is laid onto a light.
+    pub struct GpuLightTexture {
+        /// Texture coordinates of the first corner.
+        pub uv: Vec2,
+        /// From the first corner to the second.
+        pub edge1: Vec2,
+        /// From the first corner to the third.
+        pub edge2: Vec2,
+        /// The texture that multiplies its emission, or NONE.
+        pub texture: u32,
+        /// Fills the last four words.
+        pub padding: u32,
+    }
+}
+
+crate::gpu_struct! {
     /// Where the points of an instance were in the previous frame.
     pub struct GpuPreviousTransform {
         /// Columns of the 3×4 transform from current to previous world positions.
@@ -440,6 +456,7 @@ pub const STRUCTS: &[StructLayout] = &[
     GpuMaterial::LAYOUT,
     GpuTexture::LAYOUT,
     GpuLight::LAYOUT,
+    GpuLightTexture::LAYOUT,
     GpuPreviousTransform::LAYOUT,
     GpuCamera::LAYOUT,
     ViewConstants::LAYOUT,

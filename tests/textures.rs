@@ -2,12 +2,12 @@
 
 mod support;
 
-use glam::{Affine2, Vec2, Vec3, Vec4};
+use glam::{Affine2, DVec3, Vec2, Vec3, Vec4};
 use headwater::render::presets::Preset;
 use headwater::render::settings::Variant;
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::texture::Wrap;
-use headwater::scene::{Image, Scene, Texture, procedural};
+use headwater::scene::{Image, Material, Scene, Texture, procedural};
 use headwater::tracing::{GpuScene, Tracer};
 use std::sync::Arc;
 
@@ -151,5 +151,97 @@ fn vertices_of_one_colour_are_that_colour() {
         let found = bits(&colored, &settings, tracer);
         let differ = expected.iter().zip(&found).filter(|(a, b)| a != b);
         assert_eq!(differ.count(), 0, "{preset} {tracer:?}");
+    }
+}
+
+/// A floor below a lamp of which one half is dark: by a texture, or because it is another material.
+fn half_a_lamp(textured: bool) -> Scene {
+    let floor = support::quad(Vec3::new(-2.0, 0.0, 2.0), Vec3::X * 4.0, Vec3::NEG_Z * 4.0);
+    let grey = Material::lambert("floor", Vec3::splat(0.5));
+    let dark = Material::lambert("lamp", Vec3::splat(0.2));
+    let lamp = Material {
+        emission: Vec3::new(3.0, 4.0, 5.0),
+        ..dark.clone()
+    };
+    let (corner, depth) = (Vec3::new(-0.5, 1.0, -0.5), Vec3::Z);
+    let half = |x: f32| support::quad(corner + Vec3::X * x, Vec3::X * 0.5, depth);
+    if !textured {
+        return support::scene_of(&[(grey, floor), (lamp, half(0.0)), (dark, half(0.5))]);
+    }
+    let whole = support::quad(corner, Vec3::X, depth);
+    let mut scene = support::scene_of(&[(grey, floor), (lamp, whole)]);
+    scene.images = vec![image(&[[255; 4], [0, 0, 0, 255]])];
+    scene.materials[1].emissive_texture = Some(Texture {
+        nearest: true,
+        set: 1,
+        ..Texture::plain(0)
+    });
+    let laid = |p: &Vec3| Vec2::new(p.x + 0.5, p.z + 0.5);
+    scene.meshes[1].uvs[1] = scene.meshes[1].positions.iter().map(laid).collect();
+    scene
+}
+
+#[test]
+fn half_a_lamp_by_texture_lights_as_half_a_lamp() {
+    let [plain, textured] = [false, true].map(half_a_lamp);
+    let mut camera = support::look_at(
+        DVec3::new(0.3, 0.2, 3.0),
+        DVec3::new(0.0, 0.5, 0.0),
+        DVec3::Y,
+        1.2,
+    );
+    camera.aspect_ratio = Some(1.0);
+    let view = View {
+        camera,
+        width: 32,
+        height: 32,
+        seed: 5,
+        bounces: 3,
+        jitter: true,
+    };
+    for (preset, samples, tracer) in [
+        ("path-tracing", 4096, Tracer::ComputeBvh),
+        ("accurate", 768, Tracer::ComputeBvh),
+        ("path-tracing", 1024, Tracer::RayQuery),
+    ] {
+        let Some(&variant) = support::variants(tracer).first() else {
+            continue;
+        };
+        let (device, _) = support::open_device(Some(variant));
+        let settings = Preset::named(preset).unwrap().settings().unwrap();
+        // Each row of the picture sees other parts of floor and lamp.
+        let rows = |scene: &Scene, seed| -> Vec<[f64; 2]> {
+            let view = View {
+                seed,
+                ..view.clone()
+            };
+            let found = support::render(&device, scene, variant, &view, &settings, samples);
+            (found.mean.chunks(32).zip(found.error_squared.chunks(32)))
+                .map(|(mean, error)| {
+                    let sum = |values: &[[f64; 3]]| values.iter().flatten().sum::<f64>();
+                    [sum(mean), sum(error)]
+                })
+                .collect()
+        };
+        let expected = rows(&plain, 5);
+        let found = rows(&textured, 6);
+        let (mut whole, mut of_whole) = ([0.0; 2], 0.0);
+        for (row, ([a, aa], [b, bb])) in expected.iter().zip(&found).enumerate() {
+            // Samples of `accurate` depend on each other: its errors are larger than they seem.
+            let sigma = (aa + bb).sqrt() * if preset == "accurate" { 4.0 } else { 1.0 };
+            assert!(
+                (a - b).abs() < 5.0 * sigma + 1e-9,
+                "{preset} {tracer:?}, row {row}: {a} {b} ± {sigma}"
+            );
+            whole = [whole[0] + a, whole[1] + b];
+            of_whole += sigma * sigma;
+        }
+        let off = whole[1] / whole[0] - 1.0;
+        println!(
+            "{preset} {tracer:?}: {:.3} ± {:.3} %",
+            100.0 * off,
+            100.0 * of_whole.sqrt() / whole[0]
+        );
+        assert!(off.abs() < 0.005, "{preset} {tracer:?}: {off}");
     }
 }

@@ -3,9 +3,11 @@
 #include "core/random.glsl"
 #include "core/math.glsl"
 #include "scene/geometry.glsl"
+#include "scene/textures.glsl"
 
 struct LightPoint {
     uint light;
+    vec2 barycentrics;
     vec3 position;
     // Bound of the position's rounding error, for each axis.
     vec3 error;
@@ -23,9 +25,18 @@ uint pick_light(uint count, uvec2 bits) {
 
 bool is_double_sided(GpuLight light) { return HAS_DOUBLE_SIDED_LIGHTS && light.double_sided != 0u; }
 
-// The radiance that a light emits in a direction with this cosine to its normal: 0 from the back of a one-sided light.
-vec3 light_emission(GpuLight light, float cosine) {
-    return cosine > 0.0 || is_double_sided(light) ? light.emission : vec3(0.0);
+// The radiance that a point of a light emits on its front.
+vec3 light_radiance(GpuLight light, uint index, vec2 barycentrics) {
+    if (!HAS_EMISSIVE_TEXTURES || scene.at.textured_lights == 0u) return light.emission;
+    GpuLightTexture laid = load_light_textures(index);
+    if (laid.texture == NONE) return light.emission;
+    vec2 uv = laid.uv + barycentrics.x * laid.edge1 + barycentrics.y * laid.edge2;
+    return light.emission * texture_at(load_textures(laid.texture), uv, true).rgb;
+}
+
+// The radiance that it emits in a direction with this cosine to its normal: 0 from the back of a one-sided light.
+vec3 light_emission(GpuLight light, uint index, vec2 barycentrics, float cosine) {
+    return cosine > 0.0 || is_double_sided(light) ? light_radiance(light, index, barycentrics) : vec3(0.0);
 }
 
 float light_pdf_area(GpuLight light) { return light.probability / light.area; }
@@ -56,7 +67,8 @@ LightPoint sample_light(uint count, uvec4 bits) {
     LightPoint point;
     point.light = pick_light(count, bits.xy);
     GpuLight light = light_at(point.light, CURRENT);
-    point.position = light_position(light, uniform_barycentrics(bits.zw));
+    point.barycentrics = uniform_barycentrics(bits.zw);
+    point.position = light_position(light, point.barycentrics);
     point.error = light_position_error(light);
     point.normal = light.normal;
     point.pdf_area = light_pdf_area(light);

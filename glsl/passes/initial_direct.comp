@@ -110,8 +110,8 @@ void main() {
             uint light = light_of(hit);
             if (light == NONE) continue;
             if (purpose == RAY_MIRROR) {
-                vec3 normal = light_at(light, CURRENT).normal;
-                vec3 emission = light_emission(light_at(light, CURRENT), -dot(normal, ray.direction));
+                GpuLight seen = light_at(light, CURRENT);
+                vec3 emission = light_emission(seen, light, hit.barycentrics, -dot(seen.normal, ray.direction));
                 color.at[pixel_index(pixel)] += accept_radiance(emission * specular_fresnel(domain.bsdf, domain.outgoing.z));
                 continue;
             }

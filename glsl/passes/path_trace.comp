@@ -87,7 +87,7 @@ void main() {
         if (surface.light != NONE) {
             GpuLight light = light_at(surface.light, CURRENT);
             float cosine = -dot(light.normal, ray.direction);
-            vec3 emission = light_emission(light, cosine);
+            vec3 emission = light_emission(light, surface.light, hit.barycentrics, cosine);
             float weight = 1.0;
             if (!path.mirror) {
                 float distance_squared = square(hit.t);
@@ -119,7 +119,7 @@ void main() {
             float distance_squared = dot(toward, toward);
             vec3 direction = toward * inversesqrt(max(distance_squared, TINY));
             float cosine = -dot(point.normal, direction);
-            vec3 emission = light_emission(light_at(point.light, CURRENT), cosine);
+            vec3 emission = light_emission(light_at(point.light, CURRENT), point.light, point.barycentrics, cosine);
             vec3 incoming = vec3(dot(direction, tangent), dot(direction, bitangent),
                                  dot(direction, surface.shading_normal));
             if (max_component(emission) > 0.0 && dot(direction, surface.geometric_normal) > 0.0) {

@@ -22,7 +22,7 @@ void main() {
         data = pack_sample_data(surface, ray);
         if (surface.light != NONE) {
             GpuLight light = light_at(surface.light, CURRENT);
-            emission = accept_radiance(light_emission(light, -dot(light.normal, ray.direction)));
+            emission = accept_radiance(light_emission(light, surface.light, hit.barycentrics, -dot(light.normal, ray.direction)));
         }
     }
     sample_data.at[slot_of(pixel)] = data;

@@ -19,10 +19,13 @@ struct LightSample {
 
 LightSample empty_light_sample() { return LightSample(NONE, vec2(0.0), vec3(0.0), vec3(0.0), vec3(0.0), false); }
 
+// The sample at a point of a light. The point is rounded to what reservoirs store: if it were rounded after its weight is
+// known, it could cross the edge of a texel, where the target may be 0, and its light would be lost.
 LightSample light_sample_at(uint index, vec2 barycentrics, uint epoch) {
     GpuLight light = light_at(index, epoch);
-    vec3 position = light_position(light, barycentrics);
-    return LightSample(index, barycentrics, position, light.normal, light.emission, is_double_sided(light));
+    barycentrics = stored_barycentrics(barycentrics);
+    return LightSample(index, barycentrics, light_position(light, barycentrics), light.normal,
+                       light_radiance(light, index, barycentrics), is_double_sided(light));
 }
 
 // ---- Target and shadow ray

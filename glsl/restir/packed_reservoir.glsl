@@ -27,9 +27,15 @@ PackedReservoir empty_packed() {
 
 // A point on a light needs a word and the spare bits. 16 bits a weight would be too few: on a light of two kilometres
 // they are cells of three centimetres, which lobes of smooth surfaces are narrower than.
+const float BARYCENTRIC_STEPS = float((1u << BARYCENTRIC_BITS) - 1u);
+
+// As they are stored. Hits of a ray query may lie outside of their triangle by a rounding error.
+vec2 stored_barycentrics(vec2 barycentrics) {
+    return round(clamp(barycentrics, 0.0, 1.0) * BARYCENTRIC_STEPS) / BARYCENTRIC_STEPS;
+}
+
 void pack_barycentrics(vec2 barycentrics, uint word, inout PackedReservoir p) {
-    // Hits of a ray query may lie outside of their triangle by a rounding error.
-    uvec2 fixed_point = uvec2(round(clamp(barycentrics, 0.0, 1.0) * float((1u << BARYCENTRIC_BITS) - 1u)));
+    uvec2 fixed_point = uvec2(round(clamp(barycentrics, 0.0, 1.0) * BARYCENTRIC_STEPS));
     p.words[word] = fixed_point.x | (fixed_point.y << BARYCENTRIC_BITS);
     p.words[HISTORY_WORD] |= (fixed_point.y >> (32u - BARYCENTRIC_BITS)) << SPARE_SHIFT;
 }
@@ -49,5 +55,5 @@ uvec3 unpack_color(PackedReservoir p, uint word) {
 vec2 unpack_barycentrics(PackedReservoir p, uint word) {
     uint x = bitfieldExtract(p.words[word], 0, int(BARYCENTRIC_BITS));
     uint y = (p.words[word] >> BARYCENTRIC_BITS) | ((p.words[HISTORY_WORD] >> SPARE_SHIFT) << (32u - BARYCENTRIC_BITS));
-    return vec2(x, y) / float((1u << BARYCENTRIC_BITS) - 1u);
+    return vec2(x, y) / BARYCENTRIC_STEPS;
 }

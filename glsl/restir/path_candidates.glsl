@@ -60,7 +60,7 @@ Candidate make_candidate(Path path, vec3 light, bool directly, uint light_index,
 Candidate light_hit(Path path, uint light_index, Hit hit, vec3 direction) {
     GpuLight light = light_at(light_index, CURRENT);
     float cosine = -dot(light.normal, direction);
-    vec3 emission = light_emission(light, cosine);
+    vec3 emission = light_emission(light, light_index, stored_barycentrics(hit.barycentrics), cosine);
     float weight = 1.0;
     if (!path.mirror) {
         float pdf_area = light_sample_pdf_area(light_index);

@@ -15,8 +15,10 @@ crate::gpu_specialisation! {
         pub has_specular: bool = true,
         /// Whether some mesh has shading normals.
         pub has_smooth_normals: bool = true,
-        /// Whether some material has textures.
+        /// Whether some material has textures of what it reflects.
         pub has_textures: bool = true,
+        /// Whether some light has a texture.
+        pub has_emissive_textures: bool = true,
         /// Whether some mesh has vertex colours.
         pub has_vertex_colors: bool = true,
         /// Whether points of triangles are stored as coordinates in the triangle's plane instead of barycentric weights.
@@ -79,6 +81,7 @@ mod values {
                 has_specular: full || requires.specular,
                 has_smooth_normals: full || requires.smooth_normals,
                 has_textures: full || requires.textures,
+                has_emissive_textures: full || requires.emissive_textures,
                 has_vertex_colors: full || requires.vertex_colors,
                 // Not in motion, where a point keeps its weights while the plane changes.
                 has_large_triangles: requires.large_triangles && !scene.moves(),

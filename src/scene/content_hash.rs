@@ -216,6 +216,7 @@ fn hash_material(hasher: &mut blake3::Hasher, material: &Material) {
         specular_color,
         ior,
         emission,
+        emissive_texture,
         double_sided,
     } = material;
     for color in [base_color, specular_color, emission] {
@@ -228,6 +229,7 @@ fn hash_material(hasher: &mut blake3::Hasher, material: &Material) {
     let textures = [
         (b"base", base_color_texture),
         (b"meta", metallic_roughness_texture),
+        (b"emit", emissive_texture),
     ];
     for (kind, texture) in textures {
         if let Some(texture) = texture {

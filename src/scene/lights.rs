@@ -1,7 +1,8 @@
 //! Emissive triangles, and the alias table that samples them.
 
-use super::{Material, Scene};
-use glam::{DAffine3, DVec3, Vec3};
+use super::texture::srgb;
+use super::{Material, Scene, Texture};
+use glam::{DAffine3, DVec3, Vec2, Vec3};
 
 /// Share of the sampling probability that is uniform over the lights, so that no light's probability
 /// falls below the resolution of 32 random bits, however dim it is.
@@ -22,6 +23,8 @@ pub struct LightTriangle {
     pub normal: DVec3,
     /// Area in squared scene units.
     pub area: f64,
+    /// Mean of its texture, which multiplies its emission; 1 without.
+    pub texture_mean: Vec3,
 }
 
 /// An emissive triangle in object space.
@@ -35,6 +38,10 @@ pub struct LampTriangle {
     pub material: u32,
     /// Corners in the mesh's units.
     pub corners: [DVec3; 3],
+    /// Texture coordinates of the corners for its emissive texture; 0 without.
+    pub uvs: [Vec2; 3],
+    /// Mean of its emissive texture; 1 without.
+    pub texture_mean: Vec3,
 }
 
 impl LampTriangle {
@@ -51,11 +58,19 @@ impl LampTriangle {
             corners,
             normal: cross.normalize_or_zero() * side,
             area: 0.5 * cross.length(),
+            texture_mean: self.texture_mean,
         }
     }
 }
 
 impl Scene {
+    /// Whether some material that is a light has an emissive texture.
+    pub fn has_textured_lights(&self) -> bool {
+        let materials = self.materials.iter().zip(self.lamp_materials());
+        let mut textured = materials.map(|(m, is_lamp)| is_lamp && m.emissive_texture.is_some());
+        textured.any(|textured| textured)
+    }
+
     /// For each material whether it is a light: it emits now or, if the scene moves, at another time.
     pub fn lamp_materials(&self) -> Vec<bool> {
         let mut lights: Vec<bool> = self.materials.iter().map(|m| m.is_emissive()).collect();
@@ -74,17 +89,42 @@ pub fn lamp_triangles(scene: &Scene, lights: &[bool]) -> Vec<LampTriangle> {
         let mesh = &scene.meshes[instance.mesh as usize];
         for part in mesh.parts.iter().filter(|p| lights[p.material as usize]) {
             for triangle in part.first_triangle..part.first_triangle + part.triangle_count {
+                let corners = mesh.triangles[triangle as usize];
+                let texture = scene.materials[part.material as usize].emissive_texture;
+                let uvs = texture.map_or([Vec2::ZERO; 3], |texture| {
+                    corners.map(|i| mesh.uvs[texture.set as usize][i as usize])
+                });
                 triangles.push(LampTriangle {
                     instance: index as u32,
                     triangle,
                     material: part.material,
-                    corners: mesh.triangles[triangle as usize]
-                        .map(|i| mesh.positions[i as usize].as_dvec3()),
+                    corners: corners.map(|i| mesh.positions[i as usize].as_dvec3()),
+                    uvs,
+                    texture_mean: texture.map_or(Vec3::ONE, |texture| mean(scene, &texture, uvs)),
                 });
             }
         }
     }
     triangles
+}
+
+/// The mean of a texture over a triangle, from points on a grid: only the choice of lights depends on it.
+fn mean(scene: &Scene, texture: &Texture, uvs: [Vec2; 3]) -> Vec3 {
+    const SIDE: usize = 8;
+    let [a, b, c] = uvs;
+    let mut sum = Vec3::ZERO;
+    // The centres of the small triangles into which a grid divides the large one.
+    for i in 0..SIDE {
+        for j in 0..2 * (SIDE - i) - 1 {
+            let third = if j % 2 == 0 { 1.0 } else { 2.0 } / 3.0;
+            let weights = Vec2::new((j / 2) as f32 + third, i as f32 + third) / SIDE as f32;
+            let uv = a + weights.x * (b - a) + weights.y * (c - a);
+            sum += texture
+                .at(&scene.images[texture.image as usize], uv, srgb)
+                .truncate();
+        }
+    }
+    sum / (SIDE * SIDE) as f32
 }
 
 /// The scene's lights, in the order of [`lamp_triangles`].
@@ -99,7 +139,7 @@ pub fn light_triangles(scene: &Scene) -> Vec<LightTriangle> {
 /// emits on both sides.
 pub fn power(light: &LightTriangle, material: &Material) -> f64 {
     let sides = if material.double_sided { 2.0 } else { 1.0 };
-    sides * light.area * luminance(material.emission)
+    sides * light.area * luminance(material.emission * light.texture_mean)
 }
 
 /// Luminance of a colour in linear sRGB (ITU-R BT.709).

@@ -181,6 +181,8 @@ pub struct Material {
     pub ior: f32,
     /// Emitted radiance: emissive factor × emissive strength, ≥ 0.
     pub emission: Vec3,
+    /// Multiplies the emission; sRGB.
+    pub emissive_texture: Option<Texture>,
     /// Whether both sides emit. (Every surface reflects on both sides.)
     pub double_sided: bool,
 }
@@ -199,6 +201,7 @@ impl Default for Material {
             specular_color: Vec3::ONE,
             ior: 1.5,
             emission: Vec3::ZERO,
+            emissive_texture: None,
             double_sided: false,
         }
     }
@@ -224,6 +227,7 @@ impl Material {
                 "metallic-roughness texture",
                 &self.metallic_roughness_texture,
             ),
+            ("emissive texture", &self.emissive_texture),
         ];
         textures
             .into_iter()

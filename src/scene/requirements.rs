@@ -20,8 +20,10 @@ pub struct Requirements {
     pub specular: bool,
     /// Whether some specular lobe is too narrow for reservoirs (see [`MIRROR_ROUGHNESS`]).
     pub near_delta: bool,
-    /// Whether some material has textures.
+    /// Whether some material has textures of what it reflects.
     pub textures: bool,
+    /// Whether some light has a texture.
+    pub emissive_textures: bool,
     /// Whether some mesh has vertex colours.
     pub vertex_colors: bool,
     /// Whether some mesh has shading normals.
@@ -52,6 +54,7 @@ impl Requirements {
         let edges: Vec<f64> = scene.meshes.iter().map(longest_edge).collect();
         let large = LARGE * usual_size(&scene.loose_boxes());
         let lights = scene.lamp_materials();
+        required.emissive_textures = scene.has_textured_lights();
         let mut placed = vec![false; scene.meshes.len()];
         for instance in &scene.instances {
             let seen = &mut placed[instance.mesh as usize];
@@ -74,7 +77,8 @@ impl Requirements {
                 let material = &scene.materials[part.material as usize];
                 required.double_sided_emitters |=
                     lights[part.material as usize] && material.double_sided;
-                required.textures |= material.textures().next().is_some();
+                required.textures |= material.base_color_texture.is_some()
+                    || material.metallic_roughness_texture.is_some();
                 required.specular |= material.has_specular_lobe();
                 // A texture may make any point as smooth as it likes.
                 let smooth = material.roughness < MIRROR_ROUGHNESS
@@ -204,6 +208,7 @@ mod tests {
             specular: true,
             near_delta: true,
             textures: true,
+            emissive_textures: false,
             vertex_colors: true,
             smooth_normals: true,
             large_triangles: false,

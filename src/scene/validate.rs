@@ -137,6 +137,7 @@ fn check_material(index: usize, material: &mut Material, tally: &mut Tally) -> R
         specular_color,
         ior,
         emission,
+        emissive_texture: _,
         double_sided: _,
     } = material;
     let wrong = |factor: &str, value: &dyn std::fmt::Display, range: &str| {

@@ -5,7 +5,9 @@
 //! crate alone.
 
 use crate::gpu::layout::{GpuStruct, Member, StructLayout};
-use crate::layouts::{GpuInstance, GpuLight, GpuMaterial, GpuPreviousTransform, GpuTexture};
+use crate::layouts::{
+    GpuInstance, GpuLight, GpuLightTexture, GpuMaterial, GpuPreviousTransform, GpuTexture,
+};
 use glam::UVec2;
 
 /// How shaders access one of the buffers.
@@ -39,6 +41,8 @@ macro_rules! scene_buffers {
                 pub light_count: u32,
                 /// Number of instances that are traced.
                 pub instance_count: u32,
+                /// Whether some light has a texture (0 or 1).
+                pub textured_lights: u32,
                 $($(#[$meta])* pub $name: UVec2,)*
             }
         }
@@ -105,6 +109,7 @@ macro_rules! scene_buffers {
                 let table = SceneTable {
                     light_count: counts.lights as u32,
                     instance_count: counts.instances as u32,
+                    textured_lights: counts.textured_lights.into(),
                     $($name: if addressed { address(&$name)? } else { UVec2::ZERO },)*
                 };
                 let uniform = Usage { uniform: true, ..Usage::default() };
@@ -149,6 +154,8 @@ scene_buffers! {
     srgb: [f32] as Elements::Plain("float"); |c| if c.textures > 0 { 256 } else { 0 };
     /// Lights, for each epoch.
     lights: [GpuLight] as Elements::Records(GpuLight::LAYOUT); |c| c.epochs * c.lights;
+    /// Textures of lights, one a light if some light has any.
+    light_textures: [GpuLightTexture] as Elements::Records(GpuLightTexture::LAYOUT); |c| if c.textured_lights { c.lights } else { 0 };
     /// Where each of the scene's instances was in the previous frame; empty where nothing moves.
     previous_transforms: [GpuPreviousTransform] as Elements::Records(GpuPreviousTransform::LAYOUT); |c| c.previous_transforms;
 }
@@ -267,13 +274,12 @@ fn capitalised(word: &str) -> String {
 #[cfg(headwater)]
 use {
     super::epochs::EpochContents,
-    super::gather::ElementCounts,
+    super::gather::{ElementCounts, Gathered},
     super::geometry::Geometry,
     super::materials::Materials,
     super::{Fetch, GeometryAccess, Tracer, Variant},
     crate::Result,
     crate::gpu::{Buffer, Device, Resource, Usage},
-    crate::scene::Scene,
     glam::{UVec3, Vec2, Vec3},
     obvhs::cwbvh::node::CwBvhNode,
     std::sync::Arc,
@@ -283,12 +289,13 @@ use {
 impl SceneContents {
     /// What a scene's buffers hold at first. The nodes of `epochs` include those of the meshes.
     pub(super) fn new(
-        scene: &Scene,
+        gathered: &Gathered<'_>,
         geometry: Geometry,
         epochs: EpochContents,
         previous_transforms: Vec<GpuPreviousTransform>,
     ) -> Self {
-        let materials = Materials::of(scene);
+        let materials = Materials::of(&gathered.scene);
+        let light_textures = materials.of_lights(gathered);
         Self {
             normals: geometry.normals,
             uvs: geometry.uvs,
@@ -303,6 +310,7 @@ impl SceneContents {
             texels: materials.texels,
             srgb: materials.srgb,
             lights: epochs.lights,
+            light_textures,
             previous_transforms,
         }
     }

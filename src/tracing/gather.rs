@@ -71,6 +71,8 @@ pub struct ElementCounts {
     pub texels: u64,
     /// Emissive triangles in the world.
     pub lights: u64,
+    /// Whether some of them have textures.
+    pub textured_lights: bool,
     /// 2 where something moves, for the current and the previous frame; else 1.
     pub epochs: u64,
     /// Instances of the scene, where something moves.
@@ -91,6 +93,7 @@ impl ElementCounts {
                 .map(|image| image.texels.len() as u64)
                 .sum(),
             lights: scene.emissive_triangle_count(),
+            textured_lights: scene.has_textured_lights(),
             epochs: if motion.is_some() { 2 } else { 1 },
             previous_transforms: motion.map_or(0, |_| scene.instances.len() as u64),
             ..Self::default()
@@ -164,6 +167,7 @@ pub fn gather(scene: &Scene, origin: DVec3) -> Gathered<'_> {
     }
     let mut left = Scene {
         materials: scene.materials.clone(),
+        images: scene.images.clone(),
         ..Scene::default()
     };
     let (mut instance_ids, mut part_ids) = (Vec::new(), Vec::new());

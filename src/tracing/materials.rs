@@ -1,6 +1,10 @@
 //! Materials and textures as shaders read them.
 
-use crate::layouts::{GpuMaterial, GpuTexture, NONE, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT};
+use super::gather::Gathered;
+use crate::layouts::{
+    GpuLightTexture, GpuMaterial, GpuTexture, NONE, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT,
+};
+use crate::scene::lights;
 use crate::scene::texture::{self, Wrap};
 use crate::scene::{Material, Scene, Texture};
 use glam::Vec3;
@@ -11,6 +15,8 @@ pub struct Materials {
     pub materials: Vec<GpuMaterial>,
     /// Their textures.
     pub textures: Vec<GpuTexture>,
+    /// For each material its emissive texture, or NONE.
+    emissive: Vec<u32>,
     /// The texels of all images.
     pub texels: Vec<u32>,
     /// The linear value of each sRGB byte; empty without textures.
@@ -49,6 +55,9 @@ impl Materials {
             ..gpu_material(material)
         });
         let materials = materials.collect();
+        let emissive = scene.materials.iter();
+        let emissive = emissive.map(|material| texture(&material.emissive_texture));
+        let emissive = emissive.collect();
         let srgb = if textures.is_empty() {
             Vec::new()
         } else {
@@ -57,9 +66,29 @@ impl Materials {
         Self {
             materials,
             textures,
+            emissive,
             texels,
             srgb,
         }
+    }
+
+    /// How they are laid onto the lights of the scene, in the order of lights; empty if none has any.
+    pub fn of_lights(&self, gathered: &Gathered<'_>) -> Vec<GpuLightTexture> {
+        if !gathered.scene.has_textured_lights() {
+            return Vec::new();
+        }
+        let lamps = lights::lamp_triangles(&gathered.scene, &gathered.lamps);
+        let laid = lamps.iter().map(|lamp| {
+            let [a, b, c] = lamp.uvs;
+            GpuLightTexture {
+                uv: a,
+                edge1: b - a,
+                edge2: c - a,
+                texture: self.emissive[lamp.material as usize],
+                padding: 0,
+            }
+        });
+        laid.collect()
     }
 }
 

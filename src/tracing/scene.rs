@@ -97,7 +97,7 @@ impl GpuScene {
         let node_bytes = size_of_val(epochs.nodes.as_slice()) as u64;
         check_buffer(&device.info, variant, "nodes", node_bytes)?;
         let meshes = geometry.meshes.clone();
-        let contents = SceneContents::new(scene, geometry, epochs, previous_transforms);
+        let contents = SceneContents::new(&gathered, geometry, epochs, previous_transforms);
         let buffers = SceneBuffers::new(device, &contents, &counts, variant)?;
         let ray_query = match variant.tracer {
             Tracer::RayQuery => {

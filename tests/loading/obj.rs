@@ -60,7 +60,7 @@ fn physical_materials_have_a_specular_lobe() {
     let folder = Folder::new();
     folder.write(
         "m.mtl",
-        "newmtl a\nPr 0.25\nnewmtl b\nPm 1\nPr 0.5\nmap_Ke x.png\nd 0.5\n",
+        "newmtl a\nPr 0.25\nnewmtl b\nPm 1\nPr 0.5\nmap_Ks x.png\nd 0.5\n",
     );
     let text = format!("mtllib m.mtl\n{SQUARE}usemtl a\nf 1 2 3\nusemtl b\nf 1 3 4\n");
     let scene = folder.load("scene.obj", text);
@@ -74,7 +74,7 @@ fn physical_materials_have_a_specular_lobe() {
         scene.notices,
         [
             "transparency is not supported, surfaces are opaque: material \"b\"",
-            "textures that are not supported are ignored: map_Ke",
+            "textures that are not supported are ignored: map_Ks",
         ]
     );
 }

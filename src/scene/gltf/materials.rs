@@ -56,6 +56,10 @@ fn convert(index: usize, source: &FileMaterial, textures: &Textures<'_>) -> Resu
         specular_color: Vec3::from_array(specular.specular_color_factor),
         ior: source.extensions.ior.ior,
         emission: (color * strength).as_vec3(),
+        emissive_texture: textures.texture(
+            &format!("emissive texture of {what}"),
+            &source.emissive_texture,
+        )?,
         double_sided: source.double_sided,
     })
 }
@@ -71,20 +75,13 @@ pub fn emission(source: &FileMaterial) -> (DVec3, f64) {
 
 /// The kinds of textures that are not followed, each with the number of materials that have it.
 fn ignored_textures(materials: &[FileMaterial]) -> Vec<String> {
-    let kinds = [
-        "normal",
-        "occlusion",
-        "emissive",
-        "specular",
-        "specular colour",
-    ];
-    let mut counts = [0; 5];
+    let kinds = ["normal", "occlusion", "specular", "specular colour"];
+    let mut counts = [0; 4];
     for material in materials {
         let specular = &material.extensions.specular;
         let has = [
             material.normal_texture.is_some(),
             material.occlusion_texture.is_some(),
-            material.emissive_texture.is_some(),
             specular.specular_texture.is_some(),
             specular.specular_color_texture.is_some(),
         ];

@@ -150,6 +150,7 @@ fn used(material: &Material) -> impl Iterator<Item = (&'static str, &TextureInfo
             "metallic-roughness texture",
             &pbr.metallic_roughness_texture,
         ),
+        ("emissive texture", &material.emissive_texture),
     ];
     textures
         .into_iter()

@@ -59,6 +59,10 @@ pub fn load(
             let index = place(("colour", [map.file.clone(), String::new()]), image);
             material.base_color_texture = Some(texture(&map, index));
         }
+        if let Some((map, image)) = image_of(&maps.emission) {
+            let index = place(("colour", [map.file.clone(), String::new()]), image);
+            material.emissive_texture = Some(texture(&map, index));
+        }
         let (roughness, metallic) = (image_of(&maps.roughness), image_of(&maps.metallic));
         let Some((map, like)) = roughness.clone().or(metallic.clone()) else {
             continue;

@@ -1,4 +1,4 @@
-//! MTL files: `Kd` and `Ke`; `Pr` and `Pm` where a material has them; `map_Kd`, `map_Pr` and `map_Pm`.
+//! MTL files: `Kd` and `Ke`; `Pr` and `Pm` where a material has them; `map_Kd`, `map_Ke`, `map_Pr` and `map_Pm`.
 
 use super::GREY;
 use super::lines::{Line, Lines};
@@ -25,14 +25,20 @@ pub struct Maps {
     pub base_color: Option<Map>,
     pub roughness: Option<Map>,
     pub metallic: Option<Map>,
+    pub emission: Option<Map>,
 }
 
 impl Maps {
     /// Those that there are.
     pub fn all(&self) -> impl Iterator<Item = &Map> {
-        [&self.base_color, &self.roughness, &self.metallic]
-            .into_iter()
-            .flatten()
+        [
+            &self.base_color,
+            &self.roughness,
+            &self.metallic,
+            &self.emission,
+        ]
+        .into_iter()
+        .flatten()
     }
 }
 
@@ -68,10 +74,11 @@ pub fn read(source: impl BufRead) -> Result<Library> {
                 "map_Kd" => Some(&mut maps.base_color),
                 "map_Pr" => Some(&mut maps.roughness),
                 "map_Pm" => Some(&mut maps.metallic),
+                "map_Ke" => Some(&mut maps.emission),
                 _ => None,
             };
             if let Some(place) = followed {
-                if kind != "map_Kd" {
+                if kind.starts_with("map_P") {
                     physical(material);
                 }
                 *place = Some(map(&line)?);
