@@ -34,14 +34,24 @@ fn text(path: &Path) -> &str {
     path.to_str().unwrap()
 }
 
-/// Runs, expects success, and returns what it printed on stderr.
+/// What a command said on stderr, without its progress: that begins after five seconds, which is a matter of the
+/// machine.
+fn messages(stderr: Vec<u8>) -> String {
+    let said = String::from_utf8(stderr).unwrap();
+    let is_progress =
+        |line: &str| line.contains(" after ") && (line.ends_with(" s") || line.ends_with(" left"));
+    let lines = said.split_inclusive('\n');
+    lines.filter(|line| !is_progress(line.trim_end())).collect()
+}
+
+/// Runs, expects success, and returns what it said.
 fn succeed(arguments: &[&str]) -> String {
     succeeded(headwater(arguments))
 }
 
 fn succeeded(mut command: Command) -> String {
     let output = command.output().unwrap();
-    let errors = String::from_utf8(output.stderr).unwrap();
+    let errors = messages(output.stderr);
     assert!(output.status.success(), "{command:?}: {errors}");
     errors
 }
@@ -49,7 +59,7 @@ fn succeeded(mut command: Command) -> String {
 /// Runs, expects a status and exactly one line on stderr, and returns the line.
 fn fail(arguments: &[&str], status: i32) -> String {
     let output = run(arguments);
-    let errors = String::from_utf8(output.stderr).unwrap();
+    let errors = messages(output.stderr);
     assert_eq!(
         output.status.code(),
         Some(status),

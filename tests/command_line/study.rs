@@ -1,6 +1,6 @@
 //! `study`: wrong plans, and studies that are stopped and continued.
 
-use super::{fail, headwater, succeed, text, validated};
+use super::{fail, headwater, messages, succeed, text, validated};
 use headwater::image::Image;
 use std::path::Path;
 use std::process::Stdio;
@@ -219,7 +219,7 @@ fn a_reference_that_knows_too_little_is_refused_where_something_is_to_be_proved(
     // A first look gets its table, if no proof.
     let mut quick = headwater(&["study", "--plan", &plan, "-o", out, "--quick"]);
     let output = quick.output().unwrap();
-    let said = String::from_utf8(output.stderr).unwrap();
+    let said = messages(output.stderr);
     assert!(output.status.success(), "{said}");
     assert!(said.contains("undecided"), "{said}");
     assert!(folder.path().join("results.json").exists());
@@ -295,7 +295,7 @@ fn two_studies_do_not_work_in_one_folder() {
     let output = headwater(&short).output().unwrap();
     first.kill().unwrap();
     first.wait().unwrap();
-    let said = String::from_utf8(output.stderr).unwrap();
+    let said = messages(output.stderr);
     assert_eq!(output.status.code(), Some(1), "{said}");
     assert!(said.contains("another study is at work in"), "{said}");
     assert!(said.contains("--output"), "{said}");
@@ -356,7 +356,7 @@ fn too_few_seeds_are_no_bias_and_a_bias_is_a_failure() {
         let output = headwater(&["study", "--plan", &plan, "-o", text(&out)])
             .output()
             .unwrap();
-        let said = String::from_utf8(output.stderr).unwrap();
+        let said = messages(output.stderr);
         let verdict = rows(&out)[0]["verdict"].as_str().unwrap().to_owned();
         (output.status.code(), verdict, said)
     };
@@ -366,7 +366,7 @@ fn too_few_seeds_are_no_bias_and_a_bias_is_a_failure() {
         said.contains("too few seeds for this proof: about"),
         "{said}"
     );
-    assert!(said.contains("more, about a minute"), "{said}");
+    assert!(said.contains("more, about "), "{said}");
     for (expect, code) in [
         ("expect = \"unbiased\"", 1),
         ("expect = \"any\"", 0),
