@@ -363,7 +363,7 @@ crate::gpu_struct! {
         pub material: u32,
         /// Index of the instance in the scene; NONE = no surface.
         pub instance: u32,
-        /// Base colour, metalness and roughness where textures decide them.
+        /// Base colour, metalness and roughness where textures or vertex colours decide them.
         pub packed_material: UVec2,
     }
 }

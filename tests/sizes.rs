@@ -3,11 +3,11 @@
 
 mod support;
 
-use glam::DVec3;
+use glam::{DVec3, Vec2, Vec3, Vec4};
 use headwater::gpu::{Device, DeviceInfo};
 use headwater::layouts::PixelSums;
 use headwater::render::{Renderer, Settings, View};
-use headwater::scene::{Scene, procedural};
+use headwater::scene::{Image, Scene, Texture, procedural};
 use headwater::tracing::selection::{Selection, TracerChoice, select};
 use headwater::tracing::{Fetch, GeometryAccess, GpuScene, SceneSizes};
 use std::sync::Arc;
@@ -52,25 +52,70 @@ fn sizes_are_known_before_they_are_taken() {
         "motion",
     ] {
         let scene = procedural::generate(name, &[]).unwrap();
-        let (device, selection) = open(&scene, |_| ());
-        let uploaded = GpuScene::new(&device, &scene, DVec3::ZERO, selection.variant).unwrap();
-        let sizes = SceneSizes::of(&scene);
-        let taken = uploaded.memory();
-        for ((buffer, known), (same, taken)) in sizes.bytes.named().into_iter().zip(taken) {
-            assert_eq!(buffer, same);
-            if buffer == "nodes" {
-                assert!(
-                    sizes.triangles < 100 || taken < sizes.bytes.positions,
-                    "{name}"
-                );
-            } else {
-                // An empty buffer has 16 bytes, so that it can be bound.
-                assert_eq!(
-                    taken,
-                    known.max(16).next_multiple_of(16),
-                    "{name}: {buffer}"
-                );
+        assert_sizes(name, &scene);
+    }
+    for name in ["cornell", "motion"] {
+        let mut scene = procedural::generate(name, &[]).unwrap();
+        vary(&mut scene);
+        assert_sizes(&format!("{name} with textures and colours"), &scene);
+        // Off at first; a scene that moves may turn them on.
+        for material in &mut scene.materials {
+            material.emission = Vec3::ZERO;
+        }
+        assert_sizes(&format!("{name} with its lamps off"), &scene);
+    }
+}
+
+/// Gives some meshes vertex colours and others textures, by one set of coordinates or both, and lights one too.
+fn vary(scene: &mut Scene) {
+    scene.images = vec![Image {
+        name: String::new(),
+        width: 3,
+        height: 1,
+        texels: [[255; 4]; 3].into(),
+    }];
+    for (index, mesh) in scene.meshes.iter_mut().enumerate() {
+        let count = mesh.positions.len();
+        if index % 3 != 1 {
+            mesh.uvs[index % 2] = vec![Vec2::ZERO; count];
+        }
+        if index % 4 == 0 {
+            mesh.colors = vec![Vec4::ONE; count];
+        }
+        for part in mesh.parts.iter().filter(|_| index % 3 != 1) {
+            let texture = Some(Texture {
+                set: index as u32 % 2,
+                ..Texture::plain(0)
+            });
+            let material = &mut scene.materials[part.material as usize];
+            material.base_color_texture = texture;
+            material.emissive_texture = texture;
+        }
+    }
+    for mesh in &mut scene.meshes {
+        for part in &mesh.parts {
+            for (_, texture) in scene.materials[part.material as usize].textures() {
+                mesh.uvs[texture.set as usize] = vec![Vec2::ZERO; mesh.positions.len()];
             }
+        }
+    }
+    scene.validate().unwrap();
+}
+
+fn assert_sizes(name: &str, scene: &Scene) {
+    let (device, selection) = open(scene, |_| ());
+    let uploaded = GpuScene::new(&device, scene, DVec3::ZERO, selection.variant).unwrap();
+    let sizes = SceneSizes::of(scene);
+    let taken = uploaded.memory();
+    for ((buffer, known), (same, taken)) in sizes.bytes.named().into_iter().zip(taken) {
+        assert_eq!(buffer, same);
+        if buffer == "nodes" {
+            let few = sizes.triangles < 100;
+            assert!(few || taken < sizes.bytes.positions, "{name}");
+        } else {
+            // An empty buffer has 16 bytes, so that it can be bound.
+            let bytes = known.max(16).next_multiple_of(16);
+            assert_eq!(taken, bytes, "{name}: {buffer}");
         }
     }
 }

@@ -19,6 +19,8 @@ float ratio(float a, float b) { return a > 0.0 && b > 0.0 ? a / b : 0.0; }
 
 float square(float x) { return x * x; }
 
+vec3 square(vec3 x) { return x * x; }
+
 // The error of a rounded sum: a + b == two_sum(a, b) + low exactly (Knuth).
 vec3 two_sum(vec3 a, vec3 b, out vec3 low) {
     precise vec3 sum = a + b;

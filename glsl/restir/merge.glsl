@@ -7,7 +7,7 @@
 //   Domain domain_of(uint technique)
 //   vec3 contribution(Domain domain, Sample value), whose luminance is the target function
 //   float transmittance(uint technique, Domain domain, Sample value), with the sample as the technique sees it: the
-//     share of its light that arrives
+//     share of its light that arrives, today 0 or 1: a technique's own sample is taken to arrive unweakened
 //   Sample shift_to(uint technique, Sample value, out float jacobian): the canonical's sample in the technique's
 //     space. The Jacobian is the ratio of the sample's measure there to its measure here; 0 where the shift does not
 //     exist. Its existence must be symmetric, and every rejection that looks at a sample must be here, so that all

@@ -34,9 +34,13 @@ vec3 shading_normal(SampleData data) { return unpack_normal(data.packed_normals.
 const float COLOR_STEPS = 4095.0;
 const float ROUGHNESS_STEPS = 32767.0;
 
-uvec2 pack_material(GpuMaterial material) {
+// Colours are rounded up or down by `numbers` in [0, 1), so that their mean over the pixels is exact. Rounding to nearest
+// would make a dark wall of one colour darker or brighter by up to a hundredth, everywhere.
+uvec2 pack_material(GpuMaterial material, vec3 numbers) {
     if (!VARIES) return uvec2(0u);
-    uvec3 color = uvec3(round(sqrt(material.base_color) * COLOR_STEPS));
+    vec3 below = floor(sqrt(material.base_color) * COLOR_STEPS);
+    vec3 low = square(below / COLOR_STEPS), high = square((below + 1.0) / COLOR_STEPS);
+    uvec3 color = uvec3(below) + uvec3(lessThan(numbers * (high - low), material.base_color - low));
     uint metallic = uint(round(material.metallic * COLOR_STEPS)), roughness = uint(round(material.roughness * ROUGHNESS_STEPS));
     return uvec2(color.x | (color.y << 12u) | (color.z << 24u), (color.z >> 8u) | (metallic << 4u) | (roughness << 16u) | (material.varies << 31u));
 }
@@ -56,14 +60,15 @@ GpuMaterial unpack_material(SampleData data) {
     return material;
 }
 
-SampleData pack_sample_data(Surface surface, Ray ray) {
+// `numbers` in [0, 1) round its colour; a pixel's are the same in every frame, so that a surface at rest stays the same.
+SampleData pack_sample_data(Surface surface, Ray ray, vec3 numbers) {
     // The depth along the ray: camera, pixel and depth then give a position from which rays can start.
     vec3 error;
     vec3 normal = surface.geometric_normal;
     float depth = depth_along(ray.origin, ray.direction, surface.position, surface.error, normal, error);
     depth -= back_off_distance(error, depth);
     return SampleData(depth, pack_normals(normal, surface.shading_normal, clearance_of(normal, error)),
-                      surface.material_index, surface.instance, pack_material(surface.material));
+                      surface.material_index, surface.instance, pack_material(surface.material, numbers));
 }
 
 // Macros, because GLSL cannot pass buffers to functions. Passes that only read sample data read it as texels, two an

@@ -102,7 +102,10 @@ vec2 barycentrics_of(GpuInstance instance, uint primitive, vec3 offset) {
     offset /= size;
     float first = dot(edge1, edge1), second = dot(edge2, edge2), both = dot(edge1, edge2);
     float along1 = dot(offset, edge1), along2 = dot(offset, edge2);
-    return vec2(along1 * second - along2 * both, along2 * first - along1 * both) / (first * second - both * both);
+    float divisor = first * second - both * both;
+    // Of a triangle as thin as a hair it is 0 by rounding.
+    if (!(divisor > 0.0)) return vec2(0.0);
+    return clamp(vec2(along1 * second - along2 * both, along2 * first - along1 * both) / divisor, 0.0, 1.0);
 }
 
 // The normals on the side of a viewer that looks along `direction`.

@@ -3,19 +3,21 @@
 // every technique sees the same material.
 #include "scene/geometry.glsl"
 
-// A coordinate within one period of the image, or where the edge continues close to it, so that indices fit an integer.
+// A coordinate within one period of the image, with clamping one near the image, so that indices fit an integer. 0 for
+// infinities and NaN, which huge coordinates can become.
 float within_period(float x, uint wrap) {
-    if (wrap == WRAP_CLAMP) return clamp(x, -1.0, 2.0);
     float period = wrap == WRAP_MIRROR ? 2.0 : 1.0;
-    return x - period * floor(x / period);
+    x = wrap == WRAP_CLAMP ? clamp(x, -1.0, 2.0) : x - period * floor(x / period);
+    return x >= -1.0 && x <= 2.0 ? x : 0.0;
 }
 
 // The index of the texel that is seen at index `i`.
 int wrapped(int i, int size, uint wrap) {
-    if (wrap == WRAP_CLAMP) return clamp(i, 0, size - 1);
     int period = wrap == WRAP_MIRROR ? 2 * size : size;
-    i += i < 0 ? period : i >= period ? -period : 0;
-    return min(i, wrap == WRAP_MIRROR ? period - 1 - i : i);
+    if (wrap != WRAP_CLAMP) i += i < 0 ? period : i >= period ? -period : 0;
+    if (wrap == WRAP_MIRROR) i = min(i, period - 1 - i);
+    // Without clamping too: of an image of one texel, the neighbour of the neighbour may be asked for.
+    return clamp(i, 0, size - 1);
 }
 
 // A texel. Colours are sRGB, and decoded before they are mixed; their values come from a table, because drivers differ

@@ -15,7 +15,7 @@ crate::gpu_specialisation! {
         pub has_specular: bool = true,
         /// Whether some mesh has shading normals.
         pub has_smooth_normals: bool = true,
-        /// Whether some material has textures of what it reflects.
+        /// Whether some material has textures of base colour, metalness or roughness.
         pub has_textures: bool = true,
         /// Whether some light has a texture.
         pub has_emissive_textures: bool = true,

@@ -8,8 +8,8 @@ use glam::{DVec3, Vec3, Vec4};
 /// A normal is normalised if its squared length differs from 1 by more.
 const UNIT_TOLERANCE: f64 = 1e-6;
 
-/// A notice is added if a normal's squared length differs from 1 by more.
-const NOTICED_TOLERANCE: f64 = 1e-2;
+/// A notice is added if a normal's squared length differs from 1 by more: by as much as one of signed bytes may.
+const NOTICED_TOLERANCE: f64 = 2e-2;
 
 impl Mesh {
     /// Repairs a mesh. Its indices must be in range and its numbers finite.

@@ -20,7 +20,7 @@ pub struct Requirements {
     pub specular: bool,
     /// Whether some specular lobe is too narrow for reservoirs (see [`MIRROR_ROUGHNESS`]).
     pub near_delta: bool,
-    /// Whether some material has textures of what it reflects.
+    /// Whether some material has textures of base colour, metalness or roughness.
     pub textures: bool,
     /// Whether some light has a texture.
     pub emissive_textures: bool,
@@ -54,7 +54,6 @@ impl Requirements {
         let edges: Vec<f64> = scene.meshes.iter().map(longest_edge).collect();
         let large = LARGE * usual_size(&scene.loose_boxes());
         let lights = scene.lamp_materials();
-        required.emissive_textures = scene.has_textured_lights();
         let mut placed = vec![false; scene.meshes.len()];
         for instance in &scene.instances {
             let seen = &mut placed[instance.mesh as usize];
@@ -77,6 +76,8 @@ impl Requirements {
                 let material = &scene.materials[part.material as usize];
                 required.double_sided_emitters |=
                     lights[part.material as usize] && material.double_sided;
+                required.emissive_textures |=
+                    lights[part.material as usize] && material.emissive_texture.is_some();
                 required.textures |= material.base_color_texture.is_some()
                     || material.metallic_roughness_texture.is_some();
                 required.specular |= material.has_specular_lobe();

@@ -59,6 +59,8 @@ impl Texture {
     pub fn at(&self, image: &Image, uv: Vec2, decode: fn([u8; 4]) -> Vec4) -> Vec4 {
         let size = Vec2::new(image.width as f32, image.height as f32);
         let place = self.transform.transform_point2(uv) * size;
+        // Huge coordinates can become infinities and NaN.
+        let place = if place.is_finite() { place } else { Vec2::ZERO };
         if self.nearest {
             return decode(self.texel(image, place.x.floor() as i64, place.y.floor() as i64));
         }
@@ -66,7 +68,7 @@ impl Texture {
         let place = place - 0.5;
         let (corner, part) = (place.floor(), place - place.floor());
         let (x, y) = (corner.x as i64, corner.y as i64);
-        let texel = |dx, dy| decode(self.texel(image, x + dx, y + dy));
+        let texel = |dx, dy| decode(self.texel(image, x.saturating_add(dx), y.saturating_add(dy)));
         let top = texel(0, 0).lerp(texel(1, 0), part.x);
         let bottom = texel(0, 1).lerp(texel(1, 1), part.x);
         top.lerp(bottom, part.y)

@@ -39,6 +39,18 @@ impl Scene {
             check_material(index, material, &mut tally)?;
             check_textures(index, material, &self.images)?;
         }
+        for (index, image) in self.images.iter().enumerate() {
+            let texels = u64::from(image.width) * u64::from(image.height);
+            if texels == 0 || image.texels.len() as u64 != texels {
+                return Err(Error::input(format!(
+                    "{}: has {} texels for {} × {}",
+                    label("image", index, &image.name),
+                    image.texels.len(),
+                    image.width,
+                    image.height
+                )));
+            }
+        }
         for (index, mesh) in self.meshes.iter_mut().enumerate() {
             check_mesh(index, mesh, &self.materials)?;
             mesh.repair(index, &mut tally);

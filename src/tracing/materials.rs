@@ -74,7 +74,7 @@ impl Materials {
 
     /// How they are laid onto the lights of the scene, in the order of lights; empty if none has any.
     pub fn of_lights(&self, gathered: &Gathered<'_>) -> Vec<GpuLightTexture> {
-        if !gathered.scene.has_textured_lights() {
+        if !gathered.scene.has_textured_lights(&gathered.lamps) {
             return Vec::new();
         }
         let lamps = lights::lamp_triangles(&gathered.scene, &gathered.lamps);

@@ -3,6 +3,7 @@
 use crate::support::random::Random;
 use crate::{Function, floats, number};
 use glam::{Affine2, Vec2, Vec4};
+use headwater::layouts::{GpuMaterial, NONE};
 use headwater::scene::texture::{Image, Texture, Wrap, linear, srgb};
 use headwater::scene::{Material, Scene};
 use headwater::tracing::materials::Materials;
@@ -134,8 +135,9 @@ fn coordinates_that_are_huge_stay_inside_the_image() {
         srgb: &tables.srgb,
         ..Function::default()
     };
+    let (infinity, nan) = (f32::INFINITY, f32::NAN);
     let huge = [
-        1e9, -1e9, 3e38, -3e38, 16777217.0, -1e-30, 1.0, -1.0, 0.99999994,
+        1e9, -1e9, 3e38, -3e38, 16777217.0, -1e-30, 1.0, -1.0, 0.99999994, infinity, nan,
     ];
     let inputs: Vec<[u32; 8]> = (0..3)
         .flat_map(|texture| {
@@ -150,4 +152,48 @@ fn coordinates_that_are_huge_stay_inside_the_image() {
         let found = number(words[0]);
         assert!((found - 64.0 / 255.0).abs() < 1e-6, "{input:?}: {found}");
     }
+}
+
+/// Dark colours too: a wall of one colour must not become darker or brighter.
+#[test]
+fn primary_surfaces_keep_their_colour_on_average() {
+    let mut function = Function {
+        includes: &["restir/sample_data.glsl"],
+        body: "GpuMaterial material = material_at(0u);
+            material.base_color = uintBitsToFloat(a.xyz);
+            material.varies = 1u;
+            vec3 sum = vec3(0.0), low = vec3(0.0);
+            for (uint i = 0u; i < 4096u; i += 1u) {
+                SampleData data;
+                data.material = 0u;
+                data.packed_material = pack_material(material, vec3(float(i) / 4096.0));
+                pair_add(sum, low, unpack_material(data).base_color);
+            }
+            x.xyz = floatBitsToUint((sum + low) / 4096.0);",
+        materials: &[GpuMaterial {
+            base_color_texture: NONE,
+            metallic_roughness_texture: NONE,
+            ..GpuMaterial::default()
+        }],
+        ..Function::default()
+    };
+    let colours: Vec<f32> = (0..3000).map(|i| (i as f32 / 2999.0).powi(3)).collect();
+    let inputs: Vec<[u32; 8]> = colours.chunks(3).map(floats).collect();
+    let worst = |function: &Function| {
+        let found = function.run(&inputs);
+        let errors = found
+            .iter()
+            .zip(colours.chunks(3))
+            .flat_map(|(words, colours)| {
+                let error = |c: usize| {
+                    (number(words[c]) - f64::from(colours[c])) / f64::from(colours[c].max(1e-5))
+                };
+                [error(0), error(1), error(2)]
+            });
+        errors.map(f64::abs).fold(0.0, f64::max)
+    };
+    let off = worst(&function);
+    assert!(off < 2e-3, "{off}");
+    function.fault = Some(("restir/sample_data.glsl", "numbers * (high", "0.5 * (high"));
+    assert!(worst(&function) > 1e-2);
 }

@@ -265,6 +265,8 @@ fn roughness_and_metalness_are_put_together() {
     assert_eq!(**texels, [[255, 255, 255, 255], [255, 0, 255, 255]]);
     assert_eq!(image(&a.base_color_texture).texels[1], [0, 0, 0, 255]);
     assert_eq!((a.specular, a.metallic, b.metallic), (1.0, 0.5, 0.0));
+    // A map stands for a factor that is not stated.
+    assert_eq!(a.base_color, Vec3::ONE);
     assert_eq!(scene.images.len(), 3);
 }
 
@@ -300,4 +302,23 @@ fn textures_that_are_wrong_are_one_line() {
         "{text}"
     );
     assert!(load("f 1/7 2/8 3/9\n").meshes[0].uvs[0].is_empty());
+    assert!(load("vt nan inf\nf 1/1 2/1 3/1\n").meshes[0].uvs[0].is_empty());
+    let broken = format!("mtllib m.mtl\n{SQUARE}vt 0 nan\nusemtl a\nf 1/1 2/1 3/1\n");
+    let text = folder.refuse("scene.obj", broken);
+    assert!(
+        text.contains("line 8") && text.contains("not finite"),
+        "{text}"
+    );
+}
+
+#[test]
+fn emission_may_be_a_texture() {
+    let folder = with_images();
+    for (factor, expected) in [("", 1.0), ("Ke 3 3 3\n", 3.0)] {
+        let scene = textured(&folder, &format!("newmtl a\n{factor}map_Ke dark map.png\n"));
+        let material = &scene.materials[0];
+        assert_eq!(material.emission, Vec3::splat(expected));
+        assert!(material.emissive_texture.is_some() && material.base_color_texture.is_none());
+        assert_eq!(scene.emissive_triangle_count(), 2);
+    }
 }

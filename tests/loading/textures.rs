@@ -175,16 +175,29 @@ fn missing_coordinates_are_zero() {
     );
 }
 
+/// The checksum of a chunk of a PNG file (CRC-32).
+fn checksum(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(!0, |mut sum: u32, byte| {
+        sum ^= u32::from(*byte);
+        for _ in 0..8 {
+            sum = (sum >> 1) ^ if sum & 1 != 0 { 0xEDB8_8320 } else { 0 };
+        }
+        sum
+    })
+}
+
 #[test]
 fn broken_images_are_one_line() {
     let png = encoded(ImageFormat::Png);
     let mut lying = png.clone();
     // The width in the header, and its checksum.
     lying[16..20].copy_from_slice(&60_000_u32.to_be_bytes());
+    let checksum = checksum(&lying[12..29]);
+    lying[29..33].copy_from_slice(&checksum.to_be_bytes());
     let jpeg = encoded(ImageFormat::Jpeg);
     let cases: [(&[u8], &str); 6] = [
         (&png[..png.len() / 2], "cannot be decoded"),
-        (&lying, "image 0"),
+        (&lying, "60000 × 3 texels"),
         (&jpeg[..jpeg.len() / 3], "cannot be decoded"),
         (b"", "neither PNG, JPEG nor WebP"),
         (b"no picture at all", "neither PNG, JPEG nor WebP"),

@@ -16,7 +16,8 @@ const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
 /// Writes a scene to `path` as .glb: meshes with a primitive for each part, instances as nodes,
-/// cameras, and the motion of all and of the lights, in f32. Textures are left out.
+/// cameras, and the motion of all and of the lights, in f32. Textures, their coordinates and vertex colours
+/// are left out.
 ///
 /// # Errors
 /// More than the 4 GiB that the format allows, or the file cannot be written.

@@ -24,7 +24,7 @@ use meshes::Meshes;
 use std::path::Path;
 use textures::Textures;
 
-/// The extensions whose factors are followed.
+/// The extensions that are followed.
 const EXTENSIONS: [&str; 7] = [
     "EXT_texture_webp",
     "KHR_animation_pointer",

@@ -168,8 +168,13 @@ impl<'a> Reader<'a> {
             }
             "vt" => {
                 let mut words = line.words();
-                let mut number = || words.next().map_or(Ok(0.0), |word| line.float(word));
-                self.coordinates.push(Vec2::new(number()?, number()?));
+                // What is no number counts only where a texture uses it.
+                let mut number = || {
+                    words
+                        .next()
+                        .map_or(0.0, |word| word.parse().unwrap_or(f32::NAN))
+                };
+                self.coordinates.push(Vec2::new(number(), number()));
             }
             "f" | "fo" => self.face(line)?,
             "o" | "g" => {
@@ -215,6 +220,10 @@ impl<'a> Reader<'a> {
                 true => or_missing("texture coordinate", coordinates, self.coordinates.len())?,
                 false => MISSING,
             };
+            let at = self.coordinates.get(coordinates as usize);
+            if at.is_some_and(|at| !at.is_finite()) {
+                return Err(line.wrong("its texture coordinates are not finite"));
+            }
             if textured && coordinates == MISSING {
                 self.tally
                     .add("texture coordinates are missing, 0 is used", || {

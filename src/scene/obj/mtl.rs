@@ -26,9 +26,25 @@ pub struct Maps {
     pub roughness: Option<Map>,
     pub metallic: Option<Map>,
     pub emission: Option<Map>,
+    /// The keywords of the factors that the material states.
+    stated: Vec<&'static str>,
 }
 
 impl Maps {
+    /// A map stands for a factor that the material does not state.
+    fn replace_unstated_factors(&self, material: &mut Material) {
+        let alone = |map: &Option<Map>, factor| map.is_some() && !self.stated.contains(&factor);
+        if alone(&self.base_color, "Kd") {
+            material.base_color = Vec3::ONE;
+        }
+        if alone(&self.emission, "Ke") {
+            material.emission = Vec3::ONE;
+        }
+        if alone(&self.metallic, "Pm") {
+            material.metallic = 1.0;
+        }
+    }
+
     /// Those that there are.
     pub fn all(&self) -> impl Iterator<Item = &Map> {
         [
@@ -64,6 +80,11 @@ pub fn read(source: impl BufRead) -> Result<Library> {
             let material = Material::lambert(line.rest, GREY);
             library.materials.push((material, Maps::default()));
         } else if let Some((material, maps)) = library.materials.last_mut() {
+            for factor in ["Kd", "Ke", "Pm"] {
+                if line.keyword == factor {
+                    maps.stated.push(factor);
+                }
+            }
             let seen_through = statement(&line, material)?;
             let name = &material.name;
             if seen_through && library.transparent.last() != Some(name) {
@@ -90,6 +111,9 @@ pub fn read(source: impl BufRead) -> Result<Library> {
                 library.textures.push(kind.escape_debug().to_string());
             }
         }
+    }
+    for (material, maps) in &mut library.materials {
+        maps.replace_unstated_factors(material);
     }
     Ok(library)
 }
