@@ -5,34 +5,14 @@ mod support;
 use glam::{Affine2, DVec3, Vec2, Vec3, Vec4};
 use headwater::render::presets::Preset;
 use headwater::render::settings::Variant;
-use headwater::render::{Renderer, Settings, View};
+use headwater::render::{Settings, View};
 use headwater::scene::texture::Wrap;
 use headwater::scene::{Image, Material, Scene, Texture, procedural};
-use headwater::tracing::{GpuScene, Tracer};
-use std::sync::Arc;
+use headwater::tracing::Tracer;
 
-/// The bits of the last of three frames, or of path tracing.
+/// The bits of a frame by a tracer that the tests' device has.
 fn bits(scene: &Scene, settings: &Settings, tracer: Tracer) -> Vec<[u32; 3]> {
-    let view = View {
-        camera: scene.cameras[0].clone(),
-        width: 64,
-        height: 48,
-        seed: 3,
-        bounces: 4,
-        jitter: false,
-    };
-    let variant = support::variants(tracer)[0];
-    let (device, _) = support::open_device(Some(variant));
-    let origin = view.camera.camera_to_world.translation;
-    let uploaded = Arc::new(GpuScene::new(&device, scene, origin, variant).unwrap());
-    let mut renderer = Renderer::new(&device, uploaded, &view, settings).unwrap();
-    for frame in 0..3 {
-        renderer.single_frame(frame).unwrap();
-    }
-    support::assert_no_messages(&device);
-    assert_eq!(renderer.rejected().unwrap(), 0, "values were rejected");
-    let radiance = renderer.frame_radiance().unwrap();
-    radiance.iter().map(|p| p.map(f32::to_bits)).collect()
+    support::frame_bits(scene, settings, Some(support::variants(tracer)[0]))
 }
 
 fn image(texels: &[[u8; 4]]) -> Image {

@@ -22,7 +22,8 @@ void main() {
         data = pack_sample_data(surface, ray, to_unit(pcg4d(uvec4(pixel, 0u, 0u))).xyz);
         if (surface.light != NONE) {
             GpuLight light = light_at(surface.light, CURRENT);
-            emission = accept_radiance(light_emission(light, surface.light, hit.barycentrics, -dot(light.normal, ray.direction)));
+            float cosine = -dot(light.normal, ray.direction);
+            emission = accept_radiance(light_emission(light, surface.light, hit.barycentrics, cosine));
         }
     }
     sample_data.at[slot_of(pixel)] = data;

@@ -25,17 +25,18 @@ PackedReservoir empty_packed() {
     return p;
 }
 
-// A point on a light needs a word and the spare bits. 16 bits a weight would be too few: on a light of two kilometres
-// they are cells of three centimetres, which lobes of smooth surfaces are narrower than.
 const float BARYCENTRIC_STEPS = float((1u << BARYCENTRIC_BITS) - 1u);
 
-// As they are stored. Hits of a ray query may lie outside of their triangle by a rounding error.
-vec2 stored_barycentrics(vec2 barycentrics) {
-    return round(clamp(barycentrics, 0.0, 1.0) * BARYCENTRIC_STEPS) / BARYCENTRIC_STEPS;
-}
+// In whole steps. Hits of a ray query may lie outside of their triangle by a rounding error.
+vec2 barycentric_steps(vec2 barycentrics) { return round(clamp(barycentrics, 0.0, 1.0) * BARYCENTRIC_STEPS); }
 
+// As they are stored.
+vec2 stored_barycentrics(vec2 barycentrics) { return barycentric_steps(barycentrics) / BARYCENTRIC_STEPS; }
+
+// A point on a light needs a word and the spare bits. 16 bits a weight would be too few: on a light of two kilometres
+// they are cells of three centimetres, which lobes of smooth surfaces are narrower than.
 void pack_barycentrics(vec2 barycentrics, uint word, inout PackedReservoir p) {
-    uvec2 fixed_point = uvec2(round(clamp(barycentrics, 0.0, 1.0) * BARYCENTRIC_STEPS));
+    uvec2 fixed_point = uvec2(barycentric_steps(barycentrics));
     p.words[word] = fixed_point.x | (fixed_point.y << BARYCENTRIC_BITS);
     p.words[HISTORY_WORD] |= (fixed_point.y >> (32u - BARYCENTRIC_BITS)) << SPARE_SHIFT;
 }

@@ -41,8 +41,10 @@ uvec2 pack_material(GpuMaterial material, vec3 numbers) {
     vec3 below = floor(sqrt(material.base_color) * COLOR_STEPS);
     vec3 low = square(below / COLOR_STEPS), high = square((below + 1.0) / COLOR_STEPS);
     uvec3 color = uvec3(below) + uvec3(lessThan(numbers * (high - low), material.base_color - low));
-    uint metallic = uint(round(material.metallic * COLOR_STEPS)), roughness = uint(round(material.roughness * ROUGHNESS_STEPS));
-    return uvec2(color.x | (color.y << 12u) | (color.z << 24u), (color.z >> 8u) | (metallic << 4u) | (roughness << 16u) | (material.varies << 31u));
+    uint metallic = uint(round(material.metallic * COLOR_STEPS));
+    uint roughness = uint(round(material.roughness * ROUGHNESS_STEPS));
+    return uvec2(color.x | (color.y << 12u) | (color.z << 24u),
+                 (color.z >> 8u) | (metallic << 4u) | (roughness << 16u) | (material.varies << 31u));
 }
 
 // The material of a primary surface.

@@ -1,6 +1,6 @@
 #pragma once
-// Textures and vertex colours. There is one level of detail: what a lookup returns depends on the point alone, not on who looks, so that
-// every technique sees the same material.
+// Textures and vertex colours. There is one level of detail: what a lookup returns depends on the point alone, not on
+// who looks, so that every technique sees the same material.
 #include "scene/geometry.glsl"
 
 // A coordinate within one period of the image, with clamping one near the image, so that indices fit an integer. 0 for

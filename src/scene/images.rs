@@ -2,12 +2,11 @@
 
 use super::load::Options;
 use super::notices::{Tally, quoted};
-use super::progress::{Progress, Watched, room_for};
+use super::progress::{self, Progress};
 use super::texture::Image;
 use crate::{Error, Result};
 use image::{ImageDecoder, ImageReader};
-use std::fs::File;
-use std::io::{Cursor, ErrorKind, Read};
+use std::io::{Cursor, ErrorKind};
 use std::path::{Component, Path};
 
 /// The largest width and height of an image, in texels.
@@ -35,22 +34,13 @@ pub(super) fn read_file(
             &"it is outside of the scene's folder; copy it there and name it by its path from there",
         ));
     }
-    let file = match File::open(folder.join(name)) {
-        Ok(file) => file,
+    let path = folder.join(name);
+    match path.metadata() {
+        Ok(found) => progress.expect(found.len()),
         Err(cause) if cause.kind() == ErrorKind::NotFound => return Ok(None),
         Err(cause) => return Err(wrong(&cause)),
-    };
-    let found = file.metadata().map_err(|cause| wrong(&cause))?;
-    if !found.is_file() {
-        return Err(wrong(&"it is not a file"));
     }
-    progress.expect(found.len());
-    let mut bytes = room_for(found.len()).map_err(|cause| wrong(&cause))?;
-    Watched::new(file, progress)
-        .take(found.len())
-        .read_to_end(&mut bytes)
-        .map_err(|cause| Error::from_io(cause, |cause| wrong(&cause)))?;
-    Ok(Some(bytes))
+    progress::read_file(&path, u64::MAX, progress, wrong).map(Some)
 }
 
 /// What follows where an image file is missing: a notice if `options` permit it.

@@ -64,11 +64,10 @@ impl LampTriangle {
 }
 
 impl Scene {
-    /// Whether some material has an emissive texture and is one of the lights, `lamps` (one flag per material). A part
-    /// of a scene does not know which of its materials emit at another time.
-    pub fn has_textured_lights(&self, lamps: &[bool]) -> bool {
-        let mut materials = self.materials.iter().zip(lamps);
-        materials.any(|(material, is_lamp)| *is_lamp && material.emissive_texture.is_some())
+    /// Whether some material that is a light at any time has an emissive texture.
+    pub fn has_textured_lights(&self) -> bool {
+        let mut materials = self.materials.iter().zip(self.lamp_materials());
+        materials.any(|(material, is_lamp)| is_lamp && material.emissive_texture.is_some())
     }
 
     /// For each material whether it is a light: it emits now or, if the scene moves, at another time.

@@ -3,6 +3,7 @@
 use crate::{Error, Result};
 use std::fs::File;
 use std::io::Read;
+use std::path::Path;
 
 /// A step of loading.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,6 +66,30 @@ impl Read for Watched<'_, '_> {
         (self.progress.watch)(Step::Reading, read, to_read).map_err(std::io::Error::other)?;
         Ok(count)
     }
+}
+
+/// At most `at_most` bytes of a file; `unreadable` makes the error for a cause.
+///
+/// # Errors
+/// The file cannot be read, or the watcher's error.
+pub(super) fn read_file(
+    path: &Path,
+    at_most: u64,
+    progress: &mut Progress<'_>,
+    unreadable: impl Fn(&dyn std::fmt::Display) -> Error,
+) -> Result<Vec<u8>> {
+    let file = File::open(path).map_err(|cause| unreadable(&cause))?;
+    let found = file.metadata().map_err(|cause| unreadable(&cause))?;
+    if !found.is_file() {
+        return Err(unreadable(&"it is not a file"));
+    }
+    let length = at_most.min(found.len());
+    let mut bytes = room_for(length).map_err(|cause| unreadable(&cause))?;
+    Watched::new(file, progress)
+        .take(length)
+        .read_to_end(&mut bytes)
+        .map_err(|cause| Error::from_io(cause, |cause| unreadable(&cause)))?;
+    Ok(bytes)
 }
 
 /// An empty vector with a capacity of `bytes`.

@@ -1,9 +1,14 @@
 //! The rules for every scene, loaded or generated, and their check.
 
+mod materials;
+mod meshes;
+
 use super::notices::{Tally, label};
-use super::{Bounds, Camera, Image, Instance, Material, Mesh, Scene};
+use super::{Bounds, Camera, Instance, Mesh, Scene};
 use crate::{Error, Result};
-use glam::{DAffine3, DMat3, Vec3};
+use glam::{DAffine3, DMat3};
+use materials::{check_image, check_material, check_textures};
+use meshes::check_mesh;
 
 /// The largest world coordinate: beyond it, squared distances overflow f32.
 pub const LARGEST_COORDINATE: f64 = 1e15;
@@ -40,16 +45,7 @@ impl Scene {
             check_textures(index, material, &self.images)?;
         }
         for (index, image) in self.images.iter().enumerate() {
-            let texels = u64::from(image.width) * u64::from(image.height);
-            if texels == 0 || image.texels.len() as u64 != texels {
-                return Err(Error::input(format!(
-                    "{}: has {} texels for {} × {}",
-                    label("image", index, &image.name),
-                    image.texels.len(),
-                    image.width,
-                    image.height
-                )));
-            }
+            check_image(index, image)?;
         }
         for (index, mesh) in self.meshes.iter_mut().enumerate() {
             check_mesh(index, mesh, &self.materials)?;
@@ -136,190 +132,6 @@ impl Scene {
     }
 }
 
-fn check_material(index: usize, material: &mut Material, tally: &mut Tally) -> Result<()> {
-    let what = label("material", index, &material.name);
-    let Material {
-        name: _,
-        base_color,
-        base_color_texture: _,
-        metallic,
-        roughness,
-        metallic_roughness_texture: _,
-        specular,
-        specular_color,
-        ior,
-        emission,
-        emissive_texture: _,
-        double_sided: _,
-    } = material;
-    let wrong = |factor: &str, value: &dyn std::fmt::Display, range: &str| {
-        Err(Error::input(format!(
-            "{what}: {factor} is {value}; it must be {range}"
-        )))
-    };
-    if !base_color.is_finite() {
-        return wrong("base colour", base_color, "finite");
-    }
-    for (factor, value) in [
-        ("metallic", *metallic),
-        ("roughness", *roughness),
-        ("specular", *specular),
-    ] {
-        if !(0.0..=1.0).contains(&value) {
-            return wrong(factor, &value, "within 0 and 1");
-        }
-    }
-    if !specular_color.is_finite() || specular_color.min_element() < 0.0 {
-        return wrong("specular colour", specular_color, "finite and not negative");
-    }
-    if !(emission.min_element() >= 0.0 && emission.max_element() <= BRIGHTEST) {
-        return wrong("emission", emission, "within 0 and 1e12");
-    }
-    if !ior.is_finite() || (*ior != 0.0 && *ior < 1.0) {
-        return wrong("index of refraction", ior, "finite and at least 1 (or 0)");
-    }
-    let clamped = base_color.clamp(Vec3::ZERO, Vec3::ONE);
-    if clamped != *base_color {
-        *base_color = clamped;
-        tally.add("base colours outside 0…1 are clamped", || what);
-    }
-    Ok(())
-}
-
-fn check_textures(index: usize, material: &Material, images: &[Image]) -> Result<()> {
-    for (name, texture) in material.textures() {
-        let wrong = |fault: String| {
-            let what = label("material", index, &material.name);
-            Err(Error::input(format!("{what}: its {name} {fault}")))
-        };
-        if texture.image as usize >= images.len() {
-            return wrong(format!(
-                "has image {}, but there are {}",
-                texture.image,
-                images.len()
-            ));
-        }
-        if texture.set > 1 {
-            return wrong(format!(
-                "uses texture coordinates {}, of which there are 0 and 1",
-                texture.set
-            ));
-        }
-        if !texture.transform.is_finite() {
-            return wrong(
-                "has a transform that is not finite; correct it in the modelling tool".into(),
-            );
-        }
-    }
-    Ok(())
-}
-
-fn check_mesh(index: usize, mesh: &Mesh, materials: &[Material]) -> Result<()> {
-    let what = label("mesh", index, &mesh.name);
-    let wrong = |fault: String| Err(Error::input(format!("{what}: {fault}")));
-    let vertices = mesh.positions.len();
-    if u32::try_from(vertices.max(mesh.triangles.len())).is_err() {
-        return wrong(format!(
-            "{vertices} vertices and {} triangles are more than 32 bits can count; split it",
-            mesh.triangles.len()
-        ));
-    }
-    if let Some(i) = mesh.positions.iter().position(|p| !p.is_finite()) {
-        return wrong(format!(
-            "position {i} is {}; it must be finite",
-            mesh.positions[i]
-        ));
-    }
-    let limit = LARGEST_COORDINATE as f32;
-    if let Some(i) = mesh
-        .positions
-        .iter()
-        .position(|p| p.abs().max_element() > limit)
-    {
-        return wrong(format!(
-            "position {i} is {}, and {LARGEST_COORDINATE:e} is as far as can be rendered; scale the mesh down",
-            mesh.positions[i]
-        ));
-    }
-    if !mesh.normals.is_empty() && mesh.normals.len() != vertices {
-        return wrong(format!(
-            "{} normals for {vertices} positions; give one each, or none",
-            mesh.normals.len()
-        ));
-    }
-    if let Some(i) = mesh.normals.iter().position(|n| !n.is_finite()) {
-        return wrong(format!(
-            "normal {i} is {}; it must be finite",
-            mesh.normals[i]
-        ));
-    }
-    if !mesh.colors.is_empty() && mesh.colors.len() != vertices {
-        return wrong(format!(
-            "{} colours for {vertices} positions; give one each, or none",
-            mesh.colors.len()
-        ));
-    }
-    if let Some(i) = mesh.colors.iter().position(|c| !c.is_finite()) {
-        return wrong(format!(
-            "colour {i} is {}; it must be finite",
-            mesh.colors[i]
-        ));
-    }
-    for uvs in mesh.uvs.iter().filter(|uvs| !uvs.is_empty()) {
-        if uvs.len() != vertices {
-            return wrong(format!(
-                "{} texture coordinates for {vertices} positions; give one each, or none",
-                uvs.len()
-            ));
-        }
-        if let Some(i) = uvs.iter().position(|uv| !uv.is_finite()) {
-            return wrong(format!(
-                "texture coordinate {i} is {}; it must be finite",
-                uvs[i]
-            ));
-        }
-    }
-    let out_of_range = |t: &[u32; 3]| t.iter().any(|&i| i as usize >= vertices);
-    if let Some(i) = mesh.triangles.iter().position(out_of_range) {
-        return wrong(format!(
-            "triangle {i} has the corners {:?}, but there are {vertices} positions",
-            mesh.triangles[i]
-        ));
-    }
-    let mut next = 0;
-    for (i, part) in mesh.parts.iter().enumerate() {
-        let Some(material) = materials.get(part.material as usize) else {
-            return wrong(format!(
-                "part {i} has material {}, but there are {}",
-                part.material,
-                materials.len()
-            ));
-        };
-        if let Some((name, texture)) = (material.textures())
-            .find(|(_, t)| part.triangle_count > 0 && mesh.uvs[t.set as usize].is_empty())
-        {
-            return wrong(format!(
-                "part {i} has no texture coordinates {} for the {name} of its material",
-                texture.set
-            ));
-        }
-        if u64::from(part.first_triangle) != next {
-            return wrong(format!(
-                "part {i} begins at triangle {}, not at {next} where the part before it ends",
-                part.first_triangle
-            ));
-        }
-        next += u64::from(part.triangle_count);
-    }
-    if next != mesh.triangles.len() as u64 {
-        return wrong(format!(
-            "its parts cover {next} triangles of {}",
-            mesh.triangles.len()
-        ));
-    }
-    Ok(())
-}
-
 /// Checks that a mesh with these bounds can be rendered under a transform, with coordinates up to
 /// `farthest`; `what` names it in the message.
 ///
@@ -400,10 +212,10 @@ fn is_rigid(transform: &DAffine3) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Part;
     use super::super::camera::look_at;
+    use super::super::{Material, Part};
     use super::*;
-    use glam::DVec3;
+    use glam::{DVec3, Vec3};
 
     /// One triangle of one material, placed once, seen by one camera.
     fn scene() -> Scene {

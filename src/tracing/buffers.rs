@@ -274,7 +274,7 @@ fn capitalised(word: &str) -> String {
 #[cfg(headwater)]
 use {
     super::epochs::EpochContents,
-    super::gather::{ElementCounts, Gathered},
+    super::gather::ElementCounts,
     super::geometry::Geometry,
     super::materials::Materials,
     super::{Fetch, GeometryAccess, Tracer, Variant},
@@ -289,13 +289,12 @@ use {
 impl SceneContents {
     /// What a scene's buffers hold at first. The nodes of `epochs` include those of the meshes.
     pub(super) fn new(
-        gathered: &Gathered<'_>,
+        materials: Materials,
+        light_textures: Vec<GpuLightTexture>,
         geometry: Geometry,
         epochs: EpochContents,
         previous_transforms: Vec<GpuPreviousTransform>,
     ) -> Self {
-        let materials = Materials::of(&gathered.scene);
-        let light_textures = materials.of_lights(gathered);
         Self {
             normals: geometry.normals,
             uvs: geometry.uvs,

@@ -93,7 +93,7 @@ impl ElementCounts {
                 .map(|image| image.texels.len() as u64)
                 .sum(),
             lights: scene.emissive_triangle_count(),
-            textured_lights: scene.has_textured_lights(&scene.lamp_materials()),
+            textured_lights: scene.has_textured_lights(),
             epochs: if motion.is_some() { 2 } else { 1 },
             previous_transforms: motion.map_or(0, |_| scene.instances.len() as u64),
             ..Self::default()

@@ -1,10 +1,9 @@
 //! Materials and textures as shaders read them.
 
-use super::gather::Gathered;
 use crate::layouts::{
     GpuLightTexture, GpuMaterial, GpuTexture, NONE, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT,
 };
-use crate::scene::lights;
+use crate::scene::lights::LampTriangle;
 use crate::scene::texture::{self, Wrap};
 use crate::scene::{Material, Scene, Texture};
 use glam::Vec3;
@@ -72,12 +71,8 @@ impl Materials {
         }
     }
 
-    /// How they are laid onto the lights of the scene, in the order of lights; empty if none has any.
-    pub fn of_lights(&self, gathered: &Gathered<'_>) -> Vec<GpuLightTexture> {
-        if !gathered.scene.has_textured_lights(&gathered.lamps) {
-            return Vec::new();
-        }
-        let lamps = lights::lamp_triangles(&gathered.scene, &gathered.lamps);
+    /// How they are laid onto lights, one for one.
+    pub fn of_lights(&self, lamps: &[LampTriangle]) -> Vec<GpuLightTexture> {
         let laid = lamps.iter().map(|lamp| {
             let [a, b, c] = lamp.uvs;
             GpuLightTexture {

@@ -97,6 +97,11 @@ impl ScenePoser {
         }
     }
 
+    /// The emissive triangles, in the order of lights.
+    pub fn lamps(&self) -> &[LampTriangle] {
+        &self.lamps
+    }
+
     /// Limits the levels of trees over the instances; those of a balanced tree must be permitted.
     pub fn limit_depth(&mut self, levels: u32) {
         self.max_depth = levels;

@@ -5,6 +5,7 @@ use super::compute_bvh::{balanced_depth, max_nodes};
 use super::epochs::{EpochContents, MovingScene};
 use super::gather::{ElementCounts, gather};
 use super::geometry::Geometry;
+use super::materials::Materials;
 pub use super::pose::gpu_lights;
 use super::pose::{ScenePoser, mean_light_luminance};
 use super::ray_query::RayQueryScene;
@@ -69,6 +70,11 @@ impl GpuScene {
             instances: pose.instances.len() as u64,
             ..ElementCounts::of(scene)
         };
+        let materials = Materials::of(&gathered.scene);
+        let light_textures = match counts.textured_lights {
+            true => materials.of_lights(poser.lamps()),
+            false => Vec::new(),
+        };
         let (mut moving, mut previous_transforms) = (None, Vec::new());
         let mut epochs = match motion {
             None => EpochContents::new(&[&pose], pose.top.nodes.len()),
@@ -97,7 +103,13 @@ impl GpuScene {
         let node_bytes = size_of_val(epochs.nodes.as_slice()) as u64;
         check_buffer(&device.info, variant, "nodes", node_bytes)?;
         let meshes = geometry.meshes.clone();
-        let contents = SceneContents::new(&gathered, geometry, epochs, previous_transforms);
+        let contents = SceneContents::new(
+            materials,
+            light_textures,
+            geometry,
+            epochs,
+            previous_transforms,
+        );
         let buffers = SceneBuffers::new(device, &contents, &counts, variant)?;
         let ray_query = match variant.tracer {
             Tracer::RayQuery => {

@@ -126,6 +126,30 @@ pub fn look_at(eye: DVec3, target: DVec3, up: DVec3, vertical_fov: f64) -> Camer
     }
 }
 
+/// The bits of the last of three frames, or of path tracing, by shaders of `variant` or, with none, of what the rule
+/// chooses.
+pub fn frame_bits(scene: &Scene, settings: &Settings, variant: Option<Variant>) -> Vec<[u32; 3]> {
+    let (device, selection) = open_device(variant);
+    let view = View {
+        camera: scene.cameras[0].clone(),
+        width: 64,
+        height: 48,
+        seed: 7,
+        bounces: 4,
+        jitter: false,
+    };
+    let origin = view.camera.camera_to_world.translation;
+    let uploaded = Arc::new(GpuScene::new(&device, scene, origin, selection.variant).unwrap());
+    let mut renderer = Renderer::new(&device, uploaded, &view, settings).unwrap();
+    for frame in 0..3 {
+        renderer.single_frame(frame).unwrap();
+    }
+    assert_no_messages(&device);
+    assert_eq!(renderer.rejected().unwrap(), 0, "values were rejected");
+    let radiance = renderer.frame_radiance().unwrap();
+    radiance.iter().map(|p| p.map(f32::to_bits)).collect()
+}
+
 /// Mean radiance and squared standard error of each pixel and channel.
 pub struct Rendered {
     /// Means, row by row from the top.

@@ -30,7 +30,7 @@ pub enum Kind {
 
 impl Kind {
     /// As the file has it.
-    fn name(&self) -> &'static str {
+    const fn name(self) -> &'static str {
         match self {
             Self::Vec2 => "VEC2",
             Self::Vec3 => "VEC3",
@@ -140,13 +140,12 @@ impl<'a> Accessors<'a> {
         let component = Component::of(accessor.component_type).filter(|c| *c != Component::U32);
         let kind = kinds.iter().find(|kind| kind.name() == accessor.kind);
         let (Some(component), Some(kind)) = (component, kind) else {
-            let names: Vec<&str> = kinds.iter().map(Kind::name).collect();
-            return Err(Error::input(format!(
-                "{what}: is {} of component type {}, it must be {} of floats (5126) or of integers of 8 or 16 bits",
-                crate::scene::notices::quoted(&accessor.kind),
-                accessor.component_type,
-                names.join(" or "),
-            )));
+            let names: Vec<&str> = kinds.iter().map(|kind| kind.name()).collect();
+            let wanted = format!(
+                "{} of floats (5126) or of integers of 8 or 16 bits",
+                names.join(" or ")
+            );
+            return Err(wrong_type(&what, accessor, &wanted));
         };
         self.elements(
             &what,
@@ -284,6 +283,33 @@ impl<'a> Accessors<'a> {
         })
     }
 
+    /// The bytes of a buffer view.
+    pub fn view(&self, what: &str, view: u64) -> Result<&'a [u8]> {
+        let views = &self.document.buffer_views;
+        let Some(found) = get(views, view) else {
+            return Err(damaged(format!(
+                "{what}: bufferView {view} is out of range, there are {}",
+                views.len()
+            )));
+        };
+        let Some(buffer) = get(self.buffers, found.buffer) else {
+            return Err(damaged(format!(
+                "bufferView {view}: buffer {} is out of range, there are {}",
+                found.buffer,
+                self.buffers.len()
+            )));
+        };
+        let end = u128::from(found.byte_offset) + u128::from(found.byte_length);
+        if end > buffer.len() as u128 {
+            return Err(damaged(format!(
+                "bufferView {view} ends at byte {end}, but buffer {} has {}",
+                found.buffer,
+                buffer.len()
+            )));
+        }
+        Ok(&buffer[found.byte_offset as usize..end as usize])
+    }
+
     /// The bytes of `count` elements from `offset` in a buffer view.
     fn range(
         &self,
@@ -318,35 +344,6 @@ impl<'a> Accessors<'a> {
             bytes: bytes.get(offset as usize..).unwrap_or_default(),
             stride: stride as usize,
         })
-    }
-}
-
-impl<'a> Accessors<'a> {
-    /// The bytes of a buffer view.
-    pub fn view(&self, what: &str, view: u64) -> Result<&'a [u8]> {
-        let views = &self.document.buffer_views;
-        let Some(found) = get(views, view) else {
-            return Err(damaged(format!(
-                "{what}: bufferView {view} is out of range, there are {}",
-                views.len()
-            )));
-        };
-        let Some(buffer) = get(self.buffers, found.buffer) else {
-            return Err(damaged(format!(
-                "bufferView {view}: buffer {} is out of range, there are {}",
-                found.buffer,
-                self.buffers.len()
-            )));
-        };
-        let end = u128::from(found.byte_offset) + u128::from(found.byte_length);
-        if end > buffer.len() as u128 {
-            return Err(damaged(format!(
-                "bufferView {view} ends at byte {end}, but buffer {} has {}",
-                found.buffer,
-                buffer.len()
-            )));
-        }
-        Ok(&buffer[found.byte_offset as usize..end as usize])
     }
 }
 

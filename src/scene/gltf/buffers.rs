@@ -3,7 +3,7 @@
 use super::damaged;
 use super::document::Document;
 use crate::scene::notices::quoted;
-use crate::scene::progress::{Progress, Watched, room_for};
+use crate::scene::progress::{self, Progress};
 use crate::{Error, Result};
 use base64::Engine;
 use base64::alphabet;
@@ -11,8 +11,6 @@ use base64::engine::general_purpose::{GeneralPurpose, PAD_INDIFFERENT};
 use gltf::binary::{Error as GlbError, Glb};
 use percent_encoding::percent_decode_str;
 use std::borrow::Cow;
-use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
 /// The usual alphabet, as browsers read it: padding may miss, bits left over are dropped.
@@ -136,18 +134,7 @@ fn read_file(
             quoted(&path.to_string_lossy())
         ))
     };
-    let file = File::open(&path).map_err(|cause| unreadable(&cause))?;
-    let found = file.metadata().map_err(|cause| unreadable(&cause))?;
-    if !found.is_file() {
-        return Err(unreadable(&"it is not a file"));
-    }
-    let length = length.min(found.len());
-    let mut bytes = room_for(length).map_err(|cause| unreadable(&cause))?;
-    Watched::new(file, progress)
-        .take(length)
-        .read_to_end(&mut bytes)
-        .map_err(|cause| Error::from_io(cause, |cause| unreadable(&cause)))?;
-    Ok(bytes)
+    progress::read_file(&path, length, progress, unreadable)
 }
 
 /// The path, from the scene's folder, of the file that a URI names.

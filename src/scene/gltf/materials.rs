@@ -39,27 +39,23 @@ fn convert(index: usize, source: &FileMaterial, textures: &Textures<'_>) -> Resu
     let pbr = &source.pbr_metallic_roughness;
     let specular = &source.extensions.specular;
     let (color, strength) = emission(source);
+    let [
+        base_color_texture,
+        metallic_roughness_texture,
+        emissive_texture,
+    ] = textures.of_material(&what, source)?;
     Ok(Material {
         name: source.name.clone(),
         base_color: Vec4::from_array(pbr.base_color_factor).truncate(),
-        base_color_texture: textures.texture(
-            &format!("base colour texture of {what}"),
-            &pbr.base_color_texture,
-        )?,
+        base_color_texture,
         metallic: pbr.metallic_factor,
         roughness: pbr.roughness_factor,
-        metallic_roughness_texture: textures.texture(
-            &format!("metallic-roughness texture of {what}"),
-            &pbr.metallic_roughness_texture,
-        )?,
+        metallic_roughness_texture,
         specular: specular.specular_factor,
         specular_color: Vec3::from_array(specular.specular_color_factor),
         ior: source.extensions.ior.ior,
         emission: (color * strength).as_vec3(),
-        emissive_texture: textures.texture(
-            &format!("emissive texture of {what}"),
-            &source.emissive_texture,
-        )?,
+        emissive_texture,
         double_sided: source.double_sided,
     })
 }

@@ -41,7 +41,8 @@ impl<'a> Textures<'a> {
         let mut encoded = Vec::new();
         for (index, material) in document.materials.iter().enumerate() {
             let what = label("material", index, &material.name);
-            for (kind, info) in used(material) {
+            for (kind, info) in slots(material) {
+                let Some(info) = info else { continue };
                 let index = textures.image_of(&format!("{kind} of {what}"), info.index)?;
                 if textures.places[index].is_some() {
                     continue;
@@ -69,8 +70,14 @@ impl<'a> Textures<'a> {
         Ok((textures, images))
     }
 
-    /// A texture of a material; none if its image is missing.
-    pub fn texture(&self, what: &str, info: &Option<TextureInfo>) -> Result<Option<Texture>> {
+    /// A material's textures of base colour, metallic-roughness and emission; none where an image is missing.
+    pub fn of_material(&self, what: &str, material: &Material) -> Result<[Option<Texture>; 3]> {
+        let [base_color, surface, emissive] =
+            slots(material).map(|(kind, info)| self.texture(&format!("{kind} of {what}"), info));
+        Ok([base_color?, surface?, emissive?])
+    }
+
+    fn texture(&self, what: &str, info: &Option<TextureInfo>) -> Result<Option<Texture>> {
         let Some(info) = info else {
             return Ok(None);
         };
@@ -141,20 +148,17 @@ impl<'a> Textures<'a> {
     }
 }
 
-/// The textures of a material that are followed, with their names.
-fn used(material: &Material) -> impl Iterator<Item = (&'static str, &TextureInfo)> {
+/// The textures of a material that are followed, with their names: base colour, metallic-roughness, emissive.
+fn slots(material: &Material) -> [(&'static str, &Option<TextureInfo>); 3] {
     let pbr = &material.pbr_metallic_roughness;
-    let textures = [
+    [
         ("base colour texture", &pbr.base_color_texture),
         (
             "metallic-roughness texture",
             &pbr.metallic_roughness_texture,
         ),
         ("emissive texture", &material.emissive_texture),
-    ];
-    textures
-        .into_iter()
-        .filter_map(|(kind, info)| Some((kind, info.as_ref()?)))
+    ]
 }
 
 /// KHR_texture_transform: scaled, then turned, then moved.

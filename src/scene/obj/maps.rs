@@ -41,33 +41,31 @@ pub fn load(
         };
         read.insert(&map.file, found);
     }
-    let image_of = |map: &Option<Map>| {
-        let map = map.as_ref()?;
-        Some((map.clone(), read[map.file.as_str()].clone()?))
-    };
     let images = &mut scene.images;
     // Indices in the scene, by what an image is for and the files that it is made of.
-    let mut places: HashMap<(&str, [String; 2]), u32> = HashMap::new();
-    let mut place = |files: (&'static str, [String; 2]), image: Image| {
-        *places.entry(files).or_insert_with(|| {
-            images.push(image);
+    let mut places: HashMap<(&str, [&str; 2]), u32> = HashMap::new();
+    let mut place = |what, files, make: &dyn Fn() -> Image| {
+        *places.entry((what, files)).or_insert_with(|| {
+            images.push(make());
             images.len() as u32 - 1
         })
     };
     for (material, maps) in scene.materials.iter_mut().zip(maps) {
-        if let Some((map, image)) = image_of(&maps.base_color) {
-            let index = place(("colour", [map.file.clone(), String::new()]), image);
-            material.base_color_texture = Some(texture(&map, index));
+        let (base_color, emission) = (found(&read, &maps.base_color), found(&read, &maps.emission));
+        for (found, slot) in [
+            (base_color, &mut material.base_color_texture),
+            (emission, &mut material.emissive_texture),
+        ] {
+            if let Some((map, image)) = found {
+                let index = place("colour", [&map.file, ""], &|| image.clone());
+                *slot = Some(texture(map, index));
+            }
         }
-        if let Some((map, image)) = image_of(&maps.emission) {
-            let index = place(("colour", [map.file.clone(), String::new()]), image);
-            material.emissive_texture = Some(texture(&map, index));
-        }
-        let (roughness, metallic) = (image_of(&maps.roughness), image_of(&maps.metallic));
-        let Some((map, like)) = roughness.clone().or(metallic.clone()) else {
+        let (roughness, metallic) = (found(&read, &maps.roughness), found(&read, &maps.metallic));
+        let Some((map, like)) = roughness.or(metallic) else {
             continue;
         };
-        if let (Some((a, first)), Some((b, second))) = (&roughness, &metallic)
+        if let (Some((a, first)), Some((b, second))) = (roughness, metallic)
             && (a.transform, a.clamp, first.width, first.height)
                 != (b.transform, b.clamp, second.width, second.height)
         {
@@ -76,22 +74,28 @@ pub fn load(
                 a.place, b.place
             )));
         }
-        let file = |found: &Option<(Map, Image)>| {
-            let file = found.as_ref().map(|(map, _)| map.file.clone());
-            file.unwrap_or_default()
-        };
-        let files = ("surface", [file(&roughness), file(&metallic)]);
-        let part = |found: Option<(Map, Image)>| found.map(|(_, image)| image);
-        let index = place(files, combine(&like, part(roughness), part(metallic)));
-        material.metallic_roughness_texture = Some(texture(&map, index));
+        let files = [roughness, metallic].map(|found| found.map_or("", |(map, _)| &map.file));
+        let [roughness, metallic] =
+            [roughness, metallic].map(|found| found.map(|(_, image)| image));
+        let index = place("surface", files, &|| combine(like, roughness, metallic));
+        material.metallic_roughness_texture = Some(texture(map, index));
     }
     Ok(())
 }
 
+/// A texture with its image, unless the image is missing.
+fn found<'a>(
+    read: &'a HashMap<&str, Option<Image>>,
+    map: &'a Option<Map>,
+) -> Option<(&'a Map, &'a Image)> {
+    let map = map.as_ref()?;
+    Some((map, read[map.file.as_str()].as_ref()?))
+}
+
 /// An image of the size of `like` with roughness in green and metalness in blue, as glTF has it.
-fn combine(like: &Image, roughness: Option<Image>, metallic: Option<Image>) -> Image {
-    let red = |image: &Option<Image>, i: usize| image.as_ref().map_or(255, |m| m.texels[i][0]);
-    let texel = |i| [255, red(&roughness, i), red(&metallic, i), 255];
+fn combine(like: &Image, roughness: Option<&Image>, metallic: Option<&Image>) -> Image {
+    let red = |image: Option<&Image>, i: usize| image.map_or(255, |image| image.texels[i][0]);
+    let texel = |i| [255, red(roughness, i), red(metallic, i), 255];
     Image {
         texels: (0..like.texels.len()).map(texel).collect(),
         ..like.clone()

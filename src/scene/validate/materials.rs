@@ -1,0 +1,106 @@
+//! Checks of materials, their textures, and images.
+
+use super::BRIGHTEST;
+use crate::scene::notices::{Tally, label};
+use crate::scene::{Image, Material};
+use crate::{Error, Result};
+use glam::Vec3;
+
+/// Checks a material's factors; its base colour is clamped.
+pub(super) fn check_material(
+    index: usize,
+    material: &mut Material,
+    tally: &mut Tally,
+) -> Result<()> {
+    let what = label("material", index, &material.name);
+    let Material {
+        name: _,
+        base_color,
+        base_color_texture: _,
+        metallic,
+        roughness,
+        metallic_roughness_texture: _,
+        specular,
+        specular_color,
+        ior,
+        emission,
+        emissive_texture: _,
+        double_sided: _,
+    } = material;
+    let wrong = |factor: &str, value: &dyn std::fmt::Display, range: &str| {
+        Err(Error::input(format!(
+            "{what}: {factor} is {value}; it must be {range}"
+        )))
+    };
+    if !base_color.is_finite() {
+        return wrong("base colour", base_color, "finite");
+    }
+    for (factor, value) in [
+        ("metallic", *metallic),
+        ("roughness", *roughness),
+        ("specular", *specular),
+    ] {
+        if !(0.0..=1.0).contains(&value) {
+            return wrong(factor, &value, "within 0 and 1");
+        }
+    }
+    if !specular_color.is_finite() || specular_color.min_element() < 0.0 {
+        return wrong("specular colour", specular_color, "finite and not negative");
+    }
+    if !(emission.min_element() >= 0.0 && emission.max_element() <= BRIGHTEST) {
+        return wrong("emission", emission, "within 0 and 1e12");
+    }
+    if !ior.is_finite() || (*ior != 0.0 && *ior < 1.0) {
+        return wrong("index of refraction", ior, "finite and at least 1 (or 0)");
+    }
+    let clamped = base_color.clamp(Vec3::ZERO, Vec3::ONE);
+    if clamped != *base_color {
+        *base_color = clamped;
+        tally.add("base colours outside 0…1 are clamped", || what);
+    }
+    Ok(())
+}
+
+/// Checks that a material's textures have images and coordinates.
+pub(super) fn check_textures(index: usize, material: &Material, images: &[Image]) -> Result<()> {
+    for (name, texture) in material.textures() {
+        let wrong = |fault: String| {
+            let what = label("material", index, &material.name);
+            Err(Error::input(format!("{what}: its {name} {fault}")))
+        };
+        if texture.image as usize >= images.len() {
+            return wrong(format!(
+                "has image {}, but there are {}",
+                texture.image,
+                images.len()
+            ));
+        }
+        if texture.set > 1 {
+            return wrong(format!(
+                "uses texture coordinates {}, of which there are 0 and 1",
+                texture.set
+            ));
+        }
+        if !texture.transform.is_finite() {
+            return wrong(
+                "has a transform that is not finite; correct it in the modelling tool".into(),
+            );
+        }
+    }
+    Ok(())
+}
+
+/// Checks that an image has all its texels.
+pub(super) fn check_image(index: usize, image: &Image) -> Result<()> {
+    let texels = u64::from(image.width) * u64::from(image.height);
+    if texels == 0 || image.texels.len() as u64 != texels {
+        return Err(Error::input(format!(
+            "{}: has {} texels for {} × {}",
+            label("image", index, &image.name),
+            image.texels.len(),
+            image.width,
+            image.height
+        )));
+    }
+    Ok(())
+}
