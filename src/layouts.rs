@@ -44,15 +44,26 @@ crate::gpu_constants! {
     pub const ORIGIN_WORDS: u32 = 2;
     /// Words of a pilot, the hit of a pixel's first BSDF ray.
     pub const PILOT_WORDS: u32 = 5;
-    /// Position of the kind in a sample's first word. Of direct light, 2 (environment) and 3 (punctual light) are
-    /// reserved.
-    pub const KIND_SHIFT: u32 = 30;
-    /// A point on an emissive triangle, in area measure.
-    pub const KIND_TRIANGLE: u32 = 1;
-    /// The light of a full reservoir emits to both sides.
-    pub const KIND_DOUBLE_SIDED: u32 = 0x2000_0000;
-    /// Bits of the light's index.
+    /// Kind of a point of a light: none.
+    pub const LIGHT_NONE: u32 = 0;
+    /// On an emissive triangle, in area measure.
+    pub const LIGHT_TRIANGLE: u32 = 1;
+    /// The same, and it emits to both sides.
+    pub const LIGHT_TWO_SIDED: u32 = 2;
+    /// Of the environment, in solid angle.
+    pub const LIGHT_ENVIRONMENT: u32 = 3;
+    /// A point light, in discrete measure; so are those that follow.
+    pub const LIGHT_POINT: u32 = 4;
+    /// A spot.
+    pub const LIGHT_SPOT: u32 = 5;
+    /// A light that comes from one direction.
+    pub const LIGHT_DIRECTIONAL: u32 = 6;
+    /// Position of that kind in a word, above the index.
+    pub const LIGHT_KIND_SHIFT: u32 = 29;
+    /// Bits of the index.
     pub const LIGHT_MASK: u32 = 0x1FFF_FFFF;
+    /// Position of the kind of a path in a word.
+    pub const PATH_KIND_SHIFT: u32 = 30;
     /// Bits of the index of the instance of a path's second vertex, below the path's kind.
     pub const INSTANCE_MASK: u32 = 0x3FFF_FFFF;
     /// Random stream of the initial candidates.
@@ -175,14 +186,46 @@ crate::gpu_struct! {
         pub emission: Vec3,
         /// Area, in the unit of length on the device.
         pub area: f32,
-        /// Probability of selecting the light by power.
-        pub probability: f32,
         /// Whether it emits on both sides (0 or 1).
         pub double_sided: u32,
-        /// Alias table: keep this light if 32 random bits are below this.
+        /// Fills the last four words.
+        pub padding: UVec3,
+    }
+}
+
+crate::gpu_struct! {
+    /// A punctual light.
+    pub struct GpuPunctualLight {
+        /// Position; without meaning for a directional light.
+        pub position: Vec3,
+        /// LIGHT_POINT, LIGHT_SPOT or LIGHT_DIRECTIONAL.
+        pub kind: u32,
+        /// Unit, in which a spot is aimed or directional light travels.
+        pub direction: Vec3,
+        /// The distance up to which it reaches; 0: any.
+        pub range: f32,
+        /// Intensity; of a directional light the irradiance of a surface that faces it.
+        pub intensity: Vec3,
+        /// Of a spot: the square root of its share is this times the cosine to its axis,
+        pub angle_scale: f32,
+        /// plus this, within 0 and 1.
+        pub angle_offset: f32,
+        /// Fills the last four words.
+        pub padding: UVec3,
+    }
+}
+
+crate::gpu_struct! {
+    /// One column of the alias table that selects lights of all kinds by power.
+    pub struct GpuLightChoice {
+        /// Probability of the column's own light.
+        pub probability: f32,
+        /// Take that light if 32 random bits are below this.
         pub keep_below: u32,
-        /// Alias table: else take this light.
+        /// Else take this one.
         pub alias: u32,
+        /// Fills the last four words.
+        pub padding: u32,
     }
 }
 
@@ -456,6 +499,8 @@ pub const STRUCTS: &[StructLayout] = &[
     GpuMaterial::LAYOUT,
     GpuTexture::LAYOUT,
     GpuLight::LAYOUT,
+    GpuPunctualLight::LAYOUT,
+    GpuLightChoice::LAYOUT,
     GpuLightTexture::LAYOUT,
     GpuPreviousTransform::LAYOUT,
     GpuCamera::LAYOUT,

@@ -10,7 +10,9 @@ use headwater::render::presets::Preset;
 use headwater::render::settings::{Integrator, ReuseMode};
 use headwater::render::{Settings, View};
 use headwater::scene::validate::{BRIGHTEST, LARGEST_COORDINATE};
-use headwater::scene::{Camera, Material, Scene, procedural};
+use headwater::scene::{
+    Camera, Environment, Material, PunctualLight, PunctualShape, Scene, procedural,
+};
 use headwater::tracing::{Tracer, Variant};
 
 /// Glossy spheres with smooth normals, one of them placed twice, so that not all is gathered.
@@ -22,6 +24,36 @@ fn scene() -> Scene {
         * copy.object_to_world
         * DAffine3::from_scale(DVec3::new(0.5, 0.3, -0.5));
     scene.instances.push(copy);
+    scene
+}
+
+/// The same with an environment, a point light, a spot and a directional light.
+fn scene_of_all_lights() -> Scene {
+    let mut scene = scene();
+    let texel = |index: u32| Vec3::splat(if index == 37 { 60.0 } else { 0.3 });
+    scene.environment = Some(Environment {
+        name: "test".into(),
+        width: 16,
+        height: 8,
+        texels: (0..128).map(texel).collect(),
+        rotation: 20.0,
+        intensity: 1.0,
+    });
+    let spot = PunctualShape::Spot {
+        inner: 0.2,
+        outer: 0.9,
+    };
+    let shapes = [PunctualShape::Point, spot, PunctualShape::Directional];
+    let place = DAffine3::from_translation(DVec3::new(0.1, 0.7, 0.9));
+    scene.punctual_lights = (shapes.into_iter())
+        .map(|shape| PunctualLight {
+            name: "test".into(),
+            light_to_world: place,
+            shape,
+            intensity: Vec3::new(0.5, 0.25, 1.0),
+            range: None,
+        })
+        .collect();
     scene
 }
 
@@ -73,19 +105,27 @@ fn assert_same(name: &str, a: &[[DVec3; 2]], b: &[[DVec3; 2]]) {
 
 #[test]
 fn size_changes_nothing() {
-    let plain = scene();
+    assert_size_changes_nothing(&scene(), &[-40, -12, 12, 40]);
+}
+
+#[test]
+fn size_changes_nothing_with_all_kinds_of_light() {
+    assert_size_changes_nothing(&scene_of_all_lights(), &[-40, 40]);
+}
+
+fn assert_size_changes_nothing(plain: &Scene, powers: &[i32]) {
     for settings in techniques() {
-        let seen = picture(&plain, &settings);
+        let seen = picture(plain, &settings);
         assert!(
             seen.iter()
                 .filter(|[mean, error]| mean.x > 0.0 && error.x > 0.0)
                 .count()
                 > seen.len() / 2
         );
-        for power in [-40, -12, 12, 40] {
+        for power in powers {
             // By the instances' transforms, and by the meshes' own coordinates.
             for in_meshes in [false, true] {
-                let scaled = scaled(&plain, 2_f64.powi(power), in_meshes);
+                let scaled = scaled(plain, 2_f64.powi(*power), in_meshes);
                 assert_same(&format!("2^{power}"), &seen, &picture(&scaled, &settings));
             }
         }
@@ -108,26 +148,52 @@ fn scaled(scene: &Scene, scale: f64, in_meshes: bool) -> Scene {
         positions.for_each(|p| *p *= scale as f32);
     }
     scaled.cameras[0].camera_to_world.translation *= scale;
+    for light in &mut scaled.punctual_lights {
+        light.light_to_world.translation *= scale;
+        // The same irradiance at a distance that is `scale` times as large.
+        if !light.is_distant() {
+            light.intensity *= (scale * scale) as f32;
+        }
+    }
     scaled.validate().unwrap();
     scaled
 }
 
 #[test]
 fn brightness_scales_the_picture() {
-    let plain = scene();
+    assert_brightness_scales_the_picture(&scene(), &[-60, 35]);
+}
+
+#[test]
+fn brightness_of_all_kinds_of_light_scales_the_picture() {
+    assert_brightness_scales_the_picture(&scene_of_all_lights(), &[-30, 30]);
+}
+
+/// The scene with all its lights brighter.
+fn brighter(plain: &Scene, scale: f32) -> Scene {
+    let mut scaled = plain.clone();
+    scaled
+        .materials
+        .iter_mut()
+        .for_each(|m| m.emission *= scale);
+    let punctual = scaled.punctual_lights.iter_mut();
+    punctual.for_each(|light| light.intensity *= scale);
+    if let Some(environment) = &mut scaled.environment {
+        environment.intensity *= scale;
+    }
+    scaled.validate().unwrap();
+    scaled
+}
+
+fn assert_brightness_scales_the_picture(plain: &Scene, powers: &[i32]) {
     let brightest = plain.materials.iter().map(|m| m.emission.max_element());
     let brightest = brightest.fold(0.0, f32::max);
     for settings in techniques() {
-        let seen = picture(&plain, &settings);
-        for power in [-60, 35] {
-            let scale = 2_f32.powi(power);
+        let seen = picture(plain, &settings);
+        for power in powers {
+            let scale = 2_f32.powi(*power);
             assert!(brightest * scale < BRIGHTEST);
-            let mut scaled = plain.clone();
-            scaled
-                .materials
-                .iter_mut()
-                .for_each(|m| m.emission *= scale);
-            scaled.validate().unwrap();
+            let scaled = brighter(plain, scale);
             let expected: Vec<[DVec3; 2]> = (seen.iter())
                 .map(|values| values.map(|v| v * f64::from(scale)))
                 .collect();
@@ -144,10 +210,8 @@ fn size_and_brightness_together_only_scale_the_picture() {
     for settings in techniques() {
         let seen = picture(&plain, &settings);
         for (size, brightness) in [(40, -60), (40, -90), (-40, 30)] {
-            let mut scaled = scaled(&plain, 2_f64.powi(size), false);
             let scale = 2_f32.powi(brightness);
-            let materials = scaled.materials.iter_mut();
-            materials.for_each(|m| m.emission *= scale);
+            let scaled = brighter(&scaled(&plain, 2_f64.powi(size), false), scale);
             let expected: Vec<[DVec3; 2]> = (seen.iter())
                 .map(|values| values.map(|v| v * f64::from(scale)))
                 .collect();

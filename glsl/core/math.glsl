@@ -66,6 +66,17 @@ vec2 on_circle(float turns) {
     return (quadrant & 2u) != 0u ? -turned : turned;
 }
 
+// The angle, in turns from 0 to 1, of a direction in the plane: the inverse of `on_circle`, and exact to 2e-7 rad.
+float turns_of(vec2 direction) {
+    vec2 size = abs(direction);
+    float t = min(size.x, size.y) / max(max(size.x, size.y), TINY), t2 = t * t;
+    float turns = -0.00944856755 + t2 * (0.00384616852 + t2 * -7.4305835e-4);
+    turns = t * (0.159154927 + t2 * (-0.0530494615 + t2 * (0.0317820252 + t2 * (-0.0223080879 + t2 * (0.0157660429 + t2 * turns)))));
+    if (size.y > size.x) turns = 0.25 - turns;
+    if (direction.x < 0.0) turns = 0.5 - turns;
+    return direction.y < 0.0 ? 1.0 - turns : turns;
+}
+
 // Tangent frame without a branch on any axis but the sign of z (Duff et al. 2017).
 void tangent_frame(vec3 n, out vec3 tangent, out vec3 bitangent) {
     float s = n.z >= 0.0 ? 1.0 : -1.0;

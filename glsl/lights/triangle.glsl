@@ -1,27 +1,9 @@
 #pragma once
-// Emissive triangles: selection by power, uniform points, and their densities.
+// Emissive triangles: what their points emit, and uniform points on them.
 #include "core/random.glsl"
 #include "core/math.glsl"
 #include "scene/geometry.glsl"
 #include "scene/textures.glsl"
-
-struct LightPoint {
-    uint light;
-    vec2 barycentrics;
-    vec3 position;
-    // Bound of the position's rounding error, for each axis.
-    vec3 error;
-    vec3 normal;
-    // Density over the area of all lights.
-    float pdf_area;
-};
-
-// Selects a light by the alias table: two random words, no search (Walker; Vose).
-uint pick_light(uint count, uvec2 bits) {
-    uint fraction;
-    uint slot = scale_to(bits, count, fraction);
-    return fraction < light_at(slot, CURRENT).keep_below ? slot : light_at(slot, CURRENT).alias;
-}
 
 bool is_double_sided(GpuLight light) { return HAS_DOUBLE_SIDED_LIGHTS && light.double_sided != 0u; }
 
@@ -38,8 +20,6 @@ vec3 light_radiance(GpuLight light, uint index, vec2 barycentrics) {
 vec3 light_emission(GpuLight light, uint index, vec2 barycentrics, float cosine) {
     return cosine > 0.0 || is_double_sided(light) ? light_radiance(light, index, barycentrics) : vec3(0.0);
 }
-
-float light_pdf_area(GpuLight light) { return light.probability / light.area; }
 
 // Converts an area density to solid angle at a point with this squared distance, under this cosine at the light.
 float area_to_solid_angle(float pdf_area, float distance_squared, float cosine) {
@@ -60,17 +40,4 @@ vec3 light_position(GpuLight light, vec2 barycentrics) {
 // Bound of the rounding error of such a position, for each axis.
 vec3 light_position_error(GpuLight light) {
     return 4.7683716e-7 * (abs(light.corner) + abs(light.edge1) + abs(light.edge2));
-}
-
-// A uniform point on a light that is selected by power.
-LightPoint sample_light(uint count, uvec4 bits) {
-    LightPoint point;
-    point.light = pick_light(count, bits.xy);
-    GpuLight light = light_at(point.light, CURRENT);
-    point.barycentrics = uniform_barycentrics(bits.zw);
-    point.position = light_position(light, point.barycentrics);
-    point.error = light_position_error(light);
-    point.normal = light.normal;
-    point.pdf_area = light_pdf_area(light);
-    return point;
 }

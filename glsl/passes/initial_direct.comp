@@ -70,11 +70,11 @@ void main() {
             if (add_candidate(stream, domain, value, i, choice, bsdf_samples)) reservoir.value = value;
         }
 
-        Hit pilot = no_hit(0.0);
-        if (PILOTS) pilot = pilot_hit(LOAD_PILOT(pilots, slot));
-        uint pilot_light = light_of(pilot);
-        if (pilot_light != NONE) {
-            LightSample value = light_sample_at(pilot_light, pilot.barycentrics, CURRENT);
+        Pilot pilot = Pilot(NONE, NONE, vec2(0.0), 0.0);
+        if (PILOTS) pilot = LOAD_PILOT(pilots, slot);
+        LightPoint pilot_light = light_found(pilot);
+        if (pilot_light.kind != LIGHT_NONE) {
+            LightSample value = light_sample_at(pilot_light, CURRENT);
             float choice = random_choice(random);
             if (add_candidate(stream, domain, value, light_samples, choice, bsdf_samples)) reservoir.value = value;
         }
@@ -107,15 +107,20 @@ void main() {
                 if (hit.transmittance == 0.0) stream = empty_stream();
                 continue;
             }
-            uint light = light_of(hit);
-            if (light == NONE) continue;
+            LightPoint light = light_found(hit, ray.direction);
+            if (light.kind == LIGHT_NONE) continue;
             if (purpose == RAY_MIRROR) {
-                GpuLight seen = light_at(light, CURRENT);
-                vec3 emission = light_emission(seen, light, hit.barycentrics, -dot(seen.normal, ray.direction));
+                vec3 emission;
+                if (is_environment(light.kind)) {
+                    emission = environment_radiance(environment_place(ray.direction));
+                } else {
+                    GpuLight seen = light_at(light.index, CURRENT);
+                    emission = light_emission(seen, light.index, light.place, -dot(seen.normal, ray.direction));
+                }
                 color.at[pixel_index(pixel)] += accept_radiance(emission * specular_fresnel(domain.bsdf, domain.outgoing.z));
                 continue;
             }
-            LightSample value = light_sample_at(light, hit.barycentrics, CURRENT);
+            LightSample value = light_sample_at(light, CURRENT);
             if (add_candidate(stream, domain, value, light_samples + turn, choice, bsdf_samples)) reservoir.value = value;
         }
         // A driver may end a loop that seems endless to it; the pixel would then lack light.

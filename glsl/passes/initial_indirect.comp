@@ -77,6 +77,9 @@ void main() {
                 continue;
             }
             if (hit.instance == NONE) {
+                if (sees_environment() && !left_first(path)) {
+                    add_candidate(environment_hit(path, ray.direction), random_choice(random));
+                }
                 purpose = RAY_NONE;
                 continue;
             }

@@ -9,7 +9,7 @@
 #include "core/roulette.glsl"
 #include "core/values.glsl"
 #include "core/workgroups.glsl"
-#include "lights/triangle.glsl"
+#include "lights/light_point.glsl"
 #include "scene/camera.glsl"
 #include "scene/material.glsl"
 #include "scene/surface.glsl"
@@ -26,6 +26,55 @@ float heuristic_weight(float pdf, float other) {
     float ratio = other / pdf;
     if (frame.at.heuristic == HEURISTIC_POWER) ratio *= ratio;
     return 1.0 / (1.0 + ratio);
+}
+
+// Light that arrives from a point of a light.
+struct Arrival {
+    // Unit, towards the light.
+    vec3 direction;
+    // Radiance; of a punctual light irradiance.
+    vec3 light;
+    // With which the point was drawn; of a punctual light its probability.
+    float pdf_solid_angle;
+    // From the surface to the point, off both by their rounding errors.
+    Ray shadow_ray;
+};
+
+Arrival arrival_at(Surface surface, LightPoint point) {
+    Arrival arrival;
+    float probability = light_probability(point);
+    if (is_environment(point.kind)) {
+        vec2 place = texel_corner(point.index) + point.place;
+        float sine;
+        arrival.direction = environment_direction(place, sine);
+        arrival.light = environment_radiance(place);
+        arrival.pdf_solid_angle = probability * environment_pdf_solid_angle(point.index, sine);
+    } else if (is_punctual(point.kind)) {
+        GpuPunctualLight light = punctual_light_at(point.index, CURRENT);
+        vec3 toward = light.position - surface.position;
+        arrival.direction = light.kind == LIGHT_DIRECTIONAL ? -light.direction : normalize(toward);
+        arrival.light = punctual_irradiance(light, arrival.direction, length(toward));
+        arrival.pdf_solid_angle = probability;
+        vec3 from = offset_origin(surface.position, surface.error, surface.geometric_normal, arrival.direction);
+        arrival.shadow_ray = Ray(from, 1.0 - 1e-6, light.position - from);
+    } else {
+        GpuLight light = light_at(point.index, CURRENT);
+        vec3 position = light_position(light, point.place), toward = position - surface.position;
+        float distance_squared = dot(toward, toward);
+        arrival.direction = toward * inversesqrt(max(distance_squared, TINY));
+        float cosine = -dot(light.normal, arrival.direction);
+        arrival.light = light_emission(light, point.index, point.place, cosine);
+        arrival.pdf_solid_angle = area_to_solid_angle(probability / light.area, distance_squared, cosine);
+        vec3 from = offset_origin(surface.position, surface.error, surface.geometric_normal, arrival.direction);
+        vec3 to = offset_origin(position, light_position_error(light), light.normal, -arrival.direction);
+        // Ends short of the light by the rounding error along the whole ray.
+        arrival.shadow_ray = Ray(from, 1.0 - 1e-6, to - from);
+    }
+    if (is_distant(point.kind)) {
+        vec3 from = offset_origin(surface.position, surface.error, surface.geometric_normal, arrival.direction);
+        arrival.shadow_ray = Ray(from, LARGEST, arrival.direction);
+    }
+    return arrival;
 }
 
 // A path under construction.
@@ -80,6 +129,16 @@ void main() {
             continue;
         }
         if (hit.instance == NONE) {
+            if (sees_environment()) {
+                vec2 place = environment_place(ray.direction);
+                float weight = 1.0;
+                if (!path.mirror) {
+                    LightPoint point = environment_point(ray.direction);
+                    float pdf_light = pdf_own_measure(point, ray.direction, light_probability(point));
+                    weight = heuristic_weight(path.pdf_solid_angle, pdf_light);
+                }
+                radiance += path.throughput * environment_radiance(place) * weight;
+            }
             purpose = RAY_NONE;
             continue;
         }
@@ -91,7 +150,8 @@ void main() {
             float weight = 1.0;
             if (!path.mirror) {
                 float distance_squared = square(hit.t);
-                float pdf_light = area_to_solid_angle(light_pdf_area(light), distance_squared, cosine);
+                float pdf_area = load_light_choices(surface.light).probability / light.area;
+                float pdf_light = area_to_solid_angle(pdf_area, distance_squared, cosine);
                 weight = heuristic_weight(path.pdf_solid_angle, pdf_light);
             }
             radiance += path.throughput * emission * weight;
@@ -114,27 +174,19 @@ void main() {
         Ray shadow_ray;
         bool shadow = false;
         if (scene.at.light_count > 0u) {
-            LightPoint point = sample_light(scene.at.light_count, light_bits);
-            vec3 toward = point.position - surface.position;
-            float distance_squared = dot(toward, toward);
-            vec3 direction = toward * inversesqrt(max(distance_squared, TINY));
-            float cosine = -dot(point.normal, direction);
-            vec3 emission = light_emission(light_at(point.light, CURRENT), point.light, point.barycentrics, cosine);
-            vec3 incoming = vec3(dot(direction, tangent), dot(direction, bitangent),
-                                 dot(direction, surface.shading_normal));
-            if (max_component(emission) > 0.0 && dot(direction, surface.geometric_normal) > 0.0) {
+            LightPoint point = draw_point(pick_light(scene.at.light_count, light_bits.xy), light_bits);
+            Arrival arrival = arrival_at(surface, point);
+            vec3 incoming = vec3(dot(arrival.direction, tangent), dot(arrival.direction, bitangent),
+                                 dot(arrival.direction, surface.shading_normal));
+            if (max_component(arrival.light) > 0.0 && dot(arrival.direction, surface.geometric_normal) > 0.0) {
                 float pdf_bsdf;
                 vec3 f = evaluate_bsdf(bsdf, outgoing, incoming, pdf_bsdf);
-                float pdf_light = area_to_solid_angle(point.pdf_area, distance_squared, cosine);
+                if (is_punctual(point.kind)) pdf_bsdf = 0.0;
+                float pdf_light = arrival.pdf_solid_angle;
                 float weight = heuristic_weight(pdf_light, pdf_bsdf) / pdf_light;
-                shadowed = path.throughput * f * emission * (max(incoming.z, 0.0) * weight);
+                shadowed = path.throughput * f * arrival.light * (max(incoming.z, 0.0) * weight);
                 shadow = max_component(shadowed) > 0.0;
-                if (shadow) {
-                    vec3 from = offset_origin(surface.position, surface.error, surface.geometric_normal, direction);
-                    vec3 to = offset_origin(point.position, point.error, point.normal, -direction);
-                    // Ends short of the light by the rounding error along the whole ray.
-                    shadow_ray = Ray(from, 1.0 - 1e-6, to - from);
-                }
+                shadow_ray = arrival.shadow_ray;
             }
         }
 

@@ -15,7 +15,7 @@ void main() {
     if (is_outside(pixel)) return;
     uint slot = slot_of(pixel);
     SampleData data = LOAD_SAMPLE_DATA(sample_data, slot);
-    Pilot pilot = Pilot(NONE, 0u, vec2(0.0), 0.0);
+    Pilot pilot = Pilot(NONE, NONE, vec2(0.0), 0.0);
     if (has_surface(data) && scene.at.light_count > 0u) {
         Domain domain = unpack_domain(data, primary_ray(pixel));
         prefer_narrow_lobe(domain.bsdf);
@@ -25,10 +25,14 @@ void main() {
             Hit hit = trace_closest(ray);
             pilot.instance = hit.instance;
             pilot.primitive = hit.primitive;
-            pilot.barycentrics = hit.barycentrics;
-            uint light = light_of(hit);
-            if (light != NONE) {
-                LightSample value = light_sample_at(light, hit.barycentrics, CURRENT);
+            pilot.place = hit.barycentrics;
+            LightPoint light = light_found(hit, ray.direction);
+            if (is_environment(light.kind)) {
+                pilot.primitive = light.index;
+                pilot.place = light.place;
+            }
+            if (light.kind != LIGHT_NONE) {
+                LightSample value = light_sample_at(light, CURRENT);
                 float target;
                 float weight = accept_weight(candidate_weight(domain, value, 1u, target));
                 // The mean is 0 if all lights were off when it was computed; then nothing can be relative to it.

@@ -1,6 +1,7 @@
 #version 460
 // The first pass of a frame: the primary surface of each pixel, and the light that it emits itself.
 #include "core/values.glsl"
+#include "lights/environment.glsl"
 #include "lights/triangle.glsl"
 #include "restir/frame.glsl"
 #include "restir/sample_data.glsl"
@@ -25,6 +26,8 @@ void main() {
             float cosine = -dot(light.normal, ray.direction);
             emission = accept_radiance(light_emission(light, surface.light, hit.barycentrics, cosine));
         }
+    } else if (sees_environment()) {
+        emission = accept_radiance(environment_radiance(environment_place(ray.direction)));
     }
     sample_data.at[slot_of(pixel)] = data;
     color.at[pixel_index(pixel)] = emission;

@@ -1,75 +1,123 @@
 #pragma once
-// Samples of direct light: a point on an emissive triangle, in area measure. Type, target, shadow ray, shift and
-// packing.
-#include "lights/triangle.glsl"
+// Samples of direct light: a point of a light. On an emissive triangle its measure is area, in the environment solid
+// angle; that of a punctual light is discrete. Type, target, shadow ray, shift and packing.
+#include "lights/light_point.glsl"
 #include "restir/packed_reservoir.glsl"
 #include "scene/domain.glsl"
 
 struct LightSample {
-    // Index of the light.
-    uint light;
-    // Weights of its second and third corner.
-    vec2 barycentrics;
-    // Follows from these. It is kept so that the full format can store it instead of reading the light again.
+    LightPoint point;
+    // These follow from the point. They are kept so that the full format can store them instead of reading the light
+    // again. Of distant lights the position is the unit direction to them.
     vec3 position;
+    // Of a triangle's front; the axis of a spot.
     vec3 normal;
+    // Radiance; of a punctual light intensity, or irradiance if it is distant.
     vec3 emission;
-    bool double_sided;
 };
 
-LightSample empty_light_sample() { return LightSample(NONE, vec2(0.0), vec3(0.0), vec3(0.0), vec3(0.0), false); }
+LightSample empty_light_sample() {
+    return LightSample(LightPoint(LIGHT_NONE, NONE, vec2(0.0)), vec3(0.0), vec3(0.0), vec3(0.0));
+}
 
 // The sample at a point of a light. The point is rounded to what reservoirs store: if it were rounded after its weight is
 // known, it could cross the edge of a texel, where the target may be 0, and its light would be lost.
-LightSample light_sample_at(uint index, vec2 barycentrics, uint epoch) {
-    GpuLight light = light_at(index, epoch);
-    barycentrics = stored_barycentrics(barycentrics);
-    return LightSample(index, barycentrics, light_position(light, barycentrics), light.normal,
-                       light_radiance(light, index, barycentrics), is_double_sided(light));
+LightSample light_sample_at(LightPoint point, uint epoch) {
+    point.place = stored_place(point.place);
+    if (is_environment(point.kind)) {
+        vec2 place = texel_corner(point.index) + point.place;
+        float sine;
+        vec3 direction = environment_direction(place, sine);
+        return LightSample(point, direction, -direction, environment_radiance(place));
+    }
+    if (is_punctual(point.kind)) {
+        GpuPunctualLight light = punctual_light_at(point.index, epoch);
+        vec3 position = light.kind == LIGHT_DIRECTIONAL ? -light.direction : light.position;
+        return LightSample(point, position, light.direction, light.intensity);
+    }
+    GpuLight light = light_at(point.index, epoch);
+    point.kind = is_double_sided(light) ? LIGHT_TWO_SIDED : LIGHT_TRIANGLE;
+    return LightSample(point, light_position(light, point.place), light.normal,
+                       light_radiance(light, point.index, point.place));
 }
 
 // ---- Target and shadow ray
 
-// The integrand in area measure: f · emission · cosine · cosine / distance², without visibility.
-// `pdf_area` is the density with which BSDF sampling would find the point.
-vec3 contribution(Domain domain, LightSample value, out float pdf_area) {
-    pdf_area = 0.0;
-    vec3 direction;
+// The radiance that arrives from a sample, its unit direction, and the solid angle per unit of the sample's measure. Of a
+// punctual light the irradiance of a surface that faces it.
+vec3 arriving_radiance(LightSample value, vec3 from, out vec3 direction, out float solid_angle) {
+    solid_angle = 1.0;
+    direction = value.position;
+    if (is_distant(value.point.kind)) return value.emission;
     float cosine;
-    float solid_angle = solid_angle_per_area(domain.position, value.position, value.normal, direction, cosine);
-    if (cosine <= 0.0 && !value.double_sided) return vec3(0.0);
-    vec3 light = reflected_light(domain, direction, value.emission, pdf_area) * solid_angle;
-    pdf_area *= solid_angle;
+    solid_angle = solid_angle_per_area(from, value.position, value.normal, direction, cosine);
+    if (is_punctual(value.point.kind)) {
+        solid_angle = 1.0;
+        GpuPunctualLight light = load_punctual_lights(value.point.index);
+        // What may have been otherwise in the previous frame is in the sample.
+        light.direction = value.normal;
+        light.intensity = value.emission;
+        return punctual_irradiance(light, direction, distance(value.position, from));
+    }
+    bool emits = cosine > 0.0 || (HAS_DOUBLE_SIDED_LIGHTS && value.point.kind == LIGHT_TWO_SIDED);
+    return emits ? value.emission : vec3(0.0);
+}
+
+// The integrand in the sample's measure: f · cosine · arriving radiance · solid angle per unit of the measure, without
+// visibility. `pdf_own_measure` is the density with which BSDF sampling would find the point: 0 for a punctual light.
+vec3 contribution(Domain domain, LightSample value, out float pdf_own_measure) {
+    pdf_own_measure = 0.0;
+    vec3 direction;
+    float solid_angle;
+    vec3 radiance = arriving_radiance(value, domain.position, direction, solid_angle);
+    // Early out: from the back of a light.
+    if (max_component(radiance) <= 0.0) return vec3(0.0);
+    vec3 light = reflected_light(domain, direction, radiance, pdf_own_measure) * solid_angle;
+    pdf_own_measure = is_punctual(value.point.kind) ? 0.0 : pdf_own_measure * solid_angle;
     return light;
 }
 
 vec3 contribution(Domain domain, LightSample value) {
-    float pdf_area;
-    return contribution(domain, value, pdf_area);
+    float pdf_own_measure;
+    return contribution(domain, value, pdf_own_measure);
 }
 
-// The ray that decides whether a point on a light is visible.
+// The ray that decides whether a sample is visible.
 Ray shadow_ray(Domain domain, LightSample value, uint epoch) {
+    if (is_distant(value.point.kind)) return Ray(ray_origin(domain, value.position), LARGEST, value.position);
     vec3 direction = value.position - domain.position;
-    vec3 error = light_position_error(light_at(value.light, epoch));
     vec3 from = ray_origin(domain, direction);
-    vec3 to = offset_origin(value.position, error, value.normal, -direction);
+    vec3 to = value.position;
+    if (is_triangle(value.point.kind)) {
+        to = offset_origin(to, light_position_error(light_at(value.point.index, epoch)), value.normal, -direction);
+    }
     // Ends short of the light by the rounding error along the whole ray.
     return Ray(from, 1.0 - 1e-6, to - from);
 }
 
-vec3 sample_position(LightSample value) { return value.position; }
+// The index of a sample's light among all, or NONE.
+uint light_of(LightSample value) { return value.point.kind == LIGHT_NONE ? NONE : light_index(value.point); }
 
-vec3 sample_normal(LightSample value) { return value.normal; }
+// The solid angle per unit of a sample's measure, seen from a point.
+float sample_solid_angle(vec3 from, LightSample value) {
+    vec3 direction;
+    float solid_angle;
+    arriving_radiance(value, from, direction, solid_angle);
+    return solid_angle;
+}
 
-// ---- Shift between frames: the sample keeps its light and its place on it. The Jacobian is the ratio of areas.
+// ---- Shift between frames: the sample keeps its light and its place on it. The Jacobian is the ratio of areas; other
+// measures stay as they are.
+
+// The area of the triangle that a point lies on; 1 if it lies on none.
+float point_area(LightPoint point, uint epoch) { return is_triangle(point.kind) ? light_at(point.index, epoch).area : 1.0; }
 
 // Moves the sample from one epoch to another, and returns the ratio of its new measure to the old one; 0 if it has none in
 // either.
 float move_sample(inout LightSample value, uint from, uint to) {
-    float old_area = light_at(value.light, from).area;
-    value = light_sample_at(value.light, value.barycentrics, to);
-    return ratio(light_at(value.light, to).area, old_area);
+    float old_area = point_area(value.point, from);
+    value = light_sample_at(value.point, to);
+    return ratio(point_area(value.point, to), old_area);
 }
 
 // The segments of a sample whose visibility can change when something moves.
@@ -77,7 +125,7 @@ uint segment_count(LightSample value) { return 1u; }
 
 Ray segment_ray(Domain domain, LightSample value, uint segment, uint epoch) { return shadow_ray(domain, value, epoch); }
 
-// ---- Shift between pixels: always possible, with a Jacobian of 1 in area measure.
+// ---- Shift between pixels: always possible, with a Jacobian of 1 in the sample's measure.
 
 bool is_within_limits(View a, LightSample in_a, View b, LightSample in_b, float jacobian_limit, float min_distance) {
     return true;
@@ -85,11 +133,18 @@ bool is_within_limits(View a, LightSample in_a, View b, LightSample in_b, float 
 
 // ---- Packing
 
+void pack_point(LightPoint point, uint word, inout PackedReservoir p) {
+    p.words[word] = (point.kind << LIGHT_KIND_SHIFT) | point.index;
+    pack_place(point.place, word + 1u, p);
+}
+
+LightPoint unpack_point(PackedReservoir p, uint word) {
+    return LightPoint(p.words[word] >> LIGHT_KIND_SHIFT, p.words[word] & LIGHT_MASK, unpack_place(p, word + 1u));
+}
+
 void pack_sample(LightSample value, inout PackedReservoir p) {
-    p.words[2] = (KIND_TRIANGLE << KIND_SHIFT) | value.light;
-    pack_barycentrics(value.barycentrics, 3u, p);
+    pack_point(value.point, 2u, p);
     if (RESERVOIR_FORMAT != FORMAT_FULL) return;
-    if (value.double_sided) p.words[2] |= KIND_DOUBLE_SIDED;
     uvec3 position = floatBitsToUint(value.position), emission = floatBitsToUint(value.emission);
     p.words[4] = position.x;
     p.words[5] = position.y;
@@ -101,15 +156,13 @@ void pack_sample(LightSample value, inout PackedReservoir p) {
 }
 
 void unpack_sample(PackedReservoir p, out LightSample value) {
-    uint light = p.words[2] & LIGHT_MASK;
-    vec2 barycentrics = unpack_barycentrics(p, 3u);
+    LightPoint point = unpack_point(p, 2u);
     if (RESERVOIR_FORMAT != FORMAT_FULL) {
-        value = light_sample_at(light, barycentrics, CURRENT);
+        value = light_sample_at(point, CURRENT);
         return;
     }
-    value = LightSample(light, barycentrics, uintBitsToFloat(uvec3(p.words[4], p.words[5], p.words[6])),
-                        unpack_octahedral(p.words[7]), uintBitsToFloat(uvec3(p.words[8], p.words[9], p.words[10])),
-                        HAS_DOUBLE_SIDED_LIGHTS && (p.words[2] & KIND_DOUBLE_SIDED) != 0u);
+    value = LightSample(point, uintBitsToFloat(uvec3(p.words[4], p.words[5], p.words[6])),
+                        unpack_octahedral(p.words[7]), uintBitsToFloat(uvec3(p.words[8], p.words[9], p.words[10])));
 }
 
 // A new sample as it will be unpacked.

@@ -46,29 +46,39 @@ bool left_first(Path path) { return path.scatterings == 1u; }
 bool left_second(Path path) { return path.scatterings == 2u; }
 
 // The candidate of a path that ends at a light: `directly` from its second vertex, or from a later vertex. `radiance` is
-// the emission, or the light that the last vertex reflects.
-Candidate make_candidate(Path path, vec3 light, bool directly, uint light_index, vec2 barycentrics, vec3 radiance) {
+// what arrives, or the light that the last vertex reflects.
+Candidate make_candidate(Path path, vec3 light, bool directly, LightPoint end, vec3 radiance) {
     Candidate found = Candidate(light, path.can_share, path.second);
     found.value.kind = directly ? PATH_TO_LIGHT : PATH_ONWARD;
-    found.value.light = light_index;
-    found.value.light_barycentrics = barycentrics;
+    found.value.end = end;
     found.value.radiance = path.suffix_throughput * radiance;
     return found;
 }
 
-// The light that a BSDF ray hit, weighed against next-event estimation at the previous vertex.
-Candidate light_hit(Path path, uint light_index, Hit hit, vec3 direction) {
-    GpuLight light = light_at(light_index, CURRENT);
-    float cosine = -dot(light.normal, direction);
-    vec3 emission = light_emission(light, light_index, stored_barycentrics(hit.barycentrics), cosine);
+// The light that a BSDF ray found, weighed against next-event estimation at the previous vertex, which finds the same
+// point with a density of `pdf_solid_angle`.
+Candidate found_light(Path path, LightPoint end, vec3 radiance, float pdf_solid_angle) {
     float weight = 1.0;
     if (!path.mirror) {
-        float pdf_area = light_sample_pdf_area(light_index);
-        float pdf_light = area_to_solid_angle(pdf_area, square(hit.t), cosine);
-        weight = 1.0 / (1.0 + float(restir.at.reuse.light_samples) * (pdf_light / path.pdf_solid_angle));
+        weight = 1.0 / (1.0 + float(restir.at.reuse.light_samples) * (pdf_solid_angle / path.pdf_solid_angle));
     }
-    return make_candidate(path, path.throughput * emission * weight, left_second(path), light_index,
-                          hit.barycentrics, emission);
+    return make_candidate(path, path.throughput * radiance * weight, left_second(path), end, radiance);
+}
+
+// The light that a ray hit.
+Candidate light_hit(Path path, uint index, Hit hit, vec3 direction) {
+    LightPoint end = LightPoint(LIGHT_TRIANGLE, index, hit.barycentrics);
+    GpuLight light = light_at(index, CURRENT);
+    float cosine = -dot(light.normal, direction);
+    vec3 emission = light_emission(light, index, stored_place(end.place), cosine);
+    float pdf_area = light_sample_pdf_own_measure(end, direction);
+    return found_light(path, end, emission, area_to_solid_angle(pdf_area, square(hit.t), cosine));
+}
+
+// The light of the environment in the direction of a ray that hit nothing.
+Candidate environment_hit(Path path, vec3 direction) {
+    LightSample value = light_sample_at(environment_point(direction), CURRENT);
+    return found_light(path, value.point, value.emission, light_sample_pdf_own_measure(value.point, value.position));
 }
 
 // Next-event estimation at a vertex: selects one of several light samples by their reflected light (RIS). Returns
@@ -86,11 +96,11 @@ bool sample_light_at(Path path, Domain vertex, inout Random random, out Candidat
     }
     if (points.chosen == NONE) return false;
     vec3 direction;
-    float cosine, pdf_solid_angle;
-    float solid_angle = solid_angle_per_area(vertex.position, point.position, point.normal, direction, cosine);
-    vec3 reflected = reflected_light(vertex, direction, point.emission, pdf_solid_angle);
+    float solid_angle, pdf_solid_angle;
+    vec3 radiance = arriving_radiance(point, vertex.position, direction, solid_angle);
+    vec3 reflected = reflected_light(vertex, direction, radiance, pdf_solid_angle);
     found = make_candidate(path, path.throughput * reflected * (solid_angle * contribution_weight(points)),
-                           left_first(path), point.light, point.barycentrics, reflected);
+                           left_first(path), point.point, reflected);
     ray = shadow_ray(vertex, point, CURRENT);
     return max_component(found.light) > 0.0;
 }

@@ -9,7 +9,7 @@
 
 // How a path continues from its second vertex.
 const uint PATH_NONE = 0u;
-// To a point on a light, which is named so that the sample can follow it through a moving scene.
+// To a point of a light, which is named so that the sample can follow it through a moving scene.
 const uint PATH_TO_LIGHT = 1u;
 // Over other surfaces.
 const uint PATH_ONWARD = 2u;
@@ -25,8 +25,7 @@ struct PathSample {
     uint primitive;
     vec2 place;
     // PATH_TO_LIGHT: where the path ends.
-    uint light;
-    vec2 light_barycentrics;
+    LightPoint end;
     // Unit, from the second vertex onward, and the radiance that arrives from there; with PATH_OUTGOING the radiance
     // that leaves the vertex.
     vec3 direction;
@@ -41,8 +40,8 @@ struct PathSample {
 
 PathSample empty_path_sample() {
     TrianglePoint point = TrianglePoint(vec3(0.0), vec3(0.0), vec3(0.0, 0.0, 1.0), vec3(0.0, 0.0, 1.0), false);
-    return PathSample(PATH_NONE, NONE, 0u, vec2(0.0), NONE, vec2(0.0), vec3(0.0, 0.0, 1.0), vec3(0.0), point, 0.0, 0u,
-                      GpuMaterial(vec3(0.0), 0.0, vec3(0.0), 0.0, 0.0, NONE, NONE, 0u));
+    return PathSample(PATH_NONE, NONE, 0u, vec2(0.0), LightPoint(LIGHT_NONE, NONE, vec2(0.0)), vec3(0.0, 0.0, 1.0),
+                      vec3(0.0), point, 0.0, 0u, GpuMaterial(vec3(0.0), 0.0, vec3(0.0), 0.0, 0.0, NONE, NONE, 0u));
 }
 
 // Where the hit of a ray lies on its triangle. `position` is the point that the ray and the triangle give together.
@@ -82,13 +81,12 @@ void place_vertex(inout PathSample value, uint epoch) {
     if (VARIES) value.material = material_at(value.material_index, instance, value.primitive, barycentrics);
 }
 
-// Points the direction from the second vertex to the point on the light where the path ends. Returns the solid angle per
-// area of the light there.
+// Points the direction from the second vertex to the point of the light where the path ends. Returns the solid angle per
+// unit of that point's measure.
 float aim_at_light(inout PathSample value, uint epoch) {
-    LightSample light = light_sample_at(value.light, value.light_barycentrics, epoch);
-    float cosine;
-    float solid_angle = solid_angle_per_area(value.point.position, light.position, light.normal, value.direction, cosine);
-    value.radiance = cosine > 0.0 || light.double_sided ? light.emission : vec3(0.0);
+    LightSample light = light_sample_at(value.end, epoch);
+    float solid_angle;
+    value.radiance = arriving_radiance(light, value.point.position, value.direction, solid_angle);
     return solid_angle;
 }
 
@@ -132,9 +130,15 @@ Ray shadow_ray(Domain domain, PathSample value, uint epoch) {
     return Ray(from, 1.0 - clamp(value.clearance * inversesqrt(max(dot(way, way), TINY)), 1e-6, 0.5), way);
 }
 
-vec3 sample_position(PathSample value) { return value.point.position; }
+// The index of the light where a path ends directly behind its second vertex, or NONE.
+uint light_of(PathSample value) { return value.end.kind == LIGHT_NONE ? NONE : light_index(value.end); }
 
-vec3 sample_normal(PathSample value) { return value.point.normal; }
+// The solid angle per unit area at the second vertex, seen from a point.
+float sample_solid_angle(vec3 from, PathSample value) {
+    vec3 direction;
+    float cosine;
+    return solid_angle_per_area(from, value.point.position, value.point.normal, direction, cosine);
+}
 
 // ---- Shift between pixels: its limits. Beyond them the shift does not exist, in both directions.
 
@@ -142,10 +146,7 @@ vec3 sample_normal(PathSample value) { return value.point.normal; }
 // path as it is in each view. The test is symmetric, so it does not matter which view made the path. The Jacobian by
 // solid angle is the ratio of both views' solid angles per area.
 bool is_within_limits(View a, PathSample in_a, View b, PathSample in_b, float jacobian_limit, float min_distance) {
-    vec3 direction;
-    float cosine;
-    float solid_angle_a = solid_angle_per_area(a.position, in_a.point.position, in_a.point.normal, direction, cosine);
-    float solid_angle_b = solid_angle_per_area(b.position, in_b.point.position, in_b.point.normal, direction, cosine);
+    float solid_angle_a = sample_solid_angle(a.position, in_a), solid_angle_b = sample_solid_angle(b.position, in_b);
     if (jacobian_limit >= 1.0
         && max(solid_angle_a, solid_angle_b) > jacobian_limit * min(solid_angle_a, solid_angle_b)) return false;
     return distance(a.position, in_a.point.position) >= min_distance * distance(a.position, a.eye)
@@ -180,7 +181,7 @@ float move_sample(inout PathSample value, uint from, uint to) {
         old_measure = measure;
         place_vertex(value, epoch);
         measure.x = vertex_area(value, epoch);
-        if (value.kind == PATH_TO_LIGHT) measure.yz = vec2(light_at(value.light, epoch).area, aim_at_light(value, epoch));
+        if (value.kind == PATH_TO_LIGHT) measure.yz = vec2(point_area(value.end, epoch), aim_at_light(value, epoch));
     }
     return ratio(measure.x, old_measure.x) * ratio(measure.y, old_measure.y) * ratio(measure.z, old_measure.z);
 }
@@ -192,8 +193,7 @@ uint segment_count(PathSample value) { return value.kind == PATH_TO_LIGHT ? 2u :
 Ray segment_ray(Domain domain, PathSample value, uint segment, uint epoch) {
     Ray first = shadow_ray(domain, value, epoch);
     if (segment == 0u) return first;
-    LightSample end = light_sample_at(value.light, value.light_barycentrics, epoch);
-    return shadow_ray(vertex_domain(value, normalize(first.direction)), end, epoch);
+    return shadow_ray(vertex_domain(value, normalize(first.direction)), light_sample_at(value.end, epoch), epoch);
 }
 
 // ---- Packing
@@ -202,14 +202,13 @@ Ray segment_ray(Domain domain, PathSample value, uint segment, uint epoch) {
 const uint INTERPOLATED = 0x80000000u;
 
 void pack_sample(PathSample value, inout PackedReservoir p) {
-    p.words[2] = (value.kind << KIND_SHIFT) | value.instance;
+    p.words[2] = (value.kind << PATH_KIND_SHIFT) | value.instance;
     p.words[3] = value.primitive;
     uvec2 place = floatBitsToUint(value.place);
     p.words[4] = place.x;
     p.words[5] = place.y;
     if (value.kind == PATH_TO_LIGHT) {
-        p.words[6] = (KIND_TRIANGLE << KIND_SHIFT) | value.light;
-        pack_barycentrics(value.light_barycentrics, 7u, p);
+        pack_point(value.end, 6u, p);
     } else {
         p.words[6] = pack_octahedral(value.direction);
         // A colour that was packed before keeps its bits.
@@ -228,7 +227,7 @@ void pack_sample(PathSample value, inout PackedReservoir p) {
 
 void unpack_sample(PackedReservoir p, out PathSample value) {
     value = empty_path_sample();
-    value.kind = p.words[2] >> KIND_SHIFT;
+    value.kind = p.words[2] >> PATH_KIND_SHIFT;
     value.instance = p.words[2] & INSTANCE_MASK;
     value.primitive = p.words[3];
     value.place = uintBitsToFloat(uvec2(p.words[4], p.words[5]));
@@ -249,8 +248,7 @@ void unpack_sample(PackedReservoir p, out PathSample value) {
         place_vertex(value, CURRENT);
     }
     if (value.kind == PATH_TO_LIGHT) {
-        value.light = p.words[6] & LIGHT_MASK;
-        value.light_barycentrics = unpack_barycentrics(p, 7u);
+        value.end = unpack_point(p, 6u);
         aim_at_light(value, CURRENT);
     } else {
         value.direction = unpack_octahedral(p.words[6]);

@@ -2,15 +2,17 @@
 // Pilots: the first BSDF ray of each pixel. It is a candidate of direct light and the first segment of the path of
 // indirect light, and it tells nearby pixels how many more BSDF candidates to draw.
 #include "core/random.glsl"
+#include "lights/light_point.glsl"
 #include "restir/frame.glsl"
 #include "scene/domain.glsl"
 
-// What a pilot hit.
+// What a pilot found.
 struct Pilot {
-    // NONE: nothing.
+    // NONE: no surface. Then `primitive` is the texel of the environment, or NONE, and `place` the place in it.
     uint instance;
     uint primitive;
-    vec2 barycentrics;
+    // The barycentrics of the hit.
+    vec2 place;
     // If it is a light: the luminance that it would add to the pixel as the only candidate, in units of the lights' mean
     // luminance.
     float brightness;
@@ -34,13 +36,13 @@ const uint BRIGHTNESS_WORD = 4u;
     { \
         BUFFER.at[pilot_word(SLOT, 0u)] = PILOT.instance; \
         BUFFER.at[pilot_word(SLOT, 1u)] = PILOT.primitive; \
-        BUFFER.at[pilot_word(SLOT, 2u)] = floatBitsToUint(PILOT.barycentrics.x); \
-        BUFFER.at[pilot_word(SLOT, 3u)] = floatBitsToUint(PILOT.barycentrics.y); \
+        BUFFER.at[pilot_word(SLOT, 2u)] = floatBitsToUint(PILOT.place.x); \
+        BUFFER.at[pilot_word(SLOT, 3u)] = floatBitsToUint(PILOT.place.y); \
         BUFFER.at[pilot_word(SLOT, BRIGHTNESS_WORD)] = floatBitsToUint(PILOT.brightness); \
     }
 
 // The hit of a pilot; its distance is not stored.
-Hit pilot_hit(Pilot pilot) { return Hit(0.0, pilot.instance, pilot.primitive, pilot.barycentrics, 0.0); }
+Hit pilot_hit(Pilot pilot) { return Hit(0.0, pilot.instance, pilot.primitive, pilot.place, 0.0); }
 
 // 1 for lobes so narrow that light samples almost never fall into them, 0 for wide ones and none.
 float narrowness(Bsdf bsdf) {
@@ -80,7 +82,24 @@ bool pilot_ray(Domain domain, uvec2 pixel, out BsdfSample chosen, out Ray ray) {
     return sample_bsdf_ray(domain, to_unit(random_bits(random)), chosen, ray);
 }
 
-// The index of the light at a hit, or NONE.
-uint light_of(Hit hit) {
-    return hit.instance == NONE ? NONE : triangle_owner(load_instances(hit.instance), hit.primitive).light;
+// The point of a light that a ray hit, or of kind LIGHT_NONE.
+LightPoint light_of(Hit hit) {
+    LightPoint point = LightPoint(LIGHT_NONE, NONE, hit.barycentrics);
+    if (hit.instance != NONE) point.index = triangle_owner(load_instances(hit.instance), hit.primitive).light;
+    if (point.index != NONE) point.kind = LIGHT_TRIANGLE;
+    return point;
+}
+
+// The point of a light, or of the environment, that a ray found.
+LightPoint light_found(Hit hit, vec3 direction) {
+    if (hit.instance == NONE && sees_environment()) return environment_point(direction);
+    return light_of(hit);
+}
+
+// The point of a light that a pilot found.
+LightPoint light_found(Pilot pilot) {
+    if (pilot.instance == NONE && sees_environment()) {
+        return LightPoint(pilot.primitive == NONE ? LIGHT_NONE : LIGHT_ENVIRONMENT, pilot.primitive, pilot.place);
+    }
+    return light_of(pilot_hit(pilot));
 }

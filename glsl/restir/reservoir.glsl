@@ -14,7 +14,7 @@ struct Reservoir {
     float confidence;
     // Frames since the sample was drawn.
     uint age;
-    // With KEEPS_ORIGINS: the index of the pixel that drew the sample, and the solid angle per unit area at the sample
+    // With KEEPS_ORIGINS: the index of the pixel that drew the sample, and the solid angle per unit of the sample's measure
     // seen from there.
     uint origin;
     float origin_solid_angle;
@@ -57,13 +57,6 @@ Reservoir unpack_reservoir(PackedReservoir p) {
         r.origin_solid_angle = uintBitsToFloat(p.words[sample_words() + 1u]);
     }
     return r;
-}
-
-// The solid angle per unit area at a sample seen from a point.
-float sample_solid_angle(vec3 from, Sample value) {
-    vec3 direction;
-    float cosine;
-    return solid_angle_per_area(from, sample_position(value), sample_normal(value), direction, cosine);
 }
 
 // Records the pixel that drew the sample, for debug AOVs.

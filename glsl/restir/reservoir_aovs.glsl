@@ -30,6 +30,6 @@ void write_aovs() {
         jacobian = here / max(reservoir.origin_solid_angle, TINY);
     }
     reservoir_aovs.at[pixel_index(pixel)] =
-        ReservoirAov(reservoir.contribution_weight, reservoir.confidence, reservoir.age, reservoir.value.light, found,
+        ReservoirAov(reservoir.contribution_weight, reservoir.confidence, reservoir.age, light_of(reservoir.value), found,
                      source, jacobian);
 }

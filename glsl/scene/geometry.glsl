@@ -8,7 +8,11 @@
 const uint CURRENT = 0u;
 const uint PREVIOUS = 1u;
 
-GpuLight light_at(uint index, uint epoch) { return load_lights(index + epoch * scene.at.light_count); }
+GpuLight light_at(uint index, uint epoch) { return load_lights(index + epoch * scene.at.triangle_light_count); }
+
+GpuPunctualLight punctual_light_at(uint index, uint epoch) {
+    return load_punctual_lights(index + epoch * scene.at.punctual_light_count);
+}
 
 GpuInstance instance_at(uint index, uint epoch) { return load_instances(index + epoch * scene.at.instance_count); }
 

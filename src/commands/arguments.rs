@@ -7,7 +7,7 @@ use crate::render::{Clock, Kind};
 use crate::scene::camera::look_at;
 use crate::scene::load::Options;
 use crate::scene::validate::check_camera;
-use crate::scene::{Camera, file_of};
+use crate::scene::{Camera, environment, file_of};
 use crate::toml_text::TomlText;
 use crate::tracing::selection::TracerChoice;
 use crate::{Error, Result};
@@ -25,6 +25,9 @@ pub struct SceneArgs {
     /// How it is loaded
     #[command(flatten)]
     pub load: Options,
+    /// Light from all around: a file, .exr or .hdr, by longitude and latitude, or a sky such as sky:sun=40
+    #[arg(long, value_name = "FILE|sky:…")]
+    pub environment: Option<String>,
     /// Image width in pixels; with neither width nor height: 1280
     #[arg(long, allow_negative_numbers = true)]
     pub width: Option<u32>,
@@ -154,6 +157,8 @@ impl SceneArgs {
         files.extend(self.report.as_deref().map(|path| ("--report", path)));
         let written = files.len();
         files.extend(file_of(&self.scene).map(|path| ("the scene", path)));
+        let environment = self.environment.as_deref().and_then(environment::file_of);
+        files.extend(environment.map(|path| ("--environment", path)));
         files.extend(self.config.as_deref().map(|path| ("--config", path)));
         check_distinct(&files, written)?;
         for path in outputs {

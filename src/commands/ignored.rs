@@ -8,7 +8,7 @@ use crate::render::settings::{Heuristic, IndirectMode, Integrator, Visibility};
 use std::path::PathBuf;
 
 /// Settings that `reference` takes.
-const OF_PATH_TRACING: [&str; 4] = ["heuristic", "energy", "roulette", "variant"];
+const OF_PATH_TRACING: [&str; 5] = ["heuristic", "energy", "roulette", "environment", "variant"];
 
 /// Settings of indirect light that paths take without resampling.
 const OF_INDIRECT_PATHS: [&str; 4] = [
@@ -19,7 +19,12 @@ const OF_INDIRECT_PATHS: [&str; 4] = [
 ];
 
 /// Arguments without effect, for every command that renders a scene.
-pub fn note_for_scene(args: &SceneArgs, outputs: &[PathBuf]) {
+pub fn note_for_scene(args: &SceneArgs, changed: &[String], outputs: &[PathBuf]) {
+    if args.environment.is_none() {
+        note_ignored("there is no --environment", changed, |key| {
+            group(key) == "environment"
+        });
+    }
     if let (Some(camera), Some(_)) = (&args.camera, &args.look_at) {
         notice(&format!(
             "--look-at sets the camera, so --camera {camera} has no effect"

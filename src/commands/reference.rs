@@ -77,7 +77,7 @@ pub fn run(args: &Args) -> Result<()> {
     let settings = settings.of_path_tracing();
     let clock = args.scene.clock(None)?;
     args.scene.check_outputs(&args.output)?;
-    ignored::note_for_scene(&args.scene, &args.output);
+    ignored::note_for_scene(&args.scene, &changed, &args.output);
     ignored::note_for_reference(&args.scene, &changed);
     let interrupt = Interrupt::watch()?;
     let mut session = Session::open(&args.scene, settings, clock, &interrupt)?;

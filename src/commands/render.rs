@@ -43,7 +43,7 @@ pub fn run(args: &Args) -> Result<()> {
     let (settings, changed) = args.scene.settings()?;
     let clock = args.scene.clock(args.fps)?;
     args.scene.check_outputs(&args.output)?;
-    ignored::note_for_scene(&args.scene, &args.output);
+    ignored::note_for_scene(&args.scene, &changed, &args.output);
     ignored::note_for_render(&changed, &settings, args.scene.bounces);
     let interrupt = Interrupt::watch()?;
     let mut session = Session::open(&args.scene, settings, clock, &interrupt)?;

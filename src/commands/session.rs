@@ -9,7 +9,7 @@ use crate::layouts::{MAX_RADIANCE, ReservoirAov};
 use crate::render::outputs::Sums;
 use crate::render::{Clock, Kind, Renderer, Settings, Tracking, View};
 use crate::scene::camera::framing_camera;
-use crate::scene::{Camera, MovingCamera, Scene};
+use crate::scene::{Camera, Environment, MovingCamera, Scene};
 use crate::tracing::selection::{self, Selection};
 use crate::tracing::{GpuScene, SceneSizes};
 use crate::{Error, Result};
@@ -69,6 +69,13 @@ impl Session {
         for text in &scene.notices {
             notice(text);
         }
+        if let Some(name) = &args.environment {
+            scene.environment = Some(Environment {
+                rotation: settings.environment.rotation,
+                intensity: settings.environment.intensity,
+                ..Environment::open(name)?
+            });
+        }
         let moves = scene.motion.is_some();
         let scene_hash = scene.content_hash();
         apply_clock(&clock, &mut scene, "")?;
@@ -77,8 +84,10 @@ impl Session {
             None => choose_camera(&scene, args.camera.as_deref(), clock.start_time)?,
         };
         let (width, height) = args.size(&camera)?;
-        if scene.emissive_triangle_count() == 0 {
-            notice("the scene has no light, so the picture is black");
+        if !scene.is_lit() {
+            notice(
+                "the scene has no light, so the picture is black; --environment sky:sun=40 lights it",
+            );
         }
         let instance = open_vulkan()?;
         let (info, reason) = instance.choose(args.device.as_deref())?;

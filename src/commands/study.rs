@@ -7,9 +7,10 @@ use super::{NOTHING_WRITTEN, apply_clock, check_messages, notice, open_vulkan, p
 use crate::files::write_atomically;
 use crate::gpu::Device;
 use crate::render::View;
+use crate::render::settings::EnvironmentSettings;
 use crate::scene::camera::framing_camera;
 use crate::scene::load::Options;
-use crate::scene::{Camera, MovingCamera, Scene, check_name, open_watched};
+use crate::scene::{Camera, Environment, MovingCamera, Scene, check_name, open_watched};
 use crate::study::folder::Folder;
 use crate::study::forecast::Forecast;
 use crate::study::plan::{Expect, Plan, Resolved};
@@ -38,6 +39,9 @@ pub struct Args {
     /// How scenes are loaded
     #[command(flatten)]
     load: Options,
+    /// Light from all around, for all scenes: a file, .exr or .hdr, or a sky such as sky:sun=40
+    #[arg(long, value_name = "FILE|sky:…")]
+    environment: Option<String>,
     /// Scattering events at most, instead of the plan's
     #[arg(long, allow_negative_numbers = true)]
     bounces: Option<u32>,
@@ -70,10 +74,25 @@ pub fn run(args: &Args) -> Result<()> {
         };
         plan.scenes = args.scenes.iter().map(wanted).collect();
     }
+    for planned in &mut plan.scenes {
+        planned.environment = args.environment.clone().or(planned.environment.take());
+    }
+    if let Some(one) =
+        (configurations.iter()).find(|c| c.settings.environment != EnvironmentSettings::default())
+    {
+        return Err(Error::input(format!(
+            "plan {}: configuration '{}' changes the environment, which all configurations of a scene share; give the scene another environment",
+            args.plan, one.name
+        )));
+    }
     // What may be wrong is found before hours of work on the scenes before it.
     for planned in &plan.scenes {
         let name = &planned.name;
         check_name(name)?;
+        planned
+            .environment
+            .as_deref()
+            .map_or(Ok(()), Environment::check_name)?;
         own_camera(planned)?;
         if !configurations.iter().any(|c| c.is_for(name)) {
             return Err(Error::input(format!(
@@ -107,6 +126,7 @@ pub fn run(args: &Args) -> Result<()> {
     let subject = |planned: &PlannedScene| -> Result<Subject> {
         let name = &planned.name;
         let mut scene = open_watched(name, args.load, &mut |_, _, _| check())?;
+        scene.environment = (planned.environment.as_deref().map(Environment::open)).transpose()?;
         let clock = plan.clock();
         apply_clock(&clock, &mut scene, &format!("{name}: "))?;
         let selection = selection::select(&info, args.tracer, &SceneSizes::of(&scene))?;

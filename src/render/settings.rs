@@ -2,12 +2,14 @@
 //! when a value is set.
 
 mod direct;
+mod environment;
 mod indirect;
 mod keys;
 mod resampling;
 mod reservoirs;
 
 pub use direct::Direct;
+pub use environment::EnvironmentSettings;
 pub use indirect::{Indirect, IndirectMode, Secondary, Shift};
 pub use keys::Description;
 pub(crate) use keys::flatten;
@@ -93,6 +95,8 @@ pub struct Settings {
     pub energy: Energy,
     /// Russian roulette.
     pub roulette: Roulette,
+    /// The environment, if `--environment` gives one.
+    pub environment: EnvironmentSettings,
     /// Resampling of direct light.
     pub direct: Direct,
     /// Resampling of indirect light.
@@ -111,6 +115,7 @@ impl Settings {
             heuristic: self.heuristic,
             energy: self.energy,
             roulette: self.roulette,
+            environment: self.environment,
             variant: self.variant,
             ..Self::default()
         }

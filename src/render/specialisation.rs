@@ -19,6 +19,10 @@ crate::gpu_specialisation! {
         pub has_textures: bool = true,
         /// Whether some light has a texture.
         pub has_emissive_textures: bool = true,
+        /// Whether there is an environment.
+        pub has_environment: bool = true,
+        /// Whether there are punctual lights.
+        pub has_punctual_lights: bool = true,
         /// Whether some mesh has vertex colours.
         pub has_vertex_colors: bool = true,
         /// Whether points of triangles are stored as coordinates in the triangle's plane instead of barycentric weights.
@@ -82,6 +86,8 @@ mod values {
                 has_smooth_normals: full || requires.smooth_normals,
                 has_textures: full || requires.textures,
                 has_emissive_textures: full || requires.emissive_textures,
+                has_environment: full || requires.environment,
+                has_punctual_lights: full || requires.punctual_lights > 0,
                 has_vertex_colors: full || requires.vertex_colors,
                 // Not in motion, where a point keeps its weights while the plane changes.
                 has_large_triangles: requires.large_triangles && !scene.moves(),

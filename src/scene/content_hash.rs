@@ -3,7 +3,10 @@
 use super::motion::tracks::{Animated, Interpolation, Track};
 use super::motion::{AnimatedTransform, Emission, Motion, Node, Place};
 use super::texture::Wrap;
-use super::{Camera, Image, Instance, Material, Mesh, Scene, Texture};
+use super::{
+    Camera, Environment, Image, Instance, Material, Mesh, PunctualLight, PunctualShape, Scene,
+    Texture,
+};
 use glam::DAffine3;
 
 impl Scene {
@@ -17,6 +20,8 @@ impl Scene {
             materials,
             images,
             instances,
+            punctual_lights,
+            environment,
             cameras,
             motion,
             notices: _,
@@ -63,8 +68,51 @@ impl Scene {
                 .iter()
                 .for_each(|image| hash_image(&mut hasher, image));
         }
+        for light in punctual_lights {
+            hash_punctual(&mut hasher, light);
+        }
+        if let Some(environment) = environment {
+            hash_environment(&mut hasher, environment);
+        }
         hasher.finalize().to_hex().to_string()
     }
+}
+
+fn hash_punctual(hasher: &mut blake3::Hasher, light: &PunctualLight) {
+    let PunctualLight {
+        name: _,
+        light_to_world,
+        shape,
+        intensity,
+        range,
+    } = light;
+    hasher.update(b"punctual\0");
+    hash_affine(hasher, light_to_world);
+    let shape = match shape {
+        PunctualShape::Point => [0.0; 3],
+        PunctualShape::Spot { inner, outer } => [1.0, *inner, *outer],
+        PunctualShape::Directional => [2.0, 0.0, 0.0],
+    };
+    doubles(hasher, &shape);
+    // 0 is no valid range.
+    doubles(hasher, &[range.unwrap_or(0.0)]);
+    hasher.update(bytemuck::bytes_of(intensity));
+}
+
+fn hash_environment(hasher: &mut blake3::Hasher, environment: &Environment) {
+    let Environment {
+        name: _,
+        width,
+        height,
+        texels,
+        rotation,
+        intensity,
+    } = environment;
+    hasher.update(b"environment\0");
+    hasher.update(&width.to_le_bytes());
+    hasher.update(&height.to_le_bytes());
+    hasher.update(bytemuck::cast_slice(texels));
+    doubles(hasher, &[*rotation, f64::from(*intensity)]);
 }
 
 fn hash_motion(hasher: &mut blake3::Hasher, motion: &Motion) {
@@ -72,6 +120,7 @@ fn hash_motion(hasher: &mut blake3::Hasher, motion: &Motion) {
         nodes,
         instances,
         cameras,
+        lights,
         emission,
     } = motion;
     let index = |hasher: &mut blake3::Hasher, index: Option<u32>| {
@@ -103,6 +152,8 @@ fn hash_motion(hasher: &mut blake3::Hasher, motion: &Motion) {
         count(hasher, attached.len());
         attached.iter().for_each(|node| index(hasher, *node));
     }
+    // Nothing for scenes without lights, so that their hashes stay as they were.
+    lights.iter().for_each(|node| index(hasher, *node));
     count(hasher, emission.len());
     for Emission {
         material,
@@ -280,9 +331,99 @@ mod tests {
                 object_to_world: DAffine3::IDENTITY,
             }],
             cameras: vec![super::super::camera::look_at(DVec3::Z, DVec3::ZERO, 1.0)],
+            punctual_lights: vec![],
+            environment: None,
             motion: None,
             notices: vec![],
         }
+    }
+
+    #[test]
+    fn lights_count() {
+        let light = PunctualLight {
+            name: "l".into(),
+            light_to_world: DAffine3::IDENTITY,
+            shape: PunctualShape::Point,
+            intensity: Vec3::ONE,
+            range: None,
+        };
+        let environment = Environment {
+            name: "e".into(),
+            width: 2,
+            height: 1,
+            texels: vec![Vec3::ONE; 2].into(),
+            rotation: 0.0,
+            intensity: 1.0,
+        };
+        let lit = |light: &PunctualLight, environment: &Environment| {
+            let scene = Scene {
+                punctual_lights: vec![light.clone()],
+                environment: Some(environment.clone()),
+                ..scene()
+            };
+            scene.content_hash()
+        };
+        let spot = |inner| PunctualShape::Spot { inner, outer: 1.0 };
+        let lights = [
+            PunctualLight {
+                intensity: Vec3::X,
+                ..light.clone()
+            },
+            PunctualLight {
+                range: Some(3.0),
+                ..light.clone()
+            },
+            PunctualLight {
+                shape: spot(0.1),
+                ..light.clone()
+            },
+            PunctualLight {
+                shape: spot(0.2),
+                ..light.clone()
+            },
+            PunctualLight {
+                shape: PunctualShape::Directional,
+                ..light.clone()
+            },
+            PunctualLight {
+                light_to_world: DAffine3::from_translation(DVec3::X),
+                ..light.clone()
+            },
+        ];
+        let environments = [
+            Environment {
+                rotation: 1.0,
+                ..environment.clone()
+            },
+            Environment {
+                intensity: 2.0,
+                ..environment.clone()
+            },
+            Environment {
+                texels: vec![Vec3::X; 2].into(),
+                ..environment.clone()
+            },
+            Environment {
+                width: 1,
+                height: 2,
+                ..environment.clone()
+            },
+        ];
+        let mut hashes = vec![scene().content_hash(), lit(&light, &environment)];
+        hashes.extend(lights.iter().map(|light| lit(light, &environment)));
+        hashes.extend(
+            environments
+                .iter()
+                .map(|environment| lit(&light, environment)),
+        );
+        for (index, hash) in hashes.iter().enumerate() {
+            assert!(!hashes[..index].contains(hash), "{index}");
+        }
+        let named = PunctualLight {
+            name: "x".into(),
+            ..light.clone()
+        };
+        assert_eq!(lit(&named, &environment), lit(&light, &environment));
     }
 
     #[test]

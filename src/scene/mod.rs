@@ -5,6 +5,7 @@
 pub mod bounds;
 pub mod camera;
 mod content_hash;
+pub mod environment;
 pub mod export;
 mod gltf;
 mod images;
@@ -16,13 +17,17 @@ mod obj;
 mod polygon;
 pub mod procedural;
 pub mod progress;
+pub mod punctual;
 mod repair;
 pub mod requirements;
+pub mod sky;
 pub mod texture;
 pub mod validate;
 
 pub use bounds::Bounds;
+pub use environment::Environment;
 pub use motion::{Motion, MovingCamera};
+pub use punctual::{PunctualLight, PunctualShape};
 pub use texture::{Image, Texture};
 
 use crate::{Error, Result};
@@ -109,6 +114,10 @@ pub struct Scene {
     pub images: Vec<Image>,
     /// Meshes placed in the world.
     pub instances: Vec<Instance>,
+    /// Lights without a surface.
+    pub punctual_lights: Vec<PunctualLight>,
+    /// Light from infinitely far away, if there is any.
+    pub environment: Option<Environment>,
     /// Cameras in file order.
     pub cameras: Vec<Camera>,
     /// The scene's motion, if it moves; the rest of the scene is then its state at time 0.

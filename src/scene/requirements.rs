@@ -1,7 +1,7 @@
 //! Properties of a scene that decide which features the renderer needs for it.
 
 use super::bounds::usual_size;
-use super::{Material, Mesh, Scene};
+use super::{Environment, Material, Mesh, Scene};
 use crate::layouts::MIRROR_ROUGHNESS;
 
 /// What a scene contains that needs support in the renderer. Only materials and meshes with an
@@ -16,6 +16,10 @@ pub struct Requirements {
     pub instances: u64,
     /// Whether some light emits from both sides.
     pub double_sided_emitters: bool,
+    /// Punctual lights.
+    pub punctual_lights: u64,
+    /// Whether there is an environment.
+    pub environment: bool,
     /// Whether some surface has a specular lobe (else all is Lambert).
     pub specular: bool,
     /// Whether some specular lobe is too narrow for reservoirs (see [`MIRROR_ROUGHNESS`]).
@@ -49,6 +53,8 @@ impl Requirements {
             emissive_triangles: scene.emissive_triangle_count(),
             instances: scene.instances.len() as u64,
             motion: scene.motion.is_some(),
+            punctual_lights: scene.punctual_lights.len() as u64,
+            environment: scene.environment.is_some(),
             ..Self::default()
         };
         let edges: Vec<f64> = scene.meshes.iter().map(longest_edge).collect();
@@ -114,6 +120,14 @@ impl Material {
 }
 
 impl Scene {
+    /// Whether anything gives light at some time.
+    pub fn is_lit(&self) -> bool {
+        let mut punctual = self.punctual_lights.iter();
+        self.emissive_triangle_count() > 0
+            || self.environment.as_ref().is_some_and(Environment::is_lit)
+            || punctual.any(|light| light.intensity.max_element() > 0.0)
+    }
+
     /// Triangles in the world: each mesh's count times its instances.
     pub fn triangle_count(&self) -> u64 {
         self.count_triangles(|mesh| mesh.triangles.len() as u64)
@@ -142,7 +156,7 @@ impl Scene {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Instance, Motion, Part, Texture};
+    use super::super::{Instance, Motion, Part, PunctualLight, PunctualShape, Texture};
     use super::*;
     use glam::{DAffine3, DVec3, Vec3, Vec4};
 
@@ -201,11 +215,21 @@ mod tests {
         scene.instances.push(instance(1, 1.0));
         scene.instances.push(instance(1, -1.0));
         scene.motion = Some(Motion::default());
+        scene.punctual_lights = vec![PunctualLight {
+            name: String::new(),
+            light_to_world: DAffine3::IDENTITY,
+            shape: PunctualShape::Point,
+            intensity: Vec3::ONE,
+            range: None,
+        }];
+        scene.environment = Some(crate::scene::sky::generate("width=64").unwrap());
         let all = Requirements {
             triangles: 5,
             emissive_triangles: 2,
             instances: 3,
             double_sided_emitters: true,
+            punctual_lights: 1,
+            environment: true,
             specular: true,
             near_delta: true,
             textures: true,

@@ -2,13 +2,15 @@
 
 mod materials;
 mod meshes;
+mod punctual;
 
 use super::notices::{Tally, label};
 use super::{Bounds, Camera, Instance, Mesh, Scene};
 use crate::{Error, Result};
-use glam::{DAffine3, DMat3};
+use glam::{DAffine3, DMat3, Vec3};
 use materials::{check_image, check_material, check_textures};
 use meshes::check_mesh;
+use punctual::check_punctual;
 
 /// The largest world coordinate: beyond it, squared distances overflow f32.
 pub const LARGEST_COORDINATE: f64 = 1e15;
@@ -19,6 +21,12 @@ pub const BRIGHTEST: f32 = 1e12;
 
 /// An instance is flat if its volume scale is below this, relative to the lengths of its axes.
 const SINGULAR: f64 = 1e-15;
+
+/// Whether every channel is between 0 and a limit. By comparison, because the smallest and the largest element of a
+/// vector with NaN in it may be those of the rest.
+pub(super) fn is_within(color: Vec3, limit: f32) -> bool {
+    color.cmpge(Vec3::ZERO).all() && color.cmple(Vec3::splat(limit)).all()
+}
 
 impl Scene {
     /// Checks the scene and repairs what can be repaired without changing its picture.
@@ -36,6 +44,7 @@ impl Scene {
             let counts = [
                 self.instances.len(),
                 self.cameras.len(),
+                self.punctual_lights.len(),
                 self.materials.len(),
             ];
             motion.check(counts)?;
@@ -55,6 +64,9 @@ impl Scene {
         self.drop_empty_meshes(&mut tally);
         for (index, camera) in self.cameras.iter().enumerate() {
             check_camera(&label("camera", index, &camera.name), camera)?;
+        }
+        for (index, light) in self.punctual_lights.iter().enumerate() {
+            check_punctual(&label("light", index, &light.name), light)?;
         }
         self.notices.extend(tally.into_lines());
         Ok(())

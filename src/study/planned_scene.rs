@@ -15,6 +15,8 @@ pub struct PlannedScene {
     /// Eye and target, and optionally the vertical field of view in degrees; without, the scene is seen
     /// by its first camera.
     pub look_at: Option<String>,
+    /// Its environment: a file or a sky, as `--environment` takes it.
+    pub environment: Option<String>,
     /// Samples a pixel of its references, instead of the plan's.
     pub reference_spp: Option<u32>,
 }
@@ -25,6 +27,7 @@ impl PlannedScene {
         Self {
             name: name.to_owned(),
             look_at: None,
+            environment: None,
             reference_spp: None,
         }
     }
@@ -38,7 +41,9 @@ impl<'de> Deserialize<'de> for PlannedScene {
             type Value = PlannedScene;
 
             fn expecting(&self, f: &mut Formatter<'_>) -> fmt::Result {
-                f.write_str("a scene's name, or a table with scene, look_at and reference_spp")
+                f.write_str(
+                    "a scene's name, or a table with scene, look_at, environment and reference_spp",
+                )
             }
 
             fn visit_str<E>(self, name: &str) -> Result<PlannedScene, E> {

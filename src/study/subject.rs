@@ -55,7 +55,7 @@ impl Subject {
         let origin = view.camera.camera_to_world.translation;
         Ok(Self {
             name: name.to_owned(),
-            is_lit: scene.emissive_triangle_count() > 0,
+            is_lit: scene.is_lit(),
             scene: Arc::new(GpuScene::new(device, scene, origin, variant)?),
             scene_hash: scene.content_hash(),
             shaders: shaders::fingerprint()?,

@@ -6,9 +6,10 @@
 
 use crate::gpu::layout::{GpuStruct, Member, StructLayout};
 use crate::layouts::{
-    GpuInstance, GpuLight, GpuLightTexture, GpuMaterial, GpuPreviousTransform, GpuTexture,
+    GpuInstance, GpuLight, GpuLightChoice, GpuLightTexture, GpuMaterial, GpuPreviousTransform,
+    GpuPunctualLight, GpuTexture,
 };
-use glam::UVec2;
+use glam::{UVec2, Vec2};
 
 /// How shaders access one of the buffers.
 pub struct Access {
@@ -37,8 +38,16 @@ macro_rules! scene_buffers {
         crate::gpu_struct! {
             /// What shaders know of the scene's buffers.
             pub struct SceneTable {
-                /// Number of lights.
+                /// Number of lights of all kinds: triangles, punctual lights, and 1 for an environment.
                 pub light_count: u32,
+                /// Number of emissive triangles.
+                pub triangle_light_count: u32,
+                /// Number of punctual lights.
+                pub punctual_light_count: u32,
+                /// Width and height of the environment in texels.
+                pub environment_size: UVec2,
+                /// Cosine and sine of the angle by which it is turned around the upward axis.
+                pub environment_turn: Vec2,
                 /// Number of instances that are traced.
                 pub instance_count: u32,
                 /// Whether some light has a texture (0 or 1).
@@ -55,7 +64,13 @@ macro_rules! scene_buffers {
 
         /// What the buffers hold.
         #[cfg(headwater)]
-        pub struct SceneContents { $($(#[$meta])* pub $name: Vec<$element>,)* }
+        pub struct SceneContents {
+            $($(#[$meta])* pub $name: Vec<$element>,)*
+            /// Width and height of the environment in texels.
+            pub environment_size: UVec2,
+            /// Cosine and sine of the angle by which it is turned around the upward axis.
+            pub environment_turn: Vec2,
+        }
 
         /// Bytes of each buffer, known before any tree is built. Only the nodes are missing, whose number
         /// the trees decide; for all but the smallest meshes they take fewer bytes than the positions.
@@ -107,7 +122,11 @@ macro_rules! scene_buffers {
                 )?;)*
                 let addressed = variant.geometry == GeometryAccess::BufferAddresses;
                 let table = SceneTable {
-                    light_count: counts.lights as u32,
+                    light_count: counts.lights() as u32,
+                    triangle_light_count: counts.triangle_lights as u32,
+                    punctual_light_count: counts.punctual_lights as u32,
+                    environment_size: contents.environment_size,
+                    environment_turn: contents.environment_turn,
                     instance_count: counts.instances as u32,
                     textured_lights: counts.textured_lights.into(),
                     $($name: if addressed { address(&$name)? } else { UVec2::ZERO },)*
@@ -152,10 +171,18 @@ scene_buffers! {
     texels: [u32] as Elements::Plain("uint"); |c| c.texels;
     /// The linear value of each sRGB byte.
     srgb: [f32] as Elements::Plain("float"); |c| if c.textures > 0 { 256 } else { 0 };
-    /// Lights, for each epoch.
-    lights: [GpuLight] as Elements::Records(GpuLight::LAYOUT); |c| c.epochs * c.lights;
-    /// Textures of lights, one a light if some light has any.
-    light_textures: [GpuLightTexture] as Elements::Records(GpuLightTexture::LAYOUT); |c| if c.textured_lights { c.lights } else { 0 };
+    /// Emissive triangles, for each epoch.
+    lights: [GpuLight] as Elements::Records(GpuLight::LAYOUT); |c| c.epochs * c.triangle_lights;
+    /// Textures of emissive triangles, one a triangle if some of them has any.
+    light_textures: [GpuLightTexture] as Elements::Records(GpuLightTexture::LAYOUT); |c| if c.textured_lights { c.triangle_lights } else { 0 };
+    /// Punctual lights, for each epoch.
+    punctual_lights: [GpuPunctualLight] as Elements::Records(GpuPunctualLight::LAYOUT); |c| c.epochs * c.punctual_lights;
+    /// Texels of the environment, by rows: radiance, and the density over longitude and latitude with which they are drawn.
+    environment: [Vec4] as Elements::Words; |c| c.environment_texels;
+    /// The alias table that draws them: a texel is kept if 32 random bits are below the first number, else the second is taken.
+    environment_columns: [UVec2] as Elements::Plain("uvec2"); |c| c.environment_texels;
+    /// The alias table over the lights of all kinds: triangles, punctual lights, the environment.
+    light_choices: [GpuLightChoice] as Elements::Records(GpuLightChoice::LAYOUT); |c| c.lights();
     /// Where each of the scene's instances was in the previous frame; empty where nothing moves.
     previous_transforms: [GpuPreviousTransform] as Elements::Records(GpuPreviousTransform::LAYOUT); |c| c.previous_transforms;
 }
@@ -273,6 +300,7 @@ fn capitalised(word: &str) -> String {
 
 #[cfg(headwater)]
 use {
+    super::environment::EnvironmentTexels,
     super::epochs::EpochContents,
     super::gather::ElementCounts,
     super::geometry::Geometry,
@@ -280,7 +308,7 @@ use {
     super::{Fetch, GeometryAccess, Tracer, Variant},
     crate::Result,
     crate::gpu::{Buffer, Device, Resource, Usage},
-    glam::{UVec3, Vec2, Vec3},
+    glam::{UVec3, Vec3, Vec4},
     obvhs::cwbvh::node::CwBvhNode,
     std::sync::Arc,
 };
@@ -294,6 +322,7 @@ impl SceneContents {
         geometry: Geometry,
         epochs: EpochContents,
         previous_transforms: Vec<GpuPreviousTransform>,
+        environment: EnvironmentTexels,
     ) -> Self {
         Self {
             normals: geometry.normals,
@@ -310,7 +339,13 @@ impl SceneContents {
             srgb: materials.srgb,
             lights: epochs.lights,
             light_textures,
+            punctual_lights: epochs.punctual_lights,
+            environment: environment.texels,
+            environment_columns: environment.columns,
+            light_choices: epochs.light_choices,
             previous_transforms,
+            environment_size: environment.size,
+            environment_turn: environment.turn,
         }
     }
 }

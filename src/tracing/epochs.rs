@@ -1,7 +1,9 @@
 //! A scene that moves, in two epochs: the buffers hold the current frame, followed by the previous frame.
 
 use super::pose::{ScenePose, ScenePoser};
-use crate::layouts::{GpuInstance, GpuLight, GpuPreviousTransform};
+use crate::layouts::{
+    GpuInstance, GpuLight, GpuLightChoice, GpuPreviousTransform, GpuPunctualLight,
+};
 use crate::scene::Motion;
 use crate::{Error, Result};
 use obvhs::cwbvh::node::CwBvhNode;
@@ -16,8 +18,12 @@ pub struct EpochContents {
     pub top_instances: Vec<u32>,
     /// Instances.
     pub instances: Vec<GpuInstance>,
-    /// Lights.
+    /// Emissive triangles.
     pub lights: Vec<GpuLight>,
+    /// Punctual lights.
+    pub punctual_lights: Vec<GpuPunctualLight>,
+    /// The table that selects lights of the current epoch.
+    pub light_choices: Vec<GpuLightChoice>,
 }
 
 impl EpochContents {
@@ -29,6 +35,8 @@ impl EpochContents {
             top_instances: Vec::new(),
             instances: Vec::new(),
             lights: Vec::new(),
+            punctual_lights: Vec::new(),
+            light_choices: Vec::new(),
         };
         let mesh_nodes = (poses.len() * room) as u32;
         for (epoch, pose) in poses.iter().enumerate() {
@@ -46,7 +54,11 @@ impl EpochContents {
                 ..*instance
             });
             contents.instances.extend(instances);
-            contents.lights.extend(&pose.lights);
+            contents.lights.extend(&pose.lights.triangles);
+            contents.punctual_lights.extend(&pose.lights.punctual);
+            if epoch == 0 {
+                contents.light_choices.extend(&pose.lights.choices);
+            }
         }
         contents
             .nodes

@@ -70,9 +70,13 @@ pub struct ElementCounts {
     /// Texels of all images.
     pub texels: u64,
     /// Emissive triangles in the world.
-    pub lights: u64,
+    pub triangle_lights: u64,
     /// Whether some of them have textures.
     pub textured_lights: bool,
+    /// Punctual lights.
+    pub punctual_lights: u64,
+    /// Texels of the environment; 0 without one.
+    pub environment_texels: u64,
     /// 2 where something moves, for the current and the previous frame; else 1.
     pub epochs: u64,
     /// Instances of the scene, where something moves.
@@ -80,6 +84,11 @@ pub struct ElementCounts {
 }
 
 impl ElementCounts {
+    /// Lights of all kinds.
+    pub fn lights(&self) -> u64 {
+        self.triangle_lights + self.punctual_lights + u64::from(self.environment_texels > 0)
+    }
+
     /// The numbers of elements that a scene has on the device, known before it is gathered.
     pub fn of(scene: &Scene) -> Self {
         let gathered = gathered_instances(scene);
@@ -92,8 +101,12 @@ impl ElementCounts {
             texels: (scene.images.iter())
                 .map(|image| image.texels.len() as u64)
                 .sum(),
-            lights: scene.emissive_triangle_count(),
+            triangle_lights: scene.emissive_triangle_count(),
             textured_lights: scene.has_textured_lights(),
+            punctual_lights: scene.punctual_lights.len() as u64,
+            environment_texels: (scene.environment.iter())
+                .map(|environment| environment.texels.len() as u64)
+                .sum(),
             epochs: if motion.is_some() { 2 } else { 1 },
             previous_transforms: motion.map_or(0, |_| scene.instances.len() as u64),
             ..Self::default()
@@ -168,6 +181,8 @@ pub fn gather(scene: &Scene, origin: DVec3) -> Gathered<'_> {
     let mut left = Scene {
         materials: scene.materials.clone(),
         images: scene.images.clone(),
+        punctual_lights: scene.punctual_lights.clone(),
+        environment: scene.environment.clone(),
         ..Scene::default()
     };
     let (mut instance_ids, mut part_ids) = (Vec::new(), Vec::new());

@@ -3,9 +3,11 @@
 
 pub mod buffers;
 pub mod compute_bvh;
+pub mod environment;
 mod epochs;
 pub mod gather;
 pub mod geometry;
+pub mod lights;
 pub mod materials;
 mod pose;
 pub mod ray_query;

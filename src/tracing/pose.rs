@@ -3,13 +3,14 @@
 use super::compute_bvh::Tree;
 use super::gather::Gathered;
 use super::geometry::{Geometry, MeshPlace};
+use super::lights::{LightSources, Lights};
 use super::units::Units;
 use crate::Result;
-use crate::layouts::{GpuInstance, GpuLight, GpuPreviousTransform, NONE};
-use crate::scene::lights::{self, AliasTable, LampTriangle, LightTriangle, UNIFORM_SHARE};
+use crate::layouts::{GpuInstance, GpuPreviousTransform, NONE};
+use crate::scene::Bounds;
+use crate::scene::lights::LampTriangle;
 use crate::scene::motion::{Pose, check_place, is_flat};
 use crate::scene::validate::LARGEST_COORDINATE;
-use crate::scene::{Bounds, Material, Scene};
 use glam::{DAffine3, DVec3, UVec2, Vec3};
 use std::collections::HashMap;
 
@@ -19,8 +20,7 @@ pub struct ScenePoser {
     instances: Vec<TracedInstance>,
     /// The index in `instances` of each instance of the scene that may move.
     traced_index: HashMap<u32, usize>,
-    lamps: Vec<LampTriangle>,
-    materials: Vec<Material>,
+    sources: LightSources,
     trees: bool,
     /// Maximum levels of the tree over the instances.
     max_depth: u32,
@@ -46,7 +46,7 @@ pub struct ScenePose {
     /// The tree over the visible ones; empty where the driver builds its own.
     pub top: Tree,
     /// Lights.
-    pub lights: Vec<GpuLight>,
+    pub lights: Lights,
     /// The scene's moving instances, by index, with their transforms to the world.
     pub moved: Vec<(u32, DAffine3)>,
 }
@@ -91,15 +91,14 @@ impl ScenePoser {
             max_depth: u32::MAX,
             instances,
             traced_index,
-            lamps: lights::lamp_triangles(scene, &gathered.lamps),
-            materials: scene.materials.clone(),
+            sources: LightSources::of(scene, &gathered.lamps),
             trees,
         }
     }
 
     /// The emissive triangles, in the order of lights.
     pub fn lamps(&self) -> &[LampTriangle] {
-        &self.lamps
+        &self.sources.lamps
     }
 
     /// Limits the levels of trees over the instances; those of a balanced tree must be permitted.
@@ -130,13 +129,10 @@ impl ScenePoser {
             check_place(*moving, &centred, Some(&bounds), time, farthest)?;
             to_world[index] = *place;
         }
-        let mut materials = self.materials.clone();
-        for (material, emission) in pose.emission {
-            materials[material as usize].emission = emission;
-        }
-        let triangles: Vec<LightTriangle> = (self.lamps.iter())
-            .map(|lamp| lamp.placed(&to_world[lamp.instance as usize]))
-            .collect();
+        let place_of = |instance: u32| to_world[instance as usize];
+        let lights = self
+            .sources
+            .placed(place_of, &pose.emission, &pose.lights, &self.units);
 
         let mut instances = Vec::with_capacity(to_world.len());
         let (mut visible, mut boxes) = (Vec::new(), Vec::new());
@@ -159,7 +155,7 @@ impl ScenePoser {
             instances,
             visible,
             top: Tree::over_boxes_within(&boxes, self.max_depth),
-            lights: place_lights(&triangles, &materials, &self.units),
+            lights,
             moved: pose.instances,
         })
     }
@@ -225,74 +221,4 @@ fn world_box(object_to_world: &DAffine3, place: &MeshPlace) -> (Vec3, Vec3) {
     let reach = world.0.abs().max(world.1.abs()).max_element();
     let pad = DVec3::splat(reach * 1e-6);
     ((world.0 - pad).as_vec3(), (world.1 + pad).as_vec3())
-}
-
-/// The lights of a scene at time 0, in the device's units, with their selection table.
-pub fn gpu_lights(scene: &Scene, units: &Units) -> Vec<GpuLight> {
-    place_lights(&lights::light_triangles(scene), &scene.materials, units)
-}
-
-fn place_lights(
-    triangles: &[LightTriangle],
-    materials: &[Material],
-    units: &Units,
-) -> Vec<GpuLight> {
-    let length = 1.0 / units.length;
-    let weights: Vec<f64> = triangles
-        .iter()
-        .map(|light| lights::power(light, &materials[light.material as usize]))
-        .collect();
-    let table = AliasTable::new(&weights, UNIFORM_SHARE);
-    triangles
-        .iter()
-        .enumerate()
-        .map(|(index, light)| {
-            let material = &materials[light.material as usize];
-            let [a, b, c] = light.corners;
-            GpuLight {
-                corner: ((a - units.origin) * length).as_vec3(),
-                edge1: ((b - a) * length).as_vec3(),
-                edge2: ((c - a) * length).as_vec3(),
-                normal: light.normal.as_vec3(),
-                emission: (material.emission.as_dvec3() / units.radiance).as_vec3(),
-                area: (light.area * length * length) as f32,
-                probability: table.probabilities[index] as f32,
-                double_sided: material.double_sided.into(),
-                keep_below: table.columns[index].keep_below,
-                alias: table.columns[index].alias,
-            }
-        })
-        .collect()
-}
-
-/// Mean luminance of lights, weighted by the power that they emit to one side; 0 without any.
-pub fn mean_light_luminance(lights: &[GpuLight]) -> f32 {
-    let (mut power, mut weighted) = (0.0, 0.0);
-    for light in lights {
-        let luminance = lights::luminance(light.emission);
-        power += f64::from(light.area) * luminance;
-        weighted += f64::from(light.area) * luminance * luminance;
-    }
-    if power > 0.0 {
-        (weighted / power) as f32
-    } else {
-        0.0
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lights_are_weighted_by_their_power() {
-        let light = |area: f32, brightness: f32| GpuLight {
-            area,
-            emission: Vec3::splat(brightness),
-            ..bytemuck::Zeroable::zeroed()
-        };
-        let mean = mean_light_luminance(&[light(1.0, 1.0), light(3.0, 5.0)]);
-        assert!((mean - 4.75).abs() < 1e-6, "{mean}");
-        assert_eq!(mean_light_luminance(&[]), 0.0);
-    }
 }

@@ -2,12 +2,13 @@
 
 use super::buffers::{SceneBuffers, SceneContents};
 use super::compute_bvh::{balanced_depth, max_nodes};
+use super::environment::EnvironmentTexels;
 use super::epochs::{EpochContents, MovingScene};
 use super::gather::{ElementCounts, gather};
 use super::geometry::Geometry;
+pub use super::lights::gpu_lights;
 use super::materials::Materials;
-pub use super::pose::gpu_lights;
-use super::pose::{ScenePoser, mean_light_luminance};
+use super::pose::ScenePoser;
 use super::ray_query::RayQueryScene;
 use super::sizes::{SceneSizes, check_buffer};
 use super::units::Units;
@@ -31,7 +32,7 @@ pub struct GpuScene {
     pub requirements: Requirements,
     /// Numbers of elements in its buffers.
     pub counts: ElementCounts,
-    /// Mean luminance of the lights at the time of upload, weighted by their power; 0 without any.
+    /// Mean luminance of the lights with a surface, and of the environment, at the time of upload, weighted by their power; 0 without any.
     pub mean_light_luminance: f32,
     /// Entries that the stack of the traversal in compute needs, rounded up so that scenes share shaders.
     pub stack_size: u32,
@@ -63,10 +64,10 @@ impl GpuScene {
         // One group a level, and two where an instance is entered.
         let levels = |top: u32| (top + geometry.depth + 2).next_multiple_of(8);
         let mut stack_size = levels(pose.top.depth);
-        let mean_light_luminance = mean_light_luminance(&pose.lights);
+        let mean_light_luminance = pose.lights.mean_luminance;
         let visible = pose.visible.clone();
         let counts = ElementCounts {
-            lights: pose.lights.len() as u64,
+            triangle_lights: pose.lights.triangles.len() as u64,
             instances: pose.instances.len() as u64,
             ..ElementCounts::of(scene)
         };
@@ -109,6 +110,9 @@ impl GpuScene {
             geometry,
             epochs,
             previous_transforms,
+            (scene.environment.as_ref()).map_or_else(EnvironmentTexels::default, |environment| {
+                EnvironmentTexels::of(environment, &units)
+            }),
         );
         let buffers = SceneBuffers::new(device, &contents, &counts, variant)?;
         let ray_query = match variant.tracer {
@@ -151,6 +155,10 @@ impl GpuScene {
         let epochs = EpochContents::new(&[now, before], moving.room);
         self.buffers.instances.write(&epochs.instances)?;
         self.buffers.lights.write(&epochs.lights)?;
+        self.buffers
+            .punctual_lights
+            .write(&epochs.punctual_lights)?;
+        self.buffers.light_choices.write(&epochs.light_choices)?;
         let transforms = &self.buffers.previous_transforms;
         transforms.write(&change.previous_transforms)?;
         match &self.ray_query {

@@ -20,7 +20,7 @@ pub struct SceneSizes {
     /// Triangles that are stored: those of a mesh with several instances once.
     pub triangles: u64,
     /// Emissive triangles in the world.
-    pub lights: u64,
+    pub triangle_lights: u64,
     /// Bytes of its buffers, without the nodes of trees.
     pub bytes: BufferBytes,
 }
@@ -31,7 +31,7 @@ impl SceneSizes {
         let counts = ElementCounts::of(scene);
         Self {
             triangles: counts.triangles,
-            lights: counts.lights,
+            triangle_lights: counts.triangle_lights,
             bytes: BufferBytes::of(&counts),
         }
     }
@@ -54,10 +54,10 @@ impl SceneSizes {
                 self.triangles, self.bytes.positions
             )));
         }
-        if self.lights > MAX_LIGHTS {
+        if self.triangle_lights > MAX_LIGHTS {
             return Err(Error::input(format!(
                 "the scene has {} emissive triangles, but reservoirs can name at most {MAX_LIGHTS}; use a smaller scene",
-                self.lights
+                self.triangle_lights
             )));
         }
         for (name, bytes) in self.bytes.named() {

@@ -1,7 +1,7 @@
 //! The units of lengths and of radiance on the device.
 
-use crate::scene::Scene;
 use crate::scene::bounds::{exponent, usual_size};
+use crate::scene::{Environment, Scene};
 use glam::{DAffine3, DVec3, Vec3};
 
 /// Units of lengths and of radiance, and the origin, in which a scene is uploaded. Both units are powers of two, so that
@@ -28,15 +28,32 @@ impl Units {
         let lights = scene.materials.iter().map(|m| m.emission);
         let changing = scene.motion.iter().flat_map(|motion| &motion.emission);
         let lights = lights.chain(changing.map(|emission| emission.brightest()));
+        let brightest = lights.fold(0.0, brightest);
+        let environment = scene
+            .environment
+            .as_ref()
+            .map_or(0.0, Environment::brightest);
         let boxes = scene.loose_boxes();
         let corners = boxes.iter().flat_map(|bounds| [bounds.min, bounds.max]);
         let farthest = corners.map(|corner| (corner - origin).abs().max_element());
         let farthest = power_of_two(farthest.fold(0.0, f64::max));
+        // Squares of the largest coordinates must not overflow either.
+        let length = usual_size(&boxes).max(farthest / FARTHEST);
+        // As bright as a surface that a light fills the view of, at a distance of 1 on the device.
+        let punctual = scene.punctual_lights.iter().map(|light| {
+            let intensity = f64::from(light.intensity.max_element());
+            intensity
+                / if light.is_distant() {
+                    1.0
+                } else {
+                    length * length
+                }
+        });
+        let brightest = punctual.fold(f64::from(brightest.max(environment)), f64::max);
         Self {
             origin,
-            // Squares of the largest coordinates must not overflow either.
-            length: usual_size(&boxes).max(farthest / FARTHEST),
-            radiance: power_of_two(f64::from(lights.fold(0.0, brightest))),
+            length,
+            radiance: power_of_two(brightest),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Combinations of arguments: refused if a file would be overwritten, explained if wrong, and noticed if they have
 //! no effect.
 
-use crate::{fail, headwater, run, succeed, succeeded, text};
+use crate::{fail, headwater, messages, run, succeed, succeeded, text};
 use headwater::image::Image;
 use std::path::Path;
 
@@ -316,4 +316,77 @@ fn the_help_of_reference_offers_what_it_takes() {
         let line = fail(&["reference", "cornell", "-o", "a.exr", "--aov", aov], 2);
         assert!(line.contains("albedo"), "{line}");
     }
+}
+
+#[test]
+fn environments_are_checked_and_light_the_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| text(&folder.path().join(name)).to_owned();
+    let picture = at("a.exr");
+    let render = |environment: &str, more: &[&str]| {
+        let first = [
+            "render",
+            "cornell",
+            "--width",
+            "16",
+            "-o",
+            &picture,
+            "--preset",
+            "path-tracing",
+        ];
+        let named = ["--environment", environment];
+        [&first[..], &named, more]
+            .concat()
+            .iter()
+            .map(|a| (*a).to_owned())
+            .collect::<Vec<_>>()
+    };
+    for (environment, said) in [
+        ("sky:sum=40", "sun"),
+        ("sky:sun=400", "0 to 90"),
+        ("nowhere.exr", "nowhere.exr"),
+        ("Cargo.toml", ".exr or .hdr"),
+    ] {
+        let arguments = render(environment, &[]);
+        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        let line = fail(&arguments, 2);
+        assert!(line.contains(said), "{line}");
+    }
+    let own = at("sky.exr");
+    grey(Path::new(&own));
+    let arguments = render(&own, &["--report", &own]);
+    let line = fail(&arguments.iter().map(String::as_str).collect::<Vec<_>>(), 2);
+    assert!(line.contains("--environment"), "{line}");
+    // Through the open front of the room, and behind it.
+    let mean = |more: &[&str]| {
+        let arguments = render("sky:sun=40", more);
+        succeed(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
+        let rgb = Image::read(Path::new(&picture)).unwrap().rgb().unwrap();
+        rgb.iter().flatten().sum::<f32>() / rgb.len() as f32
+    };
+    let dark = mean(&["--set", "environment.intensity=0"]);
+    let lit = mean(&[]);
+    let turned = mean(&["--set", "environment.rotation=120"]);
+    assert!(
+        lit > 1.02 * dark && (turned - lit).abs() > 1e-3 * lit,
+        "{dark} {lit} {turned}"
+    );
+    // Without an environment its settings have no effect.
+    let line = messages(
+        run(&[
+            "render",
+            "cornell",
+            "--width",
+            "16",
+            "-o",
+            &picture,
+            "--set",
+            "environment.rotation=3",
+        ])
+        .stderr,
+    );
+    assert!(
+        line.contains("environment.rotation has no effect"),
+        "{line}"
+    );
 }

@@ -1,7 +1,7 @@
 //! Tests of shader functions: octahedral words, tangent frames, normals across edges of any length.
 
 use crate::support::random::Random;
-use crate::{Function, floats, vector};
+use crate::{Function, floats, number, vector};
 use glam::DVec3;
 
 /// Random directions, and those along axes and diagonals.
@@ -44,7 +44,8 @@ fn tangent_frames_are_right_handed_and_orthonormal() {
 
 #[test]
 fn turns_lie_on_the_circle() {
-    let body = "x.xy = floatBitsToUint(on_circle(uintBitsToFloat(a.x)));";
+    let body = "vec2 point = on_circle(uintBitsToFloat(a.x));
+        x.xyz = floatBitsToUint(vec3(point, turns_of(point)));";
     let function = Function {
         body,
         ..Function::default()
@@ -60,6 +61,9 @@ fn turns_lie_on_the_circle() {
         let (sin, cos) = (std::f64::consts::TAU * f64::from(*t)).sin_cos();
         let gap = (vector(&output).truncate() - glam::DVec2::new(cos, sin)).length();
         assert!(gap < 2e-7, "{t}: {gap:e}");
+        // 0 and 1 are the same angle.
+        let back = (number(output[2]) - f64::from(*t) + 0.5).rem_euclid(1.0) - 0.5;
+        assert!(back.abs() < 1e-7, "{t}: {back:e}");
     }
 }
 

@@ -2,24 +2,27 @@
 
 use crate::{Function, number, vector};
 use glam::DVec3;
-use headwater::layouts::{GpuLight, RestirConstants, ReuseConstants};
+use headwater::layouts::{GpuLightChoice, RestirConstants, ReuseConstants};
 use headwater::metrics::statistics::{chi_square_p_value, holm};
 use headwater::scene::procedural;
 use headwater::tracing::Units;
+use headwater::tracing::lights::{Lights, gpu_lights};
 
 const BODY: &str = "Random random = random_start(a.x, 1u, 2u);
-    LightPoint p = sample_light(a.y, random_bits(random));
-    x = uvec4(floatBitsToUint(p.position), p.light); y.x = floatBitsToUint(p.pdf_area);";
+    uvec4 bits = random_bits(random);
+    LightPoint p = draw_point(pick_light(a.y, bits.xy), bits);
+    float pdf_area = pdf_own_measure(p, vec3(0.0), light_probability(p));
+    x = uvec4(floatBitsToUint(light_position(light_at(p.index, CURRENT), p.place)), p.index); y.x = floatBitsToUint(pdf_area);";
 
-fn draw(lights: &[GpuLight], count: u32) -> Vec<[u32; 8]> {
+fn draw(lights: &Lights, count: u32) -> Vec<[u32; 8]> {
     let function = Function {
-        includes: &["lights/triangle.glsl"],
+        includes: &["lights/light_point.glsl"],
         body: BODY,
-        lights,
+        lights: lights.clone(),
         ..Function::default()
     };
     let inputs: Vec<[u32; 8]> = (0..count)
-        .map(|i| [i, lights.len() as u32, 0, 0, 0, 0, 0, 0])
+        .map(|i| [i, lights.choices.len() as u32, 0, 0, 0, 0, 0, 0])
         .collect();
     function.run(&inputs)
 }
@@ -28,19 +31,20 @@ fn draw(lights: &[GpuLight], count: u32) -> Vec<[u32; 8]> {
 fn lights_are_picked_as_often_as_their_probability_says() {
     const COUNT: u32 = 1 << 19;
     let scene = procedural::generate("night-city", &[]).unwrap();
-    let lights = headwater::tracing::scene::gpu_lights(&scene, &Units::of(&scene, DVec3::ZERO));
+    let lights = gpu_lights(&scene, &Units::of(&scene, DVec3::ZERO));
     let drawn = draw(&lights, COUNT);
-    let mut observed = vec![0_u64; lights.len()];
+    let count = lights.choices.len();
+    let mut observed = vec![0_u64; count];
     // Σ 1/(p N) over picks is the number of lights over itself: one.
     let mut inverse = 0.0;
     for output in &drawn {
         let light = output[3] as usize;
         observed[light] += 1;
-        let probability = number(output[4]) * f64::from(lights[light].area);
-        assert!((probability / f64::from(lights[light].probability) - 1.0).abs() < 1e-5);
-        inverse += 1.0 / (probability * lights.len() as f64);
+        let probability = number(output[4]) * f64::from(lights.triangles[light].area);
+        assert!((probability / f64::from(lights.choices[light].probability) - 1.0).abs() < 1e-5);
+        inverse += 1.0 / (probability * count as f64);
     }
-    let expected: Vec<f64> = lights
+    let expected: Vec<f64> = (lights.choices)
         .iter()
         .map(|l| f64::from(l.probability) * f64::from(COUNT))
         .collect();
@@ -58,9 +62,9 @@ fn lights_are_picked_as_often_as_their_probability_says() {
 fn points_lie_evenly_on_their_triangle() {
     const SIDE: usize = 8;
     let scene = procedural::generate("cornell", &[]).unwrap();
-    let lights = headwater::tracing::scene::gpu_lights(&scene, &Units::of(&scene, DVec3::ZERO));
+    let lights = gpu_lights(&scene, &Units::of(&scene, DVec3::ZERO));
     let mut p_values = Vec::new();
-    for (number, light) in lights.iter().enumerate() {
+    for (number, light) in lights.triangles.iter().enumerate() {
         let [corner, e, f] = [light.corner, light.edge1, light.edge2].map(|v| v.as_dvec3());
         let mut observed = vec![0_u64; SIDE * SIDE];
         for output in draw(&lights, 1 << 16) {
@@ -91,14 +95,15 @@ fn points_lie_evenly_on_their_triangle() {
 fn candidate_sources_draw_by_their_density() {
     const COUNT: u32 = 1 << 18;
     let scene = procedural::generate("night-city", &[]).unwrap();
-    let lights = headwater::tracing::scene::gpu_lights(&scene, &Units::of(&scene, DVec3::ZERO));
+    let lights = gpu_lights(&scene, &Units::of(&scene, DVec3::ZERO));
     for uniform_candidates in [0, 1] {
         let function = Function {
             includes: &["lights/sources.glsl"],
             body: "Random random = random_start(a.x, 1u, 2u);
                 LightSample s = draw_light_sample(random_bits(random));
-                x = uvec4(s.light, floatBitsToUint(light_sample_pdf_area(s.light)), 0u, 0u);",
-            lights: &lights,
+                float pdf_area = light_sample_pdf_own_measure(s.point, s.position);
+                x = uvec4(s.point.index, floatBitsToUint(pdf_area), 0u, 0u);",
+            lights: lights.clone(),
             restir: RestirConstants {
                 reuse: ReuseConstants {
                     uniform_candidates,
@@ -109,20 +114,22 @@ fn candidate_sources_draw_by_their_density() {
             ..Function::default()
         };
         let inputs: Vec<[u32; 8]> = (0..COUNT).map(|i| [i, 0, 0, 0, 0, 0, 0, 0]).collect();
-        let probability = |light: &GpuLight| match uniform_candidates {
+        let count = lights.choices.len();
+        let probability = |light: &GpuLightChoice| match uniform_candidates {
             0 => f64::from(light.probability),
-            _ => 1.0 / lights.len() as f64,
+            _ => 1.0 / count as f64,
         };
-        let mut observed = vec![0_u64; lights.len()];
+        let mut observed = vec![0_u64; count];
         let mut inverse = 0.0;
         for output in function.run(&inputs) {
-            let light = &lights[output[0] as usize];
-            let selected = number(output[1]) * f64::from(light.area);
-            assert!((selected / probability(light) - 1.0).abs() < 1e-5);
+            let light = output[0] as usize;
+            let selected = number(output[1]) * f64::from(lights.triangles[light].area);
+            let expected = probability(&lights.choices[light]);
+            assert!((selected / expected - 1.0).abs() < 1e-5);
             observed[output[0] as usize] += 1;
-            inverse += 1.0 / (selected * lights.len() as f64);
+            inverse += 1.0 / (selected * count as f64);
         }
-        let expected: Vec<f64> = (lights.iter())
+        let expected: Vec<f64> = (lights.choices.iter())
             .map(|light| probability(light) * f64::from(COUNT))
             .collect();
         let p = chi_square_p_value(&observed, &expected);
@@ -139,16 +146,19 @@ fn candidate_sources_draw_by_their_density() {
 #[test]
 fn every_light_gets_its_exact_share_of_the_random_words() {
     const COUNT: u64 = 1_000_003;
-    let light = |index: u64| GpuLight {
+    let choice = |index: u64| GpuLightChoice {
         keep_below: (index as u32).wrapping_mul(0x9E37_79B9),
         alias: u32::MAX - index as u32,
         ..bytemuck::Zeroable::zeroed()
     };
-    let lights: Vec<GpuLight> = (0..COUNT).map(light).collect();
+    let choices: Vec<GpuLightChoice> = (0..COUNT).map(choice).collect();
     let function = Function {
-        includes: &["lights/triangle.glsl"],
+        includes: &["lights/light_point.glsl"],
         body: "x.x = pick_light(a.x, a.yz);",
-        lights: &lights,
+        lights: Lights {
+            choices: choices.clone(),
+            ..Lights::default()
+        },
         ..Function::default()
     };
     // The last word of one light, the first of the next, and the words around where that one is no longer kept.
@@ -159,7 +169,7 @@ fn every_light_gets_its_exact_share_of_the_random_words() {
                 let product = u128::from(index) << 64 | u128::from(fraction) << 32;
                 product.div_ceil(u128::from(COUNT)) as u64
             };
-            let [start, middle] = [first(0), first(lights[index as usize].keep_below)];
+            let [start, middle] = [first(0), first(choices[index as usize].keep_below)];
             [start - 1, start, middle - 1, middle]
         })
         .collect();
@@ -170,9 +180,9 @@ fn every_light_gets_its_exact_share_of_the_random_words() {
     let expected = words.iter().map(|word| {
         let product = u128::from(*word) * u128::from(COUNT);
         let (index, fraction) = ((product >> 64) as usize, (product >> 32) as u32);
-        match fraction < lights[index].keep_below {
+        match fraction < choices[index].keep_below {
             true => index as u32,
-            false => lights[index].alias,
+            false => choices[index].alias,
         }
     });
     let picked = function.run(&inputs);

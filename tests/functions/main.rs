@@ -1,6 +1,7 @@
 //! Shader functions alone, against twins written in f64: random numbers, directions, surfaces, lights.
 
 mod directions;
+mod environment;
 mod lights;
 mod numbers;
 mod radiance;
@@ -12,9 +13,11 @@ mod surfaces;
 mod textures;
 
 use headwater::gpu::{Buffer, ComputePass, Recording, Resource, Usage, compiler};
-use headwater::layouts::{GpuLight, GpuMaterial, GpuTexture, RestirConstants};
+use headwater::layouts::{GpuMaterial, GpuTexture, RestirConstants};
 use headwater::render::energy::albedo_table;
 use headwater::tracing::buffers::SceneTable;
+use headwater::tracing::environment::EnvironmentTexels;
+use headwater::tracing::lights::Lights;
 use headwater::tracing::shaders::sources;
 use headwater::tracing::{Fetch, GeometryAccess, Tracer, Variant};
 use std::sync::LazyLock;
@@ -33,6 +36,10 @@ pub struct Tables {
     specular_albedo: Buffer,
     materials: Buffer,
     lights: Buffer,
+    light_choices: Buffer,
+    punctual_lights: Buffer,
+    environment: Buffer,
+    environment_columns: Buffer,
     light_textures: Buffer,
     textures: Buffer,
     texels: Buffer,
@@ -48,6 +55,13 @@ impl Tables {
             ("specular_albedo", Resource::Read(&self.specular_albedo)),
             ("materials", Resource::Read(&self.materials)),
             ("lights", Resource::Read(&self.lights)),
+            ("light_choices", Resource::Read(&self.light_choices)),
+            ("punctual_lights", Resource::Read(&self.punctual_lights)),
+            ("environment", Resource::Read(&self.environment)),
+            (
+                "environment_columns",
+                Resource::Read(&self.environment_columns),
+            ),
             ("light_textures", Resource::Read(&self.light_textures)),
             ("textures", Resource::Read(&self.textures)),
             ("texels", Resource::Read(&self.texels)),
@@ -60,7 +74,7 @@ impl Tables {
 }
 
 /// A call of shader functions for each of many inputs.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Function<'a> {
     /// Files of `glsl` to include.
     pub includes: &'a [&'a str],
@@ -68,8 +82,10 @@ pub struct Function<'a> {
     pub body: &'a str,
     /// What `materials` holds.
     pub materials: &'a [GpuMaterial],
-    /// What `lights` holds.
-    pub lights: &'a [GpuLight],
+    /// The lights, and the table that selects among them.
+    pub lights: Lights,
+    /// The environment.
+    pub environment: EnvironmentTexels,
     /// What `textures` holds.
     pub textures: &'a [GpuTexture],
     /// What `texels` holds.
@@ -134,7 +150,11 @@ impl Function<'_> {
         // Half a second of work, the same for every function.
         static TABLE: LazyLock<Vec<[f32; 2]>> = LazyLock::new(albedo_table);
         let table = SceneTable {
-            light_count: self.lights.len() as u32,
+            light_count: self.lights.choices.len() as u32,
+            triangle_light_count: self.lights.triangles.len() as u32,
+            punctual_light_count: self.lights.punctual.len() as u32,
+            environment_size: self.environment.size,
+            environment_turn: self.environment.turn,
             ..SceneTable::default()
         };
         let uniform = Usage {
@@ -144,7 +164,20 @@ impl Function<'_> {
         let tables = Tables {
             specular_albedo: buffer("specular_albedo", bytemuck::cast_slice(&TABLE)),
             materials: buffer("materials", bytemuck::cast_slice(self.materials)),
-            lights: buffer("lights", bytemuck::cast_slice(self.lights)),
+            lights: buffer("lights", bytemuck::cast_slice(&self.lights.triangles)),
+            light_choices: buffer("light_choices", bytemuck::cast_slice(&self.lights.choices)),
+            punctual_lights: buffer(
+                "punctual_lights",
+                bytemuck::cast_slice(&self.lights.punctual),
+            ),
+            environment: buffer(
+                "environment",
+                bytemuck::cast_slice(&self.environment.texels),
+            ),
+            environment_columns: buffer(
+                "environment_columns",
+                bytemuck::cast_slice(&self.environment.columns),
+            ),
             light_textures: buffer("light_textures", &[0; 32]),
             textures: buffer("textures", bytemuck::cast_slice(self.textures)),
             texels: buffer("texels", bytemuck::cast_slice(self.texels)),

@@ -40,7 +40,7 @@ fn colours_are_kept_on_average() {
     let inputs: Vec<[u32; 8]> = colours().iter().map(|c| floats(c)).collect();
     let nearest = Function {
         fault: Some(("core/radiance.glsl", "uvec3(numbers *", "uvec3(0.5 *")),
-        ..function
+        ..function.clone()
     };
     let off = number(nearest.run(&inputs)[2][2]) - 0.7 / 1.9999;
     assert!(off.abs() > 1e-3, "rounding to the nearest: {off}");

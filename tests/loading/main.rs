@@ -5,6 +5,7 @@ mod animations;
 mod files;
 mod garbage;
 mod gltf;
+mod lights;
 mod obj;
 mod progress;
 #[path = "../support/mod.rs"]

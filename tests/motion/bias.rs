@@ -233,6 +233,7 @@ fn with_a_step(
         }],
         instances: nodes,
         cameras: vec![None; scene.cameras.len()],
+        lights: vec![],
         emission: Vec::new(),
     });
     scene

@@ -303,13 +303,14 @@ impl Animations {
         })
     }
 
-    /// How the scene moves, given for each instance and camera where in `placed` its node is; none
+    /// How the scene moves, given for each instance, camera and light where in `placed` its node is; none
     /// without keys.
     pub fn motion(
         mut self,
         placed: &[Placed<'_>],
         instances: Vec<Option<u32>>,
         cameras: Vec<Option<u32>>,
+        lights: Vec<Option<u32>>,
     ) -> Option<Motion> {
         if self.nodes.is_empty() && self.materials.is_empty() {
             return None;
@@ -325,6 +326,7 @@ impl Animations {
             nodes: nodes.collect(),
             instances,
             cameras,
+            lights,
             emission: self.materials.into_values().collect(),
         })
     }

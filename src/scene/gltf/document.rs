@@ -23,6 +23,7 @@ pub struct Document {
     pub asset: Asset,
     pub extensions_used: Vec<String>,
     pub extensions_required: Vec<String>,
+    pub extensions: DocumentExtensions,
     pub scene: Option<u64>,
     pub scenes: Vec<Roots>,
     pub nodes: Vec<Node>,
@@ -235,6 +236,74 @@ pub struct Node {
     pub translation: Option<[f64; 3]>,
     pub rotation: Option<[f64; 4]>,
     pub scale: Option<[f64; 3]>,
+    pub extensions: NodeExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct NodeExtensions {
+    #[serde(rename = "KHR_lights_punctual")]
+    pub light: Option<NodeLight>,
+}
+
+#[derive(Debug, Deserialize)]
+pub struct NodeLight {
+    pub light: u64,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct DocumentExtensions {
+    #[serde(rename = "KHR_lights_punctual")]
+    pub lights: Lights,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct Lights {
+    pub lights: Vec<Light>,
+}
+
+/// A punctual light.
+#[derive(Debug, Deserialize)]
+#[serde(default)]
+pub struct Light {
+    pub name: String,
+    #[serde(rename = "type")]
+    pub kind: String,
+    pub color: [f32; 3],
+    pub intensity: f32,
+    pub range: Option<f64>,
+    pub spot: Spot,
+}
+
+impl Default for Light {
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            kind: String::new(),
+            color: [1.0; 3],
+            intensity: 1.0,
+            range: None,
+            spot: Spot::default(),
+        }
+    }
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub struct Spot {
+    pub inner_cone_angle: f64,
+    pub outer_cone_angle: f64,
+}
+
+impl Default for Spot {
+    fn default() -> Self {
+        Self {
+            inner_cone_angle: 0.0,
+            outer_cone_angle: std::f64::consts::FRAC_PI_4,
+        }
+    }
 }
 
 #[derive(Debug, Deserialize)]

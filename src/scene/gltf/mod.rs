@@ -8,6 +8,7 @@ mod accessors;
 mod animations;
 mod buffers;
 mod document;
+mod lights;
 mod materials;
 mod meshes;
 mod nodes;
@@ -25,9 +26,10 @@ use std::path::Path;
 use textures::Textures;
 
 /// The extensions that are followed.
-const EXTENSIONS: [&str; 7] = [
+const EXTENSIONS: [&str; 8] = [
     "EXT_texture_webp",
     "KHR_animation_pointer",
+    "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_specular",
@@ -72,7 +74,12 @@ pub(super) fn read(
     let mut instance_nodes = Vec::new();
     // Where in the scene each of the file's meshes is, once it has been read.
     let mut read: Vec<Option<u32>> = vec![None; document.meshes.len()];
+    let mut light_nodes = Vec::new();
     for (number, place) in (0_u32..).zip(&placed) {
+        if let Some(light) = lights::of_node(&document, place)? {
+            scene.punctual_lights.push(light);
+            light_nodes.push(Some(number));
+        }
         if let Some(index) = place.node.camera {
             let Some(source) = get(&document.cameras, index) else {
                 return Err(out_of_range(
@@ -125,7 +132,7 @@ pub(super) fn read(
     let camera_nodes = cameras.iter().map(|(.., node)| Some(*node)).collect();
     scene.cameras = cameras.into_iter().map(|(_, camera, _)| camera).collect();
     let animations = animations::read(&accessors, &placed, &mut tally)?;
-    scene.motion = animations.motion(&placed, instance_nodes, camera_nodes);
+    scene.motion = animations.motion(&placed, instance_nodes, camera_nodes, light_nodes);
     // Even what never changes may be kept elsewhere by its keys than by its node.
     scene.take_pose(0.0)?;
     scene.motion = scene.motion.take().and_then(Motion::simplified);

@@ -1,4 +1,4 @@
-//! Motion of a scene: a tree of nodes with keyframes, to which instances and cameras are attached.
+//! Motion of a scene: a tree of nodes with keyframes, to which instances, cameras and lights are attached.
 
 mod moving_camera;
 mod pose;
@@ -21,11 +21,13 @@ pub struct Motion {
     pub instances: Vec<Option<u32>>,
     /// The same for its cameras.
     pub cameras: Vec<Option<u32>>,
+    /// The same for its punctual lights.
+    pub lights: Vec<Option<u32>>,
     /// Materials with changing emission, each once.
     pub emission: Vec<Emission>,
 }
 
-/// A node of the tree that instances and cameras are attached to.
+/// A node of the tree that instances, cameras and lights are attached to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Node {
     /// Index of its parent, smaller than its own; none for a root.
@@ -126,7 +128,8 @@ impl Motion {
 
     /// Whether instances or lights move or change, not only cameras.
     pub fn moves_things(&self) -> bool {
-        !self.emission.is_empty() || self.instances.iter().any(Option::is_some)
+        let mut attached = self.instances.iter().chain(&self.lights);
+        !self.emission.is_empty() || attached.any(Option::is_some)
     }
 
     /// Whether an instance moves.
@@ -149,7 +152,7 @@ impl Motion {
             let with_parent = node.parent.is_some_and(|parent| moves[parent as usize]);
             moves.push(with_parent || matches!(node.place, Place::Moving(_)));
         }
-        for attached in self.instances.iter_mut().chain(&mut self.cameras) {
+        for attached in self.attached_mut() {
             attached.take_if(|node| !moves[*node as usize]);
         }
         for emission in &mut self.emission {
@@ -164,7 +167,7 @@ impl Motion {
 
     fn drop_unused_nodes(&mut self) {
         let mut used = vec![false; self.nodes.len()];
-        for node in self.instances.iter().chain(&self.cameras).flatten() {
+        for node in self.attached().flatten() {
             used[*node as usize] = true;
         }
         for index in (0..self.nodes.len()).rev() {
@@ -182,20 +185,35 @@ impl Motion {
             .collect();
         let mut used = used.into_iter();
         self.nodes.retain(|_| used.next().unwrap_or(false));
-        let parents = self.nodes.iter_mut().map(|node| &mut node.parent);
-        for node in parents.chain(&mut self.instances).chain(&mut self.cameras) {
+        for node in &mut self.nodes {
+            node.parent = node.parent.map(|parent| moved[parent as usize]);
+        }
+        for node in self.attached_mut() {
             *node = node.map(|node| moved[node as usize]);
         }
     }
 
-    /// Checks indices and keys against the scene's `instances`, `cameras` and `materials`.
+    /// The nodes of all that is attached to one.
+    fn attached(&self) -> impl Iterator<Item = &Option<u32>> {
+        (self.instances.iter())
+            .chain(&self.cameras)
+            .chain(&self.lights)
+    }
+
+    fn attached_mut(&mut self) -> impl Iterator<Item = &mut Option<u32>> {
+        (self.instances.iter_mut())
+            .chain(&mut self.cameras)
+            .chain(&mut self.lights)
+    }
+
+    /// Checks indices and keys against the numbers of the scene's instances, cameras, punctual lights and materials.
     ///
     /// # Errors
     /// The first fault.
-    pub(super) fn check(&self, counts: [usize; 3]) -> Result<()> {
+    pub(super) fn check(&self, counts: [usize; 4]) -> Result<()> {
         let wrong = |what: String, fault: &str| Err(Error::input(format!("{what}: {fault}")));
-        if self.instances.len() != counts[0] || self.cameras.len() != counts[1] {
-            let fault = "it does not have an entry for every instance and camera";
+        if [self.instances.len(), self.cameras.len(), self.lights.len()] != counts[..3] {
+            let fault = "it does not have an entry for every instance, camera and light";
             return wrong("motion".into(), fault);
         }
         for (index, node) in self.nodes.iter().enumerate() {
@@ -209,13 +227,13 @@ impl Motion {
                 check_track(&format!("{what}, scale"), &moving.scale)?;
             }
         }
-        let mut attached = self.instances.iter().chain(&self.cameras).flatten();
+        let mut attached = self.attached().flatten();
         if let Some(node) = attached.find(|n| **n as usize >= self.nodes.len()) {
             return wrong("motion".into(), &format!("node {node} does not exist"));
         }
         for emission in &self.emission {
             let what = format!("motion, material {}", emission.material);
-            if emission.material as usize >= counts[2] {
+            if emission.material as usize >= counts[3] {
                 return wrong(what, "it does not exist");
             }
             check_track(&format!("{what}, emission"), &emission.color)?;
@@ -268,6 +286,7 @@ mod tests {
             ],
             instances: vec![Some(2), Some(3)],
             cameras: vec![Some(0)],
+            lights: vec![],
             emission: vec![],
         };
         let simple = motion.clone().simplified().unwrap();
@@ -293,7 +312,7 @@ mod tests {
         let message = |change: fn(&mut Motion)| {
             let mut motion = good.clone();
             change(&mut motion);
-            motion.check([1, 0, 1]).unwrap_err().to_string()
+            motion.check([1, 0, 0, 1]).unwrap_err().to_string()
         };
         assert!(message(|m| m.instances.clear()).contains("every instance"));
         assert!(message(|m| m.instances[0] = Some(1)).contains("node 1 does not exist"));

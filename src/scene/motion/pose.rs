@@ -13,6 +13,8 @@ pub struct Pose {
     pub instances: Vec<(u32, DAffine3)>,
     /// Transforms of the cameras' nodes, including scale.
     pub cameras: Vec<(u32, DAffine3)>,
+    /// Transforms of the punctual lights' nodes.
+    pub lights: Vec<(u32, DAffine3)>,
     /// Emitted radiance of materials.
     pub emission: Vec<(u32, Vec3)>,
 }
@@ -40,6 +42,7 @@ impl Motion {
         Pose {
             instances: placed(&self.instances),
             cameras: placed(&self.cameras),
+            lights: placed(&self.lights),
             emission: self
                 .emission
                 .iter()
@@ -96,6 +99,9 @@ impl Scene {
         for (index, place) in pose.cameras {
             let place = rigid_camera(index as usize, &place, time)?;
             self.cameras[index as usize].camera_to_world = place;
+        }
+        for (index, place) in pose.lights {
+            self.punctual_lights[index as usize].light_to_world = place;
         }
         for (index, emission) in pose.emission {
             self.materials[index as usize].emission = emission;
@@ -156,6 +162,7 @@ mod tests {
             ],
             instances: vec![Some(2), None, Some(1)],
             cameras: vec![Some(0)],
+            lights: vec![],
             emission: vec![Emission {
                 material: 3,
                 color: Animated {
@@ -165,7 +172,10 @@ mod tests {
                 strength: Animated::still(3.0),
             }],
         };
-        assert_eq!(motion.check([3, 1, 4]).map_err(|e| e.to_string()), Ok(()));
+        assert_eq!(
+            motion.check([3, 1, 0, 4]).map_err(|e| e.to_string()),
+            Ok(())
+        );
         let pose = motion.pose(0.5);
         let indices: Vec<u32> = pose.instances.iter().map(|(index, _)| *index).collect();
         assert_eq!(indices, [0, 2]);

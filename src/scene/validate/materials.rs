@@ -1,6 +1,6 @@
 //! Checks of materials, their textures, and images.
 
-use super::BRIGHTEST;
+use super::{BRIGHTEST, is_within};
 use crate::scene::notices::{Tally, label};
 use crate::scene::{Image, Material};
 use crate::{Error, Result};
@@ -47,7 +47,7 @@ pub(super) fn check_material(
     if !specular_color.is_finite() || specular_color.min_element() < 0.0 {
         return wrong("specular colour", specular_color, "finite and not negative");
     }
-    if !(emission.min_element() >= 0.0 && emission.max_element() <= BRIGHTEST) {
+    if !is_within(*emission, BRIGHTEST) {
         return wrong("emission", emission, "within 0 and 1e12");
     }
     if !ior.is_finite() || (*ior != 0.0 && *ior < 1.0) {

@@ -1,0 +1,51 @@
+//! Checks of punctual lights.
+
+use super::{BRIGHTEST, LARGEST_COORDINATE, is_within};
+use crate::scene::{PunctualLight, PunctualShape};
+use crate::{Error, Result};
+use std::f64::consts::FRAC_PI_2;
+
+/// The largest intensity of a point or a spot, in W/sr: over squared distances it stays within [`BRIGHTEST`] in scenes that
+/// are large enough to need it, and within f32 in others.
+const MOST_INTENSE: f32 = 1e30;
+
+/// Checks a light; `what` names it in the message.
+pub(super) fn check_punctual(what: &str, light: &PunctualLight) -> Result<()> {
+    let PunctualLight {
+        name: _,
+        light_to_world,
+        shape,
+        intensity,
+        range,
+    } = light;
+    let wrong = |fault: String| Err(Error::input(format!("{what}: {fault}")));
+    if !light_to_world.is_finite()
+        || light_to_world.translation.abs().max_element() > LARGEST_COORDINATE
+    {
+        return wrong(format!(
+            "its transform is not finite, or it is further than {LARGEST_COORDINATE:e} from the origin; correct it in the modelling tool"
+        ));
+    }
+    let limit = match shape {
+        PunctualShape::Directional => BRIGHTEST,
+        PunctualShape::Point | PunctualShape::Spot { .. } => MOST_INTENSE,
+    };
+    if !is_within(*intensity, limit) {
+        return wrong(format!(
+            "intensity × colour is {intensity}; it must be within 0 and {limit:e}"
+        ));
+    }
+    if let PunctualShape::Spot { inner, outer } = shape
+        && !(*inner >= 0.0 && inner < outer && *outer <= FRAC_PI_2)
+    {
+        return wrong(format!(
+            "its cone angles are {inner} and {outer}; they must be 0 ≤ inner < outer ≤ π/2"
+        ));
+    }
+    if let Some(range) = range
+        && !(*range > 0.0 && range.is_finite())
+    {
+        return wrong(format!("its range is {range}; it must be positive"));
+    }
+    Ok(())
+}

@@ -1,0 +1,66 @@
+//! The environment as shaders read it: its texels, and the table that draws them.
+
+use super::units::Units;
+use crate::scene::Environment;
+use crate::scene::lights::{AliasTable, luminance};
+use glam::{UVec2, Vec2, Vec4};
+use std::f64::consts::{PI, TAU};
+
+/// Share of the probability that is uniform over the sphere, so that dark texels can be drawn too: what random words
+/// cannot select would be missing from light samples.
+const UNIFORM_SHARE: f64 = 0.02;
+
+/// An environment on the device; empty without one.
+#[derive(Clone, Debug, Default)]
+pub struct EnvironmentTexels {
+    /// Radiance of each texel, and the density over longitude and latitude with which points in it are drawn.
+    pub texels: Vec<Vec4>,
+    /// The alias table that draws texels: the number of 32-bit words that keep a texel, and what is taken otherwise.
+    pub columns: Vec<UVec2>,
+    /// Width and height.
+    pub size: UVec2,
+    /// Cosine and sine of the rotation.
+    pub turn: Vec2,
+}
+
+impl EnvironmentTexels {
+    /// An environment in the units of the device.
+    pub fn of(environment: &Environment, units: &Units) -> Self {
+        let (width, height) = (environment.width, environment.height);
+        let means = environment.means();
+        let row = |index: usize| index as u32 / width;
+        // By the mean of what is interpolated: where that is not 0, the texel can be drawn.
+        let light = |index: usize| luminance(means[index]) * environment.solid_angle(row(index));
+        let total: f64 = (0..means.len()).map(light).sum();
+        let weights: Vec<f64> = (0..means.len())
+            .map(|index| {
+                let uniform = environment.solid_angle(row(index)) / (2.0 * TAU);
+                let share = if total > 0.0 { UNIFORM_SHARE } else { 1.0 };
+                let own = if total > 0.0 {
+                    light(index) / total
+                } else {
+                    0.0
+                };
+                (1.0 - share) * own + share * uniform
+            })
+            .collect();
+        let table = AliasTable::new(&weights, 0.0);
+        let cell = TAU / f64::from(width) * PI / f64::from(height);
+        let scale = f64::from(environment.intensity) / units.radiance;
+        let texels = environment.texels.iter().zip(&table.probabilities);
+        let (sine, cosine) = environment.rotation.to_radians().sin_cos();
+        Self {
+            texels: texels
+                .map(|(texel, probability)| {
+                    let radiance = (texel.as_dvec3() * scale).as_vec3();
+                    radiance.extend((probability / cell) as f32)
+                })
+                .collect(),
+            columns: (table.columns.iter())
+                .map(|column| UVec2::new(column.keep_below, column.alias))
+                .collect(),
+            size: UVec2::new(width, height),
+            turn: Vec2::new(cosine as f32, sine as f32),
+        }
+    }
+}

@@ -1,0 +1,280 @@
+//! The lights of a scene at one time, as shaders read them: emissive triangles, punctual lights, and the table that
+//! selects among these and the environment.
+
+use super::units::Units;
+use crate::layouts::{
+    GpuLight, GpuLightChoice, GpuPunctualLight, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT,
+};
+use crate::scene::lights::{
+    self, AliasTable, LampTriangle, LightTriangle, UNIFORM_SHARE, luminance,
+};
+use crate::scene::{Bounds, Environment, Material, PunctualLight, PunctualShape, Scene};
+use glam::{DAffine3, UVec3, Vec3};
+
+/// What gives light in a scene.
+pub struct LightSources {
+    /// Emissive triangles.
+    pub lamps: Vec<LampTriangle>,
+    materials: Vec<Material>,
+    punctual: Vec<PunctualLight>,
+    /// Of the environment: the integral of its luminance over the sphere, and the mean of its luminance, weighted by
+    /// itself.
+    environment: Option<(f64, f64)>,
+    /// Half the scene's diagonal, squared: distant lights fall on as large a disc.
+    disc: f64,
+}
+
+/// Lights at one time.
+#[derive(Clone, Default)]
+pub struct Lights {
+    /// Emissive triangles.
+    pub triangles: Vec<GpuLight>,
+    /// Punctual lights.
+    pub punctual: Vec<GpuPunctualLight>,
+    /// The alias table over all: triangles, punctual lights, the environment.
+    pub choices: Vec<GpuLightChoice>,
+    /// Mean luminance of triangles and environment, weighted by their power; 0 without any.
+    pub mean_luminance: f32,
+}
+
+impl LightSources {
+    /// Those of a scene, given which of its materials give light at any time.
+    pub fn of(scene: &Scene, lamps: &[bool]) -> Self {
+        let boxes = scene.loose_boxes();
+        let bounds = Bounds::of(boxes.iter().flat_map(|b| [b.min, b.max]));
+        Self {
+            lamps: lights::lamp_triangles(scene, lamps),
+            materials: scene.materials.clone(),
+            punctual: scene.punctual_lights.clone(),
+            environment: scene.environment.as_ref().map(brightness),
+            disc: bounds.map_or(1.0, |bounds| 0.25 * bounds.size().length_squared()),
+        }
+    }
+
+    /// The lights where the transforms of instances are `place_of`, and emission of materials and transforms of punctual
+    /// lights have changed to the values given.
+    pub fn placed(
+        &self,
+        place_of: impl Fn(u32) -> DAffine3,
+        emission: &[(u32, Vec3)],
+        moved: &[(u32, DAffine3)],
+        units: &Units,
+    ) -> Lights {
+        let mut materials = self.materials.clone();
+        for (material, emission) in emission {
+            materials[*material as usize].emission = *emission;
+        }
+        let mut punctual = self.punctual.clone();
+        for (index, place) in moved {
+            punctual[*index as usize].light_to_world = *place;
+        }
+        let triangles: Vec<LightTriangle> = (self.lamps.iter())
+            .map(|lamp| lamp.placed(&place_of(lamp.instance)))
+            .collect();
+        let mut powers: Vec<f64> = (triangles.iter())
+            .map(|light| lights::power(light, &materials[light.material as usize]))
+            .collect();
+        powers.extend(punctual.iter().map(|light| self.power(light)));
+        let environment = self.environment.map(|(integral, _)| integral * self.disc);
+        powers.extend(environment);
+        limit_distant(&mut powers, |index| {
+            (index.checked_sub(triangles.len()))
+                .is_some_and(|rest| punctual.get(rest).is_none_or(PunctualLight::is_distant))
+        });
+        let gpu_triangles: Vec<GpuLight> = (triangles.iter())
+            .map(|light| gpu_light(light, &materials[light.material as usize], units))
+            .collect();
+        let environment = self.environment.zip(powers.last());
+        let environment = environment.map(|((_, mean), power)| {
+            (
+                power / (units.length * units.length * units.radiance),
+                mean / units.radiance,
+            )
+        });
+        Lights {
+            mean_luminance: mean_luminance(&gpu_triangles, environment),
+            triangles: gpu_triangles,
+            punctual: punctual
+                .iter()
+                .map(|light| gpu_punctual(light, units))
+                .collect(),
+            choices: choices(&powers),
+        }
+    }
+
+    /// The power of a punctual light over π, which is how [`lights::power`] counts that of triangles.
+    fn power(&self, light: &PunctualLight) -> f64 {
+        luminance(light.intensity)
+            * match light.shape {
+                PunctualShape::Point => 4.0,
+                PunctualShape::Spot { outer, .. } => 2.0 * (1.0 - outer.cos()),
+                PunctualShape::Directional => self.disc,
+            }
+    }
+}
+
+/// The integral of an environment's luminance over the sphere, and its mean, weighted by itself.
+fn brightness(environment: &Environment) -> (f64, f64) {
+    let (mut integral, mut squares) = (0.0, 0.0);
+    for (index, mean) in environment.means().into_iter().enumerate() {
+        let solid_angle = environment.solid_angle(index as u32 / environment.width);
+        let luminance = luminance(mean) * f64::from(environment.intensity);
+        integral += luminance * solid_angle;
+        squares += luminance * luminance * solid_angle;
+    }
+    (
+        integral,
+        if integral > 0.0 {
+            squares / integral
+        } else {
+            0.0
+        },
+    )
+}
+
+/// Distant lights are taken to have at most as much power as all others together: how much of their light arrives is
+/// unknown, as it is in a room with windows, and half of the candidates is enough.
+fn limit_distant(powers: &mut [f64], is_distant: impl Fn(usize) -> bool) {
+    let (mut near, mut far) = (0.0, 0.0);
+    for (index, power) in powers.iter().enumerate() {
+        *(if is_distant(index) {
+            &mut far
+        } else {
+            &mut near
+        }) += power;
+    }
+    if near > 0.0 && far > near {
+        for (index, power) in powers.iter_mut().enumerate() {
+            *power *= if is_distant(index) { near / far } else { 1.0 };
+        }
+    }
+}
+
+/// The alias table for lights of these powers.
+pub fn choices(powers: &[f64]) -> Vec<GpuLightChoice> {
+    let table = AliasTable::new(powers, UNIFORM_SHARE);
+    let columns = table.columns.iter().zip(&table.probabilities);
+    columns
+        .map(|(column, probability)| GpuLightChoice {
+            probability: *probability as f32,
+            keep_below: column.keep_below,
+            alias: column.alias,
+            padding: 0,
+        })
+        .collect()
+}
+
+fn gpu_light(light: &LightTriangle, material: &Material, units: &Units) -> GpuLight {
+    let length = 1.0 / units.length;
+    let [a, b, c] = light.corners;
+    GpuLight {
+        corner: ((a - units.origin) * length).as_vec3(),
+        edge1: ((b - a) * length).as_vec3(),
+        edge2: ((c - a) * length).as_vec3(),
+        normal: light.normal.as_vec3(),
+        emission: (material.emission.as_dvec3() / units.radiance).as_vec3(),
+        area: (light.area * length * length) as f32,
+        double_sided: material.double_sided.into(),
+        padding: UVec3::ZERO,
+    }
+}
+
+fn gpu_punctual(light: &PunctualLight, units: &Units) -> GpuPunctualLight {
+    let (kind, scale, offset) = match light.shape {
+        PunctualShape::Point => (LIGHT_POINT, 0.0, 1.0),
+        PunctualShape::Directional => (LIGHT_DIRECTIONAL, 0.0, 1.0),
+        PunctualShape::Spot { inner, outer } => {
+            // As KHR_lights_punctual has it.
+            let scale = 1.0 / (inner.cos() - outer.cos()).max(0.001);
+            (LIGHT_SPOT, scale, -outer.cos() * scale)
+        }
+    };
+    // Intensity falls off by squared lengths, irradiance does not.
+    let unit = match light.shape {
+        PunctualShape::Directional => units.radiance,
+        _ => units.radiance * units.length * units.length,
+    };
+    GpuPunctualLight {
+        position: ((light.position() - units.origin) / units.length).as_vec3(),
+        kind,
+        direction: light.direction().as_vec3(),
+        range: light
+            .range
+            .map_or(0.0, |range| (range / units.length) as f32),
+        intensity: (light.intensity.as_dvec3() / unit).as_vec3(),
+        angle_scale: scale as f32,
+        angle_offset: offset as f32,
+        padding: UVec3::ZERO,
+    }
+}
+
+/// The emissive triangles of a scene at time 0, in the device's units, and the table that selects one.
+pub fn gpu_lights(scene: &Scene, units: &Units) -> Lights {
+    let place_of = |instance: u32| scene.instances[instance as usize].object_to_world;
+    LightSources::of(scene, &scene.lamp_materials()).placed(place_of, &[], &[], units)
+}
+
+/// Mean luminance of lights, weighted by the power that triangles emit to one side. Of an environment power and luminance
+/// are given.
+fn mean_luminance(lights: &[GpuLight], environment: Option<(f64, f64)>) -> f32 {
+    let (mut power, mut weighted) = (0.0, 0.0);
+    for light in lights {
+        let luminance = lights::luminance(light.emission);
+        power += f64::from(light.area) * luminance;
+        weighted += f64::from(light.area) * luminance * luminance;
+    }
+    if let Some((own, luminance)) = environment {
+        power += own;
+        weighted += own * luminance;
+    }
+    if power > 0.0 {
+        (weighted / power) as f32
+    } else {
+        0.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    #[test]
+    fn lights_are_weighted_by_their_power() {
+        let light = |area: f32, brightness: f32| GpuLight {
+            area,
+            emission: Vec3::splat(brightness),
+            ..bytemuck::Zeroable::zeroed()
+        };
+        let mean = mean_luminance(&[light(1.0, 1.0), light(3.0, 5.0)], None);
+        assert!((mean - 4.75).abs() < 1e-6, "{mean}");
+        let mean = mean_luminance(&[light(3.0, 5.0)], Some((15.0, 1.0)));
+        assert!((mean - 3.0).abs() < 1e-6, "{mean}");
+        assert_eq!(mean_luminance(&[], None), 0.0);
+    }
+
+    #[test]
+    fn distant_lights_get_half_of_the_power_at_most() {
+        let limited = |mut powers: Vec<f64>| {
+            limit_distant(&mut powers, |index| index >= 2);
+            powers
+        };
+        assert_eq!(limited(vec![1.0, 3.0, 6.0, 2.0]), [1.0, 3.0, 3.0, 1.0]);
+        assert_eq!(limited(vec![1.0, 3.0, 1.0, 2.0]), [1.0, 3.0, 1.0, 2.0]);
+        assert_eq!(limited(vec![0.0, 0.0, 1.0, 2.0]), [0.0, 0.0, 1.0, 2.0]);
+    }
+
+    #[test]
+    fn a_constant_environment_has_its_radiance_on_the_whole_sphere() {
+        let environment = Environment {
+            name: String::new(),
+            width: 16,
+            height: 8,
+            texels: vec![Vec3::ONE; 128].into(),
+            rotation: 0.0,
+            intensity: 3.0,
+        };
+        let (integral, mean) = brightness(&environment);
+        assert!((integral / (6.0 * TAU) - 1.0).abs() < 1e-6 && (mean - 3.0).abs() < 1e-6);
+    }
+}

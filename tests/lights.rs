@@ -1,0 +1,472 @@
+//! Environments and punctual lights against closed forms, and resampling against path tracing with all kinds of light.
+
+mod support;
+
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+use headwater::render::presets::Preset;
+use headwater::render::settings::{Format, Variant};
+use headwater::render::{Settings, View};
+use headwater::scene::{Environment, Material, PunctualLight, PunctualShape, Scene, procedural};
+use headwater::tracing::Tracer;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::process::Command;
+
+const ALBEDO: f64 = 0.5;
+
+fn environment(width: u32, height: u32, texel: impl Fn(u32, u32) -> Vec3) -> Environment {
+    let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+    Environment {
+        name: "test".into(),
+        width,
+        height,
+        texels: places.map(|(x, y)| texel(x, y)).collect(),
+        rotation: 0.0,
+        intensity: 1.0,
+    }
+}
+
+/// A light at a position that shines along a direction.
+fn punctual(shape: PunctualShape, position: DVec3, direction: DVec3) -> PunctualLight {
+    let z = -direction.normalize();
+    let x = z.any_orthonormal_vector();
+    PunctualLight {
+        name: "test".into(),
+        light_to_world: DAffine3::from_mat3_translation(
+            DMat3::from_cols(x, z.cross(x), z),
+            position,
+        ),
+        shape,
+        intensity: Vec3::new(3.0, 2.0, 1.0),
+        range: None,
+    }
+}
+
+/// A grey floor at y = 0.
+fn floor() -> Scene {
+    let floor = support::quad(Vec3::new(-4.0, 0.0, 4.0), Vec3::X * 8.0, Vec3::NEG_Z * 8.0);
+    support::scene_of(&[(
+        Material::lambert("floor", Vec3::splat(ALBEDO as f32)),
+        floor,
+    )])
+}
+
+const SIDE: u32 = 16;
+
+/// A view straight down, of the part of the floor within a unit of the origin.
+fn from_above(bounces: u32, seed: u32) -> View {
+    let mut camera = support::look_at(
+        DVec3::Y * 4.0,
+        DVec3::ZERO,
+        DVec3::NEG_Z,
+        2.0 * 0.25_f64.atan(),
+    );
+    camera.aspect_ratio = Some(1.0);
+    View {
+        camera,
+        width: SIDE,
+        height: SIDE,
+        seed,
+        bounces,
+        jitter: false,
+    }
+}
+
+/// The point of the floor that a pixel sees.
+fn floor_point(pixel: usize) -> DVec3 {
+    let at = |i: usize| (i as f64 + 0.5) / f64::from(SIDE) * 2.0 - 1.0;
+    DVec3::new(at(pixel % SIDE as usize), 0.0, at(pixel / SIDE as usize))
+}
+
+fn preset(name: &str) -> Settings {
+    Preset::named(name).unwrap().settings().unwrap()
+}
+
+/// A picture's pixels, and the squares of their standard errors.
+fn picture(
+    scene: &Scene,
+    view: &View,
+    settings: &Settings,
+    tracer: Tracer,
+    samples: u32,
+) -> Option<[Vec<[f64; 3]>; 2]> {
+    let variant = *support::variants(tracer).first()?;
+    let (device, _) = support::open_device(Some(variant));
+    let found = support::render(&device, scene, variant, view, settings, samples);
+    support::assert_no_messages(&device);
+    Some([found.mean, found.error_squared])
+}
+
+fn total(values: &[[f64; 3]]) -> f64 {
+    values.iter().flatten().sum()
+}
+
+/// The irradiance of the floor by what is seen above it, by a fine grid.
+fn irradiance(environment: &Environment) -> DVec3 {
+    const FINE: u32 = 16;
+    let (width, height) = (environment.width, environment.height);
+    let texel = |x: i64, y: i64| {
+        let column = x.rem_euclid(i64::from(width));
+        let row = y.clamp(0, i64::from(height) - 1);
+        environment.texels[(row * i64::from(width) + column) as usize].as_dvec3()
+    };
+    let mut sum = DVec3::ZERO;
+    for v in 0..FINE * height / 2 {
+        let y = (f64::from(v) + 0.5) / f64::from(FINE);
+        let down = PI * y / f64::from(height);
+        let weight = down.sin() * down.cos() * TAU * PI
+            / (f64::from(width * height) * f64::from(FINE * FINE));
+        for u in 0..FINE * width {
+            let x = (f64::from(u) + 0.5) / f64::from(FINE);
+            let (cx, cy) = ((x - 0.5).floor(), (y - 0.5).floor());
+            let (px, py) = (x - 0.5 - cx, y - 0.5 - cy);
+            let row = |dy| {
+                texel(cx as i64, cy as i64 + dy).lerp(texel(cx as i64 + 1, cy as i64 + dy), px)
+            };
+            sum += row(0).lerp(row(1), py) * weight;
+        }
+    }
+    sum * f64::from(environment.intensity)
+}
+
+/// Both ways to trace, and resampling, each with samples that bring the error below a thousandth.
+const TECHNIQUES: [(&str, Tracer, u32); 3] = [
+    ("path-tracing", Tracer::ComputeBvh, 1024),
+    ("path-tracing", Tracer::RayQuery, 256),
+    ("accurate", Tracer::ComputeBvh, 192),
+];
+
+/// Light of an environment on a floor: its irradiance times albedo over π, whatever the environment.
+#[test]
+fn a_floor_reflects_the_irradiance_of_the_environment() {
+    let constant = environment(8, 4, |_, _| Vec3::new(1.0, 2.0, 0.5));
+    let sun = |x: u32, y: u32| {
+        environment(64, 32, move |u, v| match (u, v) == (x, y) {
+            true => Vec3::splat(5e4),
+            false => Vec3::splat(0.01),
+        })
+    };
+    for (name, environment) in [
+        ("constant", constant),
+        ("one bright texel", sun(11, 6)),
+        ("one at the zenith", sun(40, 0)),
+        ("one at the seam", sun(63, 10)),
+    ] {
+        let expected = irradiance(&environment) * (ALBEDO / PI);
+        let mut scene = floor();
+        scene.environment = Some(environment);
+        for (technique, tracer, samples) in TECHNIQUES {
+            let view = from_above(1, 3);
+            let Some([mean, errors]) = picture(&scene, &view, &preset(technique), tracer, samples)
+            else {
+                continue;
+            };
+            let count = f64::from(SIDE * SIDE);
+            let found = total(&mean) / count;
+            let wanted = expected.element_sum();
+            let sigma = total(&errors).sqrt() / count / wanted;
+            let off = found / wanted - 1.0;
+            println!(
+                "{name}, {technique} {tracer:?}: {:.3} ± {:.3} %",
+                100.0 * off,
+                100.0 * sigma
+            );
+            assert!(off.abs() < 0.005, "{name}, {technique} {tracer:?}: {off}");
+        }
+    }
+}
+
+/// The light of one punctual light on a floor is exact at every pixel, from the first sample.
+#[test]
+fn a_floor_reflects_punctual_lights_exactly() {
+    let above = DVec3::new(0.3, 1.5, -0.2);
+    let slanted = DVec3::new(0.4, -1.0, 0.2);
+    let spot = PunctualShape::Spot {
+        inner: 0.2,
+        outer: 0.6,
+    };
+    let ranged = PunctualLight {
+        range: Some(1.8),
+        ..punctual(PunctualShape::Point, above, slanted)
+    };
+    for (name, light) in [
+        ("point", punctual(PunctualShape::Point, above, slanted)),
+        ("point of some range", ranged),
+        ("spot", punctual(spot, above, slanted)),
+        (
+            "half a sphere",
+            punctual(
+                PunctualShape::Spot {
+                    inner: 0.0,
+                    outer: FRAC_PI_2,
+                },
+                above,
+                slanted,
+            ),
+        ),
+        (
+            "direction",
+            punctual(PunctualShape::Directional, above, slanted),
+        ),
+    ] {
+        let expected = |point: DVec3| -> DVec3 {
+            let toward = above - point;
+            let (distance, direction) = (toward.length(), toward.normalize());
+            let axis = slanted.normalize();
+            let (share, cosine) = match light.shape {
+                PunctualShape::Directional => (1.0, -axis.y),
+                PunctualShape::Point => (distance.powi(-2), direction.y),
+                PunctualShape::Spot { inner, outer } => {
+                    let scale = 1.0 / (inner.cos() - outer.cos());
+                    let within = ((-direction.dot(axis) - outer.cos()) * scale).clamp(0.0, 1.0);
+                    (within * within * distance.powi(-2), direction.y)
+                }
+            };
+            let within = light.range.map_or(1.0, |range| {
+                (1.0 - (distance / range).powi(4)).clamp(0.0, 1.0)
+            });
+            light.intensity.as_dvec3() * (share * within * cosine * ALBEDO / PI)
+        };
+        let mut scene = floor();
+        scene.punctual_lights = vec![light.clone()];
+        scene.validate().unwrap();
+        for (technique, tracer, _) in TECHNIQUES {
+            let Some([mean, _]) = picture(&scene, &from_above(1, 3), &preset(technique), tracer, 2)
+            else {
+                continue;
+            };
+            let brightest = (0..mean.len()).map(|pixel| expected(floor_point(pixel)).x);
+            let brightest = brightest.fold(0.0, f64::max);
+            let mut lit = 0;
+            for (pixel, found) in mean.iter().enumerate() {
+                let expected = expected(floor_point(pixel));
+                lit += u32::from(expected.x > 0.0);
+                let off = (DVec3::from_array(*found) - expected).abs().max_element();
+                assert!(
+                    off < 1e-4 * expected.x + 5e-5 * brightest,
+                    "{name}, {technique} {tracer:?}, pixel {pixel}: {found:?} {expected}"
+                );
+            }
+            assert!(lit > 20, "{name}: {lit}");
+        }
+    }
+}
+
+/// A white sphere in a uniformly bright environment vanishes: matt, or a rough metal whose energy is compensated.
+#[test]
+fn a_white_sphere_vanishes_in_a_uniform_environment() {
+    let mut scene = procedural::generate("furnace", &[("body".into(), "sphere".into())]).unwrap();
+    scene
+        .materials
+        .iter_mut()
+        .for_each(|m| m.emission = Vec3::ZERO);
+    scene.environment = Some(environment(4, 2, |_, _| Vec3::ONE));
+    // What stood around the body is taken away: the environment is around it instead.
+    let size = |i: &headwater::scene::Instance| {
+        scene.meshes[i.mesh as usize]
+            .bounds()
+            .unwrap()
+            .size()
+            .max_element()
+    };
+    let smallest = scene
+        .instances
+        .iter()
+        .map(size)
+        .fold(f64::INFINITY, f64::min);
+    let kept: Vec<_> = (scene.instances.iter())
+        .filter(|i| size(i) == smallest)
+        .cloned()
+        .collect();
+    scene.instances = kept;
+    for (name, material) in [
+        ("matt", Material::lambert("white", Vec3::ONE)),
+        (
+            "metal",
+            Material {
+                roughness: 0.6,
+                ..Material::default()
+            },
+        ),
+    ] {
+        scene
+            .materials
+            .iter_mut()
+            .for_each(|m| *m = material.clone());
+        for (technique, tracer, samples) in TECHNIQUES {
+            let mut settings = preset(technique);
+            settings.energy = headwater::render::settings::Energy::Compensated;
+            let view = View {
+                camera: scene.cameras[0].clone(),
+                ..from_above(3, 3)
+            };
+            let Some([mean, _]) = picture(&scene, &view, &settings, tracer, samples) else {
+                continue;
+            };
+            let off = total(&mean) / f64::from(3 * SIDE * SIDE) - 1.0;
+            println!("{name}, {technique} {tracer:?}: {:.3} %", 100.0 * off);
+            assert!(off.abs() < 0.005, "{name}, {technique} {tracer:?}: {off}");
+        }
+    }
+}
+
+/// A room with all kinds of light, without its front wall and with a mirror.
+fn all_kinds() -> Scene {
+    let mut scene = procedural::generate("cornell-glossy", &[]).unwrap();
+    // Smoother lobes would reflect punctual lights as rare, bright paths, of which no interval can be told.
+    scene
+        .materials
+        .iter_mut()
+        .for_each(|m| m.roughness = m.roughness.max(0.4));
+    let middle = scene.bounds().unwrap().center();
+    let size = scene.bounds().unwrap().size().max_element();
+    scene.punctual_lights = vec![
+        punctual(
+            PunctualShape::Point,
+            middle + DVec3::new(0.2, 0.1, 0.2) * size,
+            DVec3::X,
+        ),
+        punctual(
+            PunctualShape::Spot {
+                inner: 0.1,
+                outer: 0.7,
+            },
+            middle + DVec3::new(-0.2, 0.3, 0.3) * size,
+            DVec3::new(0.3, -1.0, -0.4),
+        ),
+        punctual(
+            PunctualShape::Directional,
+            middle,
+            DVec3::new(0.2, -0.4, -1.0),
+        ),
+    ];
+    for light in &mut scene.punctual_lights {
+        light.intensity *= if light.is_distant() {
+            2.0
+        } else {
+            0.1 * (size * size) as f32
+        };
+    }
+    scene.environment = Some(environment(32, 16, |x, y| {
+        Vec3::new(0.5, 0.7, 1.0) * if (x, y) == (3, 6) { 40.0 } else { 1.0 }
+    }));
+    scene
+}
+
+#[test]
+fn the_full_variant_renders_all_kinds_of_light_to_the_same_bits() {
+    let scene = all_kinds();
+    for name in ["accurate", "s1", "path-tracing"] {
+        let mut settings = preset(name);
+        let auto = support::frame_bits(&scene, &settings, None);
+        settings.variant = Variant::Full;
+        assert!(
+            auto == support::frame_bits(&scene, &settings, None),
+            "{name}"
+        );
+    }
+}
+
+/// The mean of resampling, in both formats of reservoirs, against path tracing.
+fn bias(scene: &Scene, settings: &Settings, frames: u32) -> [f64; 2] {
+    let view = |seed| View {
+        camera: scene.cameras[0].clone(),
+        width: 40,
+        height: 40,
+        ..from_above(3, seed)
+    };
+    let [reference, _] = picture(
+        scene,
+        &view(1),
+        &preset("path-tracing"),
+        Tracer::ComputeBvh,
+        16384,
+    )
+    .unwrap();
+    let runs: Vec<f64> = (0..12)
+        .map(|seed| {
+            let [mean, _] = picture(
+                scene,
+                &view(100 + seed),
+                settings,
+                Tracer::ComputeBvh,
+                frames,
+            )
+            .unwrap();
+            total(&mean) / total(&reference) - 1.0
+        })
+        .collect();
+    let mean = runs.iter().sum::<f64>() / runs.len() as f64;
+    let variance = runs.iter().map(|r| (r - mean).powi(2)).sum::<f64>() / (runs.len() - 1) as f64;
+    [mean, (variance / runs.len() as f64).sqrt()]
+}
+
+#[test]
+fn resampling_all_kinds_of_light_is_unbiased() {
+    let scene = all_kinds();
+    for format in [Format::Compact, Format::Full] {
+        let mut settings = preset("accurate");
+        settings.reservoirs.format = format;
+        let [off, sigma] = bias(&scene, &settings, 48);
+        println!("{format:?}: {:.3} ± {:.3} %", 100.0 * off, 100.0 * sigma);
+        assert!(
+            sigma < 0.002 && off.abs() < 0.001 + 3.1 * sigma,
+            "{format:?}: {off} ± {sigma}"
+        );
+    }
+}
+
+/// Runs a test of this file once more by itself, with a fault in the shaders, and expects it to fail.
+fn assert_seen(test: &str, (file, right, wrong): (&str, &str, &str)) {
+    let folder = tempfile::tempdir().unwrap();
+    support::planted(folder.path(), &[(file, right, wrong)]);
+    let output = Command::new(std::env::current_exe().unwrap())
+        .args(["--exact", test])
+        .env("HEADWATER_GLSL", folder.path())
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(
+        !output.status.success() && said.contains("0 passed; 1 failed"),
+        "{said}"
+    );
+    assert!(
+        said.contains("path-tracing") || said.contains("accurate"),
+        "{said}"
+    );
+}
+
+#[test]
+fn densities_that_forget_the_sphere_are_seen() {
+    assert_seen(
+        "a_floor_reflects_the_irradiance_of_the_environment",
+        (
+            "lights/environment.glsl",
+            "environment_texel(texel).w / sine",
+            "environment_texel(texel).w",
+        ),
+    );
+}
+
+#[test]
+fn a_punctual_light_that_rays_are_said_to_hit_is_seen() {
+    assert_seen(
+        "a_floor_reflects_punctual_lights_exactly",
+        (
+            "restir/light_sample.glsl",
+            "is_punctual(value.point.kind) ? 0.0 : pdf_own_measure * solid_angle",
+            "pdf_own_measure * solid_angle",
+        ),
+    );
+}
+
+#[test]
+fn an_environment_that_no_candidate_ray_finds_is_seen() {
+    assert_seen(
+        "a_floor_reflects_the_irradiance_of_the_environment",
+        (
+            "restir/pilot.glsl",
+            "if (hit.instance == NONE && sees_environment()) return environment_point(direction);",
+            "",
+        ),
+    );
+}
