@@ -120,8 +120,10 @@ crate::gpu_struct! {
         pub first_uvs: UVec2,
         /// First triangle of its mesh in the array of vertex colours, or NONE.
         pub first_color: u32,
+        /// First triangle of its mesh in the array of tangents, or NONE.
+        pub first_tangent: u32,
         /// Fills the last four words.
-        pub padding: UVec2,
+        pub padding: u32,
     }
 }
 
@@ -144,6 +146,12 @@ crate::gpu_struct! {
         pub metallic_roughness_texture: u32,
         /// At a point of a surface: whether textures or vertex colours decide the base colour (1). In the buffer 0.
         pub varies: u32,
+        /// Texture that turns the shading normal, or NONE.
+        pub normal_texture: u32,
+        /// Multiplies its red and green.
+        pub normal_scale: f32,
+        /// Fills the last four words.
+        pub padding: UVec2,
     }
 }
 

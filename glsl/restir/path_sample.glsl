@@ -41,7 +41,7 @@ struct PathSample {
 PathSample empty_path_sample() {
     TrianglePoint point = TrianglePoint(vec3(0.0), vec3(0.0), vec3(0.0, 0.0, 1.0), vec3(0.0, 0.0, 1.0), false);
     return PathSample(PATH_NONE, NONE, 0u, vec2(0.0), LightPoint(LIGHT_NONE, NONE, vec2(0.0)), vec3(0.0, 0.0, 1.0),
-                      vec3(0.0), point, 0.0, 0u, GpuMaterial(vec3(0.0), 0.0, vec3(0.0), 0.0, 0.0, NONE, NONE, 0u));
+                      vec3(0.0), point, 0.0, 0u, GpuMaterial(vec3(0.0), 0.0, vec3(0.0), 0.0, 0.0, NONE, NONE, 0u, NONE, 0.0, uvec2(0u)));
 }
 
 // Where the hit of a ray lies on its triangle. `position` is the point that the ray and the triangle give together.
@@ -79,6 +79,7 @@ void place_vertex(inout PathSample value, uint epoch) {
     value.clearance = clearance_of(value.point.normal, value.point.error);
     value.material_index = triangle_owner(instance, value.primitive).material;
     if (VARIES) value.material = material_at(value.material_index, instance, value.primitive, barycentrics);
+    map_normal(value.point, value.material, instance, value.primitive, barycentrics);
 }
 
 // Points the direction from the second vertex to the point of the light where the path ends. Returns the solid angle per

@@ -85,7 +85,7 @@ void merge_history() {
     SampleData previous = LOAD_SAMPLE_DATA(previous_sample_data, previous_slot);
     Ray previous_ray = previous_primary_ray(uvec2(before));
     if (MOVES) {
-        vec3 normal = previous_normal(data.instance, shading_normal(data));
+        vec3 normal = previous_normal(data.instance, compared_normal(data));
         if (!is_similar(data.material, normal, distance(position, eye), eye, previous, previous_ray)) return;
     } else if (!is_similar(data, ray, previous, previous_ray)) {
         return;

@@ -60,7 +60,7 @@ vec3 corner_color(uint index) {
 }
 
 // Whether materials differ from point to point.
-const bool VARIES = HAS_TEXTURES || HAS_VERTEX_COLORS;
+const bool VARIES = HAS_TEXTURES || HAS_VERTEX_COLORS || HAS_NORMAL_MAPS;
 
 // The material at a point of a triangle.
 GpuMaterial material_at(uint index, GpuInstance instance, uint primitive, vec2 weights) {

@@ -19,6 +19,8 @@ crate::gpu_specialisation! {
         pub has_textures: bool = true,
         /// Whether some light has a texture.
         pub has_emissive_textures: bool = true,
+        /// Whether some material has a normal map.
+        pub has_normal_maps: bool = true,
         /// Whether there is an environment.
         pub has_environment: bool = true,
         /// Whether there are punctual lights.
@@ -86,6 +88,7 @@ mod values {
                 has_smooth_normals: full || requires.smooth_normals,
                 has_textures: full || requires.textures,
                 has_emissive_textures: full || requires.emissive_textures,
+                has_normal_maps: full || requires.normal_maps,
                 has_environment: full || requires.environment,
                 has_punctual_lights: full || requires.punctual_lights > 0,
                 has_vertex_colors: full || requires.vertex_colors,

@@ -199,6 +199,7 @@ fn hash_mesh(hasher: &mut blake3::Hasher, mesh: &Mesh) {
         positions,
         normals,
         colors,
+        tangents,
         uvs,
         triangles,
         parts,
@@ -210,6 +211,10 @@ fn hash_mesh(hasher: &mut blake3::Hasher, mesh: &Mesh) {
     if !colors.is_empty() {
         hasher.update(b"colors\0");
         hasher.update(bytemuck::cast_slice(colors));
+    }
+    if !tangents.is_empty() {
+        hasher.update(b"tangents\0");
+        hasher.update(bytemuck::cast_slice(tangents));
     }
     for (set, uvs) in uvs.iter().enumerate().filter(|(_, uvs)| !uvs.is_empty()) {
         hasher.update(b"uvs\0");
@@ -263,6 +268,8 @@ fn hash_material(hasher: &mut blake3::Hasher, material: &Material) {
         metallic,
         roughness,
         metallic_roughness_texture,
+        normal_texture,
+        normal_scale,
         specular,
         specular_color,
         ior,
@@ -281,11 +288,15 @@ fn hash_material(hasher: &mut blake3::Hasher, material: &Material) {
         (b"base", base_color_texture),
         (b"meta", metallic_roughness_texture),
         (b"emit", emissive_texture),
+        (b"norm", normal_texture),
     ];
     for (kind, texture) in textures {
         if let Some(texture) = texture {
             hash_texture(hasher, kind, texture);
         }
+    }
+    if normal_texture.is_some() {
+        hasher.update(bytemuck::bytes_of(normal_scale));
     }
 }
 
@@ -315,6 +326,7 @@ mod tests {
                 positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
                 normals: vec![],
                 colors: vec![],
+                tangents: vec![],
                 uvs: [vec![], vec![]],
                 triangles: vec![[0, 1, 2]],
                 parts: vec![Part {

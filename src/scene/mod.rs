@@ -21,6 +21,7 @@ pub mod punctual;
 mod repair;
 pub mod requirements;
 pub mod sky;
+mod tangents;
 pub mod texture;
 pub mod validate;
 
@@ -137,6 +138,9 @@ pub struct Mesh {
     pub normals: Vec<Vec3>,
     /// Linear colours and alpha, 0…1, which multiply the material's base colour, one per position; or none.
     pub colors: Vec<Vec4>,
+    /// Unit tangents along u, with the sign of the bitangent normal × tangent in w, one per position; or none. A vertex whose
+    /// material has no normal map may have 0.
+    pub tangents: Vec<Vec4>,
     /// Two sets of texture coordinates, one per position; a set that no texture uses is empty.
     pub uvs: [Vec<Vec2>; 2],
     /// Corner indices into `positions`, counter-clockwise seen from the front.
@@ -182,6 +186,10 @@ pub struct Material {
     pub roughness: f32,
     /// Multiplies roughness (green) and metalness (blue).
     pub metallic_roughness_texture: Option<Texture>,
+    /// Turns the shading normal: a vector of tangent, bitangent and normal.
+    pub normal_texture: Option<Texture>,
+    /// Multiplies the first two components of that vector.
+    pub normal_scale: f32,
     /// `KHR_materials_specular`'s factor, 0…1; 0 on a dielectric is pure Lambert.
     pub specular: f32,
     /// `KHR_materials_specular`'s colour factor, ≥ 0.
@@ -206,6 +214,8 @@ impl Default for Material {
             metallic: 1.0,
             roughness: 1.0,
             metallic_roughness_texture: None,
+            normal_texture: None,
+            normal_scale: 1.0,
             specular: 1.0,
             specular_color: Vec3::ONE,
             ior: 1.5,
@@ -236,6 +246,7 @@ impl Material {
                 "metallic-roughness texture",
                 &self.metallic_roughness_texture,
             ),
+            ("normal texture", &self.normal_texture),
             ("emissive texture", &self.emissive_texture),
         ];
         textures

@@ -32,6 +32,7 @@ impl Mesh {
                 place,
             );
         }
+        self.normalize_tangents();
         let odd = self.clamp_colors();
         tally.add_many("vertex colours outside 0…1 are clamped", odd, place);
         self.drop_unused_vertices();
@@ -49,7 +50,7 @@ impl Mesh {
     }
 
     /// The normal of a triangle's plane, not of unit length: 0 where the triangle has no area.
-    fn area_vector(&self, triangle: [u32; 3]) -> DVec3 {
+    pub(super) fn area_vector(&self, triangle: [u32; 3]) -> DVec3 {
         let [a, b, c] = triangle.map(|i| self.positions[i as usize].as_dvec3());
         (b - a).cross(c - a)
     }
@@ -89,6 +90,19 @@ impl Mesh {
         odd
     }
 
+    /// Makes tangents unit vectors with a sign; those without a length become 0.
+    fn normalize_tangents(&mut self) {
+        for tangent in &mut self.tangents {
+            let length = tangent.truncate().length();
+            if length < 1e-3 {
+                *tangent = Vec4::ZERO;
+            } else if (length - 1.0).abs() > 1e-6 || tangent.w.abs() != 1.0 {
+                let sign = if tangent.w < 0.0 { -1.0 } else { 1.0 };
+                *tangent = (tangent.truncate() / length).extend(sign);
+            }
+        }
+    }
+
     /// Gives vertices with a normal of zero length the geometric normal of their triangle; vertices
     /// shared by triangles of different normals are duplicated. Returns how many normals were missing.
     fn fill_missing_normals(&mut self) -> usize {
@@ -112,21 +126,32 @@ impl Mesh {
                     self.normals[vertex] = normal;
                     continue;
                 }
-                let Ok(copy) = u32::try_from(self.positions.len()) else {
+                let Some(copy) = self.duplicate_vertex(vertex as u32) else {
                     continue; // no index is left for a copy, so the neighbour's normal is used
                 };
-                self.positions.push(self.positions[vertex]);
-                self.normals.push(normal);
-                if !self.colors.is_empty() {
-                    self.colors.push(self.colors[vertex]);
-                }
-                for uvs in self.uvs.iter_mut().filter(|uvs| !uvs.is_empty()) {
-                    uvs.push(uvs[vertex]);
-                }
+                self.normals[copy as usize] = normal;
                 self.triangles[i][corner] = copy;
             }
         }
         missing
+    }
+
+    /// Adds a copy of a vertex, and returns its index; none if there is no index left.
+    pub(super) fn duplicate_vertex(&mut self, vertex: u32) -> Option<u32> {
+        let (vertex, copy) = (vertex as usize, u32::try_from(self.positions.len()).ok()?);
+        self.positions.push(self.positions[vertex]);
+        if !self.normals.is_empty() {
+            self.normals.push(self.normals[vertex]);
+        }
+        for values in [&mut self.colors, &mut self.tangents] {
+            if !values.is_empty() {
+                values.push(values[vertex]);
+            }
+        }
+        for uvs in self.uvs.iter_mut().filter(|uvs| !uvs.is_empty()) {
+            uvs.push(uvs[vertex]);
+        }
+        Some(copy)
     }
 
     fn drop_unused_vertices(&mut self) {
@@ -147,8 +172,10 @@ impl Mesh {
             if !self.normals.is_empty() {
                 self.normals[kept] = self.normals[vertex];
             }
-            if !self.colors.is_empty() {
-                self.colors[kept] = self.colors[vertex];
+            for values in [&mut self.colors, &mut self.tangents] {
+                if !values.is_empty() {
+                    values[kept] = values[vertex];
+                }
             }
             for uvs in self.uvs.iter_mut().filter(|uvs| !uvs.is_empty()) {
                 uvs[kept] = uvs[vertex];
@@ -158,6 +185,7 @@ impl Mesh {
         self.positions.truncate(kept);
         self.normals.truncate(kept);
         self.colors.truncate(kept);
+        self.tangents.truncate(kept);
         self.uvs.iter_mut().for_each(|uvs| uvs.truncate(kept));
         for vertex in self.triangles.as_flattened_mut() {
             *vertex = moved[*vertex as usize];

@@ -26,6 +26,8 @@ pub struct Requirements {
     pub near_delta: bool,
     /// Whether some material has textures of base colour, metalness or roughness.
     pub textures: bool,
+    /// Whether some material has a normal map.
+    pub normal_maps: bool,
     /// Whether some light has a texture.
     pub emissive_textures: bool,
     /// Whether some mesh has vertex colours.
@@ -86,6 +88,7 @@ impl Requirements {
                     lights[part.material as usize] && material.emissive_texture.is_some();
                 required.textures |= material.base_color_texture.is_some()
                     || material.metallic_roughness_texture.is_some();
+                required.normal_maps |= material.normal_texture.is_some();
                 required.specular |= material.has_specular_lobe();
                 // A texture may make any point as smooth as it likes.
                 let smooth = material.roughness < MIRROR_ROUGHNESS
@@ -233,6 +236,7 @@ mod tests {
             specular: true,
             near_delta: true,
             textures: true,
+            normal_maps: false,
             emissive_textures: false,
             vertex_colors: true,
             smooth_normals: true,

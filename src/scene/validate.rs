@@ -59,6 +59,7 @@ impl Scene {
         for (index, mesh) in self.meshes.iter_mut().enumerate() {
             check_mesh(index, mesh, &self.materials)?;
             mesh.repair(index, &mut tally);
+            mesh.make_tangents(&self.materials);
         }
         self.check_instances(&mut tally)?;
         self.drop_empty_meshes(&mut tally);

@@ -151,6 +151,8 @@ scene_buffers! {
     uvs: [[Vec2; 3]] as Elements::Plain("vec2"); |c| c.uv_triangles;
     /// Vertex colours of corners, three a triangle of a mesh with colours: red, green, blue and alpha in 16 bits each.
     colors: [[UVec2; 3]] as Elements::Plain("uvec2"); |c| c.color_triangles;
+    /// Corner tangents, three packed words a triangle of a mesh with normal maps.
+    tangents: [UVec3] as Elements::Plain("uvec3"); |c| c.tangent_triangles;
     /// Three words a triangle of a mesh of several parts: material, rank among the mesh's emissive triangles
     /// or NONE, and what its part adds to the instance's index.
     triangle_parts: [UVec3] as Elements::Plain("uvec3"); |c| c.part_triangles;
@@ -328,6 +330,7 @@ impl SceneContents {
             normals: geometry.normals,
             uvs: geometry.uvs,
             colors: geometry.colors,
+            tangents: geometry.tangents,
             triangle_parts: geometry.parts,
             top_instances: epochs.top_instances,
             instances: epochs.instances,

@@ -59,6 +59,8 @@ pub struct ElementCounts {
     pub uv_triangles: u64,
     /// Triangles of meshes with vertex colours.
     pub color_triangles: u64,
+    /// Triangles of meshes with tangents.
+    pub tangent_triangles: u64,
     /// Triangles of meshes with several parts or with lights.
     pub part_triangles: u64,
     /// Instances that are traced.
@@ -112,15 +114,17 @@ impl ElementCounts {
             ..Self::default()
         };
         let mut is_gathered = vec![false; scene.meshes.len()];
-        // The triangles of the gathered meshes, and which sets of texture coordinates, and whether colours, these have.
-        let mut groups = [(0, [false; 2], false); GROUPS];
+        // The triangles of the gathered meshes, which sets of texture coordinates these have, and whether colours and
+        // tangents.
+        let mut groups = [(0, [false; 2], false, false); GROUPS];
         for (instance, gathered) in scene.instances.iter().zip(&gathered) {
             let mesh = &scene.meshes[instance.mesh as usize];
             is_gathered[instance.mesh as usize] = *gathered;
             if *gathered {
-                let (triangles, sets, colors) = &mut groups[group(mesh)];
+                let (triangles, sets, colors, tangents) = &mut groups[group(mesh)];
                 *triangles += mesh.triangles.len() as u64;
                 *colors |= !mesh.colors.is_empty();
+                *tangents |= !mesh.tangents.is_empty();
                 for (set, uvs) in sets.iter_mut().zip(&mesh.uvs) {
                     *set |= !uvs.is_empty();
                 }
@@ -128,9 +132,12 @@ impl ElementCounts {
                 counts.instances += 1;
             }
         }
-        for (triangles, sets, colors) in groups.iter().filter(|(triangles, ..)| *triangles > 0) {
+        for (triangles, sets, colors, tangents) in
+            groups.iter().filter(|(triangles, ..)| *triangles > 0)
+        {
             counts.instances += 1;
             counts.color_triangles += if *colors { *triangles } else { 0 };
+            counts.tangent_triangles += if *tangents { *triangles } else { 0 };
             counts.uv_triangles += triangles * sets.iter().filter(|set| **set).count() as u64;
         }
         let gathers = gathered.contains(&true);
@@ -157,6 +164,7 @@ impl ElementCounts {
                 let sets = mesh.uvs.iter().filter(|uvs| !uvs.is_empty());
                 counts.uv_triangles += count * sets.count() as u64;
                 counts.color_triangles += if mesh.colors.is_empty() { 0 } else { count };
+                counts.tangent_triangles += if mesh.tangents.is_empty() { 0 } else { count };
             }
         }
         counts
@@ -252,6 +260,18 @@ fn append(whole: &mut Mesh, mesh: &Mesh, place: DAffine3) {
         whole.colors.resize(first as usize, Vec4::ONE);
         whole.colors.extend(&mesh.colors);
         whole.colors.resize(whole.positions.len(), Vec4::ONE);
+    }
+    if !mesh.tangents.is_empty() || !whole.tangents.is_empty() {
+        // Those of vertices without a normal map are never read.
+        whole.tangents.resize(first as usize, Vec4::ZERO);
+        // The bitangent is moved too, not mirrored as the cross product would be.
+        let side = place.matrix3.determinant().signum() as f32;
+        whole.tangents.extend(mesh.tangents.iter().map(|tangent| {
+            let direction = place.matrix3 * tangent.truncate().as_dvec3();
+            let direction = direction.normalize_or_zero().as_vec3();
+            direction.extend(side * tangent.w)
+        }));
+        whole.tangents.resize(whole.positions.len(), Vec4::ZERO);
     }
     for (whole_uvs, uvs) in whole.uvs.iter_mut().zip(&mesh.uvs) {
         // Those of meshes without this set are never read.

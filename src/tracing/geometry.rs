@@ -20,6 +20,8 @@ pub struct MeshPlace {
     pub first_uvs: UVec2,
     /// First triangle in [`Geometry::colors`], or NONE.
     pub first_color: u32,
+    /// First triangle in [`Geometry::tangents`], or NONE.
+    pub first_tangent: u32,
     /// First triangle in [`Geometry::parts`], or NONE.
     pub first_part: u32,
     /// Root in [`Geometry::nodes`].
@@ -43,6 +45,8 @@ pub struct Geometry {
     pub uvs: Vec<[Vec2; 3]>,
     /// Vertex colours of the corners of meshes that have them.
     pub colors: Vec<[UVec2; 3]>,
+    /// Corner tangents of meshes with normal maps: octahedral, and in the lowest bit the side of the bitangent.
+    pub tangents: Vec<UVec3>,
     /// Material, emissive rank and instance offset of each triangle, for meshes with several parts or with
     /// lights; the offset is added to the index of the instance.
     pub parts: Vec<UVec3>,
@@ -88,6 +92,7 @@ impl Geometry {
             first_normal: NONE,
             first_uvs: UVec2::splat(NONE),
             first_color: NONE,
+            first_tangent: NONE,
             first_part: NONE,
             root_node: 0,
             lights: 0,
@@ -130,6 +135,15 @@ impl Geometry {
                 |&t: &u32| mesh.triangles[t as usize].map(|i| pack_color(mesh.colors[i as usize]));
             self.colors.extend(order.iter().map(corners));
         }
+        if !mesh.tangents.is_empty() {
+            place.first_tangent = self.tangents.len() as u32;
+            let corners = |&t: &u32| {
+                let packed =
+                    mesh.triangles[t as usize].map(|i| pack_tangent(mesh.tangents[i as usize]));
+                UVec3::from_array(packed)
+            };
+            self.tangents.extend(order.iter().map(corners));
+        }
         let emissive = |material: u32| lamps[material as usize];
         if mesh.parts.len() > 1
             || !part_ids.is_empty()
@@ -171,6 +185,13 @@ fn pack_color(color: Vec4) -> UVec2 {
     let steps = (color * 65535.0).round();
     let [r, g, b, a] = steps.to_array().map(|step| step as u32);
     UVec2::new(r | g << 16, b | a << 16)
+}
+
+/// The direction of a tangent, and in the lowest bit whether the bitangent is reversed. Vertices without a normal map
+/// have no direction.
+fn pack_tangent(tangent: Vec4) -> u32 {
+    let direction = tangent.truncate().try_normalize().unwrap_or(Vec3::X);
+    pack_octahedral(direction) & !1 | u32::from(tangent.w < 0.0)
 }
 
 /// Two signed 16-bit octahedral coordinates of a unit vector (Cigolle et al., JCGT 2014).

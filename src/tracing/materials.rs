@@ -6,7 +6,7 @@ use crate::layouts::{
 use crate::scene::lights::LampTriangle;
 use crate::scene::texture::{self, Wrap};
 use crate::scene::{Material, Scene, Texture};
-use glam::Vec3;
+use glam::{UVec2, Vec3};
 
 /// The materials of a scene, with their textures.
 pub struct Materials {
@@ -51,6 +51,7 @@ impl Materials {
         let materials = scene.materials.iter().map(|material| GpuMaterial {
             base_color_texture: texture(&material.base_color_texture),
             metallic_roughness_texture: texture(&material.metallic_roughness_texture),
+            normal_texture: texture(&material.normal_texture),
             ..gpu_material(material)
         });
         let materials = materials.collect();
@@ -120,5 +121,8 @@ pub fn gpu_material(material: &Material) -> GpuMaterial {
         base_color_texture: NONE,
         metallic_roughness_texture: NONE,
         varies: 0,
+        normal_texture: NONE,
+        normal_scale: material.normal_scale,
+        padding: UVec2::ZERO,
     }
 }

@@ -11,7 +11,7 @@ use crate::scene::Bounds;
 use crate::scene::lights::LampTriangle;
 use crate::scene::motion::{Pose, check_place, is_flat};
 use crate::scene::validate::LARGEST_COORDINATE;
-use glam::{DAffine3, DVec3, UVec2, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
 use std::collections::HashMap;
 
 /// Poses a scene at any time: computes its instances, its lights and the tree over the instances.
@@ -81,7 +81,8 @@ impl ScenePoser {
                     id,
                     first_uvs: place.first_uvs,
                     first_color: place.first_color,
-                    padding: UVec2::ZERO,
+                    first_tangent: place.first_tangent,
+                    padding: 0,
                 },
             });
             light_count += place.lights;

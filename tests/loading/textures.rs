@@ -120,6 +120,60 @@ fn samplers_transforms_and_the_second_set_are_followed() {
 }
 
 #[test]
+fn normal_maps_bring_tangents() {
+    let folder = Folder::new();
+    folder.write("wall.png", encoded(ImageFormat::Png));
+    let mapped = |scale: Value| {
+        textured(json!({ "uri": "wall.png" })).with(|json| {
+            json["materials"][0]["normalTexture"] = json!({ "index": 0, "scale": scale });
+        })
+    };
+    // u grows along x, and v, which points down, along y.
+    let scene = folder.load("scene.glb", mapped(json!(0.25)).glb());
+    let (mesh, material) = (&scene.meshes[0], &scene.materials[0]);
+    assert!(material.normal_texture.is_some() && material.normal_scale == 0.25);
+    for tangent in &mesh.tangents {
+        assert!(
+            (*tangent - glam::Vec4::new(1.0, 0.0, 0.0, -1.0)).length() < 1e-5,
+            "{tangent}"
+        );
+    }
+    // The file's own, which count only beside normals.
+    let mut own = mapped(json!(1));
+    let numbers = |values: &[[f32; 4]]| -> Vec<u8> {
+        values
+            .as_flattened()
+            .iter()
+            .flat_map(|n| n.to_le_bytes())
+            .collect()
+    };
+    let view = own.add_view(&numbers(&[[0.0, 2.0, 0.0, 1.0]; 3]));
+    let tangents = own.add_accessor(json!({
+        "bufferView": view, "componentType": 5126, "count": 3, "type": "VEC4",
+    }));
+    own.primitive()["attributes"]["TANGENT"] = tangents.into();
+    let attributes = own.primitive()["attributes"].as_object_mut().unwrap();
+    attributes.remove("NORMAL");
+    let without = folder.load("scene.glb", own.glb());
+    assert_eq!(without.meshes[0].tangents, mesh.tangents);
+    let normals: Vec<u8> = ([[0.0_f32, 0.0, 1.0]; 3].as_flattened().iter())
+        .flat_map(|n| n.to_le_bytes())
+        .collect();
+    let view = own.add_view(&normals);
+    let normals = own.add_accessor(json!({
+        "bufferView": view, "componentType": 5126, "count": 3, "type": "VEC3",
+    }));
+    own.primitive()["attributes"]["NORMAL"] = normals.into();
+    let with = folder.load("scene.glb", own.glb());
+    assert_eq!(
+        with.meshes[0].tangents,
+        [glam::Vec4::new(0.0, 1.0, 0.0, 1.0); 3]
+    );
+    let text = folder.refuse("scene.glb", mapped(json!(1e39)).glb());
+    assert!(text.contains("scale") || text.contains("range"), "{text}");
+}
+
+#[test]
 fn webp_is_preferred_where_there_is_a_choice() {
     let mut file = textured(json!({ "uri": "a.png" }));
     file.json["images"] = json!([{ "uri": "a.png" }, { "uri": "a.webp" }]);

@@ -376,6 +376,11 @@ impl Elements<'_> {
         self.vector(index).extend(alpha)
     }
 
+    /// Element `index` as four numbers.
+    pub fn quadruple(&self, index: u64) -> Vec4 {
+        self.vector(index).extend(self.number(index, 3))
+    }
+
     /// A number of element `index`.
     fn number(&self, index: u64, component: usize) -> f32 {
         let bytes = &self.element(index as usize)[component * self.component.size()..];

@@ -82,6 +82,8 @@ pub struct TextureInfo {
     pub index: u64,
     #[serde(default)]
     pub tex_coord: u64,
+    /// Of normal textures.
+    pub scale: Option<f32>,
     #[serde(default)]
     pub extensions: TextureInfoExtensions,
 }

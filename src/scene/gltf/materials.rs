@@ -42,6 +42,7 @@ fn convert(index: usize, source: &FileMaterial, textures: &Textures<'_>) -> Resu
     let [
         base_color_texture,
         metallic_roughness_texture,
+        normal_texture,
         emissive_texture,
     ] = textures.of_material(&what, source)?;
     Ok(Material {
@@ -51,6 +52,9 @@ fn convert(index: usize, source: &FileMaterial, textures: &Textures<'_>) -> Resu
         metallic: pbr.metallic_factor,
         roughness: pbr.roughness_factor,
         metallic_roughness_texture,
+        normal_texture,
+        normal_scale: (source.normal_texture.as_ref())
+            .map_or(1.0, |info| info.scale.unwrap_or(1.0)),
         specular: specular.specular_factor,
         specular_color: Vec3::from_array(specular.specular_color_factor),
         ior: source.extensions.ior.ior,
@@ -71,12 +75,11 @@ pub fn emission(source: &FileMaterial) -> (DVec3, f64) {
 
 /// The kinds of textures that are not followed, each with the number of materials that have it.
 fn ignored_textures(materials: &[FileMaterial]) -> Vec<String> {
-    let kinds = ["normal", "occlusion", "specular", "specular colour"];
-    let mut counts = [0; 4];
+    let kinds = ["occlusion", "specular", "specular colour"];
+    let mut counts = [0; 3];
     for material in materials {
         let specular = &material.extensions.specular;
         let has = [
-            material.normal_texture.is_some(),
             material.occlusion_texture.is_some(),
             specular.specular_texture.is_some(),
             specular.specular_color_texture.is_some(),

@@ -46,6 +46,8 @@ pub struct Meshes<'a> {
     accessors: Accessors<'a>,
     /// For each material, which sets of texture coordinates it uses.
     sets: Vec<[bool; 2]>,
+    /// For each material, whether it has a normal map.
+    mapped: Vec<bool>,
     /// Which sets the mesh at hand needs.
     needed: [bool; 2],
     /// The material of primitives that name none.
@@ -65,6 +67,9 @@ impl<'a> Meshes<'a> {
         };
         Self {
             sets: materials.iter().map(sets).collect(),
+            mapped: (materials.iter())
+                .map(|material| material.normal_texture.is_some())
+                .collect(),
             needed: [false; 2],
             default_material: accessors.document.materials.len() as u32,
             default_material_used: false,
@@ -87,6 +92,10 @@ impl<'a> Meshes<'a> {
         if !mesh.normals.is_empty() {
             // Normals of zero length are missing ones: validation makes them geometric.
             mesh.normals.resize(mesh.positions.len(), Vec3::ZERO);
+        }
+        if !mesh.tangents.is_empty() {
+            // Those of zero length are missing ones: validation makes them.
+            mesh.tangents.resize(mesh.positions.len(), Vec4::ZERO);
         }
         if !mesh.colors.is_empty() {
             mesh.colors.resize(mesh.positions.len(), Vec4::ONE);
@@ -163,6 +172,13 @@ impl<'a> Meshes<'a> {
             }
             self.needed[set] = true;
         }
+        let tangents = match self.mapped.get(material as usize) {
+            // Without normals of the file's own, its tangents are not followed either (glTF 2.0, 3.7.2.1).
+            Some(true) if normals.is_some() => {
+                attribute(&self.accessors, "TANGENT", &[Kind::Vec4])?
+            }
+            _ => None,
+        };
         notice_ignored(what, primitive, tally);
 
         let corners = indices.as_ref().map_or(positions.count, |i| i.count);
@@ -178,6 +194,7 @@ impl<'a> Meshes<'a> {
             what,
             positions,
             normals,
+            tangents,
             colors,
             uvs,
             indices,
@@ -276,6 +293,7 @@ struct Source<'a> {
     what: &'a str,
     positions: Elements<'a>,
     normals: Option<Elements<'a>>,
+    tangents: Option<Elements<'a>>,
     colors: Option<Elements<'a>>,
     uvs: [Option<Elements<'a>>; 2],
     indices: Option<Elements<'a>>,
@@ -310,6 +328,14 @@ impl Source<'_> {
             }
             mesh.colors.resize(mesh.positions.len(), Vec4::ONE);
             mesh.colors.push(color);
+        }
+        if let Some(tangents) = &self.tangents {
+            let tangent = tangents.quadruple(vertex);
+            if !tangent.is_finite() {
+                return Err(wrong("tangent", &tangent));
+            }
+            mesh.tangents.resize(mesh.positions.len(), Vec4::ZERO);
+            mesh.tangents.push(tangent);
         }
         if let Some(normals) = &self.normals {
             mesh.normals.resize(mesh.positions.len(), Vec3::ZERO);

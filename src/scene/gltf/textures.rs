@@ -70,11 +70,11 @@ impl<'a> Textures<'a> {
         Ok((textures, images))
     }
 
-    /// A material's textures of base colour, metallic-roughness and emission; none where an image is missing.
-    pub fn of_material(&self, what: &str, material: &Material) -> Result<[Option<Texture>; 3]> {
-        let [base_color, surface, emissive] =
+    /// A material's textures of base colour, metallic-roughness, normal and emission; none where an image is missing.
+    pub fn of_material(&self, what: &str, material: &Material) -> Result<[Option<Texture>; 4]> {
+        let [base_color, surface, normal, emissive] =
             slots(material).map(|(kind, info)| self.texture(&format!("{kind} of {what}"), info));
-        Ok([base_color?, surface?, emissive?])
+        Ok([base_color?, surface?, normal?, emissive?])
     }
 
     fn texture(&self, what: &str, info: &Option<TextureInfo>) -> Result<Option<Texture>> {
@@ -148,8 +148,9 @@ impl<'a> Textures<'a> {
     }
 }
 
-/// The textures of a material that are followed, with their names: base colour, metallic-roughness, emissive.
-fn slots(material: &Material) -> [(&'static str, &Option<TextureInfo>); 3] {
+/// The textures of a material that are followed, with their names: base colour, metallic-roughness, normal,
+/// emissive.
+fn slots(material: &Material) -> [(&'static str, &Option<TextureInfo>); 4] {
     let pbr = &material.pbr_metallic_roughness;
     [
         ("base colour texture", &pbr.base_color_texture),
@@ -157,6 +158,7 @@ fn slots(material: &Material) -> [(&'static str, &Option<TextureInfo>); 3] {
             "metallic-roughness texture",
             &pbr.metallic_roughness_texture,
         ),
+        ("normal texture", &material.normal_texture),
         ("emissive texture", &material.emissive_texture),
     ]
 }

@@ -51,13 +51,13 @@ pub fn load(
         })
     };
     for (material, maps) in scene.materials.iter_mut().zip(maps) {
-        let (base_color, emission) = (found(&read, &maps.base_color), found(&read, &maps.emission));
-        for (found, slot) in [
-            (base_color, &mut material.base_color_texture),
-            (emission, &mut material.emissive_texture),
+        for (map, slot) in [
+            (&maps.base_color, &mut material.base_color_texture),
+            (&maps.emission, &mut material.emissive_texture),
+            (&maps.normal, &mut material.normal_texture),
         ] {
-            if let Some((map, image)) = found {
-                let index = place("colour", [&map.file, ""], &|| image.clone());
+            if let Some((map, image)) = found(&read, map) {
+                let index = place("one file", [&map.file, ""], &|| image.clone());
                 *slot = Some(texture(map, index));
             }
         }

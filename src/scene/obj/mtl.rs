@@ -1,4 +1,5 @@
-//! MTL files: `Kd` and `Ke`; `Pr` and `Pm` where a material has them; `map_Kd`, `map_Ke`, `map_Pr` and `map_Pm`.
+//! MTL files: `Kd` and `Ke`; `Pr` and `Pm` where a material has them; `map_Kd`, `map_Ke`, `map_Pr`,
+//! `map_Pm` and `norm`.
 
 use super::GREY;
 use super::lines::{Line, Lines};
@@ -26,6 +27,7 @@ pub struct Maps {
     pub roughness: Option<Map>,
     pub metallic: Option<Map>,
     pub emission: Option<Map>,
+    pub normal: Option<Map>,
     /// The keywords of the factors that the material states.
     stated: Vec<&'static str>,
 }
@@ -52,6 +54,7 @@ impl Maps {
             &self.roughness,
             &self.metallic,
             &self.emission,
+            &self.normal,
         ]
         .into_iter()
         .flatten()
@@ -96,6 +99,7 @@ pub fn read(source: impl BufRead) -> Result<Library> {
                 "map_Pr" => Some(&mut maps.roughness),
                 "map_Pm" => Some(&mut maps.metallic),
                 "map_Ke" => Some(&mut maps.emission),
+                "norm" => Some(&mut maps.normal),
                 _ => None,
             };
             if let Some(place) = followed {
@@ -105,8 +109,8 @@ pub fn read(source: impl BufRead) -> Result<Library> {
                 *place = Some(map(&line)?);
                 continue;
             }
-            let texture = kind.starts_with("map_")
-                || ["norm", "bump", "disp", "decal", "refl"].contains(&kind);
+            let texture =
+                kind.starts_with("map_") || ["bump", "disp", "decal", "refl"].contains(&kind);
             if texture && !library.textures.iter().any(|t| t == kind) {
                 library.textures.push(kind.escape_debug().to_string());
             }

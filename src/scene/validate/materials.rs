@@ -20,6 +20,8 @@ pub(super) fn check_material(
         metallic,
         roughness,
         metallic_roughness_texture: _,
+        normal_texture: _,
+        normal_scale,
         specular,
         specular_color,
         ior,
@@ -43,6 +45,9 @@ pub(super) fn check_material(
         if !(0.0..=1.0).contains(&value) {
             return wrong(factor, &value, "within 0 and 1");
         }
+    }
+    if !normal_scale.is_finite() {
+        return wrong("the scale of the normal texture", normal_scale, "finite");
     }
     if !specular_color.is_finite() || specular_color.min_element() < 0.0 {
         return wrong("specular colour", specular_color, "finite and not negative");

@@ -41,6 +41,9 @@ pub(super) fn check_mesh(index: usize, mesh: &Mesh, materials: &[Material]) -> R
     attribute(check_attribute("colour", &mesh.colors, vertices, |c| {
         c.is_finite()
     }))?;
+    attribute(check_attribute("tangent", &mesh.tangents, vertices, |t| {
+        t.is_finite()
+    }))?;
     for uvs in &mesh.uvs {
         attribute(check_attribute("texture coordinate", uvs, vertices, |uv| {
             uv.is_finite()
