@@ -22,6 +22,12 @@ crate::gpu_constants! {
     /// Perceptual roughness below which a specular lobe is a perfect mirror, because f32 half vectors do not resolve
     /// its GGX peak.
     pub const MIRROR_ROUGHNESS: f32 = 0.01;
+    /// A material's surface covers all.
+    pub const ALPHA_OPAQUE: u32 = 0;
+    /// It covers all where its alpha is at least 1, and elsewhere nothing.
+    pub const ALPHA_MASK: u32 = 1;
+    /// It covers the share that alpha says.
+    pub const ALPHA_BLEND: u32 = 2;
     /// The image of a texture repeats.
     pub const WRAP_REPEAT: u32 = 0;
     /// It repeats mirrored.
@@ -72,6 +78,8 @@ crate::gpu_constants! {
     pub const STREAM_TEMPORAL: u32 = 2;
     /// Random stream of the pilots.
     pub const STREAM_PILOTS: u32 = 3;
+    /// Random stream of the coins of primary rays.
+    pub const STREAM_COINS: u32 = 4;
     /// Random stream of the first spatial pass; that of pass n is n higher.
     pub const STREAM_SPATIAL: u32 = 16;
     /// Added to these by passes of indirect light, except by the pilots, which both kinds share.
@@ -150,8 +158,10 @@ crate::gpu_struct! {
         pub normal_texture: u32,
         /// Multiplies its red and green.
         pub normal_scale: f32,
-        /// Fills the last four words.
-        pub padding: UVec2,
+        /// ALPHA_…
+        pub alpha_mode: u32,
+        /// Coverage, which texture and vertex colours multiply; with ALPHA_MASK over the cutoff.
+        pub alpha: f32,
     }
 }
 

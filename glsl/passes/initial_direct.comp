@@ -102,7 +102,8 @@ void main() {
                 if (wanted) ray = shadow_ray(domain, reservoir.value, CURRENT);
             }
             if (!wanted) continue;
-            Hit hit = trace(ray, purpose == RAY_SHADOW);
+            // What a mirror reflects no other pixel shares, so a coin may decide for it.
+            Hit hit = trace(ray, purpose == RAY_SHADOW, purpose == RAY_MIRROR ? ray_coin(random) : NO_COIN);
             if (purpose == RAY_SHADOW) {
                 if (hit.transmittance == 0.0) stream = empty_stream();
                 continue;

@@ -62,13 +62,20 @@ void main() {
                     path = mirror_path(mirror_reflectance);
                 } else {
                     BsdfSample first;
-                    if (pilot.instance != NONE && pilot_ray(eye, pixel, first, ray)) purpose = RAY_PILOT;
+                    // A pilot passes surfaces that cover a part; of a path a coin decides whether it ends there.
+                    if (HAS_BLEND) {
+                        if (pilot_ray(eye, pixel, first, ray)) purpose = RAY_PATH;
+                    } else if (pilot.instance != NONE && pilot_ray(eye, pixel, first, ray)) {
+                        purpose = RAY_PILOT;
+                    }
                     path = first_path(first);
                 }
                 continue;
             }
             Hit hit = pilot_hit(pilot);
-            if (purpose != RAY_PILOT) hit = trace(ray, purpose == RAY_SHADOW);
+            if (purpose != RAY_PILOT) {
+                hit = trace(ray, purpose == RAY_SHADOW, purpose == RAY_SHADOW ? NO_COIN : ray_coin(random));
+            }
             if (purpose == RAY_SHADOW) {
                 shadowed.light *= hit.transmittance;
                 if (hit.transmittance > 0.0) add_candidate(shadowed, choice);
@@ -124,6 +131,9 @@ void main() {
                 chosen = as_stored(chosen);
             }
             float target = target_function(eye, chosen);
+            // The coins that let the path pass were part of its density. Whoever adds its light multiplies it by the
+            // transmittance again, his own for the first segment.
+            if (HAS_BLEND && target > 0.0) target *= trace_segments(eye, chosen, CURRENT);
             if (target > 0.0) reservoir.contribution_weight = accept_weight(stream.weight_sum / target);
             if (chosen.kind != PATH_TO_LIGHT) round_color(chosen, to_unit(random_bits(random)).xyz);
             reservoir.value = chosen;

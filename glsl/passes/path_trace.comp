@@ -121,7 +121,7 @@ void main() {
             path = Path(vec3(1.0), 0u, 0.0, true);
             purpose = RAY_PATH;
         }
-        Hit hit = trace(ray, purpose == RAY_SHADOW);
+        Hit hit = trace(ray, purpose == RAY_SHADOW, purpose == RAY_SHADOW ? NO_COIN : ray_coin(random));
         if (purpose == RAY_SHADOW) {
             if (hit.transmittance > 0.0) radiance += hit.transmittance * shadowed;
             ray = next;

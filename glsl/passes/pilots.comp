@@ -22,7 +22,7 @@ void main() {
         BsdfSample chosen;
         Ray ray;
         if (pilot_ray(domain, pixel, chosen, ray)) {
-            Hit hit = trace_closest(ray);
+            Hit hit = trace_closest(ray, NO_COIN);
             pilot.instance = hit.instance;
             pilot.primitive = hit.primitive;
             pilot.place = hit.barycentrics;

@@ -7,7 +7,8 @@
 //   Domain domain_of(uint technique)
 //   vec3 contribution(Domain domain, Sample value), whose luminance is the target function
 //   float transmittance(uint technique, Domain domain, Sample value), with the sample as the technique sees it: the
-//     share of its light that arrives, today 0 or 1: a technique's own sample is taken to arrive unweakened
+//     share of its light that arrives. Targets include whether it is above 0, light includes the share itself: then a
+//     technique's own sample needs no ray for its weight, only where its light is added
 //   Sample shift_to(uint technique, Sample value, out float jacobian): the canonical's sample in the technique's
 //     space. The Jacobian is the ratio of the sample's measure there to its measure here; 0 where the shift does not
 //     exist. Its existence must be symmetric, and every rejection that looks at a sample must be here, so that all
@@ -74,8 +75,8 @@ void resample(inout Merged merged, inout Stream selected, uint i, Reservoir rese
     if (stream_add(selected, i, weight, target, random_choice(random))) merged.reservoir = reservoir;
 }
 
-// Merges `count` techniques. With `visibility`, targets include visibility.
-Merged merge(uint mis, uint count, bool visibility, inout Random random) {
+// Merges `count` techniques. With `visibility`, targets include visibility. With `shades`, the light is used.
+Merged merge(uint mis, uint count, bool visibility, bool shades, inout Random random) {
     // Whether two rays stand for all.
     bool two_rays = visibility && mis != MIS_BALANCE, all_rays = visibility && !two_rays;
     float neighbour_confidence = 0.0;
@@ -166,6 +167,7 @@ Merged merge(uint mis, uint count, bool visibility, inout Random random) {
         }
     }
     if (has_canonical) {
+        if (HAS_BLEND && shades) canonical_light *= transmittance(0u, here, canonical.value);
         float weight = mis_weight(mis, 0u, canonical_terms, canonical_share, canonical_share, neighbour_share)
             * canonical_terms.canonical * canonical.contribution_weight;
         resample(merged, selected, 0u, canonical, weight, canonical_terms.canonical, canonical_light, random);

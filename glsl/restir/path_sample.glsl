@@ -41,7 +41,7 @@ struct PathSample {
 PathSample empty_path_sample() {
     TrianglePoint point = TrianglePoint(vec3(0.0), vec3(0.0), vec3(0.0, 0.0, 1.0), vec3(0.0, 0.0, 1.0), false);
     return PathSample(PATH_NONE, NONE, 0u, vec2(0.0), LightPoint(LIGHT_NONE, NONE, vec2(0.0)), vec3(0.0, 0.0, 1.0),
-                      vec3(0.0), point, 0.0, 0u, GpuMaterial(vec3(0.0), 0.0, vec3(0.0), 0.0, 0.0, NONE, NONE, 0u, NONE, 0.0, uvec2(0u)));
+                      vec3(0.0), point, 0.0, 0u, GpuMaterial(vec3(0.0), 0.0, vec3(0.0), 0.0, 0.0, NONE, NONE, 0u, NONE, 0.0, ALPHA_OPAQUE, 1.0));
 }
 
 // Where the hit of a ray lies on its triangle. `position` is the point that the ray and the triangle give together.

@@ -69,6 +69,17 @@ void record_origin(inout Reservoir r, uint pixel, Domain domain) {
 // The target function: the luminance that a sample adds per unit of its weight.
 float target_function(Domain domain, Sample value) { return luminance(contribution(domain, value)); }
 
+// The share of a sample's light that arrives: along the segment from the domain and, where surfaces cover a part, those
+// behind it that belong to the sample.
+float trace_segments(Domain domain, Sample value, uint epoch) {
+    uint segments = HAS_BLEND ? segment_count(value) : 1u;
+    float passed = 1.0;
+    for (uint i = 0u; passed > 0.0 && i < segments; i += 1u) {
+        passed *= trace_transmittance(segment_ray(domain, value, i, epoch));
+    }
+    return passed;
+}
+
 // Macros, because GLSL cannot pass buffers to functions. PACKED is a PackedReservoir variable.
 #define LOAD_RESERVOIR(BUFFER, SLOT, SLOTS, PACKED) \
     for (uint word_ = 0u; word_ < reservoir_words(); word_ += 1u) \

@@ -16,7 +16,7 @@ Domain domain_of(uint technique) {
 }
 
 float transmittance(uint technique, Domain domain, Sample value) {
-    return trace_transmittance(shadow_ray(domain, value, CURRENT));
+    return trace_segments(domain, value, CURRENT);
 }
 
 View view_of(uint technique) {
@@ -62,7 +62,7 @@ void merge_neighbours() {
         // Before any reservoir is read.
         uint found = find_neighbours(pixel, data, random);
         count(COUNTER_NEIGHBOURS, found - 1u);
-        Merged merged = merge(MIS, found, VISIBILITY == VISIBILITY_WEIGHTS, random);
+        Merged merged = merge(MIS, found, VISIBILITY == VISIBILITY_WEIGHTS, step.shades != 0u, random);
         if (step.shades != 0u) color.at[pixel_index(pixel)] += accept_radiance(merged.light);
         packed = pack_reservoir(merged.reservoir);
     } else {

@@ -104,6 +104,6 @@ void merge_history() {
     domain_before = unpack_domain(previous, previous_ray);
     count(COUNTER_NEIGHBOURS, 1u);
     Random random = pass_random(pixel, FIRST_STREAM + STREAM_TEMPORAL);
-    packed = pack_reservoir(merge(MIS, 2u, VISIBILITY == VISIBILITY_WEIGHTS, random).reservoir);
+    packed = pack_reservoir(merge(MIS, 2u, VISIBILITY == VISIBILITY_WEIGHTS, false, random).reservoir);
     STORE_RESERVOIR(reservoirs, slot, restir.at.slots, packed);
 }

@@ -25,22 +25,23 @@ vec3 previous_normal(uint instance, vec3 normal) {
 uniform accelerationStructureEXT previous_top_level;
 
 float transmittance_body(Ray ray, uint epoch) {
-    uint flags = gl_RayFlagsOpaqueEXT | gl_RayFlagsTerminateOnFirstHitEXT;
+    uint flags = ray_flags(true);
     rayQueryEXT query;
     if (MOVES && epoch == PREVIOUS) {
         rayQueryInitializeEXT(query, previous_top_level, flags, 0xFFu, ray.origin, 0.0, ray.direction, ray.t_max);
     } else {
         rayQueryInitializeEXT(query, top_level, flags, 0xFFu, ray.origin, 0.0, ray.direction, ray.t_max);
     }
-    while (rayQueryProceedEXT(query)) {
-    }
-    return rayQueryGetIntersectionTypeEXT(query, true) == gl_RayQueryCommittedIntersectionNoneEXT ? 1.0 : 0.0;
+    float passed = 1.0;
+    FINISH_QUERY(query, NO_COIN, passed)
+    return rayQueryGetIntersectionTypeEXT(query, true) == gl_RayQueryCommittedIntersectionNoneEXT ? passed : 0.0;
 }
 
 #else
 
 float transmittance_body(Ray ray, uint epoch) {
-    return trace_tree(ray, true, MOVES && epoch == PREVIOUS ? PREVIOUS_ROOT : 0u).instance == NONE ? 1.0 : 0.0;
+    Hit hit = trace_tree(ray, true, NO_COIN, MOVES && epoch == PREVIOUS ? PREVIOUS_ROOT : 0u);
+    return hit.instance == NONE ? hit.transmittance : 0.0;
 }
 
 #endif

@@ -5,6 +5,7 @@
 #include "scene/normal_map.glsl"
 #include "scene/textures.glsl"
 #include "scene/trace.glsl"
+#include "scene/triangle_owner.glsl"
 #include "scene/triangle_point.glsl"
 
 struct Surface {
@@ -23,28 +24,6 @@ struct Surface {
     // NONE unless the triangle is a light.
     uint light;
 };
-
-// What a triangle belongs to.
-struct TriangleOwner {
-    uint material;
-    // Index of the instance in the scene.
-    uint instance;
-    // NONE unless the triangle is a light.
-    uint light;
-};
-
-TriangleOwner triangle_owner(GpuInstance instance, uint primitive) {
-    TriangleOwner owner = TriangleOwner(instance.material, instance.id, NONE);
-    uint rank = primitive;
-    if (instance.first_part != NONE) {
-        uvec3 part = triangle_parts.at[instance.first_part + primitive];
-        owner.material = part.x;
-        rank = part.y;
-        owner.instance += part.z;
-    }
-    if (instance.first_light != NONE && rank != NONE) owner.light = instance.first_light + rank;
-    return owner;
-}
 
 // The normals on the side of a viewer that looks along `direction`.
 void face_viewer(TrianglePoint point, vec3 direction, out vec3 geometric_normal, out vec3 shading_normal) {

@@ -59,6 +59,8 @@ vec3 corner_color(uint index) {
     return vec3(unpackUnorm2x16(packed.x), unpackUnorm2x16(packed.y).x);
 }
 
+float corner_alpha(uint index) { return unpackUnorm2x16(colors.at[index].y).y; }
+
 // Whether materials differ from point to point.
 const bool VARIES = HAS_TEXTURES || HAS_VERTEX_COLORS || HAS_NORMAL_MAPS;
 

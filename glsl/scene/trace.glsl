@@ -3,6 +3,7 @@
 // driver's acceleration structures and a BVH traversed in compute.
 #include "core/counters.glsl"
 #include "core/math.glsl"
+#include "scene/alpha.glsl"
 
 struct Ray {
     vec3 origin;
@@ -51,15 +52,15 @@ void count_ray() {
     count_lanes(COUNTER_TRACE_LANES);
 }
 
-// The closest hit, or any hit.
-Hit trace(Ray ray, bool any_hit) {
+// The closest hit, or any hit. `coin` decides on surfaces that cover a part (alpha.glsl).
+Hit trace(Ray ray, bool any_hit, uint coin) {
     count_ray();
-    Hit hit = trace_body(ray, any_hit);
+    Hit hit = trace_body(ray, any_hit, coin);
     if (hit.instance != NONE) hit.transmittance = 0.0;
     return hit;
 }
 
-Hit trace_closest(Ray ray) { return trace(ray, false); }
+Hit trace_closest(Ray ray, uint coin) { return trace(ray, false, coin); }
 
 // The share of light that passes between the ray's ends.
-float trace_transmittance(Ray ray) { return trace(ray, true).transmittance; }
+float trace_transmittance(Ray ray) { return trace(ray, true, NO_COIN).transmittance; }

@@ -134,8 +134,15 @@ bool meets_triangle(uint triangle, LevelRay ray, inout float t, out vec2 barycen
     return false;
 }
 
+// Whether a hit of a triangle, given by its index among all, ends a ray.
+bool ends_ray_here(uint coin, uint instance_index, uint triangle, vec2 weights, inout float passed) {
+    if (!HAS_ALPHA) return true;
+    GpuInstance instance = load_instances(instance_index);
+    return ends_ray(coin, instance_index, instance, triangle - instance.first_triangle, weights, passed);
+}
+
 // Traces in the tree over the instances with this root node.
-Hit trace_tree(Ray ray, bool any_hit, uint root) {
+Hit trace_tree(Ray ray, bool any_hit, uint coin, uint root) {
     Hit hit = no_hit(ray.t_max);
     LevelRay level = level_ray(ray.origin, ray.direction);
     uvec2 stack[STACK_SIZE];
@@ -178,7 +185,10 @@ Hit trace_tree(Ray ray, bool any_hit, uint root) {
                 leaves.y = 0u;
             } else {
                 vec2 barycentrics;
-                if (meets_triangle(primitive, level, hit.t, barycentrics)) {
+                float t = hit.t;
+                if (meets_triangle(primitive, level, t, barycentrics)
+                    && ends_ray_here(coin, instance, primitive, barycentrics, hit.transmittance)) {
+                    hit.t = t;
                     hit.instance = instance;
                     hit.primitive = primitive;
                     hit.barycentrics = barycentrics;
@@ -204,4 +214,4 @@ Hit trace_tree(Ray ray, bool any_hit, uint root) {
     return hit;
 }
 
-Hit trace_body(Ray ray, bool any_hit) { return trace_tree(ray, any_hit, 0u); }
+Hit trace_body(Ray ray, bool any_hit, uint coin) { return trace_tree(ray, any_hit, coin, 0u); }

@@ -3,13 +3,27 @@
 
 uniform accelerationStructureEXT top_level;
 
-Hit trace_body(Ray ray, bool any_hit) {
-    uint flags = gl_RayFlagsOpaqueEXT | (any_hit ? gl_RayFlagsTerminateOnFirstHitEXT : 0u);
-    rayQueryEXT query;
-    rayQueryInitializeEXT(query, top_level, flags, 0xFFu, ray.origin, 0.0, ray.direction, ray.t_max);
-    while (rayQueryProceedEXT(query)) {
+uint ray_flags(bool any_hit) {
+    return (HAS_ALPHA ? gl_RayFlagsNoneEXT : gl_RayFlagsOpaqueEXT) | (any_hit ? gl_RayFlagsTerminateOnFirstHitEXT : 0u);
+}
+
+// Traces a query to its end. A macro, because GLSL cannot pass queries to functions.
+#define FINISH_QUERY(QUERY, COIN, PASSED) \
+    while (rayQueryProceedEXT(QUERY)) { \
+        if (!HAS_ALPHA) continue; \
+        uint index_ = rayQueryGetIntersectionInstanceCustomIndexEXT(QUERY, false); \
+        uint primitive_ = rayQueryGetIntersectionPrimitiveIndexEXT(QUERY, false); \
+        vec2 weights_ = rayQueryGetIntersectionBarycentricsEXT(QUERY, false); \
+        if (ends_ray(COIN, index_, load_instances(index_), primitive_, weights_, PASSED)) { \
+            rayQueryConfirmIntersectionEXT(QUERY); \
+        } \
     }
+
+Hit trace_body(Ray ray, bool any_hit, uint coin) {
+    rayQueryEXT query;
+    rayQueryInitializeEXT(query, top_level, ray_flags(any_hit), 0xFFu, ray.origin, 0.0, ray.direction, ray.t_max);
     Hit hit = no_hit(ray.t_max);
+    FINISH_QUERY(query, coin, hit.transmittance)
     if (rayQueryGetIntersectionTypeEXT(query, true) != gl_RayQueryCommittedIntersectionNoneEXT) {
         hit.t = rayQueryGetIntersectionTEXT(query, true);
         hit.instance = rayQueryGetIntersectionInstanceCustomIndexEXT(query, true);

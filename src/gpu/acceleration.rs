@@ -23,6 +23,8 @@ pub struct BlasGeometry<'a> {
     pub first_triangle: u32,
     /// Number of triangles of the mesh.
     pub triangle_count: u32,
+    /// Whether every hit ends a ray; otherwise the shader decides.
+    pub opaque: bool,
 }
 
 /// An instance of the top level.
@@ -54,7 +56,11 @@ impl AccelerationStructure {
         let geometry = vk::AccelerationStructureGeometryKHR::default()
             .geometry_type(vk::GeometryTypeKHR::TRIANGLES)
             .geometry(vk::AccelerationStructureGeometryDataKHR { triangles })
-            .flags(vk::GeometryFlagsKHR::OPAQUE);
+            .flags(match mesh.opaque {
+                true => vk::GeometryFlagsKHR::OPAQUE,
+                // A triangle that is asked for twice would weaken a ray twice.
+                false => vk::GeometryFlagsKHR::NO_DUPLICATE_ANY_HIT_INVOCATION,
+            });
         let build = Build {
             kind: vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL,
             geometry,

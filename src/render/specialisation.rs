@@ -19,6 +19,10 @@ crate::gpu_specialisation! {
         pub has_textures: bool = true,
         /// Whether some light has a texture.
         pub has_emissive_textures: bool = true,
+        /// Whether some surface has holes or covers only a part.
+        pub has_alpha: bool = true,
+        /// Whether some surface covers only a part.
+        pub has_blend: bool = false,
         /// Whether some material has a normal map.
         pub has_normal_maps: bool = true,
         /// Whether there is an environment.
@@ -88,6 +92,9 @@ mod values {
                 has_smooth_normals: full || requires.smooth_normals,
                 has_textures: full || requires.textures,
                 has_emissive_textures: full || requires.emissive_textures,
+                has_alpha: full || requires.alpha,
+                // It asks for more rays.
+                has_blend: requires.blending,
                 has_normal_maps: full || requires.normal_maps,
                 has_environment: full || requires.environment,
                 has_punctual_lights: full || requires.punctual_lights > 0,

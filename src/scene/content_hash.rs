@@ -4,8 +4,8 @@ use super::motion::tracks::{Animated, Interpolation, Track};
 use super::motion::{AnimatedTransform, Emission, Motion, Node, Place};
 use super::texture::Wrap;
 use super::{
-    Camera, Environment, Image, Instance, Material, Mesh, PunctualLight, PunctualShape, Scene,
-    Texture,
+    AlphaMode, Camera, Environment, Image, Instance, Material, Mesh, PunctualLight, PunctualShape,
+    Scene, Texture,
 };
 use glam::DAffine3;
 
@@ -265,6 +265,8 @@ fn hash_material(hasher: &mut blake3::Hasher, material: &Material) {
         name: _,
         base_color,
         base_color_texture,
+        alpha,
+        alpha_mode,
         metallic,
         roughness,
         metallic_roughness_texture,
@@ -294,6 +296,15 @@ fn hash_material(hasher: &mut blake3::Hasher, material: &Material) {
         if let Some(texture) = texture {
             hash_texture(hasher, kind, texture);
         }
+    }
+    let (mode, cutoff) = match alpha_mode {
+        AlphaMode::Opaque => (0, 0.0),
+        AlphaMode::Mask { cutoff } => (1, *cutoff),
+        AlphaMode::Blend => (2, 0.0),
+    };
+    if mode != 0 {
+        hasher.update(&[mode]);
+        hasher.update(bytemuck::bytes_of(&[*alpha, cutoff]));
     }
     if normal_texture.is_some() {
         hasher.update(bytemuck::bytes_of(normal_scale));

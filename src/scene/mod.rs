@@ -171,6 +171,20 @@ pub struct Instance {
     pub object_to_world: DAffine3,
 }
 
+/// What a material's alpha means.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum AlphaMode {
+    /// Nothing: the surface covers all.
+    Opaque,
+    /// It covers all where alpha is at least the cutoff, and elsewhere nothing.
+    Mask {
+        /// Above 0.
+        cutoff: f32,
+    },
+    /// It covers the share that alpha says; the rest of the light passes.
+    Blend,
+}
+
 /// A metallic-roughness surface (glTF 2.0 with emissive strength, specular and ior).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
@@ -180,6 +194,10 @@ pub struct Material {
     pub base_color: Vec3,
     /// Multiplies the base colour; sRGB.
     pub base_color_texture: Option<Texture>,
+    /// How much of the surface is there: multiplied by the alpha of base colour texture and vertex colours.
+    pub alpha: f32,
+    /// What alpha means.
+    pub alpha_mode: AlphaMode,
     /// 0 dielectric … 1 metal.
     pub metallic: f32,
     /// Perceptual roughness, 0…1; GGX α is its square.
@@ -211,6 +229,8 @@ impl Default for Material {
             name: String::new(),
             base_color: Vec3::ONE,
             base_color_texture: None,
+            alpha: 1.0,
+            alpha_mode: AlphaMode::Opaque,
             metallic: 1.0,
             roughness: 1.0,
             metallic_roughness_texture: None,
@@ -252,6 +272,14 @@ impl Material {
         textures
             .into_iter()
             .filter_map(|(name, texture)| Some((name, texture.as_ref()?)))
+    }
+
+    /// The meaning of alpha for a material that is a light at some time or is not: lights cover all.
+    pub fn alpha_mode(&self, is_lamp: bool) -> AlphaMode {
+        match is_lamp {
+            true => AlphaMode::Opaque,
+            false => self.alpha_mode,
+        }
     }
 
     /// Whether the surface emits light.

@@ -1,7 +1,7 @@
 //! Properties of a scene that decide which features the renderer needs for it.
 
 use super::bounds::usual_size;
-use super::{Environment, Material, Mesh, Scene};
+use super::{AlphaMode, Environment, Material, Mesh, Scene};
 use crate::layouts::MIRROR_ROUGHNESS;
 
 /// What a scene contains that needs support in the renderer. Only materials and meshes with an
@@ -26,6 +26,10 @@ pub struct Requirements {
     pub near_delta: bool,
     /// Whether some material has textures of base colour, metalness or roughness.
     pub textures: bool,
+    /// Whether some surface has holes or covers only a part (alphaMode `MASK` or `BLEND`).
+    pub alpha: bool,
+    /// Whether some surface covers only a part (`BLEND`).
+    pub blending: bool,
     /// Whether some material has a normal map.
     pub normal_maps: bool,
     /// Whether some light has a texture.
@@ -88,6 +92,9 @@ impl Requirements {
                     lights[part.material as usize] && material.emissive_texture.is_some();
                 required.textures |= material.base_color_texture.is_some()
                     || material.metallic_roughness_texture.is_some();
+                let alpha = material.alpha_mode(lights[part.material as usize]);
+                required.alpha |= alpha != AlphaMode::Opaque;
+                required.blending |= alpha == AlphaMode::Blend;
                 required.normal_maps |= material.normal_texture.is_some();
                 required.specular |= material.has_specular_lobe();
                 // A texture may make any point as smooth as it likes.
@@ -236,6 +243,8 @@ mod tests {
             specular: true,
             near_delta: true,
             textures: true,
+            alpha: false,
+            blending: false,
             normal_maps: false,
             emissive_textures: false,
             vertex_colors: true,

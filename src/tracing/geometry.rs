@@ -3,7 +3,7 @@
 use super::compute_bvh::Tree;
 use super::gather::Gathered;
 use crate::layouts::NONE;
-use crate::scene::Mesh;
+use crate::scene::{AlphaMode, Mesh};
 use glam::{DVec3, UVec2, UVec3, Vec2, Vec3, Vec4};
 use obvhs::cwbvh::node::CwBvhNode;
 
@@ -26,6 +26,8 @@ pub struct MeshPlace {
     pub first_part: u32,
     /// Root in [`Geometry::nodes`].
     pub root_node: u32,
+    /// Whether no material of it has alpha.
+    pub opaque: bool,
     /// Number of emissive triangles.
     pub lights: u32,
     /// What was subtracted from every position.
@@ -64,13 +66,24 @@ impl Geometry {
     /// Lays out every mesh. With `trees`, triangles are in leaf order; otherwise in the mesh's order.
     pub fn new(gathered: &Gathered<'_>, trees: bool) -> Self {
         let mut geometry = Self::default();
+        let materials = gathered.scene.materials.iter().zip(&gathered.lamps);
+        let opaque: Vec<bool> = materials
+            .map(|(material, is_lamp)| material.alpha_mode(*is_lamp) == AlphaMode::Opaque)
+            .collect();
         for (mesh, ids) in gathered.scene.meshes.iter().zip(&gathered.part_ids) {
-            geometry.push(mesh, ids, &gathered.lamps, trees);
+            geometry.push(mesh, ids, (&gathered.lamps, &opaque), trees);
         }
         geometry
     }
 
-    fn push(&mut self, mesh: &Mesh, part_ids: &[u32], lamps: &[bool], trees: bool) {
+    /// Adds a mesh. Of each material it is known whether it is a light, and whether it has no alpha.
+    fn push(
+        &mut self,
+        mesh: &Mesh,
+        part_ids: &[u32],
+        (lamps, opaque): (&[bool], &[bool]),
+        trees: bool,
+    ) {
         let (low, high) = bounds(mesh.positions.iter().copied());
         let extent = (high - low).max_element();
         let centre = low * 0.5 + high * 0.5;
@@ -95,6 +108,7 @@ impl Geometry {
             first_tangent: NONE,
             first_part: NONE,
             root_node: 0,
+            opaque: mesh.parts.iter().all(|part| opaque[part.material as usize]),
             lights: 0,
             centre: centre.as_dvec3(),
             bounds: (low - centre, high - centre),

@@ -1,12 +1,13 @@
 //! Materials and textures as shaders read them.
 
 use crate::layouts::{
-    GpuLightTexture, GpuMaterial, GpuTexture, NONE, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT,
+    ALPHA_BLEND, ALPHA_MASK, ALPHA_OPAQUE, GpuLightTexture, GpuMaterial, GpuTexture, NONE,
+    WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT,
 };
 use crate::scene::lights::LampTriangle;
 use crate::scene::texture::{self, Wrap};
-use crate::scene::{Material, Scene, Texture};
-use glam::{UVec2, Vec3};
+use crate::scene::{AlphaMode, Material, Scene, Texture};
+use glam::Vec3;
 
 /// The materials of a scene, with their textures.
 pub struct Materials {
@@ -23,8 +24,8 @@ pub struct Materials {
 }
 
 impl Materials {
-    /// Those of a scene.
-    pub fn of(scene: &Scene) -> Self {
+    /// Those of a scene, given which of them give light at any time.
+    pub fn of(scene: &Scene, lamps: &[bool]) -> Self {
         let mut texels = Vec::new();
         let mut first_texels = Vec::with_capacity(scene.images.len());
         for image in &scene.images {
@@ -48,12 +49,25 @@ impl Materials {
             });
             textures.len() as u32 - 1
         };
-        let materials = scene.materials.iter().map(|material| GpuMaterial {
-            base_color_texture: texture(&material.base_color_texture),
-            metallic_roughness_texture: texture(&material.metallic_roughness_texture),
-            normal_texture: texture(&material.normal_texture),
-            ..gpu_material(material)
-        });
+        let materials = scene
+            .materials
+            .iter()
+            .zip(lamps)
+            .map(|(material, is_lamp)| GpuMaterial {
+                alpha_mode: match material.alpha_mode(*is_lamp) {
+                    AlphaMode::Opaque => ALPHA_OPAQUE,
+                    AlphaMode::Mask { .. } => ALPHA_MASK,
+                    AlphaMode::Blend => ALPHA_BLEND,
+                },
+                alpha: match material.alpha_mode {
+                    AlphaMode::Mask { cutoff } => material.alpha / cutoff,
+                    AlphaMode::Opaque | AlphaMode::Blend => material.alpha,
+                },
+                base_color_texture: texture(&material.base_color_texture),
+                metallic_roughness_texture: texture(&material.metallic_roughness_texture),
+                normal_texture: texture(&material.normal_texture),
+                ..gpu_material(material)
+            });
         let materials = materials.collect();
         let emissive = scene.materials.iter();
         let emissive = emissive.map(|material| texture(&material.emissive_texture));
@@ -123,6 +137,7 @@ pub fn gpu_material(material: &Material) -> GpuMaterial {
         varies: 0,
         normal_texture: NONE,
         normal_scale: material.normal_scale,
-        padding: UVec2::ZERO,
+        alpha_mode: ALPHA_OPAQUE,
+        alpha: 1.0,
     }
 }

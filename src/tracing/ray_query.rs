@@ -44,6 +44,7 @@ impl RayQueryScene {
                     positions,
                     first_triangle: place.first_triangle,
                     triangle_count: place.triangle_count,
+                    opaque: place.opaque,
                 };
                 AccelerationStructure::bottom(device, &format!("mesh {number}"), mesh).map(Some)
             })

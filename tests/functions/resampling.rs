@@ -151,7 +151,7 @@ fn weigh(mis: Mis, techniques: &[Technique], fault: Option<(&str, &str, &str)>) 
         for (uint i = 0u; i < {count}u; i += 1u) sums[i] = 0.0;
         for (uint n = 0u; n < {draws}u; n += 1u) {{
             for (uint i = 0u; i < {count}u; i += 1u) weights[i] = 0.0;
-            merge({mis}u, {count}u, {walls}, random);
+            merge({mis}u, {count}u, {walls}, true, random);
             for (uint i = 0u; i < {count}u; i += 1u) sums[i] += weights[i];
         }}
         for (uint i = 0u; i < {count}u; i += 1u) x[i] = floatBitsToUint(sums[i] / float({draws}u));"

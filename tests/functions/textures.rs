@@ -64,7 +64,7 @@ fn lookups_are_those_of_the_twin() {
         images,
         ..Scene::default()
     };
-    let tables = Materials::of(&scene);
+    let tables = Materials::of(&scene, &scene.lamp_materials());
     let mut inputs = Vec::new();
     for texture in 0..textures.len() {
         for i in 0..400 {
@@ -123,7 +123,7 @@ fn coordinates_that_are_huge_stay_inside_the_image() {
             .into(),
         ..Scene::default()
     };
-    let tables = Materials::of(&scene);
+    let tables = Materials::of(&scene, &scene.lamp_materials());
     // The index of the texel, from the texel: all others of the array would be wrong.
     let texels: Vec<u32> = (0..21).map(|_| 0x4040_4040).chain([0; 100]).collect();
     let function = Function {

@@ -3,7 +3,7 @@
 use crate::files::{Folder, Gltf, floats};
 use base64::prelude::{BASE64_STANDARD, Engine};
 use glam::{DVec3, Vec3, Vec4};
-use headwater::scene::{Material, Scene};
+use headwater::scene::{AlphaMode, Material, Scene};
 use serde_json::json;
 
 /// Every triangle in the world: its corners, and whether its mesh faces the other way.
@@ -414,7 +414,7 @@ fn what_is_ignored_is_said_once() {
             "occlusionTexture": { "index": 0 },
         });
         json["materials"] = json!([
-            { "name": "paint", "alphaMode": "BLEND" }, textured.clone(), textured,
+            { "name": "paint", "alphaMode": "GLASS" }, textured.clone(), textured,
         ]);
         json["nodes"]
             .as_array_mut()
@@ -432,7 +432,7 @@ fn what_is_ignored_is_said_once() {
         scene.notices,
         [
             "extensions that are not supported are ignored: KHR_materials_sheen, KHR_materials_clearcoat",
-            "alpha is not supported, surfaces are opaque: material 0 \"paint\" has alphaMode \"BLEND\"",
+            "alpha modes that are unknown are taken as OPAQUE: material 0 \"paint\" has \"GLASS\"",
             "textures that are not supported are ignored: occlusion (2)",
             "skins are ignored, the mesh stands as modelled: node 0 \"root\"",
             "morph targets are ignored: mesh 0 \"leaf\" primitive 0",
@@ -476,4 +476,45 @@ fn an_empty_file_is_an_empty_scene() {
     let scene = folder.load("empty.gltf", r#"{ "asset": { "version": "2.0" } }"#);
     assert!(scene.instances.is_empty());
     assert_eq!(scene.notices.len(), 1);
+}
+
+#[test]
+fn alpha_is_read_with_its_cutoff() {
+    let with = |material: serde_json::Value| {
+        let file = Gltf::triangle().with(|json| json["materials"] = json!([material]));
+        let scene = load(&file);
+        (scene.materials[0].clone(), scene.notices)
+    };
+    let factor = json!({ "baseColorFactor": [1, 1, 1, 0.25] });
+    for (mode, expected) in [
+        (
+            json!({ "alphaMode": "MASK" }),
+            AlphaMode::Mask { cutoff: 0.5 },
+        ),
+        (
+            json!({ "alphaMode": "MASK", "alphaCutoff": 0.1 }),
+            AlphaMode::Mask { cutoff: 0.1 },
+        ),
+        // Nothing is cut out.
+        (
+            json!({ "alphaMode": "MASK", "alphaCutoff": 0 }),
+            AlphaMode::Opaque,
+        ),
+        (json!({ "alphaMode": "BLEND" }), AlphaMode::Blend),
+        (json!({ "alphaMode": "OPAQUE" }), AlphaMode::Opaque),
+        (json!({}), AlphaMode::Opaque),
+    ] {
+        let mut material = mode;
+        material["pbrMetallicRoughness"] = factor.clone();
+        let (found, notices) = with(material);
+        assert_eq!((found.alpha, found.alpha_mode), (0.25, expected));
+        assert!(notices.is_empty(), "{notices:?}");
+    }
+    let (_, notices) = with(json!({ "alphaMode": "BLEND", "emissiveFactor": [1, 1, 1] }));
+    assert!(notices[0].contains("emits light"), "{notices:?}");
+    let file = Gltf::triangle().with(|json| {
+        json["materials"] = json!([{ "alphaMode": "MASK", "alphaCutoff": -1 }]);
+    });
+    let text = Folder::new().refuse("scene.glb", file.glb());
+    assert!(text.contains("alpha cutoff"), "{text}");
 }

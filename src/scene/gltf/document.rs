@@ -49,6 +49,7 @@ pub struct Material {
     pub emissive_texture: Option<TextureInfo>,
     pub emissive_factor: [f32; 3],
     pub alpha_mode: Option<String>,
+    pub alpha_cutoff: Option<f32>,
     pub double_sided: bool,
     pub extensions: MaterialExtensions,
 }

@@ -3,8 +3,8 @@
 use super::document::Material as FileMaterial;
 use super::textures::Textures;
 use crate::Result;
-use crate::scene::Material;
 use crate::scene::notices::{Tally, label, quoted};
+use crate::scene::{AlphaMode, Material};
 use glam::{DVec3, Vec3, Vec4};
 
 /// The file's materials, one for one.
@@ -13,16 +13,6 @@ pub fn read(
     textures: &Textures<'_>,
     tally: &mut Tally,
 ) -> Result<Vec<Material>> {
-    for (index, source) in materials.iter().enumerate() {
-        let mode = match source.alpha_mode.as_deref() {
-            None | Some("OPAQUE") => continue,
-            Some(mode @ ("MASK" | "BLEND")) => format!("alphaMode \"{mode}\""),
-            Some(mode) => format!("an unknown alphaMode, {}", quoted(mode)),
-        };
-        tally.add("alpha is not supported, surfaces are opaque", || {
-            format!("{} has {mode}", label("material", index, &source.name))
-        });
-    }
     let ignored = ignored_textures(materials);
     if !ignored.is_empty() {
         tally.add("textures that are not supported are ignored", || {
@@ -30,11 +20,16 @@ pub fn read(
         });
     }
     (materials.iter().enumerate())
-        .map(|(index, source)| convert(index, source, textures))
+        .map(|(index, source)| convert(index, source, textures, tally))
         .collect()
 }
 
-fn convert(index: usize, source: &FileMaterial, textures: &Textures<'_>) -> Result<Material> {
+fn convert(
+    index: usize,
+    source: &FileMaterial,
+    textures: &Textures<'_>,
+    tally: &mut Tally,
+) -> Result<Material> {
     let what = label("material", index, &source.name);
     let pbr = &source.pbr_metallic_roughness;
     let specular = &source.extensions.specular;
@@ -49,6 +44,8 @@ fn convert(index: usize, source: &FileMaterial, textures: &Textures<'_>) -> Resu
         name: source.name.clone(),
         base_color: Vec4::from_array(pbr.base_color_factor).truncate(),
         base_color_texture,
+        alpha: pbr.base_color_factor[3],
+        alpha_mode: alpha_mode(&what, source, tally),
         metallic: pbr.metallic_factor,
         roughness: pbr.roughness_factor,
         metallic_roughness_texture,
@@ -62,6 +59,22 @@ fn convert(index: usize, source: &FileMaterial, textures: &Textures<'_>) -> Resu
         emissive_texture,
         double_sided: source.double_sided,
     })
+}
+
+fn alpha_mode(what: &str, source: &FileMaterial, tally: &mut Tally) -> AlphaMode {
+    match source.alpha_mode.as_deref() {
+        None | Some("OPAQUE") => AlphaMode::Opaque,
+        Some("MASK") => AlphaMode::Mask {
+            cutoff: source.alpha_cutoff.unwrap_or(0.5),
+        },
+        Some("BLEND") => AlphaMode::Blend,
+        Some(mode) => {
+            tally.add("alpha modes that are unknown are taken as OPAQUE", || {
+                format!("{what} has {}", quoted(mode))
+            });
+            AlphaMode::Opaque
+        }
+    }
 }
 
 /// The emissive factor, and the strength that multiplies it.

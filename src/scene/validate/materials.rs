@@ -2,7 +2,7 @@
 
 use super::{BRIGHTEST, is_within};
 use crate::scene::notices::{Tally, label};
-use crate::scene::{Image, Material};
+use crate::scene::{AlphaMode, Image, Material};
 use crate::{Error, Result};
 use glam::Vec3;
 
@@ -17,6 +17,8 @@ pub(super) fn check_material(
         name: _,
         base_color,
         base_color_texture: _,
+        alpha,
+        alpha_mode,
         metallic,
         roughness,
         metallic_roughness_texture: _,
@@ -37,7 +39,17 @@ pub(super) fn check_material(
     if !base_color.is_finite() {
         return wrong("base colour", base_color, "finite");
     }
+    if let AlphaMode::Mask { cutoff } = alpha_mode {
+        if !(*cutoff >= 0.0) {
+            return wrong("alpha cutoff", cutoff, "at least 0");
+        }
+        // Then nothing is cut out.
+        if *cutoff == 0.0 {
+            *alpha_mode = AlphaMode::Opaque;
+        }
+    }
     for (factor, value) in [
+        ("alpha", *alpha),
         ("metallic", *metallic),
         ("roughness", *roughness),
         ("specular", *specular),
@@ -57,6 +69,9 @@ pub(super) fn check_material(
     }
     if !ior.is_finite() || (*ior != 0.0 && *ior < 1.0) {
         return wrong("index of refraction", ior, "finite and at least 1 (or 0)");
+    }
+    if *alpha_mode != AlphaMode::Opaque && emission.max_element() > 0.0 {
+        tally.add("alpha of what emits light is ignored", || what.clone());
     }
     let clamped = base_color.clamp(Vec3::ZERO, Vec3::ONE);
     if clamped != *base_color {

@@ -1,5 +1,7 @@
 //! Environments and punctual lights against closed forms, and resampling against path tracing with all kinds of light.
 
+mod alpha;
+#[path = "../support/mod.rs"]
 mod support;
 
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
@@ -13,9 +15,9 @@ use headwater::tracing::Tracer;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::process::Command;
 
-const ALBEDO: f64 = 0.5;
+pub const ALBEDO: f64 = 0.5;
 
-fn environment(width: u32, height: u32, texel: impl Fn(u32, u32) -> Vec3) -> Environment {
+pub fn environment(width: u32, height: u32, texel: impl Fn(u32, u32) -> Vec3) -> Environment {
     let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
     Environment {
         name: "test".into(),
@@ -28,7 +30,7 @@ fn environment(width: u32, height: u32, texel: impl Fn(u32, u32) -> Vec3) -> Env
 }
 
 /// A light at a position that shines along a direction.
-fn punctual(shape: PunctualShape, position: DVec3, direction: DVec3) -> PunctualLight {
+pub fn punctual(shape: PunctualShape, position: DVec3, direction: DVec3) -> PunctualLight {
     let z = -direction.normalize();
     let x = z.any_orthonormal_vector();
     PunctualLight {
@@ -44,7 +46,7 @@ fn punctual(shape: PunctualShape, position: DVec3, direction: DVec3) -> Punctual
 }
 
 /// A grey floor at y = 0.
-fn floor() -> Scene {
+pub fn floor() -> Scene {
     let floor = support::quad(Vec3::new(-4.0, 0.0, 4.0), Vec3::X * 8.0, Vec3::NEG_Z * 8.0);
     support::scene_of(&[(
         Material::lambert("floor", Vec3::splat(ALBEDO as f32)),
@@ -52,10 +54,10 @@ fn floor() -> Scene {
     )])
 }
 
-const SIDE: u32 = 16;
+pub const SIDE: u32 = 16;
 
 /// A view straight down, of the part of the floor within a unit of the origin.
-fn from_above(bounces: u32, seed: u32) -> View {
+pub fn from_above(bounces: u32, seed: u32) -> View {
     let mut camera = support::look_at(
         DVec3::Y * 4.0,
         DVec3::ZERO,
@@ -74,17 +76,17 @@ fn from_above(bounces: u32, seed: u32) -> View {
 }
 
 /// The point of the floor that a pixel sees.
-fn floor_point(pixel: usize) -> DVec3 {
+pub fn floor_point(pixel: usize) -> DVec3 {
     let at = |i: usize| (i as f64 + 0.5) / f64::from(SIDE) * 2.0 - 1.0;
     DVec3::new(at(pixel % SIDE as usize), 0.0, at(pixel / SIDE as usize))
 }
 
-fn preset(name: &str) -> Settings {
+pub fn preset(name: &str) -> Settings {
     Preset::named(name).unwrap().settings().unwrap()
 }
 
 /// A picture's pixels, and the squares of their standard errors.
-fn picture(
+pub fn picture(
     scene: &Scene,
     view: &View,
     settings: &Settings,
@@ -98,7 +100,7 @@ fn picture(
     Some([found.mean, found.error_squared])
 }
 
-fn total(values: &[[f64; 3]]) -> f64 {
+pub fn total(values: &[[f64; 3]]) -> f64 {
     values.iter().flatten().sum()
 }
 
@@ -134,7 +136,7 @@ fn irradiance(environment: &Environment) -> DVec3 {
 const RUNS: u32 = 8;
 
 /// Both ways to trace, and resampling, each with samples that bring the error below a thousandth.
-const TECHNIQUES: [(&str, Tracer, u32); 3] = [
+pub const TECHNIQUES: [(&str, Tracer, u32); 3] = [
     ("path-tracing", Tracer::ComputeBvh, 4096),
     ("path-tracing", Tracer::RayQuery, 2048),
     ("accurate", Tracer::ComputeBvh, 1024),
@@ -377,7 +379,7 @@ fn a_white_sphere_vanishes_in_a_uniform_environment() {
 }
 
 /// An image of eight by eight texels.
-fn image(texel: impl Fn(u32) -> [u8; 4]) -> Image {
+pub fn image(texel: impl Fn(u32) -> [u8; 4]) -> Image {
     Image {
         name: "test".into(),
         width: 8,
@@ -469,7 +471,7 @@ fn the_full_variant_renders_all_kinds_of_light_to_the_same_bits() {
 }
 
 /// The mean of resampling, in both formats of reservoirs, against path tracing.
-fn bias(scene: &Scene, settings: &Settings, frames: u32) -> [f64; 2] {
+pub fn bias(scene: &Scene, settings: &Settings, frames: u32) -> [f64; 2] {
     let view = |seed| View {
         camera: scene.cameras[0].clone(),
         width: 40,
@@ -520,7 +522,7 @@ fn resampling_all_kinds_of_light_is_unbiased() {
 }
 
 /// Runs a test of this file once more by itself, with a fault in the shaders, and expects it to fail.
-fn assert_seen(test: &str, (file, right, wrong): (&str, &str, &str)) {
+pub fn assert_seen(test: &str, (file, right, wrong): (&str, &str, &str)) {
     let folder = tempfile::tempdir().unwrap();
     support::planted(folder.path(), &[(file, right, wrong)]);
     let output = Command::new(std::env::current_exe().unwrap())

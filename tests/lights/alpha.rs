@@ -1,0 +1,287 @@
+//! Surfaces with alpha: what light passes them, and what the camera sees through them.
+
+use crate::{
+    ALBEDO, SIDE, TECHNIQUES, assert_seen, environment, floor, floor_point, from_above, image,
+    picture, preset, punctual, support, total,
+};
+use glam::{DVec3, Vec2, Vec3};
+use headwater::render::View;
+use headwater::scene::{AlphaMode, Material, PunctualShape, Scene, Texture, procedural};
+use headwater::tracing::Tracer;
+use std::f64::consts::PI;
+
+/// Adds a sheet to a scene, parallel to the floor.
+fn add_sheet(scene: &mut Scene, height: f32, half: f32, material: Material) {
+    let corner = Vec3::new(-half, height, half);
+    let sheet = support::quad(corner, Vec3::X * 2.0 * half, Vec3::NEG_Z * 2.0 * half);
+    let mut added = support::scene_of(&[(material, sheet)]);
+    for part in added.meshes.iter_mut().flat_map(|mesh| &mut mesh.parts) {
+        part.material += scene.materials.len() as u32;
+    }
+    for instance in &mut added.instances {
+        instance.mesh += scene.meshes.len() as u32;
+    }
+    scene.meshes.append(&mut added.meshes);
+    scene.materials.append(&mut added.materials);
+    scene.instances.append(&mut added.instances);
+}
+
+fn sheet(albedo: f32, alpha: f32) -> Material {
+    Material {
+        alpha,
+        alpha_mode: AlphaMode::Blend,
+        ..Material::lambert("sheet", Vec3::splat(albedo))
+    }
+}
+
+/// Means over several runs, per pixel.
+fn mean_of_runs(
+    scene: &Scene,
+    view: &View,
+    technique: &str,
+    tracer: Tracer,
+    samples: u32,
+) -> Option<Vec<[f64; 3]>> {
+    const RUNS: u32 = 8;
+    let mut sum = vec![[0.0; 3]; (view.width * view.height) as usize];
+    for seed in 0..RUNS {
+        let view = View {
+            seed: view.seed + seed,
+            ..view.clone()
+        };
+        let [mean, _] = picture(scene, &view, &preset(technique), tracer, samples / RUNS)?;
+        for (sum, mean) in sum.iter_mut().zip(mean) {
+            *sum = std::array::from_fn(|i| sum[i] + mean[i] / f64::from(RUNS));
+        }
+    }
+    Some(sum)
+}
+
+fn assert_mean(name: &str, found: &[[f64; 3]], expected: DVec3) {
+    let found = total(found) / found.len() as f64;
+    let off = found / expected.element_sum() - 1.0;
+    println!("{name}: {:.3} %", 100.0 * off);
+    assert!(off.abs() < 0.005, "{name}: {off}");
+}
+
+/// Two sheets that reflect nothing weaken the light of a direction at every pixel alike, and that of an environment and
+/// of a lamp on average.
+#[test]
+fn sheets_weaken_what_passes_them() {
+    let (covers, down) = ([0.4_f32, 0.25], DVec3::new(0.2, -1.0, 0.1));
+    let passed: f64 = covers.iter().map(|alpha| 1.0 - f64::from(*alpha)).product();
+    let mut covered = floor();
+    for (height, alpha) in [6.0, 7.0].into_iter().zip(covers) {
+        add_sheet(&mut covered, height, 4000.0, sheet(0.0, alpha));
+    }
+    let mut direct = covered.clone();
+    direct.punctual_lights = vec![punctual(PunctualShape::Directional, DVec3::ZERO, down)];
+    let cosine = -down.normalize().y;
+    let expected = direct.punctual_lights[0].intensity.as_dvec3() * (passed * cosine * ALBEDO / PI);
+    let mut sky = covered.clone();
+    sky.environment = Some(environment(8, 4, |_, _| Vec3::new(1.0, 2.0, 0.5)));
+    let of_sky = DVec3::new(1.0, 2.0, 0.5) * (passed * ALBEDO);
+    for (technique, tracer, samples) in TECHNIQUES {
+        if let Some([mean, _]) = picture(&direct, &from_above(1, 3), &preset(technique), tracer, 2)
+        {
+            for found in mean {
+                let off = (DVec3::from_array(found) - expected).abs().max_element();
+                assert!(
+                    off < 2e-4 * expected.x,
+                    "{technique} {tracer:?}: {found:?} {expected}"
+                );
+            }
+        }
+        if let Some(found) = mean_of_runs(&sky, &from_above(1, 3), technique, tracer, samples) {
+            assert_mean(&format!("sky, {technique} {tracer:?}"), &found, of_sky);
+        }
+    }
+}
+
+/// Below the camera, a grey sheet: it is seen with the share that it covers, and through it the floor.
+#[test]
+fn the_camera_sees_sheets_and_what_is_behind_them() {
+    let (alpha, own) = (0.3_f64, 0.8_f64);
+    let mut scene = floor();
+    add_sheet(&mut scene, 2.0, 4000.0, sheet(own as f32, alpha as f32));
+    scene.punctual_lights = vec![punctual(PunctualShape::Directional, DVec3::ZERO, -DVec3::Y)];
+    // Through the centre of the picture goes the edge between the sheet's triangles, where it must not count twice.
+    let light = scene.punctual_lights[0].intensity.as_dvec3() / PI;
+    let expected = light * (alpha * own + (1.0 - alpha) * (1.0 - alpha) * ALBEDO);
+    for (technique, tracer, samples) in TECHNIQUES {
+        if let Some(found) = mean_of_runs(&scene, &from_above(1, 3), technique, tracer, 2 * samples)
+        {
+            assert_mean(&format!("{technique} {tracer:?}"), &found, expected);
+        }
+    }
+}
+
+/// A sheet of which the texture cuts out one half casts half a shadow.
+#[test]
+fn a_mask_cuts_holes() {
+    let mut scene = floor();
+    let cut = Material {
+        alpha: 0.8,
+        alpha_mode: AlphaMode::Mask { cutoff: 0.5 },
+        base_color_texture: Some(Texture {
+            nearest: true,
+            ..Texture::plain(0)
+        }),
+        ..Material::lambert("cut", Vec3::ZERO)
+    };
+    add_sheet(&mut scene, 6.0, 8.0, cut);
+    // 0.8 × 140/255 is below the cutoff, 0.8 × 180/255 above it.
+    scene.images = vec![image(|i| {
+        [255, 255, 255, if i % 8 < 4 { 140 } else { 180 }]
+    })];
+    let sheet = scene.meshes.last_mut().unwrap();
+    sheet.uvs[0] = (sheet.positions.iter())
+        .map(|p| Vec2::new(p.x / 16.0 + 0.5, 0.5))
+        .collect();
+    scene.punctual_lights = vec![punctual(PunctualShape::Directional, DVec3::ZERO, -DVec3::Y)];
+    scene.validate().unwrap();
+    let light = scene.punctual_lights[0].intensity.as_dvec3() * (ALBEDO / PI);
+    for (technique, tracer, samples) in TECHNIQUES {
+        let Some(mean) = mean_of_runs(&scene, &from_above(1, 3), technique, tracer, 4 * samples)
+        else {
+            continue;
+        };
+        let mut lit = Vec::new();
+        for (pixel, found) in mean.iter().enumerate() {
+            if floor_point(pixel).x < 0.0 {
+                lit.push(*found);
+            } else {
+                assert_eq!(*found, [0.0; 3], "{technique} {tracer:?}, pixel {pixel}");
+            }
+        }
+        // At the edge, resampling weighs pixels in light and in shadow against each other, which is noise.
+        assert_mean(&format!("{technique} {tracer:?}"), &lit, light);
+    }
+}
+
+/// The Cornell box with one block that covers half, one full of holes, and a sheet below the lamp.
+fn box_with_alpha() -> Scene {
+    let mut scene = procedural::generate("cornell", &[]).unwrap();
+    scene.images = vec![image(|i| {
+        [255, 255, 255, if (i + i / 8) % 2 == 0 { 255 } else { 0 }]
+    })];
+    let own = |mesh: usize| scene.meshes[mesh].parts[0].material as usize;
+    let blocks: Vec<usize> = scene
+        .instances
+        .iter()
+        .rev()
+        .take(2)
+        .map(|i| i.mesh as usize)
+        .collect();
+    let originals = blocks
+        .iter()
+        .map(|mesh| scene.materials[own(*mesh)].clone());
+    let mut made: Vec<Material> = originals.collect();
+    made[0].alpha_mode = AlphaMode::Blend;
+    made[0].alpha = 0.5;
+    made[1].alpha_mode = AlphaMode::Mask { cutoff: 0.5 };
+    made[1].base_color_texture = Some(Texture {
+        nearest: true,
+        ..Texture::plain(0)
+    });
+    for (mesh, material) in blocks.into_iter().zip(made) {
+        let mesh = &mut scene.meshes[mesh];
+        mesh.uvs[0] = mesh
+            .positions
+            .iter()
+            .map(|p| Vec2::new(p.x + p.z, p.y) * 3.0)
+            .collect();
+        for part in &mut mesh.parts {
+            part.material = scene.materials.len() as u32;
+        }
+        scene.materials.push(material);
+    }
+    let bounds = scene.bounds().unwrap();
+    let height = bounds.min.lerp(bounds.max, 0.8);
+    add_sheet(
+        &mut scene,
+        height.y as f32,
+        0.25 * bounds.size().x as f32,
+        sheet(0.7, 0.6),
+    );
+    scene.validate().unwrap();
+    scene
+}
+
+#[test]
+fn resampling_with_alpha_is_unbiased() {
+    let scene = box_with_alpha();
+    let all = std::env::var_os("HEADWATER_TEST_ALL").is_some();
+    let presets = [("accurate", 48), ("fast", 128)];
+    for (name, frames) in presets.into_iter().take(if all { 2 } else { 1 }) {
+        let [off, sigma] = crate::bias(&scene, &preset(name), frames);
+        println!("{name}: {:.3} ± {:.3} %", 100.0 * off, 100.0 * sigma);
+        assert!(
+            sigma < 0.002 && off.abs() < 0.001 + 3.1 * sigma,
+            "{name}: {off} ± {sigma}"
+        );
+    }
+}
+
+#[test]
+fn both_tracers_render_alpha_to_the_same_mean() {
+    let scene = box_with_alpha();
+    let mean = |tracer| {
+        // A little aside: through the centres of pixels some rays would meet edges, where two surfaces are equally near.
+        let mut camera = scene.cameras[0].clone();
+        camera.camera_to_world.translation += DVec3::new(0.013, 0.007, 0.0);
+        let view = View {
+            camera,
+            ..from_above(3, 9)
+        };
+        let [mean, errors] = picture(&scene, &view, &preset("path-tracing"), tracer, 2048)?;
+        Some([total(&mean), total(&errors)])
+    };
+    let [Some([a, va]), Some([b, vb])] = [Tracer::ComputeBvh, Tracer::RayQuery].map(mean) else {
+        return;
+    };
+    let sigma = (va + vb).sqrt() / a;
+    let off = b / a - 1.0;
+    println!(
+        "{:.3} ± {:.3} % of {SIDE}² pixels",
+        100.0 * off,
+        100.0 * sigma
+    );
+    assert!(off.abs() < 4.0 * sigma && sigma < 0.002, "{off} ± {sigma}");
+}
+
+#[test]
+fn candidates_that_a_coin_stops_are_seen() {
+    assert_seen(
+        "alpha::sheets_weaken_what_passes_them",
+        (
+            "passes/initial_direct.comp",
+            "purpose == RAY_MIRROR ? ray_coin(random) : NO_COIN",
+            "purpose == RAY_SHADOW ? NO_COIN : ray_coin(random)",
+        ),
+    );
+}
+
+#[test]
+fn a_sample_whose_own_light_is_not_weakened_is_seen() {
+    assert_seen(
+        "alpha::sheets_weaken_what_passes_them",
+        (
+            "restir/merge.glsl",
+            "if (HAS_BLEND && shades) canonical_light",
+            "if (false) canonical_light",
+        ),
+    );
+}
+
+#[test]
+fn coins_that_are_missing_from_a_paths_density_are_seen() {
+    assert_seen(
+        "alpha::resampling_with_alpha_is_unbiased",
+        (
+            "passes/initial_indirect.comp",
+            "if (HAS_BLEND && target > 0.0) target *=",
+            "if (false) target *=",
+        ),
+    );
+}
