@@ -40,7 +40,7 @@ pub(super) fn check_material(
         return wrong("base colour", base_color, "finite");
     }
     if let AlphaMode::Mask { cutoff } = alpha_mode {
-        if !(*cutoff >= 0.0) {
+        if !(0.0..=f32::MAX).contains(cutoff) {
             return wrong("alpha cutoff", cutoff, "at least 0");
         }
         // Then nothing is cut out.
