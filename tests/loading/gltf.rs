@@ -265,6 +265,7 @@ fn material_factors_are_read() {
     let expected = Material {
         name: "lamp".into(),
         base_color: Vec3::new(0.1, 0.2, 0.3),
+        alpha: 0.4,
         metallic: 0.5,
         roughness: 0.25,
         specular: 0.75,
@@ -432,8 +433,8 @@ fn what_is_ignored_is_said_once() {
         scene.notices,
         [
             "extensions that are not supported are ignored: KHR_materials_sheen, KHR_materials_clearcoat",
-            "alpha modes that are unknown are taken as OPAQUE: material 0 \"paint\" has \"GLASS\"",
             "textures that are not supported are ignored: occlusion (2)",
+            "alpha modes that are unknown are taken as OPAQUE: material 0 \"paint\" has \"GLASS\"",
             "skins are ignored, the mesh stands as modelled: node 0 \"root\"",
             "morph targets are ignored: mesh 0 \"leaf\" primitive 0",
             "orthographic cameras are skipped: camera 1 of node 2",
@@ -446,9 +447,7 @@ fn surfaces_of_an_unknown_alpha_mode_are_opaque() {
     let file = Gltf::triangle().with(|json| json["materials"][0]["alphaMode"] = "GLASS".into());
     assert_eq!(
         load(&file).notices,
-        [
-            "alpha is not supported, surfaces are opaque: material 0 \"paint\" has an unknown alphaMode, \"GLASS\""
-        ]
+        ["alpha modes that are unknown are taken as OPAQUE: material 0 \"paint\" has \"GLASS\""]
     );
 }
 
