@@ -10,7 +10,13 @@ use headwater::render::{Renderer, Settings, View};
 use headwater::scene::{Image, Scene, Texture, procedural};
 use headwater::tracing::selection::{Selection, TracerChoice, select};
 use headwater::tracing::{Fetch, GeometryAccess, GpuScene, SceneSizes};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// Held by each test, since they open devices of their own: see [`Device::open`].
+fn alone() -> MutexGuard<'static, ()> {
+    static ALONE: Mutex<()> = Mutex::new(());
+    ALONE.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// The tests' device as `change` has it, opened for what the rule chooses for a scene.
 fn open(scene: &Scene, change: impl FnOnce(&mut DeviceInfo)) -> (Arc<Device>, Selection) {
@@ -44,6 +50,7 @@ fn bits<T: bytemuck::Pod>(values: &[T]) -> &[u8] {
 
 #[test]
 fn sizes_are_known_before_they_are_taken() {
+    let _alone = alone();
     for name in [
         "cornell",
         "cornell-glossy",
@@ -128,6 +135,7 @@ fn pretend(info: &mut DeviceInfo, texels: u32) {
 
 #[test]
 fn a_scene_too_large_to_bind_is_read_by_address() {
+    let _alone = alone();
     let scene = procedural::generate("terrain", &[]).unwrap();
     let view = view(&scene, 160, 90);
     let picture = |change: fn(&mut DeviceInfo)| {
@@ -166,6 +174,7 @@ fn a_scene_too_large_to_bind_is_read_by_address() {
 
 #[test]
 fn what_no_variant_can_read_is_refused_with_its_bytes() {
+    let _alone = alone();
     let scene = procedural::generate("terrain", &[]).unwrap();
     let sizes = SceneSizes::of(&scene);
     let refused = |change: fn(&mut DeviceInfo), said: &[String]| {
@@ -194,6 +203,7 @@ fn what_no_variant_can_read_is_refused_with_its_bytes() {
 
 #[test]
 fn a_picture_in_few_strips_in_many_and_resumed_has_the_same_bits() {
+    let _alone = alone();
     let scene = procedural::generate("cornell", &[]).unwrap();
     // More pixels than a strip has, and a height that no strip divides.
     let view = view(&scene, 2048, 1030);
@@ -232,6 +242,7 @@ fn a_picture_in_few_strips_in_many_and_resumed_has_the_same_bits() {
 /// it where none reaches its positions.
 #[test]
 fn ground_past_the_limits_of_bindings_is_where_it_should_be() {
+    let _alone = alone();
     if std::env::var_os("HEADWATER_TEST_ALL").is_none() {
         return;
     }

@@ -146,7 +146,7 @@ impl AccelerationStructure {
         commands.begin(&format!("build {name}"), false);
         // SAFETY: inputs, scratch and target live until `finish` has waited.
         unsafe {
-            functions.cmd_build_acceleration_structures(commands.raw, &[info], &[&range]);
+            functions.cmd_build_acceleration_structures(commands.raw(), &[info], &[&range]);
         }
         commands.end();
         commands.finish().map(drop)

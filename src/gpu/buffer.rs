@@ -305,7 +305,7 @@ fn copy(
     unsafe {
         device
             .raw
-            .cmd_copy_buffer(commands.raw, from.raw, to.raw, &region);
+            .cmd_copy_buffer(commands.raw(), from.raw, to.raw, &region);
     }
     commands.finish().map(drop)
 }

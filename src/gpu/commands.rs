@@ -37,17 +37,96 @@ impl PassTime {
     }
 }
 
-/// One command buffer, with what is needed to run it once. The caller keeps the resources that
-/// the commands use alive until [`Commands::finish`] returns.
-pub(super) struct Commands {
-    pub(super) device: Arc<Device>,
-    pub(super) raw: vk::CommandBuffer,
-    /// Descriptor pools of the recorded commands, destroyed after the wait.
-    pub(super) descriptor_pools: Vec<vk::DescriptorPool>,
+/// A command buffer and what it takes to run it. The device keeps those that are idle, to be used again: the validation
+/// layers (1.3.239) forget a destroyed command buffer in a thread of their own, late, and without a lock; by then a new one
+/// may have its address, and the heap is damaged.
+#[derive(Clone, Copy)]
+pub(super) struct Recorder {
+    raw: vk::CommandBuffer,
     pool: vk::CommandPool,
     fence: vk::Fence,
     /// Two timestamps a region; null if the device has no timestamps.
     queries: vk::QueryPool,
+}
+
+impl Recorder {
+    fn new(device: &Device) -> std::result::Result<Self, vk::Result> {
+        let mut recorder = Self {
+            raw: vk::CommandBuffer::null(),
+            pool: vk::CommandPool::null(),
+            fence: vk::Fence::null(),
+            queries: vk::QueryPool::null(),
+        };
+        let made = recorder.make(device);
+        if made.is_err() {
+            // SAFETY: nothing has been submitted.
+            unsafe { recorder.destroy(&device.raw) };
+        }
+        made.map(|()| recorder)
+    }
+
+    fn make(&mut self, device: &Device) -> std::result::Result<(), vk::Result> {
+        let raw = &device.raw;
+        // SAFETY: create-infos live through their calls.
+        unsafe {
+            let info = vk::CommandPoolCreateInfo::default()
+                .queue_family_index(device.info.queue_family)
+                .flags(vk::CommandPoolCreateFlags::TRANSIENT);
+            self.pool = raw.create_command_pool(&info, None)?;
+            let info = vk::CommandBufferAllocateInfo::default()
+                .command_pool(self.pool)
+                .command_buffer_count(1);
+            self.raw = raw.allocate_command_buffers(&info)?[0];
+            self.fence = raw.create_fence(&vk::FenceCreateInfo::default(), None)?;
+            if device.info.timestamp_period > 0.0 {
+                let info = vk::QueryPoolCreateInfo::default()
+                    .query_type(vk::QueryType::TIMESTAMP)
+                    .query_count(2 * MAX_TIMED_REGIONS);
+                self.queries = raw.create_query_pool(&info, None)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Begins to record, from the start.
+    fn begin(&self, raw: &ash::Device) -> std::result::Result<(), vk::Result> {
+        // SAFETY: an idle recorder's commands are not running.
+        unsafe {
+            raw.reset_command_pool(self.pool, vk::CommandPoolResetFlags::empty())?;
+            raw.reset_fences(&[self.fence])?;
+            let info = vk::CommandBufferBeginInfo::default()
+                .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+            raw.begin_command_buffer(self.raw, &info)?;
+            if self.queries != vk::QueryPool::null() {
+                raw.cmd_reset_query_pool(self.raw, self.queries, 0, 2 * MAX_TIMED_REGIONS);
+            }
+        }
+        Ok(())
+    }
+
+    /// Destroys it; null handles are ignored.
+    ///
+    /// # Safety
+    /// Called once, while its commands are not running, or the device is lost.
+    pub(super) unsafe fn destroy(&self, raw: &ash::Device) {
+        // SAFETY: as the caller promises.
+        unsafe {
+            raw.destroy_query_pool(self.queries, None);
+            raw.destroy_fence(self.fence, None);
+            raw.destroy_command_pool(self.pool, None);
+        }
+    }
+}
+
+/// One command buffer, with what is needed to run it once. The caller keeps the resources that
+/// the commands use alive until [`Commands::finish`] returns.
+pub(super) struct Commands {
+    pub(super) device: Arc<Device>,
+    /// Descriptor pools of the recorded commands, destroyed after the wait.
+    pub(super) descriptor_pools: Vec<vk::DescriptorPool>,
+    recorder: Recorder,
+    /// Whether the commands were submitted and not waited for, which is so only if the device is lost.
+    is_running: bool,
     /// Name of each region so far, and whether its pass runs for the first time.
     regions: Vec<(String, bool)>,
 }
@@ -55,43 +134,25 @@ pub(super) struct Commands {
 impl Commands {
     /// An empty command buffer, ready to be recorded.
     pub(super) fn new(device: &Arc<Device>) -> Result<Self> {
-        let mut commands = Self {
+        let fail = |e| device.failure("begin recording", e);
+        let idle = device.idle.lock().ok().and_then(|mut idle| idle.pop());
+        let recorder = idle
+            .map_or_else(|| Recorder::new(device), Ok)
+            .map_err(fail)?;
+        let commands = Self {
             device: device.clone(),
-            raw: vk::CommandBuffer::null(),
             descriptor_pools: Vec::new(),
-            pool: vk::CommandPool::null(),
-            fence: vk::Fence::null(),
-            queries: vk::QueryPool::null(),
+            recorder,
+            is_running: false,
             regions: Vec::new(),
         };
-        let fail = |e| device.failure("begin recording", e);
-        // SAFETY: create-infos live through their calls; Drop destroys what was made.
-        unsafe {
-            let raw = &device.raw;
-            let info = vk::CommandPoolCreateInfo::default()
-                .queue_family_index(device.info.queue_family)
-                .flags(vk::CommandPoolCreateFlags::TRANSIENT);
-            commands.pool = raw.create_command_pool(&info, None).map_err(fail)?;
-            let info = vk::CommandBufferAllocateInfo::default()
-                .command_pool(commands.pool)
-                .command_buffer_count(1);
-            commands.raw = raw.allocate_command_buffers(&info).map_err(fail)?[0];
-            commands.fence = raw
-                .create_fence(&vk::FenceCreateInfo::default(), None)
-                .map_err(fail)?;
-            let info = vk::CommandBufferBeginInfo::default()
-                .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
-            raw.begin_command_buffer(commands.raw, &info)
-                .map_err(fail)?;
-            if device.info.timestamp_period > 0.0 {
-                let info = vk::QueryPoolCreateInfo::default()
-                    .query_type(vk::QueryType::TIMESTAMP)
-                    .query_count(2 * MAX_TIMED_REGIONS);
-                commands.queries = raw.create_query_pool(&info, None).map_err(fail)?;
-                raw.cmd_reset_query_pool(commands.raw, commands.queries, 0, 2 * MAX_TIMED_REGIONS);
-            }
-        }
+        commands.recorder.begin(&device.raw).map_err(fail)?;
         Ok(commands)
+    }
+
+    /// The command buffer.
+    pub(super) const fn raw(&self) -> vk::CommandBuffer {
+        self.recorder.raw
     }
 
     /// A global memory barrier: everything before it is finished and visible to everything after.
@@ -104,7 +165,7 @@ impl Commands {
         // SAFETY: plain command on a buffer that is being recorded.
         unsafe {
             self.device.raw.cmd_pipeline_barrier(
-                self.raw,
+                self.raw(),
                 stages,
                 stages | vk::PipelineStageFlags::HOST,
                 vk::DependencyFlags::empty(),
@@ -120,7 +181,7 @@ impl Commands {
         if let (Some(debug), Ok(label)) = (&self.device.debug, CString::new(name)) {
             let label = vk::DebugUtilsLabelEXT::default().label_name(&label);
             // SAFETY: plain command; closed in `end`.
-            unsafe { debug.cmd_begin_debug_utils_label(self.raw, &label) };
+            unsafe { debug.cmd_begin_debug_utils_label(self.raw(), &label) };
         }
         self.timestamp(2 * self.regions.len() as u32);
         self.regions.push((name.to_owned(), first_run));
@@ -131,18 +192,18 @@ impl Commands {
         self.timestamp(2 * self.regions.len() as u32 - 1);
         if let Some(debug) = &self.device.debug {
             // SAFETY: `begin` opened a label.
-            unsafe { debug.cmd_end_debug_utils_label(self.raw) };
+            unsafe { debug.cmd_end_debug_utils_label(self.raw()) };
         }
     }
 
     fn timestamp(&self, query: u32) {
-        if self.queries != vk::QueryPool::null() && query < 2 * MAX_TIMED_REGIONS {
+        if self.recorder.queries != vk::QueryPool::null() && query < 2 * MAX_TIMED_REGIONS {
             // SAFETY: each query is written once after the reset in `new`.
             unsafe {
                 self.device.raw.cmd_write_timestamp(
-                    self.raw,
+                    self.raw(),
                     vk::PipelineStageFlags::BOTTOM_OF_PIPE,
-                    self.queries,
+                    self.recorder.queries,
                     query,
                 );
             }
@@ -153,37 +214,40 @@ impl Commands {
     ///
     /// # Errors
     /// The device is lost or out of memory.
-    pub(super) fn finish(self) -> Result<Vec<PassTime>> {
-        let fail = |e| self.device.failure("run the recorded passes", e);
+    pub(super) fn finish(mut self) -> Result<Vec<PassTime>> {
+        let device = self.device.clone();
+        let fail = |e| device.failure("run the recorded passes", e);
         // The host reads and frees what the commands wrote.
         self.barrier();
         // SAFETY: the recording is complete; the wait ends before `self` and the resources do.
         unsafe {
-            let raw = &self.device.raw;
-            raw.end_command_buffer(self.raw).map_err(fail)?;
-            let commands = [self.raw];
+            let raw = &device.raw;
+            raw.end_command_buffer(self.raw()).map_err(fail)?;
+            let commands = [self.raw()];
             let submit = [vk::SubmitInfo::default().command_buffers(&commands)];
             {
-                let _lock = self.device.queue_lock.lock();
-                raw.queue_submit(self.device.queue, &submit, self.fence)
+                let _lock = device.queue_lock.lock();
+                raw.queue_submit(device.queue, &submit, self.recorder.fence)
                     .map_err(fail)?;
             }
-            raw.wait_for_fences(&[self.fence], true, u64::MAX)
+            self.is_running = true;
+            raw.wait_for_fences(&[self.recorder.fence], true, u64::MAX)
                 .map_err(fail)?;
+            self.is_running = false;
         }
         self.times().map_err(fail)
     }
 
     fn times(&self) -> std::result::Result<Vec<PassTime>, vk::Result> {
         let timed = self.regions.len().min(MAX_TIMED_REGIONS as usize);
-        if self.queries == vk::QueryPool::null() || timed == 0 {
+        if self.recorder.queries == vk::QueryPool::null() || timed == 0 {
             return Ok(Vec::new());
         }
         let mut ticks = vec![0_u64; 2 * timed];
         // SAFETY: the queries up to here were written by the commands just waited for.
         unsafe {
             self.device.raw.get_query_pool_results(
-                self.queries,
+                self.recorder.queries,
                 0,
                 &mut ticks,
                 vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT,
@@ -205,16 +269,17 @@ impl Commands {
 
 impl Drop for Commands {
     fn drop(&mut self) {
-        // SAFETY: either never submitted, or waited for, or the device is lost; null handles are
-        // ignored.
+        let raw = &self.device.raw;
+        // SAFETY: either never submitted, or waited for, or the device is lost.
         unsafe {
-            let raw = &self.device.raw;
             for pool in self.descriptor_pools.drain(..) {
                 raw.destroy_descriptor_pool(pool, None);
             }
-            raw.destroy_query_pool(self.queries, None);
-            raw.destroy_fence(self.fence, None);
-            raw.destroy_command_pool(self.pool, None);
+        }
+        match self.device.idle.lock() {
+            Ok(mut idle) if !self.is_running => idle.push(self.recorder),
+            // SAFETY: as above, and it is not used again.
+            _ => unsafe { self.recorder.destroy(raw) },
         }
     }
 }

@@ -1,12 +1,13 @@
 //! The logical device: queue, memory, names.
 
+use super::commands::Recorder;
 use super::instance::{DeviceInfo, Instance, change_lists, walk_lists};
 use crate::{Error, Result};
 use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use std::ffi::CString;
 use std::mem::ManuallyDrop;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Optional features, enabled only if they are used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -32,11 +33,17 @@ pub struct Device {
     pub(super) allocator: ManuallyDrop<Mutex<Allocator>>,
     /// Serialises submissions: Vulkan requires external synchronisation of a queue.
     pub(super) queue_lock: Mutex<()>,
+    /// Command buffers that are not in use.
+    pub(super) idle: Mutex<Vec<Recorder>>,
     instance: Arc<Instance>,
 }
 
 impl Device {
     /// Opens `info` with `features`.
+    ///
+    /// Under the validation layers no other thread may use Vulkan while a device is opened or closed: they keep their
+    /// devices in a map without a lock (1.3.239), and what moves in it while another thread's call looks its device up
+    /// damages the heap.
     ///
     /// # Errors
     /// The device lacks one of the features, or the driver cannot open it.
@@ -132,6 +139,7 @@ impl Device {
             .max(256),
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
             queue_lock: Mutex::new(()),
+            idle: Mutex::default(),
             info,
             features: Features {
                 buffer_addresses: addresses,
@@ -175,6 +183,10 @@ impl Drop for Device {
         // frees its memory before the device is destroyed.
         unsafe {
             let _ = self.raw.device_wait_idle();
+            let idle = self.idle.get_mut();
+            for recorder in idle.unwrap_or_else(PoisonError::into_inner).drain(..) {
+                recorder.destroy(&self.raw);
+            }
             ManuallyDrop::drop(&mut self.allocator);
             let _changing = change_lists();
             self.raw.destroy_device(None);

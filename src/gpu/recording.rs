@@ -56,9 +56,9 @@ impl<'a> Recording<'a> {
         let raw = &commands.device.raw;
         // SAFETY: pipeline, layout and set belong together; the resources live as long as 'a.
         unsafe {
-            raw.cmd_bind_pipeline(commands.raw, vk::PipelineBindPoint::COMPUTE, pipeline);
+            raw.cmd_bind_pipeline(commands.raw(), vk::PipelineBindPoint::COMPUTE, pipeline);
             raw.cmd_bind_descriptor_sets(
-                commands.raw,
+                commands.raw(),
                 vk::PipelineBindPoint::COMPUTE,
                 pass.layouts.pipeline,
                 0,
@@ -67,14 +67,14 @@ impl<'a> Recording<'a> {
             );
             if size_of::<P>() > 0 {
                 raw.cmd_push_constants(
-                    commands.raw,
+                    commands.raw(),
                     pass.layouts.pipeline,
                     vk::ShaderStageFlags::COMPUTE,
                     0,
                     bytemuck::bytes_of(push),
                 );
             }
-            raw.cmd_dispatch(commands.raw, groups[0], groups[1], groups[2]);
+            raw.cmd_dispatch(commands.raw(), groups[0], groups[1], groups[2]);
         }
         commands.end();
         Ok(())
@@ -86,7 +86,7 @@ impl<'a> Recording<'a> {
         // SAFETY: the buffer allows transfers and lives as long as 'a.
         unsafe {
             self.commands.device.raw.cmd_fill_buffer(
-                self.commands.raw,
+                self.commands.raw(),
                 buffer.raw,
                 0,
                 vk::WHOLE_SIZE,
@@ -210,7 +210,7 @@ mod tests {
         unsafe {
             device
                 .raw
-                .cmd_fill_buffer(recording.commands.raw, buffer.raw, 0, vk::WHOLE_SIZE, 1);
+                .cmd_fill_buffer(recording.commands.raw(), buffer.raw, 0, vk::WHOLE_SIZE, 1);
         }
         recording.finish().unwrap();
         let messages = device.validation_messages().join("\n");

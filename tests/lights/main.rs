@@ -5,18 +5,15 @@ mod alpha;
 mod support;
 
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
-use headwater::gpu::Device;
 use headwater::render::presets::Preset;
 use headwater::render::settings::{self, Format};
 use headwater::render::{Settings, View};
 use headwater::scene::{
     Environment, Image, Material, PunctualLight, PunctualShape, Scene, Texture, procedural,
 };
-use headwater::tracing::{Tracer, Variant};
-use std::cell::RefCell;
+use headwater::tracing::Tracer;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::process::Command;
-use std::sync::Arc;
 
 pub const ALBEDO: f64 = 0.5;
 
@@ -96,19 +93,8 @@ pub fn picture(
     tracer: Tracer,
     samples: u32,
 ) -> Option<[Vec<[f64; 3]>; 2]> {
-    // One device a thread: to open hundreds of them takes time, and the Vulkan loader is not safe while others close.
-    thread_local! {
-        static DEVICES: RefCell<Vec<(Variant, Arc<Device>)>> = const { RefCell::new(Vec::new()) };
-    }
     let variant = *support::variants(tracer).first()?;
-    let device = DEVICES.with_borrow_mut(|devices| {
-        if let Some((_, device)) = devices.iter().find(|(known, _)| *known == variant) {
-            return device.clone();
-        }
-        let (device, _) = support::open_device(Some(variant));
-        devices.push((variant, device.clone()));
-        device
-    });
+    let (device, _) = support::open_device(Some(variant));
     let found = support::render(&device, scene, variant, view, settings, samples);
     support::assert_no_messages(&device);
     Some([found.mean, found.error_squared])

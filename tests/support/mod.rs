@@ -5,7 +5,7 @@ pub mod brute_force;
 pub mod random;
 
 use glam::{DAffine3, DVec3, Vec3};
-use headwater::gpu::{Device, DeviceInfo, Instance};
+use headwater::gpu::{Device, DeviceInfo, Features, Instance};
 use headwater::render::outputs::Sums;
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::{Camera, Instance as Placed, Material, Mesh, Part, Scene};
@@ -13,15 +13,13 @@ use headwater::tracing::selection::{self, Selection, TracerChoice};
 use headwater::tracing::{GeometryAccess, GpuScene, SceneSizes, Tracer, Variant};
 use std::io::Write as _;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock, Mutex};
+use std::thread::available_parallelism;
 
-fn open_instance() -> Arc<Instance> {
-    headwater::commands::open_vulkan().unwrap_or_else(|e| panic!("{e}"))
-}
-
-/// The device that `HEADWATER_DEVICE` names, or else the CPU device. Tests without a device fail
+/// The device that `HEADWATER_DEVICE` names, or else the CPU device, of a new instance. Tests without a device fail
 /// and say what to install.
-fn choose(instance: &Instance) -> DeviceInfo {
+fn choose() -> (Arc<Instance>, DeviceInfo) {
+    let instance = headwater::commands::open_vulkan().unwrap_or_else(|e| panic!("{e}"));
     let info = match std::env::var("HEADWATER_DEVICE") {
         Ok(name) => instance.choose(Some(&name)).map(|(info, _)| info),
         Err(_) => {
@@ -33,19 +31,67 @@ fn choose(instance: &Instance) -> DeviceInfo {
             })
         }
     };
-    info.unwrap_or_else(|e| panic!("{e}"))
+    (instance, info.unwrap_or_else(|e| panic!("{e}")))
 }
 
-/// The tests' device and its instance, for opening it otherwise than [`open_device`] does.
+/// What all tests of a process share.
+struct Shared {
+    instance: Arc<Instance>,
+    info: DeviceInfo,
+    /// Opened before any of them is used: see [`Device::open`]. Each has an instance and so messages of its own, and tests
+    /// that run at once take different ones.
+    devices: Mutex<Vec<Arc<Device>>>,
+}
+
+/// Devices with the same features that tests of one thread hold at once.
+const DEVICES_A_THREAD: usize = 2;
+
+fn shared() -> &'static Shared {
+    static SHARED: LazyLock<Shared> = LazyLock::new(|| {
+        let (instance, info) = choose();
+        let threads = std::env::var("RUST_TEST_THREADS").ok();
+        let threads = threads.and_then(|count| count.parse().ok());
+        let threads = threads.or_else(|| Some(available_parallelism().ok()?.get()));
+        let count = DEVICES_A_THREAD * threads.unwrap_or(1);
+        let [plain, addresses, ray_query] =
+            [(false, false), (false, true), (true, true)].map(|(ray_query, buffer_addresses)| {
+                Features {
+                    ray_query,
+                    buffer_addresses,
+                }
+            });
+        let devices = [
+            Some(plain),
+            info.buffer_addresses.then_some(addresses),
+            info.ray_query.then_some(ray_query),
+        ]
+        .into_iter()
+        .flatten()
+        .flat_map(|features| std::iter::repeat_n(features, count))
+        .map(|features| {
+            let (instance, info) = choose();
+            Device::open(&instance, info, features)
+        })
+        .collect::<headwater::Result<_>>()
+        .unwrap_or_else(|e| panic!("{e}"));
+        Shared {
+            instance,
+            info,
+            devices: Mutex::new(devices),
+        }
+    });
+    &SHARED
+}
+
+/// The tests' device and its instance, for opening it otherwise than [`open_device`] does; a test that does so has its
+/// process to itself while it runs.
 pub fn tests_device() -> (Arc<Instance>, DeviceInfo) {
-    let instance = open_instance();
-    let info = choose(&instance);
-    (instance, info)
+    (shared().instance.clone(), shared().info.clone())
 }
 
 /// The variants with a tracer that the tests' device can run; says which tracer it lacks.
 pub fn variants(tracer: Tracer) -> Vec<Variant> {
-    let info = choose(&open_instance());
+    let info = &shared().info;
     if tracer == Tracer::RayQuery && !info.ray_query {
         // Past the test runner, which shows what a test prints only where it fails.
         static SAID: std::sync::Once = std::sync::Once::new();
@@ -63,16 +109,23 @@ pub fn variants(tracer: Tracer) -> Vec<Variant> {
         .collect()
 }
 
-/// The tests' device, opened for `variant` or, with none, for what the rule chooses.
+/// The tests' device with the features for `variant` or, with none, for what the rule chooses.
 pub fn open_device(variant: Option<Variant>) -> (Arc<Device>, Selection) {
-    let (instance, info) = tests_device();
+    let info = &shared().info;
     let mut selection =
-        selection::select(&info, TracerChoice::Auto, &SceneSizes::default()).unwrap();
+        selection::select(info, TracerChoice::Auto, &SceneSizes::default()).unwrap();
     if let Some(variant) = variant {
         selection.variant = variant;
     }
-    let device = Device::open(&instance, info, selection.features()).unwrap();
-    (device, selection)
+    let mut features = selection.features();
+    features.buffer_addresses |= features.ray_query;
+    let devices = shared().devices.lock().unwrap();
+    // Nobody else has it.
+    let is_free = |device: &&Arc<Device>| Arc::strong_count(device) == 1;
+    let mut suitable = devices.iter().filter(|device| device.features == features);
+    let device = suitable.find(is_free);
+    let device = device.unwrap_or_else(|| panic!("no device is free with {features:?}"));
+    (device.clone(), selection)
 }
 
 /// Fails if the validation layers said anything.
