@@ -1,13 +1,11 @@
 //! A command buffer that is recorded, submitted once and waited for.
 
 use super::device::Device;
+use super::recorder::{MAX_TIMED_REGIONS, Recorder};
 use crate::Result;
 use ash::vk;
 use std::ffi::CString;
 use std::sync::Arc;
-
-/// Timestamp pairs of one command buffer; regions beyond are not timed.
-const MAX_TIMED_REGIONS: u32 = 256;
 
 /// How long a pass took on the device.
 #[derive(Clone, Debug, serde::Serialize)]
@@ -37,87 +35,6 @@ impl PassTime {
     }
 }
 
-/// A command buffer and what it takes to run it. The device keeps those that are idle, to be used again: the validation
-/// layers (1.3.239) forget a destroyed command buffer in a thread of their own, late, and without a lock; by then a new one
-/// may have its address, and the heap is damaged.
-#[derive(Clone, Copy)]
-pub(super) struct Recorder {
-    raw: vk::CommandBuffer,
-    pool: vk::CommandPool,
-    fence: vk::Fence,
-    /// Two timestamps a region; null if the device has no timestamps.
-    queries: vk::QueryPool,
-}
-
-impl Recorder {
-    fn new(device: &Device) -> std::result::Result<Self, vk::Result> {
-        let mut recorder = Self {
-            raw: vk::CommandBuffer::null(),
-            pool: vk::CommandPool::null(),
-            fence: vk::Fence::null(),
-            queries: vk::QueryPool::null(),
-        };
-        let made = recorder.make(device);
-        if made.is_err() {
-            // SAFETY: nothing has been submitted.
-            unsafe { recorder.destroy(&device.raw) };
-        }
-        made.map(|()| recorder)
-    }
-
-    fn make(&mut self, device: &Device) -> std::result::Result<(), vk::Result> {
-        let raw = &device.raw;
-        // SAFETY: create-infos live through their calls.
-        unsafe {
-            let info = vk::CommandPoolCreateInfo::default()
-                .queue_family_index(device.info.queue_family)
-                .flags(vk::CommandPoolCreateFlags::TRANSIENT);
-            self.pool = raw.create_command_pool(&info, None)?;
-            let info = vk::CommandBufferAllocateInfo::default()
-                .command_pool(self.pool)
-                .command_buffer_count(1);
-            self.raw = raw.allocate_command_buffers(&info)?[0];
-            self.fence = raw.create_fence(&vk::FenceCreateInfo::default(), None)?;
-            if device.info.timestamp_period > 0.0 {
-                let info = vk::QueryPoolCreateInfo::default()
-                    .query_type(vk::QueryType::TIMESTAMP)
-                    .query_count(2 * MAX_TIMED_REGIONS);
-                self.queries = raw.create_query_pool(&info, None)?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Begins to record, from the start.
-    fn begin(&self, raw: &ash::Device) -> std::result::Result<(), vk::Result> {
-        // SAFETY: an idle recorder's commands are not running.
-        unsafe {
-            raw.reset_command_pool(self.pool, vk::CommandPoolResetFlags::empty())?;
-            raw.reset_fences(&[self.fence])?;
-            let info = vk::CommandBufferBeginInfo::default()
-                .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
-            raw.begin_command_buffer(self.raw, &info)?;
-            if self.queries != vk::QueryPool::null() {
-                raw.cmd_reset_query_pool(self.raw, self.queries, 0, 2 * MAX_TIMED_REGIONS);
-            }
-        }
-        Ok(())
-    }
-
-    /// Destroys it; null handles are ignored.
-    ///
-    /// # Safety
-    /// Called once, while its commands are not running, or the device is lost.
-    pub(super) unsafe fn destroy(&self, raw: &ash::Device) {
-        // SAFETY: as the caller promises.
-        unsafe {
-            raw.destroy_query_pool(self.queries, None);
-            raw.destroy_fence(self.fence, None);
-            raw.destroy_command_pool(self.pool, None);
-        }
-    }
-}
-
 /// One command buffer, with what is needed to run it once. The caller keeps the resources that
 /// the commands use alive until [`Commands::finish`] returns.
 pub(super) struct Commands {
@@ -135,9 +52,13 @@ impl Commands {
     /// An empty command buffer, ready to be recorded.
     pub(super) fn new(device: &Arc<Device>) -> Result<Self> {
         let fail = |e| device.failure("begin recording", e);
+        let timestamps = device.info.timestamp_period > 0.0;
         let idle = device.idle.lock().ok().and_then(|mut idle| idle.pop());
         let recorder = idle
-            .map_or_else(|| Recorder::new(device), Ok)
+            .map_or_else(
+                || Recorder::new(&device.raw, device.info.queue_family, timestamps),
+                Ok,
+            )
             .map_err(fail)?;
         let commands = Self {
             device: device.clone(),

@@ -1,7 +1,7 @@
 //! The logical device: queue, memory, names.
 
-use super::commands::Recorder;
 use super::instance::{DeviceInfo, Instance, change_lists, walk_lists};
+use super::recorder::Recorder;
 use crate::{Error, Result};
 use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};

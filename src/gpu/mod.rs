@@ -22,7 +22,8 @@ pub mod instance;
 pub mod layout;
 pub mod messages;
 pub mod pass;
-pub mod recording;
+pub mod recorder;
+mod recording;
 pub mod reflection;
 
 pub use acceleration::{AccelerationStructure, BlasGeometry, TlasInstance};
