@@ -28,6 +28,10 @@ crate::gpu_constants! {
     pub const ALPHA_MASK: u32 = 1;
     /// It covers the share that alpha says.
     pub const ALPHA_BLEND: u32 = 2;
+    /// Flag of a material: the camera sees its base colour as radiance, all else sees black.
+    pub const MATERIAL_UNLIT: u32 = 1;
+    /// Flag of a material at a point of a surface: textures or vertex colours decide the base colour.
+    pub const MATERIAL_VARIES: u32 = 2;
     /// The image of a texture repeats.
     pub const WRAP_REPEAT: u32 = 0;
     /// It repeats mirrored.
@@ -138,7 +142,7 @@ crate::gpu_struct! {
 crate::gpu_struct! {
     /// A surface's material.
     pub struct GpuMaterial {
-        /// Linear base colour.
+        /// Linear base colour; with MATERIAL_UNLIT radiance.
         pub base_color: Vec3,
         /// 0 dielectric … 1 metal.
         pub metallic: f32,
@@ -152,8 +156,8 @@ crate::gpu_struct! {
         pub base_color_texture: u32,
         /// Texture that multiplies roughness and metalness, or NONE.
         pub metallic_roughness_texture: u32,
-        /// At a point of a surface: whether textures or vertex colours decide the base colour (1). In the buffer 0.
-        pub varies: u32,
+        /// MATERIAL_…
+        pub flags: u32,
         /// Texture that turns the shading normal, or NONE.
         pub normal_texture: u32,
         /// Multiplies its red and green.
@@ -497,6 +501,8 @@ crate::gpu_struct! {
         pub u: f32,
         /// Barycentric weight of the third corner.
         pub v: f32,
+        /// With `any`, the share of light that passes between the ray's ends; otherwise 0 or, of a miss, without meaning.
+        pub transmittance: f32,
     }
 }
 

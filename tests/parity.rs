@@ -7,7 +7,7 @@ use headwater::gpu::DriverKind;
 use headwater::layouts::{NONE, RayAnswer, RayQuery};
 use headwater::render::outputs::ray_list::RayTracer;
 use headwater::render::{Renderer, Settings, View};
-use headwater::scene::{Instance, Material, Scene};
+use headwater::scene::{AlphaMode, Instance, Material, Scene};
 use headwater::tracing::gather::gather;
 use headwater::tracing::geometry::Geometry;
 use headwater::tracing::{GpuScene, Tracer};
@@ -30,6 +30,53 @@ fn corners(scene: &Scene, instance: u32, triangle: u32) -> [DVec3; 3] {
     })
 }
 
+/// How much of a triangle is there. Without textures it is the same all over it.
+fn coverage(scene: &Scene, instance: u32, triangle: u32) -> f64 {
+    let mesh = &scene.meshes[scene.instances[instance as usize].mesh as usize];
+    let part = (mesh.parts.iter())
+        .find(|p| (p.first_triangle..p.first_triangle + p.triangle_count).contains(&triangle));
+    let material = &scene.materials[part.unwrap().material as usize];
+    match material.alpha_mode {
+        AlphaMode::Opaque => 1.0,
+        AlphaMode::Mask { cutoff } => f64::from(material.alpha >= cutoff),
+        AlphaMode::Blend => material.alpha.into(),
+    }
+}
+
+/// What a ray meets.
+#[derive(Debug)]
+struct Truth {
+    /// The first hit of a surface that covers all.
+    hit: Option<brute_force::Hit>,
+    /// The share of light that passes.
+    transmittance: f64,
+}
+
+fn truth(scene: &Scene, oracle: &brute_force::Tracer, ray: &RayQuery) -> Truth {
+    let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+    let t_max = f64::from(ray.t_max);
+    let mut truth = Truth {
+        hit: None,
+        transmittance: 1.0,
+    };
+    let mut start = 0.0;
+    while let Some(hit) = oracle.closest(origin + direction * start, direction, t_max - start) {
+        let t = start + hit.t;
+        let coverage = coverage(scene, hit.instance, hit.triangle);
+        truth.transmittance *= 1.0 - coverage;
+        if coverage == 1.0 {
+            truth.hit = Some(brute_force::Hit { t, ..hit });
+            break;
+        }
+        // Past the surface that was met.
+        let at = (origin + direction * t)
+            .length()
+            .max(direction.length() * t);
+        start = t + 1e-11 * at / direction.length();
+    }
+    truth
+}
+
 fn bounds(scene: &Scene) -> (DVec3, DVec3) {
     let mut bounds = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for (number, placed) in scene.instances.iter().enumerate() {
@@ -42,17 +89,23 @@ fn bounds(scene: &Scene) -> (DVec3, DVec3) {
     bounds
 }
 
+/// Instance and triangle of all that is placed.
+fn all_triangles(scene: &Scene) -> Vec<(u32, u32)> {
+    let mut triangles = Vec::new();
+    for (number, placed) in scene.instances.iter().enumerate() {
+        let count = scene.meshes[placed.mesh as usize].triangles.len();
+        triangles.extend((0..count as u32).map(|t| (number as u32, t)));
+    }
+    triangles
+}
+
 /// A third each: anywhere to anywhere; nearly along a triangle's plane; at a triangle's edge, from
 /// a millionth to a thousandth of the coordinates' size beside it. Every seventh asks for any hit.
 fn rays(scene: &Scene, seed: u64) -> Vec<RayQuery> {
     let mut random = Random(seed);
     let (low, high) = bounds(scene);
     let size = (high - low).max_element();
-    let mut triangles = Vec::new();
-    for (number, placed) in scene.instances.iter().enumerate() {
-        let count = scene.meshes[placed.mesh as usize].triangles.len();
-        triangles.extend((0..count as u32).map(|t| (number as u32, t)));
-    }
+    let triangles = all_triangles(scene);
     (0..RAYS)
         .map(|ray| {
             let mut anywhere = || {
@@ -140,7 +193,7 @@ fn compare(
     };
     for (ray, answer) in rays.iter().zip(answers) {
         let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
-        let truth = oracle.closest(origin, direction, f64::from(ray.t_max));
+        let truth = truth(scene, oracle, ray);
         let found = (answer.t >= 0.0).then(|| {
             assert_ne!(answer.instance, NONE);
             (
@@ -150,9 +203,16 @@ fn compare(
         });
         outcome.hits += usize::from(found.is_some());
         let mut involved = Vec::new();
-        let agrees = match (&truth, found) {
-            (None, None) => true,
-            (Some(_), Some(_)) if ray.any == 1 => true,
+        let passes_alike =
+            (f64::from(answer.transmittance) - truth.transmittance).abs() < 1e-5 || ray.any == 0;
+        let agrees = match (&truth.hit, found) {
+            (None, None) if passes_alike => true,
+            (None, None) => {
+                // The triangle that one of both has missed is any.
+                involved = all_triangles(scene);
+                false
+            }
+            (Some(_), Some(_)) if ray.any == 1 => passes_alike,
             (Some(t), Some((instance, triangle))) => {
                 // The hit as a point of the triangle found, seen from the ray.
                 let [a, b, c] = corners(scene, instance, triangle);
@@ -342,6 +402,123 @@ fn placed(offset: DVec3, scale: f64) -> Scene {
 #[test]
 fn instances_turned_mirrored_and_sheared() {
     check("instances", &placed(DVec3::ZERO, 1.0), DVec3::ZERO);
+}
+
+/// Of every four instances one covers all, one has holes only, and two cover a part: whether meshes are shared or not, what
+/// a ray passes weakens it once.
+#[test]
+fn surfaces_that_cover_a_part() {
+    let mut scene = placed(DVec3::ZERO, 1.0);
+    let with = |alpha: f32, alpha_mode: AlphaMode| Material {
+        alpha,
+        alpha_mode,
+        ..Material::default()
+    };
+    let mask = AlphaMode::Mask { cutoff: 0.5 };
+    let covers = [
+        with(0.9, mask),
+        with(0.3, mask),
+        with(0.3, AlphaMode::Blend),
+        with(0.75, AlphaMode::Blend),
+    ];
+    let (first_mesh, first_material) = (scene.meshes.len() as u32, scene.materials.len() as u32);
+    for (number, material) in (0..).zip(covers) {
+        let mut mesh = scene.meshes[0].clone();
+        mesh.parts[0].material = first_material + number;
+        scene.meshes.push(mesh);
+        scene.materials.push(material);
+    }
+    for (number, instance) in (0..).zip(&mut scene.instances) {
+        // All but the floor.
+        if instance.mesh == 0 {
+            instance.mesh = first_mesh + number % 4;
+        }
+    }
+    check("alpha", &scene, DVec3::ZERO);
+    let copied = unshared(&scene);
+    check(
+        "alpha, gathered",
+        &gather(&copied, DVec3::ZERO).scene,
+        DVec3::ZERO,
+    );
+}
+
+/// A ray through an edge of a closed mesh, or a corner of a sheet, is weakened by one of the triangles there, not by two or
+/// none. The mesh is convex: where a ray touches a fold, or a corner that sticks out, one is as wrong as none or two.
+#[test]
+fn edges_and_corners_cover_a_part_once() {
+    const CELLS: usize = 8;
+    let corner = |i: usize| Vec3::new((i % (CELLS + 1)) as f32, (i / (CELLS + 1)) as f32, 3.0);
+    let cell = |i: usize| {
+        let first = i / CELLS * (CELLS + 1) + i % CELLS;
+        let [a, b, c, d] = [0, 1, CELLS + 2, CELLS + 1].map(|step| corner(first + step));
+        [[a, b, c], [a, c, d]]
+    };
+    let sheet: Vec<[Vec3; 3]> = (0..CELLS * CELLS).flat_map(cell).collect();
+    // Of the corners at the southern pole each has another rounding error.
+    let on_sphere = |p: Vec3| match p.normalize() {
+        p if p.y < -0.9999 => Vec3::NEG_Y,
+        p => p,
+    };
+    let sphere: Vec<[Vec3; 3]> = (bumpy_sphere(24, 1.0).into_iter())
+        .map(|face| face.map(on_sphere))
+        .collect();
+    let mut random = Random(5);
+    let mut rays_at = |faces: &[[Vec3; 3]], on_edges: bool| -> Vec<RayQuery> {
+        let rays = (0..RAYS).map(|_| {
+            let (face, origin, along) = if on_edges {
+                let face = faces[random.index(faces.len())];
+                let origin = (random.direction() * 0.5).as_vec3();
+                (face, origin, random.unit() as f32)
+            } else {
+                // Along an axis, so that nothing is rounded, to a corner inside the sheet.
+                let [x, y] = [(); 2].map(|()| 1 + random.index(CELLS - 1));
+                let target = corner(y * (CELLS + 1) + x);
+                ([target; 3], target.with_z(0.0), 0.0)
+            };
+            let target = face[0] + (face[1] - face[0]) * along;
+            RayQuery {
+                origin,
+                t_max: 1e30,
+                direction: target - origin,
+                any: 1,
+            }
+        });
+        rays.collect()
+    };
+    for (name, faces, on_edges) in [
+        ("edges of a sphere", sphere, true),
+        ("corners of a sheet", sheet, false),
+    ] {
+        let rays = rays_at(&faces, on_edges);
+        let half = Material {
+            alpha: 0.5,
+            alpha_mode: AlphaMode::Blend,
+            ..Material::default()
+        };
+        let scene = support::scene_of(&[(half, faces)]);
+        for tracer in [Tracer::ComputeBvh, Tracer::RayQuery] {
+            let Some(&variant) = support::variants(tracer).first() else {
+                continue;
+            };
+            let (device, _) = support::open_device(Some(variant));
+            let uploaded = Arc::new(GpuScene::new(&device, &scene, DVec3::ZERO, variant).unwrap());
+            let batch = RayTracer::new(&device, uploaded, &rays).unwrap();
+            batch.run().unwrap();
+            let answers = batch.answers().unwrap();
+            let once = |a: &&RayAnswer| a.t < 0.0 && a.transmittance == 0.5;
+            let wrong = RAYS - answers.iter().filter(once).count();
+            println!("{name}, {}: {wrong} of {RAYS} rays", tracer.name());
+            // Lavapipe's own tracer misses some edges, as below, and all of these corners.
+            let llvmpipe = matches!(device.info.driver_kind, DriverKind::Llvmpipe { .. });
+            let allowed = match tracer {
+                Tracer::RayQuery if llvmpipe && on_edges => RAYS * 2 / 100,
+                Tracer::RayQuery if llvmpipe => RAYS,
+                _ => 0,
+            };
+            assert!(wrong <= allowed, "{name}, {}: {wrong} rays", tracer.name());
+        }
+    }
 }
 
 #[test]

@@ -143,6 +143,7 @@ void main() {
             continue;
         }
         Surface surface = surface_at(hit, ray);
+        if (path.scatterings == 0u) radiance += unlit_radiance(hit);
         if (surface.light != NONE) {
             GpuLight light = light_at(surface.light, CURRENT);
             float cosine = -dot(light.normal, ray.direction);

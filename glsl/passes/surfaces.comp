@@ -21,10 +21,11 @@ void main() {
     if (hit.instance != NONE) {
         Surface surface = surface_at(hit, ray);
         data = pack_sample_data(surface, ray, to_unit(pcg4d(uvec4(pixel, 0u, 0u))).xyz);
+        emission = unlit_radiance(hit);
         if (surface.light != NONE) {
             GpuLight light = light_at(surface.light, CURRENT);
             float cosine = -dot(light.normal, ray.direction);
-            emission = accept_radiance(light_emission(light, surface.light, hit.barycentrics, cosine));
+            emission += accept_radiance(light_emission(light, surface.light, hit.barycentrics, cosine));
         }
     } else if (sees_environment()) {
         emission = accept_radiance(environment_radiance(environment_place(ray.direction)));

@@ -16,5 +16,5 @@ void main() {
     Hit hit = trace(Ray(query.origin, query.t_max, query.direction), query.any != 0u, NO_COIN);
     bool missed = hit.instance == NONE;
     answers.at[index] = RayAnswer(missed ? -1.0 : hit.t, hit.instance, hit.primitive,
-                                  hit.barycentrics.x, hit.barycentrics.y);
+                                  hit.barycentrics.x, hit.barycentrics.y, hit.transmittance);
 }

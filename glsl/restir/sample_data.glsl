@@ -44,7 +44,7 @@ uvec2 pack_material(GpuMaterial material, vec3 numbers) {
     uint metallic = uint(round(material.metallic * COLOR_STEPS));
     uint roughness = uint(round(material.roughness * ROUGHNESS_STEPS));
     return uvec2(color.x | (color.y << 12u) | (color.z << 24u),
-                 (color.z >> 8u) | (metallic << 4u) | (roughness << 16u) | (material.varies << 31u));
+                 (color.z >> 8u) | (metallic << 4u) | (roughness << 16u) | ((material.flags & MATERIAL_VARIES) != 0u ? 1u << 31u : 0u));
 }
 
 // The material of a primary surface.

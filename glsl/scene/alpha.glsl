@@ -37,20 +37,20 @@ bool comes_before(vec3 a, vec3 b) { return a.x != b.x ? a.x < b.x : a.y != b.y ?
 
 // Whether a hit belongs to a triangle. A ray through a shared edge hits both triangles, but what covers a part must cover it
 // once. The edge belongs to the triangle in whose winding its corners come in order; the other one has them reversed.
-bool owns_hit(GpuInstance instance, uint primitive, vec2 weights) {
+bool owns_hit(GpuInstance instance, uint primitive, vec3 weights) {
     vec3 a, b, c;
     triangle_corners(instance.first_triangle + primitive, a, b, c);
     bool owns = true;
-    if (weights.x <= 0.0) owns = owns && comes_before(c, a);
-    if (weights.y <= 0.0) owns = owns && comes_before(a, b);
-    // By rounding the third weight may be a little above 0.
-    if (weights.x + weights.y >= 1.0 - 1.2e-7) owns = owns && comes_before(b, c);
+    if (weights.x <= 0.0) owns = owns && comes_before(b, c);
+    if (weights.y <= 0.0) owns = owns && comes_before(c, a);
+    if (weights.z <= 0.0) owns = owns && comes_before(a, b);
     return owns;
 }
 
-// Whether a ray ends at a hit; if not, and it has no coin, `passed` is weakened.
-bool ends_ray(uint coin, uint instance_index, GpuInstance instance, uint primitive, vec2 weights, inout float passed) {
-    float coverage = coverage_at(instance, primitive, weights);
+// Whether a ray ends at a hit, given by the weights of the corners; if not, and it has no coin, `passed` is weakened. On an
+// edge a weight must be 0 and beside it not, or both triangles weaken the ray, or neither.
+bool ends_ray(uint coin, uint instance_index, GpuInstance instance, uint primitive, vec3 weights, inout float passed) {
+    float coverage = coverage_at(instance, primitive, weights.yz);
     if (coverage >= 1.0 || coverage <= 0.0) return coverage >= 1.0;
     if (!owns_hit(instance, primitive, weights)) return false;
     if (coin != NO_COIN) return to_unit(pcg4d(uvec4(coin, instance_index, primitive, 0u)).x) < coverage;

@@ -16,8 +16,12 @@ GpuPunctualLight punctual_light_at(uint index, uint epoch) {
 
 GpuInstance instance_at(uint index, uint epoch) { return load_instances(index + epoch * scene.at.instance_count); }
 
-// A material without its textures.
-GpuMaterial material_at(uint index) { return load_materials(index); }
+// A material without its textures, as it reflects light.
+GpuMaterial material_at(uint index) {
+    GpuMaterial material = load_materials(index);
+    if (HAS_UNLIT && (material.flags & MATERIAL_UNLIT) != 0u) material.base_color = vec3(0.0);
+    return material;
+}
 
 // A triangle's corners in object space.
 void triangle_corners(uint triangle, out vec3 a, out vec3 b, out vec3 c) {

@@ -37,6 +37,15 @@ void face_viewer(TrianglePoint point, vec3 direction, out vec3 geometric_normal,
     if (facing < MIN_FACING) shading_normal = normalize(shading_normal - (MIN_FACING - facing) * direction);
 }
 
+// What the camera sees of an unlit surface; 0 for all others.
+vec3 unlit_radiance(Hit hit) {
+    if (!HAS_UNLIT) return vec3(0.0);
+    GpuInstance instance = load_instances(hit.instance);
+    GpuMaterial material = load_materials(triangle_owner(instance, hit.primitive).material);
+    if ((material.flags & MATERIAL_UNLIT) == 0u) return vec3(0.0);
+    return with_textures(material, instance, hit.primitive, hit.barycentrics).base_color;
+}
+
 // The surface at the hit of a ray of unit direction.
 Surface surface_at(Hit hit, Ray ray) {
     GpuInstance instance = load_instances(hit.instance);

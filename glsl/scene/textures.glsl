@@ -64,21 +64,20 @@ float corner_alpha(uint index) { return unpackUnorm2x16(colors.at[index].y).y; }
 // Whether materials differ from point to point.
 const bool VARIES = HAS_TEXTURES || HAS_VERTEX_COLORS || HAS_NORMAL_MAPS;
 
-// The material at a point of a triangle.
-GpuMaterial material_at(uint index, GpuInstance instance, uint primitive, vec2 weights) {
-    GpuMaterial material = material_at(index);
+// A material with its textures and vertex colours at a point of a triangle.
+GpuMaterial with_textures(GpuMaterial material, GpuInstance instance, uint primitive, vec2 weights) {
     if (HAS_VERTEX_COLORS && instance.first_color != NONE) {
         uint first = 3u * (instance.first_color + primitive);
         vec3 a = corner_color(first), b = corner_color(first + 1u), c = corner_color(first + 2u);
         // A hit of a ray query may lie outside of its triangle by a rounding error.
         material.base_color *= max(a + weights.x * (b - a) + weights.y * (c - a), vec3(0.0));
-        material.varies = 1u;
+        material.flags |= MATERIAL_VARIES;
     }
     if (!HAS_TEXTURES) return material;
     if (material.base_color_texture != NONE) {
         GpuTexture used = load_textures(material.base_color_texture);
         material.base_color *= texture_at(used, uv_at(instance, primitive, weights, used.set), true).rgb;
-        material.varies = 1u;
+        material.flags |= MATERIAL_VARIES;
     }
     if (material.metallic_roughness_texture != NONE) {
         GpuTexture used = load_textures(material.metallic_roughness_texture);
@@ -87,4 +86,9 @@ GpuMaterial material_at(uint index, GpuInstance instance, uint primitive, vec2 w
         material.metallic *= found.b;
     }
     return material;
+}
+
+// The material at a point of a triangle, as it reflects light.
+GpuMaterial material_at(uint index, GpuInstance instance, uint primitive, vec2 weights) {
+    return with_textures(material_at(index), instance, primitive, weights);
 }

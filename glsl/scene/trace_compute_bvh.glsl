@@ -109,7 +109,7 @@ void visit_node(uint node, LevelRay ray, float t_max, out uvec2 group, out uvec2
 
 // Edge functions are antisymmetric to the last bit, so that a ray never misses both triangles of a shared edge.
 // `precise` forbids fused operations, which would break this.
-bool meets_triangle(uint triangle, LevelRay ray, inout float t, out vec2 barycentrics) {
+bool meets_triangle(uint triangle, LevelRay ray, inout float t, out vec3 weights) {
     vec3 a, b, c;
     triangle_corners(triangle, a, b, c);
     a = permute(a - ray.origin, ray.axis);
@@ -125,17 +125,17 @@ bool meets_triangle(uint triangle, LevelRay ray, inout float t, out vec2 barycen
     precise float area = u + v + w;
     // Divided first, because products of three coordinates overflow where products of two do not.
     precise vec3 weight = vec3(u, v, w) / area;
+    weights = weight;
     precise float distance = (weight.x * a.z + weight.y * b.z + weight.z * c.z) * ray.shear.z;
     if (inside && area != 0.0 && distance > 0.0 && distance < t) {
         t = distance;
-        barycentrics = weight.yz;
         return true;
     }
     return false;
 }
 
 // Whether a hit of a triangle, given by its index among all, ends a ray.
-bool ends_ray_here(uint coin, uint instance_index, uint triangle, vec2 weights, inout float passed) {
+bool ends_ray_here(uint coin, uint instance_index, uint triangle, vec3 weights, inout float passed) {
     if (!HAS_ALPHA) return true;
     GpuInstance instance = load_instances(instance_index);
     return ends_ray(coin, instance_index, instance, triangle - instance.first_triangle, weights, passed);
@@ -184,14 +184,14 @@ Hit trace_tree(Ray ray, bool any_hit, uint coin, uint root) {
                 group = uvec2(entered_instance.root_node, 0x80000000u);
                 leaves.y = 0u;
             } else {
-                vec2 barycentrics;
+                vec3 weights;
                 float t = hit.t;
-                if (meets_triangle(primitive, level, t, barycentrics)
-                    && ends_ray_here(coin, instance, primitive, barycentrics, hit.transmittance)) {
+                if (meets_triangle(primitive, level, t, weights)
+                    && ends_ray_here(coin, instance, primitive, weights, hit.transmittance)) {
                     hit.t = t;
                     hit.instance = instance;
                     hit.primitive = primitive;
-                    hit.barycentrics = barycentrics;
+                    hit.barycentrics = weights.yz;
                     if (any_hit) {
                         leaves.y = 0u;
                         group.y = 0u;

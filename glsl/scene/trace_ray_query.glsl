@@ -13,7 +13,8 @@ uint ray_flags(bool any_hit) {
         if (!HAS_ALPHA) continue; \
         uint index_ = rayQueryGetIntersectionInstanceCustomIndexEXT(QUERY, false); \
         uint primitive_ = rayQueryGetIntersectionPrimitiveIndexEXT(QUERY, false); \
-        vec2 weights_ = rayQueryGetIntersectionBarycentricsEXT(QUERY, false); \
+        vec2 two_ = rayQueryGetIntersectionBarycentricsEXT(QUERY, false); \
+        vec3 weights_ = vec3(1.0 - two_.x - two_.y, two_); \
         if (ends_ray(COIN, index_, load_instances(index_), primitive_, weights_, PASSED)) { \
             rayQueryConfirmIntersectionEXT(QUERY); \
         } \

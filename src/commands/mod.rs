@@ -31,6 +31,9 @@ use std::sync::Arc;
 #[derive(Parser)]
 #[command(name = "headwater", version, about, max_term_width = 100)]
 struct Cli {
+    /// Say what is chosen, and why: the device, what the scene requires, the passes
+    #[arg(short, long, global = true)]
+    verbose: bool,
     #[command(subcommand)]
     command: Command,
 }
@@ -56,8 +59,6 @@ enum Command {
 
 /// Runs the command that the process's arguments name.
 pub fn main() -> ExitCode {
-    env_logger::Builder::from_env(env_logger::Env::default().filter_or("HEADWATER_LOG", "off"))
-        .init();
     let line = Cli::command().mut_subcommand("reference", reference::shown);
     let parsed = line
         .try_get_matches()
@@ -66,6 +67,10 @@ pub fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => return wrong_arguments(&error),
     };
+    let level = if cli.verbose { "headwater=info" } else { "off" };
+    env_logger::Builder::from_env(env_logger::Env::default().filter_or("HEADWATER_LOG", level))
+        .format(|line, record| writeln!(line, "headwater: {}", record.args()))
+        .init();
     match run(cli.command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

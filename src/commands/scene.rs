@@ -3,13 +3,14 @@
 use super::interrupt::Interrupt;
 use super::notice;
 use super::{open_scene, print};
+use crate::image::Image;
 use crate::json::value_of;
 use crate::scene::load::Options;
 use crate::scene::requirements::Requirements;
-use crate::scene::{Motion, export, procedural};
+use crate::scene::{Environment, Motion, environment, export, procedural};
 use crate::{Error, Result};
 use serde_json::{Value, json};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The subcommands of `scene`.
 #[derive(clap::Subcommand)]
@@ -20,12 +21,12 @@ pub enum Command {
         #[arg(long)]
         json: bool,
     },
-    /// Write a procedural scene as .glb with its camera.
+    /// Write a procedural scene as .glb with its camera, or a sky as .exr.
     Generate {
-        /// The scene's name
+        /// The scene's name, or a sky such as sky:sun=40
         name: String,
         /// Where it goes
-        #[arg(short, long, value_name = "FILE.glb")]
+        #[arg(short, long, value_name = "FILE.glb|FILE.exr")]
         output: PathBuf,
         /// A parameter; repeatable
         #[arg(long, value_name = "KEY=VALUE")]
@@ -52,14 +53,22 @@ pub fn run(command: &Command) -> Result<()> {
     match command {
         Command::List { json } => list(*json),
         Command::Generate { name, output, set } => {
+            let is_sky = environment::file_of(name).is_none();
+            let [what, ending] = match is_sky {
+                true => ["sky", "exr"],
+                false => ["scene", "glb"],
+            };
             if output
                 .extension()
-                .is_none_or(|e| !e.eq_ignore_ascii_case("glb"))
+                .is_none_or(|e| !e.eq_ignore_ascii_case(ending))
             {
                 return Err(Error::input(format!(
-                    "'{}': a generated scene is written as .glb",
+                    "'{}': a generated {what} is written as .{ending}",
                     output.display()
                 )));
+            }
+            if is_sky {
+                return write_sky(name, set, output);
             }
             let pairs = set.iter().map(|change| {
                 let (key, value) = change
@@ -72,6 +81,20 @@ pub fn run(command: &Command) -> Result<()> {
         }
         Command::Inspect { scene, load, json } => inspect(scene, *load, *json),
     }
+}
+
+/// Writes a sky as an image of its radiance by longitude and latitude.
+fn write_sky(name: &str, set: &[String], output: &Path) -> Result<()> {
+    if let Some(change) = set.first() {
+        return Err(Error::input(format!(
+            "--set {change} is for scenes; a sky has its parameters in its name: sky:{change}"
+        )));
+    }
+    let sky = Environment::open(name)?;
+    let texels: Vec<[f32; 3]> = sky.texels.iter().map(|texel| texel.to_array()).collect();
+    let mut image = Image::new(sky.width, sky.height);
+    image.set_vectors("", ["R", "G", "B"], &texels);
+    image.write(output, 0.0)
 }
 
 fn list(as_json: bool) -> Result<()> {
@@ -108,6 +131,7 @@ fn moves(motion: &Motion) -> Value {
 fn inspect(name: &str, load: Options, as_json: bool) -> Result<()> {
     let scene = open_scene(name, load, &Interrupt::watch()?)?;
     let requirements = Requirements::of(&scene);
+    let features = requirements.features();
     let requirements = value_of("requirements", &requirements)?;
     let bounds = scene.bounds();
     let cameras: Vec<_> = scene
@@ -142,8 +166,16 @@ fn inspect(name: &str, load: Options, as_json: bool) -> Result<()> {
     for text in &scene.notices {
         notice(text);
     }
+    let [required, left_out] = features;
+    let lists = [("requires", required), ("does without", left_out)];
+    for (key, list) in lists.iter().filter(|(_, list)| !list.is_empty()) {
+        print(format_args!("{key:20} {}", list.join(", ")))?;
+    }
+    let machine_readable = ["notices", "requirements"];
     if let Some(fields) = summary.as_object() {
-        for (key, value) in fields.iter().filter(|(key, _)| *key != "notices") {
+        for (key, value) in
+            (fields.iter()).filter(|(key, _)| !machine_readable.contains(&key.as_str()))
+        {
             match value {
                 serde_json::Value::String(text) => print(format_args!("{key:20} {text}"))?,
                 value => print(format_args!("{key:20} {value}"))?,

@@ -7,6 +7,7 @@ use crate::gpu::{Device, Instance, PassTime};
 use crate::image::{Image, Samples};
 use crate::layouts::{MAX_RADIANCE, ReservoirAov};
 use crate::render::outputs::Sums;
+use crate::render::settings::Variant;
 use crate::render::{Clock, Kind, Renderer, Settings, Tracking, View};
 use crate::scene::camera::framing_camera;
 use crate::scene::{Camera, Environment, MovingCamera, Scene};
@@ -84,16 +85,26 @@ impl Session {
             None => choose_camera(&scene, args.camera.as_deref(), clock.start_time)?,
         };
         let (width, height) = args.size(&camera)?;
-        if !scene.is_lit() {
+        if !scene.is_lit() && !scene.materials.iter().any(|material| material.unlit) {
             notice(
                 "the scene has no light, so the picture is black; --environment sky:sun=40 lights it",
             );
         }
         let instance = open_vulkan()?;
         let (info, reason) = instance.choose(args.device.as_deref())?;
-        log::info!("device {}: {reason}", info.name);
+        log::info!("device: {} ({reason})", info.name);
         let sizes = SceneSizes::of(&scene);
         let selection = selection::select(&info, args.tracer, &sizes)?;
+        let variant = selection.variant;
+        log::info!(
+            "tracer: {} ({}); geometry: {} ({}); fetch: {} ({})",
+            variant.tracer.name(),
+            selection.tracer_reason,
+            variant.geometry.name(),
+            selection.geometry_reason,
+            variant.fetch.name(),
+            selection.fetch_reason
+        );
         let device = Device::open(&instance, info, selection.features())?;
         let origin = camera.camera_to_world.translation;
         if sizes.triangles >= MANY_TRIANGLES {
@@ -104,6 +115,16 @@ impl Session {
         }
         interrupt.check(NOTHING_WRITTEN)?;
         let gpu_scene = Arc::new(GpuScene::new(&device, &scene, origin, selection.variant)?);
+        let [required, left_out] = gpu_scene.requirements.features();
+        log::info!("required: {}", required.join(", "));
+        log::info!(
+            "{}: {}",
+            match settings.variant {
+                Variant::Full => "compiled all the same (variant=full)",
+                Variant::Auto => "left out",
+            },
+            left_out.join(", ")
+        );
         interrupt.check(NOTHING_WRITTEN)?;
         let view = View {
             camera,
@@ -323,6 +344,15 @@ impl Session {
     /// # Errors
     /// There are any.
     pub fn finish(self) -> Result<()> {
+        // In a single frame every pass runs for the first time.
+        let (times, when) = match self.times.is_empty() {
+            true => (&self.first_runs, "with their compilation"),
+            false => (&self.times, "in the last submission"),
+        };
+        let passes: Vec<String> = (times.iter())
+            .map(|time| format!("{} {:.1} ms", time.name, time.milliseconds))
+            .collect();
+        log::info!("passes {when}: {}", passes.join(", "));
         let instance = self.instance.clone();
         drop(self);
         check_messages(&instance.validation_messages())

@@ -25,6 +25,8 @@ crate::gpu_specialisation! {
         pub has_blend: bool = false,
         /// Whether some material has a normal map.
         pub has_normal_maps: bool = true,
+        /// Whether some material is unlit.
+        pub has_unlit: bool = true,
         /// Whether there is an environment.
         pub has_environment: bool = true,
         /// Whether there are punctual lights.
@@ -96,6 +98,7 @@ mod values {
                 // It asks for more rays.
                 has_blend: requires.blending,
                 has_normal_maps: full || requires.normal_maps,
+                has_unlit: full || requires.unlit,
                 has_environment: full || requires.environment,
                 has_punctual_lights: full || requires.punctual_lights > 0,
                 has_vertex_colors: full || requires.vertex_colors,

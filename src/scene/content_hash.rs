@@ -275,6 +275,7 @@ fn hash_material(hasher: &mut blake3::Hasher, material: &Material) {
         specular,
         specular_color,
         ior,
+        unlit,
         emission,
         emissive_texture,
         double_sided,
@@ -305,6 +306,9 @@ fn hash_material(hasher: &mut blake3::Hasher, material: &Material) {
     if mode != 0 {
         hasher.update(&[mode]);
         hasher.update(bytemuck::bytes_of(&[*alpha, cutoff]));
+    }
+    if *unlit {
+        hasher.update(b"unlit");
     }
     if normal_texture.is_some() {
         hasher.update(bytemuck::bytes_of(normal_scale));

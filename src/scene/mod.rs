@@ -214,6 +214,8 @@ pub struct Material {
     pub specular_color: Vec3,
     /// Index of refraction of a dielectric, ≥ 1 (or 0, glTF's "F0 = 1" convention).
     pub ior: f32,
+    /// Whether the camera sees the base colour as it is, as radiance, and all else sees black (`KHR_materials_unlit`).
+    pub unlit: bool,
     /// Emitted radiance: emissive factor × emissive strength, ≥ 0.
     pub emission: Vec3,
     /// Multiplies the emission; sRGB.
@@ -239,6 +241,7 @@ impl Default for Material {
             specular: 1.0,
             specular_color: Vec3::ONE,
             ior: 1.5,
+            unlit: false,
             emission: Vec3::ZERO,
             emissive_texture: None,
             double_sided: false,
@@ -255,6 +258,14 @@ impl Material {
             metallic: 0.0,
             specular: 0.0,
             ..Self::default()
+        }
+    }
+
+    /// An opaque surface that is seen, but gives and reflects no light.
+    pub fn unlit(name: &str, color: Vec3) -> Self {
+        Self {
+            unlit: true,
+            ..Self::lambert(name, color)
         }
     }
 

@@ -32,6 +32,8 @@ pub struct Requirements {
     pub blending: bool,
     /// Whether some material has a normal map.
     pub normal_maps: bool,
+    /// Whether some material is unlit.
+    pub unlit: bool,
     /// Whether some light has a texture.
     pub emissive_textures: bool,
     /// Whether some mesh has vertex colours.
@@ -95,6 +97,7 @@ impl Requirements {
                 let alpha = material.alpha_mode(lights[part.material as usize]);
                 required.alpha |= alpha != AlphaMode::Opaque;
                 required.blending |= alpha == AlphaMode::Blend;
+                required.unlit |= material.unlit;
                 required.normal_maps |= material.normal_texture.is_some();
                 required.specular |= material.has_specular_lobe();
                 // A texture may make any point as smooth as it likes.
@@ -104,6 +107,58 @@ impl Requirements {
             }
         }
         required
+    }
+
+    /// The features of the renderer that the scene requires, and those that it does without.
+    pub fn features(&self) -> [Vec<&'static str>; 2] {
+        let &Self {
+            triangles: _,
+            emissive_triangles,
+            instances: _,
+            double_sided_emitters,
+            punctual_lights,
+            environment,
+            specular,
+            near_delta,
+            textures,
+            alpha,
+            blending,
+            normal_maps,
+            unlit,
+            emissive_textures,
+            vertex_colors,
+            smooth_normals,
+            large_triangles,
+            multi_part_meshes,
+            shared_meshes,
+            mirrored_instances,
+            motion,
+        } = self;
+        let features = [
+            (emissive_triangles > 0, "emissive triangles"),
+            (double_sided_emitters, "two-sided lights"),
+            (emissive_textures, "emissive textures"),
+            (punctual_lights > 0, "punctual lights"),
+            (environment, "environment"),
+            (specular, "specular lobes"),
+            (near_delta, "mirrors"),
+            (textures, "textures"),
+            (vertex_colors, "vertex colours"),
+            (normal_maps, "normal maps"),
+            (smooth_normals, "smooth normals"),
+            (alpha, "alpha"),
+            (blending, "blending"),
+            (unlit, "unlit surfaces"),
+            (large_triangles, "large triangles"),
+            (multi_part_meshes, "meshes of several parts"),
+            (shared_meshes, "shared meshes"),
+            (mirrored_instances, "mirrored instances"),
+            (motion, "motion"),
+        ];
+        [true, false].map(|wanted| {
+            let chosen = features.iter().filter(|(required, _)| *required == wanted);
+            chosen.map(|(_, name)| *name).collect()
+        })
     }
 }
 
@@ -205,6 +260,7 @@ mod tests {
             emission: Vec3::ONE,
             double_sided: true,
             roughness: 0.0,
+            unlit: true,
             base_color_texture: Some(Texture::plain(0)),
             ..Material::default()
         };
@@ -246,6 +302,7 @@ mod tests {
             alpha: false,
             blending: false,
             normal_maps: false,
+            unlit: true,
             emissive_textures: false,
             vertex_colors: true,
             smooth_normals: true,

@@ -1,8 +1,8 @@
 //! Materials and textures as shaders read them.
 
 use crate::layouts::{
-    ALPHA_BLEND, ALPHA_MASK, ALPHA_OPAQUE, GpuLightTexture, GpuMaterial, GpuTexture, NONE,
-    WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT,
+    ALPHA_BLEND, ALPHA_MASK, ALPHA_OPAQUE, GpuLightTexture, GpuMaterial, GpuTexture,
+    MATERIAL_UNLIT, NONE, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT,
 };
 use crate::scene::lights::LampTriangle;
 use crate::scene::texture::{self, Wrap};
@@ -24,8 +24,8 @@ pub struct Materials {
 }
 
 impl Materials {
-    /// Those of a scene, given which of them give light at any time.
-    pub fn of(scene: &Scene, lamps: &[bool]) -> Self {
+    /// Those of a scene, given which of them give light at any time, and the unit of radiance.
+    pub fn of(scene: &Scene, lamps: &[bool], radiance: f64) -> Self {
         let mut texels = Vec::new();
         let mut first_texels = Vec::with_capacity(scene.images.len());
         for image in &scene.images {
@@ -66,6 +66,11 @@ impl Materials {
                 base_color_texture: texture(&material.base_color_texture),
                 metallic_roughness_texture: texture(&material.metallic_roughness_texture),
                 normal_texture: texture(&material.normal_texture),
+                base_color: if material.unlit {
+                    (material.base_color.as_dvec3() / radiance).as_vec3()
+                } else {
+                    material.base_color
+                },
                 ..gpu_material(material)
             });
         let materials = materials.collect();
@@ -134,7 +139,7 @@ pub fn gpu_material(material: &Material) -> GpuMaterial {
         roughness: material.roughness,
         base_color_texture: NONE,
         metallic_roughness_texture: NONE,
-        varies: 0,
+        flags: if material.unlit { MATERIAL_UNLIT } else { 0 },
         normal_texture: NONE,
         normal_scale: material.normal_scale,
         alpha_mode: ALPHA_OPAQUE,

@@ -71,7 +71,7 @@ impl GpuScene {
             instances: pose.instances.len() as u64,
             ..ElementCounts::of(scene)
         };
-        let materials = Materials::of(&gathered.scene, &gathered.lamps);
+        let materials = Materials::of(&gathered.scene, &gathered.lamps, units.radiance);
         let light_textures = match counts.textured_lights {
             true => materials.of_lights(poser.lamps()),
             false => Vec::new(),

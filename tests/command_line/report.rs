@@ -119,3 +119,42 @@ fn settings_are_printed_as_they_are_written() {
         "--resume",
     ]);
 }
+
+/// What a scene requires and what its shaders leave out is said where it is asked for, and a sky can be written.
+#[test]
+fn verbose_runs_say_what_is_required_and_what_is_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let [out, sky] = ["a.png", "sky.exr"].map(|name| folder.path().join(name));
+    let generated = headwater(&["scene", "generate", "sky:width=64", "-o", text(&sky)]).status();
+    assert!(generated.unwrap().success());
+    assert_eq!(Image::read(&sky).unwrap().height, 32);
+    let mut arguments = vec!["render", "cornell", "--width", "16", "-o", text(&out)];
+    arguments.extend(["--environment", text(&sky)]);
+    let said = |more: &[&str]| {
+        let output = headwater(&[&arguments[..], more].concat())
+            .output()
+            .unwrap();
+        assert!(output.status.success());
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let quiet = said(&[]);
+    assert!(!quiet.contains("required"), "{quiet}");
+    let verbose = said(&["-v"]);
+    let line = |begin: &str| verbose.lines().find(|line| line.contains(begin)).unwrap();
+    let [required, left_out] = ["required: ", "left out: "].map(line);
+    for (feature, is_required) in [
+        ("environment", true),
+        ("emissive triangles", true),
+        ("specular lobes", false),
+        ("motion", false),
+    ] {
+        assert_eq!(required.contains(feature), is_required, "{verbose}");
+        assert_eq!(left_out.contains(feature), !is_required, "{verbose}");
+    }
+    assert!(line("passes ").contains("surfaces"), "{verbose}");
+    let full = said(&["-v", "--set", "variant=full"]);
+    assert!(
+        full.contains("compiled all the same (variant=full)"),
+        "{full}"
+    );
+}

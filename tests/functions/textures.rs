@@ -64,7 +64,7 @@ fn lookups_are_those_of_the_twin() {
         images,
         ..Scene::default()
     };
-    let tables = Materials::of(&scene, &scene.lamp_materials());
+    let tables = Materials::of(&scene, &scene.lamp_materials(), 1.0);
     let mut inputs = Vec::new();
     for texture in 0..textures.len() {
         for i in 0..400 {
@@ -123,7 +123,7 @@ fn coordinates_that_are_huge_stay_inside_the_image() {
             .into(),
         ..Scene::default()
     };
-    let tables = Materials::of(&scene, &scene.lamp_materials());
+    let tables = Materials::of(&scene, &scene.lamp_materials(), 1.0);
     // The index of the texel, from the texel: all others of the array would be wrong.
     let texels: Vec<u32> = (0..21).map(|_| 0x4040_4040).chain([0; 100]).collect();
     let function = Function {
@@ -161,7 +161,7 @@ fn primary_surfaces_keep_their_colour_on_average() {
         includes: &["restir/sample_data.glsl"],
         body: "GpuMaterial material = material_at(0u);
             material.base_color = uintBitsToFloat(a.xyz);
-            material.varies = 1u;
+            material.flags = MATERIAL_VARIES;
             vec3 sum = vec3(0.0), low = vec3(0.0);
             for (uint i = 0u; i < 4096u; i += 1u) {
                 SampleData data;

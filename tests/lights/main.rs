@@ -3,6 +3,7 @@
 mod alpha;
 #[path = "../support/mod.rs"]
 mod support;
+mod unlit;
 
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
 use headwater::render::presets::Preset;

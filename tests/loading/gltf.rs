@@ -517,3 +517,43 @@ fn alpha_is_read_with_its_cutoff() {
     let text = Folder::new().refuse("scene.glb", file.glb());
     assert!(text.contains("alpha cutoff"), "{text}");
 }
+
+/// What is unlit has its base colour and its alpha; the rest is for readers who do not know the extension.
+#[test]
+fn unlit_materials_keep_their_colour_only() {
+    let file = Gltf::triangle().with(|json| {
+        json["materials"] = json!([{
+            "name": "sign",
+            "pbrMetallicRoughness": {
+                "baseColorFactor": [0.1, 0.2, 0.3, 0.4],
+                "metallicFactor": 0.5, "roughnessFactor": 0.25,
+                "metallicRoughnessTexture": { "index": 7 },
+            },
+            "normalTexture": { "index": 7 },
+            "emissiveTexture": { "index": 7 },
+            "emissiveFactor": [1, 0.5, 0],
+            "alphaMode": "BLEND",
+            "doubleSided": true,
+            "extensions": { "KHR_materials_unlit": {} },
+        }]);
+        json["extensionsRequired"] = json!(["KHR_materials_unlit"]);
+        // A light that is not one.
+        json["animations"] = json!([{
+            "channels": [{ "sampler": 0, "target": { "path": "pointer", "extensions": {
+                "KHR_animation_pointer": { "pointer": "/materials/0/emissiveFactor" },
+            } } }],
+            "samplers": [{ "input": 0, "output": 0 }],
+        }]);
+    });
+    let scene = load(&file);
+    assert!(scene.notices.is_empty(), "{:?}", scene.notices);
+    let expected = Material {
+        alpha: 0.4,
+        alpha_mode: AlphaMode::Blend,
+        double_sided: true,
+        ..Material::unlit("sign", Vec3::new(0.1, 0.2, 0.3))
+    };
+    assert_eq!(scene.materials[0], expected);
+    assert_eq!(scene.emissive_triangle_count(), 0);
+    assert!(!scene.is_lit());
+}

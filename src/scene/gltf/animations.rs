@@ -248,6 +248,11 @@ impl Animations {
                     moving.rotation.track = Some(track);
                 }
             }
+            Target::EmissiveFactor(material) | Target::EmissiveStrength(material)
+                if source.accessors.document.materials[material]
+                    .extensions
+                    .unlit
+                    .is_some() => {}
             Target::EmissiveFactor(material) => {
                 let track = source.track(("VEC3", 3), DVec3::from_slice)?;
                 source.check_emission(&track, |v| [v.min_element(), v.max_element()])?;

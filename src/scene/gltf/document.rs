@@ -125,6 +125,8 @@ pub struct MaterialExtensions {
     pub ior: Ior,
     #[serde(rename = "KHR_materials_specular")]
     pub specular: Specular,
+    #[serde(rename = "KHR_materials_unlit")]
+    pub unlit: Option<IgnoredAny>,
 }
 
 #[derive(Clone, Debug, Deserialize)]

@@ -40,12 +40,20 @@ fn convert(
         normal_texture,
         emissive_texture,
     ] = textures.of_material(&what, source)?;
-    Ok(Material {
+    let seen = Material {
         name: source.name.clone(),
         base_color: Vec4::from_array(pbr.base_color_factor).truncate(),
         base_color_texture,
         alpha: pbr.base_color_factor[3],
         alpha_mode: alpha_mode(&what, source, tally),
+        double_sided: source.double_sided,
+        ..Material::unlit("", Vec3::ONE)
+    };
+    if source.extensions.unlit.is_some() {
+        return Ok(seen);
+    }
+    Ok(Material {
+        unlit: false,
         metallic: pbr.metallic_factor,
         roughness: pbr.roughness_factor,
         metallic_roughness_texture,
@@ -57,7 +65,7 @@ fn convert(
         ior: source.extensions.ior.ior,
         emission: (color * strength).as_vec3(),
         emissive_texture,
-        double_sided: source.double_sided,
+        ..seen
     })
 }
 

@@ -149,17 +149,21 @@ impl<'a> Textures<'a> {
 }
 
 /// The textures of a material that are followed, with their names: base colour, metallic-roughness, normal,
-/// emissive.
+/// emissive. Unlit materials have only the first; the others are for readers who do not know the extension.
 fn slots(material: &Material) -> [(&'static str, &Option<TextureInfo>); 4] {
     let pbr = &material.pbr_metallic_roughness;
+    let lit = |texture| match material.extensions.unlit {
+        Some(_) => &None,
+        None => texture,
+    };
     [
         ("base colour texture", &pbr.base_color_texture),
         (
             "metallic-roughness texture",
-            &pbr.metallic_roughness_texture,
+            lit(&pbr.metallic_roughness_texture),
         ),
-        ("normal texture", &material.normal_texture),
-        ("emissive texture", &material.emissive_texture),
+        ("normal texture", lit(&material.normal_texture)),
+        ("emissive texture", lit(&material.emissive_texture)),
     ]
 }
 

@@ -27,6 +27,7 @@ pub(super) fn check_material(
         specular,
         specular_color,
         ior,
+        unlit: _,
         emission,
         emissive_texture: _,
         double_sided: _,
