@@ -1,0 +1,303 @@
+"""Scenes in files, read independently of Headwater: glTF 2.0 and OBJ.
+
+Everything is brought to world space in 64 bits. What the comparison does not know is an error, not an approximation.
+"""
+
+import base64
+import io
+import json
+import struct
+import urllib.parse
+from dataclasses import dataclass, field
+
+import numpy as np
+from PIL import Image
+
+COMPONENTS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
+
+
+@dataclass
+class Texture:
+    """An image of values 0…1 in four channels, rows from the top; colours are still sRGB."""
+
+    texels: np.ndarray
+    wrap: str = "repeat"
+    coordinates: int = 0
+
+
+@dataclass
+class Material:
+    name: str = ""
+    base_color: np.ndarray = field(default_factory=lambda: np.ones(3))
+    base_color_texture: Texture | None = None
+    alpha: float = 1.0
+    alpha_mode: str = "OPAQUE"
+    cutoff: float = 0.5
+    emission: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    emissive_texture: Texture | None = None
+    double_sided: bool = False
+
+
+@dataclass
+class Mesh:
+    """Triangles of one material; counter-clockwise is the front."""
+
+    positions: np.ndarray
+    triangles: np.ndarray
+    material: Material
+    normals: np.ndarray | None = None
+    coordinates: dict = field(default_factory=dict)
+    colors: np.ndarray | None = None
+
+
+@dataclass
+class Camera:
+    """It looks along −Z of `to_world`; the field of view is the vertical one, in degrees."""
+
+    to_world: np.ndarray
+    fov: float
+
+
+@dataclass
+class Scene:
+    meshes: list
+    camera: Camera | None = None
+
+    def bounds(self):
+        low = np.min([m.positions.min(0) for m in self.meshes], 0)
+        return low, np.max([m.positions.max(0) for m in self.meshes], 0)
+
+
+class Gltf:
+    """A glTF file with its buffers."""
+
+    def __init__(self, path):
+        data = path.read_bytes()
+        self.folder = path.parent
+        self.binary = None
+        if data[:4] == b"glTF":
+            length = struct.unpack_from("<I", data, 12)[0]
+            self.document = json.loads(data[20 : 20 + length])
+            if 20 + length < len(data):
+                size = struct.unpack_from("<I", data, 20 + length)[0]
+                self.binary = data[28 + length : 28 + length + size]
+        else:
+            self.document = json.loads(data)
+        self.buffers = [self.binary if "uri" not in b else self.bytes_of(b["uri"]) for b in self.list("buffers")]
+
+    def list(self, name):
+        return self.document.get(name, [])
+
+    def bytes_of(self, uri):
+        if uri.startswith("data:"):
+            return base64.b64decode(uri.split(",", 1)[1])
+        return (self.folder / urllib.parse.unquote(uri)).read_bytes()
+
+    def view(self, index):
+        view = self.document["bufferViews"][index]
+        start = view.get("byteOffset", 0)
+        return self.buffers[view["buffer"]][start : start + view["byteLength"]], view.get("byteStride")
+
+    def array(self, index):
+        accessor = self.document["accessors"][index]
+        if "sparse" in accessor:
+            raise SystemExit("sparse accessors are not known here")
+        kind = np.dtype(COMPONENTS[accessor["componentType"]])
+        width = WIDTHS[accessor["type"]]
+        data, stride = self.view(accessor["bufferView"])
+        values = np.ndarray(
+            (accessor["count"], width), kind, data, accessor.get("byteOffset", 0),
+            (stride or width * kind.itemsize, kind.itemsize),
+        )
+        if accessor.get("normalized"):
+            return np.maximum(values / np.iinfo(kind).max, -1.0)
+        return values.astype(np.float64) if kind.kind == "f" else values.astype(np.int64)
+
+    def texture(self, info):
+        """None where its image is missing."""
+        if info is None:
+            return None
+        if info.get("extensions"):
+            raise SystemExit(f"textures with {list(info['extensions'])} are not known here")
+        texture = self.document["textures"][info["index"]]
+        image = self.document["images"][texture["source"]]
+        sampler = self.list("samplers")[texture["sampler"]] if "sampler" in texture else {}
+        try:
+            data = self.bytes_of(image["uri"]) if "uri" in image else self.view(image["bufferView"])[0]
+        except FileNotFoundError:
+            return None
+        wrap = {10497: "repeat", 33648: "mirror", 33071: "clamp"}
+        modes = {wrap[sampler.get(key, 10497)] for key in ("wrapS", "wrapT")}
+        if len(modes) > 1:
+            raise SystemExit("textures with two wrap modes are not known here")
+        texels = np.asarray(Image.open(io.BytesIO(data)).convert("RGBA"), np.float64) / 255.0
+        return Texture(texels, modes.pop(), info.get("texCoord", 0))
+
+    def material(self, index):
+        source = self.document["materials"][index]
+        pbr = source.get("pbrMetallicRoughness", {})
+        extensions = source.get("extensions", {})
+        strength = extensions.get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1.0)
+        color = np.array(pbr.get("baseColorFactor", [1.0] * 4))
+        return Material(
+            name=source.get("name", ""),
+            base_color=color[:3],
+            base_color_texture=self.texture(pbr.get("baseColorTexture")),
+            alpha=color[3],
+            alpha_mode=source.get("alphaMode", "OPAQUE"),
+            cutoff=source.get("alphaCutoff", 0.5),
+            emission=np.array(source.get("emissiveFactor", [0.0] * 3)) * strength,
+            emissive_texture=self.texture(source.get("emissiveTexture")),
+            double_sided=source.get("doubleSided", False),
+        )
+
+    def scene(self):
+        materials = [self.material(i) for i in range(len(self.list("materials")))]
+        scene = Scene([])
+        scenes = self.list("scenes")
+        roots = scenes[self.document.get("scene", 0)]["nodes"] if scenes else range(len(self.list("nodes")))
+        pending = [(root, np.eye(4)) for root in reversed(roots)]
+        while pending:
+            index, parent = pending.pop()
+            node = self.document["nodes"][index]
+            to_world = parent @ local(node)
+            pending += [(child, to_world) for child in reversed(node.get("children", []))]
+            if "camera" in node and scene.camera is None:
+                camera = self.document["cameras"][node["camera"]]["perspective"]
+                scene.camera = Camera(to_world, np.degrees(camera["yfov"]))
+            if "mesh" in node:
+                for primitive in self.document["meshes"][node["mesh"]]["primitives"]:
+                    scene.meshes.append(self.mesh(primitive, to_world, materials))
+        return scene
+
+    def mesh(self, primitive, to_world, materials):
+        if primitive.get("mode", 4) != 4:
+            raise SystemExit("primitives other than triangles are not known here")
+        attributes = primitive["attributes"]
+        positions = self.array(attributes["POSITION"])
+        count = len(positions)
+        indices = self.array(primitive["indices"])[:, 0] if "indices" in primitive else np.arange(count)
+        triangles = indices.reshape(-1, 3)
+        matrix = to_world[:3, :3]
+        # A mirrored mesh keeps its front.
+        if np.linalg.det(matrix) < 0:
+            triangles = triangles[:, [0, 2, 1]]
+        mesh = Mesh(positions @ matrix.T + to_world[:3, 3], triangles, materials[primitive["material"]] if "material" in primitive else Material())
+        if "NORMAL" in attributes:
+            normals = self.array(attributes["NORMAL"]) @ np.linalg.inv(matrix)
+            mesh.normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+        for key, accessor in attributes.items():
+            if key.startswith("TEXCOORD_"):
+                mesh.coordinates[int(key[9:])] = self.array(accessor)
+        if "COLOR_0" in attributes:
+            colors = self.array(attributes["COLOR_0"])
+            if not np.allclose(colors, 1.0):
+                mesh.colors = colors
+        return mesh
+
+
+def local(node):
+    """A node's transform to its parent."""
+    if "matrix" in node:
+        return np.array(node["matrix"]).reshape(4, 4).T
+    x, y, z, w = node.get("rotation", [0.0, 0.0, 0.0, 1.0])
+    turn = np.array([
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ])
+    matrix = np.eye(4)
+    matrix[:3, :3] = turn * np.array(node.get("scale", [1.0] * 3))
+    matrix[:3, 3] = node.get("translation", [0.0] * 3)
+    return matrix
+
+
+def lambert_gltf(gltf):
+    """The file as .glb with the same geometry, in which every surface is Lambert and has no normal map."""
+    document = json.loads(json.dumps(gltf.document))
+    binary = bytearray()
+    views = document.setdefault("bufferViews", [])
+    starts = []
+    for data in gltf.buffers:
+        binary += bytes(-len(binary) % 4)
+        starts.append(len(binary))
+        binary += data
+    for view in views:
+        view["byteOffset"] = view.get("byteOffset", 0) + starts[view["buffer"]]
+        view["buffer"] = 0
+    for image in document.get("images", []):
+        uri = image.get("uri")
+        if uri is None:
+            continue
+        try:
+            data = gltf.bytes_of(uri)
+        except FileNotFoundError:
+            continue
+        binary += bytes(-len(binary) % 4)
+        views.append({"buffer": 0, "byteOffset": len(binary), "byteLength": len(data)})
+        binary += data
+        del image["uri"]
+        image["bufferView"] = len(views) - 1
+        image["mimeType"] = "image/png" if data[:4] == b"\x89PNG" else "image/jpeg"
+    binary += bytes(-len(binary) % 4)
+    document["buffers"] = [{"byteLength": len(binary)}]
+    for material in document.get("materials", []):
+        pbr = material.setdefault("pbrMetallicRoughness", {})
+        pbr["metallicFactor"], pbr["roughnessFactor"] = 0.0, 1.0
+        pbr.pop("metallicRoughnessTexture", None)
+        material.pop("normalTexture", None)
+        extensions = material.get("extensions", {})
+        kept = {k: v for k, v in extensions.items() if k == "KHR_materials_emissive_strength"}
+        material["extensions"] = {**kept, "KHR_materials_specular": {"specularFactor": 0.0}}
+    # Animations would need their own accessors only; the scene is compared at rest.
+    document.pop("animations", None)
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    total = 12 + 8 + len(text) + 8 + len(binary)
+    return b"".join([
+        struct.pack("<4sII", b"glTF", 2, total), struct.pack("<I4s", len(text), b"JSON"), text,
+        struct.pack("<I4s", len(binary), b"BIN\0"), bytes(binary),
+    ])
+
+
+def obj_scene(path):
+    """An OBJ whose materials are Kd and Ke, and the same without anything else, as texts of .obj and .mtl."""
+    materials, lines, text = {}, [], path.read_text()
+    for name in [line.split(None, 1)[1].strip() for line in text.splitlines() if line.startswith("mtllib")]:
+        for line in (path.parent / name).read_text().splitlines():
+            key, *rest = line.split() or [""]
+            if key == "newmtl":
+                current = Material(name=" ".join(rest), base_color=np.full(3, 0.5))
+                materials[current.name] = current
+                lines.append(line)
+            elif key in ("Kd", "Ke"):
+                value = np.array([float(x) for x in rest])
+                setattr(current, "base_color" if key == "Kd" else "emission", value)
+                lines.append(line)
+            elif key.startswith("map_"):
+                raise SystemExit("OBJ textures are not known here")
+    positions, normals, faces, current = [], [], {}, Material(base_color=np.full(3, 0.5))
+    for line in text.splitlines():
+        key, *rest = line.split() or [""]
+        if key == "v":
+            positions.append([float(x) for x in rest[:3]])
+        elif key == "vn":
+            normals.append([float(x) for x in rest])
+        elif key == "usemtl":
+            current = materials[" ".join(rest)]
+        elif key == "f":
+            corners = [[int(x) if x else 0 for x in (c + "//").split("/")[:3]] for c in rest]
+            for i in range(1, len(corners) - 1):
+                faces.setdefault(current.name, (current, []))[1].append([corners[0], corners[i], corners[i + 1]])
+    positions, normals = np.array(positions), np.array(normals)
+    scene = Scene([])
+    for material, list_of_corners in faces.values():
+        corners = np.array(list_of_corners).reshape(-1, 3)
+        at = np.where(corners < 0, corners + 1 + len(positions), corners)
+        mesh = Mesh(positions[at[:, 0] - 1], np.arange(len(at)).reshape(-1, 3), material)
+        if len(normals) and (corners[:, 2] != 0).all():
+            mesh.normals = normals[at[:, 2] - 1]
+        scene.meshes.append(mesh)
+    named = [line for line in text.splitlines() if not line.startswith("mtllib")]
+    return scene, "mtllib lambert.mtl\n" + "\n".join(named), "\n".join(lines) + "\n"
