@@ -10,7 +10,7 @@ use headwater::render::{Renderer, Settings, View};
 use headwater::scene::{AlphaMode, Instance, Material, Scene};
 use headwater::tracing::gather::gather;
 use headwater::tracing::geometry::Geometry;
-use headwater::tracing::{GpuScene, Tracer};
+use headwater::tracing::{GpuScene, Tracer, Variant};
 use std::sync::Arc;
 use support::brute_force;
 use support::random::Random;
@@ -253,6 +253,24 @@ fn compare(
     outcome
 }
 
+/// What a variant answers, and which driver ran it; none if the scene is too large for the variant.
+fn answers(
+    scene: &Scene,
+    origin: DVec3,
+    rays: &[RayQuery],
+    variant: Variant,
+) -> Option<(Vec<RayAnswer>, DriverKind)> {
+    let (device, _) = support::open_device(Some(variant));
+    let uploaded = match GpuScene::new(&device, scene, origin, variant) {
+        Err(e) if e.to_string().contains("as texels") => return None,
+        uploaded => Arc::new(uploaded.unwrap()),
+    };
+    let tracer = RayTracer::new(&device, uploaded, rays).unwrap();
+    tracer.run().unwrap();
+    support::assert_no_messages(&device);
+    Some((tracer.answers().unwrap(), device.info.driver_kind))
+}
+
 /// Checks both tracers, with `origin` moved to zero as the renderer moves its camera there.
 fn check(name: &str, scene: &Scene, origin: DVec3) {
     let mut near = scene.clone();
@@ -265,17 +283,8 @@ fn check(name: &str, scene: &Scene, origin: DVec3) {
     for tracer in [Tracer::ComputeBvh, Tracer::RayQuery] {
         let answers: Vec<Vec<RayAnswer>> = support::variants(tracer)
             .into_iter()
-            .filter_map(|variant| {
-                let (device, _) = support::open_device(Some(variant));
-                let uploaded = match GpuScene::new(&device, scene, origin, variant) {
-                    Err(e) if e.to_string().contains("as texels") => return None,
-                    uploaded => Arc::new(uploaded.unwrap()),
-                };
-                let tracer = RayTracer::new(&device, uploaded, &rays).unwrap();
-                tracer.run().unwrap();
-                support::assert_no_messages(&device);
-                Some(tracer.answers().unwrap())
-            })
+            .filter_map(|variant| answers(scene, origin, &rays, variant))
+            .map(|(answers, _)| answers)
             .collect();
         if answers.is_empty() {
             assert_eq!(tracer, Tracer::RayQuery);
@@ -498,19 +507,16 @@ fn edges_and_corners_cover_a_part_once() {
         };
         let scene = support::scene_of(&[(half, faces)]);
         for tracer in [Tracer::ComputeBvh, Tracer::RayQuery] {
-            let Some(&variant) = support::variants(tracer).first() else {
+            let variants = support::variants(tracer).into_iter();
+            let mut answers = variants.map(|variant| answers(&scene, DVec3::ZERO, &rays, variant));
+            let Some(Some((answers, driver))) = answers.next() else {
                 continue;
             };
-            let (device, _) = support::open_device(Some(variant));
-            let uploaded = Arc::new(GpuScene::new(&device, &scene, DVec3::ZERO, variant).unwrap());
-            let batch = RayTracer::new(&device, uploaded, &rays).unwrap();
-            batch.run().unwrap();
-            let answers = batch.answers().unwrap();
             let once = |a: &&RayAnswer| a.t < 0.0 && a.transmittance == 0.5;
             let wrong = RAYS - answers.iter().filter(once).count();
             println!("{name}, {}: {wrong} of {RAYS} rays", tracer.name());
             // Lavapipe's own tracer misses some edges, as below, and all of these corners.
-            let llvmpipe = matches!(device.info.driver_kind, DriverKind::Llvmpipe { .. });
+            let llvmpipe = matches!(driver, DriverKind::Llvmpipe { .. });
             let allowed = match tracer {
                 Tracer::RayQuery if llvmpipe && on_edges => RAYS * 2 / 100,
                 Tracer::RayQuery if llvmpipe => RAYS,
@@ -572,21 +578,18 @@ fn closed_meshes_are_watertight_at_their_edges_and_corners() {
             .collect();
         let scene = support::scene_of(&[(Material::default(), faces)]);
         for tracer in [Tracer::ComputeBvh, Tracer::RayQuery] {
-            let Some(&variant) = support::variants(tracer).first() else {
+            let variants = support::variants(tracer).into_iter();
+            let mut answers = variants.map(|variant| answers(&scene, DVec3::ZERO, &rays, variant));
+            let Some(Some((answers, driver))) = answers.next() else {
                 continue;
             };
-            let (device, _) = support::open_device(Some(variant));
-            let uploaded = Arc::new(GpuScene::new(&device, &scene, DVec3::ZERO, variant).unwrap());
-            let batch = RayTracer::new(&device, uploaded, &rays).unwrap();
-            batch.run().unwrap();
-            let answers = batch.answers().unwrap();
             let misses = answers.iter().filter(|a| a.t < 0.0).count();
             println!(
                 "{} at {offset}: {misses} of {RAYS} rays leave",
                 tracer.name()
             );
             // Hardware is watertight. Lavapipe's own tracer is not: it loses 0.8 % of these rays.
-            let llvmpipe = matches!(device.info.driver_kind, DriverKind::Llvmpipe { .. });
+            let llvmpipe = matches!(driver, DriverKind::Llvmpipe { .. });
             let allowed = match tracer {
                 Tracer::RayQuery if llvmpipe => RAYS * 15 / 1000,
                 _ => 0,

@@ -22,8 +22,8 @@ pub mod instance;
 pub mod layout;
 pub mod messages;
 pub mod pass;
-pub mod recorder;
-mod recording;
+mod recorder;
+pub mod recording;
 pub mod reflection;
 
 pub use acceleration::{AccelerationStructure, BlasGeometry, TlasInstance};

@@ -54,24 +54,10 @@ impl Materials {
             .iter()
             .zip(lamps)
             .map(|(material, is_lamp)| GpuMaterial {
-                alpha_mode: match material.alpha_mode(*is_lamp) {
-                    AlphaMode::Opaque => ALPHA_OPAQUE,
-                    AlphaMode::Mask { .. } => ALPHA_MASK,
-                    AlphaMode::Blend => ALPHA_BLEND,
-                },
-                alpha: match material.alpha_mode {
-                    AlphaMode::Mask { cutoff } => material.alpha / cutoff,
-                    AlphaMode::Opaque | AlphaMode::Blend => material.alpha,
-                },
                 base_color_texture: texture(&material.base_color_texture),
                 metallic_roughness_texture: texture(&material.metallic_roughness_texture),
                 normal_texture: texture(&material.normal_texture),
-                base_color: if material.unlit {
-                    (material.base_color.as_dvec3() / radiance).as_vec3()
-                } else {
-                    material.base_color
-                },
-                ..gpu_material(material)
+                ..gpu_material(material, *is_lamp, radiance)
             });
         let materials = materials.collect();
         let emissive = scene.materials.iter();
@@ -122,8 +108,8 @@ const fn wrap(wrap: Wrap) -> u32 {
     }
 }
 
-/// A material without its textures.
-pub fn gpu_material(material: &Material) -> GpuMaterial {
+/// A material without its textures, given whether it gives light at any time, and the unit of radiance.
+pub fn gpu_material(material: &Material, is_lamp: bool, radiance: f64) -> GpuMaterial {
     // KHR_materials_ior: an index of 0 stands for a reflectance of 1 at every angle.
     let normal_reflectance = if material.ior == 0.0 {
         1.0
@@ -131,18 +117,30 @@ pub fn gpu_material(material: &Material) -> GpuMaterial {
         ((material.ior - 1.0) / (material.ior + 1.0)).powi(2)
     };
     let f0 = (normal_reflectance * material.specular_color).min(Vec3::ONE) * material.specular;
+    // What an unlit surface has is not a reflectance but a radiance.
+    let (base_color, flags) = if material.unlit {
+        let seen = material.base_color.as_dvec3() / radiance;
+        (seen.as_vec3(), MATERIAL_UNLIT)
+    } else {
+        (material.base_color, 0)
+    };
+    let (alpha_mode, alpha) = match material.alpha_mode(is_lamp) {
+        AlphaMode::Opaque => (ALPHA_OPAQUE, 1.0),
+        AlphaMode::Mask { cutoff } => (ALPHA_MASK, material.alpha / cutoff),
+        AlphaMode::Blend => (ALPHA_BLEND, material.alpha),
+    };
     GpuMaterial {
-        base_color: material.base_color,
+        base_color,
         metallic: material.metallic,
         dielectric_f0: f0,
         dielectric_f90: material.specular,
         roughness: material.roughness,
         base_color_texture: NONE,
         metallic_roughness_texture: NONE,
-        flags: if material.unlit { MATERIAL_UNLIT } else { 0 },
+        flags,
         normal_texture: NONE,
         normal_scale: material.normal_scale,
-        alpha_mode: ALPHA_OPAQUE,
-        alpha: 1.0,
+        alpha_mode,
+        alpha,
     }
 }

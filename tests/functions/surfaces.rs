@@ -7,6 +7,7 @@ use glam::{DVec2, DVec3, Vec3};
 use headwater::layouts::GpuMaterial;
 use headwater::metrics::statistics::{chi_square_p_value, holm};
 use headwater::scene::Material;
+use headwater::tracing::gpu_material;
 use std::f64::consts::TAU;
 
 const INCLUDES: &[&str] = &["scene/material.glsl"];
@@ -33,7 +34,9 @@ fn materials() -> Vec<Material> {
 }
 
 fn gpu(all: &[Material]) -> Vec<GpuMaterial> {
-    all.iter().map(headwater::tracing::gpu_material).collect()
+    all.iter()
+        .map(|material| gpu_material(material, false, 1.0))
+        .collect()
 }
 
 fn upper(random: &mut Random) -> DVec3 {

@@ -249,10 +249,7 @@ impl Animations {
                 }
             }
             Target::EmissiveFactor(material) | Target::EmissiveStrength(material)
-                if source.accessors.document.materials[material]
-                    .extensions
-                    .unlit
-                    .is_some() => {}
+                if source.accessors.document.materials[material].is_unlit() => {}
             Target::EmissiveFactor(material) => {
                 let track = source.track(("VEC3", 3), DVec3::from_slice)?;
                 source.check_emission(&track, |v| [v.min_element(), v.max_element()])?;

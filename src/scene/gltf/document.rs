@@ -54,6 +54,14 @@ pub struct Material {
     pub extensions: MaterialExtensions,
 }
 
+impl Material {
+    /// Whether it is seen as it is: then only its base colour and alpha count, and what else it has is for readers that do
+    /// not know the extension.
+    pub const fn is_unlit(&self) -> bool {
+        self.extensions.unlit.is_some()
+    }
+}
+
 #[derive(Clone, Debug, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub struct MetallicRoughness {

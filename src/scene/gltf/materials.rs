@@ -40,16 +40,15 @@ fn convert(
         normal_texture,
         emissive_texture,
     ] = textures.of_material(&what, source)?;
+    let base_color = Vec4::from_array(pbr.base_color_factor).truncate();
     let seen = Material {
-        name: source.name.clone(),
-        base_color: Vec4::from_array(pbr.base_color_factor).truncate(),
         base_color_texture,
         alpha: pbr.base_color_factor[3],
         alpha_mode: alpha_mode(&what, source, tally),
         double_sided: source.double_sided,
-        ..Material::unlit("", Vec3::ONE)
+        ..Material::unlit(&source.name, base_color)
     };
-    if source.extensions.unlit.is_some() {
+    if source.is_unlit() {
         return Ok(seen);
     }
     Ok(Material {

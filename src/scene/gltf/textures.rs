@@ -149,12 +149,11 @@ impl<'a> Textures<'a> {
 }
 
 /// The textures of a material that are followed, with their names: base colour, metallic-roughness, normal,
-/// emissive. Unlit materials have only the first; the others are for readers who do not know the extension.
+/// emissive.
 fn slots(material: &Material) -> [(&'static str, &Option<TextureInfo>); 4] {
     let pbr = &material.pbr_metallic_roughness;
-    let lit = |texture| match material.extensions.unlit {
-        Some(_) => &None,
-        None => texture,
+    let lit = |texture| {
+        if material.is_unlit() { &None } else { texture }
     };
     [
         ("base colour texture", &pbr.base_color_texture),
