@@ -1,8 +1,8 @@
 //! Surfaces with alpha: what light passes them, and what the camera sees through them.
 
 use crate::{
-    ALBEDO, SIDE, TECHNIQUES, assert_seen, environment, floor, floor_point, from_above, image,
-    picture, preset, punctual, support, total,
+    ALBEDO, SEEDS, SIDE, TECHNIQUES, assert_seen, environment, floor, floor_point, from_above,
+    image, picture, pictures, preset, punctual, support, total, totals,
 };
 use glam::{DVec3, Vec2, Vec3};
 use headwater::render::View;
@@ -14,16 +14,7 @@ use std::f64::consts::PI;
 fn add_sheet(scene: &mut Scene, height: f32, half: f32, material: Material) {
     let corner = Vec3::new(-half, height, half);
     let sheet = support::quad(corner, Vec3::X * 2.0 * half, Vec3::NEG_Z * 2.0 * half);
-    let mut added = support::scene_of(&[(material, sheet)]);
-    for part in added.meshes.iter_mut().flat_map(|mesh| &mut mesh.parts) {
-        part.material += scene.materials.len() as u32;
-    }
-    for instance in &mut added.instances {
-        instance.mesh += scene.meshes.len() as u32;
-    }
-    scene.meshes.append(&mut added.meshes);
-    scene.materials.append(&mut added.materials);
-    scene.instances.append(&mut added.instances);
+    support::add(scene, &material, &sheet);
 }
 
 fn sheet(albedo: f32, alpha: f32) -> Material {
@@ -34,27 +25,21 @@ fn sheet(albedo: f32, alpha: f32) -> Material {
     }
 }
 
-/// Means over several runs, per pixel.
-fn mean_of_runs(
+/// The mean of several seeds, per pixel.
+fn mean_of_seeds(
     scene: &Scene,
     view: &View,
     technique: &str,
     tracer: Tracer,
     samples: u32,
 ) -> Option<Vec<[f64; 3]>> {
-    const RUNS: u32 = 8;
-    let mut sum = vec![[0.0; 3]; (view.width * view.height) as usize];
-    for seed in 0..RUNS {
-        let view = View {
-            seed: view.seed + seed,
-            ..view.clone()
-        };
-        let [mean, _] = picture(scene, &view, &preset(technique), tracer, samples / RUNS)?;
-        for (sum, mean) in sum.iter_mut().zip(mean) {
-            *sum = std::array::from_fn(|i| sum[i] + mean[i] / f64::from(RUNS));
-        }
-    }
-    Some(sum)
+    let settings = preset(technique);
+    let found = pictures(scene, view, &settings, tracer, samples / SEEDS, SEEDS)?;
+    let of_pixel = |pixel: usize| {
+        let sum: DVec3 = found.iter().map(|p| DVec3::from(p[pixel])).sum();
+        (sum / f64::from(SEEDS)).to_array()
+    };
+    Some((0..found[0].len()).map(of_pixel).collect())
 }
 
 fn assert_mean(name: &str, found: &[[f64; 3]], expected: DVec3) {
@@ -82,8 +67,7 @@ fn sheets_weaken_what_passes_them() {
     sky.environment = Some(environment(8, 4, |_, _| Vec3::new(1.0, 2.0, 0.5)));
     let of_sky = DVec3::new(1.0, 2.0, 0.5) * (passed * ALBEDO);
     for (technique, tracer, samples) in TECHNIQUES {
-        if let Some([mean, _]) = picture(&direct, &from_above(1, 3), &preset(technique), tracer, 2)
-        {
+        if let Some(mean) = picture(&direct, &from_above(1, 3), &preset(technique), tracer, 2) {
             for found in mean {
                 let off = (DVec3::from_array(found) - expected).abs().max_element();
                 assert!(
@@ -92,7 +76,7 @@ fn sheets_weaken_what_passes_them() {
                 );
             }
         }
-        if let Some(found) = mean_of_runs(&sky, &from_above(1, 3), technique, tracer, samples) {
+        if let Some(found) = mean_of_seeds(&sky, &from_above(1, 3), technique, tracer, samples) {
             assert_mean(&format!("sky, {technique} {tracer:?}"), &found, of_sky);
         }
     }
@@ -109,7 +93,8 @@ fn the_camera_sees_sheets_and_what_is_behind_them() {
     let light = scene.punctual_lights[0].intensity.as_dvec3() / PI;
     let expected = light * (alpha * own + (1.0 - alpha) * (1.0 - alpha) * ALBEDO);
     for (technique, tracer, samples) in TECHNIQUES {
-        if let Some(found) = mean_of_runs(&scene, &from_above(1, 3), technique, tracer, 2 * samples)
+        if let Some(found) =
+            mean_of_seeds(&scene, &from_above(1, 3), technique, tracer, 2 * samples)
         {
             assert_mean(&format!("{technique} {tracer:?}"), &found, expected);
         }
@@ -142,7 +127,7 @@ fn a_mask_cuts_holes() {
     scene.validate().unwrap();
     let light = scene.punctual_lights[0].intensity.as_dvec3() * (ALBEDO / PI);
     for (technique, tracer, samples) in TECHNIQUES {
-        let Some(mean) = mean_of_runs(&scene, &from_above(1, 3), technique, tracer, 4 * samples)
+        let Some(mean) = mean_of_seeds(&scene, &from_above(1, 3), technique, tracer, 4 * samples)
         else {
             continue;
         };
@@ -212,9 +197,9 @@ fn box_with_alpha() -> Scene {
 fn resampling_with_alpha_is_unbiased() {
     let scene = box_with_alpha();
     let all = std::env::var_os("HEADWATER_TEST_ALL").is_some();
-    let presets = [("accurate", 48), ("fast", 128)];
-    for (name, frames) in presets.into_iter().take(if all { 2 } else { 1 }) {
-        let [off, sigma] = crate::bias(&scene, &preset(name), frames);
+    let presets = [("accurate", 384), ("fast", 1024)];
+    for (name, samples) in presets.into_iter().take(if all { 2 } else { 1 }) {
+        let [off, sigma] = crate::bias(&scene, &preset(name), samples);
         println!("{name}: {:.3} ± {:.3} %", 100.0 * off, 100.0 * sigma);
         assert!(
             sigma < 0.002 && off.abs() < 0.001 + 3.1 * sigma,
@@ -234,14 +219,13 @@ fn both_tracers_render_alpha_to_the_same_mean() {
             camera,
             ..from_above(3, 9)
         };
-        let [mean, errors] = picture(&scene, &view, &preset("path-tracing"), tracer, 2048)?;
-        Some([total(&mean), total(&errors)])
+        totals(&scene, &view, &preset("path-tracing"), tracer, 2048)
     };
-    let [Some([a, va]), Some([b, vb])] = [Tracer::ComputeBvh, Tracer::RayQuery].map(mean) else {
+    let [Some(a), Some(b)] = [Tracer::ComputeBvh, Tracer::RayQuery].map(mean) else {
         return;
     };
-    let sigma = (va + vb).sqrt() / a;
-    let off = b / a - 1.0;
+    let difference = b.minus(&a);
+    let [off, sigma] = [difference.mean, difference.standard_error].map(|x| x / a.mean);
     println!(
         "{:.3} ± {:.3} % of {SIDE}² pixels",
         100.0 * off,

@@ -137,26 +137,33 @@ pub fn assert_no_messages(device: &Device) {
 /// A scene of separate triangles lists, each with a material, in world space.
 pub fn scene_of(parts: &[(Material, Vec<[Vec3; 3]>)]) -> Scene {
     let mut scene = Scene::default();
-    for (number, (material, triangles)) in parts.iter().enumerate() {
-        let count = triangles.len() as u32;
-        scene.meshes.push(Mesh {
-            positions: triangles.iter().flatten().copied().collect(),
-            triangles: (0..count).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect(),
-            parts: vec![Part {
-                first_triangle: 0,
-                triangle_count: count,
-                material: number as u32,
-            }],
-            ..Mesh::default()
-        });
-        scene.materials.push(material.clone());
-        scene.instances.push(Placed {
-            name: material.name.clone(),
-            mesh: number as u32,
-            object_to_world: DAffine3::IDENTITY,
-        });
+    for (material, triangles) in parts {
+        add(&mut scene, material, triangles);
     }
     scene
+}
+
+/// Adds a mesh of one material to a scene, where it is.
+pub fn add<'a>(scene: &'a mut Scene, material: &Material, triangles: &[[Vec3; 3]]) -> &'a mut Mesh {
+    let count = triangles.len() as u32;
+    let number = scene.meshes.len();
+    scene.meshes.push(Mesh {
+        positions: triangles.iter().flatten().copied().collect(),
+        triangles: (0..count).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect(),
+        parts: vec![Part {
+            first_triangle: 0,
+            triangle_count: count,
+            material: scene.materials.len() as u32,
+        }],
+        ..Mesh::default()
+    });
+    scene.materials.push(material.clone());
+    scene.instances.push(Placed {
+        name: material.name.clone(),
+        mesh: number as u32,
+        object_to_world: DAffine3::IDENTITY,
+    });
+    &mut scene.meshes[number]
 }
 
 /// Two triangles: corner, corner + u, corner + u + v, corner + v; the front is the side of u × v.
