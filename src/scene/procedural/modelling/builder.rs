@@ -2,8 +2,8 @@
 
 use super::shape::Shape;
 use crate::scene::camera::look_at;
-use crate::scene::{Camera, Instance, Material, Mesh, Part, Scene};
-use glam::{DAffine3, DVec3};
+use crate::scene::{Camera, Image, Instance, Material, Mesh, Part, Scene};
+use glam::{DAffine3, DVec3, Vec2, Vec3};
 
 /// How deep things sink into the surface below them, in metres: of two faces in the same plane, the
 /// visible one would be arbitrary.
@@ -46,6 +46,25 @@ impl Builder {
         });
         self.0.materials.push(material);
         self.0.meshes.len() as u32 - 1
+    }
+
+    /// Lays textures onto a mesh: `laid` gives texture coordinates for positions.
+    pub fn lay(&mut self, mesh: u32, laid: impl Fn(Vec3) -> Vec2) {
+        let mesh = &mut self.0.meshes[mesh as usize];
+        mesh.uvs[0] = mesh.positions.iter().map(|p| laid(*p)).collect();
+    }
+
+    /// Adds an image of square shape; `texel` gives its colours by column and row.
+    pub fn image(&mut self, name: &str, side: u32, texel: impl Fn(u32, u32) -> [u8; 4]) -> u32 {
+        self.0.images.push(Image {
+            name: name.into(),
+            width: side,
+            height: side,
+            texels: (0..side * side)
+                .map(|i| texel(i % side, i / side))
+                .collect(),
+        });
+        self.0.images.len() as u32 - 1
     }
 
     /// Adds an instance of a mesh.

@@ -7,6 +7,7 @@ mod materials;
 mod rounded;
 mod shape;
 mod simplify;
+pub mod stage;
 pub mod tumble;
 mod turned;
 

@@ -3,6 +3,7 @@
 mod atrium;
 mod city_grid;
 mod colourful_mess;
+mod conservatory;
 mod cornell;
 mod figures;
 mod furnace;
@@ -29,6 +30,12 @@ pub const SCENES: &[Procedural] = &[
         description: "A heap of coloured toys, matte, glossy and of metal, among coloured lamps",
         parameters: colourful_mess::PARAMETERS,
         make: colourful_mess::make,
+    },
+    Procedural {
+        name: "conservatory",
+        description: "A room with one of everything: textures, alpha, vertex colours, all kinds of light",
+        parameters: conservatory::PARAMETERS,
+        make: conservatory::make,
     },
     Procedural {
         name: "city-grid",

@@ -3,13 +3,13 @@
 
 use crate::random::Random;
 use crate::scene::camera::look_at;
-use crate::scene::motion::tracks::{Animated, Interpolation, Keyed, Track};
-use crate::scene::motion::{AnimatedTransform, Emission, Node, Place};
+use crate::scene::motion::tracks::{Animated, Interpolation};
+use crate::scene::procedural::modelling::stage::{Stage, at, repeated, swing};
 use crate::scene::procedural::modelling::{
     Builder, Model, Shape, dielectric, emitter, lathe, metal,
 };
 use crate::scene::procedural::parameters::{Parameter, Range, Values};
-use crate::scene::{Material, Motion, Scene};
+use crate::scene::{Material, Scene};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use std::f64::consts::TAU;
 
@@ -48,17 +48,11 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// Duration of the motion, in seconds.
-const LENGTH: f64 = 16.0;
-
 pub(super) fn make(values: &Values) -> Scene {
     let speed = |name: &str| f64::from(values.real(name));
     let mut room = Builder::default();
     furnish(&mut room, &mut Random::new(values.whole("seed")));
-    let mut stage = Stage {
-        room,
-        motion: Motion::default(),
-    };
+    let mut stage = Stage::new(room);
     stage.sign(speed("toggle"));
     stage.fire(speed("toggle"));
     stage.carousel(speed("object"));
@@ -66,10 +60,7 @@ pub(super) fn make(values: &Values) -> Scene {
     stage.pendulum(speed("light"));
     stage.lantern(speed("light"));
     stage.camera(speed("camera"));
-    let mut scene = stage.room.0;
-    stage.motion.instances.resize(scene.instances.len(), None);
-    scene.motion = Some(stage.motion);
-    scene
+    stage.scene()
 }
 
 /// Adds everything that does not move.
@@ -124,37 +115,7 @@ fn furnish(room: &mut Builder, random: &mut Random) {
     room.add_model("room", model);
 }
 
-/// A scene with its motion, under construction.
-struct Stage {
-    room: Builder,
-    motion: Motion,
-}
-
 impl Stage {
-    /// Adds a node with a constant transform.
-    fn node(&mut self, parent: Option<u32>, place: DAffine3) -> u32 {
-        self.push(parent, Place::Still(place))
-    }
-
-    fn moving_node(&mut self, parent: Option<u32>, moving: AnimatedTransform) -> u32 {
-        self.push(parent, Place::Moving(Box::new(moving)))
-    }
-
-    fn push(&mut self, parent: Option<u32>, place: Place) -> u32 {
-        self.motion.nodes.push(Node { parent, place });
-        self.motion.nodes.len() as u32 - 1
-    }
-
-    /// Adds an instance of a mesh, attached to a node.
-    fn hang(&mut self, name: &str, mesh: u32, node: u32) {
-        self.motion
-            .instances
-            .resize(self.room.0.instances.len(), None);
-        self.motion.instances.push(Some(node));
-        // Its transform follows from its node.
-        self.room.place(name, mesh, DAffine3::IDENTITY);
-    }
-
     fn carousel(&mut self, speed: f64) {
         let mut hub = at(0.0, 0.75, 0.0);
         let turn = |phase: f64| DQuat::from_rotation_y(TAU * phase);
@@ -287,27 +248,6 @@ impl Stage {
         self.room.place("fire", mesh, DAffine3::IDENTITY);
     }
 
-    /// Animates the emission of the material that is added next.
-    fn emit(
-        &mut self,
-        color: Vec3,
-        strength: f64,
-        colors: Option<Track<DVec3>>,
-        strengths: Option<Track<f64>>,
-    ) {
-        self.motion.emission.push(Emission {
-            material: self.room.0.materials.len() as u32,
-            color: Animated {
-                rest: color.as_dvec3(),
-                track: colors,
-            },
-            strength: Animated {
-                rest: strength,
-                track: strengths,
-            },
-        });
-    }
-
     fn camera(&mut self, speed: f64) {
         let (eye, target) = (DVec3::new(0.35, 1.6, 3.5), DVec3::new(0.0, 1.05, 0.0));
         self.room.camera(eye, target, 48.0, 4.0 / 3.0);
@@ -320,11 +260,6 @@ impl Stage {
     }
 }
 
-/// A translation without tracks.
-fn at(x: f64, y: f64, z: f64) -> AnimatedTransform {
-    AnimatedTransform::still(DVec3::new(x, y, z), DQuat::IDENTITY, DVec3::ONE)
-}
-
 /// A flat disc that faces down.
 fn disc(middle: Vec3, radius: f32, sides: u32) -> Shape {
     let rim = |i: u32| {
@@ -335,50 +270,6 @@ fn disc(middle: Vec3, radius: f32, sides: u32) -> Shape {
         .flat_map(|i| [middle, rim(i), rim(i + 1)])
         .collect();
     Shape::triangles(&corners)
-}
-
-/// A pendulum's rotation: an angle around an axis that is a sine of time.
-fn swing(speed: f64, period: f64, axis: DVec3, most: f64) -> Option<Track<DQuat>> {
-    let keys = [0.0, 0.25, 0.5, 0.75].map(|phase| {
-        let (sine, cosine) = (TAU * phase).sin_cos();
-        let half = most * sine / 2.0;
-        let slope = most * cosine * TAU / period * speed / 2.0;
-        let value = DQuat::from_axis_angle(axis, 2.0 * half);
-        let side = axis * half.cos() * slope;
-        let slope = DQuat::from_xyzw(side.x, side.y, side.z, -half.sin() * slope);
-        (phase, [slope, value, slope])
-    });
-    repeated(speed, period, Interpolation::CubicSpline, &keys)
-}
-
-/// A track that repeats `keys`, given by their part of a period of `period` seconds at speed 1, and
-/// ends where it began; none at speed 0.
-fn repeated<T: Keyed, const N: usize>(
-    speed: f64,
-    period: f64,
-    interpolation: Interpolation,
-    keys: &[(f64, [T; N])],
-) -> Option<Track<T>> {
-    if speed <= 0.0 {
-        return None;
-    }
-    let cycles = (LENGTH * speed / period).ceil().max(1.0) as u32;
-    let mut track = Track {
-        interpolation,
-        times: Vec::new(),
-        values: Vec::new(),
-    };
-    for cycle in 0..cycles {
-        for (phase, values) in keys {
-            track
-                .times
-                .push((f64::from(cycle) + phase) * period / speed);
-            track.values.extend(values);
-        }
-    }
-    track.times.push(f64::from(cycles) * period / speed);
-    track.values.extend(keys[0].1);
-    Some(track)
 }
 
 #[cfg(test)]

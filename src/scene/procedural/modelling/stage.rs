@@ -1,0 +1,132 @@
+//! Scenes in which things move, and their tracks.
+
+use super::Builder;
+use crate::scene::motion::tracks::{Animated, Interpolation, Keyed, Track};
+use crate::scene::motion::{AnimatedTransform, Emission, Node, Place};
+use crate::scene::{Motion, Scene};
+use glam::{DAffine3, DQuat, DVec3, Vec3};
+use std::f64::consts::TAU;
+
+/// Duration of the motion, in seconds.
+const LENGTH: f64 = 16.0;
+
+/// A scene with its motion, under construction.
+pub struct Stage {
+    /// What is in it.
+    pub room: Builder,
+    /// How it moves.
+    pub motion: Motion,
+}
+
+impl Stage {
+    pub fn new(room: Builder) -> Self {
+        Self {
+            room,
+            motion: Motion::default(),
+        }
+    }
+
+    /// The scene with its motion.
+    pub fn scene(mut self) -> Scene {
+        let mut scene = self.room.0;
+        self.motion.instances.resize(scene.instances.len(), None);
+        self.motion.cameras.resize(scene.cameras.len(), None);
+        self.motion.lights.resize(scene.punctual_lights.len(), None);
+        scene.motion = Some(self.motion);
+        scene
+    }
+
+    /// Adds a node with a constant transform.
+    pub fn node(&mut self, parent: Option<u32>, place: DAffine3) -> u32 {
+        self.push(parent, Place::Still(place))
+    }
+
+    pub fn moving_node(&mut self, parent: Option<u32>, moving: AnimatedTransform) -> u32 {
+        self.push(parent, Place::Moving(Box::new(moving)))
+    }
+
+    fn push(&mut self, parent: Option<u32>, place: Place) -> u32 {
+        self.motion.nodes.push(Node { parent, place });
+        self.motion.nodes.len() as u32 - 1
+    }
+
+    /// Adds an instance of a mesh, attached to a node.
+    pub fn hang(&mut self, name: &str, mesh: u32, node: u32) {
+        self.motion
+            .instances
+            .resize(self.room.0.instances.len(), None);
+        self.motion.instances.push(Some(node));
+        // Its transform follows from its node.
+        self.room.place(name, mesh, DAffine3::IDENTITY);
+    }
+
+    /// Animates the emission of the material that is added next.
+    pub fn emit(
+        &mut self,
+        color: Vec3,
+        strength: f64,
+        colors: Option<Track<DVec3>>,
+        strengths: Option<Track<f64>>,
+    ) {
+        self.motion.emission.push(Emission {
+            material: self.room.0.materials.len() as u32,
+            color: Animated {
+                rest: color.as_dvec3(),
+                track: colors,
+            },
+            strength: Animated {
+                rest: strength,
+                track: strengths,
+            },
+        });
+    }
+}
+
+/// A translation without tracks.
+pub fn at(x: f64, y: f64, z: f64) -> AnimatedTransform {
+    AnimatedTransform::still(DVec3::new(x, y, z), DQuat::IDENTITY, DVec3::ONE)
+}
+
+/// A pendulum's rotation: an angle around an axis that is a sine of time.
+pub fn swing(speed: f64, period: f64, axis: DVec3, most: f64) -> Option<Track<DQuat>> {
+    let keys = [0.0, 0.25, 0.5, 0.75].map(|phase| {
+        let (sine, cosine) = (TAU * phase).sin_cos();
+        let half = most * sine / 2.0;
+        let slope = most * cosine * TAU / period * speed / 2.0;
+        let value = DQuat::from_axis_angle(axis, 2.0 * half);
+        let side = axis * half.cos() * slope;
+        let slope = DQuat::from_xyzw(side.x, side.y, side.z, -half.sin() * slope);
+        (phase, [slope, value, slope])
+    });
+    repeated(speed, period, Interpolation::CubicSpline, &keys)
+}
+
+/// A track that repeats `keys`, given by their part of a period of `period` seconds at speed 1, and
+/// ends where it began; none at speed 0.
+pub fn repeated<T: Keyed, const N: usize>(
+    speed: f64,
+    period: f64,
+    interpolation: Interpolation,
+    keys: &[(f64, [T; N])],
+) -> Option<Track<T>> {
+    if speed <= 0.0 {
+        return None;
+    }
+    let cycles = (LENGTH * speed / period).ceil().max(1.0) as u32;
+    let mut track = Track {
+        interpolation,
+        times: Vec::new(),
+        values: Vec::new(),
+    };
+    for cycle in 0..cycles {
+        for (phase, values) in keys {
+            track
+                .times
+                .push((f64::from(cycle) + phase) * period / speed);
+            track.values.extend(values);
+        }
+    }
+    track.times.push(f64::from(cycles) * period / speed);
+    track.values.extend(keys[0].1);
+    Some(track)
+}
