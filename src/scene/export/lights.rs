@@ -1,0 +1,38 @@
+//! Punctual lights as `KHR_lights_punctual`.
+
+use super::color_and_strength;
+use crate::scene::{PunctualLight, PunctualShape};
+use serde_json::{Value, json};
+
+/// The extension for lights without a surface.
+pub const EXTENSION: &str = "KHR_lights_punctual";
+
+/// The document's extension that lists the lights.
+pub fn lights(lights: &[PunctualLight]) -> Value {
+    let lights: Vec<Value> = lights.iter().map(light).collect();
+    json!({ EXTENSION: { "lights": lights } })
+}
+
+/// The node of a light, without its transform.
+pub fn node(index: usize, light: &PunctualLight) -> Value {
+    json!({ "name": light.name, "extensions": { EXTENSION: { "light": index } } })
+}
+
+fn light(light: &PunctualLight) -> Value {
+    let (color, intensity) = color_and_strength(light.intensity);
+    let kind = match light.shape {
+        PunctualShape::Point => "point",
+        PunctualShape::Spot { .. } => "spot",
+        PunctualShape::Directional => "directional",
+    };
+    let mut value = json!({
+        "name": light.name, "type": kind, "color": color.to_array(), "intensity": intensity,
+    });
+    if let PunctualShape::Spot { inner, outer } = light.shape {
+        value["spot"] = json!({ "innerConeAngle": inner, "outerConeAngle": outer });
+    }
+    if let Some(range) = light.range {
+        value["range"] = json!(range);
+    }
+    value
+}

@@ -1,0 +1,156 @@
+//! Materials, and the textures and images that they use.
+
+use super::{Binary, color_and_strength};
+use crate::scene::texture::Wrap;
+use crate::scene::{AlphaMode, Image, Material, Texture};
+use crate::{Error, Result};
+use glam::{Affine2, Vec2, Vec3};
+use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder};
+use serde_json::{Map, Value, json};
+
+/// The extension for textures that are scaled, turned and moved.
+pub const TEXTURE_TRANSFORM: &str = "KHR_texture_transform";
+
+/// A material; its textures are added to `textures`.
+pub fn material(material: &Material, textures: &mut Textures) -> Value {
+    let mut surface = json!({
+        "baseColorFactor": material.base_color.extend(material.alpha).to_array(),
+        "metallicFactor": material.metallic,
+        "roughnessFactor": material.roughness,
+    });
+    textures.add(
+        &mut surface,
+        "baseColorTexture",
+        &material.base_color_texture,
+    );
+    textures.add(
+        &mut surface,
+        "metallicRoughnessTexture",
+        &material.metallic_roughness_texture,
+    );
+    let mut value = json!({ "name": material.name, "pbrMetallicRoughness": surface });
+    textures.add(&mut value, "normalTexture", &material.normal_texture);
+    if material.normal_texture.is_some() && material.normal_scale != 1.0 {
+        value["normalTexture"]["scale"] = json!(material.normal_scale);
+    }
+    textures.add(&mut value, "emissiveTexture", &material.emissive_texture);
+    match material.alpha_mode {
+        AlphaMode::Opaque => {}
+        AlphaMode::Mask { cutoff } => {
+            value["alphaMode"] = json!("MASK");
+            value["alphaCutoff"] = json!(cutoff);
+        }
+        AlphaMode::Blend => value["alphaMode"] = json!("BLEND"),
+    }
+    if material.double_sided {
+        value["doubleSided"] = json!(true);
+    }
+    let mut extensions = Map::new();
+    if material.is_emissive() {
+        let (color, strength) = color_and_strength(material.emission);
+        value["emissiveFactor"] = json!(color.to_array());
+        if strength > 1.0 {
+            extensions.insert(
+                "KHR_materials_emissive_strength".into(),
+                json!({ "emissiveStrength": strength }),
+            );
+        }
+    }
+    if material.unlit {
+        extensions.insert("KHR_materials_unlit".into(), json!({}));
+    } else if material.specular != 1.0 || material.specular_color != Vec3::ONE {
+        extensions.insert(
+            "KHR_materials_specular".into(),
+            json!({
+                "specularFactor": material.specular,
+                "specularColorFactor": material.specular_color.to_array(),
+            }),
+        );
+    }
+    if material.ior != 1.5 {
+        extensions.insert("KHR_materials_ior".into(), json!({ "ior": material.ior }));
+    }
+    if !extensions.is_empty() {
+        value["extensions"] = Value::Object(extensions);
+    }
+    value
+}
+
+/// The file's textures and samplers, each once.
+#[derive(Default)]
+pub struct Textures {
+    pub textures: Vec<Value>,
+    pub samplers: Vec<Value>,
+    /// Whether any is scaled, turned or moved.
+    pub has_transform: bool,
+}
+
+impl Textures {
+    /// Lets `user[slot]` name a texture, if there is one.
+    fn add(&mut self, user: &mut Value, slot: &str, texture: &Option<Texture>) {
+        let Some(texture) = texture else { return };
+        let filter = if texture.nearest { 9728 } else { 9729 };
+        let [wrap_s, wrap_t] = texture.wrap.map(|wrap| match wrap {
+            Wrap::Repeat => 10497,
+            Wrap::Mirror => 33648,
+            Wrap::Clamp => 33071,
+        });
+        let sampler = json!({
+            "magFilter": filter, "minFilter": filter, "wrapS": wrap_s, "wrapT": wrap_t,
+        });
+        let sampler = index_of(&mut self.samplers, sampler);
+        let source = json!({ "source": texture.image, "sampler": sampler });
+        let mut info = json!({ "index": index_of(&mut self.textures, source) });
+        if texture.set != 0 {
+            info["texCoord"] = json!(texture.set);
+        }
+        if texture.transform != Affine2::IDENTITY {
+            self.has_transform = true;
+            info["extensions"][TEXTURE_TRANSFORM] = transform(&texture.transform);
+        }
+        user[slot] = info;
+    }
+}
+
+/// The index of a value in a list, to which it is added if it is new.
+fn index_of(list: &mut Vec<Value>, value: Value) -> usize {
+    let found = list.iter().position(|other| *other == value);
+    found.unwrap_or_else(|| {
+        list.push(value);
+        list.len() - 1
+    })
+}
+
+/// Offset, rotation (towards −v) and scale, which come first in that order from the right.
+fn transform(placed: &Affine2) -> Value {
+    let [u, v] = [placed.matrix2.x_axis, placed.matrix2.y_axis];
+    let mirrored = placed.matrix2.determinant() < 0.0;
+    let scale = Vec2::new(u.length(), v.length() * if mirrored { -1.0 } else { 1.0 });
+    json!({
+        "offset": placed.translation.to_array(),
+        "rotation": (-u.y).atan2(u.x),
+        "scale": scale.to_array(),
+    })
+}
+
+/// The images as PNG files in the binary chunk.
+pub fn images(images: &[Image], binary: &mut Binary) -> Result<Vec<Value>> {
+    let write = |image: &Image| {
+        let mut png = Vec::new();
+        let encoder = PngEncoder::new(&mut png);
+        let (texels, color) = (
+            bytemuck::cast_slice(&image.texels),
+            ExtendedColorType::Rgba8,
+        );
+        (texels.len() as u64 == 4 * u64::from(image.width) * u64::from(image.height))
+            .then(|| encoder.write_image(texels, image.width, image.height, color))
+            .ok_or_else(|| {
+                Error::input(format!("image {}: its texels do not fill it", image.name))
+            })?
+            .map_err(|e| Error::failed(format!("image {}: cannot be encoded: {e}", image.name)))?;
+        let view = binary.push_bytes(&png);
+        Ok(json!({ "name": image.name, "mimeType": "image/png", "bufferView": view }))
+    };
+    images.iter().map(write).collect()
+}
