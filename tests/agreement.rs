@@ -8,11 +8,13 @@ use headwater::image::Image;
 use headwater::metrics::error::Errors;
 use headwater::render::View;
 use headwater::render::presets::Preset;
-use headwater::scene::procedural;
+use headwater::scene::{Environment, procedural};
 use headwater::tracing::{Fetch, GeometryAccess, Tracer, Variant};
 use std::path::Path;
 
-const SCENES: [&str; 3] = ["cornell-glossy", "two-rooms", "night-city"];
+const SCENES: [&str; 4] = ["cornell-glossy", "two-rooms", "night-city", "conservatory"];
+/// The sky over the last of them, which has textures, alpha and every other kind of light.
+const SKY: &str = "sky:sun=35,width=64";
 /// Presets, and the number of frames or samples of each.
 const PRESETS: [(&str, u32); 2] = [("path-tracing", 16), ("accurate", 2)];
 /// A pixel agrees if each channel does to this part of the larger value.
@@ -36,7 +38,8 @@ fn picture(
     frames: u32,
     variant: Option<Variant>,
 ) -> (Image, Variant, String) {
-    let scene = procedural::generate(name, &[]).unwrap();
+    let mut scene = procedural::generate(name, &[]).unwrap();
+    scene.environment = (name == "conservatory").then(|| Environment::open(SKY).unwrap());
     let view = View {
         camera: scene.cameras[0].clone(),
         width: 160,
