@@ -1,0 +1,154 @@
+//! What it is worth to compile only what a scene requires: frames by specialised and by full shaders, in turns.
+//!
+//! `cargo bench --bench variants [-- [--preset NAME] [--environment FILE] [SCENES…]]`, by default with `accurate` and all
+//! generated scenes, prints one line for each scene:
+//! `variants SCENE ms=… full=… same=… bytes=… pixel=… cold=… warm=… cold_full=…`. `ms` is the median time of the passes of a
+//! frame, `full` the median of the ratios to it with `variant=full`, `same` whether both gave the same bits; `bytes` are
+//! those of the scene's buffers and `pixel` those of the picture's, a pixel; `cold` and `warm` are the seconds of a whole
+//! process that renders one frame without and with Mesa's cache of shaders, and `cold_full` those without and with
+//! `variant=full`. The last line counts the distinct sets of specialisation constants.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+use headwater::render::presets::Preset;
+use headwater::render::settings::Variant;
+use headwater::render::specialisation::Specialisation;
+use headwater::render::{Renderer, View};
+use headwater::scene::camera::framing_camera;
+use headwater::scene::load::Options;
+use headwater::scene::requirements::Requirements;
+use headwater::scene::{Environment, procedural};
+use headwater::tracing::GpuScene;
+use std::collections::HashSet;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::sync::Arc;
+use std::time::Instant;
+
+const WIDTH: u32 = 480;
+const HEIGHT: u32 = 270;
+const BOUNCES: u32 = 5;
+const ROUNDS: u32 = 15;
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+/// Seconds of a process that renders one frame.
+fn start_up(scene: &str, environment: Option<&str>, preset: &str, cached: bool, full: bool) -> f64 {
+    let folder = tempfile::tempdir().unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_headwater"));
+    command.args([
+        "render",
+        scene,
+        "--allow-missing",
+        "--width",
+        "160",
+        "--preset",
+        preset,
+        "-o",
+    ]);
+    command
+        .arg(folder.path().join("a.exr"))
+        .stderr(Stdio::null());
+    if let Some(environment) = environment {
+        command.args(["--environment", environment]);
+    }
+    if full {
+        command.args(["--set", "variant=full"]);
+    }
+    if !cached {
+        command.env("MESA_SHADER_CACHE_DISABLE", "true");
+    }
+    let start = Instant::now();
+    assert!(command.status().unwrap().success(), "{scene}");
+    start.elapsed().as_secs_f64()
+}
+
+fn main() {
+    let (mut preset, mut environment, mut scenes) = ("accurate".to_owned(), None, Vec::new());
+    let mut arguments = std::env::args().skip(1).filter(|word| word != "--bench");
+    while let Some(word) = arguments.next() {
+        match word.as_str() {
+            "--preset" => preset = arguments.next().expect("a preset"),
+            "--environment" => environment = arguments.next(),
+            _ => scenes.push(word),
+        }
+    }
+    if scenes.is_empty() {
+        scenes = procedural::list()
+            .iter()
+            .map(|scene| scene.name.to_owned())
+            .collect();
+    }
+    let (device, selection) = support::open_device(None);
+    let mut sets = HashSet::new();
+    for name in &scenes {
+        let options = Options {
+            allow_missing: true,
+        };
+        let mut scene =
+            headwater::scene::open_watched(name, options, &mut |_, _, _| Ok(())).unwrap();
+        scene.environment = environment
+            .as_deref()
+            .map(|file| Environment::open(file).unwrap());
+        let view = View {
+            camera: (scene.cameras.first().cloned()).unwrap_or_else(|| framing_camera(&scene)),
+            width: WIDTH,
+            height: HEIGHT,
+            seed: 1,
+            bounces: BOUNCES,
+            jitter: false,
+        };
+        let origin = view.camera.camera_to_world.translation;
+        let uploaded = Arc::new(GpuScene::new(&device, &scene, origin, selection.variant).unwrap());
+        let mut renderers = [Variant::Auto, Variant::Full].map(|variant| {
+            let mut settings = Preset::named(&preset).unwrap().settings().unwrap();
+            settings.variant = variant;
+            if variant == Variant::Auto {
+                sets.insert(Specialisation::of_scene(&uploaded, &settings).words());
+            }
+            Renderer::new(&device, uploaded.clone(), &view, &settings).unwrap()
+        });
+        let (mut times, mut ratios, mut same) = (Vec::new(), Vec::new(), true);
+        for frame in 0..ROUNDS + 2 {
+            let [specialised, full] = renderers.each_mut().map(|renderer| {
+                let passes = renderer.single_frame(frame).unwrap();
+                passes.iter().map(|pass| pass.milliseconds).sum::<f64>()
+            });
+            // The first two frames compile, one without and one with history.
+            if frame >= 2 {
+                times.push(specialised);
+                ratios.push(full / specialised);
+            }
+            let [a, b] = renderers.each_ref().map(|renderer| {
+                let radiance = renderer.frame_radiance().unwrap();
+                radiance
+                    .iter()
+                    .map(|p| p.map(f32::to_bits))
+                    .collect::<Vec<_>>()
+            });
+            same &= a == b;
+        }
+        let bytes: u64 = uploaded.memory().iter().map(|(_, bytes)| bytes).sum();
+        let shown = Path::new(name)
+            .file_stem()
+            .map_or(name.clone(), |stem| stem.to_string_lossy().into_owned());
+        let start = |cached, full| start_up(name, environment.as_deref(), &preset, cached, full);
+        start(true, false);
+        println!(
+            "variants {shown} ms={:.1} full={:.3} same={same} bytes={bytes} pixel={:.0} cold={:.1} warm={:.2} cold_full={:.1}",
+            median(times),
+            median(ratios),
+            renderers[0].bytes_per_pixel(),
+            start(false, false),
+            start(true, false),
+            start(false, true),
+        );
+        let [requires, _] = Requirements::of(&scene).features();
+        println!("    requires {}", requires.join(", "));
+    }
+    println!("variants distinct={} of {}", sets.len(), scenes.len());
+}
