@@ -1,0 +1,575 @@
+//! A file for each feature of files, rendered, and compared with a closed form at every pixel.
+//!
+//! Each shows a square that fills the picture, seen from straight above, so that every pixel's point on it is known.
+
+#[path = "loading/files.rs"]
+#[allow(dead_code)] // Of what loading needs, this is a part.
+mod files;
+mod support;
+
+use files::{Folder, Gltf};
+use glam::{DVec2, DVec3};
+use headwater::render::View;
+use headwater::render::presets::Preset;
+use headwater::scene::{Environment, Scene};
+use image::{ImageFormat, RgbaImage};
+use serde_json::{Value, json};
+
+/// Pixels each way.
+const SIDE: u32 = 32;
+/// Distance of the camera from the square, whose half side is 1.
+const DISTANCE: f64 = 4.0;
+const SAMPLES: u32 = 256;
+/// Standard errors that a pixel and the sum of all may be off: of the 60,000 values here none should be, by chance.
+const SIGMAS: f64 = 6.5;
+/// Widest standard error of the sum that still shows something, relative to it.
+const WIDEST: f64 = 1e-3;
+/// Pixels this near to the edge of a texel, in texels, may show either side.
+const EDGE: f64 = 1e-3;
+
+/// The image of most textures, row by row from the top: sRGB.
+const TEXELS: [[[u8; 4]; 2]; 2] = [
+    [[200, 40, 90, 255], [30, 220, 120, 255]],
+    [[60, 70, 240, 255], [250, 240, 10, 0]],
+];
+
+/// The point that a pixel sees, from −1 to 1 each way, y upwards.
+fn point(pixel: usize) -> DVec2 {
+    let at = |i: usize| (i as f64 + 0.5) / f64::from(SIDE) * 2.0 - 1.0;
+    DVec2::new(at(pixel % SIDE as usize), -at(pixel / SIDE as usize))
+}
+
+/// The coordinates that the square's corners have: 0…1 from the top left.
+fn uv(point: DVec2) -> DVec2 {
+    DVec2::new(point.x + 1.0, 1.0 - point.y) / 2.0
+}
+
+fn linear(srgb: u8) -> f64 {
+    let value = f64::from(srgb) / 255.0;
+    match value <= 0.04045 {
+        true => value / 12.92,
+        false => ((value + 0.055) / 1.055).powf(2.4),
+    }
+}
+
+fn color([r, g, b, _]: [u8; 4]) -> DVec3 {
+    DVec3::new(linear(r), linear(g), linear(b))
+}
+
+/// The texel at coordinates, of an image that repeats; none on an edge between texels.
+fn texel(at: DVec2) -> Option<[u8; 4]> {
+    let place = at * 2.0;
+    let edge = (place - place.round()).abs().min_element();
+    let index = |x: f64| x.floor().rem_euclid(2.0) as usize;
+    (edge > EDGE).then(|| TEXELS[index(place.y)][index(place.x)])
+}
+
+/// The image's colour at coordinates.
+fn shown(at: DVec2) -> Option<DVec3> {
+    texel(at).map(color)
+}
+
+/// The image's colour between the centres of texels; it ends at its edges.
+fn interpolated(at: DVec2) -> DVec3 {
+    let part = (at * 2.0 - 0.5).clamp(DVec2::ZERO, DVec2::ONE);
+    let row = |y: usize| color(TEXELS[y][0]).lerp(color(TEXELS[y][1]), part.x);
+    row(0).lerp(row(1), part.y)
+}
+
+fn encoded(format: ImageFormat) -> Vec<u8> {
+    let image = RgbaImage::from_fn(2, 2, |x, y| image::Rgba(TEXELS[y as usize][x as usize]));
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    image.write_to(&mut bytes, format).unwrap();
+    bytes.into_inner()
+}
+
+fn floats(file: &mut Gltf, kind: &str, values: &[f64]) -> usize {
+    let bytes: Vec<u8> = (values.iter())
+        .flat_map(|value| (*value as f32).to_le_bytes())
+        .collect();
+    let width: usize = kind[3..].parse().unwrap();
+    let view = file.add_view(&bytes);
+    file.add_accessor(json!({
+        "bufferView": view, "componentType": 5126, "count": values.len() / width, "type": kind,
+    }))
+}
+
+/// The square, Lambert, with one set of coordinates and a camera.
+fn square() -> Gltf {
+    let mut file = Gltf::triangle();
+    let corners = [
+        [-1.0, -1.0, 0.0],
+        [1.0, -1.0, 0.0],
+        [1.0, 1.0, 0.0],
+        [-1.0, 1.0, 0.0],
+    ];
+    let positions = file.add_vectors(&corners);
+    let indices = file.add_indices(5123, &[0, 1, 2, 0, 2, 3]);
+    let uvs = floats(&mut file, "VEC2", &[0.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
+    *file.primitive() = json!({
+        "attributes": { "POSITION": positions, "TEXCOORD_0": uvs }, "indices": indices, "material": 0,
+    });
+    file.with(|json| {
+        json["nodes"][1]["translation"] = json!([0.0, 0.0, DISTANCE]);
+        json["cameras"][0]["perspective"] =
+            json!({ "yfov": 2.0 * (1.0 / DISTANCE).atan(), "aspectRatio": 1.0, "znear": 0.1 });
+        json["materials"][0] = json!({
+            "pbrMetallicRoughness": { "metallicFactor": 0.0 },
+            "extensions": { "KHR_materials_specular": { "specularFactor": 0.0 } },
+        });
+    })
+}
+
+/// The square with a base colour texture of an image in the file.
+fn pictured(mime: &str, bytes: &[u8], sampler: Value, info: Value) -> Gltf {
+    let mut file = square();
+    let view = file.add_view(bytes);
+    file.with(|json| {
+        json["images"] = json!([{ "mimeType": mime, "bufferView": view }]);
+        json["samplers"] = json!([sampler]);
+        json["textures"] = json!([{ "source": 0, "sampler": 0 }]);
+        let surface = &mut json["materials"][0]["pbrMetallicRoughness"];
+        surface["baseColorTexture"] = info;
+    })
+}
+
+/// The same with the common image, whose nearest texel is taken.
+fn tiled(info: Value) -> Gltf {
+    pictured(
+        "image/png",
+        &encoded(ImageFormat::Png),
+        json!({ "magFilter": 9728 }),
+        info,
+    )
+}
+
+fn push(list: &mut Value, value: Value) {
+    list.as_array_mut().unwrap().push(value);
+}
+
+fn load(file: &Gltf) -> Scene {
+    let scene = Folder::new().load("scene.glb", file.glb());
+    assert_eq!(scene.notices, Vec::<String>::new());
+    scene
+}
+
+/// The same radiance from everywhere.
+fn surrounded(mut scene: Scene, radiance: f32) -> Scene {
+    scene.environment = Some(Environment {
+        name: "uniform".into(),
+        width: 4,
+        height: 2,
+        texels: vec![glam::Vec3::splat(radiance); 8].into(),
+        rotation: 0.0,
+        intensity: 1.0,
+    });
+    scene
+}
+
+/// What each pixel shows against `expected` of the point that it sees; none where that is not known.
+fn assert_shows(name: &str, scene: &Scene, slack: f64, expected: impl Fn(DVec2) -> Option<DVec3>) {
+    let (device, selection) = support::open_device(None);
+    let view = View {
+        camera: scene.cameras[0].clone(),
+        width: SIDE,
+        height: SIDE,
+        seed: 3,
+        bounces: 1,
+        jitter: false,
+    };
+    let settings = Preset::named("path-tracing").unwrap().settings().unwrap();
+    let found = support::render(&device, scene, selection.variant, &view, &settings, SAMPLES);
+    support::assert_no_messages(&device);
+    let (mut compared, mut sum, mut difference, mut variance) = (0, 0.0, 0.0, 0.0);
+    for (pixel, (mean, error)) in found.mean.iter().zip(&found.error_squared).enumerate() {
+        let at = point(pixel);
+        let Some(expected) = expected(at) else {
+            continue;
+        };
+        compared += 1;
+        for channel in 0..3 {
+            let (mean, expected) = (mean[channel], expected[channel]);
+            let allowed = SIGMAS * error[channel].sqrt() + (slack + 2e-5) * expected + 1e-7;
+            assert!(
+                (mean - expected).abs() <= allowed,
+                "{name} at {at}, channel {channel}: {mean} instead of {expected} ± {allowed}"
+            );
+            sum += expected;
+            difference += mean - expected;
+            variance += error[channel];
+        }
+    }
+    let shown = (SIDE * SIDE) as usize;
+    assert!(compared > shown / 2, "{name}: {compared} pixels compared");
+    let error = variance.sqrt();
+    assert!(error <= WIDEST * sum, "{name}: too noisy to show anything");
+    let allowed = SIGMAS * error + (slack + 2e-5) * sum;
+    assert!(
+        difference.abs() <= allowed,
+        "{name}: the sum is off by {difference}, not {allowed}"
+    );
+}
+
+#[test]
+fn png_and_webp_are_laid_onto_surfaces() {
+    let png = tiled(json!({ "index": 0 }));
+    assert_shows("PNG", &surrounded(load(&png), 1.0), 0.0, |at| shown(uv(at)));
+    let mut webp = png.clone();
+    let view = webp.add_view(&encoded(ImageFormat::WebP));
+    let webp = webp.with(|json| {
+        json["images"] = json!([{ "mimeType": "image/webp", "bufferView": view }]);
+        json["textures"] =
+            json!([{ "sampler": 0, "extensions": { "EXT_texture_webp": { "source": 0 } } }]);
+        json["extensionsUsed"] = json!(["EXT_texture_webp"]);
+    });
+    assert_shows("WebP", &surrounded(load(&webp), 1.0), 0.0, |at| {
+        shown(uv(at))
+    });
+}
+
+/// Of greys and in whole blocks of 16 texels, of which JPEG keeps each value within one.
+#[test]
+fn jpeg_is_laid_onto_surfaces() {
+    let greys = [60_u8, 200];
+    let image = image::RgbImage::from_fn(32, 32, |x, _| image::Rgb([greys[x as usize / 16]; 3]));
+    let mut bytes = Vec::new();
+    let encoder = image::codecs::jpeg::JpegEncoder::new_with_quality(&mut bytes, 100);
+    image.write_with_encoder(encoder).unwrap();
+    let file = pictured(
+        "image/jpeg",
+        &bytes,
+        json!({ "magFilter": 9728 }),
+        json!({ "index": 0 }),
+    );
+    // One step of the darker grey changes its linear value by 3 %.
+    assert_shows("JPEG", &surrounded(load(&file), 1.0), 0.035, |at| {
+        Some(DVec3::splat(linear(greys[usize::from(at.x > 0.0)])))
+    });
+}
+
+#[test]
+fn texels_are_interpolated_in_linear_light() {
+    let sampler = json!({ "magFilter": 9729, "wrapS": 33071, "wrapT": 33071 });
+    let png = encoded(ImageFormat::Png);
+    let file = pictured("image/png", &png, sampler, json!({ "index": 0 }));
+    assert_shows("linear", &surrounded(load(&file), 1.0), 0.0, |at| {
+        Some(interpolated(uv(at)))
+    });
+}
+
+#[test]
+fn the_second_set_of_coordinates_is_its_own() {
+    let mut file = tiled(json!({ "index": 0, "texCoord": 1 }));
+    // Those of the first, with u and v exchanged.
+    let uvs = floats(&mut file, "VEC2", &[1.0, 0.0, 1.0, 1.0, 0.0, 1.0, 0.0, 0.0]);
+    file.primitive()["attributes"]["TEXCOORD_1"] = uvs.into();
+    assert_shows("second set", &surrounded(load(&file), 1.0), 0.0, |at| {
+        let DVec2 { x, y } = uv(at);
+        shown(DVec2::new(y, x))
+    });
+}
+
+/// KHR_texture_transform: scaled, then turned towards −v, then moved.
+#[test]
+fn textures_are_scaled_turned_and_moved() {
+    let (offset, angle, scale) = (DVec2::new(0.3, -0.2), 0.4_f64, DVec2::new(2.0, 3.0));
+    let file = tiled(
+        json!({ "index": 0, "extensions": { "KHR_texture_transform": {
+        "offset": offset.to_array(), "rotation": angle, "scale": scale.to_array(),
+    } } }),
+    );
+    let file = file.with(|json| json["extensionsUsed"] = json!(["KHR_texture_transform"]));
+    assert_shows("transform", &surrounded(load(&file), 1.0), 0.0, |at| {
+        let scaled = uv(at) * scale;
+        let (sin, cos) = angle.sin_cos();
+        let u = cos * scaled.x + sin * scaled.y;
+        let v = -sin * scaled.x + cos * scaled.y;
+        shown(DVec2::new(u, v) + offset)
+    });
+}
+
+#[test]
+fn images_end_or_are_mirrored_at_their_edges() {
+    let mut file = square();
+    let uvs = floats(
+        &mut file,
+        "VEC2",
+        &[-1.0, 3.0, 3.0, 3.0, 3.0, -1.0, -1.0, -1.0],
+    );
+    file.primitive()["attributes"]["TEXCOORD_0"] = uvs.into();
+    let view = file.add_view(&encoded(ImageFormat::Png));
+    let file = file.with(|json| {
+        json["images"] = json!([{ "bufferView": view, "mimeType": "image/png" }]);
+        json["samplers"] = json!([{ "magFilter": 9728, "wrapS": 33071, "wrapT": 33648 }]);
+        json["textures"] = json!([{ "source": 0, "sampler": 0 }]);
+        json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = json!({ "index": 0 });
+    });
+    assert_shows("wrap", &surrounded(load(&file), 1.0), 0.0, |at| {
+        let wide = uv(at) * 4.0 - 1.0;
+        let v = wide.y.rem_euclid(2.0);
+        let v = if v > 1.0 { 2.0 - v } else { v };
+        shown(DVec2::new(wide.x.clamp(2.0 * EDGE, 1.0 - 2.0 * EDGE), v))
+    });
+}
+
+#[test]
+fn colours_of_vertices_are_interpolated() {
+    let mut file = square();
+    let at = |x: f64, y: f64| DVec3::new(0.5 + 0.25 * x, 0.5 + 0.3 * y, 0.4 - 0.1 * x + 0.2 * y);
+    let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+    let colors: Vec<f64> = corners
+        .iter()
+        .flat_map(|(x, y)| at(*x, *y).to_array())
+        .collect();
+    let colors = floats(&mut file, "VEC3", &colors);
+    file.primitive()["attributes"]["COLOR_0"] = colors.into();
+    assert_shows("vertex colours", &surrounded(load(&file), 1.0), 0.0, |p| {
+        Some(at(p.x, p.y))
+    });
+}
+
+/// Blue of the texture is metalness: where it is 0 the surface is Lambert, whatever the factor says.
+#[test]
+fn metalness_may_be_a_texture() {
+    let file = tiled(json!({ "index": 0 }));
+    let mut black = std::io::Cursor::new(Vec::new());
+    let image = RgbaImage::from_pixel(1, 1, image::Rgba([255, 128, 0, 255]));
+    image.write_to(&mut black, ImageFormat::Png).unwrap();
+    let mut file = file;
+    let view = file.add_view(&black.into_inner());
+    let file = file.with(|json| {
+        push(
+            &mut json["images"],
+            json!({ "bufferView": view, "mimeType": "image/png" }),
+        );
+        push(&mut json["textures"], json!({ "source": 1 }));
+        let surface = &mut json["materials"][0]["pbrMetallicRoughness"];
+        surface["metallicFactor"] = json!(1.0);
+        surface["metallicRoughnessTexture"] = json!({ "index": 1 });
+    });
+    assert_shows("metalness", &surrounded(load(&file), 1.0), 0.0, |at| {
+        shown(uv(at))
+    });
+}
+
+/// The environment is seen through the holes.
+#[test]
+fn masks_have_holes() {
+    let file = tiled(json!({ "index": 0 }));
+    let file = file.with(|json| json["materials"][0]["alphaMode"] = json!("MASK"));
+    assert_shows("MASK", &surrounded(load(&file), 0.5), 0.0, |at| {
+        let texel = texel(uv(at))?;
+        Some(
+            if texel[3] == 0 {
+                DVec3::ONE
+            } else {
+                color(texel)
+            } * 0.5,
+        )
+    });
+}
+
+#[test]
+fn blended_surfaces_cover_a_part() {
+    let alpha = 0.25;
+    let file = tiled(json!({ "index": 0 })).with(|json| {
+        json["materials"][0]["alphaMode"] = json!("BLEND");
+        json["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] =
+            json!([1.0, 1.0, 1.0, alpha]);
+    });
+    assert_shows("BLEND", &surrounded(load(&file), 2.0), 0.0, |at| {
+        let texel = texel(uv(at))?;
+        let cover = alpha * f64::from(texel[3]) / 255.0;
+        Some((color(texel) * cover + (1.0 - cover)) * 2.0)
+    });
+}
+
+#[test]
+fn emission_may_be_a_texture() {
+    let file = tiled(json!({ "index": 0 })).with(|json| {
+        let material = &mut json["materials"][0];
+        let texture = material["pbrMetallicRoughness"]["baseColorTexture"].take();
+        *material = json!({
+            "pbrMetallicRoughness": { "baseColorFactor": [0.0, 0.0, 0.0, 1.0], "metallicFactor": 0.0 },
+            "emissiveTexture": texture,
+            "emissiveFactor": [1.0, 0.5, 0.25],
+            "extensions": {
+                "KHR_materials_emissive_strength": { "emissiveStrength": 8.0 },
+                "KHR_materials_specular": { "specularFactor": 0.0 },
+            },
+        });
+    });
+    assert_shows("emissive texture", &load(&file), 0.0, |at| {
+        Some(shown(uv(at))? * DVec3::new(8.0, 4.0, 2.0))
+    });
+}
+
+#[test]
+fn unlit_surfaces_are_seen_as_they_are() {
+    let file = tiled(json!({ "index": 0 })).with(|json| {
+        json["materials"][0]["extensions"] = json!({ "KHR_materials_unlit": {} });
+        json["extensionsUsed"] = json!(["KHR_materials_unlit"]);
+    });
+    assert_shows("unlit", &surrounded(load(&file), 7.0), 0.0, |at| {
+        shown(uv(at))
+    });
+}
+
+/// Positions in signed and coordinates in unsigned integers of 16 bits.
+#[test]
+fn positions_and_coordinates_may_be_integers() {
+    let mut file = tiled(json!({ "index": 0 }));
+    let bytes = |values: &[i32]| -> Vec<u8> {
+        (values.iter())
+            .flat_map(|value| (*value as u16).to_le_bytes())
+            .collect()
+    };
+    const ONE: i32 = 32767;
+    // A stride of 8 bytes, as glTF asks for.
+    let positions = [
+        [-ONE, -ONE, 0, 0],
+        [ONE, -ONE, 0, 0],
+        [ONE, ONE, 0, 0],
+        [-ONE, ONE, 0, 0],
+    ];
+    let view = file.add_view(&bytes(&positions.concat()));
+    file.json["bufferViews"][view]["byteStride"] = 8.into();
+    let positions = file.add_accessor(json!({
+        "bufferView": view, "componentType": 5122, "normalized": true, "count": 4, "type": "VEC3",
+    }));
+    let view = file.add_view(&bytes(&[0, 65535, 65535, 65535, 65535, 0, 0, 0]));
+    let uvs = file.add_accessor(json!({
+        "bufferView": view, "componentType": 5123, "normalized": true, "count": 4, "type": "VEC2",
+    }));
+    file.primitive()["attributes"] = json!({ "POSITION": positions, "TEXCOORD_0": uvs });
+    let file = file.with(|json| {
+        json["extensionsUsed"] = json!(["KHR_mesh_quantization"]);
+        json["extensionsRequired"] = json!(["KHR_mesh_quantization"]);
+    });
+    assert_shows("quantization", &surrounded(load(&file), 1.0), 0.0, |at| {
+        shown(uv(at))
+    });
+}
+
+/// An OBJ file of the same square. Its v points up.
+fn obj(material: &str) -> Scene {
+    let folder = Folder::new();
+    folder.write("tiles.png", encoded(ImageFormat::Png));
+    folder.write("square.mtl", format!("newmtl square\n{material}\n"));
+    let mut scene = folder.load(
+        "square.obj",
+        "mtllib square.mtl\nusemtl square\nv -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\n\
+         vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n",
+    );
+    scene.cameras = load(&square()).cameras;
+    scene
+}
+
+#[test]
+fn maps_of_obj_files_are_laid_onto_surfaces() {
+    let clamped = "-clamp on tiles.png";
+    let reflects = obj(&format!("Kd 1 1 1\nmap_Kd {clamped}"));
+    assert_shows("map_Kd", &surrounded(reflects, 1.0), 0.0, |at| {
+        Some(interpolated(uv(at)))
+    });
+    let emits = obj(&format!("Kd 0 0 0\nKe 2 2 2\nmap_Ke {clamped}"));
+    assert_shows("map_Ke", &emits, 0.0, |at| Some(interpolated(uv(at)) * 2.0));
+}
+
+/// The square under one light of `KHR_lights_punctual`, which hangs at a place and shines down, turned by an angle about x.
+fn lit(light: Value, place: DVec3, turn: f64) -> Scene {
+    let (sin, cos) = (turn / 2.0).sin_cos();
+    load(&square().with(|json| {
+        json["extensionsUsed"] = json!(["KHR_lights_punctual"]);
+        json["extensions"] = json!({ "KHR_lights_punctual": { "lights": [light] } });
+        push(
+            &mut json["nodes"],
+            json!({
+                "translation": place.to_array(),
+                "rotation": [sin, 0.0, 0.0, cos],
+                "extensions": { "KHR_lights_punctual": { "light": 0 } },
+            }),
+        );
+        json["scenes"][0]["nodes"] = json!([0, 1, 2]);
+    }))
+}
+
+#[test]
+fn punctual_lights_shine_as_the_extension_says() {
+    let (place, turn) = (DVec3::new(0.3, -0.2, 0.9), 0.35_f64);
+    let axis = DVec3::new(0.0, turn.sin(), -turn.cos());
+    let (tint, intensity) = (DVec3::new(1.0, 0.5, 0.25), 6.0);
+    let light =
+        |kind: &str| json!({ "type": kind, "color": tint.to_array(), "intensity": intensity });
+    // Cosine over squared distance, and the cosine to the light's axis.
+    let seen = |at: DVec2| {
+        let to_light = place - at.extend(0.0);
+        let distance = to_light.length();
+        (place.z / distance.powi(3), -to_light.dot(axis) / distance)
+    };
+    let reflected = |irradiance: f64| Some(tint * (irradiance / std::f64::consts::PI));
+    assert_shows("point", &lit(light("point"), place, turn), 0.0, |at| {
+        reflected(intensity * seen(at).0)
+    });
+    let (inner, outer) = (0.2_f64, 1.1_f64);
+    let mut spot = light("spot");
+    spot["spot"] = json!({ "innerConeAngle": inner, "outerConeAngle": outer });
+    // Near the cone's edge the part is a small difference of cosines in f32.
+    assert_shows("spot", &lit(spot, place, turn), 1e-4, |at| {
+        let (falloff, cosine) = seen(at);
+        let part = (cosine - outer.cos()) / (inner.cos() - outer.cos());
+        reflected(intensity * falloff * part.clamp(0.0, 1.0).powi(2))
+    });
+    assert_shows(
+        "directional",
+        &lit(light("directional"), place, turn),
+        0.0,
+        |_| reflected(intensity * turn.cos()),
+    );
+}
+
+/// A normal map of one direction turns a directional light's cosine.
+#[test]
+fn normal_maps_turn_the_normal() {
+    let texel = [204, 128, 230, 255];
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    let image = RgbaImage::from_pixel(1, 1, image::Rgba(texel));
+    image.write_to(&mut bytes, ImageFormat::Png).unwrap();
+    let mut file = square();
+    let view = file.add_view(&bytes.into_inner());
+    let file = file.with(|json| {
+        json["images"] = json!([{ "bufferView": view, "mimeType": "image/png" }]);
+        json["textures"] = json!([{ "source": 0 }]);
+        json["materials"][0]["normalTexture"] = json!({ "index": 0 });
+        json["extensionsUsed"] = json!(["KHR_lights_punctual"]);
+        json["extensions"] =
+            json!({ "KHR_lights_punctual": { "lights": [{ "type": "directional" }] } });
+        push(
+            &mut json["nodes"],
+            json!({ "extensions": { "KHR_lights_punctual": { "light": 0 } } }),
+        );
+        json["scenes"][0]["nodes"] = json!([0, 1, 2]);
+    });
+    let [x, y, z] = [0, 1, 2].map(|i| f64::from(texel[i]) / 255.0 * 2.0 - 1.0);
+    // u points along x and v along −y, so the bitangent along y; the light shines along −z.
+    let cosine = DVec3::new(x, y, z).normalize().z;
+    assert_shows("normal map", &load(&file), 1e-4, |_| {
+        Some(DVec3::splat(cosine / std::f64::consts::PI))
+    });
+}
+
+#[test]
+fn a_wrong_closed_form_is_noticed() {
+    let scene = surrounded(load(&tiled(json!({ "index": 0 }))), 1.0);
+    let upside_down = std::panic::catch_unwind(|| {
+        assert_shows("upside down", &scene, 0.0, |at| {
+            shown(uv(DVec2::new(at.x, -at.y)))
+        });
+    });
+    let too_bright = std::panic::catch_unwind(|| {
+        assert_shows("too bright", &scene, 0.0, |at| {
+            shown(uv(at)).map(|color| color * 1.02)
+        });
+    });
+    assert!(upside_down.is_err() && too_bright.is_err());
+}
