@@ -1,12 +1,10 @@
-//! Punctual lights of glTF files, and environments from files.
+//! Punctual lights of glTF files.
 
 use crate::files::{Folder, Gltf};
 use glam::{DVec3, Vec3};
-use headwater::image::Image;
-use headwater::scene::{Environment, PunctualShape};
+use headwater::scene::PunctualShape;
 use serde_json::{Value, json};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
-use std::path::Path;
 
 /// A triangle beside a node with this light, turned by a right angle around x and moved.
 fn lit(light: &Value) -> Gltf {
@@ -129,77 +127,4 @@ fn broken_lights_are_refused() {
     });
     let line = Folder::new().refuse("scene.glb", file.glb());
     assert!(line.contains("light 0 is out of range"), "{line}");
-}
-
-/// Writes an environment whose texels are all this, but for one.
-fn write_exr(path: &Path, texel: f32) {
-    let mut picture = Image::new(8, 4);
-    let mut texels = [[1.0, 2.0, 3.0]; 32];
-    texels[13][1] = texel;
-    picture.set_vectors("", ["R", "G", "B"], &texels);
-    picture.write(path, 0.0).unwrap();
-}
-
-/// Eight by four texels of radiance (1, 0.5, 0.25), uncompressed.
-fn hdr() -> Vec<u8> {
-    let mut bytes = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 8\n".to_vec();
-    bytes.extend([128, 64, 32, 129].repeat(32));
-    bytes
-}
-
-#[test]
-fn environments_are_read_from_exr_and_hdr() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("sky.exr");
-    write_exr(&path, 7.0);
-    let open = |path: &Path| Environment::open(path.to_str().unwrap());
-    let environment = open(&path).unwrap();
-    assert_eq!((environment.width, environment.height), (8, 4));
-    assert_eq!(environment.texels[13], Vec3::new(1.0, 7.0, 3.0));
-    let path = folder.path().join("sky.HDR");
-    std::fs::write(&path, hdr()).unwrap();
-    let environment = open(&path).unwrap();
-    assert_eq!(*environment.texels, [Vec3::new(1.0, 0.5, 0.25); 32]);
-}
-
-#[test]
-fn broken_environments_end_in_one_line() {
-    let folder = tempfile::tempdir().unwrap();
-    let refuse = |name: &str, bytes: &[u8], said: &str| {
-        let path = folder.path().join(name);
-        std::fs::write(&path, bytes).unwrap();
-        let error = Environment::open(path.to_str().unwrap()).unwrap_err();
-        let line = error.to_string();
-        assert!(error.exit_status() == 2 && line.contains(name), "{line}");
-        assert!(!line.contains('\n') && line.contains(said), "{line}");
-    };
-    for (name, texel) in [
-        ("nan", f32::NAN),
-        ("infinite", f32::INFINITY),
-        ("below", -1.0),
-        ("above", 1e13),
-    ] {
-        let path = folder.path().join("made.exr");
-        write_exr(&path, texel);
-        refuse(
-            &format!("{name}.exr"),
-            &std::fs::read(&path).unwrap(),
-            "texel 5, 1",
-        );
-    }
-    let whole = hdr();
-    refuse("cut.hdr", &whole[..whole.len() - 30], "");
-    refuse("empty.hdr", b"", "");
-    refuse("text.hdr", b"a text", "");
-    refuse(
-        "lying.hdr",
-        &[&whole[..36], b"-Y 4000000 +X 4000000\n"].concat(),
-        "",
-    );
-    refuse("text.exr", b"a text", "");
-    refuse("sky.jpg", b"", ".exr or .hdr");
-    let missing = Environment::open("/nowhere/sky.exr")
-        .unwrap_err()
-        .to_string();
-    assert!(missing.contains("/nowhere/sky.exr"), "{missing}");
 }

@@ -2,6 +2,7 @@
 //! element, never in a panic.
 
 mod animations;
+mod environments;
 mod files;
 mod garbage;
 mod gltf;
