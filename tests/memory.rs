@@ -67,3 +67,30 @@ fn loading_takes_at_most_four_times_a_files_memory() {
         );
     }
 }
+
+#[test]
+fn an_image_that_many_use_is_in_memory_once() {
+    const USERS: usize = 40;
+    let folder = tempfile::tempdir().unwrap();
+    let mut png = std::io::Cursor::new(Vec::new());
+    let image = image::GrayImage::new(4096, 4096);
+    image.write_to(&mut png, image::ImageFormat::Png).unwrap();
+    std::fs::write(folder.path().join("a.png"), png.into_inner()).unwrap();
+    let each = |text: &dyn Fn(usize) -> String| (0..USERS).map(text).collect::<Vec<_>>().join(",");
+    let scene = format!(
+        r#"{{"asset":{{"version":"2.0"}},"nodes":[{{"mesh":0}}],"buffers":[{{"byteLength":36,"uri":
+        "data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}}],
+        "bufferViews":[{{"buffer":0,"byteLength":36}}],
+        "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}}],
+        "meshes":[{{"primitives":[{}]}}],"materials":[{}],"textures":[{}],"images":[{}]}}"#,
+        each(&|i| format!(r#"{{"attributes":{{"POSITION":0}},"material":{i}}}"#)),
+        each(&|i| format!(r#"{{"pbrMetallicRoughness":{{"baseColorTexture":{{"index":{i}}}}}}}"#)),
+        each(&|i| format!(r#"{{"source":{i}}}"#)),
+        each(&|_| r#"{"uri":"a.png"}"#.to_owned()),
+    );
+    let path = folder.path().join("a.gltf");
+    std::fs::write(&path, scene).unwrap();
+    let peak = peak_memory(&["scene", "inspect", path.to_str().unwrap()]);
+    // 64 MiB when decoded.
+    assert!(peak < 512 << 20, "{peak} in memory");
+}

@@ -8,6 +8,7 @@ mod content_hash;
 pub mod environment;
 pub mod export;
 mod gltf;
+mod image_files;
 mod images;
 pub mod lights;
 pub mod load;

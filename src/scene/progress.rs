@@ -39,6 +39,11 @@ impl<'a> Progress<'a> {
         self.to_read = self.to_read.saturating_add(bytes);
     }
 
+    /// Asks the watcher, between things that take long, whether to go on.
+    pub(super) fn pause(&mut self) -> Result<()> {
+        (self.watch)(Step::Reading, self.read, self.to_read)
+    }
+
     /// Reports that `done` of `total` meshes are decoded.
     pub(super) fn decoded(&mut self, done: usize, total: usize) -> Result<()> {
         (self.watch)(Step::Decoding, done as u64, total as u64)
@@ -61,9 +66,8 @@ impl Read for Watched<'_, '_> {
     fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
         let count = self.file.read(buffer)?;
         self.progress.read += count as u64;
-        let (read, to_read) = (self.progress.read, self.progress.to_read);
         // Carried through std::io as it is; see Error::from_io.
-        (self.progress.watch)(Step::Reading, read, to_read).map_err(std::io::Error::other)?;
+        self.progress.pause().map_err(std::io::Error::other)?;
         Ok(count)
     }
 }

@@ -6,6 +6,7 @@ mod environments;
 mod files;
 mod garbage;
 mod gltf;
+mod images;
 mod lights;
 mod obj;
 mod progress;

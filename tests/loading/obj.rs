@@ -251,9 +251,13 @@ fn textures_are_laid_as_their_options_say() {
 #[test]
 fn roughness_and_metalness_are_put_together() {
     let folder = with_images();
-    let scene = textured(
-        &folder,
+    folder.write(
+        "m.mtl",
         "newmtl a\nPm 0.5\nmap_Pr grey.png\nmap_Pm dark map.png\nmap_Kd grey.png\nnewmtl b\nmap_Pr grey.png\n",
+    );
+    let scene = folder.load(
+        "scene.obj",
+        format!("mtllib m.mtl\n{SQUARE}{TEXTURED}usemtl b\nf 1/1 2/2 3/3\n"),
     );
     let [a, b] = &scene.materials[..] else {
         panic!("two materials")
@@ -309,6 +313,90 @@ fn textures_that_are_wrong_are_one_line() {
         text.contains("line 8") && text.contains("not finite"),
         "{text}"
     );
+}
+
+#[test]
+fn images_are_looked_for_beside_the_mtl_file_first() {
+    let folder = with_images();
+    std::fs::create_dir_all(folder.path("materials/own")).unwrap();
+    let move_to = |name: &str| std::fs::rename(folder.path("grey.png"), folder.path(name)).unwrap();
+    let names = |map: &str| {
+        folder.write("materials/m.mtl", format!("newmtl a\nmap_Kd {map}\n"));
+        let scene = folder.load(
+            "scene.obj",
+            format!("mtllib materials/m.mtl\n{SQUARE}{TEXTURED}"),
+        );
+        scene.images[0].texels.len()
+    };
+    move_to("materials/own/a.png");
+    assert_eq!(names("own/a.png"), 2);
+    assert_eq!(names("materials/own/a.png"), 2);
+    // Where both have one, that of the MTL file's folder is taken.
+    std::fs::copy(
+        folder.path("materials/own/a.png"),
+        folder.path("materials/one.png"),
+    )
+    .unwrap();
+    assert_eq!(names("one.png"), 2);
+    assert_eq!(names("../one.png"), 1);
+    folder.write("materials/m.mtl", "newmtl a\nmap_Kd ../../one.png\n");
+    let text = folder.refuse(
+        "scene.obj",
+        format!("mtllib materials/m.mtl\n{SQUARE}{TEXTURED}"),
+    );
+    assert!(text.contains("outside of the scene's folder"), "{text}");
+}
+
+#[test]
+fn options_of_textures_that_are_not_followed_are_told() {
+    let folder = with_images();
+    let ignored = |line: &str| {
+        let scene = textured(&folder, &format!("newmtl a\n{line} one.png\n"));
+        let notices = scene.notices.iter();
+        let notices = notices.filter(|notice| notice.contains("option"));
+        notices.cloned().collect::<Vec<String>>()
+    };
+    for option in [
+        "-mm 0.5 1",
+        "-mm 0 2",
+        "-bm 0.5",
+        "-boost 2",
+        "-texres 512",
+        "-t 1 0 0",
+        "-blendu off",
+        "-blendv off",
+        "-cc on",
+        "-imfchan g",
+        "-type sphere",
+    ] {
+        let name = option.split(' ').next().unwrap();
+        let expected = format!("the option {name} of textures is ignored: line 2 of \"m.mtl\"");
+        assert_eq!(ignored(&format!("map_Kd {option}")), [expected]);
+    }
+    for line in [
+        "map_Kd -mm 0 1 -bm 1 -boost 0 -t 0 0 0 -blendu on -blendv on -cc off",
+        "map_Kd -s 2 2 -o 1 1 -clamp on",
+        "map_Pr -imfchan r",
+    ] {
+        assert!(ignored(line).is_empty(), "{line}");
+    }
+    let twice = ignored("map_Ke -bm 2 one.png\nmap_Kd -bm 3");
+    assert_eq!(
+        twice,
+        ["the option -bm of textures is ignored: 2 times, first line 2 of \"m.mtl\""]
+    );
+}
+
+#[test]
+fn images_that_no_face_shows_need_not_exist() {
+    let folder = with_images();
+    let scene = textured(
+        &folder,
+        "newmtl a\nKe 0 0 0\nmap_Kd one.png\nmap_Ke lost.png\nnewmtl b\nmap_Kd lost.png\n",
+    );
+    assert_eq!(scene.images.len(), 1);
+    assert!(scene.materials[0].emissive_texture.is_none());
+    assert!(scene.materials[1].base_color_texture.is_none());
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Progress of loading, and its interruption.
 
 use crate::files::{Folder, Gltf};
+use crate::textures::{encoded, textured};
 use headwater::Error;
 use headwater::scene::load::{Options, load_watched};
 use headwater::scene::progress::Step;
@@ -62,10 +63,14 @@ fn an_error_of_the_watcher_ends_loading_as_it_is() {
     let file = Gltf::triangle();
     folder.write("a.bin", &file.binary);
     let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    let mut with_image = textured(serde_json::json!({}));
+    let png = encoded(image::ImageFormat::Png);
+    with_image.json["images"][0]["bufferView"] = with_image.add_view(&png).into();
     let paths = [
         folder.write("a.gltf", file.with_uri("a.bin")),
         folder.write("a.glb", file.glb()),
         folder.write("a.obj", obj),
+        folder.write("textured.glb", with_image.glb()),
     ];
     for path in paths {
         // At each time that it is asked.
@@ -88,4 +93,19 @@ fn an_error_of_the_watcher_ends_loading_as_it_is() {
             assert_eq!(asked, end + 1);
         }
     }
+}
+
+#[test]
+fn images_are_decoded_between_questions_whether_to_go_on() {
+    let folder = Folder::new();
+    folder.write("wall.png", encoded(image::ImageFormat::Png));
+    let file = textured(serde_json::json!({ "uri": "wall.png" }));
+    let told = told(&folder.write("a.glb", file.glb()));
+    // Once more when all has been read, before the image is decoded, and once after it.
+    let last = told
+        .iter()
+        .rposition(|told| told.0 == Step::Reading)
+        .unwrap();
+    let repeated = told[..last].iter().rev().take_while(|t| **t == told[last]);
+    assert!(repeated.count() >= 2, "{told:?}");
 }

@@ -1,22 +1,19 @@
-//! Textures of glTF files: images of every kind and place, and those that are broken or missing.
+//! Textures of glTF files: how they are laid, and what is out of range.
 
 use crate::files::{Folder, Gltf};
-use base64::prelude::{BASE64_STANDARD, Engine};
 use glam::Vec2;
-use headwater::scene::load::{Options, load_watched};
 use headwater::scene::texture::{Wrap, linear};
-use headwater::scene::{Scene, Texture};
 use image::{ImageFormat, RgbaImage};
 use serde_json::{Value, json};
 
 /// Two by three texels of different colours.
-fn picture() -> RgbaImage {
+pub fn picture() -> RgbaImage {
     RgbaImage::from_fn(2, 3, |x, y| {
         image::Rgba([x as u8 * 200, y as u8 * 100, 50, 255])
     })
 }
 
-fn encoded(format: ImageFormat) -> Vec<u8> {
+pub fn encoded(format: ImageFormat) -> Vec<u8> {
     let mut bytes = std::io::Cursor::new(Vec::new());
     match format {
         // JPEG has no alpha. Of one colour, so that compression changes nothing.
@@ -30,7 +27,7 @@ fn encoded(format: ImageFormat) -> Vec<u8> {
 }
 
 /// A triangle whose paint has a texture from an image with this JSON.
-fn textured(image: Value) -> Gltf {
+pub fn textured(image: Value) -> Gltf {
     let mut file = Gltf::triangle();
     let coordinates: Vec<u8> = ([0.0_f32, 0.0, 1.0, 0.0, 0.0, 2.0].iter())
         .flat_map(|number| number.to_le_bytes())
@@ -52,43 +49,8 @@ fn info(file: &mut Gltf) -> &mut Value {
     &mut file.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]
 }
 
-fn load(file: &Gltf) -> Scene {
-    Folder::new().load("scene.glb", file.glb())
-}
-
 fn refuse(file: &Gltf) -> String {
     Folder::new().refuse("scene.glb", file.glb())
-}
-
-#[test]
-fn images_may_be_beside_inside_or_in_the_uri_and_of_three_formats() {
-    for format in [ImageFormat::Png, ImageFormat::WebP, ImageFormat::Jpeg] {
-        let bytes = encoded(format);
-        let folder = Folder::new();
-        folder.write("a wall.image", &bytes);
-        let beside = textured(json!({ "uri": "a%20wall.image" }));
-        let uri = format!("data:image/any;base64,{}", BASE64_STANDARD.encode(&bytes));
-        let in_uri = textured(json!({ "uri": uri }));
-        let mut inside = textured(json!({ "mimeType": "image/png" }));
-        inside.json["images"][0]["bufferView"] = inside.add_view(&bytes).into();
-        for file in [beside, in_uri, inside] {
-            let scene = folder.load("scene.glb", file.glb());
-            assert!(scene.notices.is_empty(), "{:?}", scene.notices);
-            let (image, texels) = (&scene.images[0], &scene.images[0].texels);
-            if format == ImageFormat::Jpeg {
-                assert_eq!((image.width, image.height), (8, 8));
-                assert!(texels.iter().all(|texel| *texel == [255; 4]));
-            } else {
-                assert_eq!((image.width, image.height), (2, 3));
-                let expected: Vec<[u8; 4]> = picture().pixels().map(|p| p.0).collect();
-                assert_eq!(**texels, expected);
-            }
-            let texture = scene.materials[0].base_color_texture;
-            assert_eq!(texture, Some(Texture::plain(0)));
-            assert_eq!(scene.meshes[0].uvs[0], [Vec2::ZERO, Vec2::X, Vec2::Y * 2.0]);
-            assert!(scene.meshes[0].uvs[1].is_empty());
-        }
-    }
 }
 
 #[test]
@@ -174,45 +136,6 @@ fn normal_maps_bring_tangents() {
 }
 
 #[test]
-fn webp_is_preferred_where_there_is_a_choice() {
-    let mut file = textured(json!({ "uri": "a.png" }));
-    file.json["images"] = json!([{ "uri": "a.png" }, { "uri": "a.webp" }]);
-    file.json["textures"][0]["extensions"] = json!({ "EXT_texture_webp": { "source": 1 } });
-    let folder = Folder::new();
-    folder.write("a.webp", encoded(ImageFormat::WebP));
-    assert_eq!(
-        folder.load("scene.glb", file.glb()).images[0].name,
-        "a.webp"
-    );
-}
-
-#[test]
-fn a_missing_image_is_named_and_may_be_allowed() {
-    let file = textured(json!({ "name": "bark", "uri": "textures/bark.png" }));
-    let text = refuse(&file);
-    for part in [
-        "image 0 \"bark\"",
-        "\"textures/bark.png\"",
-        "--allow-missing",
-    ] {
-        assert!(text.contains(part), "{text}");
-    }
-    let path = Folder::new();
-    let path = path.write("scene.glb", file.glb());
-    let options = Options {
-        allow_missing: true,
-    };
-    let scene = load_watched(&path, options, &mut |_, _, _| Ok(())).unwrap();
-    assert_eq!(
-        scene.notices,
-        [
-            "image files are missing, the plain factors are used: \"textures/bark.png\" (image 0 \"bark\")"
-        ]
-    );
-    assert!(scene.images.is_empty() && scene.materials[0].base_color_texture.is_none());
-}
-
-#[test]
 fn missing_coordinates_are_zero() {
     let mut file = textured(json!({ "uri": "wall.png" }));
     file.primitive()["attributes"]
@@ -227,43 +150,6 @@ fn missing_coordinates_are_zero() {
         scene.notices,
         ["texture coordinates are missing, 0 is used: TEXCOORD_0 of mesh 0 \"leaf\" primitive 0"]
     );
-}
-
-/// The checksum of a chunk of a PNG file (CRC-32).
-fn checksum(bytes: &[u8]) -> u32 {
-    !bytes.iter().fold(!0, |mut sum: u32, byte| {
-        sum ^= u32::from(*byte);
-        for _ in 0..8 {
-            sum = (sum >> 1) ^ if sum & 1 != 0 { 0xEDB8_8320 } else { 0 };
-        }
-        sum
-    })
-}
-
-#[test]
-fn broken_images_are_one_line() {
-    let png = encoded(ImageFormat::Png);
-    let mut lying = png.clone();
-    // The width in the header, and its checksum.
-    lying[16..20].copy_from_slice(&60_000_u32.to_be_bytes());
-    let checksum = checksum(&lying[12..29]);
-    lying[29..33].copy_from_slice(&checksum.to_be_bytes());
-    let jpeg = encoded(ImageFormat::Jpeg);
-    let cases: [(&[u8], &str); 6] = [
-        (&png[..png.len() / 2], "cannot be decoded"),
-        (&lying, "60000 × 3 texels"),
-        (&jpeg[..jpeg.len() / 3], "cannot be decoded"),
-        (b"", "neither PNG, JPEG nor WebP"),
-        (b"no picture at all", "neither PNG, JPEG nor WebP"),
-        (b"RIFF\x04\0\0\0WEBP", "cannot be decoded"),
-    ];
-    for (bytes, part) in cases {
-        let folder = Folder::new();
-        folder.write("wall.png", bytes);
-        let file = textured(json!({ "uri": "wall.png" }));
-        let text = folder.refuse("scene.glb", file.glb());
-        assert!(text.contains(part), "{part}: {text}");
-    }
 }
 
 #[test]
@@ -323,11 +209,4 @@ fn sets_beyond_the_second_are_refused() {
     folder.write("wall.png", encoded(ImageFormat::Png));
     let text = folder.refuse("scene.glb", file.glb());
     assert!(text.contains("texture coordinates 2"), "{text}");
-}
-
-#[test]
-fn an_image_that_nothing_uses_need_not_exist() {
-    let file = textured(json!({ "uri": "wall.png" }))
-        .with(|json| json["materials"][0]["pbrMetallicRoughness"] = json!({}));
-    assert!(load(&file).images.is_empty());
 }

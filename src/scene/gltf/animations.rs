@@ -305,6 +305,11 @@ impl Animations {
         })
     }
 
+    /// Whether keys change what a material emits.
+    pub fn change_emission_of(&self, material: usize) -> bool {
+        self.materials.contains_key(&material)
+    }
+
     /// How the scene moves, given for each instance, camera and light where in `placed` its node is; none
     /// without keys.
     pub fn motion(

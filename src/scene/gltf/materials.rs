@@ -1,11 +1,53 @@
 //! Materials: metallic-roughness and the extensions that Headwater follows.
 
-use super::document::Material as FileMaterial;
+use super::accessors::get;
+use super::document::{Document, Material as FileMaterial};
+use super::nodes::Placed;
 use super::textures::Textures;
 use crate::Result;
 use crate::scene::notices::{Tally, label, quoted};
 use crate::scene::{AlphaMode, Material};
 use glam::{DVec3, Vec3, Vec4};
+use std::collections::BTreeSet;
+
+/// What each of a file's materials is there for: of others the images are not read.
+pub struct Uses {
+    /// Whether faces in the scene have it.
+    pub has_faces: Vec<bool>,
+    /// Whether it gives light at any time.
+    pub emits: Vec<bool>,
+}
+
+impl Uses {
+    /// For the nodes of a scene; `is_animated` tells whether a material's emission is.
+    pub fn of(
+        document: &Document,
+        placed: &[Placed<'_>],
+        is_animated: impl Fn(usize) -> bool,
+    ) -> Self {
+        let mut has_faces = vec![false; document.materials.len()];
+        // Each mesh once, in however many places it stands.
+        let meshes: BTreeSet<u64> = placed.iter().filter_map(|place| place.node.mesh).collect();
+        // What is out of range is named when meshes are read.
+        let meshes = (meshes.iter()).filter_map(|index| get(&document.meshes, *index));
+        for primitive in meshes.flat_map(|mesh| &mesh.primitives) {
+            let used = primitive
+                .material
+                .and_then(|index| usize::try_from(index).ok());
+            if let Some(used) = used.and_then(|index| has_faces.get_mut(index)) {
+                *used = true;
+            }
+        }
+        let emits = |(index, material)| {
+            let (color, strength) = emission(material);
+            is_animated(index) || (color * strength).as_vec3().max_element() > 0.0
+        };
+        Self {
+            has_faces,
+            emits: document.materials.iter().enumerate().map(emits).collect(),
+        }
+    }
+}
 
 /// The file's materials, one for one.
 pub fn read(
@@ -39,7 +81,7 @@ fn convert(
         metallic_roughness_texture,
         normal_texture,
         emissive_texture,
-    ] = textures.of_material(&what, source)?;
+    ] = textures.of_material(&what, index)?;
     let base_color = Vec4::from_array(pbr.base_color_factor).truncate();
     let seen = Material {
         base_color_texture,

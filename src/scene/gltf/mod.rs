@@ -21,6 +21,7 @@ use super::{Instance, Material, Motion, Scene};
 use crate::{Error, Result};
 use accessors::{Accessors, get};
 use document::Document;
+use materials::Uses;
 use meshes::Meshes;
 use std::path::Path;
 use textures::Textures;
@@ -59,7 +60,12 @@ pub(super) fn read(
         document: &document,
         buffers: &buffers,
     };
-    let (textures, images) = Textures::load(&accessors, folder, options, progress, &mut tally)?;
+    let animations = animations::read(&accessors, &placed, &mut tally)?;
+    let uses = Uses::of(&document, &placed, |material| {
+        animations.change_emission_of(material)
+    });
+    let (textures, images) =
+        Textures::load(&accessors, &uses, folder, options, progress, &mut tally)?;
     let mut scene = Scene {
         materials: materials::read(&document.materials, &textures, &mut tally)?,
         images,
@@ -132,7 +138,6 @@ pub(super) fn read(
     cameras.sort_by_key(|(index, ..)| *index);
     let camera_nodes = cameras.iter().map(|(.., node)| Some(*node)).collect();
     scene.cameras = cameras.into_iter().map(|(_, camera, _)| camera).collect();
-    let animations = animations::read(&accessors, &placed, &mut tally)?;
     scene.motion = animations.motion(&placed, instance_nodes, camera_nodes, light_nodes);
     // Even what never changes may be kept elsewhere by its keys than by its node.
     scene.take_pose(0.0)?;

@@ -2,32 +2,47 @@
 
 use super::accessors::{Accessors, get};
 use super::document::{Document, Image as FileImage, Material, TextureInfo, TextureTransform};
+use super::materials::Uses;
 use super::{buffers, damaged};
 use crate::scene::load::Options;
-use crate::scene::notices::{Tally, label};
+use crate::scene::notices::{Tally, label, quoted};
 use crate::scene::progress::Progress;
 use crate::scene::texture::{Image, Texture, Wrap};
-use crate::scene::{images, notices};
+use crate::scene::{image_files, images};
 use crate::{Error, Result};
 use glam::{Affine2, Mat2, Vec2};
-use rayon::prelude::*;
 use std::borrow::Cow;
-use std::path::Path;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
 
-/// The images that materials use.
+/// The images that materials need.
 pub struct Textures<'a> {
     document: &'a Document,
-    /// For each of the file's images its index in the scene; none if no material uses it, or if its file is missing.
+    uses: &'a Uses,
+    /// For each of the file's images its index in the scene; none if no material needs it, or if its file is missing.
     places: Vec<Option<u32>>,
 }
 
+/// Where the bytes of an image are. Images of the same source are one in the scene.
+#[derive(PartialEq, Eq, Hash)]
+enum Source<'a> {
+    /// A file, by its path from the scene's folder.
+    File(PathBuf),
+    /// The text of a data URI behind `data:`.
+    Uri(&'a str),
+    /// A buffer view.
+    View(u64),
+}
+
 impl<'a> Textures<'a> {
-    /// Loads the images that materials use.
+    /// Loads the images of the textures that materials need.
     ///
     /// # Errors
-    /// An index out of range; an image that cannot be read or decoded, or, unless `options` permit it, is missing.
+    /// An index out of range; an image that cannot be read or decoded, or, unless `options` permit it, is missing; too
+    /// many texels.
     pub fn load(
         accessors: &Accessors<'a>,
+        uses: &'a Uses,
         folder: &Path,
         options: Options,
         progress: &mut Progress<'_>,
@@ -36,44 +51,57 @@ impl<'a> Textures<'a> {
         let document = accessors.document;
         let mut textures = Self {
             document,
+            uses,
             places: vec![None; document.images.len()],
         };
         let mut encoded = Vec::new();
+        let mut known: HashMap<Source<'_>, u32> = HashMap::new();
         for (index, material) in document.materials.iter().enumerate() {
+            if !uses.has_faces[index] {
+                continue;
+            }
             let what = label("material", index, &material.name);
-            for (kind, info) in slots(material) {
+            for (kind, info) in slots(material, uses.emits[index]) {
                 let Some(info) = info else { continue };
                 let index = textures.image_of(&format!("{kind} of {what}"), info.index)?;
                 if textures.places[index].is_some() {
                     continue;
                 }
-                let source = &document.images[index];
-                let what = label("image", index, &source.name);
-                match bytes(&what, source, accessors, folder, progress)? {
-                    Some(bytes) => {
-                        textures.places[index] = Some(encoded.len() as u32);
-                        encoded.push((what, source, bytes));
-                    }
-                    None => images::missing(&what, source.uri.as_deref(), options, tally)?,
+                let image = &document.images[index];
+                let what = label("image", index, &image.name);
+                let Some(source) = Source::of(&what, image, folder)? else {
+                    let name = image.uri.as_deref().unwrap_or_default();
+                    image_files::missing(&what, name, options, tally)?;
+                    continue;
+                };
+                if let Some(place) = known.get(&source) {
+                    textures.places[index] = Some(*place);
+                    continue;
                 }
+                let name = match &source {
+                    Source::File(_) => image.uri.as_deref().unwrap_or_default(),
+                    _ => &image.name,
+                };
+                let place = encoded.len() as u32;
+                encoded.push(images::Encoded {
+                    bytes: source.read(&what, accessors, folder, progress)?,
+                    name: name.to_owned(),
+                    what,
+                });
+                known.insert(source, place);
+                textures.places[index] = Some(place);
             }
         }
-        let images = (encoded.into_par_iter())
-            .map(|(what, source, bytes)| {
-                let name = source
-                    .uri
-                    .as_deref()
-                    .filter(|uri| !uri.starts_with("data:"));
-                images::decode(&what, name.unwrap_or(&source.name), &bytes)
-            })
-            .collect::<Result<_>>()?;
+        let images = images::decode(&encoded, &mut images::TexelCount::default(), progress)?;
         Ok((textures, images))
     }
 
-    /// A material's textures of base colour, metallic-roughness, normal and emission; none where an image is missing.
-    pub fn of_material(&self, what: &str, material: &Material) -> Result<[Option<Texture>; 4]> {
-        let [base_color, surface, normal, emissive] =
-            slots(material).map(|(kind, info)| self.texture(&format!("{kind} of {what}"), info));
+    /// The textures of the material at `index`: of base colour, metallic-roughness, normal and emission; none where an
+    /// image is not needed, or is missing.
+    pub fn of_material(&self, what: &str, index: usize) -> Result<[Option<Texture>; 4]> {
+        let material = &self.document.materials[index];
+        let [base_color, surface, normal, emissive] = slots(material, self.uses.emits[index])
+            .map(|(kind, info)| self.texture(&format!("{kind} of {what}"), info));
         Ok([base_color?, surface?, normal?, emissive?])
     }
 
@@ -149,8 +177,8 @@ impl<'a> Textures<'a> {
 }
 
 /// The textures of a material that are followed, with their names: base colour, metallic-roughness, normal,
-/// emissive.
-fn slots(material: &Material) -> [(&'static str, &Option<TextureInfo>); 4] {
+/// emissive. `emits` tells whether it gives light at any time: else nothing is seen of the last.
+fn slots(material: &Material, emits: bool) -> [(&'static str, &Option<TextureInfo>); 4] {
     let pbr = &material.pbr_metallic_roughness;
     let lit = |texture| {
         if material.is_unlit() { &None } else { texture }
@@ -162,7 +190,13 @@ fn slots(material: &Material) -> [(&'static str, &Option<TextureInfo>); 4] {
             lit(&pbr.metallic_roughness_texture),
         ),
         ("normal texture", lit(&material.normal_texture)),
-        ("emissive texture", lit(&material.emissive_texture)),
+        (
+            "emissive texture",
+            match emits {
+                true => lit(&material.emissive_texture),
+                false => &None,
+            },
+        ),
     ]
 }
 
@@ -175,29 +209,40 @@ fn transform(placed: &TextureTransform) -> Affine2 {
     Affine2::from_mat2_translation(turn * scale, Vec2::from_array(placed.offset))
 }
 
-/// An image's bytes as they are in the file; none if its file is missing.
-fn bytes<'a>(
-    what: &str,
-    image: &FileImage,
-    accessors: &Accessors<'a>,
-    folder: &Path,
-    progress: &mut Progress<'_>,
-) -> Result<Option<Cow<'a, [u8]>>> {
-    match (&image.uri, image.buffer_view) {
-        (Some(uri), _) => match uri.strip_prefix("data:") {
-            Some(data) => buffers::decode_data_uri(data)
-                .map(|bytes| Some(Cow::Owned(bytes)))
+impl<'a> Source<'a> {
+    /// That of an image; none if its file is missing.
+    fn of(what: &str, image: &'a FileImage, folder: &Path) -> Result<Option<Self>> {
+        match (&image.uri, image.buffer_view) {
+            (Some(uri), _) => match uri.strip_prefix("data:") {
+                Some(data) => Ok(Some(Self::Uri(data))),
+                None => {
+                    let name = buffers::file_name(what, uri)?;
+                    let found = image_files::find(what, &[PathBuf::from(&*name)], folder)?;
+                    Ok(found.map(Self::File))
+                }
+            },
+            (None, Some(view)) => Ok(Some(Self::View(view))),
+            (None, None) => Err(damaged(format!(
+                "{what} has neither a uri nor a bufferView, {}",
+                quoted(&image.name)
+            ))),
+        }
+    }
+
+    /// The bytes as they are in the file.
+    fn read<'b>(
+        &self,
+        what: &str,
+        accessors: &Accessors<'b>,
+        folder: &Path,
+        progress: &mut Progress<'_>,
+    ) -> Result<Cow<'b, [u8]>> {
+        match self {
+            Self::File(path) => image_files::read(what, path, folder, progress).map(Cow::Owned),
+            Self::Uri(data) => (buffers::decode_data_uri(data).map(Cow::Owned))
                 .ok_or_else(|| damaged(format!("{what}: its data URI is not base64"))),
-            None => {
-                let name = buffers::file_name(what, uri)?;
-                Ok(images::read_file(what, &name, folder, progress)?.map(Cow::Owned))
-            }
-        },
-        (None, Some(view)) => Ok(Some(Cow::Borrowed(accessors.view(what, view)?))),
-        (None, None) => Err(damaged(format!(
-            "{what} has neither a uri nor a bufferView, {}",
-            notices::quoted(&image.name)
-        ))),
+            Self::View(view) => accessors.view(what, *view).map(Cow::Borrowed),
+        }
     }
 }
 

@@ -1,21 +1,23 @@
 //! Loads the textures of MTL materials.
 
 use super::mtl::{Map, Maps};
+use crate::scene::images::{Encoded, TexelCount};
 use crate::scene::load::Options;
 use crate::scene::notices::Tally;
 use crate::scene::progress::Progress;
 use crate::scene::texture::{Image, Texture, Wrap};
-use crate::scene::{Scene, images};
+use crate::scene::{Scene, image_files, images};
 use crate::{Error, Result};
 use glam::{Affine2, Mat2, Vec2};
 use std::collections::HashMap;
-use std::path::Path;
+use std::collections::hash_map::Entry;
+use std::path::{Path, PathBuf};
 
-/// Loads the textures of a scene's materials, of which `maps` has one entry each.
+/// Loads the textures of those of a scene's materials that faces have; `maps` has one entry for each material.
 ///
 /// # Errors
-/// An image that cannot be read or, unless `options` permit it, is missing; textures of roughness and metalness that
-/// cannot be put together.
+/// An image that cannot be read or, unless `options` permit it, is missing; too many texels; textures of roughness and
+/// metalness that cannot be put together.
 pub fn load(
     scene: &mut Scene,
     maps: &[Maps],
@@ -24,72 +26,124 @@ pub fn load(
     progress: &mut Progress<'_>,
     tally: &mut Tally,
 ) -> Result<()> {
-    // The images of files; none where a file is missing.
-    let mut read: HashMap<&str, Option<Image>> = HashMap::new();
-    let all = maps.iter().flat_map(Maps::all);
-    for map in all {
-        if read.contains_key(map.file.as_str()) {
+    let mut has_faces = vec![false; maps.len()];
+    for part in scene.meshes.iter().flat_map(|mesh| &mesh.parts) {
+        has_faces[part.material as usize] = true;
+    }
+    let mut count = TexelCount::default();
+    let needed = (maps.iter().zip(&has_faces)).filter_map(|(maps, needed)| needed.then_some(maps));
+    let read = Files::read(needed, folder, options, &mut count, progress, tally)?;
+    let images = &mut scene.images;
+    // Indices in the scene: of the images of files, and of those made from files of roughness and metalness.
+    let mut whole: HashMap<usize, u32> = HashMap::new();
+    let mut surfaces: HashMap<[Option<usize>; 2], u32> = HashMap::new();
+    let materials = scene.materials.iter_mut().zip(maps).zip(&has_faces);
+    for ((material, maps), has_faces) in materials {
+        if !has_faces {
             continue;
         }
-        let what = format!("texture in {} of its MTL file", map.place);
-        let found = match images::read_file(&what, &map.file, folder, progress)? {
-            Some(bytes) => Some(images::decode(&what, &map.file, &bytes)?),
-            None => {
-                images::missing(&what, Some(&map.file), options, tally)?;
-                None
-            }
-        };
-        read.insert(&map.file, found);
-    }
-    let images = &mut scene.images;
-    // Indices in the scene, by what an image is for and the files that it is made of.
-    let mut places: HashMap<(&str, [&str; 2]), u32> = HashMap::new();
-    let mut place = |what, files, make: &dyn Fn() -> Image| {
-        *places.entry((what, files)).or_insert_with(|| {
-            images.push(make());
-            images.len() as u32 - 1
-        })
-    };
-    for (material, maps) in scene.materials.iter_mut().zip(maps) {
         for (map, slot) in [
             (&maps.base_color, &mut material.base_color_texture),
             (&maps.emission, &mut material.emissive_texture),
             (&maps.normal, &mut material.normal_texture),
         ] {
-            if let Some((map, image)) = found(&read, map) {
-                let index = place("one file", [&map.file, ""], &|| image.clone());
+            if let Some((map, file)) = read.of(map) {
+                let index = *whole.entry(file).or_insert_with(|| {
+                    images.push(read.images[file].clone());
+                    images.len() as u32 - 1
+                });
                 *slot = Some(texture(map, index));
             }
         }
-        let (roughness, metallic) = (found(&read, &maps.roughness), found(&read, &maps.metallic));
-        let Some((map, like)) = roughness.or(metallic) else {
+        let (roughness, metallic) = (read.of(&maps.roughness), read.of(&maps.metallic));
+        let Some((map, file)) = roughness.or(metallic) else {
             continue;
         };
-        if let (Some((a, first)), Some((b, second))) = (roughness, metallic)
-            && (a.transform, a.clamp, first.width, first.height)
+        let like = &read.images[file];
+        if let (Some((a, first)), Some((b, second))) = (roughness, metallic) {
+            let [first, second] = [first, second].map(|file| &read.images[file]);
+            if (a.transform, a.clamp, first.width, first.height)
                 != (b.transform, b.clamp, second.width, second.height)
-        {
-            return Err(Error::input(format!(
-                "map_Pr in {} and map_Pm in {} of the MTL file differ in size, scale, offset or clamp; give both the same",
-                a.place, b.place
-            )));
+            {
+                return Err(Error::input(format!(
+                    "map_Pr in {} and map_Pm in {} of the MTL file differ in size, scale, offset or clamp; give both the same",
+                    a.place, b.place
+                )));
+            }
         }
-        let files = [roughness, metallic].map(|found| found.map_or("", |(map, _)| &map.file));
-        let [roughness, metallic] =
-            [roughness, metallic].map(|found| found.map(|(_, image)| image));
-        let index = place("surface", files, &|| combine(like, roughness, metallic));
+        let files = [roughness, metallic].map(|found| found.map(|(_, file)| file));
+        let index = match surfaces.entry(files) {
+            Entry::Occupied(place) => *place.get(),
+            Entry::Vacant(place) => {
+                count.add(like.texels.len() as u64, || what(map))?;
+                let [roughness, metallic] = files.map(|file| Some(&read.images[file?]));
+                images.push(combine(like, roughness, metallic));
+                *place.insert(images.len() as u32 - 1)
+            }
+        };
         material.metallic_roughness_texture = Some(texture(map, index));
     }
     Ok(())
 }
 
-/// A texture with its image, unless the image is missing.
-fn found<'a>(
-    read: &'a HashMap<&str, Option<Image>>,
-    map: &'a Option<Map>,
-) -> Option<(&'a Map, &'a Image)> {
-    let map = map.as_ref()?;
-    Some((map, read[map.file.as_str()].as_ref()?))
+/// The images of files.
+struct Files<'a> {
+    /// For the paths of each texture the index of its image; none where the file is missing.
+    places: HashMap<&'a [PathBuf; 2], Option<usize>>,
+    images: Vec<Image>,
+}
+
+impl<'a> Files<'a> {
+    fn read(
+        maps: impl Iterator<Item = &'a Maps>,
+        folder: &Path,
+        options: Options,
+        count: &mut TexelCount,
+        progress: &mut Progress<'_>,
+        tally: &mut Tally,
+    ) -> Result<Self> {
+        let mut places = HashMap::new();
+        let mut known: HashMap<PathBuf, usize> = HashMap::new();
+        let mut encoded = Vec::new();
+        for map in maps.flat_map(Maps::all) {
+            if places.contains_key(&map.files) {
+                continue;
+            }
+            let what = what(map);
+            let name = map.files[1].to_string_lossy();
+            let place = match image_files::find(&what, &map.files, folder)? {
+                None => {
+                    image_files::missing(&what, &name, options, tally)?;
+                    None
+                }
+                Some(path) => Some(match known.entry(path) {
+                    Entry::Occupied(place) => *place.get(),
+                    Entry::Vacant(place) => {
+                        encoded.push(Encoded {
+                            bytes: image_files::read(&what, place.key(), folder, progress)?.into(),
+                            name: name.into_owned(),
+                            what,
+                        });
+                        *place.insert(encoded.len() - 1)
+                    }
+                }),
+            };
+            places.insert(&map.files, place);
+        }
+        let images = images::decode(&encoded, count, progress)?;
+        Ok(Self { places, images })
+    }
+
+    /// A texture with the index of its image, unless that is missing.
+    fn of<'b>(&self, map: &'b Option<Map>) -> Option<(&'b Map, usize)> {
+        let map = map.as_ref()?;
+        Some((map, (*self.places.get(&map.files)?)?))
+    }
+}
+
+/// How messages call a texture.
+fn what(map: &Map) -> String {
+    format!("texture in {} of its MTL file", map.place)
 }
 
 /// An image of the size of `like` with roughness in green and metalness in blue, as glTF has it.

@@ -282,25 +282,32 @@ impl<'a> Reader<'a> {
             line.words().collect()
         };
         for name in names {
-            let file = [name.to_owned(), name.replace('\\', "/")]
-                .iter()
+            let found = [name.to_owned(), name.replace('\\', "/")]
+                .into_iter()
                 .find_map(|name| {
-                    let path = self.folder.join(name);
-                    path.is_file().then(|| std::fs::File::open(path).ok())?
+                    let path = self.folder.join(&name);
+                    let file = path.is_file().then(|| std::fs::File::open(path).ok())??;
+                    Some((file, name))
                 });
-            let Some(file) = file else {
+            let Some((file, path)) = found else {
                 self.tally
                     .add("MTL files that cannot be read are left out", || {
                         format!("{}: {}", line.place(), quoted(name))
                     });
                 continue;
             };
-            let library = mtl::read(std::io::BufReader::new(file))
+            let folder = Path::new(&path).parent().unwrap_or(Path::new(""));
+            let library = mtl::read(std::io::BufReader::new(file), folder)
                 .map_err(|fault| Error::input(format!("{}, {fault}", quoted(name))))?;
             for texture in library.textures {
                 if !self.textures.contains(&texture) {
                     self.textures.push(texture);
                 }
+            }
+            for (option, place) in library.options {
+                let what = format!("the option {option} of textures is ignored");
+                self.tally
+                    .add(&what, || format!("{place} of {}", quoted(name)));
             }
             for material in library.transparent {
                 self.tally

@@ -8,6 +8,7 @@ use crate::scene::Material;
 use crate::scene::notices::quoted;
 use glam::{Affine2, Mat2, Vec2, Vec3};
 use std::io::BufRead;
+use std::path::{Path, PathBuf};
 
 /// What an MTL file holds.
 #[derive(Default)]
@@ -16,6 +17,8 @@ pub struct Library {
     pub materials: Vec<(Material, Maps)>,
     /// The kinds of textures it names that are ignored.
     pub textures: Vec<String>,
+    /// Options of the other textures that would change the picture, and are ignored; each with its place.
+    pub options: Vec<(String, String)>,
     /// Names of materials that let light through, which is ignored.
     pub transparent: Vec<String>,
 }
@@ -34,7 +37,7 @@ pub struct Maps {
 
 impl Maps {
     /// A map stands for a factor that the material does not state.
-    fn replace_unstated_factors(&self, material: &mut Material) {
+    fn replace_unstated_factors(&mut self, material: &mut Material) {
         let alone = |map: &Option<Map>, factor| map.is_some() && !self.stated.contains(&factor);
         if alone(&self.base_color, "Kd") {
             material.base_color = Vec3::ONE;
@@ -44,6 +47,10 @@ impl Maps {
         }
         if alone(&self.metallic, "Pm") {
             material.metallic = 1.0;
+        }
+        // Nothing is seen of a map of what does not emit.
+        if !material.is_emissive() {
+            self.emission = None;
         }
     }
 
@@ -64,8 +71,8 @@ impl Maps {
 /// A texture: a file and how it is laid onto the surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Map {
-    /// Path from the folder of the OBJ file.
-    pub file: String,
+    /// Paths from the folder of the OBJ file, in the order in which they are tried.
+    pub files: [PathBuf; 2],
     /// From texture coordinates to those of the image; v points up in both.
     pub transform: Affine2,
     /// Whether the edges continue instead of the image.
@@ -74,8 +81,8 @@ pub struct Map {
     pub place: String,
 }
 
-/// Reads an MTL file. Errors name the line, not the file.
-pub fn read(source: impl BufRead) -> Result<Library> {
+/// Reads an MTL file, which lies in `folder`, given from that of the OBJ file. Errors name the line, not the file.
+pub fn read(source: impl BufRead, folder: &Path) -> Result<Library> {
     let mut library = Library::default();
     let mut lines = Lines::new(source);
     while let Some(line) = lines.next()? {
@@ -106,7 +113,7 @@ pub fn read(source: impl BufRead) -> Result<Library> {
                 if kind.starts_with("map_P") {
                     physical(material);
                 }
-                *place = Some(map(&line)?);
+                *place = Some(map(&line, folder, &mut library.options)?);
                 continue;
             }
             let texture =
@@ -147,15 +154,9 @@ fn statement(line: &Line, material: &mut Material) -> Result<bool> {
     Ok(false)
 }
 
-/// Reads the options and the file name of a texture.
-fn map(line: &Line) -> Result<Map> {
-    let mut map = Map {
-        file: String::new(),
-        transform: Affine2::IDENTITY,
-        clamp: false,
-        place: line.place(),
-    };
-    let (mut scale, mut offset) = (Vec2::ONE, Vec2::ZERO);
+/// Reads the options and the file name of a texture. Options that are not followed are added to `ignored`.
+fn map(line: &Line, folder: &Path, ignored: &mut Vec<(String, String)>) -> Result<Map> {
+    let (mut scale, mut offset, mut clamp) = (Vec2::ONE, Vec2::ZERO, false);
     let mut rest = line.rest;
     let next = |rest: &mut &str| {
         let (word, after) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
@@ -177,24 +178,49 @@ fn map(line: &Line) -> Result<Map> {
             let number = |i: usize| numbers.get(i).copied().unwrap_or(default);
             Vec2::new(number(0), number(1))
         };
-        match option.as_str() {
-            "-s" => scale = pair(1.0),
-            "-o" => offset = pair(0.0),
-            "-clamp" => map.clamp = next(&mut rest) == "on",
-            // One word that is no number.
-            "-blendu" | "-blendv" | "-cc" | "-imfchan" | "-type" => {
-                next(&mut rest);
+        let is_followed = match option.as_str() {
+            "-s" => {
+                scale = pair(1.0);
+                true
             }
-            "-mm" | "-bm" | "-boost" | "-texres" | "-t" => {}
+            "-o" => {
+                offset = pair(0.0);
+                true
+            }
+            "-clamp" => {
+                clamp = next(&mut rest) == "on";
+                true
+            }
+            // What others do without them is done here.
+            "-blendu" | "-blendv" => next(&mut rest) == "on",
+            "-cc" => next(&mut rest) == "off",
+            "-mm" => numbers.iter().zip([0.0, 1.0]).all(|(n, usual)| *n == usual),
+            "-bm" => numbers.iter().all(|n| *n == 1.0),
+            "-boost" | "-t" => numbers.iter().all(|n| *n == 0.0),
+            // Roughness and metalness are red.
+            "-imfchan" => next(&mut rest) == "r" && line.keyword.starts_with("map_P"),
+            "-type" => {
+                next(&mut rest);
+                false
+            }
+            "-texres" => false,
             _ => return Err(line.wrong(&format!("{} is no option of a texture", quoted(&option)))),
+        };
+        if !is_followed {
+            ignored.push((option, line.place()));
         }
     }
     if rest.is_empty() {
         return Err(line.wrong("the texture has no file"));
     }
-    map.file = rest.replace('\\', "/");
-    map.transform = Affine2::from_mat2_translation(Mat2::from_diagonal(scale), offset);
-    Ok(map)
+    let file = rest.replace('\\', "/");
+    Ok(Map {
+        // Some programs write paths from the MTL file, others from the OBJ file.
+        files: [folder.join(&file), file.into()],
+        transform: Affine2::from_mat2_translation(Mat2::from_diagonal(scale), offset),
+        clamp,
+        place: line.place(),
+    })
 }
 
 /// Gives a Lambert material the specular lobe of the metallic-roughness model.
