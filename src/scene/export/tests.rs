@@ -237,10 +237,11 @@ fn difference(a: &Scene, b: &Scene) -> Option<String> {
                 &mut m.metallic_roughness_texture,
                 &mut m.normal_texture,
                 &mut m.emissive_texture,
-            ] {
-                if let Some(texture) = texture {
-                    (texture.image, texture.transform) = (0, Affine2::IDENTITY);
-                }
+            ]
+            .into_iter()
+            .flatten()
+            {
+                (texture.image, texture.transform) = (0, Affine2::IDENTITY);
             }
             text += &format!("{m:?}");
             text
