@@ -10,5 +10,9 @@
 #if TRACE_RAY_QUERY
 #extension GL_EXT_ray_query : require
 #endif
+#if TEXTURE_IMAGES
+#extension GL_EXT_nonuniform_qualifier : require
+#extension GL_EXT_samplerless_texture_functions : require
+#endif
 
 #include "layouts.glsl"

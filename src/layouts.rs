@@ -178,8 +178,9 @@ crate::gpu_struct! {
         pub column_v: Vec2,
         /// The translation.
         pub offset: Vec2,
-        /// First texel in the array of texels.
-        pub first_texel: u32,
+        /// Where the image is: the index of its first texel in the array of texels or, where images are sampled, its own
+        /// index.
+        pub place: u32,
         /// Width in texels.
         pub width: u32,
         /// Height in texels.

@@ -30,6 +30,15 @@ pub enum Fetch {
     Words,
 }
 
+/// How shaders read the texels of textures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Textures {
+    /// From one buffer with the texels of all images, as [`GeometryAccess`] says: runs everywhere.
+    Buffer,
+    /// From an array of images, by descriptor indexing.
+    Images,
+}
+
 impl Tracer {
     /// The name on the command line and in variant keys.
     pub const fn name(self) -> &'static str {
@@ -60,6 +69,16 @@ impl Fetch {
     }
 }
 
+impl Textures {
+    /// The name on the command line and in variant keys.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Buffer => "buffer",
+            Self::Images => "images",
+        }
+    }
+}
+
 /// One variant of the passes that trace rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Variant {
@@ -69,6 +88,8 @@ pub struct Variant {
     pub geometry: GeometryAccess,
     /// How that reads nodes, positions and records.
     pub fetch: Fetch,
+    /// How textures are read.
+    pub textures: Textures,
 }
 
 impl Variant {
@@ -78,18 +99,24 @@ impl Variant {
         tracers.into_iter().flat_map(Self::of)
     }
 
-    /// Every legal variant with a tracer.
+    /// Every legal variant with a tracer. Images are for devices with buffer addresses alone: those that index
+    /// descriptors have them, and each variant takes time to compile and room in the program.
     pub fn of(tracer: Tracer) -> impl Iterator<Item = Variant> {
         use GeometryAccess::{BufferAddresses, StorageBuffers};
-        [StorageBuffers, BufferAddresses]
-            .into_iter()
-            .flat_map(move |geometry| {
-                [Fetch::Texels, Fetch::Words].map(|fetch| Variant {
-                    tracer,
-                    geometry,
-                    fetch,
-                })
+        [
+            (StorageBuffers, Textures::Buffer),
+            (BufferAddresses, Textures::Buffer),
+            (BufferAddresses, Textures::Images),
+        ]
+        .into_iter()
+        .flat_map(move |(geometry, textures)| {
+            [Fetch::Texels, Fetch::Words].map(|fetch| Variant {
+                tracer,
+                geometry,
+                fetch,
+                textures,
             })
+        })
     }
 
     /// Macros for the preprocessor.
@@ -102,16 +129,18 @@ impl Variant {
                 flag(self.geometry == GeometryAccess::BufferAddresses),
             ),
             ("FETCH_TEXELS", flag(self.fetch == Fetch::Texels)),
+            ("TEXTURE_IMAGES", flag(self.textures == Textures::Images)),
         ]
     }
 
-    /// The embedded shader's key: pass, tracer, geometry access, fetch.
+    /// The embedded shader's key: pass, tracer, geometry access, fetch, textures.
     pub fn key(self, pass: &str) -> String {
         format!(
-            "{pass}.{}.{}.{}",
+            "{pass}.{}.{}.{}.{}",
             self.tracer.name(),
             self.geometry.name(),
-            self.fetch.name()
+            self.fetch.name(),
+            self.textures.name()
         )
     }
 }

@@ -9,7 +9,7 @@ use headwater::metrics::error::Errors;
 use headwater::render::View;
 use headwater::render::presets::Preset;
 use headwater::scene::{Environment, procedural};
-use headwater::tracing::{Fetch, GeometryAccess, Tracer, Variant};
+use headwater::tracing::{Fetch, GeometryAccess, Textures, Tracer, Variant};
 use std::path::Path;
 
 const SCENES: [&str; 4] = ["cornell-glossy", "two-rooms", "night-city", "conservatory"];
@@ -29,6 +29,7 @@ const PLAIN: Variant = Variant {
     tracer: Tracer::ComputeBvh,
     geometry: GeometryAccess::StorageBuffers,
     fetch: Fetch::Words,
+    textures: Textures::Buffer,
 };
 
 /// A picture of `variant` or else of what the rule chooses, which it is, and the driver.

@@ -8,7 +8,7 @@ use headwater::gpu::{Device, DeviceInfo};
 use headwater::layouts::PixelSums;
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::{Image, Scene, Texture, procedural};
-use headwater::tracing::selection::{Selection, TracerChoice, select};
+use headwater::tracing::selection::{Selection, TracerChoice, Wanted, select};
 use headwater::tracing::{Fetch, GeometryAccess, GpuScene, SceneSizes};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -22,7 +22,7 @@ fn alone() -> MutexGuard<'static, ()> {
 fn open(scene: &Scene, change: impl FnOnce(&mut DeviceInfo)) -> (Arc<Device>, Selection) {
     let (instance, mut info) = support::tests_device();
     change(&mut info);
-    let selection = select(&info, TracerChoice::Auto, &SceneSizes::of(scene)).unwrap();
+    let selection = select(&info, Wanted::default(), &SceneSizes::of(scene)).unwrap();
     let device = Device::open(&instance, info, selection.features()).unwrap();
     (device, selection)
 }
@@ -164,7 +164,11 @@ fn a_scene_too_large_to_bind_is_read_by_address() {
     let chosen = |range, texels| {
         let mut info = info.clone();
         (info.max_storage_buffer_range, info.max_texels) = (range, texels);
-        select(&info, TracerChoice::ComputeBvh, &SceneSizes::of(&scene)).unwrap()
+        let wanted = Wanted {
+            tracer: TracerChoice::ComputeBvh,
+            ..Wanted::default()
+        };
+        select(&info, wanted, &SceneSizes::of(&scene)).unwrap()
     };
     assert_eq!(chosen(1 << 20, 1 << 18).variant.fetch, Fetch::Texels);
     let words = chosen(1 << 20, 1 << 17);

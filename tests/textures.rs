@@ -3,12 +3,14 @@
 mod support;
 
 use glam::{Affine2, DVec3, Vec2, Vec3, Vec4};
+use headwater::gpu::{DeviceInfo, DriverKind};
 use headwater::render::presets::Preset;
-use headwater::render::settings::Variant;
+use headwater::render::settings;
 use headwater::render::{Settings, View};
 use headwater::scene::texture::Wrap;
-use headwater::scene::{Image, Material, Scene, Texture, procedural};
-use headwater::tracing::Tracer;
+use headwater::scene::{Environment, Image, Material, Scene, Texture, procedural};
+use headwater::tracing::selection::{TexturesChoice, Wanted, select};
+use headwater::tracing::{SceneSizes, Textures, Tracer, Variant};
 
 /// The bits of a frame by a tracer that the tests' device has.
 fn bits(scene: &Scene, settings: &Settings, tracer: Tracer) -> Vec<[u32; 3]> {
@@ -97,8 +99,121 @@ fn the_full_variant_renders_textures_to_the_same_bits() {
     let [_, textured] = plain_and_textured("cornell-glossy");
     let mut settings = Preset::named("accurate").unwrap().settings().unwrap();
     let specialised = bits(&textured, &settings, Tracer::ComputeBvh);
-    settings.variant = Variant::Full;
+    settings.variant = settings::Variant::Full;
     assert!(specialised == bits(&textured, &settings, Tracer::ComputeBvh));
+}
+
+/// A scene with base colours, normal maps, emissive textures and alpha from images.
+fn conservatory() -> Scene {
+    let mut scene = procedural::generate("conservatory", &[]).unwrap();
+    scene.environment = Some(Environment::open("sky:sun=40,width=64").unwrap());
+    scene
+}
+
+#[test]
+fn images_and_a_buffer_render_to_the_same_bits() {
+    let scene = conservatory();
+    for (preset, tracer) in [
+        ("path-tracing", Tracer::ComputeBvh),
+        ("accurate", Tracer::ComputeBvh),
+        ("path-tracing", Tracer::RayQuery),
+    ] {
+        let settings = Preset::named(preset).unwrap().settings().unwrap();
+        // By each fetch.
+        for images in support::variants(tracer) {
+            if images.textures == Textures::Buffer {
+                continue;
+            }
+            let buffer = Variant {
+                textures: Textures::Buffer,
+                ..images
+            };
+            let [expected, found] = [buffer, images]
+                .map(|variant| support::frame_bits(&scene, &settings, Some(variant)));
+            assert!(expected.iter().any(|pixel| *pixel != [0; 3]));
+            assert!(expected == found, "{preset} {images:?}");
+        }
+    }
+}
+
+/// What is chosen for a device that indexes descriptors and has addresses, after a change of it, or why nothing is.
+fn chosen(
+    scene: &Scene,
+    wanted: TexturesChoice,
+    change: impl FnOnce(&mut DeviceInfo),
+) -> (Option<Textures>, String) {
+    let (_, mut info) = support::tests_device();
+    (info.image_arrays, info.buffer_addresses) = (true, true);
+    (info.max_sampled_images, info.max_image_side) = (1 << 16, 1 << 14);
+    (info.kind, info.driver_kind) = ("discrete", DriverKind::Other);
+    change(&mut info);
+    let wanted = Wanted {
+        textures: wanted,
+        ..Wanted::default()
+    };
+    match select(&info, wanted, &SceneSizes::of(scene)) {
+        Ok(selection) => {
+            assert_eq!(
+                selection.features().image_arrays,
+                selection.variant.textures == Textures::Images
+            );
+            (Some(selection.variant.textures), selection.textures_reason)
+        }
+        Err(error) => {
+            assert_eq!(error.exit_status(), 2);
+            (None, error.to_string())
+        }
+    }
+}
+
+#[test]
+fn a_rule_chooses_how_textures_are_read() {
+    use Textures::{Buffer, Images};
+    use TexturesChoice::Auto;
+    let scene = conservatory();
+    let plain = procedural::generate("cornell", &[]).unwrap();
+    let gpu = |_: &mut DeviceInfo| ();
+    assert_eq!(chosen(&scene, Auto, gpu).0, Some(Images));
+    // Without textures no feature is asked for.
+    assert_eq!(chosen(&plain, Auto, gpu).0, Some(Buffer));
+    assert_eq!(chosen(&scene, TexturesChoice::Buffer, gpu).0, Some(Buffer));
+    let cpu = |info: &mut DeviceInfo| info.kind = "cpu";
+    assert_eq!(chosen(&scene, Auto, cpu).0, Some(Buffer));
+    assert_eq!(chosen(&scene, TexturesChoice::Images, cpu).0, Some(Images));
+    // What no buffer holds, images may.
+    let texels = SceneSizes::of(&scene).bytes.texels;
+    let small = |info: &mut DeviceInfo| (info.kind, info.max_buffer_size) = ("cpu", texels - 1);
+    assert_eq!(chosen(&scene, Auto, small).0, Some(Images));
+    let lacks: [(fn(&mut DeviceInfo), &str); 5] = [
+        (|info| info.image_arrays = false, "descriptor indexing"),
+        (|info| info.buffer_addresses = false, "buffer addresses"),
+        (|info| info.max_sampled_images = 65, "at most 1 of"),
+        (|info| info.max_image_side = 7, "allows 7"),
+        (|info| info.max_buffer_size = 99, "allows 99"),
+    ];
+    for (lack, why) in lacks {
+        let (textures, reason) = chosen(&scene, Auto, lack);
+        assert_eq!(textures, Some(Buffer), "{reason}");
+        assert!(reason.contains(why), "{reason}");
+        let (none, refusal) = chosen(&scene, TexturesChoice::Images, lack);
+        assert_eq!(none, None);
+        assert!(refusal.contains(why) && refusal.contains("--textures buffer"));
+        assert!(!refusal.contains('\n'), "{refusal}");
+    }
+}
+
+#[test]
+fn images_beyond_the_limits_of_the_device_are_refused_by_upload_too() {
+    let (mut device_info, scene) = (support::tests_device().1, conservatory());
+    let Some(variant) = (support::variants(Tracer::ComputeBvh).into_iter())
+        .find(|variant| variant.textures == Textures::Images)
+    else {
+        return;
+    };
+    device_info.max_image_side = 7;
+    let error = SceneSizes::of(&scene).check(&device_info, variant);
+    let text = error.unwrap_err().to_string();
+    assert!(text.contains("allows 7"), "{text}");
 }
 
 /// Vertex colours of 0 and 1 in the place of the materials' own.

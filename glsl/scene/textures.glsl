@@ -20,11 +20,25 @@ int wrapped(int i, int size, uint wrap) {
     return clamp(i, 0, size - 1);
 }
 
+#if TEXTURE_IMAGES
+uniform texture2D images[];
+#endif
+
+// The bytes of a texel. An image gives a byte as the nearest float to a 255th of it, from which it is recovered exactly:
+// so both bodies give the same bits whatever follows.
+uint texel_bytes(GpuTexture used, uint x, uint y) {
+#if TEXTURE_IMAGES
+    return packUnorm4x8(texelFetch(images[nonuniformEXT(used.place)], ivec2(x, y), 0));
+#else
+    return texels.at[used.place + y * used.width + x];
+#endif
+}
+
 // A texel. Colours are sRGB, and decoded before they are mixed; their values come from a table, because drivers differ
 // in powers.
 vec4 texel_at(GpuTexture used, ivec2 i, uvec2 wrap, bool is_color) {
     int x = wrapped(i.x, int(used.width), wrap.x), y = wrapped(i.y, int(used.height), wrap.y);
-    uint texel = texels.at[used.first_texel + uint(y) * used.width + uint(x)];
+    uint texel = texel_bytes(used, uint(x), uint(y));
     if (!is_color) return unpackUnorm4x8(texel);
     return vec4(srgb.at[texel & 0xFFu], srgb.at[(texel >> 8u) & 0xFFu], srgb.at[(texel >> 16u) & 0xFFu],
                 float(texel >> 24u) / 255.0);

@@ -9,7 +9,7 @@ use crate::scene::load::Options;
 use crate::scene::validate::check_camera;
 use crate::scene::{Camera, environment, file_of};
 use crate::toml_text::TomlText;
-use crate::tracing::selection::TracerChoice;
+use crate::tracing::selection::{TexturesChoice, TracerChoice, Wanted};
 use crate::{Error, Result};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
@@ -73,6 +73,9 @@ pub struct SceneArgs {
     /// How rays are traced
     #[arg(long, value_enum, default_value_t)]
     pub tracer: TracerChoice,
+    /// How textures are read
+    #[arg(long, value_enum, default_value_t)]
+    pub textures: TexturesChoice,
     /// The device, by name, part of a name, or index
     #[arg(long, value_name = "NAME|INDEX", env = "HEADWATER_DEVICE")]
     pub device: Option<String>,
@@ -123,6 +126,14 @@ impl Aov {
 }
 
 impl SceneArgs {
+    /// What is asked of the choice of shaders.
+    pub const fn wanted(&self) -> Wanted {
+        Wanted {
+            tracer: self.tracer,
+            textures: self.textures,
+        }
+    }
+
     /// Preset, file and single settings, in this order, and the keys that the last two name.
     ///
     /// # Errors

@@ -1,10 +1,11 @@
-//! `info`: the devices, and the tracer and geometry access that each would get for a scene small enough for its bindings.
+//! `info`: the devices, and the shaders that each would get for a scene with textures that is small enough for its bindings.
 
 use super::{check_messages, open_vulkan, print};
 use crate::Result;
 use crate::json::value_of;
 use crate::tracing::SceneSizes;
-use crate::tracing::selection::{self, TracerChoice};
+use crate::tracing::images::ImageSizes;
+use crate::tracing::selection::{self, Wanted};
 use serde_json::json;
 
 /// Arguments of `info`.
@@ -27,8 +28,15 @@ pub fn run(args: &Args) -> Result<()> {
     let devices = instance.devices()?;
     let (chosen, reason) = instance.choose(args.device.as_deref())?;
     let mut list = Vec::new();
+    let scene = SceneSizes {
+        images: ImageSizes {
+            count: 1,
+            ..ImageSizes::default()
+        },
+        ..SceneSizes::default()
+    };
     for device in &devices {
-        let selection = selection::select(device, TracerChoice::Auto, &SceneSizes::default())?;
+        let selection = selection::select(device, Wanted::default(), &scene)?;
         let taken = device.index == chosen.index;
         if args.json {
             let mut entry = value_of("device", device)?;
@@ -38,6 +46,8 @@ pub fn run(args: &Args) -> Result<()> {
             entry["geometry_reason"] = json!(selection.geometry_reason);
             entry["fetch"] = json!(selection.variant.fetch.name());
             entry["fetch_reason"] = json!(selection.fetch_reason);
+            entry["textures"] = json!(selection.variant.textures.name());
+            entry["textures_reason"] = json!(selection.textures_reason);
             entry["chosen"] = json!(taken);
             list.push(entry);
             continue;
@@ -48,9 +58,10 @@ pub fn run(args: &Args) -> Result<()> {
             device.kind, device.vulkan, device.driver
         ))?;
         print(format_args!(
-            "  ray query  {}; buffer addresses {}; subgroups of {}; timestamps {}",
+            "  ray query  {}; buffer addresses {}; descriptor indexing {}; subgroups of {}; timestamps {}",
             yes(device.ray_query),
             yes(device.buffer_addresses),
+            yes(device.image_arrays),
             device.subgroup_size,
             yes(device.timestamp_period > 0.0)
         ))?;
@@ -73,6 +84,11 @@ pub fn run(args: &Args) -> Result<()> {
                         selection.geometry_reason,
                     ),
                     ("fetch", variant.fetch.name(), selection.fetch_reason),
+                    (
+                        "textures",
+                        variant.textures.name(),
+                        selection.textures_reason,
+                    ),
                 ] {
                     print(format_args!("  {what:<9}  {taken}: {why}"))?;
                 }

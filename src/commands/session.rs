@@ -94,16 +94,18 @@ impl Session {
         let (info, reason) = instance.choose(args.device.as_deref())?;
         log::info!("device: {} ({reason})", info.name);
         let sizes = SceneSizes::of(&scene);
-        let selection = selection::select(&info, args.tracer, &sizes)?;
+        let selection = selection::select(&info, args.wanted(), &sizes)?;
         let variant = selection.variant;
         log::info!(
-            "tracer: {} ({}); geometry: {} ({}); fetch: {} ({})",
+            "tracer: {} ({}); geometry: {} ({}); fetch: {} ({}); textures: {} ({})",
             variant.tracer.name(),
             selection.tracer_reason,
             variant.geometry.name(),
             selection.geometry_reason,
             variant.fetch.name(),
-            selection.fetch_reason
+            selection.fetch_reason,
+            variant.textures.name(),
+            selection.textures_reason
         );
         let device = Device::open(&instance, info, selection.features())?;
         let origin = camera.camera_to_world.translation;
@@ -382,6 +384,8 @@ impl Session {
             "geometry_reason": self.selection.geometry_reason,
             "fetch": self.selection.variant.fetch.name(),
             "fetch_reason": self.selection.fetch_reason,
+            "textures": self.selection.variant.textures.name(),
+            "textures_reason": self.selection.textures_reason,
             "width": self.view.width,
             "height": self.view.height,
             "seed": self.view.seed,

@@ -20,7 +20,7 @@ use crate::study::store::Store;
 use crate::study::subject::Subject;
 use crate::study::work::{self, Work};
 use crate::tracing::SceneSizes;
-use crate::tracing::selection::{self, TracerChoice};
+use crate::tracing::selection::{self, TracerChoice, Wanted};
 use crate::{Error, Result};
 use std::io::Write;
 use std::path::PathBuf;
@@ -129,7 +129,11 @@ pub fn run(args: &Args) -> Result<()> {
         scene.environment = (planned.environment.as_deref().map(Environment::open)).transpose()?;
         let clock = plan.clock();
         apply_clock(&clock, &mut scene, &format!("{name}: "))?;
-        let selection = selection::select(&info, args.tracer, &SceneSizes::of(&scene))?;
+        let wanted = Wanted {
+            tracer: args.tracer,
+            ..Wanted::default()
+        };
+        let selection = selection::select(&info, wanted, &SceneSizes::of(&scene))?;
         let device = Device::open(&instance, info.clone(), selection.features())?;
         let (camera, moving) = camera(planned, &scene, clock.start_time)?;
         let (width, height) = size_for(&camera, Some(plan.width), None)?;

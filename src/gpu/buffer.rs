@@ -202,13 +202,7 @@ impl Buffer {
         }
         // Large uploads are split, so that staging memory stays small.
         let piece = bytes.len().min(64 << 20);
-        let mut staging = Self::with_location(
-            &self.device,
-            "staging (upload)",
-            piece as u64,
-            Usage::default(),
-            MemoryLocation::CpuToGpu,
-        )?;
+        let mut staging = Self::staging(&self.device, piece as u64)?;
         for (index, part) in bytes.chunks(piece).enumerate() {
             staging.mapped()?[..part.len()].copy_from_slice(part);
             copy(
@@ -254,6 +248,17 @@ impl Buffer {
         Ok(values)
     }
 
+    /// A buffer of `size` bytes that the host writes, for uploads.
+    pub(super) fn staging(device: &Arc<Device>, size: u64) -> Result<Self> {
+        Self::with_location(
+            device,
+            "staging (upload)",
+            size,
+            Usage::default(),
+            MemoryLocation::CpuToGpu,
+        )
+    }
+
     fn check(&self, size: u64) -> Result<()> {
         if size > self.size {
             return Err(Error::failed(format!(
@@ -264,7 +269,8 @@ impl Buffer {
         Ok(())
     }
 
-    fn mapped(&mut self) -> Result<&mut [u8]> {
+    /// Its memory, if the host sees it.
+    pub(super) fn mapped(&mut self) -> Result<&mut [u8]> {
         self.allocation
             .as_mut()
             .and_then(Allocation::mapped_slice_mut)

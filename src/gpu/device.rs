@@ -16,6 +16,8 @@ pub struct Features {
     pub ray_query: bool,
     /// Buffer device addresses.
     pub buffer_addresses: bool,
+    /// Arrays of sampled images, which each invocation indexes by itself.
+    pub image_arrays: bool,
 }
 
 /// An open device, shared by all objects made from it.
@@ -65,9 +67,17 @@ impl Device {
                 info.name
             )));
         }
+        if features.image_arrays && !info.image_arrays {
+            return Err(Error::input(format!(
+                "device '{}' has no arrays of images",
+                info.name
+            )));
+        }
         let mut vulkan12 = vk::PhysicalDeviceVulkan12Features::default()
             .scalar_block_layout(true)
-            .buffer_device_address(addresses);
+            .buffer_device_address(addresses)
+            .runtime_descriptor_array(features.image_arrays)
+            .shader_sampled_image_array_non_uniform_indexing(features.image_arrays);
         let mut acceleration = vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default()
             .acceleration_structure(true);
         let mut ray_query = vk::PhysicalDeviceRayQueryFeaturesKHR::default().ray_query(true);

@@ -88,6 +88,8 @@ pub struct DeviceInfo {
     pub ray_query: bool,
     /// Whether buffers have device addresses.
     pub buffer_addresses: bool,
+    /// Whether each invocation can index arrays of sampled images by itself (descriptor indexing).
+    pub image_arrays: bool,
     /// Invocations in a subgroup.
     pub subgroup_size: u32,
     /// Nanoseconds per timestamp tick; 0 if compute queues have no timestamps.
@@ -96,6 +98,10 @@ pub struct DeviceInfo {
     pub max_storage_buffer_range: u64,
     /// Largest number of texels in one buffer.
     pub max_texels: u32,
+    /// Most images and buffers that one pass can bind where it samples images.
+    pub max_sampled_images: u32,
+    /// Longest side of an image, in texels.
+    pub max_image_side: u32,
     /// Largest buffer, in bytes.
     pub max_buffer_size: u64,
     /// Memory on the device, in bytes.
@@ -400,6 +406,8 @@ impl Instance {
                 && has(khr::ray_query::NAME)
                 && has(khr::deferred_host_operations::NAME),
             buffer_addresses: vulkan12.buffer_device_address != 0,
+            image_arrays: vulkan12.runtime_descriptor_array != 0
+                && vulkan12.shader_sampled_image_array_non_uniform_indexing != 0,
             subgroup_size: subgroup.subgroup_size,
             timestamp_period: if timestamps {
                 plain.limits.timestamp_period
@@ -408,6 +416,10 @@ impl Instance {
             },
             max_storage_buffer_range: u64::from(plain.limits.max_storage_buffer_range),
             max_texels: plain.limits.max_texel_buffer_elements,
+            max_sampled_images: (plain.limits.max_per_stage_descriptor_sampled_images)
+                .min(plain.limits.max_descriptor_set_sampled_images)
+                .min(plain.limits.max_per_stage_resources),
+            max_image_side: plain.limits.max_image_dimension2_d,
             max_buffer_size: maintenance3.max_memory_allocation_size,
             device_memory: memory.memory_heaps[..memory.memory_heap_count as usize]
                 .iter()

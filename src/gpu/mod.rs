@@ -10,7 +10,7 @@
 //! `# Errors` sections list only what can fail besides.
 //!
 //! Each file uses only files before it: `messages`, `instance`, `device`, `commands`, `buffer`,
-//! `acceleration`, `layout`, `reflection`, `compilation`, `pass`, `recording` (`compiler` uses none).
+//! `sampled_image`, `acceleration`, `layout`, `reflection`, `compilation`, `pass`, `recording` (`compiler` uses none).
 
 pub mod acceleration;
 pub mod buffer;
@@ -25,6 +25,7 @@ pub mod pass;
 mod recorder;
 pub mod recording;
 pub mod reflection;
+pub mod sampled_image;
 
 pub use acceleration::{AccelerationStructure, BlasGeometry, TlasInstance};
 pub use buffer::{Buffer, Usage};
@@ -33,3 +34,4 @@ pub use device::{Device, Features};
 pub use instance::{DeviceInfo, DriverKind, Instance};
 pub use pass::{Bindings, ComputePass, Resource};
 pub use recording::Recording;
+pub use sampled_image::SampledImage;

@@ -5,6 +5,7 @@ use super::buffer::Buffer;
 use super::compilation::Compilation;
 use super::device::Device;
 use super::reflection::{BindingKind, Interface, Reflection};
+use super::sampled_image::SampledImage;
 use crate::{Error, Result};
 use ash::vk;
 use std::sync::Arc;
@@ -21,6 +22,8 @@ pub enum Resource<'a> {
     Uniform(&'a Buffer),
     /// A buffer read as texels of four `uint`s.
     Texels(&'a Buffer),
+    /// An array of sampled images.
+    Images(&'a [SampledImage]),
     /// A top-level acceleration structure.
     AccelerationStructure(&'a AccelerationStructure),
 }
@@ -71,6 +74,8 @@ pub struct ComputePass {
     pub(super) layouts: Layouts,
     pub(super) interface: Interface,
     name: String,
+    /// Length of an array of images, if the shader has one.
+    image_count: u32,
     has_run: AtomicBool,
 }
 
@@ -79,6 +84,7 @@ fn descriptor_type(kind: BindingKind) -> vk::DescriptorType {
         BindingKind::Storage { .. } => vk::DescriptorType::STORAGE_BUFFER,
         BindingKind::Uniform => vk::DescriptorType::UNIFORM_BUFFER,
         BindingKind::Texels => vk::DescriptorType::UNIFORM_TEXEL_BUFFER,
+        BindingKind::Images => vk::DescriptorType::SAMPLED_IMAGE,
         BindingKind::AccelerationStructure => vk::DescriptorType::ACCELERATION_STRUCTURE_KHR,
     }
 }
@@ -150,6 +156,20 @@ impl ComputePass {
         words: &[u32],
         constants: &[(u32, u32)],
     ) -> Result<Self> {
+        Self::with_images(device, name, words, constants, 0)
+    }
+
+    /// [`Self::new`] of a shader that may have an array of images, to which `image_count` images will be bound.
+    ///
+    /// # Errors
+    /// Those of [`Self::new`].
+    pub fn with_images(
+        device: &Arc<Device>,
+        name: &str,
+        words: &[u32],
+        constants: &[(u32, u32)],
+        image_count: u32,
+    ) -> Result<Self> {
         let interface = Reflection::new(words)?.interface()?;
         let bindings: Vec<_> = interface
             .bindings
@@ -158,7 +178,10 @@ impl ComputePass {
                 vk::DescriptorSetLayoutBinding::default()
                     .binding(b.number)
                     .descriptor_type(descriptor_type(b.kind))
-                    .descriptor_count(1)
+                    .descriptor_count(match b.kind {
+                        BindingKind::Images => image_count,
+                        _ => 1,
+                    })
                     .stage_flags(vk::ShaderStageFlags::COMPUTE)
             })
             .collect();
@@ -177,6 +200,7 @@ impl ComputePass {
             layouts,
             interface,
             name: name.to_owned(),
+            image_count,
             has_run: AtomicBool::new(false),
         })
     }
@@ -216,6 +240,9 @@ impl ComputePass {
                     (Resource::Write(_), BindingKind::Storage { writes }) => writes,
                     (Resource::Uniform(_), BindingKind::Uniform) => true,
                     (Resource::Texels(_), BindingKind::Texels) => true,
+                    (Resource::Images(images), BindingKind::Images) => {
+                        images.len() == self.image_count as usize
+                    }
                     (Resource::Read(buffer), BindingKind::Texels) => buffer.is_texels(),
                     (Resource::AccelerationStructure(_), BindingKind::AccelerationStructure) => {
                         true

@@ -122,6 +122,17 @@ impl<'a> Recording<'a> {
         if device.features.ray_query {
             sizes.push(size(vk::DescriptorType::ACCELERATION_STRUCTURE_KHR));
         }
+        let image_count = (resources.iter()).map(|resource| match resource {
+            Resource::Images(images) => images.len() as u32,
+            _ => 0,
+        });
+        let image_count = image_count.sum();
+        if image_count > 0 {
+            sizes.push(vk::DescriptorPoolSize {
+                ty: vk::DescriptorType::SAMPLED_IMAGE,
+                descriptor_count: image_count,
+            });
+        }
         let raw = &device.raw;
         let info = vk::DescriptorPoolCreateInfo::default()
             .max_sets(1)
@@ -161,6 +172,20 @@ impl<'a> Recording<'a> {
                         .push_next(&mut chain);
                     write.descriptor_count = 1;
                     update(write);
+                }
+                Resource::Images(images) => {
+                    let views: Vec<_> = (images.iter())
+                        .map(|image| {
+                            vk::DescriptorImageInfo::default()
+                                .image_view(image.view)
+                                .image_layout(vk::ImageLayout::GENERAL)
+                        })
+                        .collect();
+                    update(
+                        write
+                            .descriptor_type(vk::DescriptorType::SAMPLED_IMAGE)
+                            .image_info(&views),
+                    );
                 }
                 Resource::Uniform(buffer) => update(
                     write

@@ -4,7 +4,7 @@
 use super::layout::StructLayout;
 use crate::{Error, Result};
 use rspirv::dr::{Instruction, Module, Operand};
-use rspirv::spirv::{Decoration, Op, StorageClass};
+use rspirv::spirv::{Decoration, Dim, Op, StorageClass};
 use std::collections::HashMap;
 
 /// The kind of a binding.
@@ -19,6 +19,8 @@ pub enum BindingKind {
     Uniform,
     /// A buffer of texels that the shader only reads.
     Texels,
+    /// An array of sampled images, as long as what is bound to it.
+    Images,
     /// A top-level acceleration structure.
     AccelerationStructure,
 }
@@ -78,6 +80,12 @@ fn literal(operand: &Operand) -> Option<u32> {
     }
 }
 
+/// Whether a type is an image of a dimension.
+fn is_image(instruction: &Instruction, dim: Dim) -> bool {
+    instruction.class.opcode == Op::TypeImage
+        && instruction.operands.get(1) == Some(&Operand::Dim(dim))
+}
+
 impl Reflection {
     /// Parses SPIR-V words.
     ///
@@ -129,7 +137,8 @@ impl Reflection {
                 },
                 StorageClass::Uniform => BindingKind::Uniform,
                 StorageClass::UniformConstant => match self.instruction(pointee) {
-                    Some(i) if i.class.opcode == Op::TypeImage => BindingKind::Texels,
+                    Some(i) if is_image(i, Dim::DimBuffer) => BindingKind::Texels,
+                    Some(i) if self.is_array_of_images(i) => BindingKind::Images,
                     _ => BindingKind::AccelerationStructure,
                 },
                 _ => continue,
@@ -243,6 +252,14 @@ impl Reflection {
             .types_global_values
             .iter()
             .find(|i| i.result_id == Some(result))
+    }
+
+    /// Whether a type is an array, of any length, of images of two dimensions.
+    fn is_array_of_images(&self, instruction: &Instruction) -> bool {
+        let element = instruction.operands.first().and_then(id);
+        instruction.class.opcode == Op::TypeRuntimeArray
+            && (element.and_then(|element| self.instruction(element)))
+                .is_some_and(|element| is_image(element, Dim::Dim2D))
     }
 
     fn decoration(&self, target: u32, wanted: Decoration) -> Option<u32> {

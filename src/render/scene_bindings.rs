@@ -43,7 +43,13 @@ impl SceneBindings {
     /// A shader whose interface cannot be bound by name.
     pub fn pass(&self, name: &str, specialisation: &Specialisation) -> Result<ComputePass> {
         let spirv = shaders::spirv(name, self.scene.variant)?;
-        ComputePass::new(&self.device, name, &spirv, &specialisation.words())
+        ComputePass::with_images(
+            &self.device,
+            name,
+            &spirv,
+            &specialisation.words(),
+            self.scene.image_count(),
+        )
     }
 
     /// What shaders may bind.

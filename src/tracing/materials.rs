@@ -1,5 +1,6 @@
 //! Materials and textures as shaders read them.
 
+use super::Textures;
 use crate::layouts::{
     ALPHA_BLEND, ALPHA_MASK, ALPHA_OPAQUE, GpuLightTexture, GpuMaterial, GpuTexture,
     MATERIAL_UNLIT, NONE, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT,
@@ -17,19 +18,24 @@ pub struct Materials {
     pub textures: Vec<GpuTexture>,
     /// For each material its emissive texture, or NONE.
     emissive: Vec<u32>,
-    /// The texels of all images.
+    /// The texels of all images; empty where images are sampled.
     pub texels: Vec<u32>,
     /// The linear value of each sRGB byte; empty without textures.
     pub srgb: Vec<f32>,
 }
 
 impl Materials {
-    /// Those of a scene, given which of them give light at any time, and the unit of radiance.
-    pub fn of(scene: &Scene, lamps: &[bool], radiance: f64) -> Self {
+    /// Those of a scene, given which of them give light at any time, the unit of radiance, and how shaders read
+    /// textures.
+    pub fn of(scene: &Scene, lamps: &[bool], radiance: f64, read: Textures) -> Self {
         let mut texels = Vec::new();
-        let mut first_texels = Vec::with_capacity(scene.images.len());
-        for image in &scene.images {
-            first_texels.push(texels.len() as u32);
+        let mut places = Vec::with_capacity(scene.images.len());
+        for (index, image) in scene.images.iter().enumerate() {
+            if read == Textures::Images {
+                places.push(index as u32);
+                continue;
+            }
+            places.push(texels.len() as u32);
             texels.extend(image.texels.iter().map(|texel| u32::from_le_bytes(*texel)));
         }
         let mut textures = Vec::new();
@@ -40,7 +46,7 @@ impl Materials {
                 column_u: used.transform.matrix2.x_axis,
                 column_v: used.transform.matrix2.y_axis,
                 offset: used.transform.translation,
-                first_texel: first_texels[used.image as usize],
+                place: places[used.image as usize],
                 width: image.width,
                 height: image.height,
                 set: used.set,

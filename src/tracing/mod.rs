@@ -7,6 +7,7 @@ pub mod environment;
 mod epochs;
 pub mod gather;
 pub mod geometry;
+pub mod images;
 pub mod lights;
 pub mod materials;
 mod pose;
@@ -17,7 +18,7 @@ pub mod shaders;
 pub mod sizes;
 pub mod units;
 
-pub use crate::shader_variants::{Fetch, GeometryAccess, Tracer, Variant};
+pub use crate::shader_variants::{Fetch, GeometryAccess, Textures, Tracer, Variant};
 pub use materials::gpu_material;
 pub use scene::GpuScene;
 pub use sizes::SceneSizes;

@@ -6,15 +6,16 @@ use super::environment::EnvironmentTexels;
 use super::epochs::{EpochContents, MovingScene};
 use super::gather::{ElementCounts, gather};
 use super::geometry::Geometry;
+use super::images;
 pub use super::lights::gpu_lights;
 use super::materials::Materials;
 use super::pose::ScenePoser;
 use super::ray_query::RayQueryScene;
 use super::sizes::{SceneSizes, check_buffer};
 use super::units::Units;
-use super::{Tracer, Variant};
+use super::{Textures, Tracer, Variant};
 use crate::Result;
-use crate::gpu::{Device, Resource};
+use crate::gpu::{Device, Resource, SampledImage};
 use crate::scene::Scene;
 use crate::scene::motion::Pose;
 use crate::scene::requirements::Requirements;
@@ -37,6 +38,8 @@ pub struct GpuScene {
     /// Entries that the stack of the traversal in compute needs, rounded up so that scenes share shaders.
     pub stack_size: u32,
     buffers: SceneBuffers,
+    /// The images of textures, where shaders sample them.
+    images: Vec<SampledImage>,
     ray_query: Option<RayQueryScene>,
     moving: Option<MovingScene>,
 }
@@ -71,7 +74,12 @@ impl GpuScene {
             instances: pose.instances.len() as u64,
             ..ElementCounts::of(scene)
         };
-        let materials = Materials::of(&gathered.scene, &gathered.lamps, units.radiance);
+        let materials = Materials::of(
+            &gathered.scene,
+            &gathered.lamps,
+            units.radiance,
+            variant.textures,
+        );
         let light_textures = match counts.textured_lights {
             true => materials.of_lights(poser.lamps()),
             false => Vec::new(),
@@ -115,6 +123,10 @@ impl GpuScene {
             }),
         );
         let buffers = SceneBuffers::new(device, &contents, &counts, variant)?;
+        let images = match variant.textures {
+            Textures::Buffer => Vec::new(),
+            Textures::Images => images::upload(device, scene)?,
+        };
         let ray_query = match variant.tracer {
             Tracer::RayQuery => {
                 let mesh_of = gathered.scene.instances.iter().map(|i| i.mesh).collect();
@@ -134,6 +146,7 @@ impl GpuScene {
             mean_light_luminance,
             stack_size,
             buffers,
+            images,
             ray_query,
             moving,
         })
@@ -194,6 +207,9 @@ impl GpuScene {
     /// What shaders may bind.
     pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
         let mut resources = self.buffers.resources(self.variant);
+        if self.variant.textures == Textures::Images {
+            resources.push(("images", Resource::Images(&self.images)));
+        }
         if let Some(scene) = &self.ray_query {
             let structure = Resource::AccelerationStructure;
             resources.push(("top_level", structure(scene.top())));
@@ -202,10 +218,18 @@ impl GpuScene {
         resources
     }
 
+    /// Number of images that shaders may sample.
+    pub fn image_count(&self) -> u32 {
+        self.images.len() as u32
+    }
+
     /// Bytes on the device, by buffer.
     pub fn memory(&self) -> Vec<(&str, u64)> {
         let buffers = self.buffers.named().into_iter();
         let mut memory: Vec<(&str, u64)> = buffers.map(|(name, b)| (name, b.size())).collect();
+        if !self.images.is_empty() {
+            memory.push(("images", self.images.iter().map(SampledImage::size).sum()));
+        }
         if let Some(scene) = &self.ray_query {
             memory.push(("acceleration structures", scene.size()));
         }

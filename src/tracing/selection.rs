@@ -1,9 +1,9 @@
-//! The choice of tracer and geometry access for a scene on a device: by rule from the device and the size of the
+//! The choice of tracer, geometry access and textures for a scene on a device: by rule from the device and the size of the
 //! scene, never from a timing, so that the same command on the same machine always does the same.
 
 use super::buffers::is_fetched;
 use super::sizes::SceneSizes;
-use super::{Fetch, GeometryAccess, Tracer, Variant};
+use super::{Fetch, GeometryAccess, Textures, Tracer, Variant};
 use crate::gpu::{DeviceInfo, DriverKind, Features};
 use crate::{Error, Result};
 
@@ -20,6 +20,27 @@ pub enum TracerChoice {
     ComputeBvh,
 }
 
+/// How textures are read, as the user asks for it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum TexturesChoice {
+    /// By rule from the device.
+    #[default]
+    Auto,
+    /// From images, by descriptor indexing.
+    Images,
+    /// From a buffer.
+    Buffer,
+}
+
+/// What the user asks for; by default, rules choose.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Wanted {
+    /// The tracer.
+    pub tracer: TracerChoice,
+    /// How textures are read.
+    pub textures: TexturesChoice,
+}
+
 /// A variant and the reasons for it.
 #[derive(Clone, Debug)]
 pub struct Selection {
@@ -31,6 +52,8 @@ pub struct Selection {
     pub geometry_reason: String,
     /// Why this fetch.
     pub fetch_reason: String,
+    /// Why textures are read so.
+    pub textures_reason: String,
 }
 
 impl Selection {
@@ -39,6 +62,7 @@ impl Selection {
         Features {
             ray_query: self.variant.tracer == Tracer::RayQuery,
             buffer_addresses: self.variant.geometry == GeometryAccess::BufferAddresses,
+            image_arrays: self.variant.textures == Textures::Images,
         }
     }
 }
@@ -49,20 +73,23 @@ impl Selection {
 /// `night-city`) and scenes that these can bind.
 ///
 /// # Errors
-/// Ray query was asked for on a device that has none.
-pub fn select(device: &DeviceInfo, wanted: TracerChoice, scene: &SceneSizes) -> Result<Selection> {
-    let (tracer, tracer_reason) = tracer(device, wanted)?;
+/// Ray query was asked for on a device that has none, or images on one that cannot sample those of the scene.
+pub fn select(device: &DeviceInfo, wanted: Wanted, scene: &SceneSizes) -> Result<Selection> {
+    let (tracer, tracer_reason) = tracer(device, wanted.tracer)?;
     let (fetch, fetch_reason) = fetch(device, scene);
     let (geometry, geometry_reason) = geometry(device, scene, fetch);
+    let (textures, textures_reason) = textures(device, wanted.textures, scene, geometry)?;
     Ok(Selection {
         variant: Variant {
             tracer,
             geometry,
             fetch,
+            textures,
         },
         tracer_reason: tracer_reason.into(),
         geometry_reason,
         fetch_reason,
+        textures_reason,
     })
 }
 
@@ -129,4 +156,46 @@ fn geometry(device: &DeviceInfo, scene: &SceneSizes, fetch: Fetch) -> (GeometryA
             "the device has buffer addresses".to_owned(),
         ),
     }
+}
+
+fn textures(
+    device: &DeviceInfo,
+    wanted: TexturesChoice,
+    scene: &SceneSizes,
+    geometry: GeometryAccess,
+) -> Result<(Textures, String)> {
+    let obstacle = if !device.image_arrays {
+        Some("the device has no descriptor indexing".to_owned())
+    } else if geometry == GeometryAccess::StorageBuffers {
+        Some("images go with buffer addresses".to_owned())
+    } else {
+        scene.images.excess(device)
+    };
+    Ok(match (wanted, obstacle) {
+        _ if scene.images.count == 0 => (Textures::Buffer, "the scene has no images".into()),
+        (TexturesChoice::Images, Some(obstacle)) => {
+            return Err(Error::input(format!(
+                "textures cannot be images on device '{}': {obstacle}; use --textures buffer or auto",
+                device.name
+            )));
+        }
+        (TexturesChoice::Images, None) => (Textures::Images, "asked for".into()),
+        (TexturesChoice::Buffer, _) => (Textures::Buffer, "asked for".into()),
+        (TexturesChoice::Auto, Some(obstacle)) => (Textures::Buffer, obstacle),
+        (TexturesChoice::Auto, None) if scene.bytes.texels > device.max_buffer_size => (
+            Textures::Images,
+            format!(
+                "the texels take {} bytes, a buffer holds {}",
+                scene.bytes.texels, device.max_buffer_size
+            ),
+        ),
+        (TexturesChoice::Auto, None) if device.is_cpu() => (
+            Textures::Buffer,
+            "images on a CPU device are slower than a buffer".into(),
+        ),
+        (TexturesChoice::Auto, None) => (
+            Textures::Images,
+            "the device has descriptor indexing".into(),
+        ),
+    })
 }

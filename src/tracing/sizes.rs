@@ -2,7 +2,8 @@
 
 use super::buffers::{BufferBytes, is_fetched};
 use super::gather::ElementCounts;
-use super::{Fetch, GeometryAccess, Variant};
+use super::images::ImageSizes;
+use super::{Fetch, GeometryAccess, Textures, Variant};
 use crate::gpu::DeviceInfo;
 use crate::layouts::LIGHT_MASK;
 use crate::scene::Scene;
@@ -23,6 +24,8 @@ pub struct SceneSizes {
     pub triangle_lights: u64,
     /// Bytes of its buffers, without the nodes of trees.
     pub bytes: BufferBytes,
+    /// Its images.
+    pub images: ImageSizes,
 }
 
 impl SceneSizes {
@@ -33,6 +36,7 @@ impl SceneSizes {
             triangles: counts.triangles,
             triangle_lights: counts.triangle_lights,
             bytes: BufferBytes::of(&counts),
+            images: ImageSizes::of(scene),
         }
     }
 
@@ -60,7 +64,17 @@ impl SceneSizes {
                 self.triangle_lights
             )));
         }
+        let samples_images = variant.textures == Textures::Images;
+        if let Some(excess) = self.images.excess(device).filter(|_| samples_images) {
+            return Err(Error::input(format!(
+                "the scene's textures cannot be images on device '{}': {excess}; use --textures auto",
+                device.name
+            )));
+        }
         for (name, bytes) in self.bytes.named() {
+            if name == "texels" && samples_images {
+                continue;
+            }
             check_buffer(device, variant, name, bytes)?;
         }
         let total: u64 = self.bytes.named().iter().map(|(_, bytes)| bytes).sum();

@@ -12,14 +12,15 @@ mod support;
 mod surfaces;
 mod textures;
 
-use headwater::gpu::{Buffer, ComputePass, Recording, Resource, Usage, compiler};
+use headwater::gpu::{Buffer, ComputePass, Recording, Resource, SampledImage, Usage, compiler};
 use headwater::layouts::{GpuMaterial, GpuTexture, RestirConstants};
 use headwater::render::energy::albedo_table;
+use headwater::scene::Image;
 use headwater::tracing::buffers::SceneTable;
 use headwater::tracing::environment::EnvironmentTexels;
 use headwater::tracing::lights::Lights;
 use headwater::tracing::shaders::sources;
-use headwater::tracing::{Fetch, GeometryAccess, Tracer, Variant};
+use headwater::tracing::{Fetch, GeometryAccess, Textures, Tracer, Variant};
 use std::sync::LazyLock;
 
 headwater::bindings! {
@@ -44,6 +45,7 @@ pub struct Tables {
     textures: Buffer,
     texels: Buffer,
     srgb: Buffer,
+    images: Vec<SampledImage>,
     counters: Buffer,
     scene: Buffer,
     restir: Buffer,
@@ -66,6 +68,7 @@ impl Tables {
             ("textures", Resource::Read(&self.textures)),
             ("texels", Resource::Read(&self.texels)),
             ("srgb", Resource::Read(&self.srgb)),
+            ("images", Resource::Images(&self.images)),
             ("counters", Resource::Write(&self.counters)),
             ("scene", Resource::Uniform(&self.scene)),
             ("restir", Resource::Uniform(&self.restir)),
@@ -90,6 +93,8 @@ pub struct Function<'a> {
     pub textures: &'a [GpuTexture],
     /// What `texels` holds.
     pub texels: &'a [u32],
+    /// The images that textures are read from; without any they are read from `texels`.
+    pub images: &'a [Image],
     /// What `srgb` holds.
     pub srgb: &'a [f32],
     /// What `restir` holds.
@@ -135,6 +140,10 @@ impl Function<'_> {
             tracer: Tracer::ComputeBvh,
             geometry: GeometryAccess::StorageBuffers,
             fetch: Fetch::Words,
+            textures: match self.images {
+                [] => Textures::Buffer,
+                _ => Textures::Images,
+            },
         };
         let mut sources = sources();
         for (file, text, planted) in self.fault.iter().chain(self.changes) {
@@ -182,13 +191,18 @@ impl Function<'_> {
             textures: buffer("textures", bytemuck::cast_slice(self.textures)),
             texels: buffer("texels", bytemuck::cast_slice(self.texels)),
             srgb: buffer("srgb", bytemuck::cast_slice(self.srgb)),
+            images: (self.images.iter())
+                .map(|i| SampledImage::new(&device, "image", i.width, &i.texels).unwrap())
+                .collect(),
             counters: buffer("counters", &[0; 64]),
             scene: Buffer::from_slice(&device, "scene", &[table], uniform).unwrap(),
             restir: Buffer::from_slice(&device, "restir", &[self.restir], uniform).unwrap(),
         };
         let inputs_buffer = buffer("inputs", bytemuck::cast_slice(inputs));
         let outputs = buffer("outputs", &vec![0; inputs.len() * 32]);
-        let pass = ComputePass::new(&device, "function", &words, self.constants).unwrap();
+        let images = tables.images.len() as u32;
+        let pass = ComputePass::with_images(&device, "function", &words, self.constants, images);
+        let pass = pass.unwrap();
         let bindings = Call {
             tables: &tables,
             inputs: &inputs_buffer,

@@ -1,11 +1,12 @@
 //! Tests of shader functions: lookups of textures.
 
-use crate::support::random::Random;
+use crate::support::{self, random::Random};
 use crate::{Function, floats, number};
 use glam::{Affine2, Vec2, Vec4};
 use headwater::layouts::{GpuMaterial, NONE};
 use headwater::scene::texture::{Image, Texture, Wrap, linear, srgb};
 use headwater::scene::{Material, Scene};
+use headwater::tracing::Textures;
 use headwater::tracing::materials::Materials;
 
 /// An image of random texels.
@@ -64,7 +65,8 @@ fn lookups_are_those_of_the_twin() {
         images,
         ..Scene::default()
     };
-    let tables = Materials::of(&scene, &scene.lamp_materials(), 1.0);
+    let tables_of = |read| Materials::of(&scene, &scene.lamp_materials(), 1.0, read);
+    let tables = tables_of(Textures::Buffer);
     let mut inputs = Vec::new();
     for texture in 0..textures.len() {
         for i in 0..400 {
@@ -100,7 +102,24 @@ fn lookups_are_those_of_the_twin() {
             }
             wrong
         };
-        let off = wrong(function.run(&inputs));
+        let found = function.run(&inputs);
+        if support::tests_device().1.image_arrays {
+            let tables = tables_of(Textures::Images);
+            let mut sampled = Function {
+                textures: &tables.textures,
+                texels: &tables.texels,
+                images: &scene.images,
+                ..function.clone()
+            };
+            assert!(tables.texels.is_empty());
+            assert!(
+                sampled.run(&inputs) == found,
+                "images give other bits than the buffer"
+            );
+            sampled.fault = Some(("scene/textures.glsl", "ivec2(x, y), 0", "ivec2(y, x), 0"));
+            assert!(sampled.run(&inputs) != found);
+        }
+        let off = wrong(found);
         assert!(off * 500 < inputs.len(), "{off} of {}", inputs.len());
         function.fault = Some(("scene/textures.glsl", "period - 1 - i", "period - 2 - i"));
         assert!(wrong(function.run(&inputs)) * 20 > inputs.len());
@@ -123,7 +142,8 @@ fn coordinates_that_are_huge_stay_inside_the_image() {
             .into(),
         ..Scene::default()
     };
-    let tables = Materials::of(&scene, &scene.lamp_materials(), 1.0);
+    let lamps = scene.lamp_materials();
+    let tables = Materials::of(&scene, &lamps, 1.0, Textures::Buffer);
     // The index of the texel, from the texel: all others of the array would be wrong.
     let texels: Vec<u32> = (0..21).map(|_| 0x4040_4040).chain([0; 100]).collect();
     let function = Function {

@@ -9,8 +9,8 @@ use headwater::gpu::{Device, DeviceInfo, Features, Instance};
 use headwater::render::outputs::Sums;
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::{Camera, Instance as Placed, Material, Mesh, Part, Scene};
-use headwater::tracing::selection::{self, Selection, TracerChoice};
-use headwater::tracing::{GeometryAccess, GpuScene, SceneSizes, Tracer, Variant};
+use headwater::tracing::selection::{self, Selection, Wanted};
+use headwater::tracing::{GeometryAccess, GpuScene, SceneSizes, Textures, Tracer, Variant};
 use std::io::Write as _;
 use std::path::Path;
 use std::sync::{Arc, LazyLock, Mutex};
@@ -58,6 +58,7 @@ fn shared() -> &'static Shared {
                 Features {
                     ray_query,
                     buffer_addresses,
+                    image_arrays: false,
                 }
             });
         let devices = [
@@ -67,6 +68,14 @@ fn shared() -> &'static Shared {
         ]
         .into_iter()
         .flatten()
+        .flat_map(|features| {
+            let with_images = Features {
+                image_arrays: info.image_arrays,
+                ..features
+            };
+            let both = [features, with_images];
+            both.into_iter().take(1 + usize::from(info.image_arrays))
+        })
         .flat_map(|features| std::iter::repeat_n(features, count))
         .map(|features| {
             let (instance, info) = choose();
@@ -106,14 +115,14 @@ pub fn variants(tracer: Tracer) -> Vec<Variant> {
     }
     Variant::of(tracer)
         .filter(|v| v.geometry == GeometryAccess::StorageBuffers || info.buffer_addresses)
+        .filter(|v| v.textures == Textures::Buffer || info.image_arrays)
         .collect()
 }
 
 /// The tests' device with the features for `variant` or, with none, for what the rule chooses.
 pub fn open_device(variant: Option<Variant>) -> (Arc<Device>, Selection) {
     let info = &shared().info;
-    let mut selection =
-        selection::select(info, TracerChoice::Auto, &SceneSizes::default()).unwrap();
+    let mut selection = selection::select(info, Wanted::default(), &SceneSizes::default()).unwrap();
     if let Some(variant) = variant {
         selection.variant = variant;
     }

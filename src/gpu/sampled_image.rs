@@ -1,0 +1,225 @@
+//! Images of bytes that shaders fetch texels from.
+
+use super::buffer::Buffer;
+use super::commands::Commands;
+use super::device::Device;
+use crate::{Error, Result};
+use ash::vk;
+use ash::vk::ImageLayout;
+use gpu_allocator::MemoryLocation;
+use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
+use std::sync::Arc;
+
+/// Four bytes that shaders read as 0…1; every device samples this format.
+const FORMAT: vk::Format = vk::Format::R8G8B8A8_UNORM;
+
+/// The layout while texels are copied: the layers warn of copies into `GENERAL`.
+const UPLOAD: ImageLayout = ImageLayout::TRANSFER_DST_OPTIMAL;
+
+/// Most bytes that are uploaded at once, but for a single row.
+const PIECE: usize = 64 << 20;
+
+/// All of an image: it has one level of detail and one layer.
+const WHOLE: vk::ImageSubresourceRange = vk::ImageSubresourceRange {
+    aspect_mask: vk::ImageAspectFlags::COLOR,
+    base_mip_level: 0,
+    level_count: 1,
+    base_array_layer: 0,
+    layer_count: 1,
+};
+
+/// A named image that shaders sample, in the layout `GENERAL`; freed when dropped.
+pub struct SampledImage {
+    pub(super) view: vk::ImageView,
+    raw: vk::Image,
+    device: Arc<Device>,
+    allocation: Option<Allocation>,
+    size: u64,
+}
+
+impl SampledImage {
+    /// An image of `width` columns, at least 1, that holds `texels`: whole rows from the top, at least one.
+    ///
+    /// # Errors
+    /// Texels that are no whole rows, or more of them than the device has memory or limits for.
+    pub fn new(device: &Arc<Device>, name: &str, width: u32, texels: &[[u8; 4]]) -> Result<Self> {
+        let height = (texels.len() / width.max(1) as usize) as u32;
+        if height == 0 || width as usize * height as usize != texels.len() {
+            return Err(Error::failed(format!(
+                "{name}: {} texels are no rows of {width}",
+                texels.len()
+            )));
+        }
+        let side = width.max(height);
+        if side > device.info.max_image_side {
+            return Err(Error::failed(format!(
+                "{name} is {side} texels long, but device '{}' allows {}",
+                device.info.name, device.info.max_image_side
+            )));
+        }
+        let mut image = Self {
+            view: vk::ImageView::null(),
+            raw: vk::Image::null(),
+            device: device.clone(),
+            allocation: None,
+            size: 0,
+        };
+        image.make(name, [width, height])?;
+        image.write(width, texels)?;
+        Ok(image)
+    }
+
+    /// Bytes of memory that it takes.
+    pub fn size(&self) -> u64 {
+        self.size
+    }
+
+    /// Makes image, memory and view.
+    fn make(&mut self, name: &str, [width, height]: [u32; 2]) -> Result<()> {
+        let device = &self.device;
+        let fail = |e| device.failure(&format!("make image {name} of {width} × {height}"), e);
+        let info = vk::ImageCreateInfo::default()
+            .image_type(vk::ImageType::TYPE_2D)
+            .format(FORMAT)
+            .extent(vk::Extent3D {
+                width,
+                height,
+                depth: 1,
+            })
+            .mip_levels(1)
+            .array_layers(1)
+            .samples(vk::SampleCountFlags::TYPE_1)
+            .tiling(vk::ImageTiling::OPTIMAL)
+            .usage(vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST);
+        // SAFETY: `info` lives through the call, and its sides are within the device's limit.
+        self.raw = unsafe { device.raw.create_image(&info, None) }.map_err(fail)?;
+        device.name(self.raw, name);
+        // SAFETY: plain query on the image just made.
+        let requirements = unsafe { device.raw.get_image_memory_requirements(self.raw) };
+        self.size = requirements.size;
+        let allocation = device
+            .allocator
+            .lock()
+            .map_err(|_| Error::failed("the memory allocator panicked in another thread"))?
+            .allocate(&AllocationCreateDesc {
+                name,
+                requirements,
+                location: MemoryLocation::GpuOnly,
+                linear: false,
+                allocation_scheme: AllocationScheme::GpuAllocatorManaged,
+            })
+            .map_err(|e| {
+                Error::failed(format!(
+                    "{name} needs {} bytes, which device '{}' does not have ({e})",
+                    requirements.size, device.info.name
+                ))
+            })?;
+        // SAFETY: the memory was allocated for this image's requirements and is bound once.
+        let bound = unsafe {
+            let (memory, offset) = (allocation.memory(), allocation.offset());
+            device.raw.bind_image_memory(self.raw, memory, offset)
+        };
+        self.allocation = Some(allocation);
+        bound.map_err(fail)?;
+        let info = vk::ImageViewCreateInfo::default()
+            .image(self.raw)
+            .view_type(vk::ImageViewType::TYPE_2D)
+            .format(FORMAT)
+            .subresource_range(WHOLE);
+        // SAFETY: the image is bound to memory and of the view's type and format.
+        self.view = unsafe { device.raw.create_image_view(&info, None) }.map_err(fail)?;
+        device.name(self.view, name);
+        Ok(())
+    }
+
+    /// Uploads the rows, and then changes to the layout in which the image stays.
+    fn write(&self, width: u32, texels: &[[u8; 4]]) -> Result<()> {
+        let device = &self.device;
+        let rows = (PIECE / (4 * width as usize)).max(1);
+        let piece = (rows * width as usize).min(texels.len());
+        let mut staging = Buffer::staging(device, 4 * piece as u64)?;
+        for (index, part) in texels.chunks(piece).enumerate() {
+            let bytes = part.as_flattened();
+            staging.mapped()?[..bytes.len()].copy_from_slice(bytes);
+            let commands = Commands::new(device)?;
+            commands.barrier();
+            if index == 0 {
+                self.change_layout(&commands, [ImageLayout::UNDEFINED, UPLOAD]);
+            }
+            let region = [vk::BufferImageCopy::default()
+                .image_subresource(vk::ImageSubresourceLayers {
+                    aspect_mask: WHOLE.aspect_mask,
+                    mip_level: 0,
+                    base_array_layer: 0,
+                    layer_count: 1,
+                })
+                .image_offset(vk::Offset3D {
+                    x: 0,
+                    y: (index * rows) as i32,
+                    z: 0,
+                })
+                .image_extent(vk::Extent3D {
+                    width,
+                    height: (part.len() / width as usize) as u32,
+                    depth: 1,
+                })];
+            // SAFETY: both allow transfers, the rows lie within them, and they are alive until `finish` has waited.
+            unsafe {
+                device.raw.cmd_copy_buffer_to_image(
+                    commands.raw(),
+                    staging.raw,
+                    self.raw,
+                    UPLOAD,
+                    &region,
+                );
+            }
+            if (index + 1) * piece >= texels.len() {
+                self.change_layout(&commands, [UPLOAD, ImageLayout::GENERAL]);
+            }
+            commands.finish()?;
+        }
+        Ok(())
+    }
+
+    /// Records a change of layout between uploads and everything else.
+    fn change_layout(&self, commands: &Commands, [from, to]: [ImageLayout; 2]) {
+        let all = vk::AccessFlags::MEMORY_READ | vk::AccessFlags::MEMORY_WRITE;
+        let barrier = [vk::ImageMemoryBarrier::default()
+            .src_access_mask(all)
+            .dst_access_mask(all)
+            .old_layout(from)
+            .new_layout(to)
+            .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .image(self.raw)
+            .subresource_range(WHOLE)];
+        let stages = vk::PipelineStageFlags::ALL_COMMANDS;
+        // SAFETY: plain command on a buffer that is being recorded; the image is in the layout `from` then.
+        unsafe {
+            self.device.raw.cmd_pipeline_barrier(
+                commands.raw(),
+                stages,
+                stages,
+                vk::DependencyFlags::empty(),
+                &[],
+                &[],
+                &barrier,
+            );
+        }
+    }
+}
+
+impl Drop for SampledImage {
+    fn drop(&mut self) {
+        // SAFETY: all commands that used the image have finished; null handles are ignored.
+        unsafe {
+            self.device.raw.destroy_image_view(self.view, None);
+            self.device.raw.destroy_image(self.raw, None);
+        }
+        if let (Some(allocation), Ok(mut allocator)) =
+            (self.allocation.take(), self.device.allocator.lock())
+        {
+            let _ = allocator.free(allocation);
+        }
+    }
+}
