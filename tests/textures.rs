@@ -119,20 +119,18 @@ fn images_and_a_buffer_render_to_the_same_bits() {
         ("path-tracing", Tracer::RayQuery),
     ] {
         let settings = Preset::named(preset).unwrap().settings().unwrap();
-        // By each fetch.
-        for images in support::variants(tracer) {
-            if images.textures == Textures::Buffer {
-                continue;
-            }
-            let buffer = Variant {
-                textures: Textures::Buffer,
-                ..images
-            };
-            let [expected, found] = [buffer, images]
-                .map(|variant| support::frame_bits(&scene, &settings, Some(variant)));
-            assert!(expected.iter().any(|pixel| *pixel != [0; 3]));
-            assert!(expected == found, "{preset} {images:?}");
-        }
+        let mut variants = support::variants(tracer).into_iter();
+        let Some(images) = variants.find(|variant| variant.textures == Textures::Images) else {
+            continue;
+        };
+        let buffer = Variant {
+            textures: Textures::Buffer,
+            ..images
+        };
+        let [expected, found] =
+            [buffer, images].map(|variant| support::frame_bits(&scene, &settings, Some(variant)));
+        assert!(expected.iter().any(|pixel| *pixel != [0; 3]));
+        assert!(expected == found, "{preset} {images:?}");
     }
 }
 
