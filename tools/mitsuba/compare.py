@@ -1,4 +1,4 @@
-"""A scene rendered by Headwater and by Mitsuba, with Lambert surfaces, and how far they are apart."""
+"""A scene rendered by Headwater and by Mitsuba, and how far they are apart."""
 
 import argparse
 import json
@@ -13,9 +13,12 @@ import numpy as np
 
 import files
 
-mi.set_variant("scalar_rgb")
-# One pass has them in one picture, in 32 bits.
-SAMPLES_A_PASS = 64
+mi.set_variant("llvm_ad_rgb")
+
+import surface  # noqa: E402: its classes are of the variant
+
+# Mitsuba's samples are drawn in so many passes, whose means tell how far the mean may be off.
+PASSES = 16
 
 
 def run(*arguments):
@@ -31,90 +34,108 @@ def linear(srgb):
     return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
 
 
-def bitmap(values, texture):
-    """A texture of linear values, in one channel or three."""
-    return {
-        "type": "bitmap",
-        "bitmap": mi.Bitmap(np.ascontiguousarray(values, np.float32)),
-        "raw": True,
-        "wrap_mode": texture.wrap,
+def image(name, texture, is_color):
+    if texture is None:
+        return None
+    texels = texture.texels
+    if is_color:
+        texels = np.concatenate([linear(texels[..., :3]), texels[..., 3:]], -1)
+    return surface.Image(name, texels, texture.wrap, texture.nearest)
+
+
+def bsdf(mesh):
+    """The surface of a mesh; one for all meshes that carry the same."""
+    material = mesh.material
+    key = (id(material), mesh.colors is not None, mesh.normals is not None)
+    if key in bsdfs:
+        return bsdfs[key]
+    made = surface.Surface(surface.Lobes(
+        base_color=[float(x) for x in material.base_color],
+        base=image("base", material.base_color_texture, True),
+        metallic=material.metallic,
+        roughness=material.roughness,
+        rough=image("rough", material.rough_texture, False),
+        dielectric_f0=[float(x) for x in material.dielectric_f0],
+        dielectric_f90=material.dielectric_f90,
+        bumps=image("bumps", material.normal_texture, False),
+        normal_scale=material.normal_scale,
+        alpha=float(material.alpha),
+        cutoff=material.cutoff if material.alpha_mode == "MASK" else None,
+        specular=material.dielectric_f90 > 0 or material.metallic > 0,
+        has_colors=mesh.colors is not None,
+        has_normals=mesh.normals is not None,
+    ))
+    # Headwater ignores the alpha of what emits.
+    if material.alpha_mode != "OPAQUE" and not material.emission.any():
+        made = mi.load_dict({"type": "mask", "opacity": surface.Alpha(made.of), "bsdf": made})
+    bsdfs[key] = made
+    return made
+
+
+# By material and by what a mesh carries.
+bsdfs = {}
+
+
+def placed(mesh, texture):
+    """The coordinates of a texture on a mesh."""
+    if texture.coordinates not in mesh.coordinates:
+        raise SystemExit("textures on meshes without their coordinates are not known here")
+    return mesh.coordinates[texture.coordinates] @ texture.transform[:, :2].T + texture.transform[:, 2]
+
+
+def emitter(material):
+    texture = material.emissive_texture
+    if texture is None:
+        return mi.load_dict({"type": "area", "radiance": {"type": "rgb", "value": [float(x) for x in material.emission]}})
+    if texture.wrap[0] != texture.wrap[1]:
+        raise SystemExit("emissive textures with two wrap modes are not known here")
+    values = np.ascontiguousarray(linear(texture.texels[..., :3]) * material.emission, np.float32)
+    radiance = {
+        "type": "bitmap", "bitmap": mi.Bitmap(values), "raw": True, "wrap_mode": texture.wrap[0],
+        "filter_type": "nearest" if texture.nearest else "bilinear",
     }
+    return mi.load_dict({"type": "area", "radiance": radiance})
 
 
-def color(factor, texture):
-    """A colour that an sRGB texture multiplies, if there is any."""
-    if texture is None:
-        return {"type": "rgb", "value": [float(x) for x in factor]}
-    return bitmap(linear(texture.texels[..., :3]) * factor, texture)
-
-
-def reflectance(mesh):
-    material = mesh.material
-    if mesh.colors is None:
-        return color(material.base_color, material.base_color_texture)
-    if material.base_color_texture is not None:
-        if np.ptp(mesh.colors[:, :3], axis=0).max() > 1e-6:
-            raise SystemExit("vertex colours that vary over a texture are not known here")
-        return color(material.base_color * mesh.colors[0, :3], material.base_color_texture)
-    return {"type": "mesh_attribute", "name": "vertex_color"}
-
-
-def surface(mesh):
-    material = mesh.material
-    bsdf = {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": reflectance(mesh)}}
-    if material.alpha_mode == "OPAQUE" or material.emission.any():
-        return bsdf
-    texture = material.base_color_texture
-    if texture is None:
-        cover = material.alpha if material.alpha_mode == "BLEND" else float(material.alpha >= material.cutoff)
-        opacity = float(cover)
-    elif material.alpha_mode == "BLEND":
-        opacity = bitmap(texture.texels[..., 3:] * material.alpha, texture)
-    else:
-        # The threshold is of what lies between texels, so these are made finer first.
-        fine = mi.Bitmap(np.ascontiguousarray(texture.texels[..., 3:] * material.alpha, np.float32))
-        fine = np.array(fine.resample([4 * texture.texels.shape[1], 4 * texture.texels.shape[0]]))
-        opacity = bitmap(np.float32(fine.reshape(*fine.shape[:2], 1) >= material.cutoff), texture)
-    return {"type": "mask", "opacity": opacity, "bsdf": bsdf}
-
-
-def shapes(mesh, number, folder, size):
+def shapes(mesh, size):
     """A mesh; twice if it emits from both sides, since Mitsuba's lights have one."""
     material = mesh.material
-    emits = material.emission.any()
-    sides = [1.0, -1.0] if emits and material.double_sided else [1.0]
-    for side in sides:
+    emits = bool(material.emission.any())
+    for side in [1.0, -1.0] if emits and material.double_sided else [1.0]:
         triangles = mesh.triangles if side > 0 else mesh.triangles[:, [0, 2, 1]]
-        # Lights have the normals of their planes, from which they shine.
-        normals = None if emits else mesh.normals
-        texture = next((t for t in (material.base_color_texture, material.emissive_texture) if t is not None), None)
-        coordinates = mesh.coordinates.get(texture.coordinates) if texture is not None else None
         positions = mesh.positions
-        if len(sides) > 1:
+        if emits and material.double_sided:
             corners = positions[triangles]
             normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
             away = normal.sum(0) / max(np.linalg.norm(normal.sum(0)), 1e-30)
             positions = positions + away * 1e-5 * size
-        made = mi.Mesh(
-            "mesh", len(positions), len(triangles),
-            has_vertex_normals=normals is not None, has_vertex_texcoords=coordinates is not None,
-        )
-        if mesh.colors is not None:
-            made.add_attribute("vertex_color", 3, (mesh.colors[:, :3] * material.base_color).ravel().astype(np.float32))
+        properties = mi.Properties()
+        properties["bsdf"] = bsdf(mesh)
+        if emits:
+            properties["emitter"] = emitter(material)
+        glows = emits and material.emissive_texture is not None
+        made = mi.Mesh("mesh", len(positions), len(triangles), properties, has_vertex_texcoords=glows)
         values = mi.traverse(made)
         values["vertex_positions"] = positions.ravel().astype(np.float32)
         values["faces"] = triangles.ravel().astype(np.uint32)
-        if normals is not None:
-            values["vertex_normals"] = normals.ravel().astype(np.float32)
-        if coordinates is not None:
-            values["vertex_texcoords"] = coordinates.ravel().astype(np.float32)
+        if glows:
+            values["vertex_texcoords"] = placed(mesh, material.emissive_texture).ravel().astype(np.float32)
         values.update()
-        path = str(folder / f"mesh{number}{'+' if side > 0 else '-'}.ply")
-        made.write_ply(path)
-        shape = {"type": "ply", "filename": path, "face_normals": normals is None, "bsdf": surface(mesh)}
-        if emits:
-            shape["emitter"] = {"type": "area", "radiance": color(material.emission, material.emissive_texture)}
-        yield shape
+        carried = {}
+        if mesh.normals is not None:
+            carried["normal"] = mesh.normals
+        if mesh.colors is not None:
+            carried["color"], carried["alpha"] = mesh.colors[:, :3], mesh.colors[:, 3:]
+        if mesh.tangents is not None:
+            carried["tangent"], carried["side"] = mesh.tangents[:, :3], mesh.tangents[:, 3:]
+        for name, texture in (
+            ("base", material.base_color_texture), ("rough", material.rough_texture), ("bumps", material.normal_texture),
+        ):
+            if texture is not None:
+                carried[name] = np.pad(placed(mesh, texture), ((0, 0), (0, 1)))
+        for name, of in carried.items():
+            made.add_attribute(f"vertex_{name}", of.shape[1], of.ravel().astype(np.float32))
+        yield made
 
 
 def environment(path):
@@ -143,7 +164,8 @@ def look_at(scene, text):
     return list(center + away / np.linalg.norm(away) * radius / np.sin(np.radians(20.0))), list(center), 40.0
 
 
-def mitsuba_picture(scene, view, options, folder):
+def passes(scene, view, options):
+    """Pictures of Mitsuba with different seeds, which have all samples together."""
     eye, target, fov = view
     low, high = scene.bounds()
     size = float(np.linalg.norm(high - low))
@@ -170,20 +192,54 @@ def mitsuba_picture(scene, view, options, folder):
     }
     if options.environment:
         parts["environment"] = environment(options.environment)
-    for number, mesh in enumerate(scene.meshes):
-        for side, shape in enumerate(shapes(mesh, number, folder, size)):
-            parts[f"mesh{number}_{side}"] = shape
+    for light in scene.lights:
+        kind, key, place = ("point", "intensity", "position")
+        if light.position is None:
+            kind, key, place = ("directional", "irradiance", "direction")
+        value = {"type": "rgb", "value": [float(x) for x in light.color]}
+        where = [float(x) for x in (light.position if light.position is not None else light.direction)]
+        parts[f"light{len(parts)}"] = {"type": kind, key: value, place: where}
+    for mesh in scene.meshes:
+        for shape in shapes(mesh, size):
+            parts[f"mesh{len(parts)}"] = shape
     loaded = mi.load_dict(parts)
-    total, passes = 0.0, max(1, options.spp // SAMPLES_A_PASS)
-    for index in range(passes):
-        picture = np.array(mi.render(loaded, spp=min(options.spp, SAMPLES_A_PASS), seed=index))
-        total = total + np.nan_to_num(picture.astype(np.float64), nan=0.0, posinf=0.0)
-    return total / passes
+    made = []
+    for seed in range(PASSES):
+        picture = np.array(mi.render(loaded, spp=max(1, options.spp // PASSES), seed=seed), np.float64)
+        if not np.isfinite(picture).all():
+            raise SystemExit("Mitsuba's picture has values that are not finite")
+        made.append(picture)
+    return np.array(made)
+
+
+def mean_and_error(pictures, mask):
+    means = pictures[:, mask].mean((1, 2))
+    return means.mean(), means.std(ddof=1) / len(means) ** 0.5
+
+
+def compare(ours, theirs, mask):
+    """The ratio of means over some pixels, and its standard error; from Headwater's picture with its errors, and passes."""
+    mean, error = ours["RGB"][mask].mean(), (ours["stderr"][mask] ** 2).sum() ** 0.5 / (3 * mask.sum())
+    # Channels of a pixel share their paths: at worst they err together.
+    error *= 3**0.5
+    their_mean, their_error = mean_and_error(theirs, mask)
+    ratio = mean / their_mean
+    return ratio, ratio * ((error / mean) ** 2 + (their_error / their_mean) ** 2) ** 0.5
+
+
+def channels(path):
+    """The channels of Headwater's picture, by layer."""
+    picture = mi.Bitmap(str(path))
+    names = [field.name for field in picture.struct_()]
+    values = np.array(picture, np.float64)
+    of = lambda *wanted: np.stack([values[..., names.index(name)] for name in wanted], -1)
+    return {"RGB": of(*"RGB"), "stderr": of(*(f"stderr.{c}" for c in "RGB")), "depth": of("depth.Z")[..., 0]}
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("scene", type=pathlib.Path, help="a file: .gltf, .glb, .obj")
+    parser.add_argument("--full", action="store_true", help="surfaces as in glTF 2.0, appendix B, instead of Lambert")
     parser.add_argument("--environment", help="an image, .exr, or a sky such as sky:sun=40")
     parser.add_argument("--look-at", metavar="EX,EY,EZ,TX,TY,TZ[,DEGREES]")
     parser.add_argument("--width", type=int, default=320)
@@ -198,15 +254,19 @@ def main():
         output.mkdir(parents=True, exist_ok=True)
         rendered = options.scene
         if options.scene.suffix == ".obj":
-            scene, obj, mtl = files.obj_scene(options.scene)
-            rendered = folder / "lambert.obj"
+            if options.full:
+                raise SystemExit("--full is of glTF alone")
+            scene, obj, mtl, images = files.obj_scene(options.scene)
+            rendered = folder / "rendered.obj"
             rendered.write_text(obj)
-            (folder / "lambert.mtl").write_text(mtl)
+            (folder / "rendered.mtl").write_text(mtl)
+            for name, data in images.items():
+                (folder / name).write_bytes(data)
         else:
-            gltf = files.Gltf(options.scene)
+            gltf = files.Gltf(options.scene, options.full)
             scene = gltf.scene()
-            rendered = folder / "lambert.glb"
-            rendered.write_bytes(files.lambert_gltf(gltf))
+            rendered = folder / "rendered.glb"
+            rendered.write_bytes(files.rendered_gltf(gltf))
         if options.environment and options.environment.startswith("sky"):
             sky = folder / "sky.exr"
             run("scene", "generate", options.environment, "-o", sky)
@@ -218,12 +278,16 @@ def main():
         arguments += ["--width", options.width, "--height", options.height, f"--look-at={numbers}"]
         arguments += ["--allow-missing"] if rendered.suffix != ".obj" else []
         arguments += ["--environment", options.environment] if options.environment else []
-        run(*arguments)
-        picture = mitsuba_picture(scene, view, options, folder)
-        mi.Bitmap(picture.astype(np.float32)).write(str(theirs))
-        compared = json.loads(run("compare", ours, theirs, "--json"))
-        wanted = {key: compared[key] for key in ("mean_ratio", "relmse", "flip")}
-        print(options.scene.stem, " ".join(f"{key}={value:.5f}" for key, value in wanted.items()))
+        run(*arguments, "--aov", "depth")
+        pictures = passes(scene, view, options)
+        mi.Bitmap(pictures.mean(0).astype(np.float32)).write(str(theirs))
+        flip = json.loads(run("compare", ours, theirs, "--json"))["flip"]
+        found = channels(ours)
+        everywhere, objects = np.full(found["depth"].shape, True), found["depth"] > 0
+        line = "{} ratio of means {:.4f} ± {:.4f}".format(options.scene.stem, *compare(found, pictures, everywhere))
+        if not objects.all():
+            line += ", of objects {:.4f} ± {:.4f}".format(*compare(found, pictures, objects))
+        print(f"{line}, FLIP {flip:.3f}")
 
 
 if __name__ == "__main__":

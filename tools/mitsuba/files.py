@@ -6,6 +6,7 @@ Everything is brought to world space in 64 bits. What the comparison does not kn
 import base64
 import io
 import json
+import pathlib
 import struct
 import urllib.parse
 from dataclasses import dataclass, field
@@ -22,8 +23,11 @@ class Texture:
     """An image of values 0…1 in four channels, rows from the top; colours are still sRGB."""
 
     texels: np.ndarray
-    wrap: str = "repeat"
+    wrap: tuple = ("repeat", "repeat")
+    nearest: bool = False
+    # Which coordinates it has, and what is done to them: a matrix of 2 × 3.
     coordinates: int = 0
+    transform: np.ndarray = field(default_factory=lambda: np.eye(2, 3))
 
 
 @dataclass
@@ -37,6 +41,14 @@ class Material:
     emission: np.ndarray = field(default_factory=lambda: np.zeros(3))
     emissive_texture: Texture | None = None
     double_sided: bool = False
+    # Of the full model; Lambert surfaces have none of it.
+    metallic: float = 0.0
+    roughness: float = 1.0
+    rough_texture: Texture | None = None
+    dielectric_f0: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    dielectric_f90: float = 0.0
+    normal_texture: Texture | None = None
+    normal_scale: float = 1.0
 
 
 @dataclass
@@ -49,6 +61,8 @@ class Mesh:
     normals: np.ndarray | None = None
     coordinates: dict = field(default_factory=dict)
     colors: np.ndarray | None = None
+    # Of the full model, and in w the side of the bitangent.
+    tangents: np.ndarray | None = None
 
 
 @dataclass
@@ -60,9 +74,19 @@ class Camera:
 
 
 @dataclass
+class Light:
+    """A point, or without a position a direction in which light goes."""
+
+    color: np.ndarray
+    position: np.ndarray | None = None
+    direction: np.ndarray | None = None
+
+
+@dataclass
 class Scene:
     meshes: list
     camera: Camera | None = None
+    lights: list = field(default_factory=list)
 
     def bounds(self):
         low = np.min([m.positions.min(0) for m in self.meshes], 0)
@@ -72,7 +96,8 @@ class Scene:
 class Gltf:
     """A glTF file with its buffers."""
 
-    def __init__(self, path):
+    def __init__(self, path, full):
+        self.full = full
         data = path.read_bytes()
         self.folder = path.parent
         self.binary = None
@@ -118,8 +143,10 @@ class Gltf:
         """None where its image is missing."""
         if info is None:
             return None
-        if info.get("extensions"):
-            raise SystemExit(f"textures with {list(info['extensions'])} are not known here")
+        extensions = dict(info.get("extensions", {}))
+        moved = extensions.pop("KHR_texture_transform", {})
+        if extensions:
+            raise SystemExit(f"textures with {list(extensions)} are not known here")
         texture = self.document["textures"][info["index"]]
         image = self.document["images"][texture["source"]]
         sampler = self.list("samplers")[texture["sampler"]] if "sampler" in texture else {}
@@ -128,11 +155,19 @@ class Gltf:
         except FileNotFoundError:
             return None
         wrap = {10497: "repeat", 33648: "mirror", 33071: "clamp"}
-        modes = {wrap[sampler.get(key, 10497)] for key in ("wrapS", "wrapT")}
-        if len(modes) > 1:
-            raise SystemExit("textures with two wrap modes are not known here")
-        texels = np.asarray(Image.open(io.BytesIO(data)).convert("RGBA"), np.float64) / 255.0
-        return Texture(texels, modes.pop(), info.get("texCoord", 0))
+        image = Image.open(io.BytesIO(data))
+        if image.mode not in ("1", "L", "LA", "P", "PA", "RGB", "RGBA", "RGBX"):
+            raise SystemExit(f"images of mode {image.mode} are not known here")
+        scale, turn = np.diag(moved.get("scale", [1.0, 1.0])), moved.get("rotation", 0.0)
+        # As the extension's words and its test model have it, against its code: counter-clockwise, with v downwards.
+        turn = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+        return Texture(
+            np.asarray(image.convert("RGBA"), np.float64) / 255.0,
+            wrap=tuple(wrap[sampler.get(key, 10497)] for key in ("wrapS", "wrapT")),
+            nearest=sampler.get("magFilter") == 9728,
+            coordinates=moved.get("texCoord", info.get("texCoord", 0)),
+            transform=np.column_stack([turn @ scale, moved.get("offset", [0.0, 0.0])]),
+        )
 
     def material(self, index):
         source = self.document["materials"][index]
@@ -140,7 +175,7 @@ class Gltf:
         extensions = source.get("extensions", {})
         strength = extensions.get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1.0)
         color = np.array(pbr.get("baseColorFactor", [1.0] * 4))
-        return Material(
+        material = Material(
             name=source.get("name", ""),
             base_color=color[:3],
             base_color_texture=self.texture(pbr.get("baseColorTexture")),
@@ -151,6 +186,30 @@ class Gltf:
             emissive_texture=self.texture(source.get("emissiveTexture")),
             double_sided=source.get("doubleSided", False),
         )
+        if self.full:
+            specular = extensions.get("KHR_materials_specular", {})
+            if any(key.endswith("Texture") for key in specular):
+                raise SystemExit("textures of KHR_materials_specular are not known here")
+            ior = extensions.get("KHR_materials_ior", {}).get("ior", 1.5)
+            reflected = ((ior - 1) / (ior + 1)) ** 2 if ior > 0 else 1.0
+            weight = specular.get("specularFactor", 1.0)
+            f0 = np.minimum(reflected * np.array(specular.get("specularColorFactor", [1.0] * 3)), 1.0)
+            material.dielectric_f0, material.dielectric_f90 = weight * f0, weight
+            material.metallic, material.roughness = pbr.get("metallicFactor", 1.0), pbr.get("roughnessFactor", 1.0)
+            material.rough_texture = self.texture(pbr.get("metallicRoughnessTexture"))
+            material.normal_texture = self.texture(source.get("normalTexture"))
+            material.normal_scale = source.get("normalTexture", {}).get("scale", 1.0)
+        return material
+
+    def light(self, index, to_world):
+        """None for a spot, whose falloff Mitsuba does not have: the file that is rendered has none either."""
+        light = self.document["extensions"]["KHR_lights_punctual"]["lights"][index]
+        color = np.array(light.get("color", [1.0] * 3)) * light.get("intensity", 1.0)
+        if light["type"] == "point":
+            return Light(color, position=to_world[:3, 3])
+        if light["type"] == "directional":
+            return Light(color, direction=-to_world[:3, 2] / np.linalg.norm(to_world[:3, 2]))
+        return None
 
     def scene(self):
         materials = [self.material(i) for i in range(len(self.list("materials")))]
@@ -166,6 +225,9 @@ class Gltf:
             if "camera" in node and scene.camera is None:
                 camera = self.document["cameras"][node["camera"]]["perspective"]
                 scene.camera = Camera(to_world, np.degrees(camera["yfov"]))
+            if "KHR_lights_punctual" in node.get("extensions", {}):
+                light = self.light(node["extensions"]["KHR_lights_punctual"]["light"], to_world)
+                scene.lights += [light] if light is not None else []
             if "mesh" in node:
                 for primitive in self.document["meshes"][node["mesh"]]["primitives"]:
                     scene.meshes.append(self.mesh(primitive, to_world, materials))
@@ -193,7 +255,12 @@ class Gltf:
         if "COLOR_0" in attributes:
             colors = self.array(attributes["COLOR_0"])
             if not np.allclose(colors, 1.0):
-                mesh.colors = colors
+                mesh.colors = colors if colors.shape[1] == 4 else np.column_stack([colors, np.ones(count)])
+        if mesh.material.normal_texture is not None:
+            if "TANGENT" not in attributes:
+                raise SystemExit("normal maps on meshes without tangents are not known here")
+            tangents = self.array(attributes["TANGENT"])
+            mesh.tangents = np.column_stack([tangents[:, :3] @ matrix.T, tangents[:, 3] * np.sign(np.linalg.det(matrix))])
         return mesh
 
 
@@ -213,8 +280,8 @@ def local(node):
     return matrix
 
 
-def lambert_gltf(gltf):
-    """The file as .glb with the same geometry, in which every surface is Lambert and has no normal map."""
+def rendered_gltf(gltf):
+    """The file as .glb without spots and unlit surfaces; all are Lambert and have no normal map, but in the full model."""
     document = json.loads(json.dumps(gltf.document))
     binary = bytearray()
     views = document.setdefault("bufferViews", [])
@@ -243,6 +310,9 @@ def lambert_gltf(gltf):
     binary += bytes(-len(binary) % 4)
     document["buffers"] = [{"byteLength": len(binary)}]
     for material in document.get("materials", []):
+        material.get("extensions", {}).pop("KHR_materials_unlit", None)
+        if gltf.full:
+            continue
         pbr = material.setdefault("pbrMetallicRoughness", {})
         pbr["metallicFactor"], pbr["roughnessFactor"] = 0.0, 1.0
         pbr.pop("metallicRoughnessTexture", None)
@@ -250,6 +320,12 @@ def lambert_gltf(gltf):
         extensions = material.get("extensions", {})
         kept = {k: v for k, v in extensions.items() if k == "KHR_materials_emissive_strength"}
         material["extensions"] = {**kept, "KHR_materials_specular": {"specularFactor": 0.0}}
+    lights = document.get("extensions", {}).get("KHR_lights_punctual", {}).get("lights", [])
+    for light in lights:
+        # Ranges are a means of speed, and not of Mitsuba's lights.
+        light.pop("range", None)
+        if light["type"] == "spot":
+            light["intensity"] = 0.0
     # Animations would need their own accessors only; the scene is compared at rest.
     document.pop("animations", None)
     text = json.dumps(document).encode()
@@ -262,7 +338,8 @@ def lambert_gltf(gltf):
 
 
 def obj_scene(path):
-    """An OBJ whose materials are Kd and Ke, and the same without anything else, as texts of .obj and .mtl."""
+    """An OBJ whose materials are Kd, map_Kd and Ke, and the same without anything else: texts of .obj and .mtl, images."""
+    images = {}
     materials, lines, text = {}, [], path.read_text()
     for name in [line.split(None, 1)[1].strip() for line in text.splitlines() if line.startswith("mtllib")]:
         for line in (path.parent / name).read_text().splitlines():
@@ -275,29 +352,45 @@ def obj_scene(path):
                 value = np.array([float(x) for x in rest])
                 setattr(current, "base_color" if key == "Kd" else "emission", value)
                 lines.append(line)
-            elif key.startswith("map_"):
-                raise SystemExit("OBJ textures are not known here")
-    positions, normals, faces, current = [], [], {}, Material(base_color=np.full(3, 0.5))
+            elif key == "map_Kd":
+                name = f"image{len(images)}" + pathlib.Path(line).suffix
+                if rest[0].startswith("-"):
+                    raise SystemExit("options of map_Kd are not known here")
+                images[name] = (path.parent / line.split(None, 1)[1].strip().replace("\\", "/")).read_bytes()
+                texels = np.asarray(Image.open(io.BytesIO(images[name])).convert("RGBA"), np.float64) / 255.0
+                # Its v points up.
+                upwards = np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 1.0]])
+                current.base_color_texture = Texture(texels, transform=upwards)
+                lines.append(f"map_Kd {name}")
+            elif key in ("map_d", "map_Ke", "map_Pr", "map_Pm", "norm"):
+                raise SystemExit(f"{key} is not known here")
+    positions, normals, coordinates, faces, current = [], [], [], {}, Material(base_color=np.full(3, 0.5))
     for line in text.splitlines():
         key, *rest = line.split() or [""]
         if key == "v":
             positions.append([float(x) for x in rest[:3]])
         elif key == "vn":
             normals.append([float(x) for x in rest])
+        elif key == "vt":
+            coordinates.append([float(x) for x in rest[:2]])
         elif key == "usemtl":
             current = materials[" ".join(rest)]
         elif key == "f":
             corners = [[int(x) if x else 0 for x in (c + "//").split("/")[:3]] for c in rest]
             for i in range(1, len(corners) - 1):
                 faces.setdefault(current.name, (current, []))[1].append([corners[0], corners[i], corners[i + 1]])
-    positions, normals = np.array(positions), np.array(normals)
+    positions, normals, coordinates = np.array(positions), np.array(normals), np.array(coordinates)
     scene = Scene([])
     for material, list_of_corners in faces.values():
         corners = np.array(list_of_corners).reshape(-1, 3)
-        at = np.where(corners < 0, corners + 1 + len(positions), corners)
+        at = np.where(corners < 0, corners + 1 + np.array([len(positions), len(coordinates), len(normals)]), corners)
         mesh = Mesh(positions[at[:, 0] - 1], np.arange(len(at)).reshape(-1, 3), material)
         if len(normals) and (corners[:, 2] != 0).all():
             mesh.normals = normals[at[:, 2] - 1]
+        if material.base_color_texture is not None:
+            if (corners[:, 1] == 0).any():
+                raise SystemExit("faces with map_Kd and without coordinates are not known here")
+            mesh.coordinates[0] = coordinates[at[:, 1] - 1]
         scene.meshes.append(mesh)
     named = [line for line in text.splitlines() if not line.startswith("mtllib")]
-    return scene, "mtllib lambert.mtl\n" + "\n".join(named), "\n".join(lines) + "\n"
+    return scene, "mtllib rendered.mtl\n" + "\n".join(named), "\n".join(lines) + "\n", images
