@@ -87,14 +87,8 @@ def emitter(material):
     texture = material.emissive_texture
     if texture is None:
         return mi.load_dict({"type": "area", "radiance": {"type": "rgb", "value": [float(x) for x in material.emission]}})
-    if texture.wrap[0] != texture.wrap[1]:
-        raise SystemExit("emissive textures with two wrap modes are not known here")
-    values = np.ascontiguousarray(linear(texture.texels[..., :3]) * material.emission, np.float32)
-    radiance = {
-        "type": "bitmap", "bitmap": mi.Bitmap(values), "raw": True, "wrap_mode": texture.wrap[0],
-        "filter_type": "nearest" if texture.nearest else "bilinear",
-    }
-    return mi.load_dict({"type": "area", "radiance": radiance})
+    values = linear(texture.texels[..., :3]) * material.emission
+    return mi.load_dict({"type": "area", "radiance": surface.Glow(surface.Image("", values, texture.wrap, texture.nearest))})
 
 
 def shapes(mesh, size):

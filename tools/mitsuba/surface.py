@@ -58,7 +58,9 @@ class Image:
         self.texels = mi.Texture2f(data, filter_mode=filter_mode, wrap_mode=dr.WrapMode.Clamp)
 
     def at(self, si, active):
-        coordinates = attribute(self.name, si, 3, active)
+        return self.read(attribute(self.name, si, 3, active), active)
+
+    def read(self, coordinates, active):
         folded = []
         for axis in range(2):
             x, mode, size = coordinates[axis], self.wrap[axis], self.size[axis]
@@ -70,6 +72,30 @@ class Image:
                 x = dr.clip(x, 0, 1)
             folded.append((x * size + 1) / (size + 2))
         return self.texels.eval(mi.Point2f(folded), active)
+
+
+class Glow(mi.Texture):
+    """What shines from each point of a mesh.
+
+    It claims to be the same everywhere, so that Mitsuba draws points of the mesh: where it draws points of a texture, each
+    must be in one place only.
+    """
+
+    def __init__(self, image):
+        mi.Texture.__init__(self, mi.Properties())
+        self.image = image
+
+    def eval(self, si, active=True):
+        return mi.Color3f(self.image.read(si.uv, active)[:3])
+
+    def is_spatially_varying(self):
+        return False
+
+    def mean(self):
+        return mi.Float(1)
+
+    def to_string(self):
+        return "Glow[]"
 
 
 class Alpha(mi.Texture):
