@@ -187,12 +187,13 @@ def passes(scene, view, options):
     if options.environment:
         parts["environment"] = environment(options.environment)
     for light in scene.lights:
-        kind, key, place = ("point", "intensity", "position")
-        if light.position is None:
-            kind, key, place = ("directional", "irradiance", "direction")
         value = {"type": "rgb", "value": [float(x) for x in light.color]}
-        where = [float(x) for x in (light.position if light.position is not None else light.direction)]
-        parts[f"light{len(parts)}"] = {"type": kind, key: value, place: where}
+        if light.position is not None:
+            place = [float(x) for x in light.position]
+            parts[f"light{len(parts)}"] = {"type": "point", "intensity": value, "position": place}
+        else:
+            direction = [float(x) for x in light.direction]
+            parts[f"light{len(parts)}"] = {"type": "directional", "irradiance": value, "direction": direction}
     for mesh in scene.meshes:
         for shape in shapes(mesh, size):
             parts[f"mesh{len(parts)}"] = shape
@@ -212,11 +213,13 @@ def mean_and_error(pictures, mask):
 
 
 def compare(ours, theirs, mask):
-    """The ratio of means over some pixels, and its standard error; from Headwater's picture with its errors, and passes."""
+    """The ratio of means over some pixels, and its standard error."""
     mean, error = ours["RGB"][mask].mean(), (ours["stderr"][mask] ** 2).sum() ** 0.5 / (3 * mask.sum())
     # Channels of a pixel share their paths: at worst they err together.
     error *= 3**0.5
     their_mean, their_error = mean_and_error(theirs, mask)
+    if mean <= 0 or their_mean <= 0:
+        raise SystemExit("a picture is black: does the scene have light?")
     ratio = mean / their_mean
     return ratio, ratio * ((error / mean) ** 2 + (their_error / their_mean) ** 2) ** 0.5
 
@@ -226,8 +229,11 @@ def channels(path):
     picture = mi.Bitmap(str(path))
     names = [field.name for field in picture.struct_()]
     values = np.array(picture, np.float64)
-    of = lambda *wanted: np.stack([values[..., names.index(name)] for name in wanted], -1)
-    return {"RGB": of(*"RGB"), "stderr": of(*(f"stderr.{c}" for c in "RGB")), "depth": of("depth.Z")[..., 0]}
+
+    def layer(*wanted):
+        return np.stack([values[..., names.index(name)] for name in wanted], -1)
+
+    return {"RGB": layer(*"RGB"), "stderr": layer(*(f"stderr.{c}" for c in "RGB")), "depth": layer("depth.Z")[..., 0]}
 
 
 def main():

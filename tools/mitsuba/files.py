@@ -14,6 +14,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from PIL import Image
 
+# Extensions that a file may require.
+KNOWN = {
+    "KHR_lights_punctual", "KHR_materials_emissive_strength", "KHR_materials_ior", "KHR_materials_specular",
+    "KHR_materials_unlit", "KHR_mesh_quantization", "KHR_texture_transform",
+}
 COMPONENTS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 
@@ -109,6 +114,9 @@ class Gltf:
                 self.binary = data[28 + length : 28 + length + size]
         else:
             self.document = json.loads(data)
+        required = set(self.list("extensionsRequired")) - KNOWN
+        if required:
+            raise SystemExit(f"{', '.join(sorted(required))} is not known here")
         self.buffers = [self.binary if "uri" not in b else self.bytes_of(b["uri"]) for b in self.list("buffers")]
 
     def list(self, name):
@@ -202,7 +210,7 @@ class Gltf:
         return material
 
     def light(self, index, to_world):
-        """None for a spot, whose falloff Mitsuba does not have: the file that is rendered has none either."""
+        """None for a spot, whose falloff Mitsuba does not have: in the file that is rendered it is dark."""
         light = self.document["extensions"]["KHR_lights_punctual"]["lights"][index]
         color = np.array(light.get("color", [1.0] * 3)) * light.get("intensity", 1.0)
         if light["type"] == "point":
@@ -281,7 +289,7 @@ def local(node):
 
 
 def rendered_gltf(gltf):
-    """The file as .glb without spots and unlit surfaces; all are Lambert and have no normal map, but in the full model."""
+    """The file as .glb. Spots are dark in it and no surface is unlit; without the full model all surfaces are Lambert."""
     document = json.loads(json.dumps(gltf.document))
     binary = bytearray()
     views = document.setdefault("bufferViews", [])
