@@ -182,7 +182,8 @@ fn a_rule_chooses_how_textures_are_read() {
     let texels = SceneSizes::of(&scene).bytes.texels;
     let small = |info: &mut DeviceInfo| (info.kind, info.max_buffer_size) = ("cpu", texels - 1);
     assert_eq!(chosen(&scene, Auto, small).0, Some(Images));
-    let lacks: [(fn(&mut DeviceInfo), &str); 5] = [
+    type Lack = fn(&mut DeviceInfo);
+    let lacks: [(Lack, &str); 5] = [
         (|info| info.image_arrays = false, "descriptor indexing"),
         (|info| info.buffer_addresses = false, "buffer addresses"),
         (|info| info.max_sampled_images = 65, "at most 1 of"),
