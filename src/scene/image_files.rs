@@ -58,6 +58,10 @@ pub(super) fn read(
     let wrong = |cause: &dyn std::fmt::Display| unreadable(what, path, cause);
     let place = folder.join(path);
     let found = place.metadata().map_err(|cause| wrong(&cause))?;
+    // To open a pipe would wait for somebody who writes.
+    if !found.is_file() {
+        return Err(wrong(&"it is not a file"));
+    }
     progress.expect(found.len());
     progress::read_file(&place, u64::MAX, progress, wrong)
 }

@@ -167,7 +167,10 @@ fn textures(
     let obstacle = if !device.image_arrays {
         Some("the device has no descriptor indexing".to_owned())
     } else if geometry == GeometryAccess::StorageBuffers {
-        Some("images go with buffer addresses".to_owned())
+        Some(match device.buffer_addresses {
+            true => "images need buffer addresses, which are slow on the device".to_owned(),
+            false => "the device has no buffer addresses".to_owned(),
+        })
     } else {
         scene.images.excess(device)
     };

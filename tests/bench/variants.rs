@@ -19,7 +19,8 @@ use headwater::scene::camera::framing_camera;
 use headwater::scene::load::Options;
 use headwater::scene::requirements::Requirements;
 use headwater::scene::{Environment, procedural};
-use headwater::tracing::GpuScene;
+use headwater::tracing::selection::{Wanted, select};
+use headwater::tracing::{GpuScene, SceneSizes};
 use std::collections::HashSet;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -83,7 +84,6 @@ fn main() {
             .map(|scene| scene.name.to_owned())
             .collect();
     }
-    let (device, selection) = support::open_device(None);
     let mut sets = HashSet::new();
     for name in &scenes {
         let options = Options {
@@ -102,8 +102,13 @@ fn main() {
             bounces: BOUNCES,
             jitter: false,
         };
+        let (_, info) = support::tests_device();
+        let variant = select(&info, Wanted::default(), &SceneSizes::of(&scene))
+            .unwrap()
+            .variant;
+        let (device, _) = support::open_device(Some(variant));
         let origin = view.camera.camera_to_world.translation;
-        let uploaded = Arc::new(GpuScene::new(&device, &scene, origin, selection.variant).unwrap());
+        let uploaded = Arc::new(GpuScene::new(&device, &scene, origin, variant).unwrap());
         let mut renderers = [Variant::Auto, Variant::Full].map(|variant| {
             let mut settings = Preset::named(&preset).unwrap().settings().unwrap();
             settings.variant = variant;

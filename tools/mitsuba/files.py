@@ -114,10 +114,20 @@ class Gltf:
                 self.binary = data[28 + length : 28 + length + size]
         else:
             self.document = json.loads(data)
+        self.name_materials()
         required = set(self.list("extensionsRequired")) - KNOWN
         if required:
             raise SystemExit(f"{', '.join(sorted(required))} is not known here")
         self.buffers = [self.binary if "uri" not in b else self.bytes_of(b["uri"]) for b in self.list("buffers")]
+
+    def name_materials(self):
+        """Gives primitives without a material glTF's default one, so that both renderers read the same of it."""
+        materials = self.document.setdefault("materials", [])
+        lacking = [p for m in self.list("meshes") for p in m["primitives"] if "material" not in p]
+        for primitive in lacking:
+            primitive["material"] = len(materials)
+        if lacking:
+            materials.append({})
 
     def list(self, name):
         return self.document.get(name, [])
@@ -156,7 +166,8 @@ class Gltf:
         if extensions:
             raise SystemExit(f"textures with {list(extensions)} are not known here")
         texture = self.document["textures"][info["index"]]
-        image = self.document["images"][texture["source"]]
+        webp = texture.get("extensions", {}).get("EXT_texture_webp", texture)
+        image = self.document["images"][webp["source"]]
         sampler = self.list("samplers")[texture["sampler"]] if "sampler" in texture else {}
         try:
             data = self.bytes_of(image["uri"]) if "uri" in image else self.view(image["bufferView"])[0]

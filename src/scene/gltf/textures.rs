@@ -56,6 +56,7 @@ impl<'a> Textures<'a> {
         };
         let mut encoded = Vec::new();
         let mut known: HashMap<Source<'_>, u32> = HashMap::new();
+        let mut missing = vec![false; document.images.len()];
         for (index, material) in document.materials.iter().enumerate() {
             if !uses.has_faces[index] {
                 continue;
@@ -64,7 +65,7 @@ impl<'a> Textures<'a> {
             for (kind, info) in slots(material, uses.emits[index]) {
                 let Some(info) = info else { continue };
                 let index = textures.image_of(&format!("{kind} of {what}"), info.index)?;
-                if textures.places[index].is_some() {
+                if textures.places[index].is_some() || missing[index] {
                     continue;
                 }
                 let image = &document.images[index];
@@ -72,6 +73,7 @@ impl<'a> Textures<'a> {
                 let Some(source) = Source::of(&what, image, folder)? else {
                     let name = image.uri.as_deref().unwrap_or_default();
                     image_files::missing(&what, name, options, tally)?;
+                    missing[index] = true;
                     continue;
                 };
                 if let Some(place) = known.get(&source) {
@@ -99,6 +101,9 @@ impl<'a> Textures<'a> {
     /// The textures of the material at `index`: of base colour, metallic-roughness, normal and emission; none where an
     /// image is not needed, or is missing.
     pub fn of_material(&self, what: &str, index: usize) -> Result<[Option<Texture>; 4]> {
+        if !self.uses.has_faces[index] {
+            return Ok([None; 4]);
+        }
         let material = &self.document.materials[index];
         let [base_color, surface, normal, emissive] = slots(material, self.uses.emits[index])
             .map(|(kind, info)| self.texture(&format!("{kind} of {what}"), info));
@@ -200,7 +205,8 @@ fn slots(material: &Material, emits: bool) -> [(&'static str, &Option<TextureInf
     ]
 }
 
-/// KHR_texture_transform: scaled, then turned, then moved.
+/// KHR_texture_transform: scaled, then turned, then moved. It turns as the extension's words and its readers say, against
+/// the matrix in its text (KhronosGroup/glTF, issue 1563).
 fn transform(placed: &TextureTransform) -> Affine2 {
     let (sin, cos) = placed.rotation.sin_cos();
     // Counter-clockwise where v points down.
