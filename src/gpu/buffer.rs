@@ -116,27 +116,18 @@ impl Buffer {
         // Software drivers report a smaller alignment than acceleration structures and their
         // scratch memory need.
         requirements.alignment = requirements.alignment.max(256);
-        let allocation = device
-            .allocator
-            .lock()
-            .map_err(|_| Error::failed("the memory allocator panicked in another thread"))?
-            .allocate(&AllocationCreateDesc {
-                name,
-                requirements,
-                location,
-                linear: true,
-                allocation_scheme: if size >= 1 << 24 {
-                    AllocationScheme::DedicatedBuffer(raw)
-                } else {
-                    AllocationScheme::GpuAllocatorManaged
-                },
-            })
-            .map_err(|e| {
-                Error::failed(format!(
-                    "{name} needs {size} bytes, which device '{}' does not have ({e})",
-                    device.info.name
-                ))
-            })?;
+        let wanted = AllocationCreateDesc {
+            name,
+            requirements,
+            location,
+            linear: true,
+            allocation_scheme: if size >= 1 << 24 {
+                AllocationScheme::DedicatedBuffer(raw)
+            } else {
+                AllocationScheme::GpuAllocatorManaged
+            },
+        };
+        let allocation = device.allocate(&wanted, size)?;
         // SAFETY: the memory was allocated for this buffer's requirements and is bound once.
         let bound = unsafe {
             device
@@ -280,11 +271,7 @@ impl Buffer {
 
 impl Drop for Buffer {
     fn drop(&mut self) {
-        if let (Some(allocation), Ok(mut allocator)) =
-            (self.allocation.take(), self.device.allocator.lock())
-        {
-            let _ = allocator.free(allocation);
-        }
+        self.device.free(self.allocation.take());
         // SAFETY: all commands that used the buffer have finished; a null view is ignored.
         unsafe {
             self.device.raw.destroy_buffer_view(self.view, None);

@@ -4,7 +4,7 @@ use super::instance::{DeviceInfo, Instance, change_lists, walk_lists};
 use super::recorder::Recorder;
 use crate::{Error, Result};
 use ash::{ext, khr, vk};
-use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
+use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, Allocator, AllocatorCreateDesc};
 use std::ffi::CString;
 use std::mem::ManuallyDrop;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -175,6 +175,34 @@ impl Device {
             let _walking = walk_lists();
             // SAFETY: the object belongs to this device. A name is optional, so errors are ignored.
             let _ = unsafe { debug.set_debug_utils_object_name(&info) };
+        }
+    }
+
+    /// Memory for a buffer or an image of `bytes`, which a message names.
+    ///
+    /// # Errors
+    /// The device has not that much.
+    pub(super) fn allocate(
+        &self,
+        wanted: &AllocationCreateDesc<'_>,
+        bytes: u64,
+    ) -> Result<Allocation> {
+        self.allocator
+            .lock()
+            .map_err(|_| Error::failed("the memory allocator panicked in another thread"))?
+            .allocate(wanted)
+            .map_err(|e| {
+                Error::failed(format!(
+                    "{} needs {bytes} bytes, which device '{}' does not have ({e})",
+                    wanted.name, self.info.name
+                ))
+            })
+    }
+
+    /// Gives memory back, if there is any.
+    pub(super) fn free(&self, allocation: Option<Allocation>) {
+        if let (Some(allocation), Ok(mut allocator)) = (allocation, self.allocator.lock()) {
+            let _ = allocator.free(allocation);
         }
     }
 

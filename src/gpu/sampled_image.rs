@@ -97,23 +97,14 @@ impl SampledImage {
         // SAFETY: plain query on the image just made.
         let requirements = unsafe { device.raw.get_image_memory_requirements(self.raw) };
         self.size = requirements.size;
-        let allocation = device
-            .allocator
-            .lock()
-            .map_err(|_| Error::failed("the memory allocator panicked in another thread"))?
-            .allocate(&AllocationCreateDesc {
-                name,
-                requirements,
-                location: MemoryLocation::GpuOnly,
-                linear: false,
-                allocation_scheme: AllocationScheme::GpuAllocatorManaged,
-            })
-            .map_err(|e| {
-                Error::failed(format!(
-                    "{name} needs {} bytes, which device '{}' does not have ({e})",
-                    requirements.size, device.info.name
-                ))
-            })?;
+        let wanted = AllocationCreateDesc {
+            name,
+            requirements,
+            location: MemoryLocation::GpuOnly,
+            linear: false,
+            allocation_scheme: AllocationScheme::GpuAllocatorManaged,
+        };
+        let allocation = device.allocate(&wanted, self.size)?;
         // SAFETY: the memory was allocated for this image's requirements and is bound once.
         let bound = unsafe {
             let (memory, offset) = (allocation.memory(), allocation.offset());
@@ -216,10 +207,6 @@ impl Drop for SampledImage {
             self.device.raw.destroy_image_view(self.view, None);
             self.device.raw.destroy_image(self.raw, None);
         }
-        if let (Some(allocation), Ok(mut allocator)) =
-            (self.allocation.take(), self.device.allocator.lock())
-        {
-            let _ = allocator.free(allocation);
-        }
+        self.device.free(self.allocation.take());
     }
 }

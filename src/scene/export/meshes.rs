@@ -3,7 +3,7 @@
 use super::{Binary, FLOAT};
 use crate::scene::Mesh;
 use bytemuck::cast_slice;
-use glam::{Vec3, Vec4};
+use glam::{DVec3, Vec4};
 use serde_json::{Value, json};
 
 const UNSIGNED_INT: u32 = 5125;
@@ -12,18 +12,8 @@ const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
 /// A mesh with a primitive for each part. All share their vertices.
 pub fn mesh(mesh: &Mesh, binary: &mut Binary) -> Value {
-    let low = mesh
-        .positions
-        .iter()
-        .copied()
-        .reduce(Vec3::min)
-        .unwrap_or_default();
-    let high = mesh
-        .positions
-        .iter()
-        .copied()
-        .reduce(Vec3::max)
-        .unwrap_or_default();
+    let bounds = mesh.bounds();
+    let [low, high] = bounds.map_or([DVec3::ZERO; 2], |bounds| [bounds.min, bounds.max]);
     let positions = json!({
         "componentType": FLOAT, "type": "VEC3", "count": mesh.positions.len(),
         "min": low.to_array(), "max": high.to_array(),
