@@ -4,6 +4,7 @@
 //! at the same time, and the first recording of a pass waits for its own.
 
 use super::device::Device;
+use super::specialise::specialise;
 use crate::Result;
 use ash::vk;
 use std::sync::{Arc, Mutex, OnceLock};
@@ -77,31 +78,19 @@ fn compile(
     constants: &[(u32, u32)],
     layout: vk::PipelineLayout,
 ) -> Made {
-    let entries: Vec<_> = constants
-        .iter()
-        .enumerate()
-        .map(|(index, (id, _))| vk::SpecializationMapEntry {
-            constant_id: *id,
-            offset: 4 * index as u32,
-            size: 4,
-        })
-        .collect();
-    let values: Vec<u32> = constants.iter().map(|(_, value)| *value).collect();
-    let specialization = vk::SpecializationInfo::default()
-        .map_entries(&entries)
-        .data(bytemuck::cast_slice(&values));
+    // Words that cannot be parsed were refused when the pass was made.
+    let words = specialise(words, constants).map_err(|_| vk::Result::ERROR_UNKNOWN)?;
     let raw = &device.raw;
     // SAFETY: every create-info and what it points to lives through its call. The layout outlives the compilation,
     // which the pass that owns both waits for before it destroys the layout.
     unsafe {
-        let info = vk::ShaderModuleCreateInfo::default().code(words);
+        let info = vk::ShaderModuleCreateInfo::default().code(&words);
         let module = raw.create_shader_module(&info, None)?;
         device.name(module, name);
         let stage = vk::PipelineShaderStageCreateInfo::default()
             .stage(vk::ShaderStageFlags::COMPUTE)
             .module(module)
-            .name(c"main")
-            .specialization_info(&specialization);
+            .name(c"main");
         let info = vk::ComputePipelineCreateInfo::default()
             .stage(stage)
             .layout(layout);

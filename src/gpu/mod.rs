@@ -10,7 +10,8 @@
 //! `# Errors` sections list only what can fail besides.
 //!
 //! Each file uses only files before it: `messages`, `instance`, `device`, `commands`, `buffer`,
-//! `sampled_image`, `acceleration`, `layout`, `reflection`, `compilation`, `pass`, `recording` (`compiler` uses none).
+//! `sampled_image`, `acceleration`, `layout`, `reflection`, `specialise`, `compilation`, `pass`, `recording` (`compiler`
+//! uses none).
 
 pub mod acceleration;
 pub mod buffer;
@@ -26,6 +27,7 @@ mod recorder;
 pub mod recording;
 pub mod reflection;
 pub mod sampled_image;
+pub(crate) mod specialise;
 
 pub use acceleration::{AccelerationStructure, BlasGeometry, TlasInstance};
 pub use buffer::{Buffer, Usage};

@@ -82,6 +82,7 @@ mod tests {
     use super::*;
     use crate::gpu::layout::SpecialisationConstant;
     use crate::gpu::reflection::Reflection;
+    use crate::gpu::specialise::specialise;
     use crate::layouts::STRUCTS;
     use crate::render::specialisation::Specialisation;
     use crate::tracing::buffers::{BUFFERS, Elements};
@@ -153,6 +154,18 @@ mod tests {
             ..more[0].clone()
         });
         assert_eq!(specialisation_faults(&more), ["no shader uses NOBODYS"]);
+    }
+
+    #[test]
+    fn nothing_is_left_to_specialise() {
+        for (key, bytes) in EMBEDDED {
+            let words: Vec<u32> = bytemuck::pod_collect_to_vec(bytes);
+            let words = specialise(&words, &Specialisation::default().words()).unwrap();
+            let module = rspirv::dr::load_words(&words).unwrap();
+            let mut globals = module.types_global_values.iter();
+            let left = globals.find(|i| i.class.opname.starts_with("SpecConstant"));
+            assert!(left.is_none(), "{key}: {left:?}");
+        }
     }
 
     #[test]
