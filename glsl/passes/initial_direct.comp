@@ -34,8 +34,9 @@ uint more_bsdf_samples(ivec2 pixel, Bsdf bsdf) {
         }
     }
     float limit = float(restir.at.more_bsdf_samples);
-    // The optimal number is proportional to the standard deviation (Neyman). Hits are so rare that the root mean square
-    // is close to it.
+    // The optimal number is proportional to the standard deviation (Neyman). The root mean square is close to it where
+    // hits are rare. Under a constant environment, where they are not, the deviation itself brought nothing: in `cornell`
+    // .91 of the rays at 1.05 of the error, elsewhere the same of both.
     float for_brightness = MORE_FOR_BRIGHTNESS * sqrt(squares / max(count, 1.0));
     return uint(clamp(for_brightness, MORE_FOR_LOBE * limit * narrowness(bsdf), limit));
 }

@@ -167,7 +167,7 @@ Merged merge(uint mis, uint count, bool visibility, bool shades, inout Random ra
         }
     }
     if (has_canonical) {
-        if (HAS_BLEND && shades) canonical_light *= transmittance(0u, here, canonical.value);
+        if (HAS_BLEND && visibility && shades) canonical_light *= transmittance(0u, here, canonical.value);
         float weight = mis_weight(mis, 0u, canonical_terms, canonical_share, canonical_share, neighbour_share)
             * canonical_terms.canonical * canonical.contribution_weight;
         resample(merged, selected, 0u, canonical, weight, canonical_terms.canonical, canonical_light, random);

@@ -3,8 +3,9 @@
 // there from one direction. Type, target, shadow rays, shift and packing.
 //
 // Another pixel takes over the path by connecting to the second vertex itself (the reconnection shift). Densities are
-// per area at the second vertex and per solid angle of the direction beyond it. Neither depends on the viewer, so the
-// Jacobian of this shift is 1: the viewer's own cosine / distance² is part of the integrand.
+// per area at the second vertex and per solid angle of the direction beyond it; punctual lights, where a path may end, have
+// the discrete measure instead. None depends on the viewer, so the Jacobian of this shift is 1: the viewer's own cosine /
+// distance² is part of the integrand.
 #include "restir/light_sample.glsl"
 
 // How a path continues from its second vertex.

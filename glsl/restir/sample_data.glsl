@@ -41,6 +41,8 @@ uvec2 pack_material(GpuMaterial material, vec3 numbers) {
     vec3 below = floor(sqrt(material.base_color) * COLOR_STEPS);
     vec3 low = square(below / COLOR_STEPS), high = square((below + 1.0) / COLOR_STEPS);
     uvec3 color = uvec3(below) + uvec3(lessThan(numbers * (high - low), material.base_color - low));
+    // Interpolated vertex colours may be 1 + 1e-7: a step beyond 1 would be carried into the next channel.
+    color = min(color, uint(COLOR_STEPS));
     uint metallic = uint(round(material.metallic * COLOR_STEPS));
     uint roughness = uint(round(material.roughness * ROUGHNESS_STEPS));
     return uvec2(color.x | (color.y << 12u) | (color.z << 24u),

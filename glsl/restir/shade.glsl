@@ -22,7 +22,7 @@ void shade() {
         if (reservoir.contribution_weight > 0.0) {
             Domain domain = unpack_domain(data, primary_ray(pixel));
             vec3 light = contribution(domain, reservoir.value) * reservoir.contribution_weight;
-            bool traced = HAS_BLEND || VISIBILITY == VISIBILITY_FINAL || VISIBILITY == VISIBILITY_INITIAL;
+            bool traced = (HAS_BLEND && VISIBILITY == VISIBILITY_WEIGHTS) || VISIBILITY == VISIBILITY_FINAL || VISIBILITY == VISIBILITY_INITIAL;
             if (traced && max_component(light) > 0.0) light *= trace_segments(domain, reservoir.value, CURRENT);
             if (max_component(light) > 0.0) color.at[pixel_index(pixel)] += accept_radiance(light);
         }

@@ -3,8 +3,8 @@
 // who looks, so that every technique sees the same material.
 #include "scene/geometry.glsl"
 
-// A coordinate within one period of the image, with clamping one near the image, so that indices fit an integer. 0 for
-// infinities and NaN, which huge coordinates can become.
+// A coordinate within one period of the image, with clamping one near the image, so that indices fit an integer. Huge
+// coordinates can become infinities and NaN: they give 0 or, with clamping, the edge.
 float within_period(float x, uint wrap) {
     float period = wrap == WRAP_MIRROR ? 2.0 : 1.0;
     x = wrap == WRAP_CLAMP ? clamp(x, -1.0, 2.0) : x - period * floor(x / period);

@@ -270,9 +270,13 @@ impl Renderer {
             )),
             Technique::Restir(frame) => {
                 let mut reservoirs = frame.reservoir_aovs(kind)?;
+                // Samples of direct light on other lights than triangles have other measures.
+                let triangles = self.bindings.scene.counts.triangle_lights;
                 let area = self.bindings.scene.units.length.powi(2);
                 for reservoir in &mut reservoirs {
-                    reservoir.weight = (f64::from(reservoir.weight) * area) as f32;
+                    if kind == Kind::Indirect || u64::from(reservoir.light) < triangles {
+                        reservoir.weight = (f64::from(reservoir.weight) * area) as f32;
+                    }
                 }
                 Ok(reservoirs)
             }

@@ -7,6 +7,7 @@ mod unlit;
 
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
 use headwater::metrics::statistics::Estimate;
+use headwater::render::kind::Kind;
 use headwater::render::presets::Preset;
 use headwater::render::settings::{self, Format};
 use headwater::render::{Renderer, Settings, View};
@@ -219,6 +220,30 @@ fn a_floor_reflects_the_irradiance_of_the_environment() {
             assert!(off.abs() < 0.005, "{name}, {technique} {tracer:?}: {off}");
         }
     }
+}
+
+/// The weight of a sample of the environment is a solid angle, whatever the size of the scene.
+#[test]
+fn weights_of_the_environment_do_not_depend_on_lengths() {
+    let variant = support::variants(Tracer::ComputeBvh)[0];
+    let (device, _) = support::open_device(Some(variant));
+    let weights = [1.0_f32, 8.0].map(|scale| {
+        let mut scene = floor();
+        for position in &mut scene.meshes[0].positions {
+            *position *= scale;
+        }
+        scene.environment = Some(environment(8, 4, |_, _| Vec3::ONE));
+        let mut view = from_above(1, 3);
+        view.camera.camera_to_world.translation *= f64::from(scale);
+        let origin = view.camera.camera_to_world.translation;
+        let uploaded = Arc::new(GpuScene::new(&device, &scene, origin, variant).unwrap());
+        let mut renderer = Renderer::new(&device, uploaded, &view, &preset("accurate")).unwrap();
+        renderer.single_frame(0).unwrap();
+        let found = renderer.reservoir_aovs(Kind::Direct).unwrap();
+        found.iter().map(|aov| aov.weight).collect::<Vec<f32>>()
+    });
+    assert!(weights[0].iter().any(|weight| *weight > 0.0));
+    assert_eq!(weights[0], weights[1]);
 }
 
 /// The light of one punctual light on a floor is exact at every pixel, from the first sample.

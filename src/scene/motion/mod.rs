@@ -5,7 +5,7 @@ mod pose;
 pub mod tracks;
 
 pub use moving_camera::MovingCamera;
-pub use pose::{Pose, check_place, is_flat};
+pub use pose::{Pose, check_light_place, check_place, is_flat};
 
 use super::validate::BRIGHTEST;
 use crate::{Error, Result};

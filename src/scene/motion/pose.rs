@@ -4,7 +4,7 @@ use super::{Motion, Place};
 use crate::scene::validate::{LARGEST_COORDINATE, check_reach, is_singular};
 use crate::scene::{Bounds, Camera, Scene, camera};
 use crate::{Error, Result};
-use glam::{DAffine3, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
 
 /// The state of everything that moves at one time, by index in the scene.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -101,6 +101,7 @@ impl Scene {
             self.cameras[index as usize].camera_to_world = place;
         }
         for (index, place) in pose.lights {
+            check_light_place(index, &place, time, LARGEST_COORDINATE)?;
             self.punctual_lights[index as usize].light_to_world = place;
         }
         for (index, emission) in pose.emission {
@@ -143,13 +144,26 @@ pub fn check_place(
     check_reach(&what, place, bounds, farthest)
 }
 
+/// Checks that a punctual light can be rendered where `place` puts it at `time` in seconds, with coordinates up to
+/// `farthest`.
+///
+/// # Errors
+/// The transform is not finite, or the light is further away.
+pub fn check_light_place(index: u32, place: &DAffine3, time: f64, farthest: f64) -> Result<()> {
+    let what = format!("punctual light {index} at {time} s");
+    let point = Bounds {
+        min: DVec3::ZERO,
+        max: DVec3::ZERO,
+    };
+    check_reach(&what, place, Some(&point), farthest)
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::Emission;
     use super::super::tests::{line, moving, node};
     use super::super::tracks::Animated;
     use super::*;
-    use glam::DVec3;
 
     #[test]
     fn a_pose_goes_down_the_tree() {
@@ -184,5 +198,15 @@ mod tests {
         assert!(pose.instances[1].1.matrix3.x_axis.y > 1.0 - 1e-12);
         assert_eq!(pose.cameras[0].1.translation, DVec3::X * 0.5);
         assert_eq!(pose.emission, [(3, Vec3::new(3.0, 0.0, 0.0))]);
+    }
+
+    #[test]
+    fn lights_that_move_out_of_reach_are_refused() {
+        let at = |x: f64| DAffine3::from_translation(DVec3::X * x);
+        assert!(check_light_place(7, &at(99.0), 2.0, 100.0).is_ok());
+        for place in [at(101.0), at(f64::NAN), at(f64::INFINITY)] {
+            let text = check_light_place(7, &place, 2.0, 100.0).unwrap_err();
+            assert!(text.to_string().starts_with("punctual light 7 at 2 s"));
+        }
     }
 }
