@@ -164,7 +164,7 @@ crate::gpu_struct! {
         pub normal_scale: f32,
         /// ALPHA_…
         pub alpha_mode: u32,
-        /// Coverage, which texture and vertex colours multiply; with ALPHA_MASK over the cutoff.
+        /// Coverage, which texture and vertex colours multiply; with ALPHA_MASK divided by the cutoff.
         pub alpha: f32,
     }
 }
@@ -211,8 +211,12 @@ crate::gpu_struct! {
         pub area: f32,
         /// Whether it emits on both sides (0 or 1).
         pub double_sided: u32,
+        /// The traced instance that it belongs to.
+        pub instance: u32,
+        /// Its index in the mesh of that instance, if it may have holes; else NONE.
+        pub primitive: u32,
         /// Fills the last four words.
-        pub padding: UVec3,
+        pub padding: u32,
     }
 }
 
@@ -399,7 +403,8 @@ crate::gpu_struct! {
 crate::gpu_struct! {
     /// The contents of a pixel's reservoir, for debug AOVs.
     pub struct ReservoirAov {
-        /// Unbiased contribution weight, in squared scene units; 0 = empty.
+        /// Unbiased contribution weight; 0 = empty. In squared scene units for indirect light and for points of triangles,
+        /// in steradians for the environment, without a unit for punctual lights.
         pub weight: f32,
         /// Confidence, in units of one initial reservoir.
         pub confidence: f32,

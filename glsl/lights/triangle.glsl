@@ -3,17 +3,22 @@
 #include "core/random.glsl"
 #include "core/math.glsl"
 #include "scene/geometry.glsl"
-#include "scene/textures.glsl"
+#include "scene/alpha.glsl"
 
 bool is_double_sided(GpuLight light) { return HAS_DOUBLE_SIDED_LIGHTS && light.double_sided != 0u; }
 
-// The radiance that a point of a light emits on its front.
+// The radiance that a point of a light emits on its front; none where the light has a hole.
 vec3 light_radiance(GpuLight light, uint index, vec2 barycentrics) {
-    if (!HAS_EMISSIVE_TEXTURES || scene.at.textured_lights == 0u) return light.emission;
-    GpuLightTexture laid = load_light_textures(index);
-    if (laid.texture == NONE) return light.emission;
-    vec2 uv = laid.uv + barycentrics.x * laid.edge1 + barycentrics.y * laid.edge2;
-    return light.emission * texture_at(load_textures(laid.texture), uv, true).rgb;
+    vec3 radiance = light.emission;
+    if (HAS_EMISSIVE_TEXTURES && scene.at.textured_lights != 0u) {
+        GpuLightTexture laid = load_light_textures(index);
+        vec2 uv = laid.uv + barycentrics.x * laid.edge1 + barycentrics.y * laid.edge2;
+        if (laid.texture != NONE) radiance *= texture_at(load_textures(laid.texture), uv, true).rgb;
+    }
+    if (HAS_ALPHA && light.primitive != NONE) {
+        radiance *= coverage_at(load_instances(light.instance), light.primitive, barycentrics);
+    }
+    return radiance;
 }
 
 // The radiance that it emits in a direction with this cosine to its normal: 0 from the back of a one-sided light.

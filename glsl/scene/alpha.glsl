@@ -15,10 +15,12 @@ const uint NO_COIN = 0u;
 // The coin of the next ray of a path. It is no draw: what a scene lacks does not shift the random numbers.
 uint ray_coin(Random random) { return pcg4d(random.counter ^ 0x68E31DA4u).x | 1u; }
 
-// How much of a triangle's point its surface covers.
+// How much of a triangle's point its surface covers. Lights may have holes, but cover all elsewhere: candidates would have
+// to be all lights along a ray, not only the first.
 float coverage_at(GpuInstance instance, uint primitive, vec2 weights) {
-    GpuMaterial material = material_at(triangle_owner(instance, primitive).material);
-    if (material.alpha_mode == ALPHA_OPAQUE) return 1.0;
+    TriangleOwner owner = triangle_owner(instance, primitive);
+    GpuMaterial material = material_at(owner.material);
+    if (material.alpha_mode == ALPHA_OPAQUE || (material.alpha_mode == ALPHA_BLEND && owner.light != NONE)) return 1.0;
     float alpha = material.alpha;
     if (HAS_VERTEX_COLORS && instance.first_color != NONE) {
         uint first = 3u * (instance.first_color + primitive);
@@ -47,8 +49,9 @@ bool owns_hit(GpuInstance instance, uint primitive, vec3 weights) {
     return owns;
 }
 
-// Whether a ray ends at a hit, given by the weights of the corners; if not, and it has no coin, `passed` is weakened. On an
-// edge a weight must be 0 and beside it not, or both triangles weaken the ray, or neither.
+// Whether a ray ends at a hit, given by the weights of the corners; if not, and it has no coin, `passed` is weakened.
+// Tracers must give a weight of exactly 0 on an edge, and another beside it: else both of its triangles weaken the ray, or
+// neither.
 bool ends_ray(uint coin, uint instance_index, GpuInstance instance, uint primitive, vec3 weights, inout float passed) {
     float coverage = coverage_at(instance, primitive, weights.yz);
     if (coverage >= 1.0 || coverage <= 0.0) return coverage >= 1.0;

@@ -1,8 +1,9 @@
 //! Emissive triangles, and the alias table that samples them.
 
-use super::texture::srgb;
-use super::{Material, Scene, Texture};
+use super::texture::{LitTexels, srgb};
+use super::{AlphaMode, Material, Mesh, Part, Scene, Texture};
 use glam::{DAffine3, DVec3, Vec2, Vec3};
+use std::collections::{BTreeSet, HashMap};
 
 /// Share of the sampling probability that is uniform over the lights, so that no light's probability
 /// falls below the resolution of 32 random bits, however dim it is.
@@ -23,8 +24,8 @@ pub struct LightTriangle {
     pub normal: DVec3,
     /// Area in squared scene units.
     pub area: f64,
-    /// Mean of its texture, which multiplies its emission; 1 without.
-    pub texture_mean: Vec3,
+    /// The mean of what multiplies its emission: of its texture, and 0 where it has holes.
+    pub emission_mean: Vec3,
 }
 
 /// An emissive triangle in object space.
@@ -40,8 +41,8 @@ pub struct LampTriangle {
     pub corners: [DVec3; 3],
     /// Texture coordinates of the corners for its emissive texture; 0 without.
     pub uvs: [Vec2; 3],
-    /// Mean of its emissive texture; 1 without.
-    pub texture_mean: Vec3,
+    /// The mean of what multiplies its emission: of its texture, and 0 where it has holes.
+    pub emission_mean: Vec3,
 }
 
 impl LampTriangle {
@@ -58,7 +59,7 @@ impl LampTriangle {
             corners,
             normal: cross.normalize_or_zero() * side,
             area: 0.5 * cross.length(),
-            texture_mean: self.texture_mean,
+            emission_mean: self.emission_mean,
         }
     }
 }
@@ -80,26 +81,86 @@ impl Scene {
     }
 }
 
-/// The triangles whose materials are `lights` (one flag per material), ordered by instance, then by
-/// the mesh's order of triangles.
-pub fn lamp_triangles(scene: &Scene, lights: &[bool]) -> Vec<LampTriangle> {
+/// Which triangles give light at some time: those of a material that does, unless its texture is black all over them.
+pub struct Emitters<'a> {
+    scene: &'a Scene,
+    /// Which materials do.
+    lamps: &'a [bool],
+    /// For each image that some emission has as its texture, where it is not black.
+    lit: HashMap<u32, LitTexels>,
+}
+
+impl<'a> Emitters<'a> {
+    /// Those of a scene, given which of its materials give light at some time.
+    pub fn new(scene: &'a Scene, lamps: &'a [bool]) -> Self {
+        let materials = scene.materials.iter().zip(lamps);
+        let textures = materials.filter(|(_, is_lamp)| **is_lamp);
+        let images: BTreeSet<u32> = textures
+            .filter_map(|(material, _)| Some(material.emissive_texture?.image))
+            .collect();
+        let lit = images.into_iter();
+        let lit = lit.map(|image| (image, LitTexels::of(&scene.images[image as usize])));
+        Self {
+            scene,
+            lamps,
+            lit: lit.collect(),
+        }
+    }
+
+    /// Whether some triangles of a mesh's part may.
+    pub fn may_emit(&self, part: &Part) -> bool {
+        self.lamps[part.material as usize]
+    }
+
+    /// Whether a triangle of a mesh's part does.
+    pub fn emits(&self, mesh: &Mesh, part: &Part, triangle: u32) -> bool {
+        let texture = self.scene.materials[part.material as usize].emissive_texture;
+        self.may_emit(part)
+            && texture.is_none_or(|texture| {
+                let uvs = uvs_of(mesh, &texture, triangle);
+                self.lit[&texture.image].may_be_seen(&texture, uvs)
+            })
+    }
+
+    /// How many triangles of a mesh's part do.
+    pub fn count(&self, mesh: &Mesh, part: &Part) -> u64 {
+        let texture = self.scene.materials[part.material as usize].emissive_texture;
+        match (self.may_emit(part), texture) {
+            (false, _) => 0,
+            (true, None) => part.triangle_count.into(),
+            (true, Some(_)) => {
+                let emit = |triangle: &u32| self.emits(mesh, part, *triangle);
+                part.range().filter(emit).count() as u64
+            }
+        }
+    }
+}
+
+/// The coordinates of a texture at the corners of a triangle.
+fn uvs_of(mesh: &Mesh, texture: &Texture, triangle: u32) -> [Vec2; 3] {
+    let corners = mesh.triangles[triangle as usize];
+    corners.map(|i| mesh.uvs[texture.set as usize][i as usize])
+}
+
+/// The triangles that give light, given which materials do, ordered by instance, then by the mesh's order of triangles.
+pub fn lamp_triangles(scene: &Scene, lamps: &[bool]) -> Vec<LampTriangle> {
+    let emitters = Emitters::new(scene, lamps);
     let mut triangles = Vec::new();
     for (index, instance) in scene.instances.iter().enumerate() {
         let mesh = &scene.meshes[instance.mesh as usize];
-        for part in mesh.parts.iter().filter(|p| lights[p.material as usize]) {
-            for triangle in part.first_triangle..part.first_triangle + part.triangle_count {
+        for part in &mesh.parts {
+            for triangle in part.range().filter(|t| emitters.emits(mesh, part, *t)) {
                 let corners = mesh.triangles[triangle as usize];
-                let texture = scene.materials[part.material as usize].emissive_texture;
-                let uvs = texture.map_or([Vec2::ZERO; 3], |texture| {
-                    corners.map(|i| mesh.uvs[texture.set as usize][i as usize])
-                });
+                let material = &scene.materials[part.material as usize];
+                let uvs = (material.emissive_texture.as_ref())
+                    .map_or([Vec2::ZERO; 3], |texture| uvs_of(mesh, texture, triangle));
                 triangles.push(LampTriangle {
                     instance: index as u32,
                     triangle,
                     material: part.material,
                     corners: corners.map(|i| mesh.positions[i as usize].as_dvec3()),
                     uvs,
-                    texture_mean: texture.map_or(Vec3::ONE, |texture| mean(scene, &texture, uvs)),
+                    emission_mean: emission_mean(scene, mesh, material, triangle),
                 });
             }
         }
@@ -107,20 +168,40 @@ pub fn lamp_triangles(scene: &Scene, lights: &[bool]) -> Vec<LampTriangle> {
     triangles
 }
 
-/// The mean of a texture over a triangle, from points on a grid: only the choice of lights depends on it.
-fn mean(scene: &Scene, texture: &Texture, uvs: [Vec2; 3]) -> Vec3 {
+/// The mean over a triangle of what multiplies its emission, from points on a grid: only the choice of lights depends on
+/// it.
+fn emission_mean(scene: &Scene, mesh: &Mesh, material: &Material, triangle: u32) -> Vec3 {
     const SIDE: usize = 8;
-    let [a, b, c] = uvs;
+    let mask = match material.alpha_mode {
+        AlphaMode::Mask { cutoff } => Some(cutoff),
+        _ => None,
+    };
+    if material.emissive_texture.is_none() && mask.is_none() {
+        return Vec3::ONE;
+    }
+    let at = |texture: &Texture, weights: Vec2| {
+        let [a, b, c] = uvs_of(mesh, texture, triangle);
+        let uv = a + weights.x * (b - a) + weights.y * (c - a);
+        texture.at(&scene.images[texture.image as usize], uv, srgb)
+    };
+    let alphas = match mesh.colors.is_empty() {
+        true => [1.0; 3],
+        false => mesh.triangles[triangle as usize].map(|i| mesh.colors[i as usize].w),
+    };
     let mut sum = Vec3::ZERO;
     // The centres of the small triangles into which a grid divides the large one.
     for i in 0..SIDE {
         for j in 0..2 * (SIDE - i) - 1 {
             let third = if j % 2 == 0 { 1.0 } else { 2.0 } / 3.0;
             let weights = Vec2::new((j / 2) as f32 + third, i as f32 + third) / SIDE as f32;
-            let uv = a + weights.x * (b - a) + weights.y * (c - a);
-            sum += texture
-                .at(&scene.images[texture.image as usize], uv, srgb)
-                .truncate();
+            let [a, b, c] = alphas;
+            let own = material.alpha * (a + weights.x * (b - a) + weights.y * (c - a));
+            let texture = material.base_color_texture.as_ref();
+            let alpha = own * texture.map_or(1.0, |texture| at(texture, weights).w);
+            if mask.is_none_or(|cutoff| alpha >= cutoff) {
+                let texture = material.emissive_texture.as_ref();
+                sum += texture.map_or(Vec3::ONE, |texture| at(texture, weights).truncate());
+            }
         }
     }
     sum / (SIDE * SIDE) as f32
@@ -138,7 +219,7 @@ pub fn light_triangles(scene: &Scene) -> Vec<LightTriangle> {
 /// emits on both sides.
 pub fn power(light: &LightTriangle, material: &Material) -> f64 {
     let sides = if material.double_sided { 2.0 } else { 1.0 };
-    sides * light.area * luminance(material.emission * light.texture_mean)
+    sides * light.area * luminance(material.emission * light.emission_mean)
 }
 
 /// Luminance of a colour in linear sRGB (ITU-R BT.709).

@@ -161,6 +161,13 @@ pub struct Part {
     pub material: u32,
 }
 
+impl Part {
+    /// The indices of its triangles.
+    pub fn range(&self) -> std::ops::Range<u32> {
+        self.first_triangle..self.first_triangle + self.triangle_count
+    }
+}
+
 /// A mesh placed in the world.
 #[derive(Clone, Debug)]
 pub struct Instance {
@@ -284,14 +291,6 @@ impl Material {
         textures
             .into_iter()
             .filter_map(|(name, texture)| Some((name, texture.as_ref()?)))
-    }
-
-    /// The meaning of alpha for a material that is a light at some time or is not: lights cover all.
-    pub fn alpha_mode(&self, is_lamp: bool) -> AlphaMode {
-        match is_lamp {
-            true => AlphaMode::Opaque,
-            false => self.alpha_mode,
-        }
     }
 
     /// Whether the surface emits light.

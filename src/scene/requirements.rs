@@ -1,6 +1,7 @@
 //! Properties of a scene that decide which features the renderer needs for it.
 
 use super::bounds::usual_size;
+use super::lights::Emitters;
 use super::{AlphaMode, Environment, Material, Mesh, Scene};
 use crate::layouts::MIRROR_ROUGHNESS;
 
@@ -68,6 +69,7 @@ impl Requirements {
         let edges: Vec<f64> = scene.meshes.iter().map(longest_edge).collect();
         let large = LARGE * usual_size(&scene.loose_boxes());
         let lights = scene.lamp_materials();
+        let emitters = Emitters::new(scene, &lights);
         let mut placed = vec![false; scene.meshes.len()];
         for instance in &scene.instances {
             let seen = &mut placed[instance.mesh as usize];
@@ -94,9 +96,10 @@ impl Requirements {
                     lights[part.material as usize] && material.emissive_texture.is_some();
                 required.textures |= material.base_color_texture.is_some()
                     || material.metallic_roughness_texture.is_some();
-                let alpha = material.alpha_mode(lights[part.material as usize]);
-                required.alpha |= alpha != AlphaMode::Opaque;
-                required.blending |= alpha == AlphaMode::Blend;
+                required.alpha |= material.alpha_mode != AlphaMode::Opaque;
+                // Lights cover all.
+                required.blending |= material.alpha_mode == AlphaMode::Blend
+                    && emitters.count(mesh, part) < part.triangle_count.into();
                 required.unlit |= material.unlit;
                 required.normal_maps |= material.normal_texture.is_some();
                 required.specular |= material.has_specular_lobe();
@@ -198,15 +201,13 @@ impl Scene {
         self.count_triangles(|mesh| mesh.triangles.len() as u64)
     }
 
-    /// Triangles in the world whose material emits at any time.
+    /// Triangles in the world that give light at some time.
     pub fn emissive_triangle_count(&self) -> u64 {
         let lights = self.lamp_materials();
+        let emitters = Emitters::new(self, &lights);
         self.count_triangles(|mesh| {
-            mesh.parts
-                .iter()
-                .filter(|part| lights[part.material as usize])
-                .map(|part| u64::from(part.triangle_count))
-                .sum()
+            let parts = mesh.parts.iter();
+            parts.map(|part| emitters.count(mesh, part)).sum()
         })
     }
 
@@ -313,5 +314,26 @@ mod tests {
             motion: true,
         };
         assert_eq!(Requirements::of(&scene), all);
+    }
+
+    #[test]
+    fn lights_that_blend_cover_all_and_ask_for_no_more_rays() {
+        let mut scene = Scene {
+            meshes: vec![mesh(&[0])],
+            materials: vec![Material {
+                alpha: 0.5,
+                alpha_mode: AlphaMode::Blend,
+                ..Material::lambert("", Vec3::ONE)
+            }],
+            instances: vec![instance(0, 1.0)],
+            ..Scene::default()
+        };
+        let blends = |scene: &Scene| {
+            let required = Requirements::of(scene);
+            (required.alpha, required.blending)
+        };
+        assert_eq!(blends(&scene), (true, true));
+        scene.materials[0].emission = Vec3::ONE;
+        assert_eq!(blends(&scene), (true, false));
     }
 }

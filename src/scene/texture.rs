@@ -95,6 +95,80 @@ fn wrapped(wrap: Wrap, i: i64, size: u32) -> u32 {
     index as u32
 }
 
+/// Where an image is not black, by blocks of its texels.
+pub struct LitTexels {
+    size: [u32; 2],
+    /// Blocks along x.
+    columns: usize,
+    blocks: Vec<bool>,
+}
+
+/// Texels along each side of a block.
+const BLOCK: u32 = 8;
+
+impl LitTexels {
+    /// Those of an image.
+    pub fn of(image: &Image) -> Self {
+        let columns = image.width.div_ceil(BLOCK) as usize;
+        let mut blocks = vec![false; columns * image.height.div_ceil(BLOCK) as usize];
+        for (row, y) in image.texels.chunks(image.width as usize).zip(0_u32..) {
+            for (texel, x) in row.iter().zip(0_u32..) {
+                let block = (y / BLOCK) as usize * columns + (x / BLOCK) as usize;
+                blocks[block] |= texel[..3] != [0; 3];
+            }
+        }
+        Self {
+            size: [image.width, image.height],
+            columns,
+            blocks,
+        }
+    }
+
+    /// Whether a lookup may find anything but black, at some point of a triangle whose corners have these coordinates.
+    /// Where it is not certain, it may.
+    pub fn may_be_seen(&self, texture: &Texture, uvs: [Vec2; 3]) -> bool {
+        let size = Vec2::from(self.size.map(|side| side as f32));
+        let transform = &texture.transform;
+        let places = uvs.map(|uv| transform.transform_point2(uv) * size);
+        if places.iter().any(|place| !place.is_finite()) {
+            return true;
+        }
+        let matrix = transform.matrix2;
+        let terms = uvs.map(|uv| {
+            let products = matrix.x_axis.abs() * uv.x.abs() + matrix.y_axis.abs() * uv.y.abs();
+            (products + transform.translation.abs()) * size
+        });
+        // The neighbours that a lookup interpolates, and what shaders may round otherwise.
+        let margin = 2.0 + 1e-5 * (terms[0] + terms[1] + terms[2]);
+        let low = places[0].min(places[1]).min(places[2]) - margin;
+        let high = places[0].max(places[1]).max(places[2]) + margin;
+        let [columns, rows] = [0, 1].map(|axis| {
+            self.blocks_along(
+                texture.wrap[axis],
+                axis,
+                low[axis] as i64,
+                high[axis] as i64,
+            )
+        });
+        (rows.iter()).any(|row| columns.iter().any(|x| self.blocks[row * self.columns + x]))
+    }
+
+    /// The blocks along an axis in which the texels lie that are seen at these indices.
+    fn blocks_along(&self, wrap: Wrap, axis: usize, low: i64, high: i64) -> Vec<usize> {
+        let size = self.size[axis];
+        let (last, period) = (i64::from(size) - 1, 2 * i64::from(size));
+        let (low, high) = match wrap {
+            Wrap::Clamp => (low.clamp(0, last), high.clamp(0, last)),
+            Wrap::Repeat | Wrap::Mirror => (low, high.min(low.saturating_add(period))),
+        };
+        let texels = (low..=high).map(|i| wrapped(wrap, i, size));
+        let mut blocks: Vec<usize> = texels.map(|texel| (texel / BLOCK) as usize).collect();
+        blocks.sort_unstable();
+        blocks.dedup();
+        blocks
+    }
+}
+
 /// A texel of data: normals, metalness, roughness.
 pub fn linear(texel: [u8; 4]) -> Vec4 {
     Vec4::from_array(texel.map(f32::from)) / 255.0
@@ -165,6 +239,73 @@ mod tests {
         };
         assert_eq!(red(nearest, 0.49, 0.25), 0.0);
         assert_eq!(red(nearest, 0.51, 0.25), 1.0);
+    }
+
+    /// Triangles that are said to be black are, at many points; most of those that are black are said to be.
+    #[test]
+    fn what_is_black_all_over_a_triangle_is_known() {
+        // A linear congruential generator (Numerical Recipes).
+        let mut state = 1_u32;
+        let mut unit = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / (1 << 24) as f32
+        };
+        let (width, height) = (96, 40);
+        let lit = [(17, 5), (95, 39), (40, 20)];
+        let texels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+        let texels = texels.map(|place| match lit.contains(&place) {
+            true => [0, 1, 0, 255],
+            false => [0, 0, 0, 255],
+        });
+        let image = Image {
+            name: String::new(),
+            width,
+            height,
+            texels: texels.collect(),
+        };
+        let blocks = LitTexels::of(&image);
+        let (mut known, mut unknown) = (0, 0);
+        for wrap in [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp] {
+            for round in 0..3000 {
+                let side = [0.05, 0.2, 1.0][round % 3];
+                let transform = Affine2::from_scale_angle_translation(
+                    Vec2::new(1.0 + unit(), 0.5 + unit()),
+                    unit() - 0.5,
+                    Vec2::new(unit(), unit()) - 0.5,
+                );
+                let texture = Texture {
+                    transform,
+                    wrap: [wrap; 2],
+                    nearest: unit() < 0.5,
+                    ..Texture::plain(0)
+                };
+                let corner = Vec2::new(unit(), unit()) * 4.0 - 1.5;
+                let mut beside = || corner + side * (Vec2::new(unit(), unit()) - 0.5);
+                let uvs = [corner, beside(), beside()];
+                let mut brightest = 0.0_f32;
+                for _ in 0..400 {
+                    let (x, y) = (unit(), unit());
+                    let (x, y) = if x + y > 1.0 {
+                        (1.0 - x, 1.0 - y)
+                    } else {
+                        (x, y)
+                    };
+                    let uv = uvs[0] + x * (uvs[1] - uvs[0]) + y * (uvs[2] - uvs[0]);
+                    brightest = brightest.max(texture.at(&image, uv, linear).y);
+                }
+                if !blocks.may_be_seen(&texture, uvs) {
+                    assert_eq!(brightest, 0.0, "{texture:?} {uvs:?}");
+                    known += 1;
+                } else if brightest == 0.0 {
+                    unknown += 1;
+                }
+            }
+        }
+        assert!(known > 2 * unknown && known > 2000, "{known} {unknown}");
+        let nowhere = [Vec2::ZERO, Vec2::X, Vec2::new(f32::INFINITY, 0.0)];
+        assert!(blocks.may_be_seen(&Texture::plain(0), nowhere));
+        let far = [Vec2::splat(1e30), Vec2::splat(-1e30), Vec2::ZERO];
+        assert!(blocks.may_be_seen(&Texture::plain(0), far));
     }
 
     #[test]

@@ -3,7 +3,8 @@
 use super::compute_bvh::Tree;
 use super::gather::Gathered;
 use crate::layouts::NONE;
-use crate::scene::{AlphaMode, Mesh};
+use crate::scene::lights::Emitters;
+use crate::scene::{AlphaMode, Material, Mesh};
 use glam::{DVec3, UVec2, UVec3, Vec2, Vec3, Vec4};
 use obvhs::cwbvh::node::CwBvhNode;
 
@@ -66,22 +67,31 @@ impl Geometry {
     /// Lays out every mesh. With `trees`, triangles are in leaf order; otherwise in the mesh's order.
     pub fn new(gathered: &Gathered<'_>, trees: bool) -> Self {
         let mut geometry = Self::default();
-        let materials = gathered.scene.materials.iter().zip(&gathered.lamps);
-        let opaque: Vec<bool> = materials
-            .map(|(material, is_lamp)| material.alpha_mode(*is_lamp) == AlphaMode::Opaque)
-            .collect();
+        let emitters = Emitters::new(&gathered.scene, &gathered.lamps);
         for (mesh, ids) in gathered.scene.meshes.iter().zip(&gathered.part_ids) {
-            geometry.push(mesh, ids, (&gathered.lamps, &opaque), trees);
+            geometry.push(mesh, ids, &gathered.scene.materials, &emitters, trees);
         }
         geometry
     }
 
-    /// Adds a mesh. Of each material it is known whether it is a light, and whether it has no alpha.
+    /// For each triangle of a mesh, in the mesh's order, its index among those of the mesh here.
+    pub fn traced_index(&self, mesh: u32) -> Vec<u32> {
+        let place = self.meshes[mesh as usize];
+        let first = place.first_triangle as usize;
+        let mut index = vec![0; place.triangle_count as usize];
+        let order = &self.order[first..first + index.len()];
+        for (at, triangle) in (0..).zip(order) {
+            index[*triangle as usize] = at;
+        }
+        index
+    }
+
     fn push(
         &mut self,
         mesh: &Mesh,
         part_ids: &[u32],
-        (lamps, opaque): (&[bool], &[bool]),
+        materials: &[Material],
+        emitters: &Emitters<'_>,
         trees: bool,
     ) {
         let (low, high) = bounds(mesh.positions.iter().copied());
@@ -108,7 +118,8 @@ impl Geometry {
             first_tangent: NONE,
             first_part: NONE,
             root_node: 0,
-            opaque: mesh.parts.iter().all(|part| opaque[part.material as usize]),
+            opaque: (mesh.parts.iter())
+                .all(|part| materials[part.material as usize].alpha_mode == AlphaMode::Opaque),
             lights: 0,
             centre: centre.as_dvec3(),
             bounds: (low - centre, high - centre),
@@ -158,20 +169,19 @@ impl Geometry {
             };
             self.tangents.extend(order.iter().map(corners));
         }
-        let emissive = |material: u32| lamps[material as usize];
         if mesh.parts.len() > 1
             || !part_ids.is_empty()
-            || mesh.parts.iter().any(|p| emissive(p.material))
+            || mesh.parts.iter().any(|part| emitters.may_emit(part))
         {
             // The rank counts emissive triangles in the mesh's own order, which no tracer changes:
             // so a light keeps its index, and random numbers select the same light with both.
             let mut of_triangle = vec![UVec3::new(0, NONE, 0); corners.len()];
             for (number, part) in mesh.parts.iter().enumerate() {
-                let end = part.first_triangle + part.triangle_count;
-                for entry in &mut of_triangle[part.first_triangle as usize..end as usize] {
+                for triangle in part.range() {
+                    let entry = &mut of_triangle[triangle as usize];
                     entry.x = part.material;
                     entry.z = part_ids.get(number).copied().unwrap_or(0);
-                    if emissive(part.material) {
+                    if emitters.emits(mesh, part, triangle) {
                         entry.y = place.lights;
                         place.lights += 1;
                     }

@@ -25,9 +25,8 @@ pub struct Materials {
 }
 
 impl Materials {
-    /// Those of a scene, given which of them give light at any time, the unit of radiance, and how shaders read
-    /// textures.
-    pub fn of(scene: &Scene, lamps: &[bool], radiance: f64, read: Textures) -> Self {
+    /// Those of a scene, given the unit of radiance and how shaders read textures.
+    pub fn of(scene: &Scene, radiance: f64, read: Textures) -> Self {
         let mut texels = Vec::new();
         let mut places = Vec::with_capacity(scene.images.len());
         for (index, image) in scene.images.iter().enumerate() {
@@ -55,16 +54,12 @@ impl Materials {
             });
             textures.len() as u32 - 1
         };
-        let materials = scene
-            .materials
-            .iter()
-            .zip(lamps)
-            .map(|(material, is_lamp)| GpuMaterial {
-                base_color_texture: texture(&material.base_color_texture),
-                metallic_roughness_texture: texture(&material.metallic_roughness_texture),
-                normal_texture: texture(&material.normal_texture),
-                ..gpu_material(material, *is_lamp, radiance)
-            });
+        let materials = scene.materials.iter().map(|material| GpuMaterial {
+            base_color_texture: texture(&material.base_color_texture),
+            metallic_roughness_texture: texture(&material.metallic_roughness_texture),
+            normal_texture: texture(&material.normal_texture),
+            ..gpu_material(material, radiance)
+        });
         let materials = materials.collect();
         let emissive = scene.materials.iter();
         let emissive = emissive.map(|material| texture(&material.emissive_texture));
@@ -114,8 +109,8 @@ const fn wrap(wrap: Wrap) -> u32 {
     }
 }
 
-/// A material without its textures, given whether it gives light at any time, and the unit of radiance.
-pub fn gpu_material(material: &Material, is_lamp: bool, radiance: f64) -> GpuMaterial {
+/// A material without its textures, given the unit of radiance.
+pub fn gpu_material(material: &Material, radiance: f64) -> GpuMaterial {
     // KHR_materials_ior: an index of 0 stands for a reflectance of 1 at every angle.
     let normal_reflectance = if material.ior == 0.0 {
         1.0
@@ -130,9 +125,13 @@ pub fn gpu_material(material: &Material, is_lamp: bool, radiance: f64) -> GpuMat
     } else {
         (material.base_color, 0)
     };
-    let (alpha_mode, alpha) = match material.alpha_mode(is_lamp) {
+    let (alpha_mode, alpha) = match material.alpha_mode {
         AlphaMode::Opaque => (ALPHA_OPAQUE, 1.0),
-        AlphaMode::Mask { cutoff } => (ALPHA_MASK, material.alpha / cutoff),
+        // Enlarged by what the division and the product with a texel may round down: at the cutoff there is no hole.
+        AlphaMode::Mask { cutoff } => (
+            ALPHA_MASK,
+            material.alpha / cutoff * (1.0 + 2.0 * f32::EPSILON),
+        ),
         AlphaMode::Blend => (ALPHA_BLEND, material.alpha),
     };
     GpuMaterial {

@@ -9,7 +9,7 @@ use crate::Result;
 use crate::layouts::{GpuInstance, GpuPreviousTransform, NONE};
 use crate::scene::Bounds;
 use crate::scene::lights::LampTriangle;
-use crate::scene::motion::{Pose, check_place, is_flat};
+use crate::scene::motion::{Pose, check_light_place, check_place, is_flat};
 use crate::scene::validate::LARGEST_COORDINATE;
 use glam::{DAffine3, DVec3, Vec3};
 use std::collections::HashMap;
@@ -92,7 +92,7 @@ impl ScenePoser {
             max_depth: u32::MAX,
             instances,
             traced_index,
-            sources: LightSources::of(scene, &gathered.lamps),
+            sources: LightSources::of(scene, &gathered.lamps, |mesh| geometry.traced_index(mesh)),
             trees,
         }
     }
@@ -129,6 +129,11 @@ impl ScenePoser {
             let farthest = self.units.farthest().min(LARGEST_COORDINATE);
             check_place(*moving, &centred, Some(&bounds), time, farthest)?;
             to_world[index] = *place;
+        }
+        for (moving, place) in &pose.lights {
+            let moved = DAffine3::from_translation(-self.units.origin) * *place;
+            let farthest = self.units.farthest().min(LARGEST_COORDINATE);
+            check_light_place(*moving, &moved, time, farthest)?;
         }
         let place_of = |instance: u32| to_world[instance as usize];
         let lights = self

@@ -74,12 +74,7 @@ impl GpuScene {
             instances: pose.instances.len() as u64,
             ..ElementCounts::of(scene)
         };
-        let materials = Materials::of(
-            &gathered.scene,
-            &gathered.lamps,
-            units.radiance,
-            variant.textures,
-        );
+        let materials = Materials::of(&gathered.scene, units.radiance, variant.textures);
         let light_textures = match counts.textured_lights {
             true => materials.of_lights(poser.lamps()),
             false => Vec::new(),

@@ -45,6 +45,8 @@ pub struct Tables {
     textures: Buffer,
     texels: Buffer,
     srgb: Buffer,
+    /// What only lights with holes would read.
+    nothing: Buffer,
     images: Vec<SampledImage>,
     counters: Buffer,
     scene: Buffer,
@@ -68,6 +70,10 @@ impl Tables {
             ("textures", Resource::Read(&self.textures)),
             ("texels", Resource::Read(&self.texels)),
             ("srgb", Resource::Read(&self.srgb)),
+            ("instances", Resource::Read(&self.nothing)),
+            ("triangle_parts", Resource::Read(&self.nothing)),
+            ("uvs", Resource::Read(&self.nothing)),
+            ("colors", Resource::Read(&self.nothing)),
             ("images", Resource::Images(&self.images)),
             ("counters", Resource::Write(&self.counters)),
             ("scene", Resource::Uniform(&self.scene)),
@@ -191,6 +197,7 @@ impl Function<'_> {
             textures: buffer("textures", bytemuck::cast_slice(self.textures)),
             texels: buffer("texels", bytemuck::cast_slice(self.texels)),
             srgb: buffer("srgb", bytemuck::cast_slice(self.srgb)),
+            nothing: buffer("nothing", &[0; 256]),
             images: (self.images.iter())
                 .map(|i| SampledImage::new(&device, "image", i.width, &i.texels).unwrap())
                 .collect(),

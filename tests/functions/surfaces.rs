@@ -35,7 +35,7 @@ fn materials() -> Vec<Material> {
 
 fn gpu(all: &[Material]) -> Vec<GpuMaterial> {
     all.iter()
-        .map(|material| gpu_material(material, false, 1.0))
+        .map(|material| gpu_material(material, 1.0))
         .collect()
 }
 

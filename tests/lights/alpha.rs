@@ -144,6 +144,157 @@ fn a_mask_cuts_holes() {
     }
 }
 
+/// At the cutoff there is no hole, whatever byte of a texture it is.
+#[test]
+fn a_mask_covers_at_its_cutoff() {
+    let mut scene = floor();
+    for byte in (1..=255_u8).step_by(2) {
+        let material = Material {
+            alpha_mode: AlphaMode::Mask {
+                cutoff: f32::from(byte) / 255.0,
+            },
+            base_color_texture: Some(Texture::plain(scene.images.len() as u32)),
+            ..Material::lambert("cut", Vec3::ZERO)
+        };
+        scene.images.push(image(|_| [255, 255, 255, byte]));
+        // One beside the other, all over the part of the floor that is seen.
+        let corner = Vec3::new(f32::from(byte) / 64.0 - 2.0 - 1.0 / 64.0, 0.5, 2.0);
+        let sheet = support::quad(corner, Vec3::X / 32.0, Vec3::NEG_Z * 4.0);
+        support::add(&mut scene, &material, &sheet);
+        let mesh = scene.meshes.last_mut().unwrap();
+        mesh.uvs[0] = vec![Vec2::splat(0.5); mesh.positions.len()];
+    }
+    scene.punctual_lights = vec![punctual(PunctualShape::Directional, DVec3::ZERO, -DVec3::Y)];
+    scene.validate().unwrap();
+    for (technique, tracer, _) in TECHNIQUES {
+        if let Some(mean) = picture(&scene, &from_above(1, 3), &preset(technique), tracer, 1) {
+            let seen = mean.iter().filter(|found| **found != [0.0; 3]).count();
+            assert_eq!(seen, 0, "{technique} {tracer:?}: pixels with holes");
+        }
+    }
+}
+
+/// Without visibility there are no shadows, also where something blends elsewhere.
+#[test]
+fn what_blends_brings_no_shadows_where_there_is_no_visibility() {
+    let mut scene = floor();
+    add_sheet(&mut scene, 6.0, 8.0, Material::lambert("lid", Vec3::ZERO));
+    let mut blending = scene.clone();
+    add_sheet(&mut blending, -1.0, 1.0, sheet(0.0, 0.5));
+    let lights = vec![punctual(PunctualShape::Directional, DVec3::ZERO, -DVec3::Y)];
+    let mut settings = preset("accurate");
+    settings.direct.resampling.visibility = headwater::render::settings::Visibility::None;
+    let [plain, found] = [scene, blending].map(|mut scene| {
+        scene.punctual_lights = lights.clone();
+        let view = from_above(1, 3);
+        picture(&scene, &view, &settings, Tracer::ComputeBvh, 2).unwrap()
+    });
+    assert!(plain.iter().all(|pixel| pixel[0] > 0.0));
+    assert_eq!(plain, found);
+}
+
+/// A lamp with holes: all but a quarter, at one corner. Its texture, black on one half, lights the half of that.
+fn add_lamp(scene: &mut Scene, corner: Vec3, u: Vec3, v: Vec3) {
+    let of_image = |image, nearest| Texture {
+        nearest,
+        ..Texture::plain(image)
+    };
+    let lamp = Material {
+        emission: Vec3::new(4.0, 2.0, 1.0),
+        emissive_texture: Some(of_image(1, true)),
+        base_color_texture: Some(of_image(0, true)),
+        alpha_mode: AlphaMode::Mask { cutoff: 0.5 },
+        ..Material::lambert("lamp", Vec3::ZERO)
+    };
+    support::add(scene, &lamp, &support::quad(corner, u, v));
+    scene.images = vec![
+        image(|i| [255, 255, 255, if i % 8 < 4 && i / 8 < 4 { 255 } else { 90 }]),
+        image(|i| if i / 8 < 2 { [255; 4] } else { [0, 0, 0, 255] }),
+    ];
+    let mesh = scene.meshes.last_mut().unwrap();
+    let at = |p: &Vec3| Vec2::new((p - corner).dot(u), (p - corner).dot(v));
+    let sides = Vec2::new(u.length_squared(), v.length_squared());
+    mesh.uvs[0] = mesh.positions.iter().map(|p| at(p) / sides).collect();
+    scene.validate().unwrap();
+}
+
+/// The part of a lamp that has no hole and is not black lights a floor, and nothing else does.
+#[test]
+fn lamps_may_have_holes() {
+    let mut scene = floor();
+    // From its front, which is below.
+    let (corner, u, v) = (Vec3::new(-2.0, 5.0, -2.0), Vec3::X * 4.0, Vec3::Z * 4.0);
+    add_lamp(&mut scene, corner, u, v);
+    const CELLS: usize = 64;
+    let expected: DVec3 = (0..SIDE as usize * SIDE as usize)
+        .map(|pixel| {
+            let cells = (0..2 * CELLS * CELLS).map(|cell| {
+                // Half of the width, a quarter of the height.
+                let x = (cell % (2 * CELLS)) as f64 + 0.5;
+                let y = (cell / (2 * CELLS)) as f64 + 0.5;
+                let side = 1.0 / CELLS as f64;
+                let point = corner.as_dvec3() + DVec3::new(x * side, 0.0, y * side);
+                let toward = point - floor_point(pixel);
+                toward.y.powi(2) / toward.length_squared().powi(2) * side * side
+            });
+            DVec3::new(4.0, 2.0, 1.0) * cells.sum::<f64>() * (ALBEDO / PI)
+        })
+        .sum();
+    let expected = expected / f64::from(SIDE * SIDE);
+    for (technique, tracer, samples) in TECHNIQUES {
+        if let Some(found) = mean_of_seeds(&scene, &from_above(1, 3), technique, tracer, samples) {
+            assert_mean(&format!("{technique} {tracer:?}"), &found, expected);
+        }
+    }
+}
+
+/// What the camera sees of it, and through its holes.
+#[test]
+fn the_camera_sees_through_the_holes_of_lamps() {
+    let mut scene = floor();
+    let (corner, u, v) = (Vec3::new(-0.5, 2.0, -0.5), Vec3::X, Vec3::Z);
+    add_lamp(&mut scene, corner, u, v);
+    // Its front, above, is what the camera sees.
+    scene
+        .instances
+        .last_mut()
+        .unwrap()
+        .object_to_world
+        .matrix3
+        .y_axis = DVec3::NEG_Y;
+    scene
+        .instances
+        .last_mut()
+        .unwrap()
+        .object_to_world
+        .translation
+        .y = 4.0;
+    for (technique, tracer, _) in TECHNIQUES {
+        let Some(mean) = picture(&scene, &from_above(1, 3), &preset(technique), tracer, 2) else {
+            continue;
+        };
+        for (pixel, found) in mean.iter().enumerate() {
+            // At half the distance of the floor.
+            let at = floor_point(pixel) * 0.5;
+            let is_lit = at.x < 0.0 && at.z < -0.25 && at.x > -0.5 && at.z > -0.5;
+            let expected = if is_lit { [4.0, 2.0, 1.0] } else { [0.0; 3] };
+            assert_eq!(*found, expected, "{technique} {tracer:?}, pixel {pixel}");
+        }
+    }
+}
+
+#[test]
+fn light_from_the_holes_of_lamps_is_seen() {
+    assert_seen(
+        "alpha::lamps_may_have_holes",
+        (
+            "lights/triangle.glsl",
+            "if (HAS_ALPHA && light.primitive != NONE)",
+            "if (false)",
+        ),
+    );
+}
+
 /// The Cornell box with one block that covers half, one full of holes, and a sheet below the lamp.
 fn box_with_alpha() -> Scene {
     let mut scene = procedural::generate("cornell", &[]).unwrap();
@@ -252,7 +403,7 @@ fn a_sample_whose_own_light_is_not_weakened_is_seen() {
         "alpha::sheets_weaken_what_passes_them",
         (
             "restir/merge.glsl",
-            "if (HAS_BLEND && shades) canonical_light",
+            "if (HAS_BLEND && visibility && shades) canonical_light",
             "if (false) canonical_light",
         ),
     );

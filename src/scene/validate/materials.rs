@@ -71,8 +71,11 @@ pub(super) fn check_material(
     if !ior.is_finite() || (*ior != 0.0 && *ior < 1.0) {
         return wrong("index of refraction", ior, "finite and at least 1 (or 0)");
     }
-    if *alpha_mode != AlphaMode::Opaque && emission.max_element() > 0.0 {
-        tally.add("alpha of what emits light is ignored", || what.clone());
+    if *alpha_mode == AlphaMode::Blend && emission.max_element() > 0.0 {
+        tally.add(
+            "what emits light covers all: alphaMode BLEND is ignored there",
+            || what.clone(),
+        );
     }
     let clamped = base_color.clamp(Vec3::ZERO, Vec3::ONE);
     if clamped != *base_color {
