@@ -495,7 +495,24 @@ fn edges_and_corners_cover_a_part_once() {
         });
         rays.collect()
     };
+    // As files may have them: every third triangle is turned over.
+    let turned = |faces: &Vec<[Vec3; 3]>| {
+        let turned = faces
+            .iter()
+            .enumerate()
+            .map(|(index, [a, b, c])| match index % 3 {
+                0 => [*a, *c, *b],
+                _ => [*a, *b, *c],
+            });
+        turned.collect::<Vec<_>>()
+    };
     for (name, faces, on_edges) in [
+        ("edges of a sphere, some turned over", turned(&sphere), true),
+        (
+            "corners of a sheet, some turned over",
+            turned(&sheet),
+            false,
+        ),
         ("edges of a sphere", sphere, true),
         ("corners of a sheet", sheet, false),
     ] {

@@ -38,24 +38,26 @@ float coverage_at(GpuInstance instance, uint primitive, vec2 weights) {
 bool comes_before(vec3 a, vec3 b) { return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z; }
 
 // Whether a hit belongs to a triangle. A ray through a shared edge hits both triangles, but what covers a part must cover it
-// once. The edge belongs to the triangle in whose winding its corners come in order; the other one has them reversed.
-bool owns_hit(GpuInstance instance, uint primitive, vec3 weights) {
+// once. The edge belongs to the triangle around which, as the ray sees it, its corners come in order; around the other one
+// they come reversed. `front` tells the sides apart: files have neighbours with opposite windings.
+bool owns_hit(GpuInstance instance, uint primitive, bool front, vec3 weights) {
     vec3 a, b, c;
     triangle_corners(instance.first_triangle + primitive, a, b, c);
     bool owns = true;
-    if (weights.x <= 0.0) owns = owns && comes_before(b, c);
-    if (weights.y <= 0.0) owns = owns && comes_before(c, a);
-    if (weights.z <= 0.0) owns = owns && comes_before(a, b);
+    if (weights.x <= 0.0) owns = owns && comes_before(b, c) == front;
+    if (weights.y <= 0.0) owns = owns && comes_before(c, a) == front;
+    if (weights.z <= 0.0) owns = owns && comes_before(a, b) == front;
     return owns;
 }
 
-// Whether a ray ends at a hit, given by the weights of the corners; if not, and it has no coin, `passed` is weakened.
+// Whether a ray ends at a hit of one side of a triangle; if not, and it has no coin, `passed` is weakened.
 // Tracers must give a weight of exactly 0 on an edge, and another beside it: else both of its triangles weaken the ray, or
 // neither.
-bool ends_ray(uint coin, uint instance_index, GpuInstance instance, uint primitive, vec3 weights, inout float passed) {
+bool ends_ray(uint coin, uint instance_index, GpuInstance instance, uint primitive, bool front, vec3 weights,
+              inout float passed) {
     float coverage = coverage_at(instance, primitive, weights.yz);
     if (coverage >= 1.0 || coverage <= 0.0) return coverage >= 1.0;
-    if (!owns_hit(instance, primitive, weights)) return false;
+    if (!owns_hit(instance, primitive, front, weights)) return false;
     if (coin != NO_COIN) return to_unit(pcg4d(uvec4(coin, instance_index, primitive, 0u)).x) < coverage;
     passed *= 1.0 - coverage;
     return false;

@@ -108,8 +108,9 @@ void visit_node(uint node, LevelRay ray, float t_max, out uvec2 group, out uvec2
 }
 
 // Edge functions are antisymmetric to the last bit, so that a ray never misses both triangles of a shared edge.
-// `precise` forbids fused operations, which would break this.
-bool meets_triangle(uint triangle, LevelRay ray, inout float t, out vec3 weights) {
+// `precise` forbids fused operations, which would break this. `front` tells the sides of triangles apart; which is
+// which depends on the ray.
+bool meets_triangle(uint triangle, LevelRay ray, inout float t, out bool front, out vec3 weights) {
     vec3 a, b, c;
     triangle_corners(triangle, a, b, c);
     a = permute(a - ray.origin, ray.axis);
@@ -123,6 +124,7 @@ bool meets_triangle(uint triangle, LevelRay ray, inout float t, out vec3 weights
     precise float w = b2.x * a2.y - b2.y * a2.x;
     bool inside = min(u, min(v, w)) >= 0.0 || max(u, max(v, w)) <= 0.0;
     precise float area = u + v + w;
+    front = area > 0.0;
     // Divided first, because products of three coordinates overflow where products of two do not.
     precise vec3 weight = vec3(u, v, w) / area;
     weights = weight;
@@ -135,10 +137,10 @@ bool meets_triangle(uint triangle, LevelRay ray, inout float t, out vec3 weights
 }
 
 // Whether a hit of a triangle, given by its index among all, ends a ray.
-bool ends_ray_here(uint coin, uint instance_index, uint triangle, vec3 weights, inout float passed) {
+bool ends_ray_here(uint coin, uint instance_index, uint triangle, bool front, vec3 weights, inout float passed) {
     if (!HAS_ALPHA) return true;
     GpuInstance instance = load_instances(instance_index);
-    return ends_ray(coin, instance_index, instance, triangle - instance.first_triangle, weights, passed);
+    return ends_ray(coin, instance_index, instance, triangle - instance.first_triangle, front, weights, passed);
 }
 
 // Traces in the tree over the instances with this root node.
@@ -184,10 +186,11 @@ Hit trace_tree(Ray ray, bool any_hit, uint coin, uint root) {
                 group = uvec2(entered_instance.root_node, 0x80000000u);
                 leaves.y = 0u;
             } else {
+                bool front;
                 vec3 weights;
                 float t = hit.t;
-                if (meets_triangle(primitive, level, t, weights)
-                    && ends_ray_here(coin, instance, primitive, weights, hit.transmittance)) {
+                if (meets_triangle(primitive, level, t, front, weights)
+                    && ends_ray_here(coin, instance, primitive, front, weights, hit.transmittance)) {
                     hit.t = t;
                     hit.instance = instance;
                     hit.primitive = primitive;

@@ -15,7 +15,8 @@ uint ray_flags(bool any_hit) {
         uint primitive_ = rayQueryGetIntersectionPrimitiveIndexEXT(QUERY, false); \
         vec2 two_ = rayQueryGetIntersectionBarycentricsEXT(QUERY, false); \
         vec3 weights_ = vec3(1.0 - two_.x - two_.y, two_); \
-        if (ends_ray(COIN, index_, load_instances(index_), primitive_, weights_, PASSED)) { \
+        bool front_ = rayQueryGetIntersectionFrontFaceEXT(QUERY, false); \
+        if (ends_ray(COIN, index_, load_instances(index_), primitive_, front_, weights_, PASSED)) { \
             rayQueryConfirmIntersectionEXT(QUERY); \
         } \
     }

@@ -11,7 +11,7 @@ use crate::render::settings::Variant;
 use crate::render::{Clock, Kind, Renderer, Settings, Tracking, View};
 use crate::scene::camera::framing_camera;
 use crate::scene::{Camera, Environment, MovingCamera, Scene};
-use crate::tracing::selection::{self, Selection};
+use crate::tracing::selection::{self, Selection, TexturesChoice};
 use crate::tracing::{GpuScene, SceneSizes};
 use crate::{Error, Result};
 use glam::DVec3;
@@ -96,6 +96,9 @@ impl Session {
         let sizes = SceneSizes::of(&scene);
         let selection = selection::select(&info, args.wanted(), &sizes)?;
         let variant = selection.variant;
+        if args.textures == TexturesChoice::Images && sizes.images.count == 0 {
+            notice("the scene has no images, so --textures images has no effect");
+        }
         log::info!(
             "tracer: {} ({}); geometry: {} ({}); fetch: {} ({}); textures: {} ({})",
             variant.tracer.name(),

@@ -252,6 +252,11 @@ fn what_has_no_effect_is_one_line() {
             "--exposure is for .png files",
         ),
         (
+            "render",
+            vec!["--textures", "images", "-o", &exr],
+            "--textures images has no effect",
+        ),
+        (
             "reference",
             vec!["--spp", "2", "--preset", "accurate", "-o", &exr],
             "--preset accurate",
