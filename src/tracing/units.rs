@@ -1,7 +1,7 @@
 //! The units of lengths and of radiance on the device.
 
 use crate::scene::bounds::{exponent, usual_size};
-use crate::scene::{Environment, Scene};
+use crate::scene::{Bounds, Environment, PunctualLight, Scene};
 use glam::{DAffine3, DVec3, Vec3};
 
 /// Units of lengths and of radiance, and the origin, in which a scene is uploaded. Both units are powers of two, so that
@@ -35,20 +35,37 @@ impl Units {
             .map_or(0.0, Environment::brightest);
         let boxes = scene.loose_boxes();
         let corners = boxes.iter().flat_map(|bounds| [bounds.min, bounds.max]);
-        let farthest = corners.map(|corner| (corner - origin).abs().max_element());
+        let near_lights = scene.punctual_lights.iter().filter(|l| !l.is_distant());
+        let points = corners.chain(near_lights.map(PunctualLight::position));
+        let farthest = points.map(|point| (point - origin).abs().max_element());
         let farthest = power_of_two(farthest.fold(0.0, f64::max));
         // Squares of the largest coordinates must not overflow either.
         let length = usual_size(&boxes).max(farthest / FARTHEST);
-        // As bright as a surface that a light fills the view of, at a distance of 1 on the device.
-        let punctual = scene.punctual_lights.iter().map(|light| {
-            let intensity = f64::from(light.intensity.max_element());
-            intensity
-                / if light.is_distant() {
-                    1.0
-                } else {
-                    length * length
-                }
-        });
+        // As bright as a surface that a light fills the view of, at the least distance to what it lights, but not below 1 on
+        // the device.
+        let all = Bounds::of(boxes.iter().flat_map(|b| [b.min, b.max]));
+        let punctual = scene
+            .punctual_lights
+            .iter()
+            .enumerate()
+            .map(|(index, light)| {
+                let moves = (scene.motion.as_ref())
+                    .is_some_and(|motion| motion.lights.get(index).is_some_and(Option::is_some));
+                let distance = match all {
+                    Some(all) if !moves => {
+                        let nearest = light.position().clamp(all.min, all.max);
+                        (light.position() - nearest).length().max(length)
+                    }
+                    _ => length,
+                };
+                let intensity = f64::from(light.intensity.max_element());
+                intensity
+                    / if light.is_distant() {
+                        1.0
+                    } else {
+                        distance.powi(2)
+                    }
+            });
         let brightest = punctual.fold(f64::from(brightest.max(environment)), f64::max);
         Self {
             origin,

@@ -222,6 +222,31 @@ fn a_floor_reflects_the_irradiance_of_the_environment() {
     }
 }
 
+/// The sun as a point light: its intensity and distance are far out of the range of what is on the floor.
+#[test]
+fn a_floor_reflects_a_point_light_as_far_as_the_sun() {
+    let (distance, intensity) = (1.5e11, 3e25);
+    let mut sun = punctual(PunctualShape::Point, DVec3::Y * distance, DVec3::Y);
+    sun.intensity = Vec3::splat(intensity as f32);
+    let expected = intensity / distance.powi(2) * ALBEDO / PI;
+    let mut scene = floor();
+    scene.punctual_lights = vec![sun];
+    scene.validate().unwrap();
+    for (technique, tracer, _) in TECHNIQUES {
+        let view = from_above(1, 3);
+        for found in picture(&scene, &view, &preset(technique), tracer, 2).unwrap_or_default() {
+            let off = found.map(|channel| (channel / expected - 1.0).abs());
+            assert!(
+                off.iter().all(|off| *off < 1e-4),
+                "{technique}: {found:?} {expected}"
+            );
+        }
+    }
+    let units = headwater::tracing::units::Units::of(&scene, DVec3::ZERO);
+    let on_device = intensity / distance.powi(2) / units.radiance;
+    assert!((1.0..2.0).contains(&on_device), "{on_device}");
+}
+
 /// The weight of a sample of the environment is a solid angle, whatever the size of the scene.
 #[test]
 fn weights_of_the_environment_do_not_depend_on_lengths() {
