@@ -10,7 +10,7 @@ LightSample draw_light_sample(uvec4 bits) {
     uint count = scene.at.light_count;
     uint unused;
     uint light = restir.at.reuse.uniform_candidates != 0u ? scale_to(bits.xy, count, unused) : pick_light(count, bits.xy);
-    return light_sample_at(draw_point(light, bits), CURRENT);
+    return new_light_sample(draw_point(light, bits));
 }
 
 // The density with which `draw_light_sample` draws a point, in its own measure. `direction` is the one towards it.

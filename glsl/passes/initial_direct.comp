@@ -75,7 +75,7 @@ void main() {
         if (PILOTS) pilot = LOAD_PILOT(pilots, slot);
         LightPoint pilot_light = light_found(pilot);
         if (pilot_light.kind != LIGHT_NONE) {
-            LightSample value = light_sample_at(pilot_light, CURRENT);
+            LightSample value = new_light_sample(pilot_light);
             float choice = random_choice(random);
             if (add_candidate(stream, domain, value, light_samples, choice, bsdf_samples)) reservoir.value = value;
         }
@@ -122,7 +122,7 @@ void main() {
                 color.at[pixel_index(pixel)] += accept_radiance(emission * specular_fresnel(domain.bsdf, domain.outgoing.z));
                 continue;
             }
-            LightSample value = light_sample_at(light, CURRENT);
+            LightSample value = new_light_sample(light);
             if (add_candidate(stream, domain, value, light_samples + turn, choice, bsdf_samples)) reservoir.value = value;
         }
         // A driver may end a loop that seems endless to it; the pixel would then lack light.

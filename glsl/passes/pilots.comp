@@ -32,7 +32,7 @@ void main() {
                 pilot.place = light.place;
             }
             if (light.kind != LIGHT_NONE) {
-                LightSample value = light_sample_at(light, CURRENT);
+                LightSample value = new_light_sample(light);
                 float target;
                 float weight = accept_weight(candidate_weight(domain, value, 1u, target));
                 // The mean is 0 if all lights were off when it was computed; then nothing can be relative to it.

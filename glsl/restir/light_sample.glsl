@@ -20,10 +20,8 @@ LightSample empty_light_sample() {
     return LightSample(LightPoint(LIGHT_NONE, NONE, vec2(0.0)), vec3(0.0), vec3(0.0), vec3(0.0));
 }
 
-// The sample at a point of a light. The point is rounded to what reservoirs store: if it were rounded after its weight is
-// known, it could cross the edge of a texel, where the target may be 0, and its light would be lost.
+// The sample at a point of a light, as reservoirs store it.
 LightSample light_sample_at(LightPoint point, uint epoch) {
-    point.place = stored_place(point.place);
     if (is_environment(point.kind)) {
         vec2 place = texel_corner(point.index) + point.place;
         float sine;
@@ -39,6 +37,13 @@ LightSample light_sample_at(LightPoint point, uint epoch) {
     point.kind = is_double_sided(light) ? LIGHT_TWO_SIDED : LIGHT_TRIANGLE;
     return LightSample(point, light_position(light, point.place), light.normal,
                        light_radiance(light, point.index, point.place));
+}
+
+// The sample at a new point of a light, which is rounded to what reservoirs store: if it were rounded after its weight is
+// known, it could cross the edge of a texel, where the target may be 0, and its light would be lost.
+LightSample new_light_sample(LightPoint point) {
+    point.place = stored_place(point.place);
+    return light_sample_at(point, CURRENT);
 }
 
 // ---- Target and shadow ray

@@ -77,7 +77,7 @@ Candidate light_hit(Path path, uint index, Hit hit, vec3 direction) {
 
 // The light of the environment in the direction of a ray that hit nothing.
 Candidate environment_hit(Path path, vec3 direction) {
-    LightSample value = light_sample_at(environment_point(direction), CURRENT);
+    LightSample value = new_light_sample(environment_point(direction));
     return found_light(path, value.point, value.emission, light_sample_pdf_own_measure(value.point, value.position));
 }
 
