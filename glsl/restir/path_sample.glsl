@@ -53,8 +53,7 @@ vec2 place_of(Hit hit, vec3 position) {
     return vec2(dot(position, tangent), dot(position, bitangent));
 }
 
-// The second vertex in an epoch, and its barycentric weights if something is interpolated by them. Without a return in
-// the middle: with one, SwiftShader took more than ten minutes and 10 GB to compile spatial_indirect, otherwise 7 s.
+// The second vertex in an epoch, and its barycentric weights if something is interpolated by them.
 TrianglePoint vertex_point(PathSample value, uint epoch, out vec2 barycentrics) {
     GpuInstance instance = instance_at(value.instance, epoch);
     barycentrics = value.place;

@@ -7,6 +7,7 @@ use super::device::Device;
 use super::specialise::specialise;
 use crate::Result;
 use ash::vk;
+use rspirv::dr::Module;
 use std::sync::{Arc, Mutex, OnceLock};
 use std::thread::{Builder, JoinHandle};
 
@@ -26,26 +27,27 @@ pub(super) struct Compilation {
 }
 
 impl Compilation {
-    /// Begins to compile a SPIR-V shader. `constants` are specialisation constants: (id, value), four bytes each.
+    /// Begins to compile a shader. `constants` are specialisation constants: (id, value), four bytes each.
     pub(super) fn start(
         device: &Arc<Device>,
         name: &str,
-        words: &[u32],
+        shader: Module,
         constants: &[(u32, u32)],
         layout: vk::PipelineLayout,
     ) -> Self {
+        let shader = Arc::new(shader);
         let thread = {
             let (device, name) = (device.clone(), name.to_owned());
-            let (words, constants) = (words.to_vec(), constants.to_vec());
+            let (shader, constants) = (shader.clone(), constants.to_vec());
             Builder::new()
                 .name(format!("compile {name}"))
                 .stack_size(STACK_BYTES)
-                .spawn(move || compile(&device, &name, &words, &constants, layout))
+                .spawn(move || compile(&device, &name, &shader, &constants, layout))
         };
         let made = OnceLock::new();
         if thread.is_err() {
             // Where the process can have no more threads, it waits.
-            made.get_or_init(|| compile(device, name, words, constants, layout));
+            made.get_or_init(|| compile(device, name, &shader, constants, layout));
         }
         Self {
             device: device.clone(),
@@ -74,12 +76,11 @@ impl Compilation {
 fn compile(
     device: &Device,
     name: &str,
-    words: &[u32],
+    shader: &Module,
     constants: &[(u32, u32)],
     layout: vk::PipelineLayout,
 ) -> Made {
-    // Words that cannot be parsed were refused when the pass was made.
-    let words = specialise(words, constants).map_err(|_| vk::Result::ERROR_UNKNOWN)?;
+    let words = specialise(shader, constants);
     let raw = &device.raw;
     // SAFETY: every create-info and what it points to lives through its call. The layout outlives the compilation,
     // which the pass that owns both waits for before it destroys the layout.

@@ -170,7 +170,8 @@ impl ComputePass {
         constants: &[(u32, u32)],
         image_count: u32,
     ) -> Result<Self> {
-        let interface = Reflection::new(words)?.interface()?;
+        let reflection = Reflection::new(words)?;
+        let interface = reflection.interface()?;
         let bindings: Vec<_> = interface
             .bindings
             .iter()
@@ -196,7 +197,13 @@ impl ComputePass {
         let layouts = Layouts::new(device, name, &bindings, interface.push_constant_size)?;
         Ok(Self {
             device: device.clone(),
-            compilation: Compilation::start(device, name, words, constants, layouts.pipeline),
+            compilation: Compilation::start(
+                device,
+                name,
+                reflection.into_module(),
+                constants,
+                layouts.pipeline,
+            ),
             layouts,
             interface,
             name: name.to_owned(),

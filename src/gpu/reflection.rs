@@ -80,6 +80,15 @@ fn literal(operand: &Operand) -> Option<u32> {
     }
 }
 
+/// Parses SPIR-V words.
+///
+/// # Errors
+/// Words that are not SPIR-V.
+pub(crate) fn parse(words: &[u32]) -> Result<Module> {
+    rspirv::dr::load_words(words)
+        .map_err(|e| Error::failed(format!("a shader's SPIR-V cannot be parsed ({e})")))
+}
+
 /// Whether a type is an image of a dimension.
 fn is_image(instruction: &Instruction, dim: Dim) -> bool {
     instruction.class.opcode == Op::TypeImage
@@ -92,8 +101,7 @@ impl Reflection {
     /// # Errors
     /// Words that are not SPIR-V.
     pub fn new(words: &[u32]) -> Result<Self> {
-        let module = rspirv::dr::load_words(words)
-            .map_err(|e| Error::failed(format!("a shader's SPIR-V cannot be parsed ({e})")))?;
+        let module = parse(words)?;
         let names = module
             .debug_names
             .iter()
@@ -104,6 +112,11 @@ impl Reflection {
             })
             .collect();
         Ok(Self { module, names })
+    }
+
+    /// The parsed shader itself.
+    pub(super) fn into_module(self) -> Module {
+        self.module
     }
 
     /// The bindings that the shader's code uses, and its push constants.

@@ -3,20 +3,15 @@
 //! Drivers may do so themselves, but SwiftShader's optimiser keeps code behind a condition that is a specialisation
 //! constant, and compiles all of it: it took 12 minutes for the passes of `accurate` instead of 6 seconds.
 
-use crate::{Error, Result};
 use rspirv::binary::Assemble;
-use rspirv::dr::{Instruction, Operand};
+use rspirv::dr::{Instruction, Module, Operand};
 use rspirv::spirv::{Decoration, Op};
 use std::collections::{HashMap, HashSet};
 
-/// A shader whose specialisation constants are constants: each has the value that `constants`, pairs of id and word,
-/// has for it, or else its default.
-///
-/// # Errors
-/// Words that are not SPIR-V.
-pub fn specialise(words: &[u32], constants: &[(u32, u32)]) -> Result<Vec<u32>> {
-    let mut module = rspirv::dr::load_words(words)
-        .map_err(|e| Error::failed(format!("a shader's SPIR-V cannot be parsed ({e})")))?;
+/// The words of a shader whose specialisation constants are constants: each has the value that `constants`, pairs of id and
+/// word, has for it, or else its default.
+pub fn specialise(shader: &Module, constants: &[(u32, u32)]) -> Vec<u32> {
+    let mut module = shader.clone();
     let mut given = HashMap::new();
     module.annotations.retain(|i| match &i.operands[..] {
         [
@@ -70,7 +65,7 @@ pub fn specialise(words: &[u32], constants: &[(u32, u32)]) -> Result<Vec<u32>> {
             operands,
         );
     }
-    Ok(module.assemble())
+    module.assemble()
 }
 
 /// The words of operands, if all are known.
@@ -108,6 +103,7 @@ fn fold(operation: Op, operands: &[u32]) -> Option<u32> {
 mod tests {
     use super::*;
     use crate::gpu::compiler::{self, Sources};
+    use crate::gpu::reflection::parse;
 
     const SHADER: &str = "#version 460
         layout(constant_id = 3) const uint COUNT = 5u;
@@ -128,8 +124,8 @@ mod tests {
     /// The constants that the shader stores, in order; none for what is not a constant.
     fn stored(constants: &[(u32, u32)]) -> Vec<Option<u32>> {
         let words = compiler::compile("test.comp", SHADER, &Sources::new(), &[]).unwrap();
-        let words = specialise(&words, constants).unwrap();
-        let module = rspirv::dr::load_words(&words).unwrap();
+        let words = specialise(&parse(&words).unwrap(), constants);
+        let module = parse(&words).unwrap();
         let constant = |operand: &Operand| {
             let globals = &module.types_global_values;
             let found = globals.iter().find(|i| i.result_id == operand.id_ref_any());
@@ -155,6 +151,6 @@ mod tests {
 
     #[test]
     fn what_is_no_spirv_is_an_error() {
-        assert!(specialise(&[1, 2, 3], &[]).is_err());
+        assert!(parse(&[1, 2, 3]).is_err());
     }
 }

@@ -81,7 +81,7 @@ fn add_generated(sources: &mut Sources) {
 mod tests {
     use super::*;
     use crate::gpu::layout::SpecialisationConstant;
-    use crate::gpu::reflection::Reflection;
+    use crate::gpu::reflection::{Reflection, parse};
     use crate::gpu::specialise::specialise;
     use crate::layouts::STRUCTS;
     use crate::render::specialisation::Specialisation;
@@ -160,8 +160,9 @@ mod tests {
     fn nothing_is_left_to_specialise() {
         for (key, bytes) in EMBEDDED {
             let words: Vec<u32> = bytemuck::pod_collect_to_vec(bytes);
-            let words = specialise(&words, &Specialisation::default().words()).unwrap();
-            let module = rspirv::dr::load_words(&words).unwrap();
+            let shader = parse(&words).unwrap();
+            let words = specialise(&shader, &Specialisation::default().words());
+            let module = parse(&words).unwrap();
             let mut globals = module.types_global_values.iter();
             let left = globals.find(|i| i.class.opname.starts_with("SpecConstant"));
             assert!(left.is_none(), "{key}: {left:?}");
