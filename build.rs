@@ -23,7 +23,7 @@ mod tracing {
 }
 #[path = "src/choices.rs"]
 mod choices;
-#[path = "src/layouts.rs"]
+#[path = "src/layouts/mod.rs"]
 mod layouts;
 #[path = "src/shader_variants.rs"]
 mod shader_variants;
@@ -37,7 +37,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "src/choices.rs",
         "src/gpu/layout.rs",
         "src/gpu/compiler.rs",
-        "src/layouts.rs",
+        "src/layouts",
         "src/render/specialisation.rs",
         "src/shader_variants.rs",
         "src/tracing/buffers.rs",

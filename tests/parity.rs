@@ -33,8 +33,7 @@ fn corners(scene: &Scene, instance: u32, triangle: u32) -> [DVec3; 3] {
 /// How much of a triangle is there. Without textures it is the same all over it.
 fn coverage(scene: &Scene, instance: u32, triangle: u32) -> f64 {
     let mesh = &scene.meshes[scene.instances[instance as usize].mesh as usize];
-    let part = (mesh.parts.iter())
-        .find(|p| (p.first_triangle..p.first_triangle + p.triangle_count).contains(&triangle));
+    let part = mesh.parts.iter().find(|p| p.range().contains(&triangle));
     let material = &scene.materials[part.unwrap().material as usize];
     match material.alpha_mode {
         AlphaMode::Opaque => 1.0,

@@ -35,6 +35,11 @@ impl Bounds {
         })
     }
 
+    /// The smallest box around some boxes; none if there are none.
+    pub fn around(boxes: impl Iterator<Item = Self>) -> Option<Self> {
+        Self::of(boxes.flat_map(|bounds| [bounds.min, bounds.max]))
+    }
+
     /// The smallest box around some points; none if there are none.
     pub fn of(points: impl Iterator<Item = DVec3>) -> Option<Self> {
         points.fold(None, |bounds: Option<Self>, point| {
@@ -62,12 +67,8 @@ impl Mesh {
 impl Scene {
     /// The tight box around all instances; none if nothing is placed.
     pub fn bounds(&self) -> Option<Bounds> {
-        Bounds::of(
-            self.instances
-                .iter()
-                .filter_map(|instance| self.instance_bounds(instance))
-                .flat_map(|bounds| [bounds.min, bounds.max]),
-        )
+        let instances = self.instances.iter();
+        Bounds::around(instances.filter_map(|instance| self.instance_bounds(instance)))
     }
 
     /// For each instance a box around its mesh's box, which is fast to compute but not tight.

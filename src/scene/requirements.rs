@@ -57,9 +57,11 @@ pub struct Requirements {
 impl Requirements {
     /// Scans a valid scene.
     pub fn of(scene: &Scene) -> Self {
+        let lights = scene.lamp_materials();
+        let emitters = Emitters::new(scene, &lights);
         let mut required = Self {
             triangles: scene.triangle_count(),
-            emissive_triangles: scene.emissive_triangle_count(),
+            emissive_triangles: scene.count_emissive(&emitters),
             instances: scene.instances.len() as u64,
             motion: scene.motion.is_some(),
             punctual_lights: scene.punctual_lights.len() as u64,
@@ -68,8 +70,6 @@ impl Requirements {
         };
         let edges: Vec<f64> = scene.meshes.iter().map(longest_edge).collect();
         let large = LARGE * usual_size(&scene.loose_boxes());
-        let lights = scene.lamp_materials();
-        let emitters = Emitters::new(scene, &lights);
         let mut placed = vec![false; scene.meshes.len()];
         for instance in &scene.instances {
             let seen = &mut placed[instance.mesh as usize];
@@ -203,8 +203,10 @@ impl Scene {
 
     /// Triangles in the world that give light at some time.
     pub fn emissive_triangle_count(&self) -> u64 {
-        let lights = self.lamp_materials();
-        let emitters = Emitters::new(self, &lights);
+        self.count_emissive(&Emitters::new(self, &self.lamp_materials()))
+    }
+
+    fn count_emissive(&self, emitters: &Emitters<'_>) -> u64 {
         self.count_triangles(|mesh| {
             let parts = mesh.parts.iter();
             parts.map(|part| emitters.count(mesh, part)).sum()

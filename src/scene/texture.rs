@@ -111,10 +111,11 @@ impl LitTexels {
     pub fn of(image: &Image) -> Self {
         let columns = image.width.div_ceil(BLOCK) as usize;
         let mut blocks = vec![false; columns * image.height.div_ceil(BLOCK) as usize];
-        for (row, y) in image.texels.chunks(image.width as usize).zip(0_u32..) {
-            for (texel, x) in row.iter().zip(0_u32..) {
-                let block = (y / BLOCK) as usize * columns + (x / BLOCK) as usize;
-                blocks[block] |= texel[..3] != [0; 3];
+        let rows = image.texels.chunks(image.width as usize).enumerate();
+        for (y, row) in rows {
+            let first = y / BLOCK as usize * columns;
+            for (lit, texels) in blocks[first..].iter_mut().zip(row.chunks(BLOCK as usize)) {
+                *lit = *lit || texels.iter().any(|texel| texel[..3] != [0; 3]);
             }
         }
         Self {

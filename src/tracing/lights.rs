@@ -56,8 +56,7 @@ impl LightSources {
             indices[lamp.triangle as usize]
         });
         let primitives = primitives.collect();
-        let boxes = scene.loose_boxes();
-        let bounds = Bounds::of(boxes.iter().flat_map(|b| [b.min, b.max]));
+        let bounds = Bounds::around(scene.loose_boxes().into_iter());
         Self {
             lamps,
             primitives,

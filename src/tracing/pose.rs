@@ -114,6 +114,8 @@ impl ScenePoser {
     pub fn pose_at(&self, time: f64, pose: Pose) -> Result<ScenePose> {
         let mut to_world: Vec<DAffine3> =
             self.instances.iter().map(|i| i.object_to_world).collect();
+        let from_origin = DAffine3::from_translation(-self.units.origin);
+        let farthest = self.units.farthest().min(LARGEST_COORDINATE);
         for (moving, place) in &pose.instances {
             let Some(&index) = self.traced_index.get(moving) else {
                 continue;
@@ -123,17 +125,14 @@ impl ScenePoser {
                 min: min.as_dvec3(),
                 max: max.as_dvec3(),
             };
-            let centred = DAffine3::from_translation(-self.units.origin)
+            let centred = from_origin
                 * *place
                 * DAffine3::from_translation(self.instances[index].mesh.centre);
-            let farthest = self.units.farthest().min(LARGEST_COORDINATE);
             check_place(*moving, &centred, Some(&bounds), time, farthest)?;
             to_world[index] = *place;
         }
         for (moving, place) in &pose.lights {
-            let moved = DAffine3::from_translation(-self.units.origin) * *place;
-            let farthest = self.units.farthest().min(LARGEST_COORDINATE);
-            check_light_place(*moving, &moved, time, farthest)?;
+            check_light_place(*moving, &(from_origin * *place), time, farthest)?;
         }
         let place_of = |instance: u32| to_world[instance as usize];
         let lights = self

@@ -34,7 +34,8 @@ impl Units {
             .as_ref()
             .map_or(0.0, Environment::brightest);
         let boxes = scene.loose_boxes();
-        let corners = boxes.iter().flat_map(|bounds| [bounds.min, bounds.max]);
+        let all = Bounds::around(boxes.iter().copied());
+        let corners = all.iter().flat_map(|all| [all.min, all.max]);
         let near_lights = scene.punctual_lights.iter().filter(|l| !l.is_distant());
         let points = corners.chain(near_lights.map(PunctualLight::position));
         let farthest = points.map(|point| (point - origin).abs().max_element());
@@ -43,7 +44,6 @@ impl Units {
         let length = usual_size(&boxes).max(farthest / FARTHEST);
         // As bright as a surface that a light fills the view of, at the least distance to what it lights, but not below 1 on
         // the device.
-        let all = Bounds::of(boxes.iter().flat_map(|b| [b.min, b.max]));
         let punctual = scene
             .punctual_lights
             .iter()

@@ -22,7 +22,7 @@ pub fn triangles_of(scene: &Scene) -> Vec<Triangle> {
         let to_world = instance.object_to_world;
         let normals_to_world: DMat3 = to_world.matrix3.inverse().transpose();
         for part in &mesh.parts {
-            for index in part.first_triangle..part.first_triangle + part.triangle_count {
+            for index in part.range() {
                 let corners = mesh.triangles[index as usize].map(|i| i as usize);
                 let local = corners.map(|i| mesh.positions[i].as_dvec3());
                 let cross = (local[1] - local[0]).cross(local[2] - local[0]);

@@ -1,0 +1,133 @@
+//! What the passes of a frame are told: the view, settings of reuse, and which part of it they work on.
+
+use glam::{Vec2, Vec3};
+
+crate::gpu_struct! {
+    /// A pinhole camera relative to the scene's origin.
+    pub struct GpuCamera {
+        /// Position.
+        pub position: Vec3,
+        /// Half the image plane's width at distance 1, to the right.
+        pub right: Vec3,
+        /// Half the image plane's height at distance 1, upwards.
+        pub up: Vec3,
+        /// Unit viewing direction.
+        pub forward: Vec3,
+    }
+}
+
+crate::gpu_struct! {
+    /// What is rendered, and how far.
+    pub struct ViewConstants {
+        /// The camera.
+        pub camera: GpuCamera,
+        /// Image width in pixels.
+        pub width: u32,
+        /// Image height in pixels.
+        pub height: u32,
+        /// Threads of a device that gives each a contiguous range of workgroups, or 1.
+        pub interleave: u32,
+        /// The run's seed.
+        pub seed: u32,
+        /// Maximum scattering events of a path.
+        pub bounces: u32,
+        /// Scattering events before Russian roulette begins.
+        pub roulette_start: u32,
+        /// Minimum probability of continuing a path.
+        pub roulette_floor: f32,
+    }
+}
+
+crate::gpu_struct! {
+    /// Constants of path tracing and of the AOVs.
+    pub struct FrameConstants {
+        /// The view.
+        pub view: ViewConstants,
+        /// Index of the first sample.
+        pub first_sample: u32,
+        /// Samples a pixel in this dispatch.
+        pub samples: u32,
+        /// Box filter over the pixel (1) or pixel centres (0).
+        pub jitter: u32,
+        /// The [`Heuristic`](crate::choices::Heuristic).
+        pub heuristic: u32,
+    }
+}
+
+crate::gpu_struct! {
+    /// How one kind of light is resampled.
+    pub struct ReuseConstants {
+        /// Whether lights are selected uniformly (1) or by power (0).
+        pub uniform_candidates: u32,
+        /// Light samples of a pixel, or of a vertex of a path.
+        pub light_samples: u32,
+        /// Maximum confidence of history.
+        pub temporal_confidence_cap: f32,
+        /// Maximum confidence of a neighbour.
+        pub spatial_confidence_cap: f32,
+        /// Spatial passes of a frame.
+        pub spatial_passes: u32,
+        /// Maximum number of pixels that a search for neighbours tries.
+        pub tries: u32,
+        /// Radius of the disc of neighbours, in pixels.
+        pub radius: f32,
+        /// Minimum cosine between the normals of similar surfaces.
+        pub min_normal_cosine: f32,
+        /// Maximum relative difference of similar surfaces' depths.
+        pub depth_tolerance: f32,
+        /// Whether similar surfaces must have the same material.
+        pub same_material: u32,
+    }
+}
+
+crate::gpu_struct! {
+    /// Constants of the passes of resampling.
+    pub struct RestirConstants {
+        /// The view.
+        pub view: ViewConstants,
+        /// The previous frame's camera.
+        pub previous_camera: GpuCamera,
+        /// Whether primary rays are jittered (1) or pass through the pixels' centres (0).
+        pub jitters: u32,
+        /// The position of this frame's primary rays in the first pixel, 0…1, downwards.
+        pub jitter: Vec2,
+        /// That of the previous frame.
+        pub previous_jitter: Vec2,
+        /// Places for pixels in a buffer: with tiles, more than there are pixels.
+        pub slots: u32,
+        /// Index of the frame.
+        pub frame: u32,
+        /// Maximum ratio of the solid angles per area at a second vertex between two views that share it; below 1: any.
+        pub jacobian_limit: f32,
+        /// Minimum distance to a second vertex that is shared, relative to the viewer's distance from the camera.
+        pub min_distance: f32,
+        /// BSDF candidates of a pixel.
+        pub bsdf_samples: u32,
+        /// Maximum number of additional BSDF candidates, in pixels that need them.
+        pub more_bsdf_samples: u32,
+        /// Mean luminance of the lights, weighted by their power.
+        pub mean_light_luminance: f32,
+        /// How the kind of light of the pass is resampled.
+        pub reuse: ReuseConstants,
+    }
+}
+
+crate::gpu_struct! {
+    /// Which of a frame's spatial passes this is.
+    pub struct SpatialStep {
+        /// Its index, from 0.
+        pub index: u32,
+        /// Whether it also adds what it merges to the picture (0 or 1).
+        pub shades: u32,
+    }
+}
+
+crate::gpu_struct! {
+    /// The rows of the picture that a dispatch works on; its buffers hold only these rows.
+    pub struct Strip {
+        /// First row.
+        pub first_row: u32,
+        /// Number of rows.
+        pub rows: u32,
+    }
+}

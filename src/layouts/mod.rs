@@ -1,0 +1,166 @@
+//! The structures and constants that Rust and the shaders share, besides enumerations
+//! ([`crate::choices`]), specialisation constants ([`crate::render::specialisation`]) and the buffers of a
+//! scene ([`crate::tracing::buffers`]).
+//!
+//! Positions, lengths and radiance in them are in the units of the device ([`crate::tracing::units`]).
+//!
+//! The build script compiles this file too, for the GLSL text.
+
+mod frame;
+mod pixels;
+mod rays;
+mod scene;
+
+pub use frame::{
+    FrameConstants, GpuCamera, RestirConstants, ReuseConstants, SpatialStep, Strip, ViewConstants,
+};
+pub use pixels::{PixelSums, PrimarySurface, ReservoirAov, SampleData};
+pub use rays::{RayAnswer, RayBatch, RayQuery};
+pub use scene::{
+    GpuInstance, GpuLight, GpuLightChoice, GpuLightTexture, GpuMaterial, GpuPreviousTransform,
+    GpuPunctualLight, GpuTexture,
+};
+
+use crate::choices;
+use crate::gpu::layout::{GpuStruct, StructLayout};
+use crate::render::specialisation::Specialisation;
+use crate::tracing::buffers::{self, SceneTable};
+
+crate::gpu_constants! {
+    /// "None": no normals, no light, no hit.
+    pub const NONE: u32 = 0xFFFF_FFFF;
+    /// Width and height of a workgroup, in pixels.
+    pub const TILE: u32 = 8;
+    /// Rays a workgroup of the ray-buffer pass traces.
+    pub const RAYS_PER_GROUP: u32 = 64;
+    /// Perceptual roughness below which a specular lobe is a perfect mirror, because f32 half vectors do not resolve
+    /// its GGX peak.
+    pub const MIRROR_ROUGHNESS: f32 = 0.01;
+    /// A material's surface covers all.
+    pub const ALPHA_OPAQUE: u32 = 0;
+    /// It covers all where its alpha is at least 1, and elsewhere nothing.
+    pub const ALPHA_MASK: u32 = 1;
+    /// It covers the share that alpha says.
+    pub const ALPHA_BLEND: u32 = 2;
+    /// Flag of a material: the camera sees its base colour as radiance, all else sees black.
+    pub const MATERIAL_UNLIT: u32 = 1;
+    /// Flag of a material at a point of a surface: textures or vertex colours decide the base colour.
+    pub const MATERIAL_VARIES: u32 = 2;
+    /// The image of a texture repeats.
+    pub const WRAP_REPEAT: u32 = 0;
+    /// It repeats mirrored.
+    pub const WRAP_MIRROR: u32 = 1;
+    /// Its edges continue.
+    pub const WRAP_CLAMP: u32 = 2;
+    /// Minimum cosine between a shading normal and the direction to the eye.
+    pub const MIN_FACING: f32 = 0.01;
+    /// Cells a side of the directional albedo table (cosine × roughness).
+    pub const ALBEDO_CELLS: u32 = 64;
+    /// Words of a compact reservoir of direct light.
+    pub const DIRECT_COMPACT_WORDS: u32 = 4;
+    /// Words of a full reservoir of direct light.
+    pub const DIRECT_FULL_WORDS: u32 = 11;
+    /// Words of a compact reservoir of indirect light.
+    pub const INDIRECT_COMPACT_WORDS: u32 = 8;
+    /// Words of a full reservoir of indirect light.
+    pub const INDIRECT_FULL_WORDS: u32 = 15;
+    /// Words of the origin of a reservoir's sample.
+    pub const ORIGIN_WORDS: u32 = 2;
+    /// Words of a pilot, the hit of a pixel's first BSDF ray.
+    pub const PILOT_WORDS: u32 = 5;
+    /// Kind of a point of a light: none.
+    pub const LIGHT_NONE: u32 = 0;
+    /// On an emissive triangle, in area measure.
+    pub const LIGHT_TRIANGLE: u32 = 1;
+    /// The same, and it emits to both sides.
+    pub const LIGHT_TWO_SIDED: u32 = 2;
+    /// Of the environment, in solid angle.
+    pub const LIGHT_ENVIRONMENT: u32 = 3;
+    /// A point light, in discrete measure; so are those that follow.
+    pub const LIGHT_POINT: u32 = 4;
+    /// A spot.
+    pub const LIGHT_SPOT: u32 = 5;
+    /// A light that comes from one direction.
+    pub const LIGHT_DIRECTIONAL: u32 = 6;
+    /// Position of that kind in a word, above the index.
+    pub const LIGHT_KIND_SHIFT: u32 = 29;
+    /// Bits of the index.
+    pub const LIGHT_MASK: u32 = 0x1FFF_FFFF;
+    /// Position of the kind of a path in a word.
+    pub const PATH_KIND_SHIFT: u32 = 30;
+    /// Bits of the index of the instance of a path's second vertex, below the path's kind.
+    pub const INSTANCE_MASK: u32 = 0x3FFF_FFFF;
+    /// Random stream of the initial candidates.
+    pub const STREAM_INITIAL: u32 = 1;
+    /// Random stream of temporal reuse.
+    pub const STREAM_TEMPORAL: u32 = 2;
+    /// Random stream of the pilots.
+    pub const STREAM_PILOTS: u32 = 3;
+    /// Random stream of the coins of primary rays.
+    pub const STREAM_COINS: u32 = 4;
+    /// Random stream of the first spatial pass; that of pass n is n higher.
+    pub const STREAM_SPATIAL: u32 = 16;
+    /// Added to these by passes of indirect light, except by the pilots, which both kinds share.
+    pub const STREAM_INDIRECT: u32 = 64;
+    /// Maximum radiance of a sample, in the unit of the device, in which the brightest light is below 2: the squares of
+    /// millions of them still add up in f32. It is far above that, since improbable samples have large weights.
+    pub const MAX_RADIANCE: f32 = 1e15;
+    /// Values rejected because they were NaN, negative or beyond MAX_RADIANCE.
+    pub const COUNTER_REJECTED: u32 = 0;
+    /// Invocations whose loops the driver ended early.
+    pub const COUNTER_CUT_SHORT: u32 = 1;
+    /// Rays traced.
+    pub const COUNTER_RAYS: u32 = 2;
+    /// Lanes that trace a ray, and, next to it, those of their subgroups.
+    pub const COUNTER_TRACE_LANES: u32 = 3;
+    /// Lanes that evaluate a target of a merge, and, next to it, those of their subgroups.
+    pub const COUNTER_MERGE_LANES: u32 = 5;
+    /// Neighbours, or histories, that were merged.
+    pub const COUNTER_NEIGHBOURS: u32 = 7;
+    /// Counters of a pass.
+    pub const COUNTERS: u32 = 8;
+}
+
+/// Every shared structure; each comes after those that it contains.
+pub const STRUCTS: &[StructLayout] = &[
+    SceneTable::LAYOUT,
+    GpuInstance::LAYOUT,
+    GpuMaterial::LAYOUT,
+    GpuTexture::LAYOUT,
+    GpuLight::LAYOUT,
+    GpuPunctualLight::LAYOUT,
+    GpuLightChoice::LAYOUT,
+    GpuLightTexture::LAYOUT,
+    GpuPreviousTransform::LAYOUT,
+    GpuCamera::LAYOUT,
+    ViewConstants::LAYOUT,
+    FrameConstants::LAYOUT,
+    ReuseConstants::LAYOUT,
+    RestirConstants::LAYOUT,
+    SpatialStep::LAYOUT,
+    ReservoirAov::LAYOUT,
+    SampleData::LAYOUT,
+    Strip::LAYOUT,
+    PixelSums::LAYOUT,
+    PrimarySurface::LAYOUT,
+    RayQuery::LAYOUT,
+    RayAnswer::LAYOUT,
+    RayBatch::LAYOUT,
+];
+
+/// The text of `layouts.glsl`: constants, enumerations, specialisation constants and structures.
+pub fn glsl() -> String {
+    let mut text = constants_glsl() + &choices::glsl() + &Specialisation::glsl();
+    for layout in STRUCTS {
+        text += &layout.glsl();
+    }
+    text
+}
+
+/// The files that are generated for the shaders, by name.
+pub fn generated() -> [(&'static str, String); 2] {
+    [
+        ("layouts.glsl", glsl()),
+        ("scene_buffers.glsl", buffers::glsl()),
+    ]
+}

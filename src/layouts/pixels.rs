@@ -1,0 +1,73 @@
+//! What is known of each pixel: its surface, its sums, and what its reservoirs hold.
+
+use glam::{UVec2, UVec3, Vec2, Vec3};
+
+crate::gpu_struct! {
+    /// The contents of a pixel's reservoir, for debug AOVs.
+    pub struct ReservoirAov {
+        /// Unbiased contribution weight; 0 = empty. In squared scene units for indirect light and for points of triangles,
+        /// in steradians for the environment, without a unit for punctual lights.
+        pub weight: f32,
+        /// Confidence, in units of one initial reservoir.
+        pub confidence: f32,
+        /// Frames since the sample was drawn.
+        pub age: u32,
+        /// The sample's light; NONE = empty, or a path of indirect light that does not reach one from its
+        /// second vertex.
+        pub light: u32,
+        /// Neighbours that the frame's spatial passes found.
+        pub neighbours: u32,
+        /// The pixel that drew the sample, in that frame; −1 = empty, or origins were not kept.
+        pub source: Vec2,
+        /// The ratio of the sample's solid angle seen from here to that seen from its origin: the product of the
+        /// Jacobians, by solid angle, of all its shifts; 0 = empty, or origins were not kept.
+        pub jacobian: f32,
+    }
+}
+
+crate::gpu_struct! {
+    /// A pixel's primary surface, packed for later passes and the next frame.
+    pub struct SampleData {
+        /// Distance along the primary ray to just before the surface.
+        pub depth: f32,
+        /// Geometric and shading normal (22 + 22 bits each, octahedral) and the exponent of the ray offset (8).
+        pub packed_normals: UVec3,
+        /// Index of the material.
+        pub material: u32,
+        /// Index of the instance in the scene; NONE = no surface.
+        pub instance: u32,
+        /// Base colour, metalness and roughness where textures or vertex colours decide them.
+        pub packed_material: UVec2,
+    }
+}
+
+crate::gpu_struct! {
+    /// Sums over a pixel's samples, each as an unevaluated pair high + low.
+    pub struct PixelSums {
+        /// Σ radiance, leading part.
+        pub sum: Vec3,
+        /// Σ radiance, rounding error of the leading part.
+        pub sum_low: Vec3,
+        /// Σ radiance², leading part.
+        pub square: Vec3,
+        /// Σ radiance², rounding error of the leading part.
+        pub square_low: Vec3,
+    }
+}
+
+crate::gpu_struct! {
+    /// The surface through a pixel's centre.
+    pub struct PrimarySurface {
+        /// Diffuse and specular albedo, by which a denoiser divides.
+        pub albedo: Vec3,
+        /// Unit shading normal, world space, towards the camera.
+        pub normal: Vec3,
+        /// Distance along the ray; 0 = miss.
+        pub depth: f32,
+        /// Index of the instance in the scene; NONE = miss.
+        pub instance: u32,
+        /// Previous minus current position in the image, in pixels, downwards. A miss is at infinite distance. 0 if the
+        /// surface was behind the camera.
+        pub motion: Vec2,
+    }
+}

@@ -1,0 +1,176 @@
+//! What a scene consists of: instances, materials, textures and lights.
+
+use glam::{UVec2, UVec3, Vec2, Vec3};
+
+crate::gpu_struct! {
+    /// A mesh placed in the world, relative to the scene's origin.
+    pub struct GpuInstance {
+        /// Columns of the 3×4 object-to-world transform.
+        pub object_to_world: [Vec3; 4],
+        /// Columns of the 3×4 world-to-object transform.
+        pub world_to_object: [Vec3; 4],
+        /// First triangle of its mesh in the position array.
+        pub first_triangle: u32,
+        /// First triangle of its mesh in the normal array, or NONE for flat shading.
+        pub first_normal: u32,
+        /// First triangle of its mesh in the part array, or NONE if the mesh has one material.
+        pub first_part: u32,
+        /// Root of its mesh in the node array.
+        pub root_node: u32,
+        /// Material of a mesh of one part.
+        pub material: u32,
+        /// The light of its first emissive triangle, or NONE.
+        pub first_light: u32,
+        /// Index of this instance in the scene, as the AOV shows it.
+        pub id: u32,
+        /// First triangle of its mesh in the array of texture coordinates, for each of two sets; or NONE.
+        pub first_uvs: UVec2,
+        /// First triangle of its mesh in the array of vertex colours, or NONE.
+        pub first_color: u32,
+        /// First triangle of its mesh in the array of tangents, or NONE.
+        pub first_tangent: u32,
+        /// Fills the last four words.
+        pub padding: u32,
+    }
+}
+
+crate::gpu_struct! {
+    /// A surface's material.
+    pub struct GpuMaterial {
+        /// Linear base colour; with MATERIAL_UNLIT radiance.
+        pub base_color: Vec3,
+        /// 0 dielectric … 1 metal.
+        pub metallic: f32,
+        /// Reflectance of the dielectric at normal incidence.
+        pub dielectric_f0: Vec3,
+        /// Reflectance of the dielectric at grazing incidence.
+        pub dielectric_f90: f32,
+        /// Perceptual roughness.
+        pub roughness: f32,
+        /// Texture that multiplies the base colour, or NONE.
+        pub base_color_texture: u32,
+        /// Texture that multiplies roughness and metalness, or NONE.
+        pub metallic_roughness_texture: u32,
+        /// MATERIAL_…
+        pub flags: u32,
+        /// Texture that turns the shading normal, or NONE.
+        pub normal_texture: u32,
+        /// Multiplies its red and green.
+        pub normal_scale: f32,
+        /// ALPHA_…
+        pub alpha_mode: u32,
+        /// Coverage, which texture and vertex colours multiply; with ALPHA_MASK divided by the cutoff.
+        pub alpha: f32,
+    }
+}
+
+crate::gpu_struct! {
+    /// An image as a material uses it.
+    pub struct GpuTexture {
+        /// First column of the 2×2 part of the transform from texture coordinates to those of the image.
+        pub column_u: Vec2,
+        /// Second column.
+        pub column_v: Vec2,
+        /// The translation.
+        pub offset: Vec2,
+        /// Where the image is: the index of its first texel in the array of texels or, where images are sampled, its own
+        /// index.
+        pub place: u32,
+        /// Width in texels.
+        pub width: u32,
+        /// Height in texels.
+        pub height: u32,
+        /// The set of texture coordinates, 0 or 1.
+        pub set: u32,
+        /// WRAP_… along u, and along v times 4.
+        pub wrap: u32,
+        /// Whether a lookup takes the nearest texel (1) or interpolates between four (0).
+        pub nearest: u32,
+    }
+}
+
+crate::gpu_struct! {
+    /// An emissive triangle in world space.
+    pub struct GpuLight {
+        /// First corner.
+        pub corner: Vec3,
+        /// From the first corner to the second.
+        pub edge1: Vec3,
+        /// From the first corner to the third.
+        pub edge2: Vec3,
+        /// Unit normal of the emitting side.
+        pub normal: Vec3,
+        /// Emitted radiance.
+        pub emission: Vec3,
+        /// Area, in the unit of length on the device.
+        pub area: f32,
+        /// Whether it emits on both sides (0 or 1).
+        pub double_sided: u32,
+        /// The traced instance that it belongs to.
+        pub instance: u32,
+        /// Its index in the mesh of that instance, if it may have holes; else NONE.
+        pub primitive: u32,
+        /// Fills the last four words.
+        pub padding: u32,
+    }
+}
+
+crate::gpu_struct! {
+    /// A punctual light.
+    pub struct GpuPunctualLight {
+        /// Position; without meaning for a directional light.
+        pub position: Vec3,
+        /// LIGHT_POINT, LIGHT_SPOT or LIGHT_DIRECTIONAL.
+        pub kind: u32,
+        /// Unit, in which a spot is aimed or directional light travels.
+        pub direction: Vec3,
+        /// The distance up to which it reaches; 0: any.
+        pub range: f32,
+        /// Intensity; of a directional light the irradiance of a surface that faces it.
+        pub intensity: Vec3,
+        /// Of a spot: the square root of its share is this times the cosine to its axis,
+        pub angle_scale: f32,
+        /// plus this, within 0 and 1.
+        pub angle_offset: f32,
+        /// Fills the last four words.
+        pub padding: UVec3,
+    }
+}
+
+crate::gpu_struct! {
+    /// One column of the alias table that selects lights of all kinds by power.
+    pub struct GpuLightChoice {
+        /// Probability of the column's own light.
+        pub probability: f32,
+        /// Take that light if 32 random bits are below this.
+        pub keep_below: u32,
+        /// Else take this one.
+        pub alias: u32,
+        /// Fills the last four words.
+        pub padding: u32,
+    }
+}
+
+crate::gpu_struct! {
+    /// How a texture is laid onto a light.
+    pub struct GpuLightTexture {
+        /// Texture coordinates of the first corner.
+        pub uv: Vec2,
+        /// From the first corner to the second.
+        pub edge1: Vec2,
+        /// From the first corner to the third.
+        pub edge2: Vec2,
+        /// The texture that multiplies its emission, or NONE.
+        pub texture: u32,
+        /// Fills the last four words.
+        pub padding: u32,
+    }
+}
+
+crate::gpu_struct! {
+    /// Where the points of an instance were in the previous frame.
+    pub struct GpuPreviousTransform {
+        /// Columns of the 3×4 transform from current to previous world positions.
+        pub current_to_previous: [Vec3; 4],
+    }
+}
