@@ -59,7 +59,7 @@ void main() {
                 if (paths_begun > 2u) break;
                 if (paths_begun == 1u) {
                     if (mirror && mirror_ray(eye, ray)) purpose = RAY_PATH;
-                    path = mirror_path(mirror_reflectance);
+                    path = mirror_path(eye, mirror_reflectance);
                 } else {
                     BsdfSample first;
                     // A pilot passes surfaces that cover a part; of a path a coin decides whether it ends there.
@@ -68,7 +68,7 @@ void main() {
                     } else if (pilot.instance != NONE && pilot_ray(eye, pixel, first, ray)) {
                         purpose = RAY_PILOT;
                     }
-                    path = first_path(first);
+                    path = first_path(eye, first);
                 }
                 continue;
             }
@@ -107,10 +107,11 @@ void main() {
             surface.position -= back_off_distance(surface.error, hit.t) * ray.direction;
             Domain vertex = make_domain(surface.position, clearance_of(surface.geometric_normal, surface.error),
                                         surface.geometric_normal, surface.shading_normal, surface.material, ray.direction);
-            bool shadow = sample_light_at(path, vertex, random, shadowed, ray);
+            Receiver receiver = receiver_at(vertex);
+            bool shadow = sample_light_at(path, vertex, receiver, random, shadowed, ray);
             vec4 numbers = to_unit(random_bits(random));
             choice = random_choice(random);
-            next_purpose = scatter(path, vertex, numbers, next) ? RAY_PATH : RAY_NONE;
+            next_purpose = scatter(path, vertex, receiver, numbers, next) ? RAY_PATH : RAY_NONE;
             if (shadow) {
                 purpose = RAY_SHADOW;
             } else {

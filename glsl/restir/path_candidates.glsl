@@ -15,7 +15,8 @@ struct Path {
     // depend on the viewer, but chains of narrow lobes would leave the range of f32.
     vec3 suffix_throughput;
     uint scatterings;
-    // The density of the current ray, for the MIS weight of a light that it hits.
+    // The vertex that the current ray left, and the density of the ray, for the MIS weight of a light that it hits.
+    Receiver receiver;
     float pdf_solid_angle;
     bool mirror;
     // Whether its samples can be shared: not with a mirror at one of the first two vertices, to which no reconnection
@@ -34,11 +35,13 @@ struct Candidate {
 };
 
 // The path that begins with a mirror reflection.
-Path mirror_path(vec3 reflectance) { return Path(reflectance, vec3(1.0), 1u, 0.0, true, false, empty_path_sample()); }
+Path mirror_path(Domain eye, vec3 reflectance) {
+    return Path(reflectance, vec3(1.0), 1u, receiver_at(eye), 0.0, true, false, empty_path_sample());
+}
 
 // The path that begins with the pixel's pilot ray.
-Path first_path(BsdfSample first) {
-    return Path(first.weight, vec3(1.0), 1u, first.pdf_solid_angle, false, true, empty_path_sample());
+Path first_path(Domain eye, BsdfSample first) {
+    return Path(first.weight, vec3(1.0), 1u, receiver_at(eye), first.pdf_solid_angle, false, true, empty_path_sample());
 }
 
 // Whether the current ray started at the first vertex, or at the second.
@@ -71,27 +74,28 @@ Candidate light_hit(Path path, uint index, Hit hit, vec3 direction) {
     GpuLight light = light_at(index, CURRENT);
     float cosine = -dot(light.normal, direction);
     vec3 emission = light_emission(light, index, stored_place(end.place), cosine);
-    float pdf_area = light_sample_pdf_own_measure(end, direction);
+    float pdf_area = light_sample_pdf_own_measure(path.receiver, end, direction);
     return found_light(path, end, emission, area_to_solid_angle(pdf_area, square(hit.t), cosine));
 }
 
 // The light of the environment in the direction of a ray that hit nothing.
 Candidate environment_hit(Path path, vec3 direction) {
     LightSample value = new_light_sample(environment_point(direction));
-    return found_light(path, value.point, value.emission, light_sample_pdf_own_measure(value.point, value.position));
+    float pdf_solid_angle = light_sample_pdf_own_measure(path.receiver, value.point, value.position);
+    return found_light(path, value.point, value.emission, pdf_solid_angle);
 }
 
 // Next-event estimation at a vertex: selects one of several light samples by their reflected light (RIS). Returns
 // whether its shadow ray must be traced.
-bool sample_light_at(Path path, Domain vertex, inout Random random, out Candidate found, out Ray ray) {
+bool sample_light_at(Path path, Domain vertex, Receiver receiver, inout Random random, out Candidate found, out Ray ray) {
     Stream points = empty_stream();
     LightSample point;
     for (uint i = 0u; i < restir.at.reuse.light_samples; i += 1u) {
         uvec4 bits = random_bits(random);
         float choice = random_choice(random);
-        LightSample value = draw_light_sample(bits);
+        LightSample value = draw_light_sample(receiver, bits);
         float target;
-        float weight = candidate_weight(vertex, value, 1u, target);
+        float weight = candidate_weight(vertex, receiver, value, 1u, target);
         if (stream_add(points, i, weight, target, choice)) point = value;
     }
     if (points.chosen == NONE) return false;
@@ -106,7 +110,7 @@ bool sample_light_at(Path path, Domain vertex, inout Random random, out Candidat
 }
 
 // Samples the path's next ray at a vertex; returns whether the path continues.
-bool scatter(inout Path path, Domain vertex, vec4 numbers, out Ray next) {
+bool scatter(inout Path path, Domain vertex, Receiver receiver, vec4 numbers, out Ray next) {
     BsdfSample onward;
     bool alive = sample_bsdf_ray(vertex, numbers, onward, next);
     path.throughput *= onward.weight;
@@ -117,6 +121,7 @@ bool scatter(inout Path path, Domain vertex, vec4 numbers, out Ray next) {
         path.suffix_throughput *= onward.weight;
     }
     path.scatterings += 1u;
+    path.receiver = receiver;
     path.pdf_solid_angle = onward.pdf_solid_angle;
     path.mirror = onward.mirror;
     return survives_roulette(path.throughput, path.scatterings, restir.at.view.roulette_start, restir.at.view.roulette_floor, numbers.w)
