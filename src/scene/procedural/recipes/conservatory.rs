@@ -12,12 +12,20 @@ use crate::scene::procedural::parameters::{Parameter, Range, Values};
 use crate::scene::{AlphaMode, Material, PunctualLight, PunctualShape, Scene, Texture};
 use glam::{Affine2, DAffine3, DQuat, DVec3, Vec2, Vec3, Vec4};
 
-pub(super) const PARAMETERS: &[Parameter] = &[Parameter {
-    name: "speed",
-    doc: "Speed of the lantern, the trellis, the spot and the sun; 0 stands still",
-    default: "0",
-    values: Range::Real(0.0, 100.0),
-}];
+pub(super) const PARAMETERS: &[Parameter] = &[
+    Parameter {
+        name: "speed",
+        doc: "Speed of the lantern, the trellis, the spot and the sun; 0 stands still",
+        default: "0",
+        values: Range::Real(0.0, 100.0),
+    },
+    Parameter {
+        name: "lantern",
+        doc: "Whether the lantern's paper is whole, or has holes cut into it",
+        default: "whole",
+        values: Range::Words(&["whole", "pierced"]),
+    },
+];
 
 /// Corners of the room.
 const LOW: Vec3 = Vec3::new(-1.5, 0.0, -1.5);
@@ -29,7 +37,7 @@ pub(super) fn make(values: &Values) -> Scene {
     house(&mut stage.room);
     furnish(&mut stage.room);
     trellis(&mut stage, speed);
-    lantern(&mut stage, speed);
+    lantern(&mut stage, speed, values.text("lantern") == "pierced");
     lights(&mut stage, speed);
     let (eye, target) = (DVec3::new(0.0, 1.25, 4.6), DVec3::new(0.0, 1.1, 0.0));
     stage.room.camera(eye, target, 36.0, 4.0 / 3.0);
@@ -227,18 +235,31 @@ fn trellis(stage: &mut Stage, speed: f64) {
     }
 }
 
-/// A lantern on a cord, of which the texture leaves some panes dark.
-fn lantern(stage: &mut Stage, speed: f64) {
+/// A lantern on a cord, of which the texture leaves some panes dark. The holes lie in panes of both kinds.
+fn lantern(stage: &mut Stage, speed: f64, pierced: bool) {
     let panes = stage
         .room
         .image("panes", 8, |x, y| match (x / 2 + y / 2) % 2 {
             0 => [255, 200, 120, 255],
             _ => [30, 10, 0, 255],
         });
-    let paper = Material {
+    let mut paper = Material {
         emissive_texture: Some(Texture::plain(panes)),
         ..emitter("lantern", Vec3::splat(9.0))
     };
+    if pierced {
+        let is_open = |i: u32| matches!(i % 4, 1 | 2);
+        let holes = stage.room.image("holes", 8, |x, y| {
+            [
+                255,
+                255,
+                255,
+                if is_open(x) && is_open(y) { 0 } else { 255 },
+            ]
+        });
+        paper.base_color_texture = Some(Texture::plain(holes));
+        paper.alpha_mode = AlphaMode::Mask { cutoff: 0.5 };
+    }
     let half = Vec3::new(0.16, 0.2, 0.16);
     let low = Vec3::new(0.0, -0.75, 0.0) - half;
     let lantern = stage.room.mesh(paper, Shape::block(low, low + 2.0 * half));
