@@ -1,36 +1,56 @@
 #pragma once
 // Candidate sources of light samples: how lights are selected for candidates, and the density of a candidate over all
 // sources that can draw it.
+#include "lights/light_bvh.glsl"
 #include "restir/algebra.glsl"
 #include "restir/frame.glsl"
 #include "restir/light_sample.glsl"
 
-// A point that receives light, as candidate sources see it: their densities may depend on where it is.
-struct Receiver {
-    vec3 position;
-};
+// Whether the candidates of a receiver come from the light BVH in part.
+bool has_near_lights(Receiver receiver) { return LIGHT_BVH && receiver.expected > 0.0; }
 
-Receiver receiver_at(Domain domain) { return Receiver(domain.position); }
-
-// Draws a light, uniformly or by power, and a point of it.
-LightSample draw_light_sample(Receiver receiver, uvec4 bits) {
-    uint count = scene.at.light_count;
-    uint unused;
-    uint light = restir.at.reuse.uniform_candidates != 0u ? scale_to(bits.xy, count, unused) : pick_light(count, bits.xy);
-    return new_light_sample(draw_point(light, bits));
+// The mean probability with which the receiver's light samples select a light, given those of the sources.
+float mean_probability(Receiver receiver, float of_all, float of_near) {
+    return has_near_lights(receiver) ? mix(of_all, of_near, restir.at.reuse.near_share) : of_all;
 }
 
-// The density with which `draw_light_sample` draws a point, in its own measure. `direction` is the one towards it.
+// The probability of selecting the light of a point among all.
+float probability_among_all(LightPoint point) {
+    return restir.at.reuse.uniform_candidates != 0u ? 1.0 / float(scene.at.light_count) : light_probability(point);
+}
+
+// The mean density with which the receiver's light samples are drawn at a point, in its own measure. `direction` is the one
+// towards it.
 float light_sample_pdf_own_measure(Receiver receiver, LightPoint point, vec3 direction) {
-    float probability = restir.at.reuse.uniform_candidates != 0u ? 1.0 / float(scene.at.light_count)
-                                                                 : light_probability(point);
-    return pdf_own_measure(point, direction, probability);
+    float near = has_near_lights(receiver) ? near_light_probability(receiver, light_index(point)) : 0.0;
+    return pdf_own_measure(point, direction, mean_probability(receiver, probability_among_all(point), near));
 }
 
-// The weight of a candidate: its target over the sum of the densities of all light and BSDF samples.
-float candidate_weight(Domain domain, Receiver receiver, LightSample value, uint bsdf_samples, out float target) {
+// Draws a light and a point of it, for number `index` of the receiver's light samples, in ascending order. Also returns the
+// density as above.
+LightSample draw_light_sample(inout Receiver receiver, uint index, uvec4 bits, out float pdf) {
+    uint light;
+    float near = 0.0;
+    if (has_near_lights(receiver) && index < restir.at.reuse.near_samples
+        && (restir.at.reuse.light_samples > 1u || to_unit(pcg4d(bits).w) < restir.at.reuse.near_share)) {
+        // The words that are left are too few for a cluster, a light and a place on it.
+        light = draw_near_light(receiver, index, restir.at.reuse.near_samples, pcg4d(bits).xy, near);
+    } else {
+        uint count = scene.at.light_count;
+        uint unused;
+        light = restir.at.reuse.uniform_candidates != 0u ? scale_to(bits.xy, count, unused) : pick_light(count, bits.xy);
+        if (has_near_lights(receiver)) near = near_light_probability(receiver, light);
+    }
+    LightSample value = new_light_sample(draw_point(light, bits));
+    float probability = mean_probability(receiver, probability_among_all(value.point), near);
+    pdf = pdf_own_measure(value.point, value.position, probability);
+    return value;
+}
+
+// The weight of a candidate: its target over the sum of the densities of all light and BSDF samples. `light_pdf` is the mean
+// density of the light samples.
+float candidate_weight(Domain domain, LightSample value, float light_pdf, uint bsdf_samples, out float target) {
     float bsdf_pdf;
     target = luminance(contribution(domain, value, bsdf_pdf));
-    float light_pdf = light_sample_pdf_own_measure(receiver, value.point, value.position);
     return target / (float(restir.at.reuse.light_samples) * light_pdf + float(bsdf_samples) * bsdf_pdf);
 }

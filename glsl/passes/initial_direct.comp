@@ -42,10 +42,10 @@ uint more_bsdf_samples(ivec2 pixel, Bsdf bsdf) {
 }
 
 // Adds a candidate of either technique; returns whether it is selected now.
-bool add_candidate(inout Stream stream, Domain domain, Receiver receiver, LightSample value, uint index, float choice,
+bool add_candidate(inout Stream stream, Domain domain, LightSample value, float light_pdf, uint index, float choice,
                    uint bsdf_samples) {
     float target;
-    float weight = candidate_weight(domain, receiver, value, bsdf_samples, target);
+    float weight = candidate_weight(domain, value, light_pdf, bsdf_samples, target);
     return stream_add(stream, index, weight, target, choice);
 }
 
@@ -69,8 +69,9 @@ void main() {
         for (uint i = 0u; i < light_samples; i += 1u) {
             uvec4 bits = random_bits(random);
             float choice = random_choice(random);
-            LightSample value = draw_light_sample(receiver, bits);
-            if (add_candidate(stream, domain, receiver, value, i, choice, bsdf_samples)) reservoir.value = value;
+            float light_pdf;
+            LightSample value = draw_light_sample(receiver, i, bits, light_pdf);
+            if (add_candidate(stream, domain, value, light_pdf, i, choice, bsdf_samples)) reservoir.value = value;
         }
 
         Pilot pilot = Pilot(NONE, NONE, vec2(0.0), 0.0);
@@ -78,8 +79,9 @@ void main() {
         LightPoint pilot_light = light_found(pilot);
         if (pilot_light.kind != LIGHT_NONE) {
             LightSample value = new_light_sample(pilot_light);
+            float light_pdf = light_sample_pdf_own_measure(receiver, value.point, value.position);
             float choice = random_choice(random);
-            if (add_candidate(stream, domain, receiver, value, light_samples, choice, bsdf_samples)) reservoir.value = value;
+            if (add_candidate(stream, domain, value, light_pdf, light_samples, choice, bsdf_samples)) reservoir.value = value;
         }
 
         // The BSDF candidates, of which the pilot is the first, then the mirror's ray, then the shadow ray of the
@@ -125,7 +127,8 @@ void main() {
                 continue;
             }
             LightSample value = new_light_sample(light);
-            if (add_candidate(stream, domain, receiver, value, light_samples + turn, choice, bsdf_samples)) reservoir.value = value;
+            float light_pdf = light_sample_pdf_own_measure(receiver, value.point, value.position);
+            if (add_candidate(stream, domain, value, light_pdf, light_samples + turn, choice, bsdf_samples)) reservoir.value = value;
         }
         // A driver may end a loop that seems endless to it; the pixel would then lack light.
         if (turn < turns) count_fault(COUNTER_CUT_SHORT);

@@ -93,9 +93,10 @@ bool sample_light_at(Path path, Domain vertex, Receiver receiver, inout Random r
     for (uint i = 0u; i < restir.at.reuse.light_samples; i += 1u) {
         uvec4 bits = random_bits(random);
         float choice = random_choice(random);
-        LightSample value = draw_light_sample(receiver, bits);
+        float light_pdf;
+        LightSample value = draw_light_sample(receiver, i, bits, light_pdf);
         float target;
-        float weight = candidate_weight(vertex, receiver, value, 1u, target);
+        float weight = candidate_weight(vertex, value, light_pdf, 1u, target);
         if (stream_add(points, i, weight, target, choice)) point = value;
     }
     if (points.chosen == NONE) return false;

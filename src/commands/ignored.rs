@@ -51,9 +51,14 @@ pub fn note_for_render(changed: &[String], settings: &Settings, bounces: u32) {
         note_ignored(
             "integrator=path-tracing does not resample",
             changed,
-            |key| ["direct", "indirect", "reservoirs"].contains(&group(key)),
+            |key| ["direct", "indirect", "light_bvh", "reservoirs"].contains(&group(key)),
         );
         return;
+    }
+    if !settings.draws_from_light_bvh() {
+        note_ignored("no candidates=light-bvh", changed, |key| {
+            group(key) == "light_bvh"
+        });
     }
     if settings.heuristic == Heuristic::Power {
         notice(

@@ -373,6 +373,7 @@ impl Session {
             .gpu_scene
             .memory()
             .into_iter()
+            .chain(self.renderer.light_bvh_memory())
             .map(|(name, bytes)| (name.to_owned(), json!(bytes)))
             .collect();
         Ok(json!({

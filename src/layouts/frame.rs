@@ -57,10 +57,14 @@ crate::gpu_struct! {
 crate::gpu_struct! {
     /// How one kind of light is resampled.
     pub struct ReuseConstants {
-        /// Whether lights are selected uniformly (1) or by power (0).
+        /// Whether lights are selected uniformly (1) or by power (0) among all.
         pub uniform_candidates: u32,
         /// Light samples of a pixel, or of a vertex of a path.
         pub light_samples: u32,
+        /// Those that are drawn from the light BVH, where it finds lights; they come first.
+        pub near_samples: u32,
+        /// Their share of all; of a single sample the probability.
+        pub near_share: f32,
         /// Maximum confidence of history.
         pub temporal_confidence_cap: f32,
         /// Maximum confidence of a neighbour.
@@ -107,6 +111,12 @@ crate::gpu_struct! {
         pub more_bsdf_samples: u32,
         /// Mean luminance of the lights, weighted by their power.
         pub mean_light_luminance: f32,
+        /// Number of nodes of the light BVH.
+        pub light_node_count: u32,
+        /// Whether far lights are joined (1) or skipped (0).
+        pub light_bvh_joins: u32,
+        /// Whether lights are drawn from it uniformly (1), or by their expected contribution (0).
+        pub light_bvh_uniform: u32,
         /// How the kind of light of the pass is resampled.
         pub reuse: ReuseConstants,
     }

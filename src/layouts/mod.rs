@@ -17,8 +17,8 @@ pub use frame::{
 pub use pixels::{PixelSums, PrimarySurface, ReservoirAov, SampleData};
 pub use rays::{RayAnswer, RayBatch, RayQuery};
 pub use scene::{
-    GpuInstance, GpuLight, GpuLightChoice, GpuLightTexture, GpuMaterial, GpuPreviousTransform,
-    GpuPunctualLight, GpuTexture,
+    GpuInstance, GpuLight, GpuLightChoice, GpuLightNode, GpuLightPlace, GpuLightTexture,
+    GpuMaterial, GpuNodeLight, GpuPreviousTransform, GpuPunctualLight, GpuTexture,
 };
 
 use crate::choices;
@@ -131,6 +131,9 @@ pub const STRUCTS: &[StructLayout] = &[
     GpuPunctualLight::LAYOUT,
     GpuLightChoice::LAYOUT,
     GpuLightTexture::LAYOUT,
+    GpuLightNode::LAYOUT,
+    GpuNodeLight::LAYOUT,
+    GpuLightPlace::LAYOUT,
     GpuPreviousTransform::LAYOUT,
     GpuCamera::LAYOUT,
     ViewConstants::LAYOUT,
@@ -158,9 +161,10 @@ pub fn glsl() -> String {
 }
 
 /// The files that are generated for the shaders, by name.
-pub fn generated() -> [(&'static str, String); 2] {
+pub fn generated() -> [(&'static str, String); 3] {
     [
         ("layouts.glsl", glsl()),
         ("scene_buffers.glsl", buffers::glsl()),
+        ("light_bvh_buffers.glsl", buffers::light_bvh_glsl()),
     ]
 }

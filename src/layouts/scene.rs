@@ -174,3 +174,56 @@ crate::gpu_struct! {
         pub current_to_previous: [Vec3; 4],
     }
 }
+
+crate::gpu_struct! {
+    /// A node of the light BVH. Nodes are in depth-first order: a walk visits the next one where a node's box holds the
+    /// point, and else skips its descendants.
+    pub struct GpuLightNode {
+        /// The smallest coordinates of the box.
+        pub low: Vec3,
+        /// The node after the last descendant; of a leaf the next one.
+        pub next: u32,
+        /// The largest coordinates of the box.
+        pub high: Vec3,
+        /// Its first light in the array of nodes' lights.
+        pub first: u32,
+        /// The centre of the box around its lights.
+        pub center: Vec3,
+        /// Their power or, where they are drawn uniformly, their number.
+        pub weight: f32,
+        /// The mean of their normals, weighted by power: shorter than 1 where they face into different directions.
+        pub normal: Vec3,
+        /// Half the diagonal of the box around its lights.
+        pub size: f32,
+        /// Number of its lights.
+        pub count: u32,
+        /// The length of the mean normal, at most 1.
+        pub facing: f32,
+        /// Fills the last four words.
+        pub padding: UVec2,
+    }
+}
+
+crate::gpu_struct! {
+    /// A light of a node. Among the lights of a node each is drawn by its part of their integers.
+    pub struct GpuNodeLight {
+        /// The light's index among the lights of all kinds.
+        pub light: u32,
+        /// The first of the integers that select it; those of the next one follow.
+        pub before: u32,
+        /// Fills the last four words.
+        pub padding: UVec2,
+    }
+}
+
+crate::gpu_struct! {
+    /// Where a light is in the light BVH.
+    pub struct GpuLightPlace {
+        /// The leaf of its cluster; NONE if it belongs to none.
+        pub leaf: u32,
+        /// Its place in the array of nodes' lights.
+        pub place: u32,
+        /// Fills the last four words.
+        pub padding: UVec2,
+    }
+}

@@ -8,6 +8,7 @@ pub mod energy;
 mod frame;
 mod history;
 pub mod kind;
+pub mod light_bvh;
 pub mod outputs;
 pub mod passes;
 pub mod presets;

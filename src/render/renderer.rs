@@ -115,6 +115,11 @@ impl Renderer {
         })
     }
 
+    /// Bytes of the light BVH on the device, by buffer; none if nothing draws from it.
+    pub fn light_bvh_memory(&self) -> Vec<(&str, u64)> {
+        self.bindings.light_bvh_memory()
+    }
+
     /// Sets the time, in seconds, that the next frames and samples show; at first it is 0. The camera stays
     /// where it is.
     pub fn set_time(&mut self, seconds: f64) {
@@ -133,7 +138,7 @@ impl Renderer {
     fn begin(&mut self) -> Result<GpuCamera> {
         let next = self.next;
         let before = self.shown[0].unwrap_or(next);
-        self.bindings.scene.set_pose(next.time, before.time)?;
+        self.bindings.set_pose(next.time, before.time)?;
         self.shown = [Some(next), self.shown[0]];
         Ok(next.camera)
     }

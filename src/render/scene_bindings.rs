@@ -1,6 +1,7 @@
 //! What every pass may bind besides its own buffers: the scene, and the tables that materials look up.
 
 use super::energy;
+use super::light_bvh::LightBvhBuffers;
 use super::settings::{Energy, Settings};
 use super::specialisation::Specialisation;
 use crate::Result;
@@ -15,6 +16,7 @@ pub struct SceneBindings {
     /// The specialisation by scene and settings; techniques and passes add theirs.
     pub specialisation: Specialisation,
     specular_albedo: Buffer,
+    light_bvh: LightBvhBuffers,
     device: Arc<Device>,
 }
 
@@ -32,6 +34,7 @@ impl SceneBindings {
         Ok(Self {
             specialisation: Specialisation::of_scene(&scene, settings),
             specular_albedo: Buffer::from_slice(device, "specular_albedo", &table, usage)?,
+            light_bvh: LightBvhBuffers::new(device, &scene, settings)?,
             scene,
             device: device.clone(),
         })
@@ -56,6 +59,32 @@ impl SceneBindings {
     pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
         let mut resources = self.scene.resources();
         resources.push(("specular_albedo", Resource::Read(&self.specular_albedo)));
+        resources.extend(self.light_bvh.resources(self.scene.variant));
         resources
+    }
+
+    /// Poses the scene at the time `now`, and for passes that look back at the time `before`, both in seconds.
+    ///
+    /// # Errors
+    /// At one of the times something is further away than can be rendered, or the device fails.
+    pub fn set_pose(&self, now: f64, before: f64) -> Result<()> {
+        self.scene.set_pose(now, before)?;
+        self.light_bvh.follow(&self.scene)
+    }
+
+    /// Bytes of the light BVH, by buffer; none if there is none.
+    pub fn light_bvh_memory(&self) -> Vec<(&str, u64)> {
+        if self.light_bvh.node_count == 0 {
+            return Vec::new();
+        }
+        let buffers = self.light_bvh.named().into_iter();
+        buffers
+            .map(|(name, buffer)| (name, buffer.size()))
+            .collect()
+    }
+
+    /// Number of nodes of the light BVH; 0 if there is none.
+    pub fn light_node_count(&self) -> u32 {
+        self.light_bvh.node_count
     }
 }

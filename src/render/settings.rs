@@ -5,6 +5,7 @@ mod direct;
 mod environment;
 mod indirect;
 mod keys;
+mod light_bvh;
 mod resampling;
 mod reservoirs;
 
@@ -13,6 +14,7 @@ pub use environment::EnvironmentSettings;
 pub use indirect::{Indirect, IndirectMode, Secondary, Shift};
 pub use keys::Description;
 pub(crate) use keys::flatten;
+pub use light_bvh::{Far, LightBvhSettings, LightChoice, Rest, Scale};
 pub use resampling::{Candidates, Resampling, ReuseMode, Search, Similar, Spatial, Temporal};
 pub use reservoirs::{Arrays, Order, Reservoirs};
 
@@ -101,6 +103,8 @@ pub struct Settings {
     pub direct: Direct,
     /// Resampling of indirect light.
     pub indirect: Indirect,
+    /// The light BVH, from which `candidates=light-bvh` draws.
+    pub light_bvh: LightBvhSettings,
     /// How reservoirs lie in memory.
     pub reservoirs: Reservoirs,
     /// Which code shaders contain. `full` costs time; the picture is the same.

@@ -68,6 +68,8 @@ crate::gpu_specialisation! {
         pub visibility: Visibility = Visibility::Weights,
         /// Neighbours of a spatial merge.
         pub neighbours: u32 = 3,
+        /// Whether light samples are drawn from the light BVH.
+        pub light_bvh: bool = false,
         /// Whether candidates of indirect light go to reservoirs; otherwise the pass is a path tracer.
         pub shares: bool = true,
         /// Whether the radiance that leaves a path's second vertex is taken to be the same for all viewers.
@@ -81,7 +83,7 @@ mod values {
     use crate::choices::PixelOrder;
     use crate::render::reservoir_layout::ReservoirLayout;
     use crate::render::settings::{
-        Arrays, Energy, IndirectMode, Order, Resampling, Settings, Shift, Variant,
+        Arrays, Candidates, Energy, IndirectMode, Order, Resampling, Settings, Shift, Variant,
     };
     use crate::tracing::GpuScene;
 
@@ -137,6 +139,7 @@ mod values {
             Self {
                 mis: resampling.mis,
                 visibility: resampling.visibility,
+                light_bvh: resampling.candidates == Candidates::LightBvh,
                 neighbours: resampling.spatial.neighbours,
                 ..self
             }

@@ -6,8 +6,8 @@
 
 use crate::gpu::layout::{GpuStruct, Member, StructLayout};
 use crate::layouts::{
-    GpuInstance, GpuLight, GpuLightChoice, GpuLightTexture, GpuMaterial, GpuPreviousTransform,
-    GpuPunctualLight, GpuTexture,
+    GpuInstance, GpuLight, GpuLightChoice, GpuLightNode, GpuLightPlace, GpuLightTexture,
+    GpuMaterial, GpuNodeLight, GpuPreviousTransform, GpuPunctualLight, GpuTexture,
 };
 use glam::{UVec2, Vec2};
 
@@ -196,6 +196,32 @@ impl Elements {
     }
 }
 
+/// The buffers of a light BVH. They are bound by descriptors only, since each renderer has its own.
+pub const LIGHT_BVH_BUFFERS: &[Access] = &[
+    records("light_nodes", GpuLightNode::LAYOUT),
+    records("node_lights", GpuNodeLight::LAYOUT),
+    records("light_places", GpuLightPlace::LAYOUT),
+];
+
+const fn records(name: &'static str, layout: StructLayout) -> Access {
+    Access {
+        name,
+        elements: Elements::Records(layout),
+    }
+}
+
+/// The text of `light_bvh_buffers.glsl`.
+pub fn light_bvh_glsl() -> String {
+    let mut text = String::from("#pragma once\n#include \"prelude.glsl\"\n");
+    for Access { name, elements } in LIGHT_BVH_BUFFERS {
+        if let Elements::Records(layout) = elements {
+            text += &words(name, &binding(name, "uvec4"));
+            text += &load(name, layout);
+        }
+    }
+    text
+}
+
 /// The text of `scene_buffers.glsl`: the table, and access to the elements of every buffer.
 pub fn glsl() -> String {
     let mut text = String::from(
@@ -204,8 +230,8 @@ pub fn glsl() -> String {
     for Access { name, elements } in BUFFERS {
         text += &match elements {
             Elements::Plain(glsl) => array(name, glsl),
-            Elements::Words => words(name),
-            Elements::Records(layout) => words(name) + &load(name, layout),
+            Elements::Words => words(name, &array(name, "uvec4")),
+            Elements::Records(layout) => words(name, &array(name, "uvec4")) + &load(name, layout),
         };
     }
     text
@@ -220,23 +246,28 @@ fn array(name: &str, glsl: &str) -> String {
         "#if GEOMETRY_ADDRESSES\n\
          layout(buffer_reference, scalar, buffer_reference_align = {align}) readonly buffer {block}Block {{ {glsl} at[]; }};\n\
          #define {name} {block}Block(scene.at.{name})\n\
-         #else\n\
-         layout(scalar) readonly buffer {block}Block {{ {glsl} at[]; }} {name};\n\
-         #endif\n"
+         #else\n{}\
+         #endif\n",
+        binding(name, glsl)
     )
 }
 
+/// `NAME.at[index]` through a descriptor.
+fn binding(name: &str, glsl: &str) -> String {
+    let block: String = name.split('_').map(capitalised).collect();
+    format!("layout(scalar) readonly buffer {block}Block {{ {glsl} at[]; }} {name};\n")
+}
+
 /// `NAME_words(index)`. llvmpipe fetches the four words of a texel at once for each lane, but reads a buffer word by
-/// word, each word behind a branch.
-fn words(name: &str) -> String {
+/// word, each word behind a branch. `array` declares the buffer.
+fn words(name: &str, array: &str) -> String {
     format!(
         "#if FETCH_TEXELS\n\
          uniform utextureBuffer {name};\n\
          uvec4 {name}_words(uint index) {{ return texelFetch({name}, int(index)); }}\n\
-         #else\n{}\
+         #else\n{array}\
          uvec4 {name}_words(uint index) {{ return {name}.at[index]; }}\n\
-         #endif\n",
-        array(name, "uvec4")
+         #endif\n"
     )
 }
 
@@ -372,14 +403,12 @@ impl SceneBuffers {
 /// Whether [`Fetch`] decides how a buffer is read.
 #[cfg(headwater)]
 pub fn is_fetched(name: &str) -> bool {
-    BUFFERS
-        .iter()
-        .any(|b| b.name == name && b.elements.are_words())
+    (BUFFERS.iter().chain(LIGHT_BVH_BUFFERS)).any(|b| b.name == name && b.elements.are_words())
 }
 
 /// How a buffer is used by shaders of a variant.
 #[cfg(headwater)]
-fn usage(name: &str, variant: Variant) -> Usage {
+pub fn usage(name: &str, variant: Variant) -> Usage {
     Usage {
         texels: is_fetched(name) && variant.fetch == Fetch::Texels,
         acceleration_input: name == "positions" && variant.tracer == Tracer::RayQuery,

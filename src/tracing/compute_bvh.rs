@@ -1,10 +1,12 @@
 //! Trees for the BVH traversed in compute: one for each mesh, one over the instances, as one array
 //! of eight-wide compressed nodes with absolute indices.
 
+use crate::layouts::NONE;
 use glam::Vec3;
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::builder::build_bvh2;
 use obvhs::bvh2::node::Bvh2Node;
 use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::builder::{build_cwbvh, build_cwbvh_from_tris};
@@ -130,6 +132,56 @@ impl Tree {
             ..*node
         })
     }
+}
+
+/// A node of a binary tree whose nodes are in depth-first order: an inner node's first child follows it.
+#[derive(Clone, Copy, Debug)]
+pub struct BinaryNode {
+    /// The smallest coordinates of its box.
+    pub low: Vec3,
+    /// The largest.
+    pub high: Vec3,
+    /// The index of the node after its last descendant: of a first child, its sibling.
+    pub next: u32,
+    /// Of a leaf the index of its only primitive; else NONE.
+    pub primitive: u32,
+}
+
+/// A binary tree over boxes (min, max), in depth-first order; empty without any.
+pub fn binary_tree(boxes: &[(Vec3, Vec3)]) -> Vec<BinaryNode> {
+    if boxes.is_empty() {
+        return Vec::new();
+    }
+    let boxes: Vec<Aabb> = boxes
+        .iter()
+        .map(|(min, max)| Aabb::new((*min).into(), (*max).into()))
+        .collect();
+    let built = build_bvh2(&boxes, INSTANCES, &mut Duration::default());
+    let mut nodes: Vec<BinaryNode> = Vec::with_capacity(built.nodes.len());
+    // Nodes to be visited, and nodes whose descendants all were.
+    let mut stack = vec![(0, NONE)];
+    while let Some((index, done)) = stack.pop() {
+        if done != NONE {
+            nodes[done as usize].next = nodes.len() as u32;
+            continue;
+        }
+        let node: &Bvh2Node = &built.nodes[index];
+        let place = nodes.len() as u32;
+        let mut primitive = NONE;
+        if node.is_leaf() {
+            primitive = built.primitive_indices[node.first_index as usize];
+        } else {
+            let first = node.first_index as usize;
+            stack.extend([(0, place), (first + 1, NONE), (first, NONE)]);
+        }
+        nodes.push(BinaryNode {
+            low: node.aabb.min.into(),
+            high: node.aabb.max.into(),
+            next: place + 1,
+            primitive,
+        });
+    }
+    nodes
 }
 
 /// Maximum nodes of a tree over `count` boxes: each node but a lone root has at least two children.

@@ -1,5 +1,6 @@
 //! A scene that moves, in two epochs: the buffers hold the current frame, followed by the previous frame.
 
+use super::lights::Lights;
 use super::pose::{ScenePose, ScenePoser};
 use crate::layouts::{
     GpuInstance, GpuLight, GpuLightChoice, GpuPreviousTransform, GpuPunctualLight,
@@ -146,6 +147,15 @@ impl MovingScene {
             advanced,
             new,
         }))
+    }
+
+    /// The lights of the current pose, and its time in seconds.
+    ///
+    /// # Errors
+    /// Posing the scene failed in another thread.
+    pub fn lights(&self) -> Result<(Lights, f64)> {
+        let now = &self.lock()?[0];
+        Ok((now.lights.clone(), now.time))
     }
 
     /// For each of the scene's instances, the transform of its points from the current to the previous frame.

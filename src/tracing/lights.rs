@@ -36,8 +36,26 @@ pub struct Lights {
     pub punctual: Vec<GpuPunctualLight>,
     /// The alias table over all: triangles, punctual lights, the environment.
     pub choices: Vec<GpuLightChoice>,
+    /// For each of them its power over π, in the device's units; distant lights count for at most as much as all others.
+    pub powers: Vec<f64>,
     /// Mean luminance of triangles and environment, weighted by their power; 0 without any.
     pub mean_luminance: f32,
+}
+
+impl Lights {
+    /// The share of directional lights and of the environment in the power of all, as the table has it.
+    pub fn distant_share(&self) -> f32 {
+        let triangles = self.triangles.len();
+        let is_distant = |index: &usize| {
+            let punctual = index.checked_sub(triangles);
+            punctual.is_some_and(|index| {
+                let light = self.punctual.get(index);
+                light.is_none_or(|light| light.kind == LIGHT_DIRECTIONAL)
+            })
+        };
+        let distant = (0..self.choices.len()).filter(is_distant);
+        distant.map(|index| self.choices[index].probability).sum()
+    }
 }
 
 impl LightSources {
@@ -103,13 +121,12 @@ impl LightSources {
                 ..gpu_light(light, &materials[light.material as usize], units)
             })
             .collect();
+        let choices = choices(&powers);
+        for power in &mut powers {
+            *power /= units.length * units.length * units.radiance;
+        }
         let environment = self.environment.zip(powers.last());
-        let environment = environment.map(|((_, mean), power)| {
-            (
-                power / (units.length * units.length * units.radiance),
-                mean / units.radiance,
-            )
-        });
+        let environment = environment.map(|((_, mean), power)| (*power, mean / units.radiance));
         Lights {
             mean_luminance: mean_luminance(&gpu_triangles, environment),
             triangles: gpu_triangles,
@@ -117,7 +134,8 @@ impl LightSources {
                 .iter()
                 .map(|light| gpu_punctual(light, units))
                 .collect(),
-            choices: choices(&powers),
+            choices,
+            powers,
         }
     }
 

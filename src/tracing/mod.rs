@@ -8,6 +8,7 @@ mod epochs;
 pub mod gather;
 pub mod geometry;
 pub mod images;
+pub mod light_bvh;
 pub mod lights;
 pub mod materials;
 mod pose;
@@ -16,6 +17,7 @@ pub mod scene;
 pub mod selection;
 pub mod shaders;
 pub mod sizes;
+mod surface_points;
 pub mod units;
 
 pub use crate::shader_variants::{Fetch, GeometryAccess, Textures, Tracer, Variant};

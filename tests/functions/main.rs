@@ -2,6 +2,7 @@
 
 mod directions;
 mod environment;
+mod light_bvh;
 mod lights;
 mod numbers;
 mod radiance;
@@ -18,6 +19,7 @@ use headwater::render::energy::albedo_table;
 use headwater::scene::Image;
 use headwater::tracing::buffers::SceneTable;
 use headwater::tracing::environment::EnvironmentTexels;
+use headwater::tracing::light_bvh::LightBvhContents;
 use headwater::tracing::lights::Lights;
 use headwater::tracing::shaders::sources;
 use headwater::tracing::{Fetch, GeometryAccess, Textures, Tracer, Variant};
@@ -42,6 +44,9 @@ pub struct Tables {
     environment: Buffer,
     environment_columns: Buffer,
     light_textures: Buffer,
+    light_nodes: Buffer,
+    node_lights: Buffer,
+    light_places: Buffer,
     textures: Buffer,
     texels: Buffer,
     srgb: Buffer,
@@ -67,6 +72,9 @@ impl Tables {
                 Resource::Read(&self.environment_columns),
             ),
             ("light_textures", Resource::Read(&self.light_textures)),
+            ("light_nodes", Resource::Read(&self.light_nodes)),
+            ("node_lights", Resource::Read(&self.node_lights)),
+            ("light_places", Resource::Read(&self.light_places)),
             ("textures", Resource::Read(&self.textures)),
             ("texels", Resource::Read(&self.texels)),
             ("srgb", Resource::Read(&self.srgb)),
@@ -93,6 +101,8 @@ pub struct Function<'a> {
     pub materials: &'a [GpuMaterial],
     /// The lights, and the table that selects among them.
     pub lights: Lights,
+    /// The light BVH.
+    pub light_bvh: LightBvhContents,
     /// The environment.
     pub environment: EnvironmentTexels,
     /// What `textures` holds.
@@ -194,6 +204,9 @@ impl Function<'_> {
                 bytemuck::cast_slice(&self.environment.columns),
             ),
             light_textures: buffer("light_textures", &[0; 32]),
+            light_nodes: buffer("light_nodes", bytemuck::cast_slice(&self.light_bvh.nodes)),
+            node_lights: buffer("node_lights", bytemuck::cast_slice(&self.light_bvh.lights)),
+            light_places: buffer("light_places", bytemuck::cast_slice(&self.light_bvh.places)),
             textures: buffer("textures", bytemuck::cast_slice(self.textures)),
             texels: buffer("texels", bytemuck::cast_slice(self.texels)),
             srgb: buffer("srgb", bytemuck::cast_slice(self.srgb)),

@@ -16,6 +16,8 @@ pub enum Candidates {
     Uniform,
     /// By area × luminance, with a uniform share.
     Power,
+    /// Lights that matter at the point that is lit, by a light BVH, and a share by power.
+    LightBvh,
 }
 
 /// Whose reservoirs a pixel merges with its own.

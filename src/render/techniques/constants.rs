@@ -2,7 +2,9 @@
 
 use crate::layouts::{RestirConstants, ReuseConstants, ViewConstants};
 use crate::render::scene_bindings::SceneBindings;
-use crate::render::settings::{Candidates, Resampling, Search, Settings};
+use crate::render::settings::{
+    Candidates, Far, LightBvhSettings, LightChoice, Resampling, Rest, Search, Settings,
+};
 use glam::Vec2;
 
 /// The constants that do not change from frame to frame, for buffers with `slots` places for pixels.
@@ -31,18 +33,34 @@ pub fn of_frame(
         },
         more_bsdf_samples: direct.more_bsdf_samples,
         mean_light_luminance: bindings.scene.mean_light_luminance,
+        light_node_count: bindings.light_node_count(),
+        light_bvh_joins: (settings.light_bvh.far == Far::Joined).into(),
+        light_bvh_uniform: (settings.light_bvh.choice == LightChoice::Uniform).into(),
         reuse: ReuseConstants::default(),
     }
 }
 
-impl From<&Resampling> for ReuseConstants {
-    fn from(resampling: &Resampling) -> Self {
+impl ReuseConstants {
+    /// The constants for one kind of light. `distant_share` is the share of distant lights in the power of all.
+    pub fn new(resampling: &Resampling, light_bvh: &LightBvhSettings, distant_share: f32) -> Self {
         let Resampling {
             spatial, similar, ..
         } = resampling;
+        let draws_near = resampling.candidates == Candidates::LightBvh;
+        let (near_samples, near_share) = match draws_near {
+            true => near_samples(resampling.light_samples, light_bvh, distant_share),
+            false => (0, 0.0),
+        };
+        let is_uniform = match resampling.candidates {
+            Candidates::Uniform => true,
+            Candidates::LightBvh => light_bvh.rest == Rest::Uniform,
+            Candidates::Power | Candidates::Auto => false,
+        };
         Self {
-            uniform_candidates: u32::from(resampling.candidates == Candidates::Uniform),
+            uniform_candidates: is_uniform.into(),
             light_samples: resampling.light_samples,
+            near_samples,
+            near_share,
             temporal_confidence_cap: resampling.temporal.confidence_cap as f32,
             spatial_confidence_cap: spatial.confidence_cap as f32,
             spatial_passes: if resampling.reuse.is_spatial() {
@@ -58,6 +76,19 @@ impl From<&Resampling> for ReuseConstants {
             min_normal_cosine: similar.normal.to_radians().cos(),
             depth_tolerance: similar.depth,
             same_material: similar.material.into(),
+        }
+    }
+}
+
+/// How many of `count` light samples are drawn from the light BVH, and their share. Distant lights, which it does not know,
+/// keep their share of the others.
+fn near_samples(count: u32, settings: &LightBvhSettings, distant_share: f32) -> (u32, f32) {
+    let rest = settings.uniform_share + (1.0 - settings.uniform_share) * distant_share;
+    match count {
+        1 => (1, 1.0 - rest),
+        _ => {
+            let rest = ((rest * count as f32).round() as u32).clamp(1, count);
+            (count - rest, (count - rest) as f32 / count as f32)
         }
     }
 }

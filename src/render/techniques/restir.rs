@@ -8,7 +8,7 @@ use super::reuse::{FrameInputs, Reuse};
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
 use crate::layouts::{
     GpuCamera, INDIRECT_COMPACT_WORDS, NONE, PILOT_WORDS, PixelSums, ReservoirAov, RestirConstants,
-    SampleData, TILE, ViewConstants,
+    ReuseConstants, SampleData, TILE, ViewConstants,
 };
 use crate::render::Tracking;
 use crate::render::counters::{Counters, Counts};
@@ -177,12 +177,17 @@ impl Restir {
                 pass("pilots", direct)
             })
             .transpose()?;
+        let distant_share = bindings.scene.first_lights().distant_share();
+        let for_shaders = |resampling: &Resampling| {
+            ReuseConstants::new(resampling, &settings.light_bvh, distant_share)
+        };
         let reuse = |kind: Kind, resampling: Resampling, bytes: u64| {
             let special = specialisation.with_resampling(&resampling);
             let initial = pass(kind.passes().initial, special)?;
             let shares = kind.is_shared(settings);
             let make = |name: &str| pass(name, special);
-            let reuse = Reuse::new(device, kind, resampling, shares, bytes, make)?;
+            let constants = for_shaders(&resampling);
+            let reuse = Reuse::new(device, kind, resampling, constants, shares, bytes, make)?;
             Ok::<_, Error>((initial, reuse))
         };
         let direct = has_direct.then(|| {
@@ -228,7 +233,7 @@ impl Restir {
             sums: Vec::new(),
             constants: RestirConstants {
                 // The pilots are drawn as candidates of direct light are.
-                reuse: (&settings.direct.resampling).into(),
+                reuse: for_shaders(&settings.direct.resampling),
                 ..constants::of_frame(view, bindings, settings, sizes.slots as u32, jitter)
             },
             specialisation,

@@ -3,7 +3,7 @@
 use crate::Result;
 use crate::choices::Visibility;
 use crate::gpu::{Buffer, ComputePass, Device, Recording, Usage};
-use crate::layouts::{RestirConstants, SpatialStep};
+use crate::layouts::{RestirConstants, ReuseConstants, SpatialStep};
 use crate::render::history::History;
 use crate::render::kind::Kind;
 use crate::render::passes::{Shade, Spatial, Temporal};
@@ -32,6 +32,8 @@ pub struct FrameInputs<'a> {
 pub struct Reuse {
     /// How the light is resampled.
     pub resampling: Resampling,
+    /// The same for shaders.
+    reuse: ReuseConstants,
     temporal: Option<ComputePass>,
     spatial: Option<ComputePass>,
     /// `None` where the last merge adds the light.
@@ -54,6 +56,7 @@ impl Reuse {
         device: &Arc<Device>,
         kind: Kind,
         resampling: Resampling,
+        reuse: ReuseConstants,
         shares: bool,
         reservoir_bytes: u64,
         pass: impl Fn(&str) -> Result<ComputePass>,
@@ -84,6 +87,7 @@ impl Reuse {
             restir: Buffer::new(device, "restir", bytes, uniform)?,
             reservoirs: History::new(reservoirs),
             resampling,
+            reuse,
         })
     }
 
@@ -91,7 +95,7 @@ impl Reuse {
     pub fn begin_frame(&mut self, constants: &RestirConstants) -> Result<()> {
         self.reservoirs.advance();
         self.constants = RestirConstants {
-            reuse: (&self.resampling).into(),
+            reuse: self.reuse,
             ..*constants
         };
         self.restir.write(&[self.constants])

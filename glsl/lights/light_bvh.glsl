@@ -1,0 +1,184 @@
+#pragma once
+// The light BVH (src/tracing/light_bvh). A walk finds the nodes whose lights matter at a receiver, always in the same order, so
+// that nothing has to be remembered between one walk and the next.
+#include "core/random.glsl"
+#include "core/math.glsl"
+#include "light_bvh_buffers.glsl"
+#include "restir/frame.glsl"
+#include "scene/domain.glsl"
+
+// A point that receives light, as candidate sources see it.
+struct Receiver {
+    vec3 position;
+    vec3 normal;
+    // Unit, towards the viewer, and its cosine to the normal.
+    vec3 outgoing;
+    float outgoing_cosine;
+    // Luminance of the diffuse lobe over π, and of the specular lobe at normal and at grazing incidence; the latter's squared
+    // GGX width.
+    float diffuse;
+    float specular;
+    float specular_grazing;
+    float alpha_squared;
+    // The sum of what the nodes that are found are expected to contribute.
+    float expected;
+    // A second walk, which draws lights: where it goes on, the sum over the nodes found so far, and the last of these that may
+    // be drawn, with what it is expected to contribute.
+    uint next;
+    float passed;
+    uint found;
+    float own;
+};
+
+// A receiver that draws from no node.
+Receiver distant_receiver() {
+    Receiver receiver;
+    receiver.expected = 0.0;
+    return receiver;
+}
+
+bool is_leaf(uint index, GpuLightNode node) { return node.next == index + 1u; }
+
+bool holds(GpuLightNode node, vec3 point) {
+    return all(greaterThanEqual(point, node.low)) && all(lessThanEqual(point, node.high));
+}
+
+// Whether a walk that looks at a node finds it.
+bool finds(uint index, GpuLightNode node, bool inside) {
+    return restir.at.light_bvh_joins != 0u ? !inside || is_leaf(index, node) : inside && is_leaf(index, node);
+}
+
+// What the lights of a node are expected to contribute to a receiver, without visibility, in arbitrary units; where lights are
+// drawn uniformly, their number. Cosines and lobes are widened by the angle under which the receiver sees the node, since parts
+// of it may be where its centre is not.
+float expected_contribution(GpuLightNode node, Receiver receiver) {
+    if (restir.at.light_bvh_uniform != 0u) return node.weight;
+    vec3 offset = node.center - receiver.position;
+    float near = max(max(dot(offset, offset), square(node.size)), TINY);
+    float inverse = inversesqrt(near);
+    vec3 direction = offset * inverse;
+    float size = node.size * inverse;
+    float cosine = dot(receiver.normal, direction);
+    float arriving = min(cosine + size, 1.0);
+    if (arriving <= 0.0) return 0.0;
+    // Of lights that face into all directions, a quarter of the area is seen.
+    float leaving = clamp(size * node.facing - dot(node.normal, direction), 0.0, 1.0) + 0.25 * (1.0 - node.facing);
+    float reflected = receiver.diffuse;
+    if (HAS_SPECULAR && receiver.specular > 0.0) {
+        // Squares of the cosines of the half vector: to either direction, and to the normal.
+        float between = max(0.5 + 0.5 * dot(receiver.outgoing, direction), TINY);
+        float across = min(square(receiver.outgoing_cosine + cosine) / (4.0 * between), 1.0);
+        float a2 = min(receiver.alpha_squared + 0.25 * square(size), 1.0);
+        float m = 1.0 - sqrt(between), m2 = m * m;
+        float fresnel = mix(receiver.specular, receiver.specular_grazing, m2 * m2 * m);
+        // GGX with the visibility term of Kelemen and Szirmay-Kalos.
+        reflected += fresnel * a2 / (4.0 * PI * between * square(across * (a2 - 1.0) + 1.0));
+    }
+    return node.weight * reflected * arriving * leaving * square(inverse);
+}
+
+// The next node that a walk finds, or NONE.
+uint find_next(inout uint next, vec3 point) {
+    while (next < restir.at.light_node_count) {
+        uint index = next;
+        GpuLightNode node = load_light_nodes(index);
+        bool inside = holds(node, point);
+        next = inside ? index + 1u : node.next;
+        if (finds(index, node, inside)) return index;
+    }
+    return NONE;
+}
+
+// The first walk: what all nodes that are found are expected to contribute.
+float expected_of_all(Receiver receiver) {
+    float sum = 0.0;
+    uint next = 0u;
+    while (true) {
+        uint found = find_next(next, receiver.position);
+        if (found == NONE) return sum;
+        sum += expected_contribution(load_light_nodes(found), receiver);
+    }
+}
+
+// The receiver at a shading point.
+Receiver receiver_at(Domain domain) {
+    Receiver receiver = distant_receiver();
+    if (!LIGHT_BVH) return receiver;
+    receiver.position = domain.position;
+    receiver.normal = domain.shading_normal;
+    receiver.outgoing = to_world(domain, domain.outgoing);
+    receiver.outgoing_cosine = domain.outgoing.z;
+    receiver.diffuse = luminance(domain.bsdf.diffuse) * (diffuse_share(domain.bsdf, domain.outgoing.z) / PI);
+    receiver.specular = luminance(specular_fresnel(domain.bsdf, 1.0));
+    receiver.specular_grazing = luminance(specular_fresnel(domain.bsdf, 0.0));
+    receiver.alpha_squared = square(domain.bsdf.alpha);
+    receiver.next = 0u;
+    receiver.passed = 0.0;
+    receiver.found = NONE;
+    receiver.expected = expected_of_all(receiver);
+    return receiver;
+}
+
+// The number of integers that select a light of a node.
+uint integers_of(GpuLightNode node, out uint first) {
+    first = load_node_lights(node.first).before;
+    return load_node_lights(node.first + node.count).before - first;
+}
+
+// Draws a light from the nodes that the receiver finds, of which there are some, by what they are expected to contribute: number
+// `number` of `count`. Numbers must ascend, since the walk only goes on. Also returns the probability, in the mean over the
+// numbers.
+uint draw_near_light(inout Receiver receiver, uint number, uint count, uvec2 bits, out float probability) {
+    float wanted = (float(number) + to_unit(bits.x)) / float(count) * receiver.expected;
+    while (receiver.passed <= wanted) {
+        uint found = find_next(receiver.next, receiver.position);
+        // After all of them, if the sum was rounded up.
+        if (found == NONE) break;
+        float own = expected_contribution(load_light_nodes(found), receiver);
+        if (own > 0.0) {
+            receiver.found = found;
+            receiver.own = own;
+        }
+        receiver.passed += own;
+    }
+    GpuLightNode node = load_light_nodes(receiver.found);
+    uint first, high, unused;
+    uint integers = integers_of(node, first);
+    umulExtended(bits.y, integers, high, unused);
+    uint wanted_integer = first + high;
+    // The last light that begins at or before it.
+    uint low = node.first, end = node.first + node.count;
+    while (end - low > 1u) {
+        uint middle = (low + end) >> 1u;
+        if (load_node_lights(middle).before <= wanted_integer) low = middle;
+        else end = middle;
+    }
+    GpuNodeLight light = load_node_lights(low);
+    uint own_integers = load_node_lights(low + 1u).before - light.before;
+    probability = receiver.own / receiver.expected * (float(own_integers) / float(integers));
+    return light.light;
+}
+
+// The probability with which a draw selects a light, in the mean over the numbers of draws.
+float near_light_probability(Receiver receiver, uint light) {
+    GpuLightPlace place = load_light_places(light);
+    if (place.leaf == NONE) return 0.0;
+    // Down from the root to the node that is found, of which the light's leaf is a descendant.
+    uint index = restir.at.light_bvh_joins != 0u ? 0u : place.leaf;
+    GpuLightNode node = load_light_nodes(index);
+    bool inside = holds(node, receiver.position);
+    while (inside && index != place.leaf) {
+        index += 1u;
+        node = load_light_nodes(index);
+        if (place.leaf >= node.next) {
+            index = node.next;
+            node = load_light_nodes(index);
+        }
+        inside = holds(node, receiver.position);
+    }
+    if (!finds(index, node, inside)) return 0.0;
+    uint first;
+    float integers = float(integers_of(node, first));
+    uint own_integers = load_node_lights(place.place + 1u).before - load_node_lights(place.place).before;
+    return expected_contribution(node, receiver) / receiver.expected * (float(own_integers) / integers);
+}

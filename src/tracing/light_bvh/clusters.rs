@@ -1,0 +1,145 @@
+//! Lights that are close to each other are one: how emissive triangles are joined to clusters.
+//!
+//! A tree is built over the lights by joining the nearest boxes first, and cut where a node's lights fill its box: where
+//! their area is a good part of the square of its diagonal. So the triangles of one lamp are one cluster, however finely
+//! it is tessellated, while the windows of a house, with wall between them, stay apart. No length is compared with a
+//! constant, so a scene has the same clusters at any scale.
+
+use super::NearLight;
+use crate::layouts::NONE;
+use crate::tracing::compute_bvh::{BinaryNode, binary_tree};
+use glam::Vec3;
+
+/// The area of a cluster's lights is at least this share of its squared diagonal: .5 for a square, .25 for a rectangle of
+/// 1 to 3.7, 1.05 for a sphere.
+const FILLED: f64 = 0.25;
+/// The diagonal of a cluster with several lights is at most this share of that of all lights: what fills the scene, such as
+/// a floor that glows, is not one light.
+const LARGEST: f32 = 1.0 / 64.0;
+
+/// Partitions lights into clusters: indices into `lights`, ordered by cluster, and the number of lights of each.
+pub fn clusters(lights: &[NearLight]) -> (Vec<u32>, Vec<u32>) {
+    let mut order = Vec::with_capacity(lights.len());
+    let mut counts = Vec::new();
+    if lights.is_empty() {
+        return (order, counts);
+    }
+    let boxes: Vec<(Vec3, Vec3)> = lights.iter().map(|light| (light.low, light.high)).collect();
+    let tree = binary_tree(&boxes);
+    let mut areas = vec![0.0; tree.len()];
+    for (index, node) in tree.iter().enumerate().rev() {
+        areas[index] = match node.primitive {
+            NONE => {
+                let left = index + 1;
+                areas[left] + areas[tree[left].next as usize]
+            }
+            light => lights[light as usize].area,
+        };
+    }
+    let diagonal = |node: &BinaryNode| (node.high - node.low).length();
+    let largest = LARGEST * diagonal(&tree[0]);
+    let is_cluster = |node: &BinaryNode, area: f64| {
+        let size = diagonal(node);
+        // Points that coincide are one light too.
+        size == 0.0 || (size <= largest && area >= FILLED * f64::from(size).powi(2))
+    };
+    let mut index = 0;
+    while let Some(node) = tree.get(index) {
+        if node.primitive == NONE && !is_cluster(node, areas[index]) {
+            index += 1;
+            continue;
+        }
+        let next = node.next as usize;
+        let leaves = tree[index..next].iter().map(|node| node.primitive);
+        let first = order.len();
+        order.extend(leaves.filter(|light| *light != NONE));
+        counts.push((order.len() - first) as u32);
+        index = next;
+    }
+    (order, counts)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A square of `side` × `side` cells, two triangles each, with one corner at `at`.
+    fn square(at: Vec3, size: f32, side: usize) -> Vec<NearLight> {
+        let step = size / side as f32;
+        let mut lights = Vec::new();
+        for cell in 0..side * side {
+            let corner = at + Vec3::new((cell % side) as f32, (cell / side) as f32, 0.0) * step;
+            for _ in 0..2 {
+                lights.push(NearLight {
+                    index: 0,
+                    low: corner,
+                    high: corner + Vec3::new(step, step, 0.0),
+                    normal: Vec3::Z,
+                    power: 1.0,
+                    area: 0.5 * f64::from(step * step),
+                });
+            }
+        }
+        lights
+    }
+
+    /// The largest number of clusters that a window is cut into, and whether some cluster holds parts of two windows.
+    fn windows(side: usize, scale: f32) -> (usize, bool) {
+        let mut lights = Vec::new();
+        for window in 0..100 {
+            let at = Vec3::new((window % 10) as f32 * 2.5, (window / 10) as f32 * 3.0, 0.0);
+            lights.extend(square(at * scale, 1.5 * scale, side));
+        }
+        let (order, counts) = clusters(&lights);
+        assert_eq!(order.len(), lights.len());
+        let each = 2 * side * side;
+        let (mut pieces, mut mixed, mut first) = (vec![0; 100], false, 0);
+        for count in counts {
+            let members = &order[first..first + count as usize];
+            first += count as usize;
+            let window = members[0] as usize / each;
+            mixed |= members
+                .iter()
+                .any(|member| *member as usize / each != window);
+            pieces[window] += 1;
+        }
+        assert_eq!(first, order.len());
+        (pieces.into_iter().max().unwrap(), mixed)
+    }
+
+    #[test]
+    fn a_window_is_one_cluster_however_it_is_tessellated_and_at_any_scale() {
+        for side in [1, 4, 16] {
+            for scale in [1.0, 1e-6, 1e9] {
+                assert_eq!(windows(side, scale), (1, false), "{side}, {scale}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_fills_the_scene_is_many_clusters() {
+        let (_, counts) = clusters(&square(Vec3::ZERO, 100.0, 256));
+        assert!(counts.len() > 1000, "{}", counts.len());
+        assert!(*counts.iter().max().unwrap() < 400);
+    }
+
+    #[test]
+    fn points_that_coincide_are_one_light() {
+        let mut lights = square(Vec3::ZERO, 1.0, 1);
+        for light in &mut lights {
+            (light.high, light.area) = (light.low, 0.0);
+        }
+        let far = NearLight {
+            low: Vec3::X,
+            high: Vec3::X,
+            ..lights[0]
+        };
+        lights = [vec![lights[0]; 1000], vec![far]].concat();
+        let (order, counts) = clusters(&lights);
+        assert_eq!(order.len(), 1001);
+        let mut counts = counts;
+        counts.sort_unstable();
+        assert_eq!(counts, [1, 1000]);
+        assert_eq!(clusters(&[]).1.len(), 0);
+    }
+}

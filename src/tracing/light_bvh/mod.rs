@@ -1,0 +1,380 @@
+//! The light BVH: which lights matter at a point (Gardishyan, "A Better Light Candidate Generation Algorithm for ReSTIR
+//! Ray Tracing Using an Acceleration Structure to Identify Relevant Lights", 2025).
+//!
+//! Lights that are close to each other form a cluster, and a tree is built over the clusters. A walk through it finds those
+//! that matter at a point, in one of two ways:
+//!
+//! - *Boxes of influence*, as published: each cluster has a box, the one around its lights enlarged by a radius of `scale` ·
+//!   √power, at whose distance its irradiance falls to about 1 / `scale`². Clusters whose boxes hold the point are found.
+//! - *A cut*: the box of a node is the one around its lights, enlarged by `scale` times its size. Where it holds the point,
+//!   its children are looked at one by one; elsewhere it is so far away that its lights are found as one. Every light is in
+//!   the cut at every point, near ones by themselves and far ones in company.
+//!
+//! Directional lights and the environment are not in the tree. The tree and the clusters are made once; where lights move or
+//! change, the boxes follow.
+
+mod clusters;
+mod scale;
+
+use super::compute_bvh::binary_tree;
+use super::lights::Lights;
+use crate::layouts::{
+    GpuLightNode, GpuLightPlace, GpuNodeLight, LIGHT_DIRECTIONAL, LIGHT_SPOT, NONE,
+};
+use glam::{DVec3, Vec3};
+
+/// How a light BVH is built.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightBvhOptions {
+    /// The scale of boxes; `None`: what fits.
+    pub scale: Option<f32>,
+    /// Whether points find a cut; otherwise the clusters whose boxes of influence hold them.
+    pub cut: bool,
+    /// Whether lights that are close to each other form clusters; otherwise each is one.
+    pub clusters: bool,
+    /// Whether the lights of a node are drawn by their power; otherwise uniformly.
+    pub by_power: bool,
+}
+
+/// A light that is somewhere, in the device's units.
+#[derive(Clone, Copy, Debug)]
+pub struct NearLight {
+    /// Its index among the lights of all kinds.
+    pub index: u32,
+    /// The smallest coordinates.
+    pub low: Vec3,
+    /// The largest.
+    pub high: Vec3,
+    /// The direction into which it emits; zero if into all, or to both sides.
+    pub normal: Vec3,
+    /// Area × luminance, as [`crate::scene::lights::power`] has it.
+    pub power: f64,
+    /// Area; 0 for a punctual light.
+    pub area: f64,
+}
+
+impl NearLight {
+    /// Those among a scene's lights, in the order of their indices.
+    fn of(lights: &Lights) -> Vec<Self> {
+        let triangles = lights.triangles.iter().map(|light| {
+            let corners = [
+                light.corner,
+                light.corner + light.edge1,
+                light.corner + light.edge2,
+            ];
+            let normal = match light.double_sided {
+                0 => light.normal,
+                _ => Vec3::ZERO,
+            };
+            let low = corners[0].min(corners[1]).min(corners[2]);
+            let high = corners[0].max(corners[1]).max(corners[2]);
+            (low, high, normal, f64::from(light.area))
+        });
+        let punctual = lights.punctual.iter().map(|light| {
+            let normal = match light.kind {
+                LIGHT_SPOT => light.direction,
+                _ => Vec3::ZERO,
+            };
+            (light.position, light.position, normal, 0.0)
+        });
+        let all = triangles.chain(punctual).zip(&lights.powers);
+        let near = |index: usize| {
+            let punctual = index.checked_sub(lights.triangles.len());
+            punctual.is_none_or(|index| lights.punctual[index].kind != LIGHT_DIRECTIONAL)
+        };
+        (all.enumerate())
+            .filter(|(index, _)| near(*index))
+            .map(|(index, ((low, high, normal, area), power))| Self {
+                index: index as u32,
+                low,
+                high,
+                normal,
+                power: *power,
+                area,
+            })
+            .collect()
+    }
+}
+
+/// What shaders read of a light BVH, for lights at one time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LightBvhContents {
+    /// The tree, in depth-first order.
+    pub nodes: Vec<GpuLightNode>,
+    /// The lights of its leaves, in the same order, and one more that ends the last.
+    pub lights: Vec<GpuNodeLight>,
+    /// For lights of all kinds, by index, where they are in both.
+    pub places: Vec<GpuLightPlace>,
+}
+
+/// Clusters of a scene's lights, and a tree over them.
+pub struct LightBvh {
+    options: LightBvhOptions,
+    /// The factor of the boxes' sizes.
+    pub scale: f32,
+    /// Indices into the near lights, in the order of the tree's leaves.
+    order: Vec<u32>,
+    tree: Vec<Topology>,
+}
+
+/// A node without what changes with time.
+#[derive(Clone, Copy)]
+struct Topology {
+    /// The node after its last descendant.
+    next: u32,
+    is_leaf: bool,
+    /// Its lights in `order`.
+    first: u32,
+    count: u32,
+}
+
+/// The scale of a cut: a node is looked into up to this many times half its diagonal from it.
+const CUT_SCALE: f32 = 1.0;
+
+impl LightBvh {
+    /// Builds it for lights, and for points on surfaces, from which the scale of boxes of influence follows.
+    pub fn new(lights: &Lights, surfaces: &[Vec3], options: LightBvhOptions) -> Self {
+        let near = NearLight::of(lights);
+        let (order, counts) = match options.clusters {
+            true => clusters::clusters(&near),
+            false => ((0..near.len() as u32).collect(), vec![1; near.len()]),
+        };
+        let mut clusters = Vec::with_capacity(counts.len());
+        let mut rest = order.as_slice();
+        for count in counts {
+            let (cluster, others) = rest.split_at(count as usize);
+            clusters.push(cluster);
+            rest = others;
+        }
+        let made = |scale: f32| Self::with_scale(&near, &clusters, options, scale);
+        match (options.scale, options.cut) {
+            (Some(scale), _) => made(scale),
+            (None, true) => made(CUT_SCALE),
+            (None, false) => {
+                // The boxes decide the tree, and the tree the time it takes to find the scale.
+                let scale = scale::fitting(&mut made(1.0), &near, surfaces);
+                made(scale)
+            }
+        }
+    }
+
+    fn with_scale(
+        near: &[NearLight],
+        clusters: &[&[u32]],
+        options: LightBvhOptions,
+        scale: f32,
+    ) -> Self {
+        let boxes: Vec<(Vec3, Vec3)> = (clusters.iter())
+            .map(|cluster| {
+                let sum = LightSum::of(cluster.iter().map(|light| &near[*light as usize]));
+                match options.cut {
+                    true => (sum.low, sum.high),
+                    false => sum.influence(scale),
+                }
+            })
+            .map(|(low, high)| {
+                if low.x > high.x {
+                    (Vec3::ZERO, Vec3::ZERO)
+                } else {
+                    (low, high)
+                }
+            })
+            .collect();
+        let nodes = binary_tree(&boxes);
+        let mut order = Vec::with_capacity(near.len());
+        let mut tree: Vec<Topology> = (nodes.iter())
+            .map(|node| {
+                let first = order.len() as u32;
+                if node.primitive != NONE {
+                    order.extend(clusters[node.primitive as usize]);
+                }
+                Topology {
+                    next: node.next,
+                    is_leaf: node.primitive != NONE,
+                    first,
+                    count: order.len() as u32 - first,
+                }
+            })
+            .collect();
+        for index in (0..tree.len()).rev() {
+            if !tree[index].is_leaf {
+                let left = tree[index + 1];
+                tree[index].count = left.count + tree[left.next as usize].count;
+            }
+        }
+        Self {
+            options,
+            scale,
+            order,
+            tree,
+        }
+    }
+
+    /// Number of clusters.
+    pub fn cluster_count(&self) -> usize {
+        self.tree.iter().filter(|node| node.is_leaf).count()
+    }
+
+    /// What shaders read, for the lights at any time.
+    pub fn contents(&self, lights: &Lights) -> LightBvhContents {
+        let near = NearLight::of(lights);
+        let nodes = self.nodes(&near);
+        let weights = self.order.iter().map(|light| match self.options.by_power {
+            true => near[*light as usize].power,
+            false => 1.0,
+        });
+        let bounds = integer_sums(&weights.collect::<Vec<_>>());
+        let nowhere = GpuLightPlace {
+            leaf: NONE,
+            ..Default::default()
+        };
+        let mut places = vec![nowhere; lights.choices.len()];
+        for (leaf, node) in self
+            .tree
+            .iter()
+            .enumerate()
+            .filter(|(_, node)| node.is_leaf)
+        {
+            for place in node.first..node.first + node.count {
+                let light = near[self.order[place as usize] as usize].index;
+                places[light as usize] = GpuLightPlace {
+                    leaf: leaf as u32,
+                    place,
+                    ..Default::default()
+                };
+            }
+        }
+        let lights = self.order.iter().map(|light| near[*light as usize].index);
+        let lights = lights.chain([NONE]).zip(bounds);
+        LightBvhContents {
+            nodes,
+            lights: lights
+                .map(|(light, before)| GpuNodeLight {
+                    light,
+                    before,
+                    ..Default::default()
+                })
+                .collect(),
+            places,
+        }
+    }
+
+    /// The tree, with boxes for lights at any time.
+    fn nodes(&self, near: &[NearLight]) -> Vec<GpuLightNode> {
+        let mut sums = vec![LightSum::NOTHING; self.tree.len()];
+        let mut nodes = vec![GpuLightNode::default(); self.tree.len()];
+        // Children come after their parents.
+        for (index, node) in self.tree.iter().enumerate().rev() {
+            let children = (!node.is_leaf).then(|| [index + 1, self.tree[index + 1].next as usize]);
+            let sum = match children {
+                Some([left, right]) => sums[left].and(&sums[right]),
+                None => {
+                    let own = &self.order[node.first as usize..][..node.count as usize];
+                    LightSum::of(own.iter().map(|light| &near[*light as usize]))
+                }
+            };
+            let (low, high) = match (self.options.cut, children) {
+                (true, _) => sum.surroundings(self.scale),
+                (false, None) => sum.influence(self.scale),
+                (false, Some([left, right])) => (
+                    nodes[left].low.min(nodes[right].low),
+                    nodes[left].high.max(nodes[right].high),
+                ),
+            };
+            let normal = match sum.power > 0.0 {
+                true => (sum.normal / sum.power).as_vec3(),
+                false => Vec3::ZERO,
+            };
+            nodes[index] = GpuLightNode {
+                low,
+                next: node.next,
+                high,
+                first: node.first,
+                center: 0.5 * (sum.low + sum.high),
+                weight: match self.options.by_power {
+                    true => sum.power as f32,
+                    false => node.count as f32,
+                },
+                normal,
+                size: 0.5 * (sum.high - sum.low).length(),
+                count: node.count,
+                facing: normal.length().min(1.0),
+                ..Default::default()
+            };
+            sums[index] = sum;
+        }
+        nodes
+    }
+}
+
+/// The sums of all weights before each, and of all, as integers of which the last is below 2³² and each is above the one
+/// before.
+fn integer_sums(weights: &[f64]) -> Vec<u32> {
+    let total: f64 = weights.iter().sum();
+    let room = f64::from(u32::MAX) - 1.0 - weights.len() as f64;
+    let (mut sum, mut index) = (0.0, 0.0);
+    let mut sums = vec![0];
+    for weight in weights {
+        sum += if total > 0.0 { weight / total } else { 0.0 };
+        index += 1.0;
+        sums.push((sum.min(1.0) * room + index) as u32);
+    }
+    sums
+}
+
+/// A box that holds no point.
+const NOWHERE: (Vec3, Vec3) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+
+/// What some lights add up to.
+#[derive(Clone, Copy)]
+struct LightSum {
+    low: Vec3,
+    high: Vec3,
+    power: f64,
+    /// The sum of normals, weighted by power.
+    normal: DVec3,
+}
+
+impl LightSum {
+    const NOTHING: Self = Self {
+        low: NOWHERE.0,
+        high: NOWHERE.1,
+        power: 0.0,
+        normal: DVec3::ZERO,
+    };
+
+    fn of<'a>(lights: impl Iterator<Item = &'a NearLight>) -> Self {
+        lights.fold(Self::NOTHING, |sum, light| {
+            sum.and(&Self {
+                low: light.low,
+                high: light.high,
+                power: light.power,
+                normal: light.power * light.normal.as_dvec3(),
+            })
+        })
+    }
+
+    fn and(&self, other: &Self) -> Self {
+        Self {
+            low: self.low.min(other.low),
+            high: self.high.max(other.high),
+            power: self.power + other.power,
+            normal: self.normal + other.normal,
+        }
+    }
+
+    /// The box of influence; without power there is none.
+    fn influence(&self, scale: f32) -> (Vec3, Vec3) {
+        if self.power == 0.0 {
+            return NOWHERE;
+        }
+        let radius = Vec3::splat(scale * self.power.sqrt() as f32);
+        (self.low - radius, self.high + radius)
+    }
+
+    /// The box from which the lights are looked at one by one.
+    fn surroundings(&self, scale: f32) -> (Vec3, Vec3) {
+        let radius = Vec3::splat(scale * 0.5 * (self.high - self.low).length());
+        (self.low - radius, self.high + radius)
+    }
+}

@@ -1,0 +1,53 @@
+//! The scale of the boxes of influence, from the number of boxes that hold points on surfaces.
+
+use super::{LightBvh, NearLight};
+use crate::layouts::GpuLightNode;
+use glam::Vec3;
+
+/// The number of boxes that hold a point on a surface, in the mean over points that some box holds. More: better
+/// candidates where many lights matter, and longer walks through the tree.
+const OVERLAP: f64 = 8.0;
+
+/// The scale with which [`OVERLAP`] is met: the first that is not below it, by steps of a quarter.
+pub fn fitting(bvh: &mut LightBvh, lights: &[NearLight], surfaces: &[Vec3]) -> f32 {
+    // With fewer clusters than that, boxes that hold everything are as good as any.
+    let wanted = OVERLAP.min(0.75 * bvh.cluster_count() as f64);
+    let mut overlap = |scale: f32| {
+        bvh.scale = scale;
+        let nodes = bvh.nodes(lights);
+        let (mut held, mut boxes) = (0_u64, 0_u64);
+        for point in surfaces {
+            let before = boxes;
+            boxes += boxes_around(&nodes, *point);
+            held += u64::from(boxes > before);
+        }
+        boxes as f64 / held.max(1) as f64
+    };
+    // The exponent of two, in quarters. In the device's units, scenes have sizes and radiances around 1.
+    let (mut low, mut high) = (-120_i32, 120_i32);
+    while high - low > 1 {
+        let middle = (low + high) / 2;
+        if overlap(scale_of(middle)) < wanted {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    scale_of(high)
+}
+
+/// The number of leaves whose boxes hold a point.
+fn boxes_around(nodes: &[GpuLightNode], point: Vec3) -> u64 {
+    let (mut index, mut count) = (0, 0);
+    while let Some(node) = nodes.get(index) {
+        let holds = point.cmpge(node.low).all() && point.cmple(node.high).all();
+        let is_leaf = node.next as usize == index + 1;
+        count += u64::from(holds && is_leaf);
+        index = if holds { index + 1 } else { node.next as usize };
+    }
+    count
+}
+
+fn scale_of(quarters: i32) -> f32 {
+    2.0_f32.powf(quarters as f32 / 4.0)
+}
