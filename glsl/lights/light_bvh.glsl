@@ -165,18 +165,18 @@ float near_light_probability(Receiver receiver, uint light) {
     if (place.leaf == NONE) return 0.0;
     // Down from the root to the node that is found, of which the light's leaf is a descendant.
     uint index = restir.at.light_bvh_joins != 0u ? 0u : place.leaf;
-    GpuLightNode node = load_light_nodes(index);
-    bool inside = holds(node, receiver.position);
-    while (inside && index != place.leaf) {
-        index += 1u;
-        node = load_light_nodes(index);
-        if (place.leaf >= node.next) {
-            index = node.next;
-            node = load_light_nodes(index);
-        }
-        inside = holds(node, receiver.position);
+    bool inside, found;
+    while (true) {
+        GpuLightNode here = load_light_nodes(index);
+        inside = holds(here, receiver.position);
+        found = finds(index, here, inside);
+        if (!inside || index == place.leaf) break;
+        uint sibling = load_light_nodes(index + 1u).next;
+        index = place.leaf >= sibling ? sibling : index + 1u;
     }
-    if (!finds(index, node, inside)) return 0.0;
+    if (!found) return 0.0;
+    // Loaded here, so that the loop does not load what only this needs.
+    GpuLightNode node = load_light_nodes(index);
     uint first;
     float integers = float(integers_of(node, first));
     uint own_integers = load_node_lights(place.place + 1u).before - load_node_lights(place.place).before;

@@ -9,6 +9,12 @@
 // Whether the candidates of a receiver come from the light BVH in part.
 bool has_near_lights(Receiver receiver) { return LIGHT_BVH && receiver.expected > 0.0; }
 
+// Whether number `index` of the receiver's light samples is drawn among near lights; of a single sample a coin decides.
+bool draws_near(Receiver receiver, uint index, uvec4 bits) {
+    return has_near_lights(receiver) && index < restir.at.reuse.near_samples
+        && (restir.at.reuse.light_samples > 1u || to_unit(pcg4d(bits).w) < restir.at.reuse.near_share);
+}
+
 // The mean probability with which the receiver's light samples select a light, given those of the sources.
 float mean_probability(Receiver receiver, float of_all, float of_near) {
     return has_near_lights(receiver) ? mix(of_all, of_near, restir.at.reuse.near_share) : of_all;
@@ -26,13 +32,19 @@ float light_sample_pdf_own_measure(Receiver receiver, LightPoint point, vec3 dir
     return pdf_own_measure(point, direction, mean_probability(receiver, probability_among_all(point), near));
 }
 
+// The sample at a point of a light that was selected among near lights with a probability, and its mean density.
+LightSample near_light_sample(Receiver receiver, uint light, float near, uvec4 bits, out float pdf) {
+    LightSample value = new_light_sample(draw_point(light, bits));
+    pdf = pdf_own_measure(value.point, value.position, mean_probability(receiver, probability_among_all(value.point), near));
+    return value;
+}
+
 // Draws a light and a point of it, for number `index` of the receiver's light samples, in ascending order. Also returns the
 // density as above.
 LightSample draw_light_sample(inout Receiver receiver, uint index, uvec4 bits, out float pdf) {
     uint light;
     float near = 0.0;
-    if (has_near_lights(receiver) && index < restir.at.reuse.near_samples
-        && (restir.at.reuse.light_samples > 1u || to_unit(pcg4d(bits).w) < restir.at.reuse.near_share)) {
+    if (draws_near(receiver, index, bits)) {
         // The words that are left are too few for a cluster, a light and a place on it.
         light = draw_near_light(receiver, index, restir.at.reuse.near_samples, pcg4d(bits).xy, near);
     } else {
@@ -41,10 +53,7 @@ LightSample draw_light_sample(inout Receiver receiver, uint index, uvec4 bits, o
         light = restir.at.reuse.uniform_candidates != 0u ? scale_to(bits.xy, count, unused) : pick_light(count, bits.xy);
         if (has_near_lights(receiver)) near = near_light_probability(receiver, light);
     }
-    LightSample value = new_light_sample(draw_point(light, bits));
-    float probability = mean_probability(receiver, probability_among_all(value.point), near);
-    pdf = pdf_own_measure(value.point, value.position, probability);
-    return value;
+    return near_light_sample(receiver, light, near, bits, pdf);
 }
 
 // The weight of a candidate: its target over the sum of the densities of all light and BSDF samples. `light_pdf` is the mean

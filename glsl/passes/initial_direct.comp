@@ -3,6 +3,7 @@
 // heuristic. One of them is selected by resampled importance sampling.
 #include "lights/sources.glsl"
 #include "restir/direct.glsl"
+#include "restir/light_lists.glsl"
 #include "restir/pilot.glsl"
 #include "restir/reservoir.glsl"
 #include "restir/sample_data.glsl"
@@ -11,6 +12,7 @@ layout(local_size_x = TILE * TILE) in;
 
 SAMPLE_DATA_BUFFER(sample_data, SampleDataBlock);
 layout(scalar) readonly buffer PilotsBlock { uint at[]; } pilots;
+layout(scalar) readonly buffer LightListsBlock { uint at[]; } light_lists;
 layout(scalar) writeonly buffer ReservoirsBlock { uint at[]; } reservoirs;
 layout(scalar) buffer ColorBlock { vec3 at[]; } color;
 
@@ -65,12 +67,30 @@ void main() {
         if (PILOTS) bsdf_samples += more_bsdf_samples(ivec2(pixel), domain.bsdf);
 
         Stream stream = empty_stream();
-        Receiver receiver = receiver_at(domain);
+        Receiver receiver;
+        uint list = 0u;
+        if (LIGHT_LISTS) {
+            Random turn = pass_random(pixel, STREAM_TILES);
+            list = list_word(tile_near(pixel, random_bits(turn).xy));
+            LOAD_RECEIVER(light_lists, list, receiver);
+        } else {
+            receiver = receiver_at(domain);
+        }
         for (uint i = 0u; i < light_samples; i += 1u) {
             uvec4 bits = random_bits(random);
             float choice = random_choice(random);
             float light_pdf;
-            LightSample value = draw_light_sample(receiver, i, bits, light_pdf);
+            LightSample value;
+            if (LIGHT_LISTS && draws_near(receiver, i, bits)) {
+                // One entry of each part of the list, which is in the order of the walk.
+                float part = (float(i) + to_unit(pcg4d(bits).x)) / float(restir.at.reuse.near_samples);
+                uint entry = list + LIST_RECEIVER_WORDS
+                    + 2u * min(uint(part * float(restir.at.light_list)), restir.at.light_list - 1u);
+                float near = uintBitsToFloat(light_lists.at[entry + 1u]);
+                value = near_light_sample(receiver, light_lists.at[entry], near, bits, light_pdf);
+            } else {
+                value = draw_light_sample(receiver, i, bits, light_pdf);
+            }
             if (add_candidate(stream, domain, value, light_pdf, i, choice, bsdf_samples)) reservoir.value = value;
         }
 

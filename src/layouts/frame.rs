@@ -117,6 +117,10 @@ crate::gpu_struct! {
         pub light_bvh_joins: u32,
         /// Whether lights are drawn from it uniformly (1), or by their expected contribution (0).
         pub light_bvh_uniform: u32,
+        /// Pixels a side of the tiles that have light lists.
+        pub light_tile: u32,
+        /// Entries of a light list.
+        pub light_list: u32,
         /// How the kind of light of the pass is resampled.
         pub reuse: ReuseConstants,
     }

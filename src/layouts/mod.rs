@@ -68,6 +68,8 @@ crate::gpu_constants! {
     pub const ORIGIN_WORDS: u32 = 2;
     /// Words of a pilot, the hit of a pixel's first BSDF ray.
     pub const PILOT_WORDS: u32 = 5;
+    /// Words of the receiver of a light list.
+    pub const LIST_RECEIVER_WORDS: u32 = 14;
     /// Kind of a point of a light: none.
     pub const LIGHT_NONE: u32 = 0;
     /// On an emissive triangle, in area measure.
@@ -98,6 +100,10 @@ crate::gpu_constants! {
     pub const STREAM_PILOTS: u32 = 3;
     /// Random stream of the coins of primary rays.
     pub const STREAM_COINS: u32 = 4;
+    /// Random stream of the light lists.
+    pub const STREAM_LISTS: u32 = 5;
+    /// Random stream of the choice of a light list.
+    pub const STREAM_TILES: u32 = 6;
     /// Random stream of the first spatial pass; that of pass n is n higher.
     pub const STREAM_SPATIAL: u32 = 16;
     /// Added to these by passes of indirect light, except by the pilots, which both kinds share.

@@ -70,6 +70,8 @@ crate::gpu_specialisation! {
         pub neighbours: u32 = 3,
         /// Whether light samples are drawn from the light BVH.
         pub light_bvh: bool = false,
+        /// Whether those of direct light come from light lists.
+        pub light_lists: bool = false,
         /// Whether candidates of indirect light go to reservoirs; otherwise the pass is a path tracer.
         pub shares: bool = true,
         /// Whether the radiance that leaves a path's second vertex is taken to be the same for all viewers.

@@ -9,6 +9,7 @@ crate::bindings! {
         uniform restir,
         read sample_data,
         read pilots,
+        read light_lists,
         write reservoirs,
         write color,
         write counters,

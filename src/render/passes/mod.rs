@@ -3,6 +3,7 @@
 
 mod initial_direct;
 mod initial_indirect;
+mod light_lists;
 mod path_trace;
 mod pilots;
 mod primary;
@@ -15,6 +16,7 @@ mod trace_rays;
 
 pub use initial_direct::InitialDirect;
 pub use initial_indirect::InitialIndirect;
+pub use light_lists::DrawLightLists;
 pub use path_trace::PathTrace;
 pub use pilots::TracePilots;
 pub use primary::Primary;

@@ -35,6 +35,8 @@ pub fn of_frame(
         mean_light_luminance: bindings.scene.mean_light_luminance,
         light_node_count: bindings.light_node_count(),
         light_bvh_joins: (settings.light_bvh.far == Far::Joined).into(),
+        light_tile: settings.light_bvh.tile,
+        light_list: settings.light_bvh.list,
         light_bvh_uniform: (settings.light_bvh.choice == LightChoice::Uniform).into(),
         reuse: ReuseConstants::default(),
     }

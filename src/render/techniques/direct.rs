@@ -1,5 +1,6 @@
 //! Direct light: candidates from lights and from the BSDF, then reuse.
 
+use super::light_lists::LightLists;
 use super::pilots::Pilots;
 use super::reuse::{FrameInputs, Reuse};
 use crate::Result;
@@ -10,6 +11,8 @@ use crate::render::passes::InitialDirect;
 pub struct DirectLight {
     /// The pass that draws candidates.
     pub initial: ComputePass,
+    /// The lists that some of these come from.
+    pub lists: LightLists,
     /// What happens to them then.
     pub reuse: Reuse,
 }
@@ -25,11 +28,13 @@ impl DirectLight {
         inputs: &FrameInputs<'a>,
         pilots: &Pilots<'a>,
     ) -> Result<()> {
+        self.lists.record(recording, inputs, &self.reuse.restir)?;
         let initial = InitialDirect {
             scene: inputs.scene,
             restir: &self.reuse.restir,
             sample_data: inputs.sample_data,
             pilots: pilots.buffer,
+            light_lists: &self.lists.buffer,
             reservoirs: self.reuse.reservoirs.current(),
             color: inputs.color,
             counters: inputs.counters,

@@ -3,6 +3,7 @@
 mod constants;
 mod direct;
 mod indirect;
+mod light_lists;
 pub mod path_tracing;
 mod pilots;
 pub mod restir;

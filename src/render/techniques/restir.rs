@@ -3,6 +3,7 @@
 use super::constants;
 use super::direct::DirectLight;
 use super::indirect::IndirectLight;
+use super::light_lists::LightLists;
 use super::pilots::Pilots;
 use super::reuse::{FrameInputs, Reuse};
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
@@ -67,6 +68,7 @@ struct Sizes {
     pilot_stride: u64,
     direct: u64,
     indirect: u64,
+    light_lists: u64,
 }
 
 impl Sizes {
@@ -97,6 +99,13 @@ impl Sizes {
             pilot_stride,
             direct: slots * layout.bytes(Kind::Direct),
             indirect: slots * indirect_bytes,
+            light_lists: match settings.has_light_lists() {
+                true => {
+                    let tiles = settings.light_bvh.tiles(view.width, view.height);
+                    settings.light_bvh.list_bytes(tiles)
+                }
+                false => 4,
+            },
         }
     }
 
@@ -113,6 +122,7 @@ impl Sizes {
             ("sample_data", self.sample_data),
             ("color", self.color),
             ("pilots", self.own_pilots),
+            ("light_lists", self.light_lists),
         ];
         if tracking.origins {
             let pixels = u64::from(width) * u64::from(height);
@@ -164,6 +174,7 @@ impl Restir {
         let counters = Counters::new(device, tracking.counts)?;
         let specialisation = Specialisation {
             pilots: direct_pilots,
+            light_lists: settings.has_light_lists(),
             pilot_stride: (sizes.pilot_stride / 4) as u32,
             ..bindings.specialisation.with_layout(&layout)
         };
@@ -192,7 +203,21 @@ impl Restir {
         };
         let direct = has_direct.then(|| {
             let (initial, reuse) = reuse(Kind::Direct, settings.direct.resampling, sizes.direct)?;
-            Ok::<_, Error>(DirectLight { initial, reuse })
+            let lists = LightLists {
+                pass: (settings.has_light_lists())
+                    .then(|| {
+                        let direct = specialisation.with_resampling(&settings.direct.resampling);
+                        pass("light_lists", direct)
+                    })
+                    .transpose()?,
+                buffer: Buffer::new(device, "light_lists", sizes.light_lists, Usage::default())?,
+                tiles: settings.light_bvh.tiles(view.width, view.height),
+            };
+            Ok::<_, Error>(DirectLight {
+                initial,
+                lists,
+                reuse,
+            })
         });
         let indirect = has_indirect.then(|| {
             let resampling = settings.indirect.effective_resampling();

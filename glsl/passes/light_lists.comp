@@ -1,0 +1,34 @@
+#version 460
+// Draws the light list of each tile from the light BVH.
+#include "restir/light_lists.glsl"
+
+layout(local_size_x = TILE * TILE) in;
+
+SAMPLE_DATA_BUFFER(sample_data, SampleDataBlock);
+layout(scalar) writeonly buffer LightListsBlock { uint at[]; } light_lists;
+
+// Pixels that are tried until one shows a surface.
+const uint TRIES = 4u;
+
+void main() {
+    uvec2 tile = tile_pixel(tile_counts().x, 0u, restir.at.view.interleave);
+    if (any(greaterThanEqual(tile, tile_counts()))) return;
+    Random random = random_stream(tile.y * tile_counts().x + tile.x, restir.at.frame, restir.at.view.seed, STREAM_LISTS);
+    Receiver receiver = distant_receiver();
+    for (uint i = 0u; i < TRIES; i += 1u) {
+        uvec2 pixel = min(tile * restir.at.light_tile + random_bits(random).xy % restir.at.light_tile, picture_size() - 1u);
+        SampleData data = LOAD_SAMPLE_DATA(sample_data, slot_of(pixel));
+        if (!has_surface(data)) continue;
+        receiver = receiver_at(unpack_domain(data, primary_ray(pixel)));
+        break;
+    }
+    uint word = list_word(tile);
+    STORE_RECEIVER(light_lists, word, receiver);
+    for (uint i = 0u; i < restir.at.light_list && has_near_lights(receiver); i += 1u) {
+        float probability;
+        uint light = draw_near_light(receiver, i, restir.at.light_list, random_bits(random).xy, probability);
+        uint entry = word + LIST_RECEIVER_WORDS + 2u * i;
+        light_lists.at[entry] = light;
+        light_lists.at[entry + 1u] = floatBitsToUint(probability);
+    }
+}
