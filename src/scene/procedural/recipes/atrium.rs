@@ -36,6 +36,12 @@ pub(super) const PARAMETERS: &[Parameter] = &[
         default: "0.2",
         values: Range::Real(0.0, 1.0),
     },
+    Parameter {
+        name: "lights",
+        doc: "Number of lamps",
+        default: "3",
+        values: Range::Whole(0, 3),
+    },
 ];
 
 /// Arches along each short side.
@@ -327,31 +333,15 @@ pub(super) fn make(values: &Values) -> Scene {
     let east = vec3(half.x, 0.0, near(-0.2 * half.y));
     let north = vec3(BAY / 2.0, 0.0, -half.y);
     let ground = [2.6, CEILING];
-    lantern(
-        &mut model,
-        eye,
-        west,
-        1.27,
-        ground,
-        vec3(1900.0, 1250.0, 640.0),
-    );
     let above = [STOREY + 3.6, STOREY + CEILING];
-    lantern(
-        &mut model,
-        eye,
-        east,
-        1.42,
-        above,
-        vec3(2000.0, 1550.0, 1050.0),
-    );
-    lantern(
-        &mut model,
-        eye,
-        north,
-        1.11,
-        ground,
-        vec3(560.0, 860.0, 1200.0),
-    );
+    let lamps = [
+        (west, 1.27, ground, vec3(1900.0, 1250.0, 640.0)),
+        (east, 1.42, above, vec3(2000.0, 1550.0, 1050.0)),
+        (north, 1.11, ground, vec3(560.0, 860.0, 1200.0)),
+    ];
+    for (behind, beyond, y, light) in lamps.into_iter().take(values.whole("lights") as usize) {
+        lantern(&mut model, eye, behind, beyond, y, light);
+    }
     scene.add_model("hall", model);
     arcades(&mut scene, half, &sides, values.whole("sides") as u32);
 
