@@ -85,7 +85,7 @@ mod tests {
     use crate::gpu::specialise::specialise;
     use crate::layouts::STRUCTS;
     use crate::render::specialisation::Specialisation;
-    use crate::tracing::buffers::{BUFFERS, Elements};
+    use crate::tracing::buffers::{BUFFERS, Elements, LIGHT_BVH_BUFFERS};
     use std::collections::BTreeSet;
 
     #[test]
@@ -102,7 +102,8 @@ mod tests {
         }
         // Records are put together from words by code that is generated from their layouts.
         let is_record = |name: &str| {
-            let mut elements = BUFFERS.iter().map(|access| &access.elements);
+            let all = BUFFERS.iter().chain(LIGHT_BVH_BUFFERS);
+            let mut elements = all.map(|access| &access.elements);
             elements.any(|e| matches!(e, Elements::Records(layout) if layout.name == name))
         };
         for layout in STRUCTS {
