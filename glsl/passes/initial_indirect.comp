@@ -59,7 +59,7 @@ void main() {
                 if (paths_begun > 2u) break;
                 if (paths_begun == 1u) {
                     if (mirror && mirror_ray(eye, ray)) purpose = RAY_PATH;
-                    path = mirror_path(eye, mirror_reflectance);
+                    path = mirror_path(mirror_reflectance);
                 } else {
                     BsdfSample first;
                     // A pilot passes surfaces that cover a part; of a path a coin decides whether it ends there.
@@ -68,7 +68,7 @@ void main() {
                     } else if (pilot.instance != NONE && pilot_ray(eye, pixel, first, ray)) {
                         purpose = RAY_PILOT;
                     }
-                    path = first_path(eye, first);
+                    path = first_path(first);
                 }
                 continue;
             }

@@ -34,14 +34,15 @@ struct Candidate {
     PathSample value;
 };
 
-// The path that begins with a mirror reflection.
-Path mirror_path(Domain eye, vec3 reflectance) {
-    return Path(reflectance, vec3(1.0), 1u, receiver_at(eye), 0.0, true, false, empty_path_sample());
+// The path that begins with a mirror reflection. Lights that the first ray hits belong to direct light, so that nothing asks
+// for the receiver that it left.
+Path mirror_path(vec3 reflectance) {
+    return Path(reflectance, vec3(1.0), 1u, distant_receiver(), 0.0, true, false, empty_path_sample());
 }
 
 // The path that begins with the pixel's pilot ray.
-Path first_path(Domain eye, BsdfSample first) {
-    return Path(first.weight, vec3(1.0), 1u, receiver_at(eye), first.pdf_solid_angle, false, true, empty_path_sample());
+Path first_path(BsdfSample first) {
+    return Path(first.weight, vec3(1.0), 1u, distant_receiver(), first.pdf_solid_angle, false, true, empty_path_sample());
 }
 
 // Whether the current ray started at the first vertex, or at the second.

@@ -1,11 +1,11 @@
 //! The buffers of the light BVH, which a renderer has if its settings draw candidates from it.
 
 use super::settings::{Candidates, Far, Integrator, LightBvhSettings, LightChoice, Settings};
-use crate::Result;
 use crate::gpu::{Buffer, Device, Resource};
 use crate::tracing::buffers::usage;
 use crate::tracing::light_bvh::{LightBvh, LightBvhContents, LightBvhOptions};
 use crate::tracing::{Fetch, GpuScene, Variant};
+use crate::{Error, Result};
 use std::sync::{Arc, Mutex};
 
 /// The light BVH on the device; empty where nothing draws from it.
@@ -43,15 +43,13 @@ impl LightBvhBuffers {
                 bvh.scale
             );
         }
-        let variant = scene.variant;
-        let named = |name: &'static str| (name, usage(name, variant));
-        let (node, light) = (named("light_nodes"), named("node_lights"));
-        let place = named("light_places");
+        // All three are read alike.
+        let used = usage("light_nodes", scene.variant);
         Ok(Self {
             node_count: nodes.len() as u32,
-            nodes: Buffer::from_slice(device, node.0, &nodes, node.1)?,
-            lights: Buffer::from_slice(device, light.0, &lights, light.1)?,
-            places: Buffer::from_slice(device, place.0, &places, place.1)?,
+            nodes: Buffer::from_slice(device, "light_nodes", &nodes, used)?,
+            lights: Buffer::from_slice(device, "node_lights", &lights, used)?,
+            places: Buffer::from_slice(device, "light_places", &places, used)?,
             source: bvh.map(|bvh| (bvh, Mutex::new(0.0))),
         })
     }
@@ -84,14 +82,12 @@ impl LightBvhBuffers {
     /// # Errors
     /// The device fails.
     pub fn follow(&self, scene: &GpuScene) -> Result<()> {
-        let Some((bvh, time)) = self.source.as_ref().filter(|_| scene.moves()) else {
+        let Some((bvh, time)) = &self.source else {
             return Ok(());
         };
-        let (lights, now) = scene.lights()?;
-        let Ok(mut time) = time.lock() else {
-            return Ok(());
-        };
-        if *time != now {
+        let mut time = (time.lock())
+            .map_err(|_| Error::failed("fitting the light BVH failed in another thread"))?;
+        if let Some((lights, now)) = scene.moved_lights(*time)? {
             let contents = bvh.contents(&lights);
             self.nodes.write(&contents.nodes)?;
             self.lights.write(&contents.lights)?;

@@ -73,10 +73,7 @@ impl Tree {
         if boxes.is_empty() {
             return Self::empty();
         }
-        let boxes: Vec<Aabb> = boxes
-            .iter()
-            .map(|(min, max)| Aabb::new((*min).into(), (*max).into()))
-            .collect();
+        let boxes = aabbs(boxes);
         Self::from_built(build_cwbvh(&boxes, INSTANCES, &mut Duration::default()))
     }
 
@@ -91,10 +88,7 @@ impl Tree {
 
     /// A tree over boxes with the minimum number of levels.
     fn balanced(boxes: &[(Vec3, Vec3)]) -> Self {
-        let boxes: Vec<Aabb> = boxes
-            .iter()
-            .map(|(min, max)| Aabb::new((*min).into(), (*max).into()))
-            .collect();
+        let boxes = aabbs(boxes);
         let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
         let mut binary = Bvh2 {
             nodes: vec![Bvh2Node::default()],
@@ -152,10 +146,7 @@ pub fn binary_tree(boxes: &[(Vec3, Vec3)]) -> Vec<BinaryNode> {
     if boxes.is_empty() {
         return Vec::new();
     }
-    let boxes: Vec<Aabb> = boxes
-        .iter()
-        .map(|(min, max)| Aabb::new((*min).into(), (*max).into()))
-        .collect();
+    let boxes = aabbs(boxes);
     let built = build_bvh2(&boxes, INSTANCES, &mut Duration::default());
     let mut nodes: Vec<BinaryNode> = Vec::with_capacity(built.nodes.len());
     // Nodes to be visited, and nodes whose descendants all were.
@@ -182,6 +173,13 @@ pub fn binary_tree(boxes: &[(Vec3, Vec3)]) -> Vec<BinaryNode> {
         });
     }
     nodes
+}
+
+fn aabbs(boxes: &[(Vec3, Vec3)]) -> Vec<Aabb> {
+    let boxes = boxes.iter();
+    boxes
+        .map(|(min, max)| Aabb::new((*min).into(), (*max).into()))
+        .collect()
 }
 
 /// Maximum nodes of a tree over `count` boxes: each node but a lone root has at least two children.

@@ -149,13 +149,13 @@ impl MovingScene {
         }))
     }
 
-    /// The lights of the current pose, and its time in seconds.
+    /// The lights of the current pose, and its time in seconds, unless that is `known`.
     ///
     /// # Errors
     /// Posing the scene failed in another thread.
-    pub fn lights(&self) -> Result<(Lights, f64)> {
+    pub fn moved_lights(&self, known: f64) -> Result<Option<(Lights, f64)>> {
         let now = &self.lock()?[0];
-        Ok((now.lights.clone(), now.time))
+        Ok((now.time != known).then(|| (now.lights.clone(), now.time)))
     }
 
     /// For each of the scene's instances, the transform of its points from the current to the previous frame.

@@ -45,16 +45,17 @@ pub struct Lights {
 impl Lights {
     /// The share of directional lights and of the environment in the power of all, as the table has it.
     pub fn distant_share(&self) -> f32 {
-        let triangles = self.triangles.len();
-        let is_distant = |index: &usize| {
-            let punctual = index.checked_sub(triangles);
-            punctual.is_some_and(|index| {
-                let light = self.punctual.get(index);
-                light.is_none_or(|light| light.kind == LIGHT_DIRECTIONAL)
-            })
-        };
-        let distant = (0..self.choices.len()).filter(is_distant);
+        let distant = (0..self.choices.len()).filter(|index| self.is_distant(*index));
         distant.map(|index| self.choices[index].probability).sum()
+    }
+
+    /// Whether a light, by its index among those of all kinds, is infinitely far away.
+    pub fn is_distant(&self, index: usize) -> bool {
+        let punctual = index.checked_sub(self.triangles.len());
+        punctual.is_some_and(|index| {
+            let light = self.punctual.get(index);
+            light.is_none_or(|light| light.kind == LIGHT_DIRECTIONAL)
+        })
     }
 }
 

@@ -38,8 +38,6 @@ pub struct GpuScene {
     pub requirements: Requirements,
     /// Numbers of elements in its buffers.
     pub counts: ElementCounts,
-    /// Mean luminance of the lights with a surface, and of the environment, at the time of upload, weighted by their power; 0 without any.
-    pub mean_light_luminance: f32,
     /// Entries that the stack of the traversal in compute needs, rounded up so that scenes share shaders.
     pub stack_size: u32,
     buffers: SceneBuffers,
@@ -76,7 +74,6 @@ impl GpuScene {
         // One group a level, and two where an instance is entered.
         let levels = |top: u32| (top + geometry.depth + 2).next_multiple_of(8);
         let mut stack_size = levels(pose.top.depth);
-        let mean_light_luminance = pose.lights.mean_luminance;
         let first_lights = pose.lights.clone();
         let visible = pose.visible.clone();
         let counts = ElementCounts {
@@ -148,7 +145,6 @@ impl GpuScene {
             units,
             requirements: Requirements::of(scene),
             counts,
-            mean_light_luminance,
             stack_size,
             buffers,
             images,
@@ -201,14 +197,14 @@ impl GpuScene {
         }
     }
 
-    /// The lights as they are posed, and the time of the pose in seconds.
+    /// The lights as they are posed, and the time of the pose in seconds, unless they are those of the time `known`.
     ///
     /// # Errors
     /// Posing the scene failed in another thread.
-    pub fn lights(&self) -> Result<(Lights, f64)> {
+    pub fn moved_lights(&self, known: f64) -> Result<Option<(Lights, f64)>> {
         match &self.moving {
-            Some(moving) => moving.lights(),
-            None => Ok((self.first_lights.clone(), 0.0)),
+            Some(moving) => moving.moved_lights(known),
+            None => Ok(None),
         }
     }
 

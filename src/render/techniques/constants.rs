@@ -32,7 +32,7 @@ pub fn of_frame(
             0
         },
         more_bsdf_samples: direct.more_bsdf_samples,
-        mean_light_luminance: bindings.scene.mean_light_luminance,
+        mean_light_luminance: bindings.scene.first_lights().mean_luminance,
         light_node_count: bindings.light_node_count(),
         light_bvh_joins: (settings.light_bvh.far == Far::Joined).into(),
         light_tile: settings.light_bvh.tile,

@@ -2,19 +2,18 @@
 
 use super::reuse::FrameInputs;
 use crate::Result;
-use crate::gpu::{Buffer, ComputePass, Recording};
-use crate::layouts::{LIST_RECEIVER_WORDS, TILE};
+use crate::gpu::{Buffer, ComputePass, Device, Recording, Usage};
+use crate::layouts::{LIST_RECEIVER_WORDS, TILE, ViewConstants};
 use crate::render::passes::DrawLightLists;
-use crate::render::settings::{Candidates, LightBvhSettings, Settings};
+use crate::render::settings::{Candidates, Settings};
+use std::sync::Arc;
 
 /// The pass, where direct light has lists, and the buffer.
 pub struct LightLists {
-    /// The pass that draws them.
-    pub pass: Option<ComputePass>,
+    pass: Option<ComputePass>,
     /// The lists, tile by tile.
     pub buffer: Buffer,
-    /// Tiles along each axis.
-    pub tiles: [u32; 2],
+    tiles: [u32; 2],
 }
 
 impl Settings {
@@ -24,19 +23,43 @@ impl Settings {
     }
 }
 
-impl LightBvhSettings {
-    /// Tiles along each axis of a picture.
-    pub fn tiles(&self, width: u32, height: u32) -> [u32; 2] {
-        [width, height].map(|side| side.div_ceil(self.tile))
-    }
-
-    /// Bytes of the lists of so many tiles.
-    pub fn list_bytes(&self, [x, y]: [u32; 2]) -> u64 {
-        u64::from(x) * u64::from(y) * u64::from(4 * (LIST_RECEIVER_WORDS + 2 * self.list))
-    }
+/// Tiles along each axis of a picture.
+fn tiles(settings: &Settings, view: &ViewConstants) -> [u32; 2] {
+    [view.width, view.height].map(|side| side.div_ceil(settings.light_bvh.tile))
 }
 
 impl LightLists {
+    /// Bytes of the buffer.
+    pub fn bytes(settings: &Settings, view: &ViewConstants) -> u64 {
+        if !settings.has_light_lists() {
+            // A pass must find a buffer for each binding, even if it does not read it.
+            return 4;
+        }
+        let [x, y] = tiles(settings, view);
+        let words = LIST_RECEIVER_WORDS + 2 * settings.light_bvh.list;
+        u64::from(x) * u64::from(y) * u64::from(4 * words)
+    }
+
+    /// Makes what `settings` need; `pass` makes a pass by name.
+    ///
+    /// # Errors
+    /// More memory than the device has.
+    pub fn new(
+        device: &Arc<Device>,
+        settings: &Settings,
+        view: &ViewConstants,
+        pass: impl Fn(&str) -> Result<ComputePass>,
+    ) -> Result<Self> {
+        let bytes = Self::bytes(settings, view);
+        Ok(Self {
+            pass: (settings.has_light_lists())
+                .then(|| pass("light_lists"))
+                .transpose()?,
+            buffer: Buffer::new(device, "light_lists", bytes, Usage::default())?,
+            tiles: tiles(settings, view),
+        })
+    }
+
     /// Records the pass, if there is one.
     ///
     /// # Errors

@@ -99,13 +99,7 @@ impl Sizes {
             pilot_stride,
             direct: slots * layout.bytes(Kind::Direct),
             indirect: slots * indirect_bytes,
-            light_lists: match settings.has_light_lists() {
-                true => {
-                    let tiles = settings.light_bvh.tiles(view.width, view.height);
-                    settings.light_bvh.list_bytes(tiles)
-                }
-                false => 4,
-            },
+            light_lists: LightLists::bytes(settings, view),
         }
     }
 
@@ -182,11 +176,9 @@ impl Restir {
             bindings.pass(name, &counters.specialise(name, specialisation)?)
         };
         let surfaces = pass("surfaces", specialisation)?;
+        let for_direct = specialisation.with_resampling(&settings.direct.resampling);
         let pilot_pass = (direct_pilots || has_indirect)
-            .then(|| {
-                let direct = specialisation.with_resampling(&settings.direct.resampling);
-                pass("pilots", direct)
-            })
+            .then(|| pass("pilots", for_direct))
             .transpose()?;
         let distant_share = bindings.scene.first_lights().distant_share();
         let for_shaders = |resampling: &Resampling| {
@@ -203,16 +195,8 @@ impl Restir {
         };
         let direct = has_direct.then(|| {
             let (initial, reuse) = reuse(Kind::Direct, settings.direct.resampling, sizes.direct)?;
-            let lists = LightLists {
-                pass: (settings.has_light_lists())
-                    .then(|| {
-                        let direct = specialisation.with_resampling(&settings.direct.resampling);
-                        pass("light_lists", direct)
-                    })
-                    .transpose()?,
-                buffer: Buffer::new(device, "light_lists", sizes.light_lists, Usage::default())?,
-                tiles: settings.light_bvh.tiles(view.width, view.height),
-            };
+            let make = |name: &str| pass(name, for_direct);
+            let lists = LightLists::new(device, settings, view, make)?;
             Ok::<_, Error>(DirectLight {
                 initial,
                 lists,

@@ -17,12 +17,11 @@ const FILLED: f64 = 0.25;
 /// a floor that glows, is not one light.
 const LARGEST: f32 = 1.0 / 16.0;
 
-/// Partitions lights into clusters: indices into `lights`, ordered by cluster, and the number of lights of each.
-pub fn clusters(lights: &[NearLight]) -> (Vec<u32>, Vec<u32>) {
-    let mut order = Vec::with_capacity(lights.len());
-    let mut counts = Vec::new();
+/// Partitions lights into clusters, each as indices into `lights`.
+pub fn clusters(lights: &[NearLight]) -> Vec<Vec<u32>> {
+    let mut clusters = Vec::new();
     if lights.is_empty() {
-        return (order, counts);
+        return clusters;
     }
     let boxes: Vec<(Vec3, Vec3)> = lights.iter().map(|light| (light.low, light.high)).collect();
     let tree = binary_tree(&boxes);
@@ -51,12 +50,10 @@ pub fn clusters(lights: &[NearLight]) -> (Vec<u32>, Vec<u32>) {
         }
         let next = node.next as usize;
         let leaves = tree[index..next].iter().map(|node| node.primitive);
-        let first = order.len();
-        order.extend(leaves.filter(|light| *light != NONE));
-        counts.push((order.len() - first) as u32);
+        clusters.push(leaves.filter(|light| *light != NONE).collect());
         index = next;
     }
-    (order, counts)
+    clusters
 }
 
 #[cfg(test)]
@@ -90,20 +87,17 @@ mod tests {
             let at = Vec3::new((window % 10) as f32 * 2.5, (window / 10) as f32 * 3.0, 0.0);
             lights.extend(square(at * scale, 1.5 * scale, side));
         }
-        let (order, counts) = clusters(&lights);
-        assert_eq!(order.len(), lights.len());
+        let clusters = clusters(&lights);
+        assert_eq!(clusters.iter().map(Vec::len).sum::<usize>(), lights.len());
         let each = 2 * side * side;
-        let (mut pieces, mut mixed, mut first) = (vec![0; 100], false, 0);
-        for count in counts {
-            let members = &order[first..first + count as usize];
-            first += count as usize;
+        let (mut pieces, mut mixed) = (vec![0; 100], false);
+        for members in clusters {
             let window = members[0] as usize / each;
             mixed |= members
                 .iter()
                 .any(|member| *member as usize / each != window);
             pieces[window] += 1;
         }
-        assert_eq!(first, order.len());
         (pieces.into_iter().max().unwrap(), mixed)
     }
 
@@ -125,9 +119,9 @@ mod tests {
 
     #[test]
     fn what_fills_the_scene_is_many_clusters() {
-        let (_, counts) = clusters(&square(Vec3::ZERO, 100.0, 256));
-        assert!(counts.len() > 200, "{}", counts.len());
-        assert!(*counts.iter().max().unwrap() < 1000);
+        let clusters = clusters(&square(Vec3::ZERO, 100.0, 256));
+        assert!(clusters.len() > 200, "{}", clusters.len());
+        assert!(clusters.iter().map(Vec::len).max().unwrap() < 1000);
     }
 
     #[test]
@@ -142,11 +136,9 @@ mod tests {
             ..lights[0]
         };
         lights = [vec![lights[0]; 1000], vec![far]].concat();
-        let (order, counts) = clusters(&lights);
-        assert_eq!(order.len(), 1001);
-        let mut counts = counts;
+        let mut counts: Vec<usize> = clusters(&lights).iter().map(Vec::len).collect();
         counts.sort_unstable();
         assert_eq!(counts, [1, 1000]);
-        assert_eq!(clusters(&[]).1.len(), 0);
+        assert_eq!(clusters(&[]).len(), 0);
     }
 }

@@ -18,9 +18,7 @@ mod scale;
 
 use super::compute_bvh::binary_tree;
 use super::lights::Lights;
-use crate::layouts::{
-    GpuLightNode, GpuLightPlace, GpuNodeLight, LIGHT_DIRECTIONAL, LIGHT_SPOT, NONE,
-};
+use crate::layouts::{GpuLightNode, GpuLightPlace, GpuNodeLight, LIGHT_SPOT, NONE};
 use glam::{DVec3, Vec3};
 
 /// How a light BVH is built.
@@ -78,12 +76,8 @@ impl NearLight {
             (light.position, light.position, normal, 0.0)
         });
         let all = triangles.chain(punctual).zip(&lights.powers);
-        let near = |index: usize| {
-            let punctual = index.checked_sub(lights.triangles.len());
-            punctual.is_none_or(|index| lights.punctual[index].kind != LIGHT_DIRECTIONAL)
-        };
         (all.enumerate())
-            .filter(|(index, _)| near(*index))
+            .filter(|(index, _)| !lights.is_distant(*index))
             .map(|(index, ((low, high, normal, area), power))| Self {
                 index: index as u32,
                 low,
@@ -135,17 +129,10 @@ impl LightBvh {
     /// Builds it for lights, and for points on surfaces, from which the scale of boxes of influence follows.
     pub fn new(lights: &Lights, surfaces: &[Vec3], options: LightBvhOptions) -> Self {
         let near = NearLight::of(lights);
-        let (order, counts) = match options.clusters {
+        let clusters = match options.clusters {
             true => clusters::clusters(&near),
-            false => ((0..near.len() as u32).collect(), vec![1; near.len()]),
+            false => (0..near.len() as u32).map(|light| vec![light]).collect(),
         };
-        let mut clusters = Vec::with_capacity(counts.len());
-        let mut rest = order.as_slice();
-        for count in counts {
-            let (cluster, others) = rest.split_at(count as usize);
-            clusters.push(cluster);
-            rest = others;
-        }
         let made = |scale: f32| Self::with_scale(&near, &clusters, options, scale);
         match (options.scale, options.cut) {
             (Some(scale), _) => made(scale),
@@ -160,7 +147,7 @@ impl LightBvh {
 
     fn with_scale(
         near: &[NearLight],
-        clusters: &[&[u32]],
+        clusters: &[Vec<u32>],
         options: LightBvhOptions,
         scale: f32,
     ) -> Self {
@@ -186,7 +173,7 @@ impl LightBvh {
             .map(|node| {
                 let first = order.len() as u32;
                 if node.primitive != NONE {
-                    order.extend(clusters[node.primitive as usize]);
+                    order.extend(&clusters[node.primitive as usize]);
                 }
                 Topology {
                     next: node.next,
