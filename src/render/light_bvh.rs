@@ -1,12 +1,19 @@
 //! The buffers of the light BVH, which a renderer has if its settings draw candidates from it.
 
-use super::settings::{Candidates, Far, Integrator, LightBvhSettings, LightChoice, Settings};
+use super::outputs::ray_list::RayTracer;
+use super::settings::{
+    Boxes, Candidates, Far, Integrator, LightBvhSettings, LightChoice, Settings,
+};
 use crate::gpu::{Buffer, Device, Resource};
+use crate::layouts::RayQuery;
 use crate::tracing::buffers::usage;
 use crate::tracing::light_bvh::{LightBvh, LightBvhContents, LightBvhOptions};
 use crate::tracing::{Fetch, GpuScene, Variant};
 use crate::{Error, Result};
 use std::sync::{Arc, Mutex};
+
+/// Probe rays that are traced at once: 64 MB with their answers.
+const PROBES_AT_ONCE: usize = 1 << 20;
 
 /// The light BVH on the device; empty where nothing draws from it.
 pub struct LightBvhBuffers {
@@ -24,11 +31,12 @@ impl LightBvhBuffers {
     ///
     /// # Errors
     /// More memory than the device has.
-    pub fn new(device: &Arc<Device>, scene: &GpuScene, settings: &Settings) -> Result<Self> {
+    pub fn new(device: &Arc<Device>, scene: &Arc<GpuScene>, settings: &Settings) -> Result<Self> {
         let lights = scene.first_lights();
-        let bvh = settings
-            .draws_from_light_bvh()
-            .then(|| LightBvh::new(lights, &scene.surface_points, settings.light_bvh.options()));
+        let bvh = match settings.draws_from_light_bvh() {
+            true => Some(build(device, scene, &settings.light_bvh)?),
+            false => None,
+        };
         let contents = bvh.as_ref().map(|bvh| bvh.contents(lights));
         let LightBvhContents {
             nodes,
@@ -96,6 +104,36 @@ impl LightBvhBuffers {
         }
         Ok(())
     }
+}
+
+/// Builds it for the lights at time 0.
+fn build(
+    device: &Arc<Device>,
+    scene: &Arc<GpuScene>,
+    settings: &LightBvhSettings,
+) -> Result<LightBvh> {
+    let (lights, options) = (scene.first_lights(), settings.options());
+    let mut bvh = LightBvh::new(lights, &scene.light_groups, &scene.surface_points, options);
+    if settings.boxes == Boxes::Visibility && settings.far == Far::Skipped {
+        let probes = bvh.probes(lights);
+        let mut reached = Vec::with_capacity(probes.rays.len());
+        let unit = scene.units.length as f32;
+        for part in probes.rays.chunks(PROBES_AT_ONCE) {
+            // Lists of rays are in the scene's units.
+            let rays: Vec<RayQuery> = (part.iter())
+                .map(|ray| RayQuery {
+                    origin: ray.origin * unit,
+                    direction: ray.direction * unit,
+                    ..*ray
+                })
+                .collect();
+            let tracer = RayTracer::new(device, scene.clone(), &rays)?;
+            tracer.run()?;
+            reached.extend(tracer.answers()?.iter().map(|answer| answer.t));
+        }
+        bvh.limit(lights, &probes, &reached);
+    }
+    Ok(bvh)
 }
 
 impl Settings {

@@ -14,7 +14,7 @@ pub use environment::EnvironmentSettings;
 pub use indirect::{Indirect, IndirectMode, Secondary, Shift};
 pub use keys::Description;
 pub(crate) use keys::flatten;
-pub use light_bvh::{Far, LightBvhSettings, LightChoice, Rest, Scale};
+pub use light_bvh::{Boxes, Far, LightBvhSettings, LightChoice, Rest, Scale};
 pub use resampling::{Candidates, Resampling, ReuseMode, Search, Similar, Spatial, Temporal};
 pub use reservoirs::{Arrays, Order, Reservoirs};
 

@@ -7,6 +7,7 @@ use super::epochs::{EpochContents, MovingScene};
 use super::gather::{ElementCounts, gather};
 use super::geometry::Geometry;
 use super::images;
+use super::light_bvh::connected::connected;
 use super::lights::Lights;
 pub use super::lights::gpu_lights;
 use super::materials::Materials;
@@ -47,6 +48,8 @@ pub struct GpuScene {
     moving: Option<MovingScene>,
     /// The lights at time 0.
     first_lights: Lights,
+    /// For each emissive triangle the first one that it is connected with by common corners.
+    pub light_groups: Vec<u32>,
     /// Points on surfaces at time 0, uniform by area.
     pub surface_points: Vec<Vec3>,
 }
@@ -86,6 +89,7 @@ impl GpuScene {
             true => materials.of_lights(poser.lamps()),
             false => Vec::new(),
         };
+        let light_groups = connected(poser.lamps());
         let (mut moving, mut previous_transforms) = (None, Vec::new());
         let mut epochs = match motion {
             None => EpochContents::new(&[&pose], pose.top.nodes.len()),
@@ -151,6 +155,7 @@ impl GpuScene {
             ray_query,
             moving,
             first_lights,
+            light_groups,
             surface_points: surface_points(scene, &units, SURFACE_POINTS),
         })
     }

@@ -108,7 +108,7 @@ fn input(point: Vec3, number: u32) -> [u32; 8] {
 /// The largest deviation from 1 of the sum of all probabilities over 10,000 points, and how many of these find no light.
 fn sums(options: LightBvhOptions, fault: Option<(&str, &str, &str)>) -> (f64, usize) {
     let lights = lights();
-    let bvh = LightBvh::new(&lights, &[Vec3::ZERO; 1], options);
+    let bvh = LightBvh::new(&lights, &[], &[Vec3::ZERO; 1], options);
     let contents = bvh.contents(&lights);
     let points = points(&contents.nodes, 10_000);
     let body = format!(
@@ -166,7 +166,7 @@ fn lights_are_drawn_as_often_as_their_probability_says() {
     let lights = lights();
     let mut p_values = Vec::new();
     for options in ways() {
-        let bvh = LightBvh::new(&lights, &[Vec3::ZERO; 1], options);
+        let bvh = LightBvh::new(&lights, &[], &[Vec3::ZERO; 1], options);
         let contents = bvh.contents(&lights);
         let body = format!(
             "{RECEIVER}

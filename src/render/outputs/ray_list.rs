@@ -1,4 +1,4 @@
-//! Rays from a list, for tests and benchmarks of the tracers.
+//! Rays from a list: for boxes of lights that follow visibility, and for tests and benchmarks of the tracers.
 
 use crate::Result;
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};

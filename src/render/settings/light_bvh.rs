@@ -90,6 +90,17 @@ pub enum Far {
     Skipped,
 }
 
+/// How far boxes of influence go.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Boxes {
+    /// By the power of their lights.
+    #[default]
+    Simple,
+    /// Not further than rays from their lights, too.
+    Visibility,
+}
+
 /// How the other candidates select among all lights.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -115,6 +126,9 @@ pub struct LightBvhSettings {
     /// where none was expected, more elsewhere. Unbiased at any value.
     #[schemars(range(min = 0.01, max = 1.0))]
     pub uniform_share: f32,
+    /// With `far=skipped`, how far boxes go. `visibility` traces 256 rays for each box before the first frame. Unbiased either
+    /// way.
+    pub boxes: Boxes,
     /// Whether lights that are close to each other have one box. Unbiased either way.
     pub cluster: bool,
     /// How a light is chosen among those that are found. Unbiased either way.
@@ -137,6 +151,7 @@ impl Default for LightBvhSettings {
             far: Far::default(),
             scale: Scale::default(),
             uniform_share: 0.2,
+            boxes: Boxes::default(),
             cluster: true,
             choice: LightChoice::default(),
             rest: Rest::default(),

@@ -1,14 +1,16 @@
 //! Lights that are close to each other are one: how emissive triangles are joined to clusters.
 //!
-//! A tree is built over the lights by joining the nearest boxes first, and cut where a node's lights fill its box: where
-//! their area is a good part of the square of its diagonal. So the triangles of one lamp are one cluster or a few,
-//! while the windows of a house, with wall between them, stay apart. No length is compared with a
+//! Lights fill their box where their area is a good part of the square of its diagonal. Triangles that share corners are one
+//! unit if they fill their box, however finely a lamp is modelled; otherwise each is its own. A tree is built over the units
+//! by joining the nearest boxes first, and cut where a node's lights fill its box. So a lamp is one cluster, even if it is
+//! made of several parts, while the windows of a house, with wall between them, stay apart. No length is compared with a
 //! constant, so a scene has the same clusters at any scale.
 
 use super::NearLight;
 use crate::layouts::NONE;
-use crate::tracing::compute_bvh::{BinaryNode, binary_tree};
+use crate::tracing::compute_bvh::binary_tree;
 use glam::Vec3;
+use std::collections::BTreeMap;
 
 /// The area of a cluster's lights is at least this share of its squared diagonal: .5 for a square, .25 for a rectangle of
 /// 1 to 3.7, 1.05 for a sphere.
@@ -17,13 +19,60 @@ const FILLED: f64 = 0.25;
 /// a floor that glows, is not one light.
 const LARGEST: f32 = 1.0 / 16.0;
 
-/// Partitions lights into clusters, each as indices into `lights`.
+/// Lights that are looked at as one.
+struct Unit {
+    lights: Vec<u32>,
+    low: Vec3,
+    high: Vec3,
+    area: f64,
+}
+
+impl Unit {
+    fn of(lights: &[NearLight], members: Vec<u32>) -> Self {
+        let all = members.iter().map(|index| &lights[*index as usize]);
+        let (mut low, mut high, mut area) = (Vec3::INFINITY, Vec3::NEG_INFINITY, 0.0);
+        for light in all {
+            (low, high, area) = (low.min(light.low), high.max(light.high), area + light.area);
+        }
+        Self {
+            lights: members,
+            low,
+            high,
+            area,
+        }
+    }
+}
+
+/// Partitions lights into clusters, each as indices into `lights`. Lights of equal `group` share corners.
 pub fn clusters(lights: &[NearLight]) -> Vec<Vec<u32>> {
     let mut clusters = Vec::new();
     if lights.is_empty() {
         return clusters;
     }
-    let boxes: Vec<(Vec3, Vec3)> = lights.iter().map(|light| (light.low, light.high)).collect();
+    let everything = Unit::of(lights, (0..lights.len() as u32).collect());
+    let largest = LARGEST * (everything.high - everything.low).length();
+    let is_cluster = |low: Vec3, high: Vec3, area: f64| {
+        let size = (high - low).length();
+        // Points that coincide are one light too.
+        size == 0.0 || (size <= largest && area >= FILLED * f64::from(size).powi(2))
+    };
+
+    let mut groups: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    for (index, light) in (0..).zip(lights) {
+        groups.entry(light.group).or_default().push(index);
+    }
+    let mut units = Vec::new();
+    for members in groups.into_values() {
+        let unit = Unit::of(lights, members);
+        if is_cluster(unit.low, unit.high, unit.area) {
+            units.push(unit);
+        } else {
+            let each = unit.lights.into_iter();
+            units.extend(each.map(|light| Unit::of(lights, vec![light])));
+        }
+    }
+
+    let boxes: Vec<(Vec3, Vec3)> = units.iter().map(|unit| (unit.low, unit.high)).collect();
     let tree = binary_tree(&boxes);
     let mut areas = vec![0.0; tree.len()];
     for (index, node) in tree.iter().enumerate().rev() {
@@ -32,25 +81,23 @@ pub fn clusters(lights: &[NearLight]) -> Vec<Vec<u32>> {
                 let left = index + 1;
                 areas[left] + areas[tree[left].next as usize]
             }
-            light => lights[light as usize].area,
+            unit => units[unit as usize].area,
         };
     }
-    let diagonal = |node: &BinaryNode| (node.high - node.low).length();
-    let largest = LARGEST * diagonal(&tree[0]);
-    let is_cluster = |node: &BinaryNode, area: f64| {
-        let size = diagonal(node);
-        // Points that coincide are one light too.
-        size == 0.0 || (size <= largest && area >= FILLED * f64::from(size).powi(2))
-    };
     let mut index = 0;
     while let Some(node) = tree.get(index) {
-        if node.primitive == NONE && !is_cluster(node, areas[index]) {
+        if node.primitive == NONE && !is_cluster(node.low, node.high, areas[index]) {
             index += 1;
             continue;
         }
         let next = node.next as usize;
         let leaves = tree[index..next].iter().map(|node| node.primitive);
-        clusters.push(leaves.filter(|light| *light != NONE).collect());
+        let members = leaves.filter(|unit| *unit != NONE);
+        clusters.push(
+            members
+                .flat_map(|unit| units[unit as usize].lights.iter().copied())
+                .collect(),
+        );
         index = next;
     }
     clusters
@@ -61,7 +108,7 @@ mod tests {
     use super::*;
 
     /// A square of `side` × `side` cells, two triangles each, with one corner at `at`.
-    fn square(at: Vec3, size: f32, side: usize) -> Vec<NearLight> {
+    fn square(at: Vec3, size: f32, side: usize, group: u32) -> Vec<NearLight> {
         let step = size / side as f32;
         let mut lights = Vec::new();
         for cell in 0..side * side {
@@ -69,6 +116,7 @@ mod tests {
             for _ in 0..2 {
                 lights.push(NearLight {
                     index: 0,
+                    group,
                     low: corner,
                     high: corner + Vec3::new(step, step, 0.0),
                     normal: Vec3::Z,
@@ -85,7 +133,7 @@ mod tests {
         let mut lights = Vec::new();
         for window in 0..100 {
             let at = Vec3::new((window % 10) as f32 * 2.5, (window / 10) as f32 * 3.0, 0.0);
-            lights.extend(square(at * scale, 1.5 * scale, side));
+            lights.extend(square(at * scale, 1.5 * scale, side, window));
         }
         let clusters = clusters(&lights);
         assert_eq!(clusters.iter().map(Vec::len).sum::<usize>(), lights.len());
@@ -102,31 +150,25 @@ mod tests {
     }
 
     #[test]
-    fn a_window_is_few_clusters_at_any_scale() {
+    fn a_window_is_one_cluster_at_any_scale() {
         for side in [1, 4, 16] {
             for scale in [1.0, 1e-6, 1e9] {
                 let (pieces, mixed) = windows(side, scale);
-                println!("{side} × {side} cells, scale {scale}: {pieces} pieces at most");
-                assert!(!mixed, "{side}, {scale}");
-                // The tree does not always have a node of its own for each window.
-                assert!(
-                    pieces == 1 || 6 * pieces <= 2 * side * side,
-                    "{side}, {scale}: {pieces}"
-                );
+                assert_eq!((pieces, mixed), (1, false), "{side}, {scale}");
             }
         }
     }
 
     #[test]
     fn what_fills_the_scene_is_many_clusters() {
-        let clusters = clusters(&square(Vec3::ZERO, 100.0, 256));
+        let clusters = clusters(&square(Vec3::ZERO, 100.0, 256, 0));
         assert!(clusters.len() > 200, "{}", clusters.len());
         assert!(clusters.iter().map(Vec::len).max().unwrap() < 1000);
     }
 
     #[test]
     fn points_that_coincide_are_one_light() {
-        let mut lights = square(Vec3::ZERO, 1.0, 1);
+        let mut lights = square(Vec3::ZERO, 1.0, 1, 0);
         for light in &mut lights {
             (light.high, light.area) = (light.low, 0.0);
         }

@@ -14,7 +14,9 @@
 //! change, the boxes follow.
 
 mod clusters;
+pub mod connected;
 mod scale;
+mod visibility;
 
 use super::compute_bvh::binary_tree;
 use super::lights::Lights;
@@ -39,6 +41,8 @@ pub struct LightBvhOptions {
 pub struct NearLight {
     /// Its index among the lights of all kinds.
     pub index: u32,
+    /// Equal for triangles that are connected by common corners.
+    pub group: u32,
     /// The smallest coordinates.
     pub low: Vec3,
     /// The largest.
@@ -52,8 +56,10 @@ pub struct NearLight {
 }
 
 impl NearLight {
-    /// Those among a scene's lights, in the order of their indices.
-    fn of(lights: &Lights) -> Vec<Self> {
+    /// Those among a scene's lights, in the order of their indices. `groups` are those of triangles ([`connected`]).
+    ///
+    /// [`connected`]: connected::connected
+    fn of(lights: &Lights, groups: &[u32]) -> Vec<Self> {
         let triangles = lights.triangles.iter().map(|light| {
             let corners = [
                 light.corner,
@@ -80,6 +86,7 @@ impl NearLight {
             .filter(|(index, _)| !lights.is_distant(*index))
             .map(|(index, ((low, high, normal, area), power))| Self {
                 index: index as u32,
+                group: groups.get(index).copied().unwrap_or(index as u32),
                 low,
                 high,
                 normal,
@@ -109,6 +116,8 @@ pub struct LightBvh {
     /// Indices into the near lights, in the order of the tree's leaves.
     order: Vec<u32>,
     tree: Vec<Topology>,
+    /// For each leaf how far its box of influence goes beyond its lights, down and up, if rays have told.
+    margins: Option<Vec<(Vec3, Vec3)>>,
 }
 
 /// A node without what changes with time.
@@ -126,9 +135,15 @@ struct Topology {
 const CUT_SCALE: f32 = 1.0;
 
 impl LightBvh {
-    /// Builds it for lights, and for points on surfaces, from which the scale of boxes of influence follows.
-    pub fn new(lights: &Lights, surfaces: &[Vec3], options: LightBvhOptions) -> Self {
-        let near = NearLight::of(lights);
+    /// Builds it for lights, the groups of those that are triangles ([`connected`](connected::connected)), and points on
+    /// surfaces, from which the scale of boxes of influence follows.
+    pub fn new(
+        lights: &Lights,
+        groups: &[u32],
+        surfaces: &[Vec3],
+        options: LightBvhOptions,
+    ) -> Self {
+        let near = NearLight::of(lights, groups);
         let clusters = match options.clusters {
             true => clusters::clusters(&near),
             false => (0..near.len() as u32).map(|light| vec![light]).collect(),
@@ -194,6 +209,7 @@ impl LightBvh {
             scale,
             order,
             tree,
+            margins: None,
         }
     }
 
@@ -204,7 +220,8 @@ impl LightBvh {
 
     /// What shaders read, for the lights at any time.
     pub fn contents(&self, lights: &Lights) -> LightBvhContents {
-        let near = NearLight::of(lights);
+        // Clusters are made, so groups do not matter any more.
+        let near = NearLight::of(lights, &[]);
         let nodes = self.nodes(&near);
         let weights = self.order.iter().map(|light| match self.options.by_power {
             true => near[*light as usize].power,
@@ -262,7 +279,12 @@ impl LightBvh {
             };
             let (low, high) = match (self.options.cut, children) {
                 (true, _) => sum.surroundings(self.scale),
-                (false, None) => sum.influence(self.scale),
+                (false, None) => match &self.margins {
+                    Some(margins) if sum.power > 0.0 => {
+                        (sum.low - margins[index].0, sum.high + margins[index].1)
+                    }
+                    _ => sum.influence(self.scale),
+                },
                 (false, Some([left, right])) => (
                     nodes[left].low.min(nodes[right].low),
                     nodes[left].high.max(nodes[right].high),
@@ -355,8 +377,13 @@ impl LightSum {
         if self.power == 0.0 {
             return NOWHERE;
         }
-        let radius = Vec3::splat(scale * self.power.sqrt() as f32);
+        let radius = Vec3::splat(Self::radius(self.power, scale));
         (self.low - radius, self.high + radius)
+    }
+
+    /// The radius of influence of lights with some power.
+    fn radius(power: f64, scale: f32) -> f32 {
+        scale * power.sqrt() as f32
     }
 
     /// The box from which the lights are looked at one by one.

@@ -8,6 +8,7 @@ mod rounded;
 mod shape;
 mod simplify;
 pub mod stage;
+mod tessellate;
 pub mod tumble;
 mod turned;
 
@@ -15,4 +16,5 @@ pub use builder::{Builder, Model, SINK};
 pub use materials::{dielectric, emitter, metal};
 pub use rounded::{lathe, soft_box};
 pub use shape::Shape;
+pub use tessellate::tessellate_lights;
 pub use turned::Profile;

@@ -1,7 +1,9 @@
 //! A wet street at night between lit windows, lamps and neon signs; metres, the road along −Z.
 
 use crate::random::Random;
-use crate::scene::procedural::modelling::{Builder, Model, Shape, dielectric, emitter, metal};
+use crate::scene::procedural::modelling::{
+    Builder, Model, Shape, dielectric, emitter, metal, tessellate_lights,
+};
 use crate::scene::procedural::parameters::{Parameter, Range, Values};
 use crate::scene::{Material, Scene};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
@@ -18,6 +20,12 @@ pub(super) const PARAMETERS: &[Parameter] = &[
         doc: "Seed of the city",
         default: "1",
         values: Range::Whole(0, u32::MAX as u64),
+    },
+    Parameter {
+        name: "tessellation",
+        doc: "Parts of each edge of each emissive triangle: one becomes so many squared, and nothing else changes",
+        default: "1",
+        values: Range::Whole(1, 100),
     },
 ];
 
@@ -358,5 +366,6 @@ pub(super) fn make(values: &Values) -> Scene {
         52.0,
         16.0 / 9.0,
     );
+    tessellate_lights(&mut scene.0, values.whole("tessellation") as u32);
     scene.0
 }

@@ -1,0 +1,70 @@
+//! Emissive triangles that share corners: the triangles of one lamp, however finely it is modelled.
+
+use crate::scene::lights::LampTriangle;
+use std::collections::HashMap;
+
+/// For each triangle the index of the first one that it is connected with by common corners, through others or directly.
+/// Triangles of an instance follow each other.
+pub fn connected(lamps: &[LampTriangle]) -> Vec<u32> {
+    let mut firsts: Vec<u32> = (0..lamps.len() as u32).collect();
+    let mut corners = HashMap::new();
+    for (index, lamp) in (0..).zip(lamps) {
+        if index > 0 && lamps[index as usize - 1].instance != lamp.instance {
+            corners.clear();
+        }
+        for corner in lamp.corners {
+            // Adding 0 makes the two zeros equal.
+            let place = corner.to_array().map(|x| (x + 0.0).to_bits());
+            let other = *corners.entry(place).or_insert(index);
+            let (a, b) = (first(&mut firsts, index), first(&mut firsts, other));
+            firsts[a.max(b) as usize] = a.min(b);
+        }
+    }
+    (0..lamps.len() as u32)
+        .map(|index| first(&mut firsts, index))
+        .collect()
+}
+
+/// The first one of a triangle's set, with the paths on the way halved.
+fn first(firsts: &mut [u32], mut index: u32) -> u32 {
+    while firsts[index as usize] != index {
+        firsts[index as usize] = firsts[firsts[index as usize] as usize];
+        index = firsts[index as usize];
+    }
+    index
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::lights::lamp_triangles;
+    use crate::scene::procedural;
+
+    /// The number of connected sets among a scene's lights, and the number of triangles.
+    fn sets(scene: &str, parameter: &str, value: &str) -> (usize, usize) {
+        let scene = procedural::generate(scene, &[(parameter.into(), value.into())]).unwrap();
+        let lamps = lamp_triangles(&scene, &scene.lamp_materials());
+        let mut firsts = connected(&lamps);
+        assert!(firsts.iter().zip(0..).all(|(first, index)| *first <= index));
+        firsts.sort_unstable();
+        firsts.dedup();
+        (firsts.len(), lamps.len())
+    }
+
+    #[test]
+    fn a_lamp_of_many_triangles_is_one() {
+        let (others, _) = sets("colourful-mess", "lamps", "0");
+        let (all, triangles) = sets("colourful-mess", "lamps", "28");
+        assert_eq!(all - others, 28);
+        assert!(triangles > 100 * 28);
+    }
+
+    #[test]
+    fn the_parts_of_a_divided_lamp_stay_one() {
+        let (lamps, triangles) = sets("night-city", "tessellation", "1");
+        assert_eq!(
+            sets("night-city", "tessellation", "3"),
+            (lamps, 9 * triangles)
+        );
+    }
+}
