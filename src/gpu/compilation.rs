@@ -8,6 +8,7 @@ use super::specialise::specialise;
 use crate::Result;
 use ash::vk;
 use rspirv::dr::Module;
+use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, OnceLock};
 use std::thread::{Builder, JoinHandle};
 
@@ -81,6 +82,8 @@ fn compile(
     layout: vk::PipelineLayout,
 ) -> Made {
     let words = specialise(shader, constants);
+    let bytes = size_of_val(words.as_slice()) as u64;
+    device.shader_bytes.fetch_add(bytes, Ordering::Relaxed);
     let raw = &device.raw;
     // SAFETY: every create-info and what it points to lives through its call. The layout outlives the compilation,
     // which the pass that owns both waits for before it destroys the layout.

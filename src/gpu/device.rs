@@ -7,6 +7,7 @@ use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, Allocator, AllocatorCreateDesc};
 use std::ffi::CString;
 use std::mem::ManuallyDrop;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Optional features, enabled only if they are used.
@@ -37,10 +38,17 @@ pub struct Device {
     pub(super) queue_lock: Mutex<()>,
     /// Command buffers that are not in use.
     pub(super) idle: Mutex<Vec<Recorder>>,
+    /// Bytes of SPIR-V that were given to the driver.
+    pub(super) shader_bytes: AtomicU64,
     instance: Arc<Instance>,
 }
 
 impl Device {
+    /// Bytes of SPIR-V that were given to the driver so far.
+    pub fn shader_bytes(&self) -> u64 {
+        self.shader_bytes.load(Ordering::Relaxed)
+    }
+
     /// Opens `info` with `features`.
     ///
     /// Under the validation layers no other thread may use Vulkan while a device is opened or closed: they keep their
@@ -150,6 +158,7 @@ impl Device {
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
             queue_lock: Mutex::new(()),
             idle: Mutex::default(),
+            shader_bytes: AtomicU64::new(0),
             info,
             features: Features {
                 buffer_addresses: addresses,

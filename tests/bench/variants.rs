@@ -2,10 +2,11 @@
 //!
 //! `cargo bench --bench variants [-- [--preset NAME] [--environment FILE] [SCENES…]]`, by default with `accurate` and all
 //! generated scenes, prints one line for each scene:
-//! `variants SCENE ms=… full=… same=… bytes=… pixel=… cold=… warm=… cold_full=…`. `ms` is the median time of the passes of a
-//! frame, `full` the median of the ratios to it with `variant=full`, `same` whether both gave the same bits; `bytes` are
-//! those of the scene's buffers and `pixel` those of the picture's, a pixel; `cold` and `warm` are the seconds of a whole
-//! process that renders one frame without and with Mesa's cache of shaders, and `cold_full` those without and with
+//! `variants SCENE ms=… full=… same=… spirv=… spirv_full=… bytes=… pixel=… cold=… warm=… cold_full=…`. `ms` is the median
+//! time of the passes of a frame, `full` the median of the ratios to it with `variant=full`, `same` whether both gave the
+//! same bits; `spirv` and `spirv_full` are the bytes of all passes' shaders as drivers get them; `bytes` are those of the
+//! scene's buffers and `pixel` those of the picture's, a pixel; `cold` and `warm` are the seconds of a whole process that
+//! renders one frame without and with Mesa's cache of shaders, and `cold_full` those without and with
 //! `variant=full`. The last line counts the distinct sets of specialisation constants.
 
 #[path = "../support/mod.rs"]
@@ -109,33 +110,42 @@ fn main() {
         let (device, _) = support::open_device(Some(variant));
         let origin = view.camera.camera_to_world.translation;
         let uploaded = Arc::new(GpuScene::new(&device, &scene, origin, variant).unwrap());
-        let mut renderers = [Variant::Auto, Variant::Full].map(|variant| {
-            let mut settings = Preset::named(&preset).unwrap().settings().unwrap();
-            settings.variant = variant;
-            if variant == Variant::Auto {
-                sets.insert(Specialisation::of_scene(&uploaded, &settings).words());
-            }
-            Renderer::new(&device, uploaded.clone(), &view, &settings).unwrap()
-        });
+        let mut shaders = [0; 2];
+        let variants = [Variant::Auto, Variant::Full].into_iter();
+        let mut renderers: Vec<Renderer> = (variants.zip(&mut shaders))
+            .map(|(variant, shaders)| {
+                let mut settings = Preset::named(&preset).unwrap().settings().unwrap();
+                settings.variant = variant;
+                if variant == Variant::Auto {
+                    sets.insert(Specialisation::of_scene(&uploaded, &settings).words());
+                }
+                let before = device.shader_bytes();
+                let mut renderer =
+                    Renderer::new(&device, uploaded.clone(), &view, &settings).unwrap();
+                // The first two frames compile, one without and one with history.
+                renderer.single_frame(0).unwrap();
+                renderer.single_frame(1).unwrap();
+                *shaders = device.shader_bytes() - before;
+                renderer
+            })
+            .collect();
         let (mut times, mut ratios, mut same) = (Vec::new(), Vec::new(), true);
-        for frame in 0..ROUNDS + 2 {
-            let [specialised, full] = renderers.each_mut().map(|renderer| {
-                let passes = renderer.single_frame(frame).unwrap();
-                passes.iter().map(|pass| pass.milliseconds).sum::<f64>()
-            });
-            // The first two frames compile, one without and one with history.
-            if frame >= 2 {
-                times.push(specialised);
-                ratios.push(full / specialised);
-            }
-            let [a, b] = renderers.each_ref().map(|renderer| {
-                let radiance = renderer.frame_radiance().unwrap();
-                radiance
-                    .iter()
-                    .map(|p| p.map(f32::to_bits))
-                    .collect::<Vec<_>>()
-            });
-            same &= a == b;
+        for frame in 2..ROUNDS + 2 {
+            let both: Vec<f64> = (renderers.iter_mut())
+                .map(|renderer| {
+                    let passes = renderer.single_frame(frame).unwrap();
+                    passes.iter().map(|pass| pass.milliseconds).sum::<f64>()
+                })
+                .collect();
+            times.push(both[0]);
+            ratios.push(both[1] / both[0]);
+            let pictures: Vec<Vec<[u32; 3]>> = (renderers.iter())
+                .map(|renderer| {
+                    let radiance = renderer.frame_radiance().unwrap();
+                    radiance.iter().map(|p| p.map(f32::to_bits)).collect()
+                })
+                .collect();
+            same &= pictures[0] == pictures[1];
         }
         let bytes: u64 = uploaded.memory().iter().map(|(_, bytes)| bytes).sum();
         let shown = Path::new(name)
@@ -144,9 +154,11 @@ fn main() {
         let start = |cached, full| start_up(name, environment.as_deref(), &preset, cached, full);
         start(true, false);
         println!(
-            "variants {shown} ms={:.1} full={:.3} same={same} bytes={bytes} pixel={:.0} cold={:.1} warm={:.2} cold_full={:.1}",
+            "variants {shown} ms={:.1} full={:.3} same={same} spirv={} spirv_full={} bytes={bytes} pixel={:.0} cold={:.1} warm={:.2} cold_full={:.1}",
             median(times),
             median(ratios),
+            shaders[0],
+            shaders[1],
             renderers[0].bytes_per_pixel(),
             start(false, false),
             start(true, false),
