@@ -85,6 +85,34 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
+    /// The hash grid.
+    pub struct GridConstants {
+        /// The smallest coordinates.
+        pub low: Vec3,
+        /// Side of a cell.
+        pub cell: f32,
+        /// Cells along each axis.
+        pub cells: u32,
+        /// Bins of normals along each side of the octahedral map.
+        pub bins: u32,
+        /// Slots of the table, a power of two.
+        pub slots: u32,
+        /// Number of points.
+        pub points: u32,
+        /// Light candidates of each reservoir.
+        pub candidates: u32,
+        /// Reservoirs that a pixel merges.
+        pub merged: u32,
+        /// Confidence of each of these.
+        pub confidence: f32,
+        /// Frames after which all are made anew; 0: never.
+        pub refresh: u32,
+        /// Whether a reservoir mixes points of its cell (1) or belongs to one (0).
+        pub mixes_points: u32,
+    }
+}
+
+crate::gpu_struct! {
     /// Constants of the passes of resampling.
     pub struct RestirConstants {
         /// The view.
@@ -121,6 +149,8 @@ crate::gpu_struct! {
         pub light_tile: u32,
         /// Entries of a light list.
         pub light_list: u32,
+        /// The hash grid.
+        pub grid: GridConstants,
         /// How the kind of light of the pass is resampled.
         pub reuse: ReuseConstants,
     }

@@ -12,13 +12,14 @@ mod rays;
 mod scene;
 
 pub use frame::{
-    FrameConstants, GpuCamera, RestirConstants, ReuseConstants, SpatialStep, Strip, ViewConstants,
+    FrameConstants, GpuCamera, GridConstants, RestirConstants, ReuseConstants, SpatialStep, Strip,
+    ViewConstants,
 };
 pub use pixels::{PixelSums, PrimarySurface, ReservoirAov, SampleData};
 pub use rays::{RayAnswer, RayBatch, RayQuery};
 pub use scene::{
-    GpuInstance, GpuLight, GpuLightChoice, GpuLightNode, GpuLightPlace, GpuLightTexture,
-    GpuMaterial, GpuNodeLight, GpuPreviousTransform, GpuPunctualLight, GpuTexture,
+    GpuGridCell, GpuGridPoint, GpuInstance, GpuLight, GpuLightChoice, GpuLightNode, GpuLightPlace,
+    GpuLightTexture, GpuMaterial, GpuNodeLight, GpuPreviousTransform, GpuPunctualLight, GpuTexture,
 };
 
 use crate::choices;
@@ -104,10 +105,15 @@ crate::gpu_constants! {
     pub const STREAM_LISTS: u32 = 5;
     /// Random stream of the choice of a light list.
     pub const STREAM_TILES: u32 = 6;
+    /// Random stream of the choice of a cell of the hash grid; the next two are those of its reservoirs and of the choice among
+    /// these.
+    pub const STREAM_GRID: u32 = 7;
     /// Random stream of the first spatial pass; that of pass n is n higher.
     pub const STREAM_SPATIAL: u32 = 16;
     /// Added to these by passes of indirect light, except by the pilots, which both kinds share.
     pub const STREAM_INDIRECT: u32 = 64;
+    /// Maximum number of reservoirs of the hash grid that a pixel merges.
+    pub const MAX_GRID_MERGED: u32 = 16;
     /// Maximum radiance of a sample, in the unit of the device, in which the brightest light is below 2: the squares of
     /// millions of them still add up in f32. It is far above that, since improbable samples have large weights.
     pub const MAX_RADIANCE: f32 = 1e15;
@@ -140,11 +146,14 @@ pub const STRUCTS: &[StructLayout] = &[
     GpuLightNode::LAYOUT,
     GpuNodeLight::LAYOUT,
     GpuLightPlace::LAYOUT,
+    GpuGridCell::LAYOUT,
+    GpuGridPoint::LAYOUT,
     GpuPreviousTransform::LAYOUT,
     GpuCamera::LAYOUT,
     ViewConstants::LAYOUT,
     FrameConstants::LAYOUT,
     ReuseConstants::LAYOUT,
+    GridConstants::LAYOUT,
     RestirConstants::LAYOUT,
     SpatialStep::LAYOUT,
     ReservoirAov::LAYOUT,

@@ -3,6 +3,7 @@
 
 mod direct;
 mod environment;
+mod hash_grid;
 mod indirect;
 mod keys;
 mod light_bvh;
@@ -11,6 +12,7 @@ mod reservoirs;
 
 pub use direct::Direct;
 pub use environment::EnvironmentSettings;
+pub use hash_grid::{GridMode, HashGridSettings};
 pub use indirect::{Indirect, IndirectMode, Secondary, Shift};
 pub use keys::Description;
 pub(crate) use keys::flatten;
@@ -105,6 +107,8 @@ pub struct Settings {
     pub indirect: Indirect,
     /// The light BVH, from which `candidates=light-bvh` draws.
     pub light_bvh: LightBvhSettings,
+    /// The hash grid, with `direct.candidates=hash-grid`.
+    pub hash_grid: HashGridSettings,
     /// How reservoirs lie in memory.
     pub reservoirs: Reservoirs,
     /// Which code shaders contain. `full` costs time; the picture is the same.

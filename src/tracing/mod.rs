@@ -7,6 +7,7 @@ pub mod environment;
 mod epochs;
 pub mod gather;
 pub mod geometry;
+pub mod hash_grid;
 pub mod images;
 pub mod light_bvh;
 pub mod lights;
@@ -17,7 +18,7 @@ pub mod scene;
 pub mod selection;
 pub mod shaders;
 pub mod sizes;
-mod surface_points;
+pub mod surface_points;
 pub mod units;
 
 pub use crate::shader_variants::{Fetch, GeometryAccess, Textures, Tracer, Variant};

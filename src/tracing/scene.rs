@@ -14,7 +14,7 @@ use super::materials::Materials;
 use super::pose::ScenePoser;
 use super::ray_query::RayQueryScene;
 use super::sizes::{SceneSizes, check_buffer};
-use super::surface_points::surface_points;
+use super::surface_points::{SurfacePoint, surface_points};
 use super::units::Units;
 use super::{Textures, Tracer, Variant};
 use crate::Result;
@@ -22,12 +22,9 @@ use crate::gpu::{Device, Resource, SampledImage};
 use crate::scene::Scene;
 use crate::scene::motion::Pose;
 use crate::scene::requirements::Requirements;
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use obvhs::cwbvh::node::CwBvhNode;
 use std::sync::Arc;
-
-/// Enough for the mean of a number of boxes: to 3 % if it is 8.
-const SURFACE_POINTS: usize = 1024;
 
 /// A scene's buffers and, where rays are queries, its acceleration structures.
 pub struct GpuScene {
@@ -50,8 +47,8 @@ pub struct GpuScene {
     first_lights: Lights,
     /// For each emissive triangle the first one that it is connected with by common corners.
     pub light_groups: Vec<u32>,
-    /// Points on surfaces at time 0, uniform by area.
-    pub surface_points: Vec<Vec3>,
+    /// For each instance the triangles of its mesh.
+    triangle_counts: Vec<u32>,
 }
 
 impl GpuScene {
@@ -90,6 +87,10 @@ impl GpuScene {
             false => Vec::new(),
         };
         let light_groups = connected(poser.lamps());
+        let triangle_counts = gathered.scene.instances.iter();
+        let triangle_counts = triangle_counts
+            .map(|instance| geometry.meshes[instance.mesh as usize].triangle_count)
+            .collect();
         let (mut moving, mut previous_transforms) = (None, Vec::new());
         let mut epochs = match motion {
             None => EpochContents::new(&[&pose], pose.top.nodes.len()),
@@ -156,7 +157,7 @@ impl GpuScene {
             moving,
             first_lights,
             light_groups,
-            surface_points: surface_points(scene, &units, SURFACE_POINTS),
+            triangle_counts,
         })
     }
 
@@ -216,6 +217,24 @@ impl GpuScene {
     /// The lights at time 0.
     pub fn first_lights(&self) -> &Lights {
         &self.first_lights
+    }
+
+    /// Some points on the surfaces as they are posed, uniform by area, in the device's units.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn surface_points(&self, count: usize) -> Result<Vec<SurfacePoint>> {
+        let instances = self.buffers.instances.read(self.triangle_counts.len())?;
+        let positions = self
+            .buffers
+            .positions
+            .read(self.counts.triangles as usize)?;
+        Ok(surface_points(
+            &instances,
+            &self.triangle_counts,
+            &positions,
+            count,
+        ))
     }
 
     /// Whether something besides the camera moves.

@@ -1,25 +1,45 @@
 //! Points on the surfaces of a scene, uniform by area.
 
-use super::units::Units;
+use crate::layouts::GpuInstance;
 use crate::random::Random;
-use crate::scene::Scene;
 use glam::{DVec3, Vec3};
 
-/// Some points on the surfaces of a scene at rest, in the device's units: one in each of `count` parts of equal area.
-pub fn surface_points(scene: &Scene, units: &Units, count: usize) -> Vec<Vec3> {
+/// A point on a surface, in the device's units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfacePoint {
+    /// Where it is.
+    pub position: Vec3,
+    /// The unit normal of its triangle, of either side.
+    pub normal: Vec3,
+}
+
+/// Some points on the surfaces of instances: one in each of `count` parts of equal area. `triangle_counts` are those of the
+/// instances' meshes, `positions` the corners of all meshes.
+pub fn surface_points(
+    instances: &[GpuInstance],
+    triangle_counts: &[u32],
+    positions: &[[Vec3; 3]],
+    count: usize,
+) -> Vec<SurfacePoint> {
     let triangles = || {
-        scene.instances.iter().flat_map(|instance| {
-            let mesh = &scene.meshes[instance.mesh as usize];
-            let place = units.to_device() * instance.object_to_world;
-            mesh.triangles.iter().map(move |corners| {
-                corners.map(|corner| {
-                    place.transform_point3(mesh.positions[corner as usize].as_dvec3())
-                })
+        instances
+            .iter()
+            .zip(triangle_counts)
+            .flat_map(|(instance, triangles)| {
+                let [x, y, z, at] = instance.object_to_world.map(|column| column.as_dvec3());
+                let first = instance.first_triangle as usize;
+                positions[first..][..*triangles as usize]
+                    .iter()
+                    .map(move |corners| {
+                        corners.map(|p| {
+                            let p = p.as_dvec3();
+                            x * p.x + y * p.y + z * p.z + at
+                        })
+                    })
             })
-        })
     };
-    let area = |[a, b, c]: [DVec3; 3]| 0.5 * (b - a).cross(c - a).length();
-    let total: f64 = triangles().map(area).sum();
+    let cross = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a);
+    let total: f64 = triangles().map(|corners| cross(corners).length()).sum();
     let mut points = Vec::with_capacity(count);
     if !(total > 0.0 && total.is_finite()) {
         return points;
@@ -28,14 +48,18 @@ pub fn surface_points(scene: &Scene, units: &Units, count: usize) -> Vec<Vec3> {
     let part = total / count as f64;
     let mut next = part * f64::from(random.unit());
     let mut passed = 0.0;
-    for triangle in triangles() {
-        passed += area(triangle);
-        let [a, b, c] = triangle;
+    for corners in triangles() {
+        let across = cross(corners);
+        passed += across.length();
+        let [a, b, c] = corners;
         while next < passed && points.len() < count {
             let root = f64::from(random.unit()).sqrt();
-            let across = f64::from(random.unit()) * root;
-            let point = a + (b - a) * (root - across) + (c - a) * across;
-            points.push(point.as_vec3());
+            let third = f64::from(random.unit()) * root;
+            let position = a + (b - a) * (root - third) + (c - a) * third;
+            points.push(SurfacePoint {
+                position: position.as_vec3(),
+                normal: across.normalize().as_vec3(),
+            });
             next = part * (points.len() as f64 + f64::from(random.unit()));
         }
     }
@@ -45,23 +69,38 @@ pub fn surface_points(scene: &Scene, units: &Units, count: usize) -> Vec<Vec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::procedural;
+
+    /// A triangle of area 1 and one of area 3, placed at twice their size.
+    fn points(scale: f32) -> Vec<SurfacePoint> {
+        let instance = GpuInstance {
+            object_to_world: [Vec3::X, Vec3::Y, Vec3::Z, Vec3::splat(7.0)].map(|v| v * 2.0 * scale),
+            first_triangle: 1,
+            ..GpuInstance::default()
+        };
+        let unused = [Vec3::ZERO; 3];
+        let small = [Vec3::ZERO, 2.0 * Vec3::X, Vec3::Y];
+        let large = [Vec3::ZERO, 6.0 * Vec3::Y, Vec3::Z].map(|p| p - Vec3::X);
+        surface_points(&[instance], &[2], &[unused, small, large], 1000)
+    }
 
     #[test]
     fn they_are_spread_by_area_and_scale_with_the_scene() {
-        let mut scene = procedural::generate("cornell", &[]).unwrap();
-        let units = Units::of(&scene, DVec3::ZERO);
-        let points = surface_points(&scene, &units, 1000);
-        assert_eq!(points.len(), 1000);
-        // A fifth of the box's five walls is the floor; the two blocks have less area than two walls.
-        let floor = points.iter().filter(|point| point.y.abs() < 1e-4).count();
-        assert!((100..220).contains(&floor), "{floor}");
-        for instance in &mut scene.instances {
-            instance.object_to_world =
-                glam::DAffine3::from_scale(DVec3::splat(2_f64.powi(30))) * instance.object_to_world;
+        let plain = points(1.0);
+        assert_eq!(plain.len(), 1000);
+        let small = plain.iter().filter(|p| p.normal.z > 0.999).count();
+        assert!((248..=252).contains(&small), "{small}");
+        assert!(
+            plain
+                .iter()
+                .all(|p| p.position.x > 11.99 && p.position.y > 13.99)
+        );
+        let scale = 2_f32.powi(30);
+        for (far, near) in points(scale).iter().zip(plain) {
+            assert_eq!(
+                (far.position, far.normal),
+                (near.position * scale, near.normal)
+            );
         }
-        let units = Units::of(&scene, DVec3::ZERO);
-        assert_eq!(surface_points(&scene, &units, 1000), points);
-        assert_eq!(surface_points(&Scene::default(), &units, 10), []);
+        assert_eq!(surface_points(&[], &[], &[], 10), []);
     }
 }

@@ -1,6 +1,7 @@
 //! The passes: what each `glsl/passes/NAME.comp` is bound to. The fields of a structure are the bindings of
 //! the shader, matched by name; every pass also binds the scene.
 
+mod grid;
 mod initial_direct;
 mod initial_indirect;
 mod light_lists;
@@ -14,6 +15,7 @@ mod surfaces;
 mod temporal;
 mod trace_rays;
 
+pub use grid::{FillGrid, MarkGrid, MergeGrid};
 pub use initial_direct::InitialDirect;
 pub use initial_indirect::InitialIndirect;
 pub use light_lists::DrawLightLists;

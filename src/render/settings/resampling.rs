@@ -18,6 +18,9 @@ pub enum Candidates {
     Power,
     /// Lights that matter at the point that is lit, by a light BVH, and a share by power.
     LightBvh,
+    /// By power; the reservoirs of pixels then merge with those of a hash grid on the scene's surfaces. For indirect light the
+    /// same as `power`.
+    HashGrid,
 }
 
 /// Whose reservoirs a pixel merges with its own.

@@ -1,6 +1,6 @@
 //! The constants of a frame's shaders, and the position of its primary rays in their pixels (jitter).
 
-use crate::layouts::{RestirConstants, ReuseConstants, ViewConstants};
+use crate::layouts::{GridConstants, RestirConstants, ReuseConstants, ViewConstants};
 use crate::render::scene_bindings::SceneBindings;
 use crate::render::settings::{
     Candidates, Far, LightBvhSettings, LightChoice, Resampling, Rest, Search, Settings,
@@ -38,6 +38,7 @@ pub fn of_frame(
         light_tile: settings.light_bvh.tile,
         light_list: settings.light_bvh.list,
         light_bvh_uniform: (settings.light_bvh.choice == LightChoice::Uniform).into(),
+        grid: GridConstants::default(),
         reuse: ReuseConstants::default(),
     }
 }
@@ -56,7 +57,7 @@ impl ReuseConstants {
         let is_uniform = match resampling.candidates {
             Candidates::Uniform => true,
             Candidates::LightBvh => light_bvh.rest == Rest::Uniform,
-            Candidates::Power | Candidates::Auto => false,
+            Candidates::Power | Candidates::HashGrid | Candidates::Auto => false,
         };
         Self {
             uniform_candidates: is_uniform.into(),

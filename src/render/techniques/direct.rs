@@ -1,5 +1,6 @@
 //! Direct light: candidates from lights and from the BSDF, then reuse.
 
+use super::hash_grid::HashGridLight;
 use super::light_lists::LightLists;
 use super::pilots::Pilots;
 use super::reuse::{FrameInputs, Reuse};
@@ -13,6 +14,8 @@ pub struct DirectLight {
     pub initial: ComputePass,
     /// The lists that some of these come from.
     pub lists: LightLists,
+    /// The hash grid with whose reservoirs theirs merge, if it is asked for.
+    pub grid: Option<HashGridLight>,
     /// What happens to them then.
     pub reuse: Reuse,
 }
@@ -40,6 +43,16 @@ impl DirectLight {
             counters: inputs.counters,
         };
         recording.pass(&self.initial, &initial, &(), inputs.groups)?;
+        if let Some(grid) = &self.grid {
+            let (restir, current) = (&self.reuse.restir, self.reuse.reservoirs.current());
+            grid.record(
+                recording,
+                inputs,
+                restir,
+                current,
+                self.reuse.constants.frame,
+            )?;
+        }
         self.reuse.record(recording, inputs)
     }
 }

@@ -2,6 +2,7 @@
 
 mod constants;
 mod direct;
+mod hash_grid;
 mod indirect;
 mod light_lists;
 pub mod path_tracing;

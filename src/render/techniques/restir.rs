@@ -2,14 +2,15 @@
 
 use super::constants;
 use super::direct::DirectLight;
+use super::hash_grid::HashGridLight;
 use super::indirect::IndirectLight;
 use super::light_lists::LightLists;
 use super::pilots::Pilots;
 use super::reuse::{FrameInputs, Reuse};
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
 use crate::layouts::{
-    GpuCamera, INDIRECT_COMPACT_WORDS, NONE, PILOT_WORDS, PixelSums, ReservoirAov, RestirConstants,
-    ReuseConstants, SampleData, TILE, ViewConstants,
+    GpuCamera, GridConstants, INDIRECT_COMPACT_WORDS, NONE, PILOT_WORDS, PixelSums, ReservoirAov,
+    RestirConstants, ReuseConstants, SampleData, TILE, ViewConstants,
 };
 use crate::render::Tracking;
 use crate::render::counters::{Counters, Counts};
@@ -197,9 +198,11 @@ impl Restir {
             let (initial, reuse) = reuse(Kind::Direct, settings.direct.resampling, sizes.direct)?;
             let make = |name: &str| pass(name, for_direct);
             let lists = LightLists::new(device, settings, view, make)?;
+            let grid = HashGridLight::new(device, &bindings.scene, settings, &layout, make)?;
             Ok::<_, Error>(DirectLight {
                 initial,
                 lists,
+                grid,
                 reuse,
             })
         });
@@ -223,6 +226,8 @@ impl Restir {
             texels: bindings.scene.variant.fetch == Fetch::Texels,
             ..Usage::default()
         };
+        let grid = direct.as_ref().and_then(|light| light.grid.as_ref());
+        let grid = grid.map_or_else(GridConstants::default, |grid| grid.constants);
         let restir_bytes = size_of::<RestirConstants>() as u64;
         let mut made = Self {
             surfaces,
@@ -243,6 +248,7 @@ impl Restir {
             constants: RestirConstants {
                 // The pilots are drawn as candidates of direct light are.
                 reuse: for_shaders(&settings.direct.resampling),
+                grid,
                 ..constants::of_frame(view, bindings, settings, sizes.slots as u32, jitter)
             },
             specialisation,
@@ -263,7 +269,8 @@ impl Restir {
         // A shader that reads a reservoir which no pass wrote finds it empty, instead of the index of a light
         // that does not exist.
         let mut recording = Recording::new(&self.device)?;
-        for buffer in self.buffers() {
+        let grid = self.direct.iter().filter_map(|light| light.grid.as_ref());
+        for buffer in self.buffers().chain(grid.flat_map(HashGridLight::emptied)) {
             recording.clear(buffer);
         }
         recording.finish()?;

@@ -36,6 +36,13 @@ pub struct LightBvhOptions {
     pub by_power: bool,
 }
 
+impl LightBvhOptions {
+    /// Whether it needs points on surfaces.
+    pub fn needs_surfaces(&self) -> bool {
+        self.scale.is_none() && !self.cut
+    }
+}
+
 /// A light that is somewhere, in the device's units.
 #[derive(Clone, Copy, Debug)]
 pub struct NearLight {
