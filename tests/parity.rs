@@ -5,7 +5,7 @@ mod support;
 use glam::{DAffine3, DMat3, DVec3, Quat, Vec3};
 use headwater::gpu::DriverKind;
 use headwater::layouts::{NONE, RayAnswer, RayQuery};
-use headwater::render::outputs::ray_list::RayTracer;
+use headwater::render::ray_list::RayTracer;
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::{AlphaMode, Instance, Material, Scene};
 use headwater::tracing::gather::gather;

@@ -1,6 +1,6 @@
 //! The buffers of the light BVH, which a renderer has if its settings draw candidates from it.
 
-use super::outputs::ray_list::RayTracer;
+use super::ray_list::RayTracer;
 use super::settings::{
     Boxes, Candidates, Far, Integrator, LightBvhSettings, LightChoice, Settings,
 };

@@ -12,6 +12,7 @@ pub mod light_bvh;
 pub mod outputs;
 pub mod passes;
 pub mod presets;
+pub mod ray_list;
 pub mod renderer;
 pub mod reservoir_layout;
 pub mod scene_bindings;

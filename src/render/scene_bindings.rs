@@ -6,7 +6,7 @@ use super::settings::{Energy, Settings};
 use super::specialisation::Specialisation;
 use crate::Result;
 use crate::gpu::{Buffer, ComputePass, Device, Resource, Usage};
-use crate::tracing::{GpuScene, shaders};
+use crate::tracing::GpuScene;
 use std::sync::Arc;
 
 /// The scene and the tables, and how shaders are specialised by them.
@@ -45,14 +45,8 @@ impl SceneBindings {
     /// # Errors
     /// A shader whose interface cannot be bound by name.
     pub fn pass(&self, name: &str, specialisation: &Specialisation) -> Result<ComputePass> {
-        let spirv = shaders::spirv(name, self.scene.variant)?;
-        ComputePass::with_images(
-            &self.device,
-            name,
-            &spirv,
-            &specialisation.words(),
-            self.scene.image_count(),
-        )
+        let constants = specialisation.words();
+        self.scene.pass(&self.device, name, &constants)
     }
 
     /// What shaders may bind.

@@ -13,12 +13,13 @@ pub use super::lights::gpu_lights;
 use super::materials::Materials;
 use super::pose::ScenePoser;
 use super::ray_query::RayQueryScene;
+use super::shaders;
 use super::sizes::{SceneSizes, check_buffer};
 use super::surface_points::{SurfacePoint, surface_points};
 use super::units::Units;
 use super::{Textures, Tracer, Variant};
 use crate::Result;
-use crate::gpu::{Device, Resource, SampledImage};
+use crate::gpu::{ComputePass, Device, Resource, SampledImage};
 use crate::scene::Scene;
 use crate::scene::motion::Pose;
 use crate::scene::requirements::Requirements;
@@ -261,9 +262,18 @@ impl GpuScene {
         resources
     }
 
-    /// Number of images that shaders may sample.
-    pub fn image_count(&self) -> u32 {
-        self.images.len() as u32
+    /// Makes the pass `glsl/passes/NAME.comp`, in the scene's variant, with pairs of id and value as its constants.
+    ///
+    /// # Errors
+    /// A shader whose interface cannot be bound by name.
+    pub fn pass(
+        &self,
+        device: &Arc<Device>,
+        name: &str,
+        constants: &[(u32, u32)],
+    ) -> Result<ComputePass> {
+        let spirv = shaders::spirv(name, self.variant)?;
+        ComputePass::with_images(device, name, &spirv, constants, self.images.len() as u32)
     }
 
     /// Bytes on the device, by buffer.

@@ -10,7 +10,7 @@ mod support;
 
 use glam::{DVec3, Vec3, Vec3A};
 use headwater::layouts::RayQuery;
-use headwater::render::outputs::ray_list::RayTracer;
+use headwater::render::ray_list::RayTracer;
 use headwater::scene::{Material, Scene};
 use headwater::tracing::{GpuScene, Tracer};
 use obvhs::BvhBuildParams;

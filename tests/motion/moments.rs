@@ -3,8 +3,8 @@
 use crate::{playroom, support};
 use glam::{DAffine3, DVec3};
 use headwater::layouts::{NONE, PixelSums, PrimarySurface, RayQuery};
-use headwater::render::outputs::ray_list::RayTracer;
 use headwater::render::presets::Preset;
+use headwater::render::ray_list::RayTracer;
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::Scene;
 use headwater::scene::motion::{Node, Place};

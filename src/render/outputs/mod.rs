@@ -1,7 +1,6 @@
-//! The outputs of a technique besides its picture: AOVs, sums over samples, and lists of traced rays.
+//! The outputs of a technique besides its picture: AOVs, and sums over samples.
 
 pub mod primary_surfaces;
-pub mod ray_list;
 pub mod reservoir_aovs;
 mod sums;
 

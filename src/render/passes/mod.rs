@@ -13,7 +13,6 @@ mod shade;
 mod spatial;
 mod surfaces;
 mod temporal;
-mod trace_rays;
 
 pub use grid::{FillGrid, MarkGrid, MergeGrid};
 pub use initial_direct::InitialDirect;
@@ -27,4 +26,3 @@ pub use shade::Shade;
 pub use spatial::Spatial;
 pub use surfaces::Surfaces;
 pub use temporal::Temporal;
-pub use trace_rays::TraceRays;

@@ -1,18 +1,27 @@
 //! Rays from a list: for boxes of lights that follow visibility, and for tests and benchmarks of the tracers.
 
+use super::counters::Counters;
+use super::settings::Settings;
+use super::specialisation::Specialisation;
 use crate::Result;
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
 use crate::layouts::{RAYS_PER_GROUP, RayAnswer, RayBatch, RayQuery};
-use crate::render::counters::Counters;
-use crate::render::passes::TraceRays;
-use crate::render::scene_bindings::SceneBindings;
-use crate::render::settings::Settings;
 use crate::tracing::GpuScene;
 use std::sync::Arc;
 
+crate::bindings! {
+    /// Bindings of the pass `trace_rays`.
+    pub struct TraceRays {
+        [offers scene: GpuScene]
+        read rays,
+        write answers,
+        write counters,
+    }
+}
+
 /// A list of rays on the device, ready to be traced again and again.
 pub struct RayTracer {
-    scene: SceneBindings,
+    scene: Arc<GpuScene>,
     pass: ComputePass,
     counters: Counters,
     rays: Buffer,
@@ -36,8 +45,8 @@ impl RayTracer {
                 ..*ray
             })
             .collect();
-        let scene = SceneBindings::new(device, scene, &Settings::default())?;
-        let pass = scene.pass("trace_rays", &scene.specialisation)?;
+        let specialisation = Specialisation::of_scene(&scene, &Settings::default());
+        let pass = scene.pass(device, "trace_rays", &specialisation.words())?;
         let size = (rays.len() * size_of::<RayAnswer>()) as u64;
         Ok(Self {
             scene,
