@@ -33,6 +33,19 @@ crate::gpu_enum! {
 }
 
 crate::gpu_enum! {
+    /// What fills the hash grid.
+    pub enum HashGrid {
+        /// There is none.
+        #[default]
+        None,
+        /// Some pixels of the frame.
+        Pixels,
+        /// Points from a list.
+        Points,
+    }
+}
+
+crate::gpu_enum! {
     /// Where visibility enters.
     #[cfg_attr(headwater, derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
     #[cfg_attr(headwater, serde(rename_all = "kebab-case"))]
@@ -81,6 +94,7 @@ crate::gpu_enum! {
 pub fn glsl() -> String {
     [
         Heuristic::glsl(),
+        HashGrid::glsl(),
         Mis::glsl(),
         Visibility::glsl(),
         Format::glsl(),

@@ -166,6 +166,33 @@ fn visibility_that_is_missing_at_the_neighbours_is_found() {
     assert_both_fail(passes, &said);
 }
 
+/// What a BSDF ray hits the hash grid can draw too, and the other way round. It takes few points on lights to see.
+#[test]
+fn hits_that_know_nothing_of_the_hash_grid_are_found() {
+    let plan = r#"
+scenes = ["cornell-glossy"]
+width = 48
+frames = 3
+seeds = 64
+bounces = 1
+reference_spp = 4096
+[[configurations]]
+name = "hash grid"
+preset = "accurate"
+set = { "direct.candidates" = "hash-grid", "direct.light_samples" = 1 }
+"#;
+    assert!(study_with_fault(plan, &[]).0);
+    let (passes, said) = study_with_fault(
+        plan,
+        &[(
+            "passes/initial_direct.comp",
+            "if (weight > 0.0) weight *= own_weight(grid, value, target);",
+            "",
+        )],
+    );
+    assert!(!passes && said.contains("should be unbiased"));
+}
+
 /// A pixel that draws more because its own first candidate was bright makes too little of that one. It
 /// takes narrow lobes and few points on lights to see: elsewhere these weigh more than BSDF rays.
 #[test]

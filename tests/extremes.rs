@@ -63,9 +63,11 @@ fn techniques() -> [Settings; 2] {
     [Settings::default(), accurate.settings().unwrap()]
 }
 
-/// The same for a scene; with all kinds of light, candidates come from the light BVH.
+/// The same for a scene; with all kinds of light, candidates come from the light BVH, and otherwise those of direct light from
+/// the hash grid.
 fn techniques_for(scene: &Scene) -> [Settings; 2] {
     let [path_tracing, mut accurate] = techniques();
+    accurate.direct.resampling.candidates = Candidates::HashGrid;
     if !scene.punctual_lights.is_empty() {
         accurate.direct.resampling.candidates = Candidates::LightBvh;
         accurate.indirect.resampling.candidates = Candidates::LightBvh;

@@ -1,56 +1,99 @@
 #pragma once
-// The hash grid (src/tracing/hash_grid.rs): points on surfaces, found by cell and by bin of normals, each with a reservoir of
-// direct light.
+// The hash grid. Space is divided into cells, and each cell by the direction of normals into bins. A cell's bin has some
+// places for reservoirs of direct light, which a hash finds. In each frame some surfaces claim places, one at random of those
+// of their cell, and fill them with a reservoir of many candidates; the pixels around merge it with their own.
+//
+// No cell is stored: two cells may hash to the same place, of which one then has fewer reservoirs.
 #include "restir/direct.glsl"
 #include "restir/frame.glsl"
 #include "restir/reservoir.glsl"
+#include "restir/sample_data.glsl"
 
-layout(scalar) readonly buffer GridCellsBlock { GpuGridCell at[]; } grid_cells;
-layout(scalar) readonly buffer GridPointsBlock { GpuGridPoint at[]; } grid_points;
+// Of the pixels of a block of this size one claims a place.
+const uint GRID_BLOCK = 4u;
+// Bits of the index of a claim's source, plus 1; those above are random, and the highest claim stays.
+const uint GRID_SOURCE_BITS = 26u;
+const uint GRID_SOURCE_MASK = (1u << GRID_SOURCE_BITS) - 1u;
 
-uint grid_bin(vec3 normal) {
+// The key of the cell and the bin at a point. Where cells fit the picture, their size is a power of two, so that they do not
+// change while the camera moves; `u` in [0, 1) blurs the border between two sizes. `shift` is in cells.
+uint grid_key(vec3 position, vec3 normal, float u, vec3 shift) {
+    float size = restir.at.grid.cell;
+    int level = 0;
+    if (HASH_GRID == HASH_GRID_PIXELS) {
+        float pixel = 2.0 * length(restir.at.view.camera.right) / float(restir.at.view.width);
+        float wanted = size * pixel * distance(position, restir.at.view.camera.position);
+        level = int(floor(log2(max(wanted, TINY)) + u));
+        size = exp2(float(level));
+    }
+    // Far from the origin of coordinates integers would overflow.
+    ivec3 cell = ivec3(clamp(floor(position / size + (shift - dot(shift, normal) * normal)), -1e9, 1e9));
     uint bins = restir.at.grid.bins;
     uvec2 bin = min(uvec2((0.5 * octahedral_coordinates(normal) + 0.5) * float(bins)), bins - 1u);
-    return bin.y * bins + bin.x;
+    return pcg4d(uvec4(cell, (uint(level) << 8u) | (bin.y * bins + bin.x))).x;
 }
 
-uint grid_hash(uint key) {
-    uint bits = (key ^ (key >> 16u)) * 0x7FEB352Du;
-    bits = (bits ^ (bits >> 15u)) * 0x846CA68Bu;
-    return bits ^ (bits >> 16u);
+// Where the reservoir `number` of a cell's bin is.
+uint grid_place(uint key, uint number) { return pcg4d(uvec4(key, number, 0u, 0u)).x & (restir.at.grid.places - 1u); }
+
+// A claim of a place.
+struct GridClaim {
+    // The pixel that makes it; unused for a point from a list.
+    uvec2 pixel;
+    uint key;
+    uint place;
+    uint value;
+};
+
+// The pixel of a block that claims a place in this frame; possibly outside the picture.
+uvec2 claiming_pixel(uint block, uint bits) {
+    uint blocks = (restir.at.view.width + GRID_BLOCK - 1u) / GRID_BLOCK;
+    uvec2 inside = uvec2(bits, bits >> 8u) % GRID_BLOCK;
+    return uvec2(block % blocks, block / blocks) * GRID_BLOCK + inside;
 }
 
-// The slot of the cell and bin at a point, or NONE.
-uint grid_slot(vec3 position, vec3 normal) {
-    vec3 at = (position - restir.at.grid.low) / restir.at.grid.cell;
-    float cells = float(restir.at.grid.cells);
-    if (any(lessThan(at, vec3(0.0))) || any(greaterThanEqual(at, vec3(cells)))) return NONE;
-    uvec3 cell = uvec3(at);
-    uint key = cell.x | (cell.y << 8u) | (cell.z << 16u) | (grid_bin(normal) << 24u);
-    uint mask = restir.at.grid.slots - 1u;
-    for (uint slot = grid_hash(key) & mask; true; slot = (slot + 1u) & mask) {
-        uint found = grid_cells.at[slot].key;
-        if (found == key) return slot;
-        // At least half of the slots are empty.
-        if (found == NONE) return NONE;
+Random claim_random(uint source) { return random_stream(source, restir.at.frame, restir.at.view.seed, STREAM_GRID); }
+
+// The claim of a surface.
+GridClaim claim_of(uint source, uvec2 pixel, vec3 position, vec3 normal, inout Random random) {
+    uvec4 bits = random_bits(random);
+    uint key = grid_key(position, normal, to_unit(bits.x), vec3(0.0));
+    uint place = grid_place(key, bits.y % restir.at.grid.reservoirs);
+    return GridClaim(pixel, key, place, (bits.z & ~GRID_SOURCE_MASK) | (source + 1u));
+}
+
+// Macros, because GLSL cannot pass buffers to functions. VALID tells whether the source has a surface.
+#define CLAIM_OF_SOURCE(SOURCE, RANDOM, CLAIM, VALID) \
+    if (HASH_GRID == HASH_GRID_PIXELS) { \
+        uvec2 pixel_ = claiming_pixel(SOURCE, random_bits(RANDOM).x); \
+        VALID = !is_outside(pixel_); \
+        if (VALID) { \
+            SampleData data_ = LOAD_SAMPLE_DATA(sample_data, slot_of(pixel_)); \
+            VALID = has_surface(data_); \
+            vec3 position_ = surface_position(data_, primary_ray(pixel_)); \
+            if (VALID) CLAIM = claim_of(SOURCE, pixel_, position_, geometric_normal(data_), RANDOM); \
+        } \
+    } else { \
+        GpuGridPoint point_ = grid_points.at[SOURCE]; \
+        VALID = true; \
+        CLAIM = claim_of(SOURCE, uvec2(0u), point_.position, unpack_octahedral(point_.normal), RANDOM); \
     }
-    return NONE;
-}
 
-// The slot from whose points a pixel's neighbours are taken: that of a point that is moved by up to half a cell, or the borders
-// of cells would show.
-uint grid_slot_of_pixel(uvec2 pixel, vec3 position, vec3 normal) {
-    Random random = pass_random(pixel, STREAM_GRID);
-    vec3 u = to_unit(random_bits(random)).xyz;
-    return grid_slot(position + (u - 0.5) * restir.at.grid.cell, normal);
-}
+// The domain of the source of a claim. Points from a list have no viewer: they are matte and white.
+#define GRID_DOMAIN(CLAIMED, DOMAIN) \
+    uint source_ = ((CLAIMED) & GRID_SOURCE_MASK) - 1u; \
+    if (HASH_GRID == HASH_GRID_PIXELS) { \
+        Random random_ = claim_random(source_); \
+        uvec2 pixel_ = claiming_pixel(source_, random_bits(random_).x); \
+        DOMAIN = unpack_domain(LOAD_SAMPLE_DATA(sample_data, slot_of(pixel_)), primary_ray(pixel_)); \
+    } else { \
+        DOMAIN = point_domain(grid_points.at[source_]); \
+    }
 
-// The domain of a point of the grid: matte and grey, since a cached target must not depend on a viewer. Its brightness
-// matters only beside those of other techniques.
-Domain grid_domain(GpuGridPoint point, float reflectance) {
+Domain point_domain(GpuGridPoint point) {
     vec3 normal = unpack_octahedral(point.normal);
     GpuMaterial material;
-    material.base_color = vec3(reflectance);
+    material.base_color = vec3(1.0);
     material.metallic = 0.0;
     material.dielectric_f0 = vec3(0.0);
     material.dielectric_f90 = 0.0;

@@ -2,6 +2,7 @@
 // Initial candidates of direct light: light samples and hits of BSDF rays, weighed against each other by the balance
 // heuristic. One of them is selected by resampled importance sampling.
 #include "lights/sources.glsl"
+#include "lights/hash_grid.glsl"
 #include "restir/direct.glsl"
 #include "restir/light_lists.glsl"
 #include "restir/pilot.glsl"
@@ -13,6 +14,9 @@ layout(local_size_x = TILE * TILE) in;
 SAMPLE_DATA_BUFFER(sample_data, SampleDataBlock);
 layout(scalar) readonly buffer PilotsBlock { uint at[]; } pilots;
 layout(scalar) readonly buffer LightListsBlock { uint at[]; } light_lists;
+layout(scalar) readonly buffer GridPointsBlock { GpuGridPoint at[]; } grid_points;
+layout(scalar) readonly buffer GridPlacesBlock { GpuGridPlace at[]; } grid_places;
+layout(scalar) readonly buffer GridReservoirsBlock { uint at[]; } grid_reservoirs;
 layout(scalar) writeonly buffer ReservoirsBlock { uint at[]; } reservoirs;
 layout(scalar) buffer ColorBlock { vec3 at[]; } color;
 
@@ -43,11 +47,101 @@ uint more_bsdf_samples(ivec2 pixel, Bsdf bsdf) {
     return uint(clamp(for_brightness, MORE_FOR_LOBE * limit * narrowness(bsdf), limit));
 }
 
-// Adds a candidate of either technique; returns whether it is selected now.
-bool add_candidate(inout Stream stream, Domain domain, LightSample value, float light_pdf, uint index, float choice,
-                   uint bsdf_samples) {
+// The reservoirs of the hash grid that are merged with the pixel's candidates: as techniques of a merge, of which the pixel's
+// candidates together are number 0.
+struct GridTechniques {
+    uint places[MAX_GRID_MERGED];
+    uint claims[MAX_GRID_MERGED];
+    uint count;
+    // Of the pixel's candidates, of each reservoir, and of all of these together.
+    float own_share;
+    float share;
+    float grid_share;
+};
+
+// Reservoirs of random places of the pixel's cell, or of a cell close by: otherwise the borders of cells would show.
+GridTechniques grid_techniques(uvec2 pixel, Domain domain) {
+    GridTechniques grid;
+    grid.count = 0u;
+    grid.own_share = 1.0;
+    if (HASH_GRID == HASH_GRID_NONE || restir.at.frame >= restir.at.grid.until_frame) return grid;
+    Random random = pass_random(pixel, STREAM_GRID + 1u);
+    vec4 u = to_unit(random_bits(random));
+    uint key = grid_key(domain.position, domain.geometric_normal, u.w, u.xyz - 0.5);
+    uint merged = restir.at.grid.merged, reservoirs = restir.at.grid.reservoirs;
+    for (uint i = 0u; i < merged; i += 1u) {
+        float part = (float(i) + to_unit(random_bits(random).x)) / float(merged);
+        uint place = grid_place(key, min(uint(part * float(reservoirs)), reservoirs - 1u));
+        GpuGridPlace found = grid_places.at[place];
+        if (found.claim == 0u || found.key != key) continue;
+        grid.places[grid.count] = place;
+        grid.claims[grid.count] = found.claim;
+        grid.count += 1u;
+    }
+    float total = 1.0 + float(grid.count) * restir.at.grid.confidence;
+    grid.own_share = 1.0 / total;
+    grid.share = restir.at.grid.confidence / total;
+    grid.grid_share = float(grid.count) * grid.share;
+    return grid;
+}
+
+// As published, reservoirs of points count by their confidence alone.
+uint grid_mis() { return HASH_GRID == HASH_GRID_POINTS ? MIS_CONSTANT : MIS_DEFENSIVE; }
+
+// The MIS weight of the pixel's own candidates at a sample with this target.
+float own_weight(GridTechniques grid, LightSample value, float target) {
+    if (HASH_GRID == HASH_GRID_NONE || grid.count == 0u) return 1.0;
+    MisTerms terms = empty_mis_terms();
+    add_target(terms, 0u, 0u, target, grid.own_share, grid.own_share, grid.grid_share);
+    for (uint i = 0u; i < grid.count && needs_target(grid_mis(), 0u, i + 1u); i += 1u) {
+        Domain there;
+        GRID_DOMAIN(grid.claims[i], there);
+        add_target(terms, 0u, i + 1u, target_function(there, value), grid.share, grid.own_share, grid.grid_share);
+    }
+    return mis_weight(grid_mis(), 0u, terms, grid.own_share, grid.own_share, grid.grid_share);
+}
+
+// Merges the selected light sample with the reservoirs of the hash grid.
+void merge_grid(GridTechniques grid, Domain domain, inout Stream stream, inout LightSample selected, inout Random random) {
+    if (grid.count == 0u) return;
+    bool has_own = stream.chosen != NONE;
+    MisTerms own_terms = empty_mis_terms();
+    add_target(own_terms, 0u, 0u, stream.target, grid.own_share, grid.own_share, grid.grid_share);
+    Stream merged = empty_stream();
+    LightSample drawn = selected;
+    for (uint i = 0u; i < grid.count; i += 1u) {
+        Domain there;
+        GRID_DOMAIN(grid.claims[i], there);
+        if (has_own && needs_target(grid_mis(), 0u, i + 1u)) {
+            float target = target_function(there, selected);
+            add_target(own_terms, 0u, i + 1u, target, grid.share, grid.own_share, grid.grid_share);
+        }
+        PackedReservoir packed;
+        LOAD_RESERVOIR(grid_reservoirs, grid.places[i], restir.at.grid.places, packed);
+        Reservoir reservoir = unpack_reservoir(packed);
+        if (!(reservoir.contribution_weight > 0.0)) continue;
+        MisTerms terms = empty_mis_terms();
+        terms.canonical = target_function(domain, reservoir.value);
+        terms.own = target_function(there, reservoir.value);
+        float weight = mis_weight(grid_mis(), i + 1u, terms, grid.share, grid.own_share, grid.grid_share)
+            * terms.canonical * reservoir.contribution_weight;
+        // It needs a shadow ray, as every light sample.
+        if (stream_add(merged, 0u, weight, terms.canonical, random_choice(random))) drawn = reservoir.value;
+    }
+    if (has_own) {
+        float weight = mis_weight(grid_mis(), 0u, own_terms, grid.own_share, grid.own_share, grid.grid_share) * stream.weight_sum;
+        if (stream_add(merged, stream.chosen, weight, stream.target, random_choice(random))) drawn = selected;
+    }
+    stream = merged;
+    selected = drawn;
+}
+
+// Adds what a BSDF ray hit; returns whether it is selected now.
+bool add_hit(inout Stream stream, GridTechniques grid, Domain domain, LightSample value, float light_pdf, uint index,
+             float choice, uint bsdf_samples) {
     float target;
     float weight = candidate_weight(domain, value, light_pdf, bsdf_samples, target);
+    if (weight > 0.0) weight *= own_weight(grid, value, target);
     return stream_add(stream, index, weight, target, choice);
 }
 
@@ -91,8 +185,12 @@ void main() {
             } else {
                 value = draw_light_sample(receiver, i, bits, light_pdf);
             }
-            if (add_candidate(stream, domain, value, light_pdf, i, choice, bsdf_samples)) reservoir.value = value;
+            float target;
+            float weight = candidate_weight(domain, value, light_pdf, bsdf_samples, target);
+            if (stream_add(stream, i, weight, target, choice)) reservoir.value = value;
         }
+        GridTechniques grid = grid_techniques(pixel, domain);
+        if (HASH_GRID != HASH_GRID_NONE) merge_grid(grid, domain, stream, reservoir.value, random);
 
         Pilot pilot = Pilot(NONE, NONE, vec2(0.0), 0.0);
         if (PILOTS) pilot = LOAD_PILOT(pilots, slot);
@@ -101,7 +199,7 @@ void main() {
             LightSample value = new_light_sample(pilot_light);
             float light_pdf = light_sample_pdf_own_measure(receiver, value.point, value.position);
             float choice = random_choice(random);
-            if (add_candidate(stream, domain, value, light_pdf, light_samples, choice, bsdf_samples)) reservoir.value = value;
+            if (add_hit(stream, grid, domain, value, light_pdf, light_samples, choice, bsdf_samples)) reservoir.value = value;
         }
 
         // The BSDF candidates, of which the pilot is the first, then the mirror's ray, then the shadow ray of the
@@ -148,7 +246,7 @@ void main() {
             }
             LightSample value = new_light_sample(light);
             float light_pdf = light_sample_pdf_own_measure(receiver, value.point, value.position);
-            if (add_candidate(stream, domain, value, light_pdf, light_samples + turn, choice, bsdf_samples)) reservoir.value = value;
+            if (add_hit(stream, grid, domain, value, light_pdf, light_samples + turn, choice, bsdf_samples)) reservoir.value = value;
         }
         // A driver may end a loop that seems endless to it; the pixel would then lack light.
         if (turn < turns) count_fault(COUNTER_CUT_SHORT);

@@ -87,28 +87,24 @@ crate::gpu_struct! {
 crate::gpu_struct! {
     /// The hash grid.
     pub struct GridConstants {
-        /// The smallest coordinates.
-        pub low: Vec3,
-        /// Side of a cell.
+        /// Side of a cell; in pixels, where cells fit the picture.
         pub cell: f32,
-        /// Cells along each axis.
-        pub cells: u32,
         /// Bins of normals along each side of the octahedral map.
         pub bins: u32,
-        /// Slots of the table, a power of two.
-        pub slots: u32,
-        /// Number of points.
-        pub points: u32,
+        /// Places of reservoirs, a power of two.
+        pub places: u32,
+        /// Number of surfaces that claim them.
+        pub sources: u32,
+        /// Places of a cell's bin.
+        pub reservoirs: u32,
         /// Light candidates of each reservoir.
         pub candidates: u32,
         /// Reservoirs that a pixel merges.
         pub merged: u32,
         /// Confidence of each of these.
         pub confidence: f32,
-        /// Frames after which all are made anew; 0: never.
-        pub refresh: u32,
-        /// Whether a reservoir mixes points of its cell (1) or belongs to one (0).
-        pub mixes_points: u32,
+        /// The frame from which on none are merged.
+        pub until_frame: u32,
     }
 }
 

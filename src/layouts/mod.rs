@@ -18,7 +18,7 @@ pub use frame::{
 pub use pixels::{PixelSums, PrimarySurface, ReservoirAov, SampleData};
 pub use rays::{RayAnswer, RayBatch, RayQuery};
 pub use scene::{
-    GpuGridCell, GpuGridPoint, GpuInstance, GpuLight, GpuLightChoice, GpuLightNode, GpuLightPlace,
+    GpuGridPlace, GpuGridPoint, GpuInstance, GpuLight, GpuLightChoice, GpuLightNode, GpuLightPlace,
     GpuLightTexture, GpuMaterial, GpuNodeLight, GpuPreviousTransform, GpuPunctualLight, GpuTexture,
 };
 
@@ -105,8 +105,7 @@ crate::gpu_constants! {
     pub const STREAM_LISTS: u32 = 5;
     /// Random stream of the choice of a light list.
     pub const STREAM_TILES: u32 = 6;
-    /// Random stream of the choice of a cell of the hash grid; the next two are those of its reservoirs and of the choice among
-    /// these.
+    /// Random stream of those who fill the hash grid; the next one is that of the choice among its reservoirs.
     pub const STREAM_GRID: u32 = 7;
     /// Random stream of the first spatial pass; that of pass n is n higher.
     pub const STREAM_SPATIAL: u32 = 16;
@@ -146,7 +145,7 @@ pub const STRUCTS: &[StructLayout] = &[
     GpuLightNode::LAYOUT,
     GpuNodeLight::LAYOUT,
     GpuLightPlace::LAYOUT,
-    GpuGridCell::LAYOUT,
+    GpuGridPlace::LAYOUT,
     GpuGridPoint::LAYOUT,
     GpuPreviousTransform::LAYOUT,
     GpuCamera::LAYOUT,

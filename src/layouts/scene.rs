@@ -229,27 +229,21 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// A cell and bin of the hash grid.
-    pub struct GpuGridCell {
-        /// Which one: its coordinates and the bin in eight bits each; NONE: an empty slot.
+    /// A place of the hash grid.
+    pub struct GpuGridPlace {
+        /// Whose it is, plus 1, with random bits above; 0: nobody's.
+        pub claim: u32,
+        /// The key of its cell and bin.
         pub key: u32,
-        /// Its first point.
-        pub first: u32,
-        /// Number of its points.
-        pub count: u32,
-        /// Fills the last four words.
-        pub padding: u32,
     }
 }
 
 crate::gpu_struct! {
-    /// A point of the hash grid.
+    /// A point from which the hash grid is filled.
     pub struct GpuGridPoint {
         /// Where it is.
         pub position: Vec3,
         /// Its normal, octahedral.
         pub normal: u32,
-        /// The slot of its cell.
-        pub slot: u32,
     }
 }

@@ -3,7 +3,7 @@
 //! The build script compiles this file too, for the GLSL declarations; what is marked `cfg(headwater)` is for
 //! the crate alone.
 
-use crate::choices::{Format, Mis, PixelOrder, Visibility};
+use crate::choices::{Format, HashGrid, Mis, PixelOrder, Visibility};
 use crate::layouts::PILOT_WORDS;
 
 crate::gpu_specialisation! {
@@ -72,6 +72,8 @@ crate::gpu_specialisation! {
         pub light_bvh: bool = false,
         /// Whether those of direct light come from light lists.
         pub light_lists: bool = false,
+        /// What fills the hash grid, if some of direct light come from there.
+        pub hash_grid: HashGrid = HashGrid::None,
         /// Whether candidates of indirect light go to reservoirs; otherwise the pass is a path tracer.
         pub shares: bool = true,
         /// Whether the radiance that leaves a path's second vertex is taken to be the same for all viewers.

@@ -7,7 +7,6 @@ pub mod environment;
 mod epochs;
 pub mod gather;
 pub mod geometry;
-pub mod hash_grid;
 pub mod images;
 pub mod light_bvh;
 pub mod lights;

@@ -5,7 +5,7 @@ use glam::{DAffine3, DQuat, DVec3};
 use headwater::choices::Format;
 use headwater::metrics::statistics::Estimate;
 use headwater::render::presets::Preset;
-use headwater::render::settings::ReuseMode;
+use headwater::render::settings::{Candidates, ReuseMode};
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::motion::tracks::{Interpolation, Track};
 use headwater::scene::motion::{AnimatedTransform, Node, Place};
@@ -177,6 +177,26 @@ fn everything_at_once_with_ray_query_and_full_reservoirs() {
     check("all", all, Some(Tracer::RayQuery), |settings| {
         settings.reservoirs.format = Format::Full;
         settings.direct.resampling.light_samples = 24;
+    });
+}
+
+#[test]
+fn moving_lights_in_the_light_bvh() {
+    let lamps = playroom(&["light", "toggle"], 2.0);
+    check("light BVH", lamps, None, |settings| {
+        temporal(settings);
+        settings.direct.resampling.candidates = Candidates::LightBvh;
+    });
+}
+
+/// In small cells: the mean of a picture is known no better for what its pixels share.
+#[test]
+fn moving_lights_in_the_hash_grid() {
+    let lamps = playroom(&["camera", "light", "toggle"], 2.0);
+    check("hash grid", lamps, None, |settings| {
+        temporal(settings);
+        settings.direct.resampling.candidates = Candidates::HashGrid;
+        (settings.hash_grid.cell, settings.hash_grid.reservoirs) = (4, 2);
     });
 }
 

@@ -1,15 +1,15 @@
-//! `grid_mark`, `grid_fill` and `grid_direct`: the hash grid's reservoirs, and their merge with those of pixels.
+//! `grid_claim` and `grid_fill`: the hash grid of reservoirs.
 
 use crate::render::scene_bindings::SceneBindings;
 
 crate::bindings! {
-    /// Bindings of the pass that marks cells.
-    pub struct MarkGrid {
+    /// Bindings of the pass that decides whose the places are.
+    pub struct ClaimGrid {
         [offers scene: SceneBindings]
         uniform restir,
         read sample_data,
-        read grid_cells,
-        write grid_wanted,
+        read grid_points,
+        write grid_places,
     }
 }
 
@@ -18,24 +18,10 @@ crate::bindings! {
     pub struct FillGrid {
         [offers scene: SceneBindings]
         uniform restir,
-        read grid_cells,
-        read grid_points,
-        read grid_wanted,
-        write grid_reservoirs,
-        write counters,
-    }
-}
-
-crate::bindings! {
-    /// Bindings of the pass that merges them.
-    pub struct MergeGrid {
-        [offers scene: SceneBindings]
-        uniform restir,
         read sample_data,
-        read grid_cells,
         read grid_points,
-        read grid_reservoirs,
-        write reservoirs,
+        write grid_places,
+        write grid_reservoirs,
         write counters,
     }
 }

@@ -14,7 +14,7 @@ mod spatial;
 mod surfaces;
 mod temporal;
 
-pub use grid::{FillGrid, MarkGrid, MergeGrid};
+pub use grid::{ClaimGrid, FillGrid};
 pub use initial_direct::InitialDirect;
 pub use initial_indirect::InitialIndirect;
 pub use light_lists::DrawLightLists;

@@ -14,8 +14,8 @@ pub struct DirectLight {
     pub initial: ComputePass,
     /// The lists that some of these come from.
     pub lists: LightLists,
-    /// The hash grid with whose reservoirs theirs merge, if it is asked for.
-    pub grid: Option<HashGridLight>,
+    /// The hash grid whose reservoirs are merged with them.
+    pub grid: HashGridLight,
     /// What happens to them then.
     pub reuse: Reuse,
 }
@@ -32,27 +32,23 @@ impl DirectLight {
         pilots: &Pilots<'a>,
     ) -> Result<()> {
         self.lists.record(recording, inputs, &self.reuse.restir)?;
+        let frame = self.reuse.constants.frame;
+        self.grid
+            .record(recording, inputs, &self.reuse.restir, frame)?;
         let initial = InitialDirect {
             scene: inputs.scene,
             restir: &self.reuse.restir,
             sample_data: inputs.sample_data,
             pilots: pilots.buffer,
             light_lists: &self.lists.buffer,
+            grid_points: &self.grid.points,
+            grid_places: &self.grid.places,
+            grid_reservoirs: &self.grid.reservoirs,
             reservoirs: self.reuse.reservoirs.current(),
             color: inputs.color,
             counters: inputs.counters,
         };
         recording.pass(&self.initial, &initial, &(), inputs.groups)?;
-        if let Some(grid) = &self.grid {
-            let (restir, current) = (&self.reuse.restir, self.reuse.reservoirs.current());
-            grid.record(
-                recording,
-                inputs,
-                restir,
-                current,
-                self.reuse.constants.frame,
-            )?;
-        }
         self.reuse.record(recording, inputs)
     }
 }

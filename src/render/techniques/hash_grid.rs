@@ -1,132 +1,168 @@
-//! The hash grid: reservoirs of direct light at points of surfaces, and the passes that make and merge them.
+//! The hash grid: reservoirs of direct light in cells of space, from many candidates each, which pixels merge with their own
+//! candidates ("Normal-aware hash grid of precomputed reservoirs", 2025).
+//!
+//! `glsl/lights/hash_grid.glsl` has the grid. By default pixels of the frame fill it, so that it fits the picture and knows all
+//! that moves; as published, points on the surfaces of the whole scene fill it once.
 
 use super::reuse::FrameInputs;
+use crate::Result;
+use crate::choices::HashGrid;
 use crate::gpu::{Buffer, ComputePass, Device, Recording, Usage};
-use crate::layouts::{GpuGridPoint, GridConstants, TILE};
+use crate::layouts::{GpuGridPlace, GpuGridPoint, GridConstants, TILE, ViewConstants};
 use crate::render::kind::Kind;
-use crate::render::passes::{FillGrid, MarkGrid, MergeGrid};
+use crate::render::passes::{ClaimGrid, FillGrid};
 use crate::render::reservoir_layout::ReservoirLayout;
 use crate::render::settings::{Candidates, GridMode, HashGridSettings, Settings};
 use crate::tracing::GpuScene;
-use crate::tracing::hash_grid::{HashGrid, HashGridOptions};
-use crate::{Error, Result};
+use crate::tracing::geometry::pack_octahedral;
+use crate::tracing::surface_points::SurfacePoint;
 use std::sync::Arc;
 
-/// Points on surfaces from which the grid's are chosen.
+/// Points on surfaces that fill the published grid, from both sides each.
 const SURFACE_POINTS: usize = 1 << 19;
+/// Of the pixels of a block of this size one claims a place; `glsl/lights/hash_grid.glsl` has the same.
+const BLOCK: u32 = 4;
 
-/// The passes and buffers.
+/// The passes, where direct light has a grid, and the buffers.
 pub struct HashGridLight {
-    mark: ComputePass,
-    fill: ComputePass,
-    merge: ComputePass,
-    cells: Buffer,
-    points: Buffer,
-    /// For each slot the last frame that wanted its cell, counted from 1.
-    wanted: Buffer,
-    reservoirs: Buffer,
+    /// Which decide whose the places are, and fill them.
+    passes: Option<(ComputePass, ComputePass)>,
+    /// Whether what the first frame makes is kept.
+    is_kept: bool,
+    /// Points that fill it, if pixels do not.
+    pub points: Buffer,
+    /// Whose the places are.
+    pub places: Buffer,
+    /// A reservoir for each place.
+    pub reservoirs: Buffer,
     /// What the shaders need to know of it.
     pub constants: GridConstants,
-    until_frame: u32,
+}
+
+impl Settings {
+    /// What fills the hash grid of direct light.
+    pub fn hash_grid(&self) -> HashGrid {
+        match (self.direct.resampling.candidates, self.hash_grid.mode) {
+            (Candidates::HashGrid, GridMode::Unbiased) => HashGrid::Pixels,
+            (Candidates::HashGrid, GridMode::Published) => HashGrid::Points,
+            _ => HashGrid::None,
+        }
+    }
+}
+
+/// Number of surfaces that claim places, and of places.
+fn counts(settings: &Settings, view: &ViewConstants) -> (u64, u64) {
+    let sources = match settings.hash_grid() {
+        // A pass must find a buffer for each binding, even if it does not read it.
+        HashGrid::None => return (0, 1),
+        HashGrid::Pixels => {
+            u64::from(view.width.div_ceil(BLOCK)) * u64::from(view.height.div_ceil(BLOCK))
+        }
+        HashGrid::Points => 2 * SURFACE_POINTS as u64,
+    };
+    // With half of them free, few cells share one.
+    (sources, (2 * sources).next_power_of_two())
+}
+
+/// Bytes of the buffers, by name.
+pub fn bytes(
+    settings: &Settings,
+    view: &ViewConstants,
+    layout: &ReservoirLayout,
+) -> [(&'static str, u64); 3] {
+    let (_, places) = counts(settings, view);
+    let points = match settings.hash_grid() {
+        HashGrid::Points => 2 * SURFACE_POINTS as u64,
+        _ => 1,
+    };
+    [
+        ("grid_points", points * size_of::<GpuGridPoint>() as u64),
+        ("grid_places", places * size_of::<GpuGridPlace>() as u64),
+        ("grid_reservoirs", places * layout.bytes(Kind::Direct)),
+    ]
 }
 
 impl HashGridLight {
-    /// Makes what `settings` need, if they ask for it; `pass` makes a pass by name.
+    /// Makes what `settings` need; `pass` makes a pass by name.
     ///
     /// # Errors
-    /// A grid that the device cannot bind, or more memory than it has.
+    /// More memory than the device has.
     pub fn new(
         device: &Arc<Device>,
         scene: &GpuScene,
         settings: &Settings,
+        view: &ViewConstants,
         layout: &ReservoirLayout,
         pass: impl Fn(&str) -> Result<ComputePass>,
-    ) -> Result<Option<Self>> {
-        if settings.direct.resampling.candidates != Candidates::HashGrid {
-            return Ok(None);
+    ) -> Result<Self> {
+        let kind = settings.hash_grid();
+        let (sources, places) = counts(settings, view);
+        let [points, place_bytes, reservoirs] = bytes(settings, view, layout)
+            .map(|(name, bytes)| Buffer::new(device, name, bytes, Usage::default()));
+        let points = points?;
+        let mut sources = sources as u32;
+        let mut cell = settings.hash_grid.cell as f32;
+        if kind == HashGrid::Points {
+            let surfaces = scene.surface_points(SURFACE_POINTS)?;
+            cell = cell_size(&surfaces, settings.hash_grid.cells);
+            let both_sides: Vec<GpuGridPoint> = (surfaces.iter())
+                .flat_map(|point| [1.0, -1.0].map(|side| (point.position, side * point.normal)))
+                .map(|(position, normal)| GpuGridPoint {
+                    position,
+                    normal: pack_octahedral(normal),
+                })
+                .collect();
+            // An empty scene has none.
+            points.write(&both_sides)?;
+            sources = both_sides.len() as u32;
         }
-        let grid = HashGrid::new(
-            &scene.surface_points(SURFACE_POINTS)?,
-            settings.hash_grid.options(),
-        );
-        // An empty scene has no points, but a buffer is never empty.
-        let count = grid.points.len().max(1) as u64;
-        let sizes = [
-            ("grid_cells", size_of_val(grid.table.as_slice()) as u64),
-            ("grid_points", count * size_of::<GpuGridPoint>() as u64),
-            ("grid_reservoirs", count * layout.bytes(Kind::Direct)),
-        ];
-        let limit = device
-            .info
-            .max_storage_buffer_range
-            .min(device.info.max_buffer_size);
-        if let Some((name, bytes)) = sizes.iter().find(|(_, bytes)| *bytes > limit) {
-            return Err(Error::input(format!(
-                "the hash grid needs {bytes} bytes for its {name}, but device '{}' binds at most {limit}; lower hash_grid.reservoirs or hash_grid.cells",
-                device.info.name
-            )));
-        }
-        log::info!(
-            "hash grid: {} points in {} cells",
-            grid.points.len(),
-            grid.occupied()
-        );
+        let passes = match kind {
+            HashGrid::None => None,
+            _ => Some((pass("grid_claim")?, pass("grid_fill")?)),
+        };
         let HashGridSettings {
             mode,
-            cells,
             bins,
+            reservoirs: per_cell,
             candidates,
             merged,
             confidence,
-            refresh,
             until_frame,
             ..
         } = settings.hash_grid;
-        let buffer = |name, bytes| Buffer::new(device, name, bytes, Usage::default());
-        let points = match grid.points.is_empty() {
-            true => &[GpuGridPoint::default()],
-            false => grid.points.as_slice(),
-        };
-        Ok(Some(Self {
-            mark: pass("grid_mark")?,
-            fill: pass("grid_fill")?,
-            merge: pass("grid_direct")?,
-            cells: Buffer::from_slice(device, "grid_cells", &grid.table, Usage::default())?,
-            points: Buffer::from_slice(device, "grid_points", points, Usage::default())?,
-            wanted: buffer("grid_wanted", (grid.table.len() * size_of::<u32>()) as u64)?,
-            reservoirs: buffer("grid_reservoirs", sizes[2].1)?,
+        let light_samples = settings.direct.resampling.light_samples;
+        Ok(Self {
+            passes,
+            is_kept: kind == HashGrid::Points,
+            points,
+            places: place_bytes?,
+            reservoirs: reservoirs?,
             constants: GridConstants {
-                low: grid.low,
-                cell: grid.cell,
-                cells,
+                cell,
                 bins,
-                slots: grid.table.len() as u32,
-                points: grid.points.len() as u32,
+                places: places as u32,
+                sources,
+                reservoirs: per_cell,
                 candidates,
                 merged,
                 confidence: match mode {
                     GridMode::Unbiased => confidence as f32,
-                    GridMode::Published => (candidates as f32
-                        / settings.direct.resampling.light_samples as f32)
-                        .max(1.0),
+                    GridMode::Published => (candidates as f32 / light_samples as f32).max(1.0),
                 },
-                // Lights may have moved or changed since.
-                refresh: if scene.moves() { 1 } else { refresh },
-                mixes_points: (mode == GridMode::Published).into(),
+                until_frame: match until_frame {
+                    0 => u32::MAX,
+                    frame => frame,
+                },
             },
-            until_frame: match until_frame {
-                0 => u32::MAX,
-                frame => frame,
-            },
-        }))
+        })
     }
 
-    /// The buffers that begin empty.
-    pub fn emptied(&self) -> [&Buffer; 2] {
-        [&self.wanted, &self.reservoirs]
+    /// The buffers.
+    pub fn buffers(&self) -> [&Buffer; 3] {
+        [&self.points, &self.places, &self.reservoirs]
     }
 
-    /// Records the passes of a frame.
+    /// Records the passes of a frame, if there are any.
     ///
     /// # Errors
     /// A binding that a pass does not have.
@@ -135,61 +171,56 @@ impl HashGridLight {
         recording: &mut Recording<'a>,
         inputs: &FrameInputs<'a>,
         restir: &'a Buffer,
-        reservoirs: &'a Buffer,
         frame: u32,
     ) -> Result<()> {
-        if frame >= self.until_frame || self.constants.points == 0 {
+        let Some((claim, fill)) = &self.passes else {
+            return Ok(());
+        };
+        if frame >= self.constants.until_frame || (self.is_kept && !inputs.is_first) {
             return Ok(());
         }
         let FrameInputs {
             scene,
             sample_data,
             counters,
-            groups,
             ..
         } = *inputs;
-        let mark = MarkGrid {
-            scene,
-            restir,
-            sample_data,
-            grid_cells: &self.cells,
-            grid_wanted: &self.wanted,
-        };
-        recording.pass(&self.mark, &mark, &(), groups)?;
-        let fill = FillGrid {
-            scene,
-            restir,
-            grid_cells: &self.cells,
-            grid_points: &self.points,
-            grid_wanted: &self.wanted,
-            grid_reservoirs: &self.reservoirs,
-            counters,
-        };
-        let points = self.constants.points.div_ceil(TILE * TILE);
+        let groups = self.constants.sources.div_ceil(TILE * TILE);
         // One dimension holds at least 65,535 groups everywhere; more go into rows.
-        let rows = points.div_ceil(32768);
-        recording.pass(&self.fill, &fill, &(), [points.div_ceil(rows), rows, 1])?;
-        let merge = MergeGrid {
+        let rows = groups.div_ceil(32768).max(1);
+        let groups = [groups.div_ceil(rows), rows, 1];
+        recording.clear(&self.places);
+        let bindings = ClaimGrid {
             scene,
             restir,
             sample_data,
-            grid_cells: &self.cells,
             grid_points: &self.points,
+            grid_places: &self.places,
+        };
+        recording.pass(claim, &bindings, &(), groups)?;
+        let bindings = FillGrid {
+            scene,
+            restir,
+            sample_data,
+            grid_points: &self.points,
+            grid_places: &self.places,
             grid_reservoirs: &self.reservoirs,
-            reservoirs,
             counters,
         };
-        recording.pass(&self.merge, &merge, &(), groups)
+        recording.pass(fill, &bindings, &(), groups)
     }
 }
 
-impl HashGridSettings {
-    /// How the grid is built.
-    fn options(&self) -> HashGridOptions {
-        HashGridOptions {
-            cells: self.cells,
-            bins: self.bins,
-            reservoirs: self.reservoirs,
-        }
+/// Side of a cell, of which so many lie along the longest side of the box around all points.
+fn cell_size(points: &[SurfacePoint], cells: u32) -> f32 {
+    let positions = points.iter().map(|point| point.position);
+    let low = positions
+        .clone()
+        .reduce(glam::Vec3::min)
+        .unwrap_or_default();
+    let high = positions.reduce(glam::Vec3::max).unwrap_or_default();
+    match (high - low).max_element() {
+        side if side > 0.0 => side / cells as f32,
+        _ => 1.0,
     }
 }

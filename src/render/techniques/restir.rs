@@ -2,7 +2,7 @@
 
 use super::constants;
 use super::direct::DirectLight;
-use super::hash_grid::HashGridLight;
+use super::hash_grid::{self, HashGridLight};
 use super::indirect::IndirectLight;
 use super::light_lists::LightLists;
 use super::pilots::Pilots;
@@ -70,6 +70,7 @@ struct Sizes {
     direct: u64,
     indirect: u64,
     light_lists: u64,
+    hash_grid: [(&'static str, u64); 3],
 }
 
 impl Sizes {
@@ -101,6 +102,7 @@ impl Sizes {
             direct: slots * layout.bytes(Kind::Direct),
             indirect: slots * indirect_bytes,
             light_lists: LightLists::bytes(settings, view),
+            hash_grid: hash_grid::bytes(settings, view, layout),
         }
     }
 
@@ -119,6 +121,7 @@ impl Sizes {
             ("pilots", self.own_pilots),
             ("light_lists", self.light_lists),
         ];
+        needed.extend(self.hash_grid);
         if tracking.origins {
             let pixels = u64::from(width) * u64::from(height);
             let bytes = pixels * size_of::<ReservoirAov>() as u64;
@@ -170,6 +173,7 @@ impl Restir {
         let specialisation = Specialisation {
             pilots: direct_pilots,
             light_lists: settings.has_light_lists(),
+            hash_grid: settings.hash_grid(),
             pilot_stride: (sizes.pilot_stride / 4) as u32,
             ..bindings.specialisation.with_layout(&layout)
         };
@@ -198,7 +202,8 @@ impl Restir {
             let (initial, reuse) = reuse(Kind::Direct, settings.direct.resampling, sizes.direct)?;
             let make = |name: &str| pass(name, for_direct);
             let lists = LightLists::new(device, settings, view, make)?;
-            let grid = HashGridLight::new(device, &bindings.scene, settings, &layout, make)?;
+            let scene = &bindings.scene;
+            let grid = HashGridLight::new(device, scene, settings, view, &layout, make)?;
             Ok::<_, Error>(DirectLight {
                 initial,
                 lists,
@@ -226,8 +231,8 @@ impl Restir {
             texels: bindings.scene.variant.fetch == Fetch::Texels,
             ..Usage::default()
         };
-        let grid = direct.as_ref().and_then(|light| light.grid.as_ref());
-        let grid = grid.map_or_else(GridConstants::default, |grid| grid.constants);
+        let grid =
+            (direct.as_ref()).map_or_else(GridConstants::default, |light| light.grid.constants);
         let restir_bytes = size_of::<RestirConstants>() as u64;
         let mut made = Self {
             surfaces,
@@ -269,10 +274,7 @@ impl Restir {
         // A shader that reads a reservoir which no pass wrote finds it empty, instead of the index of a light
         // that does not exist.
         let mut recording = Recording::new(&self.device)?;
-        let grid = self.direct.iter().filter_map(|light| light.grid.as_ref());
-        for buffer in self.buffers().chain(grid.flat_map(HashGridLight::emptied)) {
-            recording.clear(buffer);
-        }
+        self.buffers().for_each(|buffer| recording.clear(buffer));
         recording.finish()?;
         self.counters.clear()
     }
@@ -308,6 +310,7 @@ impl Restir {
             previous_sample_data: self.sample_data.previous(),
             color: &self.color,
             counters: &self.counters.buffer,
+            is_first: !self.has_frame,
             groups: [view.width.div_ceil(TILE), view.height.div_ceil(TILE), 1],
         }
     }
@@ -416,6 +419,13 @@ impl Restir {
 
     /// Bytes of its buffers on the device.
     pub fn bytes(&self) -> u64 {
-        self.buffers().map(Buffer::size).sum()
+        let shared = (self.direct.iter()).flat_map(|light| {
+            light
+                .grid
+                .buffers()
+                .into_iter()
+                .chain([&light.lists.buffer])
+        });
+        self.buffers().chain(shared).map(Buffer::size).sum()
     }
 }

@@ -23,6 +23,8 @@ pub struct FrameInputs<'a> {
     pub color: &'a Buffer,
     /// The counters of all passes.
     pub counters: &'a Buffer,
+    /// Whether there was no frame before it.
+    pub is_first: bool,
     /// Workgroups of a pass over all pixels.
     pub groups: [u32; 3],
 }
@@ -117,6 +119,7 @@ impl Reuse {
             color,
             counters,
             groups,
+            is_first: _,
         } = *inputs;
         let (restir, reservoirs) = (&self.restir, &self.reservoirs);
 

@@ -1,0 +1,20 @@
+#version 460
+// Surfaces claim places of the hash grid.
+#include "lights/hash_grid.glsl"
+
+layout(local_size_x = TILE * TILE) in;
+
+SAMPLE_DATA_BUFFER(sample_data, SampleDataBlock);
+layout(scalar) readonly buffer GridPointsBlock { GpuGridPoint at[]; } grid_points;
+layout(scalar) buffer GridPlacesBlock { GpuGridPlace at[]; } grid_places;
+
+void main() {
+    uint source = interleaved_group(restir.at.view.interleave) * (TILE * TILE) + gl_LocalInvocationIndex;
+    if (source >= restir.at.grid.sources) return;
+    Random random = claim_random(source);
+    GridClaim claim;
+    bool valid;
+    CLAIM_OF_SOURCE(source, random, claim, valid);
+    // The maximum does not depend on the order.
+    if (valid) atomicMax(grid_places.at[claim.place].claim, claim.value);
+}
