@@ -88,6 +88,31 @@ fn study_with_fault(text_of_plan: &str, changes: &[(&str, &str, &str)]) -> (bool
     (passes, text(&output))
 }
 
+/// A plan passes, and fails with a fault.
+fn assert_found(text_of_plan: &str, change: (&str, &str, &str)) {
+    assert!(study_with_fault(text_of_plan, &[]).0);
+    let (passes, said) = study_with_fault(text_of_plan, &[change]);
+    assert!(!passes && said.contains("should be unbiased"));
+}
+
+/// A short plan for faults that need gloss to be seen.
+fn glossy_plan(seeds: u32, settings: &str) -> String {
+    format!(
+        r#"
+scenes = ["cornell-glossy"]
+width = 48
+frames = 3
+seeds = {seeds}
+bounces = 1
+reference_spp = 4096
+[[configurations]]
+name = "glossy"
+preset = "accurate"
+set = {{ {settings} }}
+"#
+    )
+}
+
 /// The merge that looks for each sample by itself, and the one that lets a ray stand for many.
 fn assert_both_fail(passes: bool, said: &str) {
     let failed = |mis: &str| {
@@ -169,56 +194,29 @@ fn visibility_that_is_missing_at_the_neighbours_is_found() {
 /// What a BSDF ray hits the hash grid can draw too, and the other way round. It takes few points on lights to see.
 #[test]
 fn hits_that_know_nothing_of_the_hash_grid_are_found() {
-    let plan = r#"
-scenes = ["cornell-glossy"]
-width = 48
-frames = 3
-seeds = 64
-bounces = 1
-reference_spp = 4096
-[[configurations]]
-name = "hash grid"
-preset = "accurate"
-set = { "direct.candidates" = "hash-grid", "direct.light_samples" = 1 }
-"#;
-    assert!(study_with_fault(plan, &[]).0);
-    let (passes, said) = study_with_fault(
-        plan,
-        &[(
+    let settings = r#""direct.candidates" = "hash-grid", "direct.light_samples" = 1"#;
+    assert_found(
+        &glossy_plan(64, settings),
+        (
             "passes/initial_direct.comp",
             "if (weight > 0.0) weight *= own_weight(grid, value, target);",
             "",
-        )],
+        ),
     );
-    assert!(!passes && said.contains("should be unbiased"));
 }
 
 /// A pixel that draws more because its own first candidate was bright makes too little of that one. It
 /// takes narrow lobes and few points on lights to see: elsewhere these weigh more than BSDF rays.
 #[test]
 fn candidates_that_their_own_pixel_counts_by_are_found() {
-    let plan = r#"
-scenes = ["cornell-glossy"]
-width = 48
-frames = 3
-seeds = 256
-bounces = 1
-reference_spp = 4096
-[[configurations]]
-name = "few points on lights"
-preset = "accurate"
-set = { "direct.light_samples" = 1 }
-"#;
-    assert!(study_with_fault(plan, &[]).0);
-    let (passes, said) = study_with_fault(
-        plan,
-        &[(
+    assert_found(
+        &glossy_plan(256, r#""direct.light_samples" = 1"#),
+        (
             "passes/initial_direct.comp",
             "LOAD_PILOT_BRIGHTNESS(pilots, slot_of(uvec2(other)))",
             "LOAD_PILOT_BRIGHTNESS(pilots, slot_of(uvec2(pixel)))",
-        )],
+        ),
     );
-    assert!(!passes && said.contains("should be unbiased"));
 }
 
 /// Paths that neighbours take over as if they saw the second vertex as large as the pixel that made them do.
@@ -247,16 +245,14 @@ preset = "accurate"
 "indirect.similar.depth" = 10
 "indirect.similar.material" = false
 "#;
-    assert!(study_with_fault(plan, &[]).0);
-    let (passes, said) = study_with_fault(
+    assert_found(
         plan,
-        &[(
+        (
             "restir/path_sample.glsl",
             "vec3(solid_angle), pdf_solid_angle",
             "vec3(1.0), pdf_solid_angle",
-        )],
+        ),
     );
-    assert!(!passes && said.contains("should be unbiased"));
 }
 
 /// Merges that read what is being written are a race: no two runs are alike. On a busy machine the threads may happen to

@@ -9,8 +9,6 @@
 #include "restir/reservoir.glsl"
 #include "restir/sample_data.glsl"
 
-// Of the pixels of a block of this size one claims a place.
-const uint GRID_BLOCK = 4u;
 // Bits of the index of a claim's source, plus 1; those above are random, and the highest claim stays.
 const uint GRID_SOURCE_BITS = 26u;
 const uint GRID_SOURCE_MASK = (1u << GRID_SOURCE_BITS) - 1u;
@@ -38,8 +36,6 @@ uint grid_place(uint key, uint number) { return pcg4d(uvec4(key, number, 0u, 0u)
 
 // A claim of a place.
 struct GridClaim {
-    // The pixel that makes it; unused for a point from a list.
-    uvec2 pixel;
     uint key;
     uint place;
     uint value;
@@ -55,11 +51,11 @@ uvec2 claiming_pixel(uint block, uint bits) {
 Random claim_random(uint source) { return random_stream(source, restir.at.frame, restir.at.view.seed, STREAM_GRID); }
 
 // The claim of a surface.
-GridClaim claim_of(uint source, uvec2 pixel, vec3 position, vec3 normal, inout Random random) {
+GridClaim claim_of(uint source, vec3 position, vec3 normal, inout Random random) {
     uvec4 bits = random_bits(random);
     uint key = grid_key(position, normal, to_unit(bits.x), vec3(0.0));
     uint place = grid_place(key, bits.y % restir.at.grid.reservoirs);
-    return GridClaim(pixel, key, place, (bits.z & ~GRID_SOURCE_MASK) | (source + 1u));
+    return GridClaim(key, place, (bits.z & ~GRID_SOURCE_MASK) | (source + 1u));
 }
 
 // Macros, because GLSL cannot pass buffers to functions. VALID tells whether the source has a surface.
@@ -71,12 +67,12 @@ GridClaim claim_of(uint source, uvec2 pixel, vec3 position, vec3 normal, inout R
             SampleData data_ = LOAD_SAMPLE_DATA(sample_data, slot_of(pixel_)); \
             VALID = has_surface(data_); \
             vec3 position_ = surface_position(data_, primary_ray(pixel_)); \
-            if (VALID) CLAIM = claim_of(SOURCE, pixel_, position_, geometric_normal(data_), RANDOM); \
+            if (VALID) CLAIM = claim_of(SOURCE, position_, geometric_normal(data_), RANDOM); \
         } \
     } else { \
         GpuGridPoint point_ = grid_points.at[SOURCE]; \
         VALID = true; \
-        CLAIM = claim_of(SOURCE, uvec2(0u), point_.position, unpack_octahedral(point_.normal), RANDOM); \
+        CLAIM = claim_of(SOURCE, point_.position, unpack_octahedral(point_.normal), RANDOM); \
     }
 
 // The domain of the source of a claim. Points from a list have no viewer: they are matte and white.

@@ -35,5 +35,5 @@ pub use commands::PassTime;
 pub use device::{Device, Features};
 pub use instance::{DeviceInfo, DriverKind, Instance};
 pub use pass::{Bindings, ComputePass, Resource};
-pub use recording::Recording;
+pub use recording::{Recording, in_rows};
 pub use sampled_image::SampledImage;

@@ -9,6 +9,12 @@ use ash::vk;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
+/// So many workgroups, or a few more, in rows: one dimension holds at least 65,535 of them everywhere.
+pub fn in_rows(groups: u32) -> [u32; 3] {
+    let rows = groups.div_ceil(32768).max(1);
+    [groups.div_ceil(rows).max(1), rows, 1]
+}
+
 /// Passes in order, with a global memory barrier before each. Each pass has a debug label and a pair
 /// of timestamps. The lifetime keeps every resource alive until [`Recording::finish`] has waited.
 pub struct Recording<'a> {

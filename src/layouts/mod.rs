@@ -111,6 +111,8 @@ crate::gpu_constants! {
     pub const STREAM_SPATIAL: u32 = 16;
     /// Added to these by passes of indirect light, except by the pilots, which both kinds share.
     pub const STREAM_INDIRECT: u32 = 64;
+    /// Width and height of a block of pixels, of which one claims a place of the hash grid.
+    pub const GRID_BLOCK: u32 = 4;
     /// Maximum number of reservoirs of the hash grid that a pixel merges.
     pub const MAX_GRID_MERGED: u32 = 16;
     /// Maximum radiance of a sample, in the unit of the device, in which the brightest light is below 2: the squares of

@@ -4,7 +4,7 @@ use super::counters::Counters;
 use super::settings::Settings;
 use super::specialisation::Specialisation;
 use crate::Result;
-use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
+use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage, in_rows};
 use crate::layouts::{RAYS_PER_GROUP, RayAnswer, RayBatch, RayQuery};
 use crate::tracing::GpuScene;
 use std::sync::Arc;
@@ -72,15 +72,8 @@ impl RayTracer {
             interleave: self.device.info.interleave(),
         };
         let groups = (self.count as u32).div_ceil(RAYS_PER_GROUP);
-        // One dimension holds at least 65,535 groups everywhere; more go into rows.
-        let rows = groups.div_ceil(32768).max(1);
         let mut recording = Recording::new(&self.device)?;
-        recording.pass(
-            &self.pass,
-            &bindings,
-            &batch,
-            [groups.div_ceil(rows).max(1), rows, 1],
-        )?;
+        recording.pass(&self.pass, &bindings, &batch, in_rows(groups))?;
         recording.finish()
     }
 

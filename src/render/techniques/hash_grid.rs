@@ -7,8 +7,8 @@
 use super::reuse::FrameInputs;
 use crate::Result;
 use crate::choices::HashGrid;
-use crate::gpu::{Buffer, ComputePass, Device, Recording, Usage};
-use crate::layouts::{GpuGridPlace, GpuGridPoint, GridConstants, TILE, ViewConstants};
+use crate::gpu::{Buffer, ComputePass, Device, Recording, Usage, in_rows};
+use crate::layouts::{GRID_BLOCK, GpuGridPlace, GpuGridPoint, GridConstants, TILE, ViewConstants};
 use crate::render::kind::Kind;
 use crate::render::passes::{ClaimGrid, FillGrid};
 use crate::render::reservoir_layout::ReservoirLayout;
@@ -20,8 +20,6 @@ use std::sync::Arc;
 
 /// Points on surfaces that fill the published grid, from both sides each.
 const SURFACE_POINTS: usize = 1 << 19;
-/// Of the pixels of a block of this size one claims a place; `glsl/lights/hash_grid.glsl` has the same.
-const BLOCK: u32 = 4;
 
 /// The passes, where direct light has a grid, and the buffers.
 pub struct HashGridLight {
@@ -56,7 +54,8 @@ fn counts(settings: &Settings, view: &ViewConstants) -> (u64, u64) {
         // A pass must find a buffer for each binding, even if it does not read it.
         HashGrid::None => return (0, 1),
         HashGrid::Pixels => {
-            u64::from(view.width.div_ceil(BLOCK)) * u64::from(view.height.div_ceil(BLOCK))
+            let [x, y] = [view.width, view.height].map(|side| side.div_ceil(GRID_BLOCK));
+            u64::from(x) * u64::from(y)
         }
         HashGrid::Points => 2 * SURFACE_POINTS as u64,
     };
@@ -70,9 +69,9 @@ pub fn bytes(
     view: &ViewConstants,
     layout: &ReservoirLayout,
 ) -> [(&'static str, u64); 3] {
-    let (_, places) = counts(settings, view);
+    let (sources, places) = counts(settings, view);
     let points = match settings.hash_grid() {
-        HashGrid::Points => 2 * SURFACE_POINTS as u64,
+        HashGrid::Points => sources,
         _ => 1,
     };
     [
@@ -97,7 +96,7 @@ impl HashGridLight {
     ) -> Result<Self> {
         let kind = settings.hash_grid();
         let (sources, places) = counts(settings, view);
-        let [points, place_bytes, reservoirs] = bytes(settings, view, layout)
+        let [points, place_buffer, reservoirs] = bytes(settings, view, layout)
             .map(|(name, bytes)| Buffer::new(device, name, bytes, Usage::default()));
         let points = points?;
         let mut sources = sources as u32;
@@ -135,7 +134,7 @@ impl HashGridLight {
             passes,
             is_kept: kind == HashGrid::Points,
             points,
-            places: place_bytes?,
+            places: place_buffer?,
             reservoirs: reservoirs?,
             constants: GridConstants {
                 cell,
@@ -185,10 +184,7 @@ impl HashGridLight {
             counters,
             ..
         } = *inputs;
-        let groups = self.constants.sources.div_ceil(TILE * TILE);
-        // One dimension holds at least 65,535 groups everywhere; more go into rows.
-        let rows = groups.div_ceil(32768).max(1);
-        let groups = [groups.div_ceil(rows), rows, 1];
+        let groups = in_rows(self.constants.sources.div_ceil(TILE * TILE));
         recording.clear(&self.places);
         let bindings = ClaimGrid {
             scene,
