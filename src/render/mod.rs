@@ -2,6 +2,7 @@
 //! the outputs besides the picture.
 
 pub mod camera;
+mod candidates;
 pub mod clock;
 pub mod counters;
 pub mod energy;

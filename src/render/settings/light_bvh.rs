@@ -155,8 +155,8 @@ impl Default for LightBvhSettings {
             cluster: true,
             choice: LightChoice::default(),
             rest: Rest::default(),
-            tile: 8,
-            list: 64,
+            tile: 4,
+            list: 32,
         }
     }
 }

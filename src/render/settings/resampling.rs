@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Candidates {
-    /// What fits the scene: `power`.
+    /// For direct light `light-bvh` if the scene has 64 lights or more that are not infinitely far away; otherwise `power`.
     #[default]
     Auto,
     /// Every light alike.

@@ -1,0 +1,58 @@
+//! The choice of light candidates that `candidates=auto` makes from the scene.
+
+use super::Settings;
+use super::settings::{Candidates, Integrator};
+use crate::tracing::GpuScene;
+use crate::tracing::lights::Lights;
+
+/// The number of lights from which on the light BVH is used. Below it, some of a pixel's candidates by power are lights that
+/// matter, and walks through the tree would cost time for nothing.
+const MANY_LIGHTS: usize = 64;
+
+impl Settings {
+    /// The settings for a scene: where direct light has `candidates=auto`, what fits its lights. Indirect light keeps `power`,
+    /// since a walk at each vertex of a path takes longer than it saves.
+    pub fn for_scene(&self, scene: &GpuScene) -> Self {
+        let mut settings = self.clone();
+        let candidates = &mut settings.direct.resampling.candidates;
+        if self.integrator == Integrator::Restir && *candidates == Candidates::Auto {
+            let (fitting, reason) = fitting(near_light_count(scene.first_lights()));
+            *candidates = fitting;
+            log::info!("candidates of direct light: {reason}");
+        }
+        settings
+    }
+}
+
+/// The number of lights that the light BVH can hold: those that are not infinitely far away.
+fn near_light_count(lights: &Lights) -> usize {
+    let all = 0..lights.choices.len();
+    all.filter(|index| !lights.is_distant(*index)).count()
+}
+
+/// What fits this many lights, and why.
+fn fitting(count: usize) -> (Candidates, String) {
+    match count {
+        0..MANY_LIGHTS => {
+            let reason =
+                format!("by power, since there are fewer than {MANY_LIGHTS} lights ({count})");
+            (Candidates::Power, reason)
+        }
+        MANY_LIGHTS.. => {
+            let reason = format!("from the light BVH, since there are many lights ({count})");
+            (Candidates::LightBvh, reason)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn few_lights_are_selected_by_power_and_many_from_the_light_bvh() {
+        assert_eq!(fitting(0).0, Candidates::Power);
+        assert_eq!(fitting(MANY_LIGHTS - 1).0, Candidates::Power);
+        assert_eq!(fitting(MANY_LIGHTS).0, Candidates::LightBvh);
+    }
+}
