@@ -199,7 +199,7 @@ fn hits_that_know_nothing_of_the_hash_grid_are_found() {
         &glossy_plan(64, settings),
         (
             "passes/initial_direct.comp",
-            "if (weight > 0.0) weight *= own_weight(grid, value, target);",
+            "if (weight > 0.0) weight *= own_weight(value, target);",
             "",
         ),
     );

@@ -47,24 +47,17 @@ uint more_bsdf_samples(ivec2 pixel, Bsdf bsdf) {
     return uint(clamp(for_brightness, MORE_FOR_LOBE * limit * narrowness(bsdf), limit));
 }
 
-// The reservoirs of the hash grid that are merged with the pixel's candidates: as techniques of a merge, of which the pixel's
-// candidates together are number 0.
-struct GridTechniques {
-    uint places[MAX_GRID_MERGED];
-    uint claims[MAX_GRID_MERGED];
-    uint count;
-    // Of the pixel's candidates, of each reservoir, and of all of these together.
-    float own_share;
-    float share;
-    float grid_share;
-};
+// What the pixel's merge with the hash grid is made of: technique 0 is what its own light samples selected, the others are
+// reservoirs of the grid. What BSDF rays hit belongs to technique 0 too, but comes later.
+Domain own_domain;
+Reservoir own_reservoir;
+uint grid_found[MAX_GRID_MERGED];
+uint grid_claims[MAX_GRID_MERGED];
+uint grid_count = 0u;
 
-// Reservoirs of random places of the pixel's cell, or of a cell close by: otherwise the borders of cells would show.
-GridTechniques grid_techniques(uvec2 pixel, Domain domain) {
-    GridTechniques grid;
-    grid.count = 0u;
-    grid.own_share = 1.0;
-    if (HASH_GRID == HASH_GRID_NONE || restir.at.frame >= restir.at.grid.until_frame) return grid;
+// Finds reservoirs at random places of the pixel's cell, or of a cell close by: otherwise the borders of cells would show.
+void find_in_grid(uvec2 pixel, Domain domain) {
+    if (HASH_GRID == HASH_GRID_NONE || restir.at.frame >= restir.at.grid.until_frame) return;
     Random random = pass_random(pixel, STREAM_GRID + 1u);
     vec4 u = to_unit(random_bits(random));
     uint key = grid_key(domain.position, domain.geometric_normal, u.w, u.xyz - 0.5);
@@ -74,74 +67,76 @@ GridTechniques grid_techniques(uvec2 pixel, Domain domain) {
         uint place = grid_place(key, min(uint(part * float(reservoirs)), reservoirs - 1u));
         GpuGridPlace found = grid_places.at[place];
         if (found.claim == 0u || found.key != key) continue;
-        grid.places[grid.count] = place;
-        grid.claims[grid.count] = found.claim;
-        grid.count += 1u;
+        grid_found[grid_count] = place;
+        grid_claims[grid_count] = found.claim;
+        grid_count += 1u;
     }
-    float total = 1.0 + float(grid.count) * restir.at.grid.confidence;
-    grid.own_share = 1.0 / total;
-    grid.share = restir.at.grid.confidence / total;
-    grid.grid_share = float(grid.count) * grid.share;
-    return grid;
 }
+
+float confidence_of(uint technique) { return technique == 0u ? 1.0 : restir.at.grid.confidence; }
+
+Reservoir technique_at(uint technique) {
+    if (technique == 0u) return own_reservoir;
+    PackedReservoir packed;
+    LOAD_RESERVOIR(grid_reservoirs, grid_found[technique - 1u], restir.at.grid.places, packed);
+    return unpack_reservoir(packed);
+}
+
+Domain domain_of(uint technique) {
+    Domain domain = own_domain;
+    if (technique != 0u) {
+        GRID_DOMAIN(grid_claims[technique - 1u], domain);
+    }
+    return domain;
+}
+
+// The merge asks no ray: its selected sample gets the shadow ray that all light samples share.
+float transmittance(uint technique, Domain domain, LightSample value) { return 1.0; }
+
+LightSample shift_to(uint technique, LightSample value, out float jacobian) {
+    jacobian = 1.0;
+    return value;
+}
+
+#include "restir/merge.glsl"
 
 // As published, reservoirs of points count by their confidence alone.
 uint grid_mis() { return HASH_GRID == HASH_GRID_POINTS ? MIS_CONSTANT : MIS_DEFENSIVE; }
 
-// The MIS weight of the pixel's own candidates at a sample with this target.
-float own_weight(GridTechniques grid, LightSample value, float target) {
-    if (HASH_GRID == HASH_GRID_NONE || grid.count == 0u) return 1.0;
-    MisTerms terms = empty_mis_terms();
-    add_target(terms, 0u, 0u, target, grid.own_share, grid.own_share, grid.grid_share);
-    for (uint i = 0u; i < grid.count && needs_target(grid_mis(), 0u, i + 1u); i += 1u) {
-        Domain there;
-        GRID_DOMAIN(grid.claims[i], there);
-        add_target(terms, 0u, i + 1u, target_function(there, value), grid.share, grid.own_share, grid.grid_share);
-    }
-    return mis_weight(grid_mis(), 0u, terms, grid.own_share, grid.own_share, grid.grid_share);
+// Merges the selected light sample with the reservoirs of the hash grid.
+void merge_grid(inout Stream stream, inout LightSample selected, inout Random random) {
+    if (grid_count == 0u) return;
+    own_reservoir = empty_reservoir(1.0);
+    own_reservoir.value = selected;
+    own_reservoir.contribution_weight = contribution_weight(stream);
+    Reservoir merged = merge(grid_mis(), 1u + grid_count, false, false, random).reservoir;
+    stream = empty_stream();
+    if (!(merged.contribution_weight > 0.0)) return;
+    selected = merged.value;
+    float target = target_function(own_domain, selected);
+    // It needs a shadow ray, as light sample 0 does.
+    stream_add(stream, 0u, target * merged.contribution_weight, target, 1.0);
 }
 
-// Merges the selected light sample with the reservoirs of the hash grid.
-void merge_grid(GridTechniques grid, Domain domain, inout Stream stream, inout LightSample selected, inout Random random) {
-    if (grid.count == 0u) return;
-    bool has_own = stream.chosen != NONE;
-    MisTerms own_terms = empty_mis_terms();
-    add_target(own_terms, 0u, 0u, stream.target, grid.own_share, grid.own_share, grid.grid_share);
-    Stream merged = empty_stream();
-    LightSample drawn = selected;
-    for (uint i = 0u; i < grid.count; i += 1u) {
-        Domain there;
-        GRID_DOMAIN(grid.claims[i], there);
-        if (has_own && needs_target(grid_mis(), 0u, i + 1u)) {
-            float target = target_function(there, selected);
-            add_target(own_terms, 0u, i + 1u, target, grid.share, grid.own_share, grid.grid_share);
-        }
-        PackedReservoir packed;
-        LOAD_RESERVOIR(grid_reservoirs, grid.places[i], restir.at.grid.places, packed);
-        Reservoir reservoir = unpack_reservoir(packed);
-        if (!(reservoir.contribution_weight > 0.0)) continue;
-        MisTerms terms = empty_mis_terms();
-        terms.canonical = target_function(domain, reservoir.value);
-        terms.own = target_function(there, reservoir.value);
-        float weight = mis_weight(grid_mis(), i + 1u, terms, grid.share, grid.own_share, grid.grid_share)
-            * terms.canonical * reservoir.contribution_weight;
-        // It needs a shadow ray, as every light sample.
-        if (stream_add(merged, 0u, weight, terms.canonical, random_choice(random))) drawn = reservoir.value;
+// The MIS weight of the pixel's own candidates at a sample with this target, which one of its BSDF rays hit.
+float own_weight(LightSample value, float target) {
+    if (HASH_GRID == HASH_GRID_NONE || grid_count == 0u) return 1.0;
+    float grid_confidence = float(grid_count) * restir.at.grid.confidence, total = 1.0 + grid_confidence;
+    float own_share = 1.0 / total, grid_share = grid_confidence / total;
+    MisTerms terms = empty_mis_terms();
+    add_target(terms, 0u, 0u, target, own_share, own_share, grid_share);
+    for (uint i = 1u; i <= grid_count && needs_target(grid_mis(), 0u, i); i += 1u) {
+        add_target(terms, 0u, i, target_function(domain_of(i), value), restir.at.grid.confidence / total, own_share, grid_share);
     }
-    if (has_own) {
-        float weight = mis_weight(grid_mis(), 0u, own_terms, grid.own_share, grid.own_share, grid.grid_share) * stream.weight_sum;
-        if (stream_add(merged, stream.chosen, weight, stream.target, random_choice(random))) drawn = selected;
-    }
-    stream = merged;
-    selected = drawn;
+    return mis_weight(grid_mis(), 0u, terms, own_share, own_share, grid_share);
 }
 
 // Adds what a BSDF ray hit; returns whether it is selected now.
-bool add_hit(inout Stream stream, GridTechniques grid, Domain domain, LightSample value, float light_pdf, uint index,
-             float choice, uint bsdf_samples) {
+bool add_hit(inout Stream stream, Domain domain, LightSample value, float light_pdf, uint index, float choice,
+             uint bsdf_samples) {
     float target;
     float weight = candidate_weight(domain, value, light_pdf, bsdf_samples, target);
-    if (weight > 0.0) weight *= own_weight(grid, value, target);
+    if (weight > 0.0) weight *= own_weight(value, target);
     return stream_add(stream, index, weight, target, choice);
 }
 
@@ -189,8 +184,11 @@ void main() {
             float weight = candidate_weight(domain, value, light_pdf, bsdf_samples, target);
             if (stream_add(stream, i, weight, target, choice)) reservoir.value = value;
         }
-        GridTechniques grid = grid_techniques(pixel, domain);
-        if (HASH_GRID != HASH_GRID_NONE) merge_grid(grid, domain, stream, reservoir.value, random);
+        if (HASH_GRID != HASH_GRID_NONE) {
+            own_domain = domain;
+            find_in_grid(pixel, domain);
+            merge_grid(stream, reservoir.value, random);
+        }
 
         Pilot pilot = Pilot(NONE, NONE, vec2(0.0), 0.0);
         if (PILOTS) pilot = LOAD_PILOT(pilots, slot);
@@ -199,7 +197,7 @@ void main() {
             LightSample value = new_light_sample(pilot_light);
             float light_pdf = light_sample_pdf_own_measure(receiver, value.point, value.position);
             float choice = random_choice(random);
-            if (add_hit(stream, grid, domain, value, light_pdf, light_samples, choice, bsdf_samples)) reservoir.value = value;
+            if (add_hit(stream, domain, value, light_pdf, light_samples, choice, bsdf_samples)) reservoir.value = value;
         }
 
         // The BSDF candidates, of which the pilot is the first, then the mirror's ray, then the shadow ray of the
@@ -246,7 +244,7 @@ void main() {
             }
             LightSample value = new_light_sample(light);
             float light_pdf = light_sample_pdf_own_measure(receiver, value.point, value.position);
-            if (add_hit(stream, grid, domain, value, light_pdf, light_samples + turn, choice, bsdf_samples)) reservoir.value = value;
+            if (add_hit(stream, domain, value, light_pdf, light_samples + turn, choice, bsdf_samples)) reservoir.value = value;
         }
         // A driver may end a loop that seems endless to it; the pixel would then lack light.
         if (turn < turns) count_fault(COUNTER_CUT_SHORT);
