@@ -86,6 +86,9 @@ struct Path {
     bool mirror;
 };
 
+// Whether light that was scattered this often is wanted.
+bool is_wanted(uint scatterings) { return scatterings != 1u || frame.at.without_direct_light == 0u; }
+
 void main() {
     uvec2 pixel = tile_pixel(frame.at.view.width, strip.first_row, frame.at.view.interleave);
     if (pixel.x >= frame.at.view.width || pixel.y >= strip.first_row + strip.rows) return;
@@ -129,7 +132,7 @@ void main() {
             continue;
         }
         if (hit.instance == NONE) {
-            if (sees_environment()) {
+            if (sees_environment() && is_wanted(path.scatterings)) {
                 vec2 place = environment_place(ray.direction);
                 float weight = 1.0;
                 if (!path.mirror) {
@@ -144,7 +147,7 @@ void main() {
         }
         Surface surface = surface_at(hit, ray);
         if (path.scatterings == 0u) radiance += unlit_radiance(hit);
-        if (surface.light != NONE) {
+        if (surface.light != NONE && is_wanted(path.scatterings)) {
             GpuLight light = light_at(surface.light, CURRENT);
             float cosine = -dot(light.normal, ray.direction);
             vec3 emission = light_emission(light, surface.light, hit.barycentrics, cosine);
@@ -174,7 +177,7 @@ void main() {
 
         Ray shadow_ray;
         bool shadow = false;
-        if (scene.at.light_count > 0u) {
+        if (scene.at.light_count > 0u && is_wanted(path.scatterings + 1u)) {
             LightPoint point = draw_point(pick_light(scene.at.light_count, light_bits.xy), light_bits);
             Arrival arrival = arrival_at(surface, point);
             vec3 incoming = vec3(dot(arrival.direction, tangent), dot(arrival.direction, bitangent),

@@ -2,13 +2,21 @@
 
 use super::arguments::SceneArgs;
 use super::notice;
+use crate::choices::HashGrid;
 use crate::image::Format;
 use crate::render::Settings;
-use crate::render::settings::{Heuristic, IndirectMode, Integrator, Visibility};
+use crate::render::settings::{DirectMode, Heuristic, IndirectMode, Integrator, Visibility};
 use std::path::PathBuf;
 
 /// Settings that `reference` takes.
-const OF_PATH_TRACING: [&str; 5] = ["heuristic", "energy", "roulette", "environment", "variant"];
+const OF_PATH_TRACING: [&str; 6] = [
+    "heuristic",
+    "energy",
+    "roulette",
+    "environment",
+    "direct.mode",
+    "variant",
+];
 
 /// Settings of indirect light that paths take without resampling.
 const OF_INDIRECT_PATHS: [&str; 4] = [
@@ -51,13 +59,23 @@ pub fn note_for_render(changed: &[String], settings: &Settings, bounces: u32) {
         note_ignored(
             "integrator=path-tracing does not resample",
             changed,
-            |key| ["direct", "indirect", "light_bvh", "reservoirs"].contains(&group(key)),
+            |key| !is_of_path_tracing(key),
         );
         return;
     }
     if !settings.draws_from_light_bvh() {
         note_ignored("no candidates=light-bvh", changed, |key| {
             group(key) == "light_bvh"
+        });
+    }
+    if settings.hash_grid() == HashGrid::None {
+        note_ignored("no direct.candidates=hash-grid", changed, |key| {
+            group(key) == "hash_grid"
+        });
+    }
+    if settings.direct.mode == DirectMode::Off && bounces > 0 {
+        note_ignored("direct.mode=off has no direct light", changed, |key| {
+            group(key) == "direct" && key != "direct.mode"
         });
     }
     if settings.heuristic == Heuristic::Power {
@@ -100,8 +118,12 @@ pub fn note_for_reference(args: &SceneArgs, changed: &[String]) {
         ));
     }
     note_ignored("a reference is path traced", changed, |key| {
-        !OF_PATH_TRACING.contains(&group(key))
+        !is_of_path_tracing(key)
     });
+}
+
+fn is_of_path_tracing(key: &str) -> bool {
+    OF_PATH_TRACING.contains(&key) || OF_PATH_TRACING.contains(&group(key))
 }
 
 /// One line about the keys that `is_ignored`, if there are any.

@@ -51,6 +51,8 @@ crate::gpu_struct! {
         pub jitter: u32,
         /// The [`Heuristic`](crate::choices::Heuristic).
         pub heuristic: u32,
+        /// Whether light that was scattered once is left out.
+        pub without_direct_light: u32,
     }
 }
 

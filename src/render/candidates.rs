@@ -1,7 +1,7 @@
 //! The choice of light candidates that `candidates=auto` makes from the scene.
 
 use super::Settings;
-use super::settings::{Candidates, Integrator};
+use super::settings::{Candidates, DirectMode, Integrator};
 use crate::tracing::GpuScene;
 use crate::tracing::lights::Lights;
 
@@ -14,8 +14,9 @@ impl Settings {
     /// since a walk at each vertex of a path takes longer than it saves.
     pub fn for_scene(&self, scene: &GpuScene) -> Self {
         let mut settings = self.clone();
+        let draws = self.integrator == Integrator::Restir && self.direct.mode == DirectMode::Restir;
         let candidates = &mut settings.direct.resampling.candidates;
-        if self.integrator == Integrator::Restir && *candidates == Candidates::Auto {
+        if draws && *candidates == Candidates::Auto {
             let (fitting, reason) = fitting(near_light_count(scene.first_lights()));
             *candidates = fitting;
             log::info!("candidates of direct light: {reason}");

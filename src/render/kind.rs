@@ -1,6 +1,6 @@
 //! The two kinds of light that are resampled, each with its own passes.
 
-use super::settings::{IndirectMode, Integrator, Settings};
+use super::settings::{DirectMode, IndirectMode, Integrator, Settings};
 
 /// A kind of light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,7 +49,7 @@ impl Kind {
     /// Whether resampling with these settings and this maximum number of scattering events includes it.
     pub fn is_wanted(self, settings: &Settings, bounces: u32) -> bool {
         match self {
-            Self::Direct => bounces > 0,
+            Self::Direct => bounces > 0 && settings.direct.mode != DirectMode::Off,
             Self::Indirect => bounces > 1 && settings.indirect.mode != IndirectMode::Off,
         }
     }

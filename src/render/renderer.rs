@@ -8,7 +8,7 @@ use super::kind::Kind;
 use super::outputs::Sums;
 use super::outputs::primary_surfaces::PrimarySurfaces;
 use super::scene_bindings::SceneBindings;
-use super::settings::{Integrator, Settings};
+use super::settings::{DirectMode, Integrator, Settings};
 use super::techniques::{PathTracer, Restir};
 use super::tracking::Tracking;
 use super::view::View;
@@ -89,6 +89,7 @@ impl Renderer {
             samples: 1,
             jitter: view.jitter.into(),
             heuristic: settings.heuristic as u32,
+            without_direct_light: (settings.direct.mode == DirectMode::Off).into(),
         };
         let bindings = Arc::new(SceneBindings::new(device, scene, settings)?);
         let technique = match settings.integrator {

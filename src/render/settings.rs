@@ -10,7 +10,7 @@ mod light_bvh;
 mod resampling;
 mod reservoirs;
 
-pub use direct::Direct;
+pub use direct::{Direct, DirectMode};
 pub use environment::EnvironmentSettings;
 pub use hash_grid::{GridMode, HashGridSettings};
 pub use indirect::{Indirect, IndirectMode, Secondary, Shift};
@@ -124,6 +124,10 @@ impl Settings {
             energy: self.energy,
             roulette: self.roulette,
             environment: self.environment,
+            direct: Direct {
+                mode: self.direct.mode,
+                ..Direct::default()
+            },
             variant: self.variant,
             ..Self::default()
         }

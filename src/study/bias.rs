@@ -176,7 +176,7 @@ pub fn blocks_p_value(runs: &[&Run], control: &[&Run], reference: &Reference) ->
 pub fn control(configuration: &Resolved, samples: u32) -> Resolved {
     Resolved {
         name: format!("control, {samples} samples"),
-        settings: path_tracing(configuration.settings.energy),
+        settings: path_tracing(&configuration.settings),
         frames: samples,
         clock: configuration.clock.stopped_at(configuration.frames - 1),
         accumulate: true,

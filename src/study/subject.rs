@@ -8,7 +8,7 @@ use crate::Result;
 use crate::gpu::Device;
 use crate::progress::Watch;
 use crate::render::counters::Counts;
-use crate::render::settings::{Energy, Integrator};
+use crate::render::settings::{Direct, Integrator};
 use crate::render::{Renderer, Settings, Tracking, View};
 use crate::scene::{MovingCamera, Scene};
 use crate::tracing::{GpuScene, Variant, shaders};
@@ -85,7 +85,7 @@ impl Subject {
             Some(_) if self.moves => configuration.frames,
             _ => 1,
         };
-        let settings = path_tracing(configuration.settings.energy);
+        let settings = path_tracing(&configuration.settings);
         (0..frames)
             .map(|frame| self.reference(&settings, clock.time(frame), samples, watch))
             .collect::<Result<_>>()
@@ -256,11 +256,15 @@ impl Subject {
     }
 }
 
-/// Plain path tracing with a surface model: what references and controls are made with.
-pub fn path_tracing(energy: Energy) -> Settings {
+/// Plain path tracing of the light that these settings are for: what references and controls are made with.
+pub fn path_tracing(settings: &Settings) -> Settings {
     Settings {
         integrator: Integrator::PathTracing,
-        energy,
+        energy: settings.energy,
+        direct: Direct {
+            mode: settings.direct.mode,
+            ..Direct::default()
+        },
         ..Settings::default()
     }
 }

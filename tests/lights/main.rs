@@ -1,6 +1,7 @@
 //! Environments and punctual lights against closed forms, and resampling against path tracing with all kinds of light.
 
 mod alpha;
+mod kinds;
 #[path = "../support/mod.rs"]
 mod support;
 mod unlit;

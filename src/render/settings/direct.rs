@@ -4,10 +4,24 @@ use super::{Resampling, Spatial, Visibility};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+/// How direct light is found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum DirectMode {
+    /// Not at all, for comparisons of indirect light: light that was scattered once is missing in pictures, and in those of path
+    /// tracing, too.
+    Off,
+    /// By samples that neighbours and frames share; with path tracing, as all light.
+    #[default]
+    Restir,
+}
+
 /// Resampling of direct light.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Direct {
+    /// How direct light is found; with `--bounces 0` there is none.
+    pub mode: DirectMode,
     /// How it is resampled.
     #[serde(flatten)]
     pub resampling: Resampling,
@@ -24,6 +38,7 @@ pub struct Direct {
 impl Default for Direct {
     fn default() -> Self {
         Self {
+            mode: DirectMode::default(),
             resampling: Resampling {
                 light_samples: 10,
                 spatial: Spatial {
