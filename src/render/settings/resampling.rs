@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Candidates {
-    /// For direct light `light-bvh` if the scene has 64 lights or more that are not infinitely far away; otherwise `power`.
+    /// For direct light `light-bvh` if the scene has 64 lights or more that are not infinitely far away, and they form more than
+    /// one lamp; otherwise `power`.
     #[default]
     Auto,
     /// Every light alike.
