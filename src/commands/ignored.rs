@@ -5,7 +5,9 @@ use super::notice;
 use crate::choices::HashGrid;
 use crate::image::Format;
 use crate::render::Settings;
-use crate::render::settings::{DirectMode, Heuristic, IndirectMode, Integrator, Visibility};
+use crate::render::settings::{
+    Candidates, DirectMode, Heuristic, IndirectMode, Integrator, Visibility,
+};
 use std::path::PathBuf;
 
 /// Settings that `reference` takes.
@@ -59,11 +61,14 @@ pub fn note_for_render(changed: &[String], settings: &Settings, bounces: u32) {
         note_ignored(
             "integrator=path-tracing does not resample",
             changed,
-            |key| !is_of_path_tracing(key),
+            |key| key != "integrator" && !is_of_path_tracing(key),
         );
         return;
     }
-    if !settings.draws_from_light_bvh() {
+    // What `auto` becomes depends on the scene, which is not read yet.
+    let scene_decides = settings.direct.mode == DirectMode::Restir
+        && settings.direct.resampling.candidates == Candidates::Auto;
+    if !settings.draws_from_light_bvh() && !scene_decides {
         note_ignored("no candidates=light-bvh", changed, |key| {
             group(key) == "light_bvh"
         });

@@ -3,7 +3,6 @@
 use super::Settings;
 use super::settings::{Candidates, DirectMode, Integrator};
 use crate::tracing::GpuScene;
-use crate::tracing::lights::Lights;
 use std::collections::HashSet;
 
 /// The number of lights from which on the light BVH is used. Below it, some of a pixel's candidates by power are lights that
@@ -11,33 +10,26 @@ use std::collections::HashSet;
 const MANY_LIGHTS: usize = 64;
 
 impl Settings {
-    /// The settings for a scene: where direct light has `candidates=auto`, what fits its lights. Indirect light keeps `power`,
-    /// since a walk at each vertex of a path takes longer than it saves.
+    /// The settings for a scene: where direct light has `candidates=auto`, what fits its lights. Distant lights do not count,
+    /// since the light BVH lacks them. Indirect light keeps `power`: what a walk at each vertex of a path saves is not measured.
     pub fn for_scene(&self, scene: &GpuScene) -> Self {
         let mut settings = self.clone();
         let draws = self.integrator == Integrator::Restir && self.direct.mode == DirectMode::Restir;
         let candidates = &mut settings.direct.resampling.candidates;
         if draws && *candidates == Candidates::Auto {
             let lights = scene.first_lights();
-            let (fitting, reason) = fitting(near_light_count(lights), lamp_count(scene, lights));
+            let triangles = lights.triangles.len();
+            let others = (triangles..lights.choices.len())
+                .filter(|index| !lights.is_distant(*index))
+                .count();
+            // Triangles with common corners are one lamp.
+            let lamps: HashSet<_> = scene.light_groups.iter().collect();
+            let (fitting, reason) = fitting(triangles + others, lamps.len() + others);
             *candidates = fitting;
             log::info!("candidates of direct light: {reason}");
         }
         settings
     }
-}
-
-/// The number of lights that the light BVH can hold: those that are not infinitely far away.
-fn near_light_count(lights: &Lights) -> usize {
-    let all = 0..lights.choices.len();
-    all.filter(|index| !lights.is_distant(*index)).count()
-}
-
-/// The number of these that are not parts of another: triangles with common corners are one lamp.
-fn lamp_count(scene: &GpuScene, lights: &Lights) -> usize {
-    let lamps: HashSet<u32> = scene.light_groups.iter().copied().collect();
-    let others = lights.triangles.len()..lights.choices.len();
-    lamps.len() + others.filter(|index| !lights.is_distant(*index)).count()
 }
 
 /// What fits so many lights that form so many lamps, and why.

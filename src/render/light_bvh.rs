@@ -2,7 +2,8 @@
 
 use super::ray_list::RayTracer;
 use super::settings::{
-    Boxes, Candidates, DirectMode, Far, Integrator, LightBvhSettings, LightChoice, Settings,
+    Boxes, Candidates, DirectMode, Far, Integrator, LightBvhSettings, LightChoice, Resampling,
+    Settings,
 };
 use crate::gpu::{Buffer, Device, Resource};
 use crate::layouts::RayQuery;
@@ -148,12 +149,9 @@ fn build(
 impl Settings {
     /// Whether candidates of some kind of light are drawn from the light BVH.
     pub fn draws_from_light_bvh(&self) -> bool {
-        let mut kinds = vec![&self.indirect.resampling];
-        if self.direct.mode == DirectMode::Restir {
-            kinds.push(&self.direct.resampling);
-        }
-        self.integrator == Integrator::Restir
-            && (kinds.iter()).any(|resampling| resampling.candidates == Candidates::LightBvh)
+        let draws = |resampling: &Resampling| resampling.candidates == Candidates::LightBvh;
+        let direct = self.direct.mode == DirectMode::Restir && draws(&self.direct.resampling);
+        self.integrator == Integrator::Restir && (direct || draws(&self.indirect.resampling))
     }
 }
 

@@ -124,10 +124,7 @@ impl Settings {
             energy: self.energy,
             roulette: self.roulette,
             environment: self.environment,
-            direct: Direct {
-                mode: self.direct.mode,
-                ..Direct::default()
-            },
+            direct: self.direct.of_path_tracing(),
             variant: self.variant,
             ..Self::default()
         }

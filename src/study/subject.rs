@@ -8,7 +8,7 @@ use crate::Result;
 use crate::gpu::Device;
 use crate::progress::Watch;
 use crate::render::counters::Counts;
-use crate::render::settings::{Direct, Integrator};
+use crate::render::settings::Integrator;
 use crate::render::{Renderer, Settings, Tracking, View};
 use crate::scene::{MovingCamera, Scene};
 use crate::tracing::{GpuScene, Variant, shaders};
@@ -261,10 +261,7 @@ pub fn path_tracing(settings: &Settings) -> Settings {
     Settings {
         integrator: Integrator::PathTracing,
         energy: settings.energy,
-        direct: Direct {
-            mode: settings.direct.mode,
-            ..Direct::default()
-        },
+        direct: settings.direct.of_path_tracing(),
         ..Settings::default()
     }
 }

@@ -276,6 +276,8 @@ fn what_has_no_effect_is_one_line() {
         vec!["--aov", "albedo", "--exposure", "1", "-o", &exr, "-o", &png],
         vec!["--set", "direct.mis=balance", "-o", &exr],
         vec!["--set", "indirect.mode=off", "-o", &exr],
+        vec!["--set", "integrator=path-tracing", "-o", &exr],
+        vec!["--set", "light_bvh.tile=8", "-o", &exr],
         vec![
             "--set",
             "indirect.mode=path",

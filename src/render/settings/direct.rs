@@ -8,8 +8,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DirectMode {
-    /// Not at all, for comparisons of indirect light: light that was scattered once is missing in pictures, and in those of path
-    /// tracing, too.
+    /// Not at all, for comparisons of indirect light: path tracing leaves out light that was scattered once, too.
     Off,
     /// By samples that neighbours and frames share; with path tracing, as all light.
     #[default]
@@ -56,6 +55,14 @@ impl Default for Direct {
 }
 
 impl Direct {
+    /// What of these concerns path tracing.
+    pub fn of_path_tracing(&self) -> Self {
+        Self {
+            mode: self.mode,
+            ..Self::default()
+        }
+    }
+
     /// Whether BSDF rays are candidates. What they hit is visible, so they would not cover the support of
     /// targets without visibility.
     pub fn draws_bsdf(&self) -> bool {
