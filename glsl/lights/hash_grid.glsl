@@ -4,8 +4,10 @@
 // of their cell, and fill them with a reservoir of many candidates; the pixels around merge it with their own.
 //
 // No cell is stored: two cells may hash to the same place, of which one then has fewer reservoirs.
+#include "restir/cells.glsl"
 #include "restir/direct.glsl"
 #include "restir/frame.glsl"
+#include "restir/matte_domain.glsl"
 #include "restir/reservoir.glsl"
 #include "restir/sample_data.glsl"
 
@@ -13,22 +15,14 @@
 const uint GRID_SOURCE_BITS = 26u;
 const uint GRID_SOURCE_MASK = (1u << GRID_SOURCE_BITS) - 1u;
 
-// The key of the cell and the bin at a point. Where cells fit the picture, their size is a power of two, so that they do not
-// change while the camera moves; `u` in [0, 1) blurs the border between two sizes. `shift` is in cells.
+// The key of the cell and the bin at a point; `u` and `shift` as in restir/cells.glsl.
 uint grid_key(vec3 position, vec3 normal, float u, vec3 shift) {
-    float size = restir.at.grid.cell;
+    float side = restir.at.grid.cell;
     int level = 0;
     if (HASH_GRID == HASH_GRID_PIXELS) {
-        float pixel = 2.0 * length(restir.at.view.camera.right) / float(restir.at.view.width);
-        float wanted = size * pixel * distance(position, restir.at.view.camera.position);
-        level = int(floor(log2(max(wanted, TINY)) + u));
-        size = exp2(float(level));
+        side = cell_side(restir.at.view.camera, restir.at.view.width, restir.at.grid.cell, position, u, level);
     }
-    // Far from the origin of coordinates integers would overflow.
-    ivec3 cell = ivec3(clamp(floor(position / size + (shift - dot(shift, normal) * normal)), -1e9, 1e9));
-    uint bins = restir.at.grid.bins;
-    uvec2 bin = min(uvec2((0.5 * octahedral_coordinates(normal) + 0.5) * float(bins)), bins - 1u);
-    return pcg4d(uvec4(cell, (uint(level) << 8u) | (bin.y * bins + bin.x))).x;
+    return cell_key(position, normal, side, level, restir.at.grid.bins, shift);
 }
 
 // Where the reservoir `number` of a cell's bin is.
@@ -86,13 +80,4 @@ GridClaim claim_of(uint source, vec3 position, vec3 normal, inout Random random)
         DOMAIN = point_domain(grid_points.at[source_]); \
     }
 
-Domain point_domain(GpuGridPoint point) {
-    vec3 normal = unpack_octahedral(point.normal);
-    GpuMaterial material;
-    material.base_color = vec3(1.0);
-    material.metallic = 0.0;
-    material.dielectric_f0 = vec3(0.0);
-    material.dielectric_f90 = 0.0;
-    material.roughness = 1.0;
-    return make_domain(point.position, 0.0, normal, normal, material, -normal);
-}
+Domain point_domain(GpuGridPoint point) { return matte_domain(point.position, unpack_octahedral(point.normal)); }

@@ -98,6 +98,9 @@ LightSample shift_to(uint technique, LightSample value, out float jacobian) {
     return value;
 }
 
+#define MergeSample Sample
+#define MergeReservoir Reservoir
+#define MERGE_EMPTY empty_reservoir(0.0)
 #include "restir/merge.glsl"
 
 // As published, reservoirs of points count by their confidence alone.

@@ -1,15 +1,16 @@
 #pragma once
 // One merge for every kind of reuse and of sample: a canonical reservoir with neighbours, each with its own domain.
 // The file that includes it defines
-//   Sample, Reservoir { Sample value; float contribution_weight; float confidence; … }, empty_reservoir(), Domain
+//   MergeSample, MergeReservoir { MergeSample value; float contribution_weight; float confidence; … }, Domain
+//   MERGE_EMPTY: an empty MergeReservoir
 //   float confidence_of(uint technique)
-//   Reservoir technique_at(uint technique): technique 0 is the canonical
+//   MergeReservoir technique_at(uint technique): technique 0 is the canonical
 //   Domain domain_of(uint technique)
-//   vec3 contribution(Domain domain, Sample value), whose luminance is the target function
-//   float transmittance(uint technique, Domain domain, Sample value), with the sample as the technique sees it: the
+//   vec3 contribution(Domain domain, MergeSample value), whose luminance is the target function
+//   float transmittance(uint technique, Domain domain, MergeSample value), with the sample as the technique sees it: the
 //     share of its light that arrives. Targets include whether it is above 0, light includes the share itself: then a
 //     technique's own sample needs no ray for its weight, only where its light is added
-//   Sample shift_to(uint technique, Sample value, out float jacobian): the canonical's sample in the technique's
+//   MergeSample shift_to(uint technique, MergeSample value, out float jacobian): the canonical's sample in the technique's
 //     space. The Jacobian is the ratio of the sample's measure there to its measure here; 0 where the shift does not
 //     exist. Its existence must be symmetric, and every rejection that looks at a sample must be here, so that all
 //     weights use the same domain of the shift.
@@ -36,20 +37,20 @@
 
 // The outcome of a merge.
 struct Merged {
-    Reservoir reservoir;
+    MergeReservoir reservoir;
     // The light of all samples of the merge. The selected sample alone would have the same expected brightness, but more
     // colour noise.
     vec3 light;
 };
 
 // p̂←k(y) of a sample y of technique i, and its light at technique k. `domain` is that of k.
-float target_at(uint k, Domain domain, uint i, Sample value, bool visibility, out vec3 light) {
+float target_at(uint k, Domain domain, uint i, MergeSample value, bool visibility, out vec3 light) {
     count_lanes(COUNTER_MERGE_LANES);
     light = vec3(0.0);
     float jacobian;
     // At the canonical (k = 0) a sample keeps its value, but it counts only if the shift from there to its own technique
     // exists.
-    Sample there = shift_to(k != 0u ? k : i, value, jacobian);
+    MergeSample there = shift_to(k != 0u ? k : i, value, jacobian);
     if (!(jacobian > 0.0)) return 0.0;
     if (k == 0u) {
         there = value;
@@ -66,7 +67,7 @@ float target_at(uint k, Domain domain, uint i, Sample value, bool visibility, ou
 }
 
 // Resamples technique i's sample with the weight m_i · p̂_0(y_i) · W_i. `target` is p̂_0(y_i), `light` its light.
-void resample(inout Merged merged, inout Stream selected, uint i, Reservoir reservoir, float weight, float target,
+void resample(inout Merged merged, inout Stream selected, uint i, MergeReservoir reservoir, float weight, float target,
               vec3 light, inout Random random) {
     // One infinite weight would make the light of all techniques infinite.
     weight = accept_weight(weight);
@@ -81,7 +82,7 @@ Merged merge(uint mis, uint count, bool visibility, bool shades, inout Random ra
     bool two_rays = visibility && mis != MIS_BALANCE, all_rays = visibility && !two_rays;
     float neighbour_confidence = 0.0;
     for (uint i = 1u; i < count; i += 1u) neighbour_confidence += confidence_of(i);
-    Reservoir canonical = technique_at(0u);
+    MergeReservoir canonical = technique_at(0u);
     float confidence = canonical.confidence + neighbour_confidence;
     float total = max(confidence, 1.0);
     float canonical_share = canonical.confidence / total, neighbour_share = neighbour_confidence / total;
@@ -92,12 +93,12 @@ Merged merge(uint mis, uint count, bool visibility, bool shades, inout Random ra
     vec3 canonical_light = vec3(0.0);
     Domain here;
 
-    Merged merged = Merged(empty_reservoir(0.0), vec3(0.0));
+    Merged merged = Merged(MERGE_EMPTY, vec3(0.0));
     Stream selected = empty_stream();
     // The neighbour that decides on the canonical's sample (j in 1), and the neighbour's sample that is traced from the
     // canonical (i in 2).
     Stream asked = empty_stream(), drawn = empty_stream();
-    Reservoir drawn_reservoir = merged.reservoir;
+    MergeReservoir drawn_reservoir = merged.reservoir;
     vec3 drawn_light = vec3(0.0);
     uint i = 0u;
     for (; i < count; i += 1u) {
@@ -112,7 +113,7 @@ Merged merge(uint mis, uint count, bool visibility, bool shades, inout Random ra
             if (two_rays && change > 0.0) stream_add(asked, i, change, 1.0, random_choice(random));
         }
         if (i == 0u) continue;
-        Reservoir neighbour = technique_at(i);
+        MergeReservoir neighbour = technique_at(i);
         if (!(neighbour.contribution_weight > 0.0)) continue;
         MisTerms terms = empty_mis_terms();
         vec3 neighbour_light = vec3(0.0);
@@ -152,7 +153,7 @@ Merged merge(uint mis, uint count, bool visibility, bool shades, inout Random ra
         if ((asks ? asked.chosen : drawn.chosen) == NONE) continue;
         uint viewer = 0u;
         Domain domain = here;
-        Sample value = drawn_reservoir.value;
+        MergeSample value = drawn_reservoir.value;
         if (asks) {
             float jacobian;
             viewer = asked.chosen;

@@ -19,6 +19,8 @@ struct PackedReservoir {
 const uint WEIGHT_WORD = 0u;
 const uint HISTORY_WORD = 1u;
 
+float unpack_confidence(uint history) { return float(bitfieldExtract(history, 0, int(CONFIDENCE_BITS))); }
+
 PackedReservoir empty_packed() {
     PackedReservoir p;
     for (uint i = 0u; i < INDIRECT_FULL_WORDS + ORIGIN_WORDS; i += 1u) p.words[i] = 0u;

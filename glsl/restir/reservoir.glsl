@@ -44,8 +44,6 @@ PackedReservoir pack_reservoir(Reservoir r) {
     return p;
 }
 
-float unpack_confidence(uint history) { return float(bitfieldExtract(history, 0, int(CONFIDENCE_BITS))); }
-
 Reservoir unpack_reservoir(PackedReservoir p) {
     uint history = p.words[HISTORY_WORD];
     Reservoir r = empty_reservoir(unpack_confidence(history));

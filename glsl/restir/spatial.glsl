@@ -48,6 +48,9 @@ Reservoir technique_at(uint technique) {
     return reservoir;
 }
 
+#define MergeSample Sample
+#define MergeReservoir Reservoir
+#define MERGE_EMPTY empty_reservoir(0.0)
 #include "restir/merge.glsl"
 
 // Merges the pixel of this invocation.

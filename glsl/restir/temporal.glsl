@@ -63,6 +63,9 @@ void move_to_current_frame(inout Reservoir reservoir) {
     reservoir.contribution_weight *= move_sample(reservoir.value, PREVIOUS, CURRENT);
 }
 
+#define MergeSample Sample
+#define MergeReservoir Reservoir
+#define MERGE_EMPTY empty_reservoir(0.0)
 #include "restir/merge.glsl"
 
 // Merges the pixel of this invocation.
