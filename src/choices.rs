@@ -46,6 +46,19 @@ crate::gpu_enum! {
 }
 
 crate::gpu_enum! {
+    /// How the vertices of paths reuse light samples of other vertices.
+    pub enum WorldReservoirs {
+        /// They do not.
+        #[default]
+        None,
+        /// With weights that know each reservoir's domain.
+        Unbiased,
+        /// Weighed by confidence alone.
+        Published,
+    }
+}
+
+crate::gpu_enum! {
     /// Where visibility enters.
     #[cfg_attr(headwater, derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
     #[cfg_attr(headwater, serde(rename_all = "kebab-case"))]
@@ -95,6 +108,7 @@ pub fn glsl() -> String {
     [
         Heuristic::glsl(),
         HashGrid::glsl(),
+        WorldReservoirs::glsl(),
         Mis::glsl(),
         Visibility::glsl(),
         Format::glsl(),

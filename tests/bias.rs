@@ -277,3 +277,55 @@ fn neighbours_that_are_read_while_they_are_written_are_found() {
         !passes && said.contains("the same seed gives another picture")
     }));
 }
+
+/// Light of two bounces and more that world reservoirs find.
+fn world_plan(scene: &str, settings: &str) -> String {
+    format!(
+        r#"
+scenes = ["{scene}"]
+width = 48
+frames = 3
+seeds = 64
+most_seeds = 1536
+bounces = 3
+reference_spp = 16384
+[[configurations]]
+name = "world reservoirs"
+preset = "accurate"
+[configurations.set]
+"direct.mode" = "off"
+"indirect.mode" = "path"
+"indirect.secondary" = "world-reservoirs"
+"indirect.light_samples" = 1
+"world_reservoirs.min_lights" = 0
+"world_reservoirs.depth" = 2
+{settings}
+"#
+    )
+}
+
+/// The MIS weight against BSDF rays is that of the vertex which shades, so it must not be in the weights that others take over.
+#[test]
+fn an_mis_weight_in_world_reservoirs_is_found() {
+    assert_found(
+        &world_plan("cornell", "\"world_reservoirs.stores\" = \"initial\""),
+        (
+            "restir/path_candidates.glsl",
+            "candidate_weight(stored, value, light_pdf, 0u, target)",
+            "candidate_weight(stored, value, light_pdf, 1u, target)",
+        ),
+    );
+}
+
+#[test]
+fn empty_world_reservoirs_that_are_skipped_are_found() {
+    let change = (
+        "restir/world_reservoirs.glsl",
+        "if (entry == 0u) continue;",
+        "if (entry == 0u || !(previous_world_vertices.at[(entry & WORLD_VERTEX_MASK) - 1u].weight > 0.0)) continue;",
+    );
+    let plan = world_plan("colourful-mess", "").replace("1536", "256");
+    let biased = "should be unbiased";
+    assert!(!study_with_fault(&plan, &[]).1.contains(biased));
+    assert!(study_with_fault(&plan, &[change]).1.contains(biased));
+}

@@ -7,7 +7,7 @@ mod support;
 use glam::{DAffine3, DQuat, DVec3, EulerRot, Vec3};
 use headwater::render::outputs::Sums;
 use headwater::render::presets::Preset;
-use headwater::render::settings::{Candidates, Integrator, ReuseMode};
+use headwater::render::settings::{Candidates, Integrator, ReuseMode, Secondary};
 use headwater::render::{Settings, View};
 use headwater::scene::validate::{BRIGHTEST, LARGEST_COORDINATE};
 use headwater::scene::{
@@ -64,10 +64,13 @@ fn techniques() -> [Settings; 2] {
 }
 
 /// The same for a scene; with all kinds of light, candidates come from the light BVH, and otherwise those of direct light from
-/// the hash grid.
+/// the hash grid. Vertices of paths have world reservoirs.
 fn techniques_for(scene: &Scene) -> [Settings; 2] {
     let [path_tracing, mut accurate] = techniques();
     accurate.direct.resampling.candidates = Candidates::HashGrid;
+    accurate.indirect.secondary = Secondary::WorldReservoirs;
+    accurate.world_reservoirs.min_lights = 0;
+    accurate.world_reservoirs.depth = 2;
     if !scene.punctual_lights.is_empty() {
         accurate.direct.resampling.candidates = Candidates::LightBvh;
         accurate.indirect.resampling.candidates = Candidates::LightBvh;

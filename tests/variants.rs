@@ -3,7 +3,7 @@
 mod support;
 
 use headwater::render::presets::Preset;
-use headwater::render::settings::Variant;
+use headwater::render::settings::{Secondary, Variant};
 use headwater::scene::procedural;
 use headwater::scene::requirements::Requirements;
 
@@ -23,6 +23,8 @@ fn a_specialised_shader_renders_what_the_full_one_does() {
         assert_eq!(required.double_sided_emitters, has);
         for preset in ["accurate", "s1", "path-tracing"] {
             let mut settings = Preset::named(preset).unwrap().settings().unwrap();
+            settings.indirect.secondary = Secondary::WorldReservoirs;
+            settings.world_reservoirs.min_lights = 0;
             let specialised = support::frame_bits(&scene, &settings, None);
             settings.variant = Variant::Full;
             assert!(

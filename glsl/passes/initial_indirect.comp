@@ -107,8 +107,10 @@ void main() {
             surface.position -= back_off_distance(surface.error, hit.t) * ray.direction;
             Domain vertex = make_domain(surface.position, clearance_of(surface.geometric_normal, surface.error),
                                         surface.geometric_normal, surface.shading_normal, surface.material, ray.direction);
-            Receiver receiver = receiver_at(vertex);
-            bool shadow = sample_light_at(path, vertex, receiver, random, shadowed, ray);
+            // Later vertices add little, and their walks through the light BVH would take more time than they save.
+            Receiver receiver = distant_receiver();
+            if (left_first(path)) receiver = receiver_at(vertex);
+            bool shadow = sample_light_at(path, vertex, receiver, slot, random, shadowed, ray);
             vec4 numbers = to_unit(random_bits(random));
             choice = random_choice(random);
             next_purpose = scatter(path, vertex, receiver, numbers, next) ? RAY_PATH : RAY_NONE;

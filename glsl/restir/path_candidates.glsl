@@ -5,6 +5,7 @@
 #include "lights/sources.glsl"
 #include "restir/path_sample.glsl"
 #include "restir/pilot.glsl"
+#include "restir/world_reservoirs.glsl"
 
 // A path under construction.
 struct Path {
@@ -19,6 +20,8 @@ struct Path {
     Receiver receiver;
     float pdf_solid_angle;
     bool mirror;
+    // Whether it began with the reflection of a perfect mirror that the camera sees.
+    bool is_mirrored;
     // Whether its samples can be shared: not with a mirror at one of the first two vertices, to which no reconnection
     // exists.
     bool can_share;
@@ -37,17 +40,25 @@ struct Candidate {
 // The path that begins with a mirror reflection. Lights that the first ray hits belong to direct light, so that nothing asks
 // for the receiver that it left.
 Path mirror_path(vec3 reflectance) {
-    return Path(reflectance, vec3(1.0), 1u, distant_receiver(), 0.0, true, false, empty_path_sample());
+    return Path(reflectance, vec3(1.0), 1u, distant_receiver(), 0.0, true, true, false, empty_path_sample());
 }
 
 // The path that begins with the pixel's pilot ray.
 Path first_path(BsdfSample first) {
-    return Path(first.weight, vec3(1.0), 1u, distant_receiver(), first.pdf_solid_angle, false, true, empty_path_sample());
+    return Path(first.weight, vec3(1.0), 1u, distant_receiver(), first.pdf_solid_angle, false, false, true, empty_path_sample());
 }
 
 // Whether the current ray started at the first vertex, or at the second.
 bool left_first(Path path) { return path.scatterings == 1u; }
 bool left_second(Path path) { return path.scatterings == 2u; }
+
+// The MIS weight of a vertex' light samples against the BSDF ray that leaves it, for a point that the ray would find with a
+// density of `bsdf_pdf` in the point's measure; `found_light` has that of the ray. It counts the vertex' own samples alone:
+// counting those of merged reservoirs as well gave more outliers.
+float light_sampling_share(Receiver receiver, LightSample value, float bsdf_pdf) {
+    float light_pdf = float(restir.at.reuse.light_samples) * light_sample_pdf_own_measure(receiver, value.point, value.position);
+    return light_pdf / (light_pdf + bsdf_pdf);
+}
 
 // The candidate of a path that ends at a light: `directly` from its second vertex, or from a later vertex. `radiance` is
 // what arrives, or the light that the last vertex reflects.
@@ -86,27 +97,65 @@ Candidate environment_hit(Path path, vec3 direction) {
     return found_light(path, value.point, value.emission, pdf_solid_angle);
 }
 
-// Next-event estimation at a vertex: selects one of several light samples by their reflected light (RIS). Returns
-// whether its shadow ray must be traced.
-bool sample_light_at(Path path, Domain vertex, Receiver receiver, inout Random random, out Candidate found, out Ray ray) {
-    Stream points = empty_stream();
-    LightSample point;
+// Whether the vertices of the current ray's end have world reservoirs.
+bool has_world_reservoirs(Path path) {
+    return WORLD_RESERVOIRS != WORLD_RESERVOIRS_NONE && path.scatterings <= restir.at.world.depth;
+}
+
+// Next-event estimation at a vertex: selects one of several light samples by their reflected light (RIS) and, with world
+// reservoirs, merges it with some of the previous frame. `slot` is that of the path's pixel. Returns whether its shadow ray
+// must be traced.
+bool sample_light_at(Path path, Domain vertex, Receiver receiver, uint slot, inout Random random, out Candidate found, out Ray ray) {
+    bool in_world = has_world_reservoirs(path);
+    // BSDF rays share the light with the samples; but not in a weight that other vertices take over.
+    uint bsdf_samples = in_world ? 0u : 1u;
+    Random world_random = pass_random(own_pixel(), STREAM_WORLD + path.scatterings);
+    uint normal = pack_octahedral(vertex.geometric_normal);
+    // The domain that resamples, and that of the reservoir which is kept.
+    Domain resampling = vertex, stored = vertex;
+    bool keeps_merged = false;
+    if (in_world) {
+        stored = matte_domain(vertex.position, unpack_octahedral(normal));
+        keeps_merged = keeps_merged_reservoir(vertex, normal);
+        // Exactly what one can sample, the other must be able to, too.
+        if (keeps_merged) resampling = with_normals_of(stored, vertex);
+    }
+    // Its own selection, and the one that it keeps for others.
+    Stream points = empty_stream(), kept = empty_stream();
+    LightReservoir own = empty_light_reservoir(1.0), for_others = empty_light_reservoir(1.0);
     for (uint i = 0u; i < restir.at.reuse.light_samples; i += 1u) {
         uvec4 bits = random_bits(random);
         float choice = random_choice(random);
         float light_pdf;
         LightSample value = draw_light_sample(receiver, i, bits, light_pdf);
         float target;
-        float weight = candidate_weight(vertex, value, light_pdf, 1u, target);
-        if (stream_add(points, i, weight, target, choice)) point = value;
+        float weight = candidate_weight(resampling, value, light_pdf, bsdf_samples, target);
+        if (stream_add(points, i, weight, target, choice)) own.value = value;
+        if (in_world) {
+            weight = candidate_weight(stored, value, light_pdf, 0u, target);
+            if (stream_add(kept, i, weight, target, random_choice(world_random))) for_others.value = value;
+        }
     }
-    if (points.chosen == NONE) return false;
+    own.contribution_weight = contribution_weight(points);
+    if (in_world) {
+        for_others.contribution_weight = accept_weight(contribution_weight(kept));
+        own = merge_world(resampling, own, world_random);
+        if (keeps_merged) for_others = own;
+        // A mirror's path has no place of its own.
+        if (!path.is_mirrored) {
+            keep_world_reservoir((path.scatterings - 1u) * restir.at.slots + slot, vertex.position, normal, for_others,
+                                 to_unit(random_bits(world_random).x));
+        }
+    }
+    if (!(own.contribution_weight > 0.0)) return false;
+    LightSample point = own.value;
     vec3 direction;
     float solid_angle, pdf_solid_angle;
     vec3 radiance = arriving_radiance(point, vertex.position, direction, solid_angle);
     vec3 reflected = reflected_light(vertex, direction, radiance, pdf_solid_angle);
-    found = make_candidate(path, path.throughput * reflected * (solid_angle * contribution_weight(points)),
-                           left_first(path), point.point, reflected);
+    vec3 light = path.throughput * reflected * (solid_angle * own.contribution_weight);
+    if (in_world && !is_punctual(point.point.kind)) light *= light_sampling_share(receiver, point, pdf_solid_angle * solid_angle);
+    found = make_candidate(path, light, left_first(path), point.point, reflected);
     ray = shadow_ray(vertex, point, CURRENT);
     return max_component(found.light) > 0.0;
 }

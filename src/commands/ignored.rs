@@ -2,7 +2,7 @@
 
 use super::arguments::SceneArgs;
 use super::notice;
-use crate::choices::HashGrid;
+use crate::choices::{HashGrid, WorldReservoirs};
 use crate::image::Format;
 use crate::render::Settings;
 use crate::render::settings::{
@@ -67,7 +67,9 @@ pub fn note_for_render(changed: &[String], settings: &Settings, bounces: u32) {
     }
     // What `auto` becomes depends on the scene, which is not read yet.
     let scene_decides = settings.direct.mode == DirectMode::Restir
-        && settings.direct.resampling.candidates == Candidates::Auto;
+        && settings.direct.resampling.candidates == Candidates::Auto
+        || settings.indirect.mode != IndirectMode::Off
+            && settings.indirect.resampling.candidates == Candidates::Auto;
     if !settings.draws_from_light_bvh() && !scene_decides {
         note_ignored("no candidates=light-bvh", changed, |key| {
             group(key) == "light_bvh"
@@ -76,6 +78,11 @@ pub fn note_for_render(changed: &[String], settings: &Settings, bounces: u32) {
     if settings.hash_grid() == HashGrid::None {
         note_ignored("no direct.candidates=hash-grid", changed, |key| {
             group(key) == "hash_grid"
+        });
+    }
+    if settings.world_reservoirs() == WorldReservoirs::None {
+        note_ignored("no indirect.secondary=world-reservoirs", changed, |key| {
+            group(key) == "world_reservoirs"
         });
     }
     if settings.direct.mode == DirectMode::Off && bounces > 0 {
@@ -88,7 +95,11 @@ pub fn note_for_render(changed: &[String], settings: &Settings, bounces: u32) {
             "heuristic=power is for integrator=path-tracing; candidates share light by the balance heuristic",
         );
     }
-    let is_indirect = |key: &str| group(key) == "indirect";
+    let is_indirect = |key: &str| {
+        group(key) == "indirect"
+            || group(key) == "world_reservoirs"
+                && settings.world_reservoirs() != WorldReservoirs::None
+    };
     match (bounces, settings.indirect.mode) {
         (0, _) => note_ignored("--bounces 0 shows emitted light only", changed, |key| {
             is_indirect(key) || group(key) == "direct"
@@ -101,7 +112,7 @@ pub fn note_for_render(changed: &[String], settings: &Settings, bounces: u32) {
         }
         (_, IndirectMode::Path) => {
             note_ignored("indirect.mode=path does not resample", changed, |key| {
-                is_indirect(key) && !OF_INDIRECT_PATHS.contains(&key)
+                group(key) == "indirect" && !OF_INDIRECT_PATHS.contains(&key)
             });
         }
         (_, IndirectMode::Restir) => {}

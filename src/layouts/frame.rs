@@ -111,6 +111,44 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
+    /// World reservoirs.
+    pub struct WorldConstants {
+        /// Side of a cell, in pixels.
+        pub cell: f32,
+        /// Bins of normals along each side of the octahedral map.
+        pub bins: u32,
+        /// How far a vertex looks for its cell, in cells.
+        pub jitter: f32,
+        /// Reservoirs that a vertex merges.
+        pub merged: u32,
+        /// Maximum confidence of each of these.
+        pub confidence_cap: f32,
+        /// Whether vertices keep what they merged (1), or what their own light samples selected (0).
+        pub keeps_merged: u32,
+        /// Vertices of a path that have reservoirs.
+        pub depth: u32,
+        /// Reservoirs of a frame.
+        pub vertices: u32,
+        /// Buckets of the table, a power of two.
+        pub buckets: u32,
+        /// Places of a bucket.
+        pub bucket_places: u32,
+    }
+}
+
+crate::gpu_struct! {
+    /// A level of a prefix sum: which values, and where the sums of their blocks are.
+    pub struct PrefixLevel {
+        /// Index of the first value.
+        pub first: u32,
+        /// Number of values.
+        pub count: u32,
+        /// Index of the first sum.
+        pub sums: u32,
+    }
+}
+
+crate::gpu_struct! {
     /// Constants of the passes of resampling.
     pub struct RestirConstants {
         /// The view.
@@ -149,6 +187,8 @@ crate::gpu_struct! {
         pub light_list: u32,
         /// The hash grid.
         pub grid: GridConstants,
+        /// World reservoirs.
+        pub world: WorldConstants,
         /// How the kind of light of the pass is resampled.
         pub reuse: ReuseConstants,
     }

@@ -12,10 +12,10 @@ mod rays;
 mod scene;
 
 pub use frame::{
-    FrameConstants, GpuCamera, GridConstants, RestirConstants, ReuseConstants, SpatialStep, Strip,
-    ViewConstants,
+    FrameConstants, GpuCamera, GridConstants, PrefixLevel, RestirConstants, ReuseConstants,
+    SpatialStep, Strip, ViewConstants, WorldConstants,
 };
-pub use pixels::{PixelSums, PrimarySurface, ReservoirAov, SampleData};
+pub use pixels::{GpuWorldVertex, PixelSums, PrimarySurface, ReservoirAov, SampleData};
 pub use rays::{RayAnswer, RayBatch, RayQuery};
 pub use scene::{
     GpuGridPlace, GpuGridPoint, GpuInstance, GpuLight, GpuLightChoice, GpuLightNode, GpuLightPlace,
@@ -111,10 +111,18 @@ crate::gpu_constants! {
     pub const STREAM_SPATIAL: u32 = 16;
     /// Added to these by passes of indirect light, except by the pilots, which both kinds share.
     pub const STREAM_INDIRECT: u32 = 64;
+    /// Random stream of the list of a cell of world reservoirs; that of the n-th vertex of a path is n higher.
+    pub const STREAM_WORLD: u32 = 128;
     /// Width and height of a block of pixels, of which one claims a place of the hash grid.
     pub const GRID_BLOCK: u32 = 4;
     /// Maximum number of reservoirs of the hash grid that a pixel merges.
     pub const MAX_GRID_MERGED: u32 = 16;
+    /// Maximum number of world reservoirs that a vertex merges.
+    pub const MAX_WORLD_MERGED: u32 = 16;
+    /// Values of a block of prefix sums.
+    pub const PREFIX_BLOCK: u32 = 1024;
+    /// Invocations of its workgroup.
+    pub const PREFIX_GROUP: u32 = 128;
     /// Maximum radiance of a sample, in the unit of the device, in which the brightest light is below 2: the squares of
     /// millions of them still add up in f32. It is far above that, since improbable samples have large weights.
     pub const MAX_RADIANCE: f32 = 1e15;
@@ -130,8 +138,10 @@ crate::gpu_constants! {
     pub const COUNTER_MERGE_LANES: u32 = 5;
     /// Neighbours, or histories, that were merged.
     pub const COUNTER_NEIGHBOURS: u32 = 7;
+    /// Vertices of paths that found no place among world reservoirs.
+    pub const COUNTER_DROPPED: u32 = 8;
     /// Counters of a pass.
-    pub const COUNTERS: u32 = 8;
+    pub const COUNTERS: u32 = 9;
 }
 
 /// Every shared structure; each comes after those that it contains.
@@ -155,6 +165,9 @@ pub const STRUCTS: &[StructLayout] = &[
     FrameConstants::LAYOUT,
     ReuseConstants::LAYOUT,
     GridConstants::LAYOUT,
+    WorldConstants::LAYOUT,
+    PrefixLevel::LAYOUT,
+    GpuWorldVertex::LAYOUT,
     RestirConstants::LAYOUT,
     SpatialStep::LAYOUT,
     ReservoirAov::LAYOUT,

@@ -71,3 +71,21 @@ crate::gpu_struct! {
         pub motion: Vec2,
     }
 }
+
+crate::gpu_struct! {
+    /// A path vertex with a reservoir of direct light, for vertices that come close to it in the next frame.
+    pub struct GpuWorldVertex {
+        /// Where it is.
+        pub position: Vec3,
+        /// Unit geometric normal, on the side that was seen, octahedral.
+        pub normal: u32,
+        /// Unbiased contribution weight; 0 = empty.
+        pub weight: f32,
+        /// Confidence and bits of the place, as in reservoirs.
+        pub history: u32,
+        /// Kind and index of the light.
+        pub light: u32,
+        /// The point on it.
+        pub place: u32,
+    }
+}

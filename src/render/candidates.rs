@@ -1,7 +1,8 @@
-//! The choice of light candidates that `candidates=auto` makes from the scene.
+//! What settings leave to the scene: light candidates with `candidates=auto`, and whether there are world reservoirs.
 
 use super::Settings;
-use super::settings::{Candidates, DirectMode, Integrator};
+use super::kind::Kind;
+use super::settings::{Candidates, Integrator, Secondary};
 use crate::tracing::GpuScene;
 use std::collections::HashSet;
 
@@ -10,26 +11,48 @@ use std::collections::HashSet;
 const MANY_LIGHTS: usize = 64;
 
 impl Settings {
-    /// The settings for a scene: where direct light has `candidates=auto`, what fits its lights. Distant lights do not count,
-    /// since the light BVH lacks them. Indirect light keeps `power`: what a walk at each vertex of a path saves is not measured.
-    pub fn for_scene(&self, scene: &GpuScene) -> Self {
+    /// The settings for a scene, with at most `bounces` scattering events: with `candidates=auto` what fits its lights, and world reservoirs only with
+    /// `world_reservoirs.min_lights`.
+    pub fn for_scene(&self, scene: &GpuScene, bounces: u32) -> Self {
         let mut settings = self.clone();
-        let draws = self.integrator == Integrator::Restir && self.direct.mode == DirectMode::Restir;
-        let candidates = &mut settings.direct.resampling.candidates;
-        if draws && *candidates == Candidates::Auto {
-            let lights = scene.first_lights();
-            let triangles = lights.triangles.len();
-            let others = (triangles..lights.choices.len())
-                .filter(|index| !lights.is_distant(*index))
-                .count();
-            // Triangles with common corners are one lamp.
-            let lamps: HashSet<_> = scene.light_groups.iter().collect();
-            let (fitting, reason) = fitting(triangles + others, lamps.len() + others);
-            *candidates = fitting;
-            log::info!("candidates of direct light: {reason}");
+        if self.integrator != Integrator::Restir {
+            return settings;
+        }
+        for (kind, resampling) in [
+            (Kind::Direct, &mut settings.direct.resampling),
+            (Kind::Indirect, &mut settings.indirect.resampling),
+        ] {
+            if kind.is_wanted(self, bounces) && resampling.candidates == Candidates::Auto {
+                let (lights, lamps) = count(scene);
+                let (fitting, reason) = fitting(lights, lamps);
+                resampling.candidates = fitting;
+                log::info!("candidates of {} light: {reason}", kind.name());
+            }
+        }
+        let min_lights = self.world_reservoirs.min_lights as usize;
+        if self.indirect.secondary == Secondary::WorldReservoirs && min_lights > 0 {
+            let (lights, lamps) = count(scene);
+            if lights < min_lights || lamps < 2 {
+                settings.indirect.secondary = Secondary::Ris;
+                log::info!(
+                    "no world reservoirs: they gain nothing with {lights} lights that form {lamps} lamps (world_reservoirs.min_lights={min_lights})"
+                );
+            }
         }
         settings
     }
+}
+
+/// Numbers of lights that are not distant, and of lamps that they form: triangles with common corners are one. Distant lights
+/// do not count, since the light BVH lacks them, and any vertex finds them.
+fn count(scene: &GpuScene) -> (usize, usize) {
+    let lights = scene.first_lights();
+    let triangles = lights.triangles.len();
+    let others = (triangles..lights.choices.len())
+        .filter(|index| !lights.is_distant(*index))
+        .count();
+    let lamps: HashSet<_> = scene.light_groups.iter().collect();
+    (triangles + others, lamps.len() + others)
 }
 
 /// What fits so many lights that form so many lamps, and why.

@@ -3,8 +3,8 @@
 use super::specialisation::Specialisation;
 use crate::gpu::{Buffer, Device, Recording, Usage};
 use crate::layouts::{
-    COUNTER_CUT_SHORT, COUNTER_MERGE_LANES, COUNTER_NEIGHBOURS, COUNTER_RAYS, COUNTER_REJECTED,
-    COUNTER_TRACE_LANES, COUNTERS,
+    COUNTER_CUT_SHORT, COUNTER_DROPPED, COUNTER_MERGE_LANES, COUNTER_NEIGHBOURS, COUNTER_RAYS,
+    COUNTER_REJECTED, COUNTER_TRACE_LANES, COUNTERS,
 };
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -24,6 +24,9 @@ pub struct Counts {
     pub merge_lanes: [u64; 2],
     /// Neighbours, or histories, that were merged.
     pub neighbours: u64,
+    /// Vertices of paths that found no place among world reservoirs.
+    #[serde(default)]
+    pub dropped: u64,
 }
 
 impl Counts {
@@ -135,6 +138,7 @@ impl Counters {
                     trace_lanes: [of(COUNTER_TRACE_LANES), of(COUNTER_TRACE_LANES + 1)],
                     merge_lanes: [of(COUNTER_MERGE_LANES), of(COUNTER_MERGE_LANES + 1)],
                     neighbours: of(COUNTER_NEIGHBOURS),
+                    dropped: of(COUNTER_DROPPED),
                 }
             });
         Ok(counts.collect())

@@ -2,8 +2,8 @@
 
 use super::ray_list::RayTracer;
 use super::settings::{
-    Boxes, Candidates, DirectMode, Far, Integrator, LightBvhSettings, LightChoice, Resampling,
-    Settings,
+    Boxes, Candidates, DirectMode, Far, IndirectMode, Integrator, LightBvhSettings, LightChoice,
+    Resampling, Settings,
 };
 use crate::gpu::{Buffer, Device, Resource};
 use crate::layouts::RayQuery;
@@ -151,7 +151,8 @@ impl Settings {
     pub fn draws_from_light_bvh(&self) -> bool {
         let draws = |resampling: &Resampling| resampling.candidates == Candidates::LightBvh;
         let direct = self.direct.mode == DirectMode::Restir && draws(&self.direct.resampling);
-        self.integrator == Integrator::Restir && (direct || draws(&self.indirect.resampling))
+        let indirect = self.indirect.mode != IndirectMode::Off && draws(&self.indirect.resampling);
+        self.integrator == Integrator::Restir && (direct || indirect)
     }
 }
 

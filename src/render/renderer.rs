@@ -73,7 +73,7 @@ impl Renderer {
         settings: &Settings,
         tracking: Tracking,
     ) -> Result<Self> {
-        let settings = &settings.for_scene(&scene);
+        let settings = &settings.for_scene(&scene, view.bounces);
         let constants = FrameConstants {
             view: ViewConstants {
                 camera: gpu_camera(&view.camera, &scene.units, view.width, view.height),

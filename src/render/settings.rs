@@ -9,6 +9,7 @@ mod keys;
 mod light_bvh;
 mod resampling;
 mod reservoirs;
+mod world_reservoirs;
 
 pub use direct::{Direct, DirectMode};
 pub use environment::EnvironmentSettings;
@@ -19,6 +20,7 @@ pub(crate) use keys::flatten;
 pub use light_bvh::{Boxes, Far, LightBvhSettings, LightChoice, Rest, Scale};
 pub use resampling::{Candidates, Resampling, ReuseMode, Search, Similar, Spatial, Temporal};
 pub use reservoirs::{Arrays, Order, Reservoirs};
+pub use world_reservoirs::{WorldMode, WorldReservoirsSettings, WorldStores};
 
 pub use crate::choices::{Format, Heuristic, Mis, Visibility};
 
@@ -109,6 +111,8 @@ pub struct Settings {
     pub light_bvh: LightBvhSettings,
     /// The hash grid, with `direct.candidates=hash-grid`.
     pub hash_grid: HashGridSettings,
+    /// World reservoirs, with `indirect.secondary=world-reservoirs`.
+    pub world_reservoirs: WorldReservoirsSettings,
     /// How reservoirs lie in memory.
     pub reservoirs: Reservoirs,
     /// Which code shaders contain. `full` costs time; the picture is the same.

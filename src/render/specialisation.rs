@@ -3,7 +3,7 @@
 //! The build script compiles this file too, for the GLSL declarations; what is marked `cfg(headwater)` is for
 //! the crate alone.
 
-use crate::choices::{Format, HashGrid, Mis, PixelOrder, Visibility};
+use crate::choices::{Format, HashGrid, Mis, PixelOrder, Visibility, WorldReservoirs};
 use crate::layouts::PILOT_WORDS;
 
 crate::gpu_specialisation! {
@@ -74,6 +74,8 @@ crate::gpu_specialisation! {
         pub light_lists: bool = false,
         /// What fills the hash grid, if some of direct light come from there.
         pub hash_grid: HashGrid = HashGrid::None,
+        /// How vertices of paths reuse light samples of other vertices.
+        pub world_reservoirs: WorldReservoirs = WorldReservoirs::None,
         /// Whether candidates of indirect light go to reservoirs; otherwise the pass is a path tracer.
         pub shares: bool = true,
         /// Whether the radiance that leaves a path's second vertex is taken to be the same for all viewers.

@@ -8,6 +8,12 @@ crate::bindings! {
         [offers scene: SceneBindings]
         uniform restir,
         read sample_data,
+        read world_table,
+        read world_offsets,
+        read world_list,
+        read previous_world_vertices,
+        write world_vertices,
+        write world_keys,
         write reservoirs,
         write color,
         write counters,

@@ -13,6 +13,7 @@ mod shade;
 mod spatial;
 mod surfaces;
 mod temporal;
+mod world_reservoirs;
 
 pub use grid::{ClaimGrid, FillGrid};
 pub use initial_direct::InitialDirect;
@@ -26,3 +27,4 @@ pub use shade::Shade;
 pub use spatial::Spatial;
 pub use surfaces::Surfaces;
 pub use temporal::Temporal;
+pub use world_reservoirs::{CountVertices, InsertCells, PrefixValues, ScatterVertices};

@@ -38,6 +38,8 @@ pub enum Secondary {
     /// One of `indirect.light_samples` points, by what the vertex would reflect of each.
     #[default]
     Ris,
+    /// The same, merged with what vertices close by selected in the previous frame.
+    WorldReservoirs,
 }
 
 /// Resampling of indirect light.
@@ -46,7 +48,7 @@ pub enum Secondary {
 pub struct Indirect {
     /// How indirect light is found; with `--bounces 1` or less there is none.
     pub mode: IndirectMode,
-    /// How the vertices of paths look for lights. Unbiased either way.
+    /// How the vertices of paths look for lights. Unbiased in every way.
     pub secondary: Secondary,
     /// How it is resampled.
     #[serde(flatten)]

@@ -9,15 +9,16 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Candidates {
-    /// For direct light `light-bvh` if the scene has 64 lights or more that are not infinitely far away, and they form more than
-    /// one lamp; otherwise `power`.
+    /// `light-bvh` if the scene has 64 lights or more that are not infinitely far away, and they form more than one lamp;
+    /// otherwise `power`.
     #[default]
     Auto,
     /// Every light alike.
     Uniform,
     /// By area × luminance, with a uniform share.
     Power,
-    /// Lights that matter at the point that is lit, by a light BVH, and a share by power.
+    /// Lights that matter at the point that is lit, by a light BVH, and a share by power. Of indirect light the second vertices
+    /// of paths draw them so, and later ones by power.
     LightBvh,
     /// By power; the reservoirs of pixels then merge with those of a hash grid on the scene's surfaces. For indirect light the
     /// same as `power`.

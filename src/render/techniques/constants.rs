@@ -1,6 +1,8 @@
 //! The constants of a frame's shaders, and the position of its primary rays in their pixels (jitter).
 
-use crate::layouts::{GridConstants, RestirConstants, ReuseConstants, ViewConstants};
+use crate::layouts::{
+    GridConstants, RestirConstants, ReuseConstants, ViewConstants, WorldConstants,
+};
 use crate::render::scene_bindings::SceneBindings;
 use crate::render::settings::{
     Candidates, Far, LightBvhSettings, LightChoice, Resampling, Rest, Search, Settings,
@@ -39,6 +41,7 @@ pub fn of_frame(
         light_list: settings.light_bvh.list,
         light_bvh_uniform: (settings.light_bvh.choice == LightChoice::Uniform).into(),
         grid: GridConstants::default(),
+        world: WorldConstants::default(),
         reuse: ReuseConstants::default(),
     }
 }

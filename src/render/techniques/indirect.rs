@@ -2,6 +2,7 @@
 
 use super::pilots::Pilots;
 use super::reuse::{FrameInputs, Reuse};
+use super::world_reservoirs::WorldLight;
 use crate::Result;
 use crate::gpu::{ComputePass, Recording};
 use crate::render::passes::InitialIndirect;
@@ -10,6 +11,8 @@ use crate::render::passes::InitialIndirect;
 pub struct IndirectLight {
     /// The pass that traces paths.
     pub initial: ComputePass,
+    /// Light samples that vertices of paths reuse.
+    pub world: WorldLight,
     /// What happens to its candidates then.
     pub reuse: Reuse,
 }
@@ -26,15 +29,26 @@ impl IndirectLight {
         inputs: &FrameInputs<'a>,
         pilots: Pilots<'a>,
     ) -> Result<()> {
+        let world = &self.world;
+        world.table.begin(recording);
         let initial = InitialIndirect {
             scene: inputs.scene,
             restir: &self.reuse.restir,
             sample_data: inputs.sample_data,
+            world_table: &world.table.table,
+            world_offsets: &world.table.offsets,
+            world_list: &world.table.list,
+            previous_world_vertices: world.vertices.spare(),
+            world_vertices: world.vertices.current(),
+            world_keys: &world.table.keys,
             reservoirs: pilots.buffer,
             color: inputs.color,
             counters: inputs.counters,
         };
         recording.pass(&self.initial, &initial, &(), inputs.groups)?;
+        world
+            .table
+            .record(recording, &self.reuse.restir, inputs.counters)?;
         self.reuse.record(recording, inputs)
     }
 }

@@ -7,8 +7,11 @@ mod indirect;
 mod light_lists;
 pub mod path_tracing;
 mod pilots;
+pub mod prefix_sum;
 pub mod restir;
 mod reuse;
+mod world_reservoirs;
+pub mod world_table;
 
 pub use direct::DirectLight;
 pub use indirect::IndirectLight;

@@ -7,10 +7,11 @@ use super::indirect::IndirectLight;
 use super::light_lists::LightLists;
 use super::pilots::Pilots;
 use super::reuse::{FrameInputs, Reuse};
+use super::world_reservoirs::{self, WorldLight};
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
 use crate::layouts::{
     GpuCamera, GridConstants, INDIRECT_COMPACT_WORDS, NONE, PILOT_WORDS, PixelSums, ReservoirAov,
-    RestirConstants, ReuseConstants, SampleData, TILE, ViewConstants,
+    RestirConstants, ReuseConstants, SampleData, TILE, ViewConstants, WorldConstants,
 };
 use crate::render::Tracking;
 use crate::render::counters::{Counters, Counts};
@@ -71,6 +72,7 @@ struct Sizes {
     indirect: u64,
     light_lists: u64,
     hash_grid: [(&'static str, u64); 3],
+    world: [(&'static str, u64); 5],
 }
 
 impl Sizes {
@@ -103,6 +105,7 @@ impl Sizes {
             indirect: slots * indirect_bytes,
             light_lists: LightLists::bytes(settings, view),
             hash_grid: hash_grid::bytes(settings, view, layout),
+            world: world_reservoirs::bytes(settings, view, slots),
         }
     }
 
@@ -122,6 +125,9 @@ impl Sizes {
             ("light_lists", self.light_lists),
         ];
         needed.extend(self.hash_grid);
+        if Kind::Indirect.is_wanted(settings, view.bounces) {
+            needed.extend(self.world);
+        }
         if tracking.origins {
             let pixels = u64::from(width) * u64::from(height);
             let bytes = pixels * size_of::<ReservoirAov>() as u64;
@@ -136,10 +142,17 @@ impl Sizes {
         let limit = info.max_storage_buffer_range.min(info.max_buffer_size);
         match needed.iter().find(|(_, bytes)| *bytes > limit) {
             None => Ok(()),
-            Some((name, bytes)) => Err(Error::input(format!(
-                "a picture of {width} × {height} needs {bytes} bytes for its {name}, but device '{}' binds at most {limit}; choose a smaller picture, or --preset path-tracing",
-                info.name
-            ))),
+            Some((name, bytes)) => {
+                let way_out = if self.world.iter().any(|(world, _)| world == name) {
+                    "lower world_reservoirs.depth or .table, or choose a smaller picture"
+                } else {
+                    "choose a smaller picture, or --preset path-tracing"
+                };
+                Err(Error::input(format!(
+                    "a picture of {width} × {height} needs {bytes} bytes for its {name}, but device '{}' binds at most {limit}; {way_out}",
+                    info.name
+                )))
+            }
         }
     }
 }
@@ -174,6 +187,7 @@ impl Restir {
             pilots: direct_pilots,
             light_lists: settings.has_light_lists(),
             hash_grid: settings.hash_grid(),
+            world_reservoirs: settings.world_reservoirs(),
             pilot_stride: (sizes.pilot_stride / 4) as u32,
             ..bindings.specialisation.with_layout(&layout)
         };
@@ -214,7 +228,13 @@ impl Restir {
         let indirect = has_indirect.then(|| {
             let resampling = settings.indirect.effective_resampling();
             let (initial, reuse) = reuse(Kind::Indirect, resampling, sizes.indirect)?;
-            Ok::<_, Error>(IndirectLight { initial, reuse })
+            let make = |name: &str| pass(name, specialisation);
+            let world = WorldLight::new(device, settings, view, sizes.slots, make)?;
+            Ok::<_, Error>(IndirectLight {
+                initial,
+                world,
+                reuse,
+            })
         });
         let (direct, indirect) = (direct.transpose()?, indirect.transpose()?);
 
@@ -233,6 +253,8 @@ impl Restir {
         };
         let grid =
             (direct.as_ref()).map_or_else(GridConstants::default, |light| light.grid.constants);
+        let world =
+            (indirect.as_ref()).map_or_else(WorldConstants::default, |light| light.world.constants);
         let restir_bytes = size_of::<RestirConstants>() as u64;
         let mut made = Self {
             surfaces,
@@ -254,6 +276,7 @@ impl Restir {
                 // The pilots are drawn as candidates of direct light are.
                 reuse: for_shaders(&settings.direct.resampling),
                 grid,
+                world,
                 ..constants::of_frame(view, bindings, settings, sizes.slots as u32, jitter)
             },
             specialisation,
@@ -281,7 +304,8 @@ impl Restir {
 
     /// Whether a frame depends on the one before it.
     pub fn has_history(&self) -> bool {
-        self.sample_data.all().len() > 1
+        let world = self.indirect.as_ref().map(|light| &light.world);
+        self.sample_data.all().len() > 1 || world.is_some_and(|world| world.table.is_used())
     }
 
     /// The kinds of light that are resampled, direct light first.
@@ -294,11 +318,13 @@ impl Restir {
     fn buffers(&self) -> impl Iterator<Item = &Buffer> {
         let reservoirs = self.kinds().flat_map(|reuse| reuse.reservoirs.all());
         let shared = [&self.color, &self.own_pilots];
+        let world = (self.indirect.iter()).flat_map(|light| light.world.buffers());
         self.sample_data
             .all()
             .iter()
             .chain(shared)
             .chain(reservoirs)
+            .chain(world)
     }
 
     /// What the passes of the frame share.
@@ -334,6 +360,9 @@ impl Restir {
         constants.jitter = constants::jitter(constants.view.seed, index);
         let constants = *constants;
         self.sample_data.advance();
+        if let Some(light) = &self.indirect {
+            light.world.vertices.advance();
+        }
         let direct = self.direct.iter_mut().map(|light| &mut light.reuse);
         let indirect = self.indirect.iter_mut().map(|light| &mut light.reuse);
         for reuse in direct.chain(indirect) {

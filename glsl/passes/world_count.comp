@@ -1,0 +1,25 @@
+#version 460
+// Counts the vertices of each cell, and replaces their keys by the place of their cell, plus 1; 0: they have none.
+#include "core/counters.glsl"
+#include "restir/world_table.glsl"
+
+layout(local_size_x = TILE * TILE) in;
+
+layout(scalar) buffer WorldKeysBlock { uint at[]; } world_keys;
+layout(scalar) readonly buffer WorldTableBlock { uint at[]; } world_table;
+layout(scalar) buffer WorldOffsetsBlock { uint at[]; } world_offsets;
+
+void main() {
+    uint vertex = own_vertex();
+    if (vertex >= restir.at.world.vertices) return;
+    uint key = world_keys.at[vertex];
+    if (key == 0u) return;
+    uint place;
+    FIND_CELL(key, place);
+    world_keys.at[vertex] = place + 1u;
+    if (place == NONE) {
+        count(COUNTER_DROPPED, 1u);
+    } else {
+        atomicAdd(world_offsets.at[place], 1u);
+    }
+}

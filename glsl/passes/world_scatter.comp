@@ -1,0 +1,22 @@
+#version 460
+// Enters each vertex in the list of its cell. Its place there is random; of those that meet, one stays. So a list has gaps,
+// but no order of threads shows in it, and no list has to be sorted.
+#include "core/counters.glsl"
+#include "restir/world_table.glsl"
+
+layout(local_size_x = TILE * TILE) in;
+
+layout(scalar) readonly buffer WorldKeysBlock { uint at[]; } world_keys;
+layout(scalar) readonly buffer WorldOffsetsBlock { uint at[]; } world_offsets;
+layout(scalar) buffer WorldListBlock { uint at[]; } world_list;
+
+void main() {
+    uint vertex = own_vertex();
+    if (vertex >= restir.at.world.vertices) return;
+    uint cell = world_keys.at[vertex];
+    if (cell == 0u) return;
+    uint first = world_offsets.at[cell - 1u], length = world_offsets.at[cell] - first;
+    uvec2 entry = list_entry(vertex);
+    // Of two that meet, exactly one is dropped.
+    if (atomicMax(world_list.at[first + entry.y % length], entry.x) != 0u) count(COUNTER_DROPPED, 1u);
+}

@@ -1,0 +1,160 @@
+#pragma once
+// World reservoirs: the light samples of path vertices, reused over space and time by the vertices of the next frame (Boissé,
+// "World-Space Spatiotemporal Reservoir Reuse for Ray-Traced Global Illumination", 2021).
+//
+// Each vertex keeps a reservoir for all who come close: a light sample selected by what a matte white point at its place
+// would reflect, or what it merged itself. In the next frame a vertex finds some of them in its cell and merges them with its own light sample. Each has
+// its own domain, so that the weights are exact. Their targets leave out visibility, and the merge asks for no ray: one shadow
+// ray is traced for the sample that it selects. Contribution weights are made of the densities of light sources alone; what
+// BSDF rays find is set against them where the sample is shaded.
+#include "lights/sources.glsl"
+#include "restir/cells.glsl"
+#include "restir/matte_domain.glsl"
+#include "restir/world_table.glsl"
+
+// Of the previous frame.
+layout(scalar) readonly buffer WorldTableBlock { uint at[]; } world_table;
+layout(scalar) readonly buffer WorldOffsetsBlock { uint at[]; } world_offsets;
+layout(scalar) readonly buffer WorldListBlock { uint at[]; } world_list;
+layout(scalar) readonly buffer PreviousWorldVerticesBlock { GpuWorldVertex at[]; } previous_world_vertices;
+// Of this one.
+layout(scalar) writeonly buffer WorldVerticesBlock { GpuWorldVertex at[]; } world_vertices;
+layout(scalar) writeonly buffer WorldKeysBlock { uint at[]; } world_keys;
+
+// Entries of a list that are tried for each reservoir, since lists have gaps.
+const uint WORLD_TRIES = 4u;
+
+struct LightReservoir {
+    LightSample value;
+    // Unbiased contribution weight; 0: the reservoir is empty.
+    float contribution_weight;
+    float confidence;
+};
+
+LightReservoir empty_light_reservoir(float confidence) { return LightReservoir(empty_light_sample(), 0.0, confidence); }
+
+// What a vertex' merge is made of: technique 0 is its own light sample, the others are reservoirs of the previous frame.
+Domain world_domain;
+LightReservoir world_own;
+uint world_found[MAX_WORLD_MERGED];
+uint world_count;
+
+// The key of the cell at a point, as a frame's camera divides space; 0 is none.
+uint world_key(GpuCamera camera, vec3 position, vec3 normal, float u, vec3 shift) {
+    int level;
+    float side = cell_side(camera, restir.at.view.width, restir.at.world.cell, position, u, level);
+    return max(cell_key(position, normal, side, level, restir.at.world.bins, shift), 1u);
+}
+
+// Whether a vertex keeps what it merges. In the weights of others it then stands for a matte white point, so it must be able to
+// select whatever such a point can: it is not a metal, and its normal is not interpolated.
+bool keeps_merged_reservoir(Domain vertex, uint packed_normal) {
+    return restir.at.world.keeps_merged != 0u && max_component(vertex.bsdf.diffuse) > 0.01
+        && pack_octahedral(vertex.shading_normal) == packed_normal;
+}
+
+// A domain with the normals of another.
+Domain with_normals_of(Domain other, Domain domain) {
+    domain.geometric_normal = other.geometric_normal;
+    domain.shading_normal = other.shading_normal;
+    domain.tangent = other.tangent;
+    domain.bitangent = other.bitangent;
+    return domain;
+}
+
+// Finds reservoirs in the cell of a vertex, or in one close by: otherwise the borders of cells would show.
+void find_world_reservoirs(Domain vertex, inout Random random) {
+    world_count = 0u;
+    vec4 u = to_unit(random_bits(random));
+    uint key = world_key(restir.at.previous_camera, vertex.position, vertex.geometric_normal, u.w,
+                         restir.at.world.jitter * (u.xyz - 0.5));
+    uint place;
+    FIND_CELL(key, place);
+    if (place == NONE) return;
+    uint first = world_offsets.at[place], length = world_offsets.at[place + 1u] - first;
+    // One of each part of the list.
+    uint parts = min(restir.at.world.merged, length);
+    for (uint i = 0u; i < parts; i += 1u) {
+        // Lists may have millions of entries, which products with them would overflow.
+        uint begin = uint(float(i) / float(parts) * float(length)), end = uint(float(i + 1u) / float(parts) * float(length));
+        begin = min(begin, length - 1u);
+        uint size = clamp(end, begin + 1u, length) - begin;
+        uint start = random_bits(random).x % size;
+        for (uint turn = 0u; turn < min(WORLD_TRIES, size); turn += 1u) {
+            uint entry = world_list.at[first + begin + (start + turn) % size];
+            if (entry == 0u) continue;
+            world_found[world_count] = (entry & WORLD_VERTEX_MASK) - 1u;
+            world_count += 1u;
+            break;
+        }
+    }
+}
+
+float confidence_of(uint technique) {
+    if (technique == 0u) return world_own.confidence;
+    float confidence = unpack_confidence(previous_world_vertices.at[world_found[technique - 1u]].history);
+    return min(confidence, restir.at.world.confidence_cap);
+}
+
+// Its sample as this frame shows it.
+LightReservoir technique_at(uint technique) {
+    if (technique == 0u) return world_own;
+    GpuWorldVertex stored = previous_world_vertices.at[world_found[technique - 1u]];
+    LightReservoir reservoir = empty_light_reservoir(confidence_of(technique));
+    if (!(stored.weight > 0.0)) return reservoir;
+    PackedReservoir packed = empty_packed();
+    packed.words[HISTORY_WORD] = stored.history;
+    packed.words[2] = stored.light;
+    packed.words[3] = stored.place;
+    reservoir.value.point = unpack_point(packed, 2u);
+    reservoir.contribution_weight = stored.weight;
+    if (MOVES) {
+        reservoir.contribution_weight *= move_sample(reservoir.value, PREVIOUS, CURRENT);
+    } else {
+        reservoir.value = light_sample_at(reservoir.value.point, CURRENT);
+    }
+    return reservoir;
+}
+
+Domain domain_of(uint technique) {
+    if (technique == 0u) return world_domain;
+    GpuWorldVertex stored = previous_world_vertices.at[world_found[technique - 1u]];
+    return matte_domain(stored.position, unpack_octahedral(stored.normal));
+}
+
+float transmittance(uint technique, Domain domain, LightSample value) { return 1.0; }
+
+// The sample as the previous frame's lights showed it.
+LightSample shift_to(uint technique, LightSample value, out float jacobian) {
+    jacobian = 1.0;
+    LightSample there = value;
+    if (MOVES && technique != 0u) jacobian = move_sample(there, CURRENT, PREVIOUS);
+    return there;
+}
+
+#define MergeSample LightSample
+#define MergeReservoir LightReservoir
+#define MERGE_EMPTY empty_light_reservoir(0.0)
+#include "restir/merge.glsl"
+
+// Merges a vertex' own reservoir with some of the previous frame.
+LightReservoir merge_world(Domain vertex, LightReservoir own, inout Random random) {
+    find_world_reservoirs(vertex, random);
+    if (world_count == 0u) return own;
+    count(COUNTER_NEIGHBOURS, world_count);
+    world_domain = vertex;
+    world_own = own;
+    // As published, reservoirs count by their confidence alone.
+    uint mis = WORLD_RESERVOIRS == WORLD_RESERVOIRS_PUBLISHED ? MIS_CONSTANT : MIS_DEFENSIVE;
+    return merge(mis, 1u + world_count, false, false, random).reservoir;
+}
+
+// Keeps a vertex' reservoir for the next frame.
+void keep_world_reservoir(uint vertex, vec3 position, uint normal, LightReservoir reservoir, float u) {
+    PackedReservoir packed = empty_packed();
+    packed.words[HISTORY_WORD] = uint(reservoir.confidence);
+    if (reservoir.contribution_weight > 0.0) pack_point(reservoir.value.point, 2u, packed);
+    world_vertices.at[vertex] = GpuWorldVertex(position, normal, reservoir.contribution_weight, packed.words[HISTORY_WORD],
+                                               packed.words[2], packed.words[3]);
+    world_keys.at[vertex] = world_key(restir.at.view.camera, position, unpack_octahedral(normal), u, vec3(0.0));
+}

@@ -1,0 +1,34 @@
+#pragma once
+// The table of world reservoirs: which cells exist, and a list of path vertices for each.
+//
+// Cells are found by their keys. A key belongs to one bucket, which keeps the largest of its keys in descending order. Which
+// these are does not depend on the order in which they come (`world_insert.comp`). Cells without a place, and vertices
+// without a place in the list of their cell, are dropped: they cost noise, never the mean, since the choice looks at no
+// sample.
+#include "core/random.glsl"
+#include "restir/frame.glsl"
+
+// Bits of the index of a vertex, plus 1, in a list; those above are random, and the highest entry stays.
+const uint WORLD_VERTEX_BITS = 27u;
+const uint WORLD_VERTEX_MASK = (1u << WORLD_VERTEX_BITS) - 1u;
+
+// The first place of a key's bucket.
+uint bucket_of(uint key) { return (key & (restir.at.world.buckets - 1u)) * restir.at.world.bucket_places; }
+
+// The entry of a vertex in the list of its cell, and a random number that says where.
+uvec2 list_entry(uint vertex) {
+    uvec4 bits = pcg4d(uvec4(vertex, restir.at.frame, restir.at.view.seed, STREAM_WORLD));
+    return uvec2((bits.x & ~WORLD_VERTEX_MASK) | (vertex + 1u), bits.y);
+}
+
+// A macro, because GLSL cannot pass buffers to functions: the place of a key, or NONE.
+#define FIND_CELL(KEY, PLACE) \
+    PLACE = NONE; \
+    for (uint i_ = 0u; i_ < restir.at.world.bucket_places; i_ += 1u) { \
+        uint there_ = world_table.at[bucket_of(KEY) + i_]; \
+        if (there_ == KEY) PLACE = bucket_of(KEY) + i_; \
+        if (there_ <= KEY) break; \
+    }
+
+// The vertex of this invocation; possibly beyond the last.
+uint own_vertex() { return interleaved_group(restir.at.view.interleave) * (TILE * TILE) + gl_LocalInvocationIndex; }

@@ -1,0 +1,286 @@
+//! World reservoirs: their table and its prefix sum against twins on the CPU, with random keys and with keys that are chosen to
+//! collide; and pictures, which do not depend on the number of threads. Their bias is checked in `bias.rs`.
+
+mod support;
+
+use headwater::gpu::{Buffer, ComputePass, Device, Recording, Usage};
+use headwater::layouts::{COUNTER_DROPPED, COUNTERS, NONE, RestirConstants};
+use headwater::render::Settings;
+use headwater::render::presets::Preset;
+use headwater::render::settings::{DirectMode, IndirectMode, Secondary};
+use headwater::render::specialisation::Specialisation;
+use headwater::render::techniques::prefix_sum::PrefixSum;
+use headwater::render::techniques::world_table::{TableSize, WorldTable};
+use headwater::scene::procedural;
+use headwater::tracing::Variant;
+use headwater::tracing::shaders::spirv;
+use std::collections::BTreeMap;
+use std::process::Command;
+use std::sync::Arc;
+use support::random::Random;
+
+/// Bits of the index of a vertex, plus 1, in a list.
+const VERTEX_MASK: u32 = (1 << 27) - 1;
+
+fn pass(device: &Arc<Device>, variant: Variant, name: &str) -> headwater::Result<ComputePass> {
+    let constants = Specialisation {
+        counting: true,
+        ..Specialisation::default()
+    };
+    ComputePass::new(device, name, &spirv(name, variant)?, &constants.words())
+}
+
+/// What the device makes of keys.
+#[derive(PartialEq, Debug)]
+struct Lists {
+    table: Vec<u32>,
+    offsets: Vec<u32>,
+    list: Vec<u32>,
+    dropped: u32,
+}
+
+fn lists(keys: &[u32], size: TableSize, frame: u32) -> Lists {
+    let (device, selection) = support::open_device(None);
+    let variant = selection.variant;
+    let table = WorldTable::new(&device, size, |name| pass(&device, variant, name)).unwrap();
+    let mut constants = RestirConstants {
+        frame,
+        ..RestirConstants::default()
+    };
+    constants.view.interleave = 2;
+    size.write(&mut constants.world);
+    let uniform = Usage {
+        uniform: true,
+        ..Usage::default()
+    };
+    let restir = Buffer::from_slice(&device, "restir", &[constants], uniform).unwrap();
+    let zeros = [0_u32; COUNTERS as usize];
+    let counters = Buffer::from_slice(&device, "counters", &zeros, Usage::default()).unwrap();
+    table.keys.write(keys).unwrap();
+    let mut recording = Recording::new(&device).unwrap();
+    table.record(&mut recording, &restir, &counters).unwrap();
+    recording.finish().unwrap();
+    support::assert_no_messages(&device);
+    let places = size.places() as usize;
+    let counted: Vec<u32> = counters.read(COUNTERS as usize).unwrap();
+    Lists {
+        table: table.table.read(places).unwrap(),
+        offsets: table.offsets.read(places + 1).unwrap(),
+        list: table.list.read(keys.len()).unwrap(),
+        dropped: counted[COUNTER_DROPPED as usize],
+    }
+}
+
+/// Checks the lists of keys against the rules; returns the share of vertices that are in a list.
+fn check(name: &str, keys: &[u32], share: f64) -> f64 {
+    let size = TableSize::new(keys.len() as u64, share);
+    let found = lists(keys, size, 3);
+    assert_eq!(found, lists(keys, size, 3), "{name}: two runs differ");
+
+    // A bucket keeps the largest of its keys.
+    let mut buckets: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    for key in keys.iter().filter(|key| **key != 0) {
+        let bucket = buckets.entry(key & (size.buckets as u32 - 1)).or_default();
+        bucket.push(*key);
+    }
+    let mut table = vec![0; size.places() as usize];
+    for (index, bucket) in &mut buckets {
+        bucket.sort_unstable_by(|a, b| b.cmp(a));
+        bucket.dedup();
+        let places = size.bucket_places as usize;
+        for (place, key) in bucket.iter().take(places).enumerate() {
+            table[*index as usize * places + place] = *key;
+        }
+    }
+    assert_eq!(found.table, table, "{name}: table");
+
+    // Offsets are the sums of the numbers of vertices.
+    let places: BTreeMap<u32, usize> = (table.iter().enumerate())
+        .filter(|(_, key)| **key != 0)
+        .map(|(place, key)| (*key, place))
+        .collect();
+    let mut offsets = vec![0; table.len() + 1];
+    for place in keys.iter().filter_map(|key| places.get(key)) {
+        offsets[place + 1] += 1;
+    }
+    for place in 0..table.len() {
+        offsets[place + 1] += offsets[place];
+    }
+    assert_eq!(found.offsets, offsets, "{name}: offsets");
+
+    // Each vertex is once in the list of its cell, or was dropped.
+    let mut is_listed = vec![false; keys.len()];
+    for (key, place) in &places {
+        for entry in &found.list[offsets[*place] as usize..offsets[place + 1] as usize] {
+            if *entry == 0 {
+                continue;
+            }
+            let vertex = ((entry & VERTEX_MASK) - 1) as usize;
+            assert_eq!(
+                keys[vertex], *key,
+                "{name}: vertex {vertex} is in the list of another cell"
+            );
+            assert!(
+                !is_listed[vertex],
+                "{name}: vertex {vertex} is listed twice"
+            );
+            is_listed[vertex] = true;
+        }
+    }
+    let rest = &found.list[offsets[table.len()] as usize..];
+    assert!(
+        rest.iter().all(|entry| *entry == 0),
+        "{name}: entries beyond all lists"
+    );
+    let listed = is_listed.iter().filter(|is| **is).count();
+    let with_key = keys.iter().filter(|key| **key != 0).count();
+    assert_eq!(
+        found.dropped as usize,
+        with_key - listed,
+        "{name}: vertices dropped"
+    );
+    println!(
+        "{name}: {listed} of {with_key} vertices, {} cells",
+        places.len()
+    );
+    listed as f64 / with_key.max(1) as f64
+}
+
+#[test]
+fn every_vertex_is_in_the_list_of_its_cell_or_counted_as_dropped() {
+    let mut random = Random(7);
+    let mut draw = |count: usize, cells: u32| -> Vec<u32> {
+        // Hashed as the keys of cells are, and a tenth without a cell.
+        let key = |n: u32| (n + 1).wrapping_mul(0x9E37_79B1).rotate_left(13).max(1);
+        let draws = (0..count).map(|_| (random.unit() * 4_294_967_296.0) as u32);
+        draws
+            .map(|n| {
+                if n % 10 == 0 {
+                    0
+                } else {
+                    key((n >> 4) % cells)
+                }
+            })
+            .collect()
+    };
+    // Of n vertices that take one of n places at random, 1 − 1/e stay.
+    let stays = 1.0 - (-1.0_f64).exp();
+    for (name, count, cells) in [
+        ("many in each", 100_000, 500),
+        ("few in each", 100_000, 10_000),
+        ("more cells than places", 30_000, 30_000),
+        ("one cell", 20_000, 1),
+        ("one vertex", 1, 1),
+    ] {
+        let share = check(name, &draw(count, cells), 0.25);
+        if cells == 500 {
+            assert!(
+                (share - stays).abs() < 0.01,
+                "{share} of the vertices are in lists"
+            );
+        }
+    }
+    check("a table of one place", &draw(5000, 300), 1e-9);
+    check(
+        "a table for 1/100 of the vertices",
+        &draw(100_000, 10_000),
+        0.01,
+    );
+    check("none", &[0; 1000], 0.25);
+}
+
+#[test]
+fn colliding_keys_are_dropped_by_rule() {
+    // All in one bucket, in ascending and in descending order, and the largest and the smallest key there are.
+    let buckets = TableSize::new(4096, 0.25).buckets as u32;
+    let ascending: Vec<u32> = (1..=4096).map(|n| n * buckets).collect();
+    let descending: Vec<u32> = ascending.iter().rev().copied().collect();
+    check("ascending keys of one bucket", &ascending, 0.25);
+    check("descending keys of one bucket", &descending, 0.25);
+    let mut extremes = vec![u32::MAX; 2048];
+    extremes.extend([1; 2048]);
+    check("largest and smallest key", &extremes, 0.25);
+}
+
+#[test]
+fn prefix_sums_are_exact_at_any_size() {
+    let (device, selection) = support::open_device(None);
+    let mut random = Random(11);
+    let powers = (1..=21).flat_map(|k| [(1 << k) - 1, 1 << k, (1 << k) + 1]);
+    for count in [0, 1_u64].into_iter().chain(powers).chain([10_000_000]) {
+        // Sums wrap around, as they do on both sides.
+        let mut values: Vec<u32> = (0..count)
+            .map(|_| (random.unit() * 4_294_967_296.0) as u32)
+            .collect();
+        let expected: Vec<u32> = (values.iter())
+            .scan(0_u32, |sum, value| {
+                let before = *sum;
+                *sum = sum.wrapping_add(*value);
+                Some(before)
+            })
+            .collect();
+        values.resize(PrefixSum::length(count) as usize, NONE);
+        let buffer = Buffer::from_slice(&device, "values", &values, Usage::default()).unwrap();
+        let sum = PrefixSum::new(count, |name| pass(&device, selection.variant, name)).unwrap();
+        let mut recording = Recording::new(&device).unwrap();
+        sum.record(&mut recording, &buffer).unwrap();
+        recording.finish().unwrap();
+        let found: Vec<u32> = buffer.read(count as usize).unwrap();
+        assert!(found == expected, "{count} values");
+    }
+    support::assert_no_messages(&device);
+}
+
+/// Light that was scattered twice and more, one path a pixel.
+fn settings(secondary: Secondary) -> Settings {
+    let mut settings = Preset::named("accurate").unwrap().settings().unwrap();
+    settings.direct.mode = DirectMode::Off;
+    settings.indirect.mode = IndirectMode::Path;
+    settings.indirect.secondary = secondary;
+    settings
+}
+
+#[test]
+fn few_lights_have_none() {
+    let cornell = procedural::generate("cornell", &[]).unwrap();
+    let bits = |settings: &Settings| support::frame_bits(&cornell, settings, None);
+    let mut world = settings(Secondary::WorldReservoirs);
+    assert!(bits(&world) == bits(&settings(Secondary::Ris)));
+    world.world_reservoirs.min_lights = 0;
+    assert!(bits(&world) != bits(&settings(Secondary::Ris)));
+}
+
+/// Which vertices meet in a cell, and which are dropped, is decided by atomics, but not by their order.
+#[test]
+fn pictures_do_not_depend_on_the_number_of_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    for table in ["0.25", "0.0025"] {
+        let picture = |threads: &str| {
+            let path = folder.path().join(format!("{threads}.exr"));
+            let mut command = Command::new(env!("CARGO_BIN_EXE_headwater"));
+            command.args([
+                "render",
+                "colourful-mess",
+                "--preset",
+                "accurate",
+                "--width",
+                "96",
+            ]);
+            command.args(["--bounces", "4", "--frames", "4"]);
+            let table = format!("world_reservoirs.table={table}");
+            let sets = [
+                "indirect.secondary=world-reservoirs",
+                "world_reservoirs.depth=3",
+                &table,
+            ];
+            command.args(sets.iter().flat_map(|set| ["--set", *set]));
+            command.arg("-o").arg(&path);
+            // Of llvmpipe; other drivers render the same twice.
+            command.env("LP_NUM_THREADS", threads);
+            let output = command.output().unwrap();
+            assert!(output.status.success(), "{output:?}");
+            std::fs::read(&path).unwrap()
+        };
+        assert!(picture("1") == picture("2"), "table={table}");
+    }
+}
