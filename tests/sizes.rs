@@ -8,7 +8,7 @@ use headwater::gpu::{Device, DeviceInfo};
 use headwater::layouts::PixelSums;
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::{Image, Scene, Texture, procedural};
-use headwater::tracing::selection::{Selection, TracerChoice, Wanted, select};
+use headwater::tracing::selection::{GeometryChoice, Selection, TracerChoice, Wanted, select};
 use headwater::tracing::{Fetch, GeometryAccess, GpuScene, SceneSizes};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -174,6 +174,58 @@ fn a_scene_too_large_to_bind_is_read_by_address() {
     let words = chosen(1 << 20, 1 << 17);
     assert_eq!(words.variant.fetch, Fetch::Words);
     assert!(words.fetch_reason.contains("bytes"), "{words:?}");
+}
+
+/// What is asked for is taken, or refused in one line that says what to do.
+#[test]
+fn geometry_can_be_asked_for_where_the_device_and_the_scene_allow_it() {
+    let _alone = alone();
+    let scene = procedural::generate("terrain", &[]).unwrap();
+    let sizes = SceneSizes::of(&scene);
+    let (_, info) = support::tests_device();
+    let asked = |geometry, has_addresses, range| {
+        let mut info = info.clone();
+        info.buffer_addresses = has_addresses;
+        (info.max_storage_buffer_range, info.max_texels) = (range, 1 << 27);
+        let wanted = Wanted {
+            tracer: TracerChoice::ComputeBvh,
+            geometry,
+            ..Wanted::default()
+        };
+        select(&info, wanted, &sizes)
+    };
+    let large = 1 << 27;
+    for (choice, access) in [
+        (
+            GeometryChoice::StorageBuffers,
+            GeometryAccess::StorageBuffers,
+        ),
+        (
+            GeometryChoice::BufferAddresses,
+            GeometryAccess::BufferAddresses,
+        ),
+    ] {
+        let selection = asked(choice, true, large).unwrap();
+        assert_eq!(selection.variant.geometry, access);
+        assert_eq!(selection.geometry_reason, "asked for");
+    }
+    let refused = |geometry, has_addresses, range, said: &str| {
+        let error = asked(geometry, has_addresses, range).unwrap_err();
+        assert_eq!(error.exit_status(), 2);
+        assert!(error.to_string().contains(said), "{error}");
+    };
+    refused(
+        GeometryChoice::BufferAddresses,
+        false,
+        large,
+        "use --geometry storage-buffers",
+    );
+    refused(
+        GeometryChoice::StorageBuffers,
+        true,
+        1 << 20,
+        "use --geometry buffer-addresses",
+    );
 }
 
 #[test]

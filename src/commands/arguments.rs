@@ -9,7 +9,7 @@ use crate::scene::load::Options;
 use crate::scene::validate::check_camera;
 use crate::scene::{Camera, environment, file_of};
 use crate::toml_text::TomlText;
-use crate::tracing::selection::{TexturesChoice, TracerChoice, Wanted};
+use crate::tracing::selection::{GeometryChoice, TexturesChoice, TracerChoice, Wanted};
 use crate::{Error, Result};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
@@ -73,6 +73,9 @@ pub struct SceneArgs {
     /// How rays are traced
     #[arg(long, value_enum, default_value_t)]
     pub tracer: TracerChoice,
+    /// How shaders read the buffers of the scene
+    #[arg(long, value_enum, default_value_t)]
+    pub geometry: GeometryChoice,
     /// How textures are read
     #[arg(long, value_enum, default_value_t)]
     pub textures: TexturesChoice,
@@ -130,6 +133,7 @@ impl SceneArgs {
     pub const fn wanted(&self) -> Wanted {
         Wanted {
             tracer: self.tracer,
+            geometry: self.geometry,
             textures: self.textures,
         }
     }

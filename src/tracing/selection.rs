@@ -20,6 +20,18 @@ pub enum TracerChoice {
     ComputeBvh,
 }
 
+/// How shaders read the buffers of the scene, as the user asks for it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum GeometryChoice {
+    /// By rule from the device and the size of the scene.
+    #[default]
+    Auto,
+    /// As named storage buffers, which capture tools show and replay.
+    StorageBuffers,
+    /// By buffer device address.
+    BufferAddresses,
+}
+
 /// How textures are read, as the user asks for it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum TexturesChoice {
@@ -37,6 +49,8 @@ pub enum TexturesChoice {
 pub struct Wanted {
     /// The tracer.
     pub tracer: TracerChoice,
+    /// How shaders read the buffers of the scene.
+    pub geometry: GeometryChoice,
     /// How textures are read.
     pub textures: TexturesChoice,
 }
@@ -61,7 +75,9 @@ impl Selection {
     pub fn features(&self) -> Features {
         Features {
             ray_query: self.variant.tracer == Tracer::RayQuery,
-            buffer_addresses: self.variant.geometry == GeometryAccess::BufferAddresses,
+            // Acceleration structures are built from addresses.
+            buffer_addresses: self.variant.geometry == GeometryAccess::BufferAddresses
+                || self.variant.tracer == Tracer::RayQuery,
             image_arrays: self.variant.textures == Textures::Images,
         }
     }
@@ -73,11 +89,12 @@ impl Selection {
 /// `night-city`) and scenes that these can bind.
 ///
 /// # Errors
-/// Ray query was asked for on a device that has none, or images on one that cannot sample those of the scene.
+/// Ray query or buffer addresses were asked for on a device that has none, storage buffers for a scene that is too large for
+/// them, or images on a device that cannot sample those of the scene.
 pub fn select(device: &DeviceInfo, wanted: Wanted, scene: &SceneSizes) -> Result<Selection> {
     let (tracer, tracer_reason) = tracer(device, wanted.tracer)?;
     let (fetch, fetch_reason) = fetch(device, scene);
-    let (geometry, geometry_reason) = geometry(device, scene, fetch);
+    let (geometry, geometry_reason) = geometry(device, wanted.geometry, scene, fetch)?;
     let (textures, textures_reason) = textures(device, wanted.textures, scene, geometry)?;
     Ok(Selection {
         variant: Variant {
@@ -129,7 +146,12 @@ fn fetch(device: &DeviceInfo, scene: &SceneSizes) -> (Fetch, String) {
     }
 }
 
-fn geometry(device: &DeviceInfo, scene: &SceneSizes, fetch: Fetch) -> (GeometryAccess, String) {
+fn geometry(
+    device: &DeviceInfo,
+    wanted: GeometryChoice,
+    scene: &SceneSizes,
+    fetch: Fetch,
+) -> Result<(GeometryAccess, String)> {
     use GeometryAccess::{BufferAddresses, StorageBuffers};
     // Through bindings, or by address.
     let (name, bytes) = scene.largest(|name| fetch == Fetch::Words || !is_fetched(name));
@@ -141,21 +163,38 @@ fn geometry(device: &DeviceInfo, scene: &SceneSizes, fetch: Fetch) -> (GeometryA
         DriverKind::SwiftShader => Some("by address this driver takes 1.05 times as long"),
         _ => None,
     };
-    match slow {
+    let refused = |why: String, instead: &str| {
+        let device = &device.name;
+        Err(Error::input(format!(
+            "{why} on device '{device}'; use --geometry {instead} or auto"
+        )))
+    };
+    Ok(match (wanted, slow) {
+        (GeometryChoice::BufferAddresses, _) if !device.buffer_addresses => {
+            return refused("there are no buffer addresses".into(), "storage-buffers");
+        }
+        (GeometryChoice::StorageBuffers, _) if device.buffer_addresses && bytes > range => {
+            return refused(
+                format!("the {name} take {bytes} bytes, but a binding holds {range}"),
+                "buffer-addresses",
+            );
+        }
+        (GeometryChoice::BufferAddresses, _) => (BufferAddresses, "asked for".into()),
+        (GeometryChoice::StorageBuffers, _) => (StorageBuffers, "asked for".into()),
         _ if !device.buffer_addresses => (
             StorageBuffers,
             "the device has no buffer addresses".to_owned(),
         ),
-        Some(_) if bytes > range => (
+        (_, Some(_)) if bytes > range => (
             BufferAddresses,
             format!("the {name} take {bytes} bytes, a binding holds {range}"),
         ),
-        Some(reason) => (StorageBuffers, reason.to_owned()),
-        None => (
+        (_, Some(reason)) => (StorageBuffers, reason.to_owned()),
+        (_, None) => (
             BufferAddresses,
             "the device has buffer addresses".to_owned(),
         ),
-    }
+    })
 }
 
 fn textures(
@@ -168,7 +207,7 @@ fn textures(
         Some("the device has no descriptor indexing".to_owned())
     } else if geometry == GeometryAccess::StorageBuffers {
         Some(match device.buffer_addresses {
-            true => "images need buffer addresses, which are slow on the device".to_owned(),
+            true => "images need buffer addresses, which are not used".to_owned(),
             false => "the device has no buffer addresses".to_owned(),
         })
     } else {
