@@ -322,7 +322,7 @@ fn empty_world_reservoirs_that_are_skipped_are_found() {
     let change = (
         "restir/world_reservoirs.glsl",
         "if (entry == 0u) continue;",
-        "if (entry == 0u || !(previous_world_vertices.at[(entry & WORLD_VERTEX_MASK) - 1u].weight > 0.0)) continue;",
+        "if (entry == 0u || !(previous_world_samples.at[(entry & WORLD_VERTEX_MASK) - 1u].weight > 0.0)) continue;",
     );
     let plan = world_plan("colourful-mess", "").replace("1536", "256");
     let biased = "should be unbiased";

@@ -4,7 +4,7 @@
 mod support;
 
 use headwater::gpu::{Buffer, ComputePass, Device, Recording, Usage};
-use headwater::layouts::{COUNTER_DROPPED, COUNTERS, NONE, RestirConstants};
+use headwater::layouts::{COUNTER_DROPPED, COUNTERS, NONE, RestirConstants, WORLD_VERTEX_BITS};
 use headwater::render::Settings;
 use headwater::render::presets::Preset;
 use headwater::render::settings::{DirectMode, IndirectMode, Secondary};
@@ -18,9 +18,6 @@ use std::collections::BTreeMap;
 use std::process::Command;
 use std::sync::Arc;
 use support::random::Random;
-
-/// Bits of the index of a vertex, plus 1, in a list.
-const VERTEX_MASK: u32 = (1 << 27) - 1;
 
 fn pass(device: &Arc<Device>, variant: Variant, name: &str) -> headwater::Result<ComputePass> {
     let constants = Specialisation {
@@ -115,7 +112,7 @@ fn check(name: &str, keys: &[u32], share: f64) -> f64 {
             if *entry == 0 {
                 continue;
             }
-            let vertex = ((entry & VERTEX_MASK) - 1) as usize;
+            let vertex = ((entry & ((1 << WORLD_VERTEX_BITS) - 1)) - 1) as usize;
             assert_eq!(
                 keys[vertex], *key,
                 "{name}: vertex {vertex} is in the list of another cell"

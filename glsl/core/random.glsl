@@ -12,8 +12,8 @@ Random random_start(uint pixel, uint sample_index, uint seed) {
     return Random(uvec4(pixel, sample_index, seed, 0u));
 }
 
-// One of several streams of a sample. The starts of streams 0 to 88 are at least 2^25 draws apart. They are
-// multiples of the golden ratio, because the hash carries bits only upward: starts that differ in a few high
+// One of several streams of a sample. The starts of streams 0 to 88 are at least 2^25 draws apart, those of world reservoirs at
+// least 2^19. They are multiples of the golden ratio, because the hash carries bits only upward: starts that differ in a few high
 // bits alone would give correlated numbers.
 Random random_stream(uint pixel, uint sample_index, uint seed, uint stream) {
     return Random(uvec4(pixel, sample_index, seed, stream * 0x9E3779B9u));

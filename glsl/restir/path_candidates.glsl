@@ -56,8 +56,8 @@ bool left_second(Path path) { return path.scatterings == 2u; }
 // density of `bsdf_pdf` in the point's measure; `found_light` has that of the ray. It counts the vertex' own samples alone:
 // counting those of merged reservoirs as well gave more outliers.
 float light_sampling_share(Receiver receiver, LightSample value, float bsdf_pdf) {
-    float light_pdf = float(restir.at.reuse.light_samples) * light_sample_pdf_own_measure(receiver, value.point, value.position);
-    return light_pdf / (light_pdf + bsdf_pdf);
+    float light_pdf = light_sample_pdf_own_measure(receiver, value.point, value.position);
+    return share_of(float(restir.at.reuse.light_samples) * light_pdf, bsdf_pdf);
 }
 
 // The candidate of a path that ends at a light: `directly` from its second vertex, or from a later vertex. `radiance` is
@@ -97,7 +97,7 @@ Candidate environment_hit(Path path, vec3 direction) {
     return found_light(path, value.point, value.emission, pdf_solid_angle);
 }
 
-// Whether the vertices of the current ray's end have world reservoirs.
+// Whether the vertex at the end of the current ray has a world reservoir.
 bool has_world_reservoirs(Path path) {
     return WORLD_RESERVOIRS != WORLD_RESERVOIRS_NONE && path.scatterings <= restir.at.world.depth;
 }
@@ -109,7 +109,8 @@ bool sample_light_at(Path path, Domain vertex, Receiver receiver, uint slot, ino
     bool in_world = has_world_reservoirs(path);
     // BSDF rays share the light with the samples; but not in a weight that other vertices take over.
     uint bsdf_samples = in_world ? 0u : 1u;
-    Random world_random = pass_random(own_pixel(), STREAM_WORLD + path.scatterings);
+    // Two numbers a vertex: one for the path that a mirror begins.
+    Random world_random = pass_random(own_pixel(), STREAM_WORLD + 2u * path.scatterings + (path.is_mirrored ? 1u : 0u));
     uint normal = pack_octahedral(vertex.geometric_normal);
     // The domain that resamples, and that of the reservoir which is kept.
     Domain resampling = vertex, stored = vertex;
@@ -117,8 +118,8 @@ bool sample_light_at(Path path, Domain vertex, Receiver receiver, uint slot, ino
     if (in_world) {
         stored = matte_domain(vertex.position, unpack_octahedral(normal));
         keeps_merged = keeps_merged_reservoir(vertex, normal);
-        // Exactly what one can sample, the other must be able to, too.
-        if (keeps_merged) resampling = with_normals_of(stored, vertex);
+        // What the vertex can select and what the stored point can must be the same, to the last bit of the normal.
+        if (keeps_merged) resampling = with_normals_of(vertex, stored);
     }
     // Its own selection, and the one that it keeps for others.
     Stream points = empty_stream(), kept = empty_stream();
@@ -131,13 +132,14 @@ bool sample_light_at(Path path, Domain vertex, Receiver receiver, uint slot, ino
         float target;
         float weight = candidate_weight(resampling, value, light_pdf, bsdf_samples, target);
         if (stream_add(points, i, weight, target, choice)) own.value = value;
-        if (in_world) {
+        if (in_world && !keeps_merged) {
             weight = candidate_weight(stored, value, light_pdf, 0u, target);
             if (stream_add(kept, i, weight, target, random_choice(world_random))) for_others.value = value;
         }
     }
     own.contribution_weight = contribution_weight(points);
     if (in_world) {
+        own.contribution_weight = accept_weight(own.contribution_weight);
         for_others.contribution_weight = accept_weight(contribution_weight(kept));
         own = merge_world(resampling, own, world_random);
         if (keeps_merged) for_others = own;

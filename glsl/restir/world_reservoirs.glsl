@@ -16,9 +16,11 @@
 layout(scalar) readonly buffer WorldTableBlock { uint at[]; } world_table;
 layout(scalar) readonly buffer WorldOffsetsBlock { uint at[]; } world_offsets;
 layout(scalar) readonly buffer WorldListBlock { uint at[]; } world_list;
-layout(scalar) readonly buffer PreviousWorldVerticesBlock { GpuWorldVertex at[]; } previous_world_vertices;
+layout(scalar) readonly buffer PreviousWorldPointsBlock { GpuGridPoint at[]; } previous_world_points;
+layout(scalar) readonly buffer PreviousWorldSamplesBlock { GpuWorldSample at[]; } previous_world_samples;
 // Of this one.
-layout(scalar) writeonly buffer WorldVerticesBlock { GpuWorldVertex at[]; } world_vertices;
+layout(scalar) writeonly buffer WorldPointsBlock { GpuGridPoint at[]; } world_points;
+layout(scalar) writeonly buffer WorldSamplesBlock { GpuWorldSample at[]; } world_samples;
 layout(scalar) writeonly buffer WorldKeysBlock { uint at[]; } world_keys;
 
 // Entries of a list that are tried for each reservoir, since lists have gaps.
@@ -47,14 +49,15 @@ uint world_key(GpuCamera camera, vec3 position, vec3 normal, float u, vec3 shift
 }
 
 // Whether a vertex keeps what it merges. In the weights of others it then stands for a matte white point, so it must be able to
-// select whatever such a point can: it is not a metal, and its normal is not interpolated.
+// select whatever such a point reflects. A metal's lobe may be 0 in f32 where a matte point's is not, and an interpolated normal
+// has another horizon.
 bool keeps_merged_reservoir(Domain vertex, uint packed_normal) {
     return restir.at.world.keeps_merged != 0u && max_component(vertex.bsdf.diffuse) > 0.01
         && pack_octahedral(vertex.shading_normal) == packed_normal;
 }
 
 // A domain with the normals of another.
-Domain with_normals_of(Domain other, Domain domain) {
+Domain with_normals_of(Domain domain, Domain other) {
     domain.geometric_normal = other.geometric_normal;
     domain.shading_normal = other.shading_normal;
     domain.tangent = other.tangent;
@@ -75,10 +78,8 @@ void find_world_reservoirs(Domain vertex, inout Random random) {
     // One of each part of the list.
     uint parts = min(restir.at.world.merged, length);
     for (uint i = 0u; i < parts; i += 1u) {
-        // Lists may have millions of entries, which products with them would overflow.
-        uint begin = uint(float(i) / float(parts) * float(length)), end = uint(float(i + 1u) / float(parts) * float(length));
-        begin = min(begin, length - 1u);
-        uint size = clamp(end, begin + 1u, length) - begin;
+        // At most 16 parts of 2²⁷ entries: no product overflows.
+        uint begin = i * length / parts, size = (i + 1u) * length / parts - begin;
         uint start = random_bits(random).x % size;
         for (uint turn = 0u; turn < min(WORLD_TRIES, size); turn += 1u) {
             uint entry = world_list.at[first + begin + (start + turn) % size];
@@ -92,14 +93,14 @@ void find_world_reservoirs(Domain vertex, inout Random random) {
 
 float confidence_of(uint technique) {
     if (technique == 0u) return world_own.confidence;
-    float confidence = unpack_confidence(previous_world_vertices.at[world_found[technique - 1u]].history);
+    float confidence = unpack_confidence(previous_world_samples.at[world_found[technique - 1u]].history);
     return min(confidence, restir.at.world.confidence_cap);
 }
 
 // Its sample as this frame shows it.
 LightReservoir technique_at(uint technique) {
     if (technique == 0u) return world_own;
-    GpuWorldVertex stored = previous_world_vertices.at[world_found[technique - 1u]];
+    GpuWorldSample stored = previous_world_samples.at[world_found[technique - 1u]];
     LightReservoir reservoir = empty_light_reservoir(confidence_of(technique));
     if (!(stored.weight > 0.0)) return reservoir;
     PackedReservoir packed = empty_packed();
@@ -118,7 +119,7 @@ LightReservoir technique_at(uint technique) {
 
 Domain domain_of(uint technique) {
     if (technique == 0u) return world_domain;
-    GpuWorldVertex stored = previous_world_vertices.at[world_found[technique - 1u]];
+    GpuGridPoint stored = previous_world_points.at[world_found[technique - 1u]];
     return matte_domain(stored.position, unpack_octahedral(stored.normal));
 }
 
@@ -154,7 +155,8 @@ void keep_world_reservoir(uint vertex, vec3 position, uint normal, LightReservoi
     PackedReservoir packed = empty_packed();
     packed.words[HISTORY_WORD] = uint(reservoir.confidence);
     if (reservoir.contribution_weight > 0.0) pack_point(reservoir.value.point, 2u, packed);
-    world_vertices.at[vertex] = GpuWorldVertex(position, normal, reservoir.contribution_weight, packed.words[HISTORY_WORD],
-                                               packed.words[2], packed.words[3]);
+    world_points.at[vertex] = GpuGridPoint(position, normal);
+    world_samples.at[vertex] = GpuWorldSample(reservoir.contribution_weight, packed.words[HISTORY_WORD], packed.words[2],
+                                              packed.words[3]);
     world_keys.at[vertex] = world_key(restir.at.view.camera, position, unpack_octahedral(normal), u, vec3(0.0));
 }

@@ -8,8 +8,7 @@
 #include "core/random.glsl"
 #include "restir/frame.glsl"
 
-// Bits of the index of a vertex, plus 1, in a list; those above are random, and the highest entry stays.
-const uint WORLD_VERTEX_BITS = 27u;
+// In an entry of a list, the index of a vertex, plus 1. The bits above are random, and the highest entry stays.
 const uint WORLD_VERTEX_MASK = (1u << WORLD_VERTEX_BITS) - 1u;
 
 // The first place of a key's bucket.

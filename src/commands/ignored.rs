@@ -66,11 +66,8 @@ pub fn note_for_render(changed: &[String], settings: &Settings, bounces: u32) {
         return;
     }
     // What `auto` becomes depends on the scene, which is not read yet.
-    let scene_decides = settings.direct.mode == DirectMode::Restir
-        && settings.direct.resampling.candidates == Candidates::Auto
-        || settings.indirect.mode != IndirectMode::Off
-            && settings.indirect.resampling.candidates == Candidates::Auto;
-    if !settings.draws_from_light_bvh() && !scene_decides {
+    let scene_decides = settings.has_candidates(Candidates::Auto, bounces);
+    if !settings.has_candidates(Candidates::LightBvh, bounces) && !scene_decides {
         note_ignored("no candidates=light-bvh", changed, |key| {
             group(key) == "light_bvh"
         });

@@ -139,6 +139,13 @@ impl Session {
             bounces: args.bounces,
             jitter: args.jitter,
         };
+        let wanted = settings.indirect.secondary;
+        let settings = settings.for_scene(&gpu_scene, view.bounces);
+        if settings.indirect.secondary != wanted {
+            notice(
+                "the scene has too few lights for world reservoirs to gain anything, so indirect.secondary is ris; world_reservoirs.min_lights=0 has them all the same",
+            );
+        }
         let tracking = Tracking {
             origins: args.aov.iter().any(|aov| aov.reservoirs_of().is_some()),
             ..Tracking::default()

@@ -15,7 +15,7 @@ pub use frame::{
     FrameConstants, GpuCamera, GridConstants, PrefixLevel, RestirConstants, ReuseConstants,
     SpatialStep, Strip, ViewConstants, WorldConstants,
 };
-pub use pixels::{GpuWorldVertex, PixelSums, PrimarySurface, ReservoirAov, SampleData};
+pub use pixels::{GpuWorldSample, PixelSums, PrimarySurface, ReservoirAov, SampleData};
 pub use rays::{RayAnswer, RayBatch, RayQuery};
 pub use scene::{
     GpuGridPlace, GpuGridPoint, GpuInstance, GpuLight, GpuLightChoice, GpuLightNode, GpuLightPlace,
@@ -111,12 +111,14 @@ crate::gpu_constants! {
     pub const STREAM_SPATIAL: u32 = 16;
     /// Added to these by passes of indirect light, except by the pilots, which both kinds share.
     pub const STREAM_INDIRECT: u32 = 64;
-    /// Random stream of the list of a cell of world reservoirs; that of the n-th vertex of a path is n higher.
+    /// Random stream of the list of a cell of world reservoirs; those of the n-th vertex of a path are 2n and 2n + 1 higher.
     pub const STREAM_WORLD: u32 = 128;
     /// Width and height of a block of pixels, of which one claims a place of the hash grid.
     pub const GRID_BLOCK: u32 = 4;
     /// Maximum number of reservoirs of the hash grid that a pixel merges.
     pub const MAX_GRID_MERGED: u32 = 16;
+    /// Bits of the index of a vertex, plus 1, in a list of world reservoirs.
+    pub const WORLD_VERTEX_BITS: u32 = 27;
     /// Maximum number of world reservoirs that a vertex merges.
     pub const MAX_WORLD_MERGED: u32 = 16;
     /// Values of a block of prefix sums.
@@ -167,7 +169,7 @@ pub const STRUCTS: &[StructLayout] = &[
     GridConstants::LAYOUT,
     WorldConstants::LAYOUT,
     PrefixLevel::LAYOUT,
-    GpuWorldVertex::LAYOUT,
+    GpuWorldSample::LAYOUT,
     RestirConstants::LAYOUT,
     SpatialStep::LAYOUT,
     ReservoirAov::LAYOUT,

@@ -73,12 +73,8 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// A path vertex with a reservoir of direct light, for vertices that come close to it in the next frame.
-    pub struct GpuWorldVertex {
-        /// Where it is.
-        pub position: Vec3,
-        /// Unit geometric normal, on the side that was seen, octahedral.
-        pub normal: u32,
+    /// The reservoir of direct light at a path vertex, for vertices that come close to it in the next frame.
+    pub struct GpuWorldSample {
         /// Unbiased contribution weight; 0 = empty.
         pub weight: f32,
         /// Confidence and bits of the place, as in reservoirs.

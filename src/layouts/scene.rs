@@ -239,11 +239,11 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// A point from which the hash grid is filled.
+    /// A point of a surface at which a reservoir is made, for surfaces close to it.
     pub struct GpuGridPoint {
         /// Where it is.
         pub position: Vec3,
-        /// Its normal, octahedral.
+        /// Unit geometric normal, on the side that is seen, octahedral.
         pub normal: u32,
     }
 }

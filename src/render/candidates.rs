@@ -1,4 +1,5 @@
-//! What settings leave to the scene: light candidates with `candidates=auto`, and whether there are world reservoirs.
+//! What settings leave to the scene: light candidates with `candidates=auto`, and whether there are world
+//! reservoirs.
 
 use super::Settings;
 use super::kind::Kind;
@@ -30,13 +31,13 @@ impl Settings {
             }
         }
         let min_lights = self.world_reservoirs.min_lights as usize;
-        if self.indirect.secondary == Secondary::WorldReservoirs && min_lights > 0 {
+        if Kind::Indirect.is_wanted(self, bounces)
+            && self.indirect.secondary == Secondary::WorldReservoirs
+            && min_lights > 0
+        {
             let (lights, lamps) = count(scene);
             if lights < min_lights || lamps < 2 {
                 settings.indirect.secondary = Secondary::Ris;
-                log::info!(
-                    "no world reservoirs: they gain nothing with {lights} lights that form {lamps} lamps (world_reservoirs.min_lights={min_lights})"
-                );
             }
         }
         settings

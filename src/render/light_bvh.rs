@@ -1,9 +1,9 @@
 //! The buffers of the light BVH, which a renderer has if its settings draw candidates from it.
 
+use super::kind::Kind;
 use super::ray_list::RayTracer;
 use super::settings::{
-    Boxes, Candidates, DirectMode, Far, IndirectMode, Integrator, LightBvhSettings, LightChoice,
-    Resampling, Settings,
+    Boxes, Candidates, Far, Integrator, LightBvhSettings, LightChoice, Settings,
 };
 use crate::gpu::{Buffer, Device, Resource};
 use crate::layouts::RayQuery;
@@ -32,13 +32,18 @@ pub struct LightBvhBuffers {
 }
 
 impl LightBvhBuffers {
-    /// Builds what `settings` need for the scene.
+    /// Builds what `settings` need for the scene, with at most `bounces` scattering events.
     ///
     /// # Errors
     /// More memory than the device has.
-    pub fn new(device: &Arc<Device>, scene: &Arc<GpuScene>, settings: &Settings) -> Result<Self> {
+    pub fn new(
+        device: &Arc<Device>,
+        scene: &Arc<GpuScene>,
+        settings: &Settings,
+        bounces: u32,
+    ) -> Result<Self> {
         let lights = scene.first_lights();
-        let bvh = match settings.draws_from_light_bvh() {
+        let bvh = match settings.has_candidates(Candidates::LightBvh, bounces) {
             true => Some(build(device, scene, &settings.light_bvh)?),
             false => None,
         };
@@ -147,12 +152,16 @@ fn build(
 }
 
 impl Settings {
-    /// Whether candidates of some kind of light are drawn from the light BVH.
-    pub fn draws_from_light_bvh(&self) -> bool {
-        let draws = |resampling: &Resampling| resampling.candidates == Candidates::LightBvh;
-        let direct = self.direct.mode == DirectMode::Restir && draws(&self.direct.resampling);
-        let indirect = self.indirect.mode != IndirectMode::Off && draws(&self.indirect.resampling);
-        self.integrator == Integrator::Restir && (direct || indirect)
+    /// Whether some kind of light has these candidates, with at most `bounces` scattering events.
+    pub fn has_candidates(&self, candidates: Candidates, bounces: u32) -> bool {
+        let kinds = [
+            (Kind::Direct, &self.direct.resampling),
+            (Kind::Indirect, &self.indirect.resampling),
+        ];
+        self.integrator == Integrator::Restir
+            && kinds.iter().any(|(kind, resampling)| {
+                kind.is_wanted(self, bounces) && resampling.candidates == candidates
+            })
     }
 }
 

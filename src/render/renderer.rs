@@ -91,7 +91,7 @@ impl Renderer {
             heuristic: settings.heuristic as u32,
             without_direct_light: (settings.direct.mode == DirectMode::Off).into(),
         };
-        let bindings = Arc::new(SceneBindings::new(device, scene, settings)?);
+        let bindings = Arc::new(SceneBindings::new(device, scene, settings, view.bounces)?);
         let technique = match settings.integrator {
             Integrator::PathTracing => {
                 let tracer = PathTracer::new(device, &bindings, constants, tracking.counts)?;

@@ -21,11 +21,16 @@ pub struct SceneBindings {
 }
 
 impl SceneBindings {
-    /// Makes the tables that `settings` need.
+    /// Makes the tables that `settings` need, with at most `bounces` scattering events.
     ///
     /// # Errors
     /// More memory than the device has.
-    pub fn new(device: &Arc<Device>, scene: Arc<GpuScene>, settings: &Settings) -> Result<Self> {
+    pub fn new(
+        device: &Arc<Device>,
+        scene: Arc<GpuScene>,
+        settings: &Settings,
+        bounces: u32,
+    ) -> Result<Self> {
         let table = match settings.energy {
             Energy::Compensated => energy::albedo_table(),
             Energy::Gltf => Vec::new(),
@@ -34,7 +39,7 @@ impl SceneBindings {
         Ok(Self {
             specialisation: Specialisation::of_scene(&scene, settings),
             specular_albedo: Buffer::from_slice(device, "specular_albedo", &table, usage)?,
-            light_bvh: LightBvhBuffers::new(device, &scene, settings)?,
+            light_bvh: LightBvhBuffers::new(device, &scene, settings, bounces)?,
             scene,
             device: device.clone(),
         })

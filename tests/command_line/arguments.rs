@@ -253,6 +253,11 @@ fn what_has_no_effect_is_one_line() {
         ),
         (
             "render",
+            vec!["--set", "world_reservoirs.cell=8", "-o", &exr],
+            "no indirect.secondary=world-reservoirs, so world_reservoirs.cell has no effect",
+        ),
+        (
+            "render",
             vec!["--textures", "images", "-o", &exr],
             "--textures images has no effect",
         ),

@@ -48,7 +48,7 @@ pub enum Secondary {
 pub struct Indirect {
     /// How indirect light is found; with `--bounces 1` or less there is none.
     pub mode: IndirectMode,
-    /// How the vertices of paths look for lights. Unbiased in every way.
+    /// How the vertices of paths look for lights. Unbiased, except for `world-reservoirs` with their mode `published`.
     pub secondary: Secondary,
     /// How it is resampled.
     #[serde(flatten)]

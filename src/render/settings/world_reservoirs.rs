@@ -29,9 +29,9 @@ pub enum WorldStores {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct WorldReservoirsSettings {
-    /// How they are merged. `published` is biased.
+    /// How they are merged, whatever `indirect.mis` is: `unbiased` like neighbours with `mis=defensive`. `published` is biased.
     pub mode: WorldMode,
-    /// What a vertex keeps for those of the next frame. Unbiased either way.
+    /// What a vertex keeps for those of the next frame. No effect on bias.
     pub stores: WorldStores,
     /// Side of a cell, in pixels; the next power of two of a length, above or below. Higher: more reservoirs to choose from,
     /// which fit less well. Unbiased at any value.
@@ -40,8 +40,8 @@ pub struct WorldReservoirsSettings {
     /// Bins of normals along each side of the octahedral map: 8 are 64 bins; 1: normals do not matter. Unbiased at any value.
     #[schemars(range(min = 1, max = 16))]
     pub bins: u32,
-    /// How far around itself a vertex looks for a cell. Unit: cells. Lower: the borders of cells show in the noise. Unbiased at
-    /// any value.
+    /// Width of the range, around itself, in which a vertex looks for a cell. Unit: cells. Lower: the borders of cells show in
+    /// the noise. Unbiased at any value.
     #[schemars(range(min = 0.0, max = 16.0))]
     pub jitter: f32,
     /// Reservoirs that a vertex merges with its own. Cost: three targets each, no ray. Unbiased at any value.
@@ -55,11 +55,11 @@ pub struct WorldReservoirsSettings {
     /// cells that find no place are left out: more noise. Unbiased at any value.
     #[schemars(range(min = 1e-9, max = 1000.0))]
     pub table: f64,
-    /// Lights, not infinitely far away, and not all in one lamp, from which on there are world reservoirs: with fewer, vertices
-    /// draw the right ones themselves. 0: always.
+    /// Lights, not infinitely far away, from which on there are world reservoirs, if they form more than one lamp: with fewer,
+    /// vertices draw the right ones themselves. 0: always.
     #[schemars(range(min = 0, max = 1000000000))]
     pub min_lights: u32,
-    /// Vertices of a path, from the second on, that have reservoirs. Cost: 72 bytes a pixel each. Unbiased at any value.
+    /// Vertices of a path, from the second on, that have reservoirs. Cost: 74 bytes a pixel each. Unbiased at any value.
     #[schemars(range(min = 1, max = 1000))]
     pub depth: u32,
 }

@@ -5,7 +5,7 @@ use crate::Result;
 use crate::gpu::{Buffer, ComputePass, Device, Recording, Usage};
 use crate::layouts::{LIST_RECEIVER_WORDS, TILE, ViewConstants};
 use crate::render::passes::DrawLightLists;
-use crate::render::settings::{Candidates, Settings};
+use crate::render::settings::{Candidates, DirectMode, Settings};
 use std::sync::Arc;
 
 /// The pass, where direct light has lists, and the buffer.
@@ -19,7 +19,9 @@ pub struct LightLists {
 impl Settings {
     /// Whether candidates of direct light come from light lists.
     pub fn has_light_lists(&self) -> bool {
-        self.direct.resampling.candidates == Candidates::LightBvh && self.light_bvh.tile > 1
+        self.direct.mode == DirectMode::Restir
+            && self.direct.resampling.candidates == Candidates::LightBvh
+            && self.light_bvh.tile > 1
     }
 }
 

@@ -72,7 +72,7 @@ struct Sizes {
     indirect: u64,
     light_lists: u64,
     hash_grid: [(&'static str, u64); 3],
-    world: [(&'static str, u64); 5],
+    world: [(&'static str, u64); 6],
 }
 
 impl Sizes {
@@ -177,6 +177,9 @@ impl Restir {
         check_side("wide", view.width)?;
         check_side("high", view.height)?;
         let sizes = Sizes::of(view, settings, &layout);
+        if Kind::Indirect.is_wanted(settings, view.bounces) {
+            world_reservoirs::check(settings, view, sizes.slots)?;
+        }
         sizes.check(device, view, settings, tracking)?;
 
         let has_direct = Kind::Direct.is_wanted(settings, view.bounces);

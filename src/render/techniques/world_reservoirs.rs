@@ -5,23 +5,34 @@
 //! (`glsl/restir/world_reservoirs.glsl`). Then a table of them is made for the next frame.
 
 use super::world_table::{TableSize, WorldTable};
-use crate::Result;
 use crate::choices::WorldReservoirs;
 use crate::gpu::{Buffer, ComputePass, Device, Usage};
-use crate::layouts::{GpuWorldVertex, ViewConstants, WorldConstants};
+use crate::layouts::{
+    GpuGridPoint, GpuWorldSample, ViewConstants, WORLD_VERTEX_BITS, WorldConstants,
+};
 use crate::render::history::History;
 use crate::render::settings::{
     Secondary, Settings, WorldMode, WorldReservoirsSettings, WorldStores,
 };
+use crate::{Error, Result};
 use std::sync::Arc;
+
+/// The reservoirs of a frame, vertex by vertex of the paths of all pixels. They are apart because a device may bind too little
+/// for both together.
+pub struct WorldVertices {
+    /// Where the vertices are.
+    pub points: Buffer,
+    /// What their reservoirs hold.
+    pub samples: Buffer,
+}
 
 /// The reservoirs and their table.
 pub struct WorldLight {
-    /// Reservoirs, vertex by vertex of the paths of all pixels.
-    pub vertices: History<Buffer>,
+    /// The reservoirs.
+    pub vertices: History<WorldVertices>,
     /// Where they are in space.
     pub table: WorldTable,
-    /// What the shaders need to know of it.
+    /// Constants of the shaders.
     pub constants: WorldConstants,
 }
 
@@ -49,12 +60,32 @@ fn table_size(settings: &Settings, view: &ViewConstants, slots: u64) -> TableSiz
     TableSize::new(vertices, settings.world_reservoirs.table)
 }
 
+/// Refuses more vertices than the lists of the table can name.
+///
+/// # Errors
+/// There are more.
+pub fn check(settings: &Settings, view: &ViewConstants, slots: u64) -> Result<()> {
+    let TableSize { vertices, .. } = table_size(settings, view, slots);
+    let most = (1 << WORLD_VERTEX_BITS) - 1;
+    if vertices <= most {
+        return Ok(());
+    }
+    Err(Error::input(format!(
+        "world reservoirs at {vertices} path vertices are too many, there may be {most}; lower world_reservoirs.depth, or choose a smaller picture"
+    )))
+}
+
 /// Bytes of the buffers, by name, for a picture with `slots` places for pixels.
-pub fn bytes(settings: &Settings, view: &ViewConstants, slots: u64) -> [(&'static str, u64); 5] {
+pub fn bytes(settings: &Settings, view: &ViewConstants, slots: u64) -> [(&'static str, u64); 6] {
     let size = table_size(settings, view, slots);
     let [keys, table, offsets, list] = size.bytes();
-    let vertices = size.vertices.max(1) * size_of::<GpuWorldVertex>() as u64;
-    [("world_vertices", vertices), keys, table, offsets, list]
+    let vertices = size.vertices.max(1);
+    let points = ("world_points", vertices * size_of::<GpuGridPoint>() as u64);
+    let samples = (
+        "world_samples",
+        vertices * size_of::<GpuWorldSample>() as u64,
+    );
+    [points, samples, keys, table, offsets, list]
 }
 
 impl WorldLight {
@@ -71,9 +102,15 @@ impl WorldLight {
     ) -> Result<Self> {
         let size = table_size(settings, view, slots);
         let table = WorldTable::new(device, size, pass)?;
-        let [(name, vertex_bytes), ..] = bytes(settings, view, slots);
-        let vertices = (0..if table.is_used() { 2 } else { 1 })
-            .map(|_| Buffer::new(device, name, vertex_bytes, Usage::default()));
+        let [points, samples, ..] = bytes(settings, view, slots);
+        let buffer =
+            |(name, bytes): (&str, u64)| Buffer::new(device, name, bytes, Usage::default());
+        let vertices = (0..if table.is_used() { 2 } else { 1 }).map(|_| {
+            Ok(WorldVertices {
+                points: buffer(points)?,
+                samples: buffer(samples)?,
+            })
+        });
         let WorldReservoirsSettings {
             mode: _,
             stores,
@@ -106,6 +143,9 @@ impl WorldLight {
 
     /// The buffers.
     pub fn buffers(&self) -> impl Iterator<Item = &Buffer> {
-        self.vertices.all().iter().chain(self.table.buffers())
+        let vertices = self.vertices.all().iter();
+        vertices
+            .flat_map(|frame| [&frame.points, &frame.samples])
+            .chain(self.table.buffers())
     }
 }

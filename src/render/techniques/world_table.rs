@@ -56,7 +56,7 @@ impl TableSize {
         ]
     }
 
-    /// Tells shaders of it.
+    /// Enters the size in the constants of the shaders.
     pub fn write(&self, constants: &mut WorldConstants) {
         constants.vertices = self.vertices as u32;
         constants.buckets = self.buckets as u32;
