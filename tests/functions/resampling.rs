@@ -140,6 +140,9 @@ fn weigh(mis: Mis, techniques: &[Technique], fault: Option<(&str, &str, &str)>) 
             jacobian = JACOBIANS[{SAMPLES}u * technique + value.number];
             return value;
         }}
+        #define MergeSample Sample
+        #define MergeReservoir Reservoir
+        #define MERGE_EMPTY empty_reservoir(0.0)
         #include \"restir/merge.glsl\"",
         all = count * SAMPLES,
     );

@@ -1,0 +1,92 @@
+//! How long the light BVH takes to build, and to fit to lights that have moved.
+//!
+//! `cargo bench --bench light_bvh [-- SCENES…]` prints one line for each scene, by default with 10³ to 3·10⁵ lights:
+//! `light_bvh SCENE lights=… clusters=… nodes=… build=… published=… fit=… bytes=…`. `build` is the median time, in
+//! milliseconds, of the whole build by default, `published` that of the boxes of influence as published, with the scale that fits
+//! 1024 points of surfaces; `fit` is that of new boxes for the same tree, which lights in motion take in every frame; `bytes` are those on the
+//! device.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+use glam::{DVec3, Vec3};
+use headwater::scene::load::Options;
+use headwater::scene::open_watched;
+use headwater::tracing::light_bvh::{LightBvh, LightBvhOptions};
+use headwater::tracing::selection::{Wanted, select};
+use headwater::tracing::{GpuScene, SceneSizes};
+use std::time::Instant;
+
+const ROUNDS: usize = 9;
+
+/// Median time in milliseconds.
+fn time(mut work: impl FnMut()) -> f64 {
+    let mut times: Vec<f64> = (0..ROUNDS)
+        .map(|_| {
+            let start = Instant::now();
+            work();
+            1e3 * start.elapsed().as_secs_f64()
+        })
+        .collect();
+    times.sort_by(f64::total_cmp);
+    times[ROUNDS / 2]
+}
+
+fn main() {
+    let scenes: Vec<String> = (std::env::args().skip(1))
+        .filter(|argument| !argument.starts_with("--"))
+        .collect();
+    let all = [
+        "statue-room",
+        "atrium",
+        "night-city:blocks=5",
+        "night-city",
+        "colourful-mess",
+        "street",
+        "night-city:tessellation=3",
+        "night-city:tessellation=7",
+    ];
+    let scenes = match scenes.is_empty() {
+        true => all.map(str::to_owned).to_vec(),
+        false => scenes,
+    };
+    for name in scenes {
+        let scene = open_watched(&name, Options::default(), &mut |_, _, _| Ok(())).unwrap();
+        let (_, info) = support::tests_device();
+        let selection = select(&info, Wanted::default(), &SceneSizes::of(&scene)).unwrap();
+        let (device, _) = support::open_device(Some(selection.variant));
+        let uploaded = GpuScene::new(&device, &scene, DVec3::ZERO, selection.variant).unwrap();
+        let (lights, groups) = (uploaded.first_lights(), &uploaded.light_groups);
+        let surfaces = uploaded.surface_points(1024).unwrap();
+        let surfaces: Vec<Vec3> = surfaces.iter().map(|point| point.position).collect();
+        let joined = LightBvhOptions {
+            scale: None,
+            cut: true,
+            clusters: true,
+            by_power: true,
+        };
+        let published = LightBvhOptions {
+            scale: None,
+            cut: false,
+            clusters: true,
+            by_power: false,
+        };
+        let bvh = LightBvh::new(lights, groups, &surfaces, joined);
+        let contents = bvh.contents(lights);
+        let build = |options| {
+            time(|| drop(LightBvh::new(lights, groups, &surfaces, options).contents(lights)))
+        };
+        let bytes = size_of_val(&contents.nodes[..])
+            + size_of_val(&contents.lights[..])
+            + size_of_val(&contents.places[..]);
+        println!(
+            "light_bvh {name} lights={} clusters={} nodes={} build={:.2} published={:.2} fit={:.2} bytes={bytes}",
+            lights.choices.len(),
+            bvh.cluster_count(),
+            contents.nodes.len(),
+            build(joined),
+            build(published),
+            time(|| drop(bvh.contents(lights))),
+        );
+    }
+}
