@@ -2,16 +2,22 @@
 // Which pixels or rays a workgroup works on.
 #include "prelude.glsl"
 
-// The index of this workgroup, interleaved so that each of `threads` contiguous ranges of workgroups covers the whole
+// The index of this workgroup.
+uint group_index() { return (gl_WorkGroupID.z * gl_NumWorkGroups.y + gl_WorkGroupID.y) * gl_NumWorkGroups.x + gl_WorkGroupID.x; }
+
+// The same, interleaved so that each of `threads` contiguous ranges of workgroups covers the whole
 // image: llvmpipe gives every thread one such range, and without this the thread with the sky would idle.
 uint interleaved_group(uint threads) {
     uint total = gl_NumWorkGroups.x * gl_NumWorkGroups.y * gl_NumWorkGroups.z;
-    uint group = (gl_WorkGroupID.z * gl_NumWorkGroups.y + gl_WorkGroupID.y) * gl_NumWorkGroups.x + gl_WorkGroupID.x;
+    uint group = group_index();
     uint run = total / threads;
     // Groups past the last full round keep their index.
     if (group >= run * threads) return group;
     return (group % run) * threads + group / run;
 }
+
+// The index of this invocation in a list that workgroups of TILE × TILE go through; possibly beyond its end.
+uint own_index(uint threads) { return interleaved_group(threads) * (TILE * TILE) + gl_LocalInvocationIndex; }
 
 // The pixel of this invocation in a strip that begins at row `first_row`, or a pixel outside. Eight neighbouring
 // invocations form a 4×2 block, so that a subgroup's rays stay close.

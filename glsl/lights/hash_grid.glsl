@@ -79,5 +79,3 @@ GridClaim claim_of(uint source, vec3 position, vec3 normal, inout Random random)
     } else { \
         DOMAIN = point_domain(grid_points.at[source_]); \
     }
-
-Domain point_domain(GpuGridPoint point) { return matte_domain(point.position, unpack_octahedral(point.normal)); }

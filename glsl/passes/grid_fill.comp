@@ -11,7 +11,7 @@ layout(scalar) buffer GridPlacesBlock { GpuGridPlace at[]; } grid_places;
 layout(scalar) writeonly buffer GridReservoirsBlock { uint at[]; } grid_reservoirs;
 
 void main() {
-    uint source = interleaved_group(restir.at.view.interleave) * (TILE * TILE) + gl_LocalInvocationIndex;
+    uint source = own_index(restir.at.view.interleave);
     if (source >= restir.at.grid.sources) return;
     Random random = claim_random(source);
     GridClaim claim;

@@ -1,6 +1,6 @@
 #version 460
 // Adds to each block of prefix sums the sum of the blocks before it.
-#include "prelude.glsl"
+#include "core/workgroups.glsl"
 
 layout(local_size_x = PREFIX_GROUP) in;
 
@@ -8,7 +8,7 @@ layout(scalar) buffer ValuesBlock { uint at[]; } values;
 layout(push_constant, scalar) uniform LevelBlock { PrefixLevel at; } level;
 
 void main() {
-    uint block = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
+    uint block = group_index();
     // The first has none before it.
     if (block == 0u) return;
     for (uint i = gl_LocalInvocationIndex; i < PREFIX_BLOCK; i += PREFIX_GROUP) {

@@ -1,7 +1,7 @@
 #version 460
 // Exclusive prefix sums of blocks, in place, and the sum of each block. It uses no subgroup and waits for no other workgroup,
 // so that it runs anywhere; `prefix_add.comp` adds the sums of the blocks before.
-#include "prelude.glsl"
+#include "core/workgroups.glsl"
 
 layout(local_size_x = PREFIX_GROUP) in;
 
@@ -13,7 +13,7 @@ const uint VALUES_EACH = PREFIX_BLOCK / PREFIX_GROUP;
 shared uint sums[2][PREFIX_GROUP];
 
 void main() {
-    uint block = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
+    uint block = group_index();
     uint own = gl_LocalInvocationIndex;
     uint begin = block * PREFIX_BLOCK + own * VALUES_EACH;
     uint values_before[VALUES_EACH];

@@ -11,3 +11,5 @@ Domain matte_domain(vec3 position, vec3 normal) {
     material.roughness = 1.0;
     return make_domain(position, 0.0, normal, normal, material, -normal);
 }
+
+Domain point_domain(GpuGridPoint point) { return matte_domain(point.position, unpack_octahedral(point.normal)); }

@@ -3,10 +3,10 @@
 // "World-Space Spatiotemporal Reservoir Reuse for Ray-Traced Global Illumination", 2021).
 //
 // Each vertex keeps a reservoir for all who come close: a light sample selected by what a matte white point at its place
-// would reflect, or what it merged itself. In the next frame a vertex finds some of them in its cell and merges them with its own light sample. Each has
-// its own domain, so that the weights are exact. Their targets leave out visibility, and the merge asks for no ray: one shadow
-// ray is traced for the sample that it selects. Contribution weights are made of the densities of light sources alone; what
-// BSDF rays find is set against them where the sample is shaded.
+// would reflect, or what it merged itself. In the next frame a vertex finds some of them in its cell and merges them with its
+// own light sample. Each has its own domain, so that the weights are exact. Their targets leave out visibility, and the merge
+// asks for no ray: one shadow ray is traced for the sample that it selects. Contribution weights are made of the densities of
+// light sources alone; what BSDF rays find is set against them where the sample is shaded.
 #include "lights/sources.glsl"
 #include "restir/cells.glsl"
 #include "restir/matte_domain.glsl"
@@ -119,8 +119,7 @@ LightReservoir technique_at(uint technique) {
 
 Domain domain_of(uint technique) {
     if (technique == 0u) return world_domain;
-    GpuGridPoint stored = previous_world_points.at[world_found[technique - 1u]];
-    return matte_domain(stored.position, unpack_octahedral(stored.normal));
+    return point_domain(previous_world_points.at[world_found[technique - 1u]]);
 }
 
 float transmittance(uint technique, Domain domain, LightSample value) { return 1.0; }

@@ -30,4 +30,4 @@ uvec2 list_entry(uint vertex) {
     }
 
 // The vertex of this invocation; possibly beyond the last.
-uint own_vertex() { return interleaved_group(restir.at.view.interleave) * (TILE * TILE) + gl_LocalInvocationIndex; }
+uint own_vertex() { return own_index(restir.at.view.interleave); }

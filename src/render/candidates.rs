@@ -5,6 +5,7 @@ use super::Settings;
 use super::kind::Kind;
 use super::settings::{Candidates, Integrator, Secondary};
 use crate::tracing::GpuScene;
+use std::cell::LazyCell;
 use std::collections::HashSet;
 
 /// The number of lights from which on the light BVH is used. Below it, some of a pixel's candidates by power are lights that
@@ -12,19 +13,21 @@ use std::collections::HashSet;
 const MANY_LIGHTS: usize = 64;
 
 impl Settings {
-    /// The settings for a scene, with at most `bounces` scattering events: with `candidates=auto` what fits its lights, and world reservoirs only with
-    /// `world_reservoirs.min_lights`.
+    /// The settings for a scene, with at most `bounces` scattering events: with `candidates=auto` what fits its lights, and
+    /// world reservoirs only with `world_reservoirs.min_lights`.
     pub fn for_scene(&self, scene: &GpuScene, bounces: u32) -> Self {
         let mut settings = self.clone();
         if self.integrator != Integrator::Restir {
             return settings;
         }
+        // Hundreds of thousands of lights are counted only where something asks, and once.
+        let counts = LazyCell::new(|| count(scene));
         for (kind, resampling) in [
             (Kind::Direct, &mut settings.direct.resampling),
             (Kind::Indirect, &mut settings.indirect.resampling),
         ] {
             if kind.is_wanted(self, bounces) && resampling.candidates == Candidates::Auto {
-                let (lights, lamps) = count(scene);
+                let (lights, lamps) = *counts;
                 let (fitting, reason) = fitting(lights, lamps);
                 resampling.candidates = fitting;
                 log::info!("candidates of {} light: {reason}", kind.name());
@@ -35,7 +38,7 @@ impl Settings {
             && self.indirect.secondary == Secondary::WorldReservoirs
             && min_lights > 0
         {
-            let (lights, lamps) = count(scene);
+            let (lights, lamps) = *counts;
             if lights < min_lights || lamps < 2 {
                 settings.indirect.secondary = Secondary::Ris;
             }

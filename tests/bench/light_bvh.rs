@@ -3,13 +3,14 @@
 //! `cargo bench --bench light_bvh [-- SCENES…]` prints one line for each scene, by default with 10³ to 3·10⁵ lights:
 //! `light_bvh SCENE lights=… clusters=… nodes=… build=… published=… fit=… bytes=…`. `build` is the median time, in
 //! milliseconds, of the whole build by default, `published` that of the boxes of influence as published, with the scale that fits
-//! 1024 points of surfaces; `fit` is that of new boxes for the same tree, which lights in motion take in every frame; `bytes` are those on the
-//! device.
+//! 1024 points of surfaces; `fit` is that of new boxes for the same tree, which lights in motion take in every frame; `bytes`
+//! are those on the device.
 
 #[path = "../support/mod.rs"]
 mod support;
 
 use glam::{DVec3, Vec3};
+use headwater::metrics::statistics::median;
 use headwater::scene::load::Options;
 use headwater::scene::open_watched;
 use headwater::tracing::light_bvh::{LightBvh, LightBvhOptions};
@@ -21,15 +22,11 @@ const ROUNDS: usize = 9;
 
 /// Median time in milliseconds.
 fn time(mut work: impl FnMut()) -> f64 {
-    let mut times: Vec<f64> = (0..ROUNDS)
-        .map(|_| {
-            let start = Instant::now();
-            work();
-            1e3 * start.elapsed().as_secs_f64()
-        })
-        .collect();
-    times.sort_by(f64::total_cmp);
-    times[ROUNDS / 2]
+    median((0..ROUNDS).map(|_| {
+        let start = Instant::now();
+        work();
+        1e3 * start.elapsed().as_secs_f64()
+    }))
 }
 
 fn main() {

@@ -125,9 +125,7 @@ impl Sizes {
             ("light_lists", self.light_lists),
         ];
         needed.extend(self.hash_grid);
-        if Kind::Indirect.is_wanted(settings, view.bounces) {
-            needed.extend(self.world);
-        }
+        needed.extend(self.world);
         if tracking.origins {
             let pixels = u64::from(width) * u64::from(height);
             let bytes = pixels * size_of::<ReservoirAov>() as u64;
@@ -177,9 +175,7 @@ impl Restir {
         check_side("wide", view.width)?;
         check_side("high", view.height)?;
         let sizes = Sizes::of(view, settings, &layout);
-        if Kind::Indirect.is_wanted(settings, view.bounces) {
-            world_reservoirs::check(settings, view, sizes.slots)?;
-        }
+        world_reservoirs::check(settings, view, sizes.slots)?;
         sizes.check(device, view, settings, tracking)?;
 
         let has_direct = Kind::Direct.is_wanted(settings, view.bounces);

@@ -11,6 +11,7 @@ use crate::layouts::{
     GpuGridPoint, GpuWorldSample, ViewConstants, WORLD_VERTEX_BITS, WorldConstants,
 };
 use crate::render::history::History;
+use crate::render::kind::Kind;
 use crate::render::settings::{
     Secondary, Settings, WorldMode, WorldReservoirsSettings, WorldStores,
 };
@@ -51,7 +52,8 @@ impl Settings {
 fn depth(settings: &Settings, view: &ViewConstants) -> u32 {
     match settings.world_reservoirs() {
         WorldReservoirs::None => 0,
-        _ => (settings.world_reservoirs.depth).min(view.bounces.saturating_sub(1)),
+        _ if !Kind::Indirect.is_wanted(settings, view.bounces) => 0,
+        _ => (settings.world_reservoirs.depth).min(view.bounces - 1),
     }
 }
 
