@@ -3,8 +3,9 @@
 
 mod support;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::sync::LazyLock;
 use support::planted;
 
 /// Where a merge's techniques are weighed with visibility: by the balance heuristic one by one, by pairs
@@ -18,7 +19,42 @@ fn text(output: &Output) -> String {
     format!("{}{}", part(&output.stdout), part(&output.stderr))
 }
 
+/// References that studies of this file have made. Most faults are in files that path tracing does not include, so that
+/// a study with a fault has the reference of the one without.
+static REFERENCES: LazyLock<PathBuf> = LazyLock::new(|| {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("bias-references");
+    // Those of an earlier run may be of other code.
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+});
+
+/// Copies the references that are missing in `to`.
+fn copy_references(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).unwrap();
+    for file in from.read_dir().unwrap() {
+        let file = file.unwrap();
+        let target = to.join(file.file_name());
+        // The copies that other tests are at work on begin with a dot.
+        let is_whole = !file.file_name().to_string_lossy().starts_with('.');
+        if is_whole && !target.exists() {
+            // Tests run side by side, and no one may see half a file.
+            let copy = tempfile::NamedTempFile::new_in(to).unwrap();
+            std::fs::copy(file.path(), copy.path()).unwrap();
+            copy.persist(target).unwrap();
+        }
+    }
+}
+
 fn study(plan: &str, folder: &Path, shaders: Option<&Path>) -> Output {
+    let references = folder.join("references");
+    copy_references(&REFERENCES, &references);
+    let output = study_alone(plan, folder, shaders);
+    copy_references(&references, &REFERENCES);
+    output
+}
+
+fn study_alone(plan: &str, folder: &Path, shaders: Option<&Path>) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_headwater"));
     command.args(["study", "--plan", plan, "-o"]).arg(folder);
     // The validation layers keep something of every submission and crash after some ten thousand; a

@@ -33,7 +33,14 @@ void main() {
 #[test]
 fn loops_end_where_they_should_or_where_the_driver_is_known_to_end_them() {
     let (device, _) = support::open_device(None);
-    let words = compiler::compile("loops.comp", LOOPS, &Sources::new(), &[]).unwrap();
+    let words = compiler::compile(
+        "loops.comp",
+        LOOPS,
+        &Sources::new(),
+        &[],
+        compiler::Debug::Names,
+    )
+    .unwrap();
     let pass = ComputePass::new(&device, "loops", &words, &[]).unwrap();
     let turns = Buffer::new(&device, "turns", 4, Usage::default()).unwrap();
     let taken = |outer: u32, inner: u32| {
@@ -117,7 +124,14 @@ fn texels_are_read_as_far_as_the_device_says_and_refused_beyond() {
         .collect();
     let texels = Buffer::from_slice(&device, "texels", &words, usage).unwrap();
     let sums = Buffer::new(&device, "sums", 256, Usage::default()).unwrap();
-    let code = compiler::compile("fetches.comp", FETCHES, &Sources::new(), &[]).unwrap();
+    let code = compiler::compile(
+        "fetches.comp",
+        FETCHES,
+        &Sources::new(),
+        &[],
+        compiler::Debug::Names,
+    )
+    .unwrap();
     let pass = ComputePass::new(&device, "fetches", &code, &[]).unwrap();
     let mut recording = Recording::new(&device).unwrap();
     let bindings = Fetches {

@@ -12,6 +12,11 @@ void count(uint counter, uint amount) {
     if (COUNTING) atomicAdd(counters.at[FIRST_COUNTER + counter], amount);
 }
 
+// Counts words of memory: of sample data, reservoirs, pilots, light lists, points and samples of world reservoirs, colour and
+// sums; not those of the scene, of keys and of tables.
+void count_read(uint words) { count(COUNTER_READ, words); }
+void count_written(uint words) { count(COUNTER_WRITTEN, words); }
+
 // Counts the active lanes, and next to them all lanes of their subgroups.
 void count_lanes(uint counter) {
     if (!COUNTING) return;

@@ -36,6 +36,7 @@ uint more_bsdf_samples(ivec2 pixel, Bsdf bsdf) {
             ivec2 other = pixel + ivec2(x, y);
             if (other == pixel || is_outside(other)) continue;
             squares += square(LOAD_PILOT_BRIGHTNESS(pilots, slot_of(uvec2(other))));
+            count_read(1u);
             count += 1.0;
         }
     }
@@ -165,6 +166,7 @@ void main() {
             Random turn = pass_random(pixel, STREAM_TILES);
             list = list_word(tile_near(pixel, random_bits(turn).xy));
             LOAD_RECEIVER(light_lists, list, receiver);
+            count_read(LIST_RECEIVER_WORDS);
         } else {
             receiver = receiver_at(domain);
         }
@@ -179,6 +181,7 @@ void main() {
                 uint entry = list + LIST_RECEIVER_WORDS
                     + 2u * min(uint(part * float(restir.at.light_list)), restir.at.light_list - 1u);
                 float near = uintBitsToFloat(light_lists.at[entry + 1u]);
+                count_read(2u);
                 value = near_light_sample(receiver, light_lists.at[entry], near, bits, light_pdf);
             } else {
                 value = draw_light_sample(receiver, i, bits, light_pdf);
@@ -242,7 +245,7 @@ void main() {
                     GpuLight seen = light_at(light.index, CURRENT);
                     emission = light_emission(seen, light.index, light.place, -dot(seen.normal, ray.direction));
                 }
-                color.at[pixel_index(pixel)] += accept_radiance(emission * specular_fresnel(domain.bsdf, domain.outgoing.z));
+                ADD_LIGHT(pixel, emission * specular_fresnel(domain.bsdf, domain.outgoing.z))
                 continue;
             }
             LightSample value = new_light_sample(light);

@@ -123,7 +123,7 @@ void main() {
         }
         // A driver may end a loop that seems endless to it; the pixel would then lack light.
         if (paths_begun <= 2u) count_fault(COUNTER_CUT_SHORT);
-        color.at[pixel_index(pixel)] += accept_radiance(unshared);
+        ADD_LIGHT(pixel, unshared)
 
         if (stream.chosen != NONE) {
             place_vertex(chosen, CURRENT);

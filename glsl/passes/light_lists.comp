@@ -24,11 +24,13 @@ void main() {
     }
     uint word = list_word(tile);
     STORE_RECEIVER(light_lists, word, receiver);
+    count_written(LIST_RECEIVER_WORDS);
     for (uint i = 0u; i < restir.at.light_list && has_near_lights(receiver); i += 1u) {
         float probability;
         uint light = draw_near_light(receiver, i, restir.at.light_list, random_bits(random).xy, probability);
         uint entry = word + LIST_RECEIVER_WORDS + 2u * i;
         light_lists.at[entry] = light;
         light_lists.at[entry + 1u] = floatBitsToUint(probability);
+        count_written(2u);
     }
 }

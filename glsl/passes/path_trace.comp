@@ -214,4 +214,6 @@ void main() {
     // A driver may end a loop that seems endless to it; the sums would then lack light.
     if (sample_index != end) count_fault(COUNTER_CUT_SHORT);
     sums.at[index] = total;
+    count_read(PIXEL_SUMS_WORDS);
+    count_written(PIXEL_SUMS_WORDS);
 }

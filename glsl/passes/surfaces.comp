@@ -32,4 +32,5 @@ void main() {
     }
     sample_data.at[slot_of(pixel)] = data;
     color.at[pixel_index(pixel)] = emission;
+    count_written(SAMPLE_DATA_WORDS + 3u);
 }

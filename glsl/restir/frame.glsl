@@ -1,6 +1,7 @@
 #pragma once
 // A frame of resampling: its constants, its pixels, and their primary rays.
 #include "core/random.glsl"
+#include "core/values.glsl"
 #include "core/workgroups.glsl"
 #include "restir/pixel_order.glsl"
 #include "scene/camera.glsl"
@@ -25,6 +26,14 @@ bool is_outside(ivec2 pixel) { return is_outside(uvec2(pixel)); }
 
 // The pixel of this invocation; possibly outside the picture.
 uvec2 own_pixel() { return tile_pixel(restir.at.view.width, 0u, restir.at.view.interleave); }
+
+// Adds light to a pixel of the picture, `color`. A macro, because GLSL cannot pass buffers to functions.
+#define ADD_LIGHT(PIXEL, LIGHT) \
+    { \
+        color.at[pixel_index(PIXEL)] += accept_radiance(LIGHT); \
+        count_read(3u); \
+        count_written(3u); \
+    }
 
 uint slot_of(uvec2 pixel) { return slot_of(pixel, picture_size()); }
 

@@ -1,6 +1,7 @@
 #pragma once
 // Pilots: the first BSDF ray of each pixel. It is a candidate of direct light and the first segment of the path of
 // indirect light, and it tells nearby pixels how many more BSDF candidates to draw.
+#include "core/counters.glsl"
 #include "core/random.glsl"
 #include "lights/light_point.glsl"
 #include "restir/frame.glsl"
@@ -24,11 +25,16 @@ uint pilot_word(uint slot, uint word) { return RESERVOIR_SOA ? word * restir.at.
 
 const uint BRIGHTNESS_WORD = 4u;
 
+Pilot counted(Pilot pilot) {
+    count_read(PILOT_WORDS);
+    return pilot;
+}
+
 // Macros, because GLSL cannot pass buffers to functions.
 #define LOAD_PILOT(BUFFER, SLOT) \
-    Pilot(BUFFER.at[pilot_word(SLOT, 0u)], BUFFER.at[pilot_word(SLOT, 1u)], \
-          uintBitsToFloat(uvec2(BUFFER.at[pilot_word(SLOT, 2u)], BUFFER.at[pilot_word(SLOT, 3u)])), \
-          uintBitsToFloat(BUFFER.at[pilot_word(SLOT, BRIGHTNESS_WORD)]))
+    counted(Pilot(BUFFER.at[pilot_word(SLOT, 0u)], BUFFER.at[pilot_word(SLOT, 1u)], \
+                  uintBitsToFloat(uvec2(BUFFER.at[pilot_word(SLOT, 2u)], BUFFER.at[pilot_word(SLOT, 3u)])), \
+                  uintBitsToFloat(BUFFER.at[pilot_word(SLOT, BRIGHTNESS_WORD)])))
 
 #define LOAD_PILOT_BRIGHTNESS(BUFFER, SLOT) uintBitsToFloat(BUFFER.at[pilot_word(SLOT, BRIGHTNESS_WORD)])
 
@@ -39,6 +45,7 @@ const uint BRIGHTNESS_WORD = 4u;
         BUFFER.at[pilot_word(SLOT, 2u)] = floatBitsToUint(PILOT.place.x); \
         BUFFER.at[pilot_word(SLOT, 3u)] = floatBitsToUint(PILOT.place.y); \
         BUFFER.at[pilot_word(SLOT, BRIGHTNESS_WORD)] = floatBitsToUint(PILOT.brightness); \
+        count_written(PILOT_WORDS); \
     }
 
 // The hit of a pilot; its distance is not stored.

@@ -3,6 +3,7 @@
 // target function. Settings choose the format (compact or full), whether the words of one reservoir or equal words of
 // all are side by side in memory, and the order of pixels. A pass first includes direct.glsl or indirect.glsl, which
 // declare the type of the samples.
+#include "core/counters.glsl"
 #include "restir/packed_reservoir.glsl"
 #include "restir/pixel_order.glsl"
 
@@ -80,9 +81,13 @@ float trace_segments(Domain domain, Sample value, uint epoch) {
 
 // Macros, because GLSL cannot pass buffers to functions. PACKED is a PackedReservoir variable.
 #define LOAD_RESERVOIR(BUFFER, SLOT, SLOTS, PACKED) \
-    for (uint word_ = 0u; word_ < reservoir_words(); word_ += 1u) \
-        PACKED.words[word_] = BUFFER.at[word_of(SLOT, word_, SLOTS)]
+    for (uint word_ = 0u; word_ < reservoir_words(); word_ += 1u) { \
+        PACKED.words[word_] = BUFFER.at[word_of(SLOT, word_, SLOTS)]; \
+        count_read(1u); \
+    }
 
 #define STORE_RESERVOIR(BUFFER, SLOT, SLOTS, PACKED) \
-    for (uint word_ = 0u; word_ < reservoir_words(); word_ += 1u) \
-        BUFFER.at[word_of(SLOT, word_, SLOTS)] = PACKED.words[word_]
+    for (uint word_ = 0u; word_ < reservoir_words(); word_ += 1u) { \
+        BUFFER.at[word_of(SLOT, word_, SLOTS)] = PACKED.words[word_]; \
+        count_written(1u); \
+    }

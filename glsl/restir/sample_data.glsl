@@ -1,5 +1,6 @@
 #pragma once
 // Primary surfaces: packed by the first pass, unpacked into domains by later passes and by the next frame.
+#include "core/counters.glsl"
 #include "scene/domain.glsl"
 
 // Bits of each octahedral coordinate of a normal. With 16 bits a mirror's reflections would shift, by 9 pixels where the
@@ -83,10 +84,15 @@ SampleData pack_sample_data(Surface surface, Ray ray, vec3 numbers) {
     sample_data_of(texelFetch(NAME, int(2u * (SLOT))), texelFetch(NAME, int(2u * (SLOT) + 1u)))
 #else
 #define SAMPLE_DATA_BUFFER(NAME, BLOCK) layout(scalar) readonly buffer BLOCK { SampleData at[]; } NAME
-#define LOAD_SAMPLE_DATA(NAME, SLOT) NAME.at[SLOT]
+#define LOAD_SAMPLE_DATA(NAME, SLOT) counted(NAME.at[SLOT])
 #endif
 
-SampleData sample_data_of(uvec4 p, uvec4 q) { return SampleData(uintBitsToFloat(p.x), p.yzw, q.x, q.y, q.zw); }
+SampleData counted(SampleData data) {
+    count_read(SAMPLE_DATA_WORDS);
+    return data;
+}
+
+SampleData sample_data_of(uvec4 p, uvec4 q) { return counted(SampleData(uintBitsToFloat(p.x), p.yzw, q.x, q.y, q.zw)); }
 
 bool has_surface(SampleData data) { return data.instance != NONE; }
 

@@ -24,7 +24,7 @@ void shade() {
             vec3 light = contribution(domain, reservoir.value) * reservoir.contribution_weight;
             bool traced = (HAS_BLEND && VISIBILITY == VISIBILITY_WEIGHTS) || VISIBILITY == VISIBILITY_FINAL || VISIBILITY == VISIBILITY_INITIAL;
             if (traced && max_component(light) > 0.0) light *= trace_segments(domain, reservoir.value, CURRENT);
-            if (max_component(light) > 0.0) color.at[pixel_index(pixel)] += accept_radiance(light);
+            if (max_component(light) > 0.0) ADD_LIGHT(pixel, light)
         }
     }
 }

@@ -66,7 +66,7 @@ void merge_neighbours() {
         uint found = find_neighbours(pixel, data, random);
         count(COUNTER_NEIGHBOURS, found - 1u);
         Merged merged = merge(MIS, found, VISIBILITY == VISIBILITY_WEIGHTS, step.shades != 0u, random);
-        if (step.shades != 0u) color.at[pixel_index(pixel)] += accept_radiance(merged.light);
+        if (step.shades != 0u) ADD_LIGHT(pixel, merged.light)
         packed = pack_reservoir(merged.reservoir);
     } else {
         LOAD_RESERVOIR(neighbours, slot, restir.at.slots, packed);

@@ -93,6 +93,7 @@ void find_world_reservoirs(Domain vertex, inout Random random) {
 
 float confidence_of(uint technique) {
     if (technique == 0u) return world_own.confidence;
+    count_read(1u);
     float confidence = unpack_confidence(previous_world_samples.at[world_found[technique - 1u]].history);
     return min(confidence, restir.at.world.confidence_cap);
 }
@@ -101,6 +102,7 @@ float confidence_of(uint technique) {
 LightReservoir technique_at(uint technique) {
     if (technique == 0u) return world_own;
     GpuWorldSample stored = previous_world_samples.at[world_found[technique - 1u]];
+    count_read(4u);
     LightReservoir reservoir = empty_light_reservoir(confidence_of(technique));
     if (!(stored.weight > 0.0)) return reservoir;
     PackedReservoir packed = empty_packed();
@@ -119,6 +121,7 @@ LightReservoir technique_at(uint technique) {
 
 Domain domain_of(uint technique) {
     if (technique == 0u) return world_domain;
+    count_read(4u);
     return point_domain(previous_world_points.at[world_found[technique - 1u]]);
 }
 
@@ -158,4 +161,6 @@ void keep_world_reservoir(uint vertex, vec3 position, uint normal, LightReservoi
     world_samples.at[vertex] = GpuWorldSample(reservoir.contribution_weight, packed.words[HISTORY_WORD], packed.words[2],
                                               packed.words[3]);
     world_keys.at[vertex] = world_key(restir.at.view.camera, position, unpack_octahedral(normal), u, vec3(0.0));
+    // The point with its normal, and the sample.
+    count_written(4u + 4u);
 }

@@ -49,5 +49,7 @@ float transmittance_body(Ray ray, uint epoch) {
 // The share of light that passes, or in the previous frame passed, between the ray's ends.
 float trace_transmittance(Ray ray, uint epoch) {
     count_ray();
-    return transmittance_body(ray, epoch);
+    float passed = transmittance_body(ray, epoch);
+    if (passed == 0.0) count(COUNTER_HITS, 1u);
+    return passed;
 }

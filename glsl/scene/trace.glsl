@@ -56,7 +56,10 @@ void count_ray() {
 Hit trace(Ray ray, bool any_hit, uint coin) {
     count_ray();
     Hit hit = trace_body(ray, any_hit, coin);
-    if (hit.instance != NONE) hit.transmittance = 0.0;
+    if (hit.instance != NONE) {
+        hit.transmittance = 0.0;
+        count(COUNTER_HITS, 1u);
+    }
     return hit;
 }
 

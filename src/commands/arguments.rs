@@ -135,6 +135,7 @@ impl SceneArgs {
             tracer: self.tracer,
             geometry: self.geometry,
             textures: self.textures,
+            captured: false,
         }
     }
 
@@ -171,10 +172,7 @@ impl SceneArgs {
             outputs.iter().map(|p| ("--output", p.as_path())).collect();
         files.extend(self.report.as_deref().map(|path| ("--report", path)));
         let written = files.len();
-        files.extend(file_of(&self.scene).map(|path| ("the scene", path)));
-        let environment = self.environment.as_deref().and_then(environment::file_of);
-        files.extend(environment.map(|path| ("--environment", path)));
-        files.extend(self.config.as_deref().map(|path| ("--config", path)));
+        files.extend(self.inputs());
         check_distinct(&files, written)?;
         for path in outputs {
             crate::image::check_output(path)?;
@@ -182,6 +180,15 @@ impl SceneArgs {
         self.report
             .as_deref()
             .map_or(Ok(()), crate::files::check_writable)
+    }
+
+    /// The files that are read, and what they are.
+    pub fn inputs(&self) -> impl Iterator<Item = (&str, &Path)> {
+        let scene = file_of(&self.scene).map(|path| ("the scene", path));
+        let environment = self.environment.as_deref().and_then(environment::file_of);
+        let environment = environment.map(|path| ("--environment", path));
+        let config = self.config.as_deref().map(|path| ("--config", path));
+        [scene, environment, config].into_iter().flatten()
     }
 
     /// Which time frames show, `fps` of them a second.

@@ -28,8 +28,8 @@ const OF_INDIRECT_PATHS: [&str; 4] = [
     "indirect.light_samples",
 ];
 
-/// Arguments without effect, for every command that renders a scene.
-pub fn note_for_scene(args: &SceneArgs, changed: &[String], outputs: &[PathBuf]) {
+/// Arguments without effect, for every command that renders a scene; `presents` are frames, as display values.
+pub fn note_for_scene(args: &SceneArgs, changed: &[String], outputs: &[PathBuf], presents: bool) {
     if args.environment.is_none() {
         note_ignored("there is no --environment", changed, |key| {
             group(key) == "environment"
@@ -50,7 +50,7 @@ pub fn note_for_scene(args: &SceneArgs, changed: &[String], outputs: &[PathBuf])
             "--aov adds channels to .exr files, of which --output names none, so it has no effect",
         );
     }
-    if args.exposure != 0.0 && !writes(Format::Png) {
+    if args.exposure != 0.0 && !writes(Format::Png) && !presents {
         notice("--exposure is for .png files, of which --output names none, so it has no effect");
     }
 }

@@ -24,7 +24,7 @@ pub struct Args {
 /// # Errors
 /// No Vulkan, or no usable device.
 pub fn run(args: &Args) -> Result<()> {
-    let instance = open_vulkan()?;
+    let instance = open_vulkan(crate::gpu::InstanceOptions::default())?;
     let devices = instance.devices()?;
     let (chosen, reason) = instance.choose(args.device.as_deref())?;
     let mut list = Vec::new();

@@ -1,19 +1,22 @@
 //! The command line: one file a command, each thin.
 
 pub mod arguments;
+pub mod capture;
 pub mod compare;
 pub mod ignored;
 pub mod info;
 pub mod interrupt;
 pub mod presets;
+pub mod profile;
 pub mod progress;
 pub mod reference;
+pub mod regress;
 pub mod render;
 pub mod scene;
 pub mod session;
 pub mod study;
 
-use crate::gpu::Instance;
+use crate::gpu::{Instance, InstanceOptions};
 use crate::render::Clock;
 use crate::scene::Scene;
 use crate::scene::load::Options;
@@ -51,6 +54,10 @@ enum Command {
     Reference(Box<reference::Args>),
     /// One picture against a reference, with checks.
     Compare(compare::Args),
+    /// What each pass of a frame takes, does and moves.
+    Profile(Box<profile::Args>),
+    /// Golden frames of a driver: render, compare, name what differs.
+    Regress(regress::Args),
     /// The presets, and every setting with its doc.
     Presets(presets::Args),
     /// Configurations × scenes × seeds × frames against references, and whether each is biased.
@@ -87,6 +94,8 @@ fn run(command: Command) -> Result<()> {
         Command::Render(args) => render::run(&args),
         Command::Reference(args) => reference::run(&args),
         Command::Compare(args) => compare::run(&args),
+        Command::Profile(args) => profile::run(&args),
+        Command::Regress(args) => regress::run(&args),
         Command::Presets(args) => presets::run(&args),
         Command::Study(args) => study::run(&args),
     }
@@ -155,13 +164,16 @@ pub fn open_scene(name: &str, options: Options, interrupt: &Interrupt) -> Result
 /// What is kept of work that has saved nothing yet.
 pub const NOTHING_WRITTEN: &str = "nothing was written";
 
-/// Loads Vulkan, with the validation layers where `HEADWATER_VALIDATION` asks for them.
+/// Loads Vulkan with `options`, and with the validation layers also where `HEADWATER_VALIDATION` asks for them.
 ///
 /// # Errors
 /// No Vulkan, or no validation layers.
-pub fn open_vulkan() -> Result<Arc<Instance>> {
-    let validation = std::env::var_os("HEADWATER_VALIDATION").is_some_and(|v| v != "0");
-    Instance::new(validation)
+pub fn open_vulkan(options: InstanceOptions) -> Result<Arc<Instance>> {
+    let asked_for = std::env::var_os("HEADWATER_VALIDATION").is_some_and(|v| v != "0");
+    Instance::with_options(InstanceOptions {
+        validation: options.validation || asked_for,
+        ..options
+    })
 }
 
 /// Asks what the validation layers have said.

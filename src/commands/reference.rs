@@ -7,7 +7,7 @@ use super::interrupt::Interrupt;
 use super::print;
 use super::progress::Progress;
 use super::render::write_report;
-use super::session::Session;
+use super::session::{Purpose, Session};
 use crate::image::{Format, Image};
 use crate::layouts::PixelSums;
 use crate::render::outputs::Sums;
@@ -77,10 +77,10 @@ pub fn run(args: &Args) -> Result<()> {
     let settings = settings.of_path_tracing();
     let clock = args.scene.clock(None)?;
     args.scene.check_outputs(&args.output)?;
-    ignored::note_for_scene(&args.scene, &changed, &args.output);
+    ignored::note_for_scene(&args.scene, &changed, &args.output, false);
     ignored::note_for_reference(&args.scene, &changed);
     let interrupt = Interrupt::watch()?;
-    let mut session = Session::open(&args.scene, settings, clock, &interrupt)?;
+    let mut session = Session::open(&args.scene, settings, clock, Purpose::Pictures, &interrupt)?;
     let mut done = if args.resume {
         resume(args, &mut session)?
     } else {

@@ -2,9 +2,10 @@
 
 use super::NOTHING_WRITTEN;
 use super::arguments::SceneArgs;
+use super::capture::{self, FrameRange};
 use super::ignored;
 use super::interrupt::Interrupt;
-use super::session::Session;
+use super::session::{Purpose, Session};
 use crate::files::write_atomically;
 use crate::{Error, Result};
 use std::io::Write;
@@ -14,19 +15,26 @@ use std::path::PathBuf;
 #[derive(clap::Args)]
 pub struct Args {
     #[command(flatten)]
-    scene: SceneArgs,
+    pub(super) scene: SceneArgs,
     /// Where the picture goes: .exr or .png; may repeat
     #[arg(short, long, value_name = "FILE", required = true)]
     output: Vec<PathBuf>,
     /// Number of frames; they count from 0
     #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
-    frames: u32,
+    pub(super) frames: u32,
     /// Write the mean of all frames instead of the last
     #[arg(long)]
-    accumulate: bool,
+    pub(super) accumulate: bool,
+    /// Render every frame, end each with a presented picture, and have RenderDoc or GFXReconstruct, whichever is loaded,
+    /// capture frames N to M; tools/capture starts both
+    #[arg(long, value_name = "N..M", allow_hyphen_values = true)]
+    capture: Option<FrameRange>,
+    /// With --capture: write the presented pictures of the captured frames to this folder
+    #[arg(long, value_name = "FOLDER", requires = "capture")]
+    presented: Option<PathBuf>,
     /// Frames a second; without it time stands at --start-time
     #[arg(long, allow_hyphen_values = true)]
-    fps: Option<f64>,
+    pub(super) fps: Option<f64>,
 }
 
 /// Renders and writes.
@@ -40,13 +48,36 @@ pub fn run(args: &Args) -> Result<()> {
             "--frames 0 renders nothing; frames begin at 1",
         ));
     }
+    if let Some(range) = &args.capture {
+        range.check(args.frames)?;
+    }
     let (settings, changed) = args.scene.settings()?;
     let clock = args.scene.clock(args.fps)?;
     args.scene.check_outputs(&args.output)?;
-    ignored::note_for_scene(&args.scene, &changed, &args.output);
+    if let Some(folder) = &args.presented {
+        crate::files::check_writable(&folder.join("frame_0000.png"))?;
+    }
+    ignored::note_for_scene(&args.scene, &changed, &args.output, args.capture.is_some());
     ignored::note_for_render(&changed, &settings, args.scene.bounces);
     let interrupt = Interrupt::watch()?;
-    let mut session = Session::open(&args.scene, settings, clock, &interrupt)?;
+    let purpose = match args.capture {
+        Some(_) => Purpose::Capture,
+        None => Purpose::Pictures,
+    };
+    let mut session = Session::open(&args.scene, settings, clock, purpose, &interrupt)?;
+    if let Some(range) = args.capture {
+        let wanted = capture::Wanted {
+            range,
+            frames: args.frames,
+            accumulate: args.accumulate,
+            exposure: args.scene.exposure,
+            folder: args.presented.as_ref(),
+        };
+        capture::render(&mut session, &wanted, &interrupt)?;
+        let samples = if args.accumulate { args.frames } else { 1 };
+        write(args, &mut session, samples)?;
+        return session.finish();
+    }
     // Without --accumulate only the last frame is shown; those before it are made where it needs
     // them as history.
     let first = if args.accumulate { 0 } else { args.frames - 1 };

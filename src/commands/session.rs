@@ -3,15 +3,20 @@
 use super::arguments::{Aov, SceneArgs};
 use super::interrupt::Interrupt;
 use super::{NOTHING_WRITTEN, apply_clock, check_messages, notice, open_scene, open_vulkan};
-use crate::gpu::{Device, Instance, PassTime};
+use crate::gpu::device::MemoryUse;
+use crate::gpu::{
+    Compiled, Device, Features, Instance, InstanceOptions, Label, Output, PassTime, Presentation,
+};
 use crate::image::{Image, Samples};
 use crate::layouts::{MAX_RADIANCE, ReservoirAov};
+use crate::profile::{Circumstances, Frame, Plan, Subject, measure};
+use crate::render::counters::Counts;
 use crate::render::outputs::Sums;
 use crate::render::settings::Variant;
 use crate::render::{Clock, Kind, Renderer, Settings, Tracking, View};
 use crate::scene::camera::framing_camera;
 use crate::scene::{Camera, Environment, MovingCamera, Scene};
-use crate::tracing::selection::{self, Selection, TexturesChoice};
+use crate::tracing::selection::{self, Selection, TexturesChoice, Wanted};
 use crate::tracing::{GpuScene, SceneSizes};
 use crate::{Error, Result};
 use glam::DVec3;
@@ -25,6 +30,23 @@ const SUBMISSION: Duration = Duration::from_millis(300);
 
 /// Triangles whose trees take more than some seconds to build.
 const MANY_TRIANGLES: u64 = 2_000_000;
+
+/// What a session is for, besides pictures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Purpose {
+    /// Nothing.
+    Pictures,
+    /// A tool captures what the device does: it is opened for [`Session::presentation`], and uses nothing that cannot be
+    /// replayed.
+    Capture,
+    /// What the driver's compiler says of shaders is kept for [`Session::compiled`].
+    Profile,
+    /// What passes write is hashed for [`Session::take_outputs`].
+    Regression {
+        /// Whether the validation layers watch.
+        validate: bool,
+    },
+}
 
 /// A scene on an open device, and what its picture is made with.
 pub struct Session {
@@ -61,9 +83,12 @@ impl Session {
         args: &SceneArgs,
         settings: Settings,
         clock: Clock,
+        purpose: Purpose,
         interrupt: &Interrupt,
     ) -> Result<Self> {
         let opened = Instant::now();
+        let captured = purpose == Purpose::Capture;
+        let validates = purpose == Purpose::Regression { validate: true };
         check_aovs(&args.aov, &settings, args.bounces)?;
         let own_camera = args.look_at_camera()?;
         let mut scene = open_scene(&args.scene, args.load, interrupt)?;
@@ -90,11 +115,21 @@ impl Session {
                 "the scene has no light, so the picture is black; --environment sky:sun=40 lights it",
             );
         }
-        let instance = open_vulkan()?;
+        let instance = open_vulkan(InstanceOptions {
+            validation: validates,
+            presentation: captured,
+        })?;
         let (info, reason) = instance.choose(args.device.as_deref())?;
         log::info!("device: {} ({reason})", info.name);
         let sizes = SceneSizes::of(&scene);
-        let selection = selection::select(&info, args.wanted(), &sizes)?;
+        let selection = selection::select(
+            &info,
+            Wanted {
+                captured,
+                ..args.wanted()
+            },
+            &sizes,
+        )?;
         let variant = selection.variant;
         if args.textures == TexturesChoice::Images && sizes.images.count == 0 {
             notice("the scene has no images, so --textures images has no effect");
@@ -110,7 +145,13 @@ impl Session {
             variant.textures.name(),
             selection.textures_reason
         );
-        let device = Device::open(&instance, info, selection.features())?;
+        let features = Features {
+            presentation: captured && instance.presents(&info),
+            hashed_outputs: matches!(purpose, Purpose::Regression { .. }),
+            executable_properties: purpose == Purpose::Profile && info.executable_properties,
+            ..selection.features()
+        };
+        let device = Device::open(&instance, info, features)?;
         let origin = camera.camera_to_world.translation;
         if sizes.triangles >= MANY_TRIANGLES {
             super::say(format_args!(
@@ -192,24 +233,159 @@ impl Session {
         Ok(())
     }
 
+    /// Renders a frame by itself, for [`Renderer::show`] and [`Renderer::keep_single_frame`].
+    ///
+    /// # Errors
+    /// The device fails, or the scene cannot be rendered at that frame's time.
+    pub fn single_frame(&mut self, number: u32) -> Result<()> {
+        self.set_clock(number)?;
+        let times = self.renderer.single_frame(number)?;
+        self.keep_times(times);
+        Ok(())
+    }
+
+    /// Renders the frames of a plan and times them; `watch` is called before each, and may end the work.
+    ///
+    /// # Errors
+    /// The device fails, the scene cannot be rendered at a frame's time, or those of `watch`.
+    pub fn profile(
+        &mut self,
+        plan: Plan,
+        watch: &mut dyn FnMut() -> Result<()>,
+    ) -> Result<Vec<Frame>> {
+        let moments = self.moments();
+        measure(
+            &self.device,
+            &mut self.renderer,
+            plan,
+            &mut |renderer, number| {
+                watch()?;
+                moments.show(renderer, number)
+            },
+        )
+    }
+
+    /// What the passes of frame `number` count, in a renderer of their own; `watch` as in [`Self::profile`].
+    ///
+    /// # Errors
+    /// Those of [`Self::profile`].
+    pub fn counts_of(
+        &self,
+        number: u32,
+        watch: &mut dyn FnMut() -> Result<()>,
+    ) -> Result<Vec<Counts>> {
+        let tracking = Tracking {
+            counts: true,
+            ..Tracking::default()
+        };
+        let (device, scene) = (&self.device, self.gpu_scene.clone());
+        let mut renderer = Renderer::tracking(device, scene, &self.view, &self.settings, tracking)?;
+        let moments = self.moments();
+        for number in 0..=number {
+            watch()?;
+            moments.show(&mut renderer, number)?;
+            // What was counted before the last frame is dropped.
+            renderer.counts()?;
+            renderer.single_frame(number)?;
+        }
+        renderer.counts()
+    }
+
+    /// What was profiled.
+    ///
+    /// # Errors
+    /// Never with finite settings.
+    pub fn subject(&self, plan: Plan) -> Result<Subject> {
+        Ok(Subject {
+            scene: self.scene_hash.clone(),
+            settings: self.settings.to_value()?,
+            device: self.device.info.name.clone(),
+            width: self.view.width,
+            height: self.view.height,
+            bounces: self.view.bounces,
+            seed: self.view.seed,
+            camera: camera_text(&self.view.camera),
+            clock: self.clock.map(|clock| (clock.start_time, clock.fps)),
+            warm_up: plan.warm_up,
+            frames: plan.frames,
+        })
+    }
+
+    /// How it was profiled.
+    pub fn circumstances(&self, plan: Plan) -> Circumstances {
+        let variant = self.selection.variant;
+        Circumstances {
+            driver: self.device.info.driver.clone(),
+            tracer: variant.tracer.name().into(),
+            geometry: variant.geometry.name().into(),
+            commit: env!("HEADWATER_COMMIT").into(),
+            in_flight: plan.in_flight,
+        }
+    }
+
+    /// What the driver made of the shaders.
+    pub fn compiled(&self) -> Vec<Compiled> {
+        self.device.compiled()
+    }
+
+    /// Begins anew, without history or sums. From now on, each pass runs by itself, and what it writes is hashed.
+    ///
+    /// # Errors
+    /// The device fails, or the session is not for [`Purpose::Regression`].
+    pub fn restart_with_hashes(&mut self) -> Result<()> {
+        self.renderer.restart(self.view.seed)?;
+        self.device.hash_outputs()
+    }
+
+    /// What passes wrote since the last call, in their order.
+    pub fn take_outputs(&self) -> Vec<Output> {
+        self.device.take_outputs()
+    }
+
+    /// What is allocated on the device now.
+    pub fn memory_use(&self) -> MemoryUse {
+        self.device.memory_use()
+    }
+
+    /// Labels what is submitted until the returned value is dropped.
+    pub fn label(&self, name: &str) -> Label {
+        self.device.label(name)
+    }
+
+    /// The tools between Headwater and the device, by name.
+    pub fn tools(&self) -> Vec<String> {
+        self.instance.tools(&self.device.info)
+    }
+
+    /// What presents pictures of this size.
+    ///
+    /// # Errors
+    /// The device cannot present to a headless surface.
+    pub fn presentation(&self) -> Result<Presentation> {
+        Presentation::new(&self.device, (self.view.width, self.view.height))
+    }
+
     /// Keeps what a submission took; first runs, which may hold compilation, by themselves.
     fn keep_times(&mut self, times: Vec<PassTime>) {
-        let (first, rest) = times.into_iter().partition(|time| time.first_run);
+        let times = PassTime::by_name(times).into_iter();
+        let (first, rest) = times.partition(|time| time.first_run);
         PassTime::add(&mut self.first_runs, first);
         self.times = rest;
     }
 
+    /// The times of frames, and the camera at these.
+    fn moments(&self) -> Moments {
+        Moments {
+            clock: self.clock.filter(|clock| clock.fps.is_some()),
+            camera: self.camera.clone(),
+        }
+    }
+
     /// Shows the time of a frame; whether every frame has its own.
     fn set_clock(&mut self, number: u32) -> Result<bool> {
-        let Some(clock) = self.clock.filter(|clock| clock.fps.is_some()) else {
-            return Ok(false);
-        };
-        let time = clock.time(number);
-        self.renderer.set_time(time);
-        if let Some(camera) = &self.camera {
-            self.renderer.set_camera(&camera.at(time)?);
-        }
-        Ok(true)
+        let moments = self.moments();
+        moments.show(&mut self.renderer, number)?;
+        Ok(moments.clock.is_some())
     }
 
     /// Adds up to `samples` samples to every pixel, in one submission whose length follows from the
@@ -408,6 +584,29 @@ impl Session {
             "last_submission": self.times,
             "scene_bytes": memory,
         }))
+    }
+}
+
+/// The times of frames.
+struct Moments {
+    /// If frames have times of their own.
+    clock: Option<Clock>,
+    /// The camera, if it moves.
+    camera: Option<MovingCamera>,
+}
+
+impl Moments {
+    /// Sets time and camera of a frame.
+    fn show(&self, renderer: &mut Renderer, number: u32) -> Result<()> {
+        let Some(clock) = self.clock else {
+            return Ok(());
+        };
+        let time = clock.time(number);
+        renderer.set_time(time);
+        if let Some(camera) = &self.camera {
+            renderer.set_camera(&camera.at(time)?);
+        }
+        Ok(())
     }
 }
 

@@ -104,7 +104,7 @@ pub fn run(args: &Args) -> Result<()> {
     if args.quick {
         plan.quicken();
     }
-    let instance = open_vulkan()?;
+    let instance = open_vulkan(crate::gpu::InstanceOptions::default())?;
     let (info, _) = instance.choose(args.device.as_deref())?;
     let folder = Folder::open(&args.output)?;
     let mut store = Store::open(&folder.runs())?;

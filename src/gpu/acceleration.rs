@@ -253,6 +253,7 @@ fn functions(device: &Device) -> Result<&khr::acceleration_structure::Device> {
 
 impl Drop for AccelerationStructure {
     fn drop(&mut self) {
+        self.buffer.device.wait_before_drop();
         if let Some(functions) = &self.buffer.device.acceleration {
             // SAFETY: all commands that used the structure have finished.
             unsafe { functions.destroy_acceleration_structure(self.raw, None) };

@@ -40,7 +40,17 @@ impl Buffer {
     /// # Errors
     /// `size` exceeds a limit of the device or its free memory.
     pub fn new(device: &Arc<Device>, name: &str, size: u64, usage: Usage) -> Result<Self> {
-        Self::with_location(device, name, size, usage, MemoryLocation::GpuOnly)
+        let buffer = Self::with_location(device, name, size, usage, MemoryLocation::GpuOnly)?;
+        if device.features.hashed_outputs {
+            let commands = Commands::new(device)?;
+            // SAFETY: the buffer allows transfers, and lives until `finish` has waited.
+            unsafe {
+                let raw = &device.raw;
+                raw.cmd_fill_buffer(commands.raw(), buffer.raw, 0, vk::WHOLE_SIZE, 0);
+            }
+            commands.finish()?;
+        }
+        Ok(buffer)
     }
 
     /// A buffer in device memory that holds `data`.
@@ -128,6 +138,7 @@ impl Buffer {
             },
         };
         let allocation = device.allocate(&wanted, size)?;
+        device.note_memory(name, size, true);
         // SAFETY: the memory was allocated for this buffer's requirements and is bound once.
         let bound = unsafe {
             device
@@ -271,6 +282,10 @@ impl Buffer {
 
 impl Drop for Buffer {
     fn drop(&mut self) {
+        self.device.wait_before_drop();
+        if self.allocation.is_some() {
+            self.device.note_memory(&self.name, self.size, false);
+        }
         self.device.free(self.allocation.take());
         // SAFETY: all commands that used the buffer have finished; a null view is ignored.
         unsafe {

@@ -1,49 +1,24 @@
 //! A command buffer that is recorded, submitted once and waited for.
 
 use super::device::Device;
-use super::recorder::{MAX_TIMED_REGIONS, Recorder};
+use super::recorder::{MAX_TIMED_REGIONS, PassTime, Recorder, Submission};
 use crate::Result;
 use ash::vk;
 use std::ffi::CString;
 use std::sync::Arc;
+use std::time::Instant;
 
-/// How long a pass took on the device.
-#[derive(Clone, Debug, serde::Serialize)]
-pub struct PassTime {
-    /// The pass.
-    pub name: String,
-    /// Milliseconds between its first and last timestamp.
-    pub milliseconds: f64,
-    /// Whether the pass ran for the first time, in which some drivers compile it.
-    #[serde(skip)]
-    pub first_run: bool,
-}
-
-impl PassTime {
-    /// Adds `times` to `total`, where passes of the same name share one entry; it is a first run if one of
-    /// them is.
-    pub fn add(total: &mut Vec<Self>, times: Vec<Self>) {
-        for time in times {
-            match total.iter_mut().find(|t| t.name == time.name) {
-                Some(same) => {
-                    same.milliseconds += time.milliseconds;
-                    same.first_run |= time.first_run;
-                }
-                None => total.push(time),
-            }
-        }
-    }
-}
-
-/// One command buffer, with what is needed to run it once. The caller keeps the resources that
-/// the commands use alive until [`Commands::finish`] returns.
+/// One command buffer, with what is needed to run it once. What the commands use is alive until they are submitted; from
+/// then on, dropping it waits for them ([`Device::wait_before_drop`]).
 pub(super) struct Commands {
     pub(super) device: Arc<Device>,
     /// Descriptor pools of the recorded commands, destroyed after the wait.
     pub(super) descriptor_pools: Vec<vk::DescriptorPool>,
     recorder: Recorder,
-    /// Whether the commands were submitted and not waited for, which is so only if the device is lost.
-    is_running: bool,
+    /// The frame that they end, and its picture.
+    frame_end: Option<(u32, vk::Image)>,
+    /// Whether they belong to a [`Submission`].
+    is_submitted: bool,
     /// Name of each region so far, and whether its pass runs for the first time.
     regions: Vec<(String, bool)>,
 }
@@ -64,7 +39,8 @@ impl Commands {
             device: device.clone(),
             descriptor_pools: Vec::new(),
             recorder,
-            is_running: false,
+            frame_end: None,
+            is_submitted: false,
             regions: Vec::new(),
         };
         commands.recorder.begin(&device.raw).map_err(fail)?;
@@ -117,6 +93,11 @@ impl Commands {
         }
     }
 
+    /// Says that the submission ends a frame, for tools that ask the device for it.
+    pub(super) fn ends_frame(&mut self, number: u32, picture: vk::Image) {
+        self.frame_end = Some((number, picture));
+    }
+
     fn timestamp(&self, query: u32) {
         if self.recorder.queries != vk::QueryPool::null() && query < 2 * MAX_TIMED_REGIONS {
             // SAFETY: each query is written once after the reset in `new`.
@@ -135,72 +116,56 @@ impl Commands {
     ///
     /// # Errors
     /// The device is lost or out of memory.
-    pub(super) fn finish(mut self) -> Result<Vec<PassTime>> {
+    pub(super) fn finish(self) -> Result<Vec<PassTime>> {
+        let device = self.device.clone();
+        Ok(device.wait_for(self.submit()?)?.0)
+    }
+
+    /// Submits everything.
+    ///
+    /// # Errors
+    /// The device is lost or out of memory.
+    pub(super) fn submit(mut self) -> Result<Submission> {
         let device = self.device.clone();
         let fail = |e| device.failure("run the recorded passes", e);
         // The host reads and frees what the commands wrote.
         self.barrier();
-        // SAFETY: the recording is complete; the wait ends before `self` and the resources do.
-        unsafe {
+        // SAFETY: the recording is complete; the recorder and the resources live until the wait ends.
+        let started = unsafe {
             let raw = &device.raw;
             raw.end_command_buffer(self.raw()).map_err(fail)?;
             let commands = [self.raw()];
-            let submit = [vk::SubmitInfo::default().command_buffers(&commands)];
-            {
-                let _lock = device.queue_lock.lock();
-                raw.queue_submit(device.queue, &submit, self.recorder.fence)
-                    .map_err(fail)?;
+            let (frame, image) = self.frame_end.unwrap_or_default();
+            let images = [image];
+            let mut end = vk::FrameBoundaryEXT::default()
+                .flags(vk::FrameBoundaryFlagsEXT::FRAME_END)
+                .frame_id(frame.into())
+                .images(&images);
+            let mut submit = vk::SubmitInfo::default().command_buffers(&commands);
+            if self.frame_end.is_some() && device.ends_frames {
+                submit = submit.push_next(&mut end);
             }
-            self.is_running = true;
-            raw.wait_for_fences(&[self.recorder.fence], true, u64::MAX)
+            let _lock = device.queue_lock.lock();
+            let started = Instant::now();
+            raw.queue_submit(device.queue, &[submit], self.recorder.fence)
                 .map_err(fail)?;
-            self.is_running = false;
-        }
-        self.times().map_err(fail)
-    }
-
-    fn times(&self) -> std::result::Result<Vec<PassTime>, vk::Result> {
-        let timed = self.regions.len().min(MAX_TIMED_REGIONS as usize);
-        if self.recorder.queries == vk::QueryPool::null() || timed == 0 {
-            return Ok(Vec::new());
-        }
-        let mut ticks = vec![0_u64; 2 * timed];
-        // SAFETY: the queries up to here were written by the commands just waited for.
-        unsafe {
-            self.device.raw.get_query_pool_results(
-                self.recorder.queries,
-                0,
-                &mut ticks,
-                vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT,
-            )?;
-        }
-        let period = f64::from(self.device.info.timestamp_period);
-        Ok(self
-            .regions
-            .iter()
-            .zip(ticks.chunks_exact(2))
-            .map(|((name, first_run), pair)| PassTime {
-                name: name.clone(),
-                milliseconds: pair[1].wrapping_sub(pair[0]) as f64 * period * 1e-6,
-                first_run: *first_run,
-            })
-            .collect())
+            started
+        };
+        self.is_submitted = true;
+        Ok(Submission {
+            recorder: self.recorder,
+            descriptor_pools: std::mem::take(&mut self.descriptor_pools),
+            regions: std::mem::take(&mut self.regions),
+            started,
+        })
     }
 }
 
 impl Drop for Commands {
     fn drop(&mut self) {
-        let raw = &self.device.raw;
-        // SAFETY: either never submitted, or waited for, or the device is lost.
-        unsafe {
-            for pool in self.descriptor_pools.drain(..) {
-                raw.destroy_descriptor_pool(pool, None);
-            }
-        }
-        match self.device.idle.lock() {
-            Ok(mut idle) if !self.is_running => idle.push(self.recorder),
-            // SAFETY: as above, and it is not used again.
-            _ => unsafe { self.recorder.destroy(raw) },
+        if !self.is_submitted {
+            let pools = std::mem::take(&mut self.descriptor_pools);
+            self.device.keep(self.recorder, pools);
         }
     }
 }

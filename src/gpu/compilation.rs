@@ -3,14 +3,16 @@
 //! Drivers take up to a second for a large shader, each on one core. So the pipelines of all passes are compiled
 //! at the same time, and the first recording of a pass waits for its own.
 
-use super::device::Device;
+use super::device::{Compiled, Device};
 use super::specialise::specialise;
 use crate::Result;
 use ash::vk;
 use rspirv::dr::Module;
+use std::ffi::CStr;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, OnceLock};
 use std::thread::{Builder, JoinHandle};
+use std::time::Instant;
 
 /// What the driver made of a shader.
 type Made = std::result::Result<vk::Pipeline, vk::Result>;
@@ -95,19 +97,64 @@ fn compile(
             .stage(vk::ShaderStageFlags::COMPUTE)
             .module(module)
             .name(c"main");
+        let flags = match device.features.executable_properties {
+            true => vk::PipelineCreateFlags::CAPTURE_STATISTICS_KHR,
+            false => vk::PipelineCreateFlags::empty(),
+        };
         let info = vk::ComputePipelineCreateInfo::default()
+            .flags(flags)
             .stage(stage)
             .layout(layout);
+        let start = Instant::now();
         let made = raw.create_compute_pipelines(vk::PipelineCache::null(), &[info], None);
         raw.destroy_shader_module(module, None);
         let pipeline = made.map_err(|(_, e)| e)?[0];
         device.name(pipeline, name);
+        if let Ok(mut compiled) = device.compiled.lock() {
+            compiled.push(Compiled {
+                name: name.to_owned(),
+                milliseconds: start.elapsed().as_secs_f64() * 1e3,
+                statistics: statistics(device, pipeline).unwrap_or_default(),
+            });
+        }
         Ok(pipeline)
     }
 }
 
+/// What the driver's compiler says of a pipeline, if it was asked to; nothing is lost where it fails to.
+fn statistics(device: &Device, pipeline: vk::Pipeline) -> Option<Vec<(String, String)>> {
+    let executables = device.executables.as_ref()?;
+    let text = |name: std::result::Result<&CStr, _>| -> Option<String> {
+        Some(name.ok()?.to_string_lossy().into_owned())
+    };
+    let mut all = Vec::new();
+    // SAFETY: the pipeline was made with the flag for it, and every structure lives through its call; the member of the
+    // union is the one that its format names.
+    unsafe {
+        let info = vk::PipelineInfoKHR::default().pipeline(pipeline);
+        let list = executables.get_pipeline_executable_properties(&info).ok()?;
+        for index in 0..list.len() as u32 {
+            let info = vk::PipelineExecutableInfoKHR::default()
+                .pipeline(pipeline)
+                .executable_index(index);
+            for statistic in executables.get_pipeline_executable_statistics(&info).ok()? {
+                use vk::PipelineExecutableStatisticFormatKHR as Format;
+                let value = match statistic.format {
+                    Format::BOOL32 => (statistic.value.b32 != 0).to_string(),
+                    Format::INT64 => statistic.value.i64.to_string(),
+                    Format::UINT64 => statistic.value.u64.to_string(),
+                    _ => statistic.value.f64.to_string(),
+                };
+                all.push((text(statistic.name_as_c_str())?, value));
+            }
+        }
+    }
+    Some(all)
+}
+
 impl Drop for Compilation {
     fn drop(&mut self) {
+        self.device.wait_before_drop();
         if let Ok(pipeline) = self.wait() {
             // SAFETY: all commands that used it have finished.
             unsafe { self.device.raw.destroy_pipeline(pipeline, None) };

@@ -13,6 +13,15 @@ pub type Sources = BTreeMap<String, String>;
 /// The first line of files that are included once.
 const ONCE: &str = "#pragma once\n";
 
+/// What the SPIR-V says of the source that it comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Debug {
+    /// Names only.
+    Names,
+    /// The text and the line of each instruction too, which profilers and debuggers show.
+    Lines,
+}
+
 /// Reads the `.glsl` and `.comp` files below a folder.
 ///
 /// # Errors
@@ -48,6 +57,7 @@ pub fn compile(
     source: &str,
     includes: &Sources,
     defines: &[(&str, &str)],
+    debug: Debug,
 ) -> Result<Vec<u32>, String> {
     let included = RefCell::new(BTreeSet::new());
     let compiler = shaderc::Compiler::new().map_err(|e| e.to_string())?;
@@ -59,6 +69,9 @@ pub fn compile(
     options.set_source_language(shaderc::SourceLanguage::GLSL);
     options.set_auto_bind_uniforms(true);
     options.set_warnings_as_errors();
+    if debug == Debug::Lines {
+        options.set_generate_debug_info();
+    }
     for (key, value) in defines {
         options.add_macro_definition(key, Some(value));
     }

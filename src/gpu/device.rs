@@ -1,14 +1,16 @@
 //! The logical device: queue, memory, names.
 
 use super::instance::{DeviceInfo, Instance, change_lists, walk_lists};
-use super::recorder::Recorder;
+use super::recorder::{PassTime, Recorder, Submission};
 use crate::{Error, Result};
 use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, Allocator, AllocatorCreateDesc};
+use std::collections::{BTreeMap, VecDeque};
 use std::ffi::CString;
 use std::mem::ManuallyDrop;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 /// Optional features, enabled only if they are used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -19,6 +21,39 @@ pub struct Features {
     pub buffer_addresses: bool,
     /// Arrays of sampled images, which each invocation indexes by itself.
     pub image_arrays: bool,
+    /// Pictures presented to a headless surface, and the ends of frames told to tools.
+    pub presentation: bool,
+    /// What the driver's compiler made of shaders, to be asked for.
+    pub executable_properties: bool,
+    /// Not of the driver: what passes write can be hashed ([`Device::hash_outputs`]). Buffers begin with zeros, so that what
+    /// nobody wrote does not differ.
+    pub hashed_outputs: bool,
+}
+
+/// What a pass left in a buffer that it may write.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Output {
+    /// The pass.
+    pub pass: String,
+    /// The buffer.
+    pub buffer: String,
+    /// A hash of all its bytes, in hexadecimal.
+    pub hash: String,
+}
+
+/// Bytes of buffers and images by name: how many of a name there are now, and their bytes.
+pub type MemoryUse = BTreeMap<String, (u32, u64)>;
+
+/// What the driver made of a shader.
+#[derive(Clone, Debug)]
+pub struct Compiled {
+    /// The pass.
+    pub name: String,
+    /// Milliseconds that it took to make the pipeline.
+    pub milliseconds: f64,
+    /// What the driver's compiler says of it, such as numbers of registers: names and values, with
+    /// [`Features::executable_properties`].
+    pub statistics: Vec<(String, String)>,
 }
 
 /// An open device, shared by all objects made from it.
@@ -31,6 +66,10 @@ pub struct Device {
     pub(super) queue: vk::Queue,
     pub(super) acceleration: Option<khr::acceleration_structure::Device>,
     pub(super) debug: Option<ext::debug_utils::Device>,
+    pub(super) presentation: Option<khr::swapchain::Device>,
+    pub(super) executables: Option<khr::pipeline_executable_properties::Device>,
+    /// Whether submissions say that they end a frame.
+    pub(super) ends_frames: bool,
     /// Minimum alignment of scratch memory for acceleration structure builds, in bytes.
     pub(super) scratch_alignment: u64,
     pub(super) allocator: ManuallyDrop<Mutex<Allocator>>,
@@ -40,6 +79,18 @@ pub struct Device {
     pub(super) idle: Mutex<Vec<Recorder>>,
     /// Bytes of SPIR-V that were given to the driver.
     pub(super) shader_bytes: AtomicU64,
+    /// Nanoseconds between the submission of passes and the end of the wait for them.
+    pub(super) submitted: AtomicU64,
+    /// Submissions that nothing has waited for yet, the oldest first.
+    pub(super) running: Mutex<VecDeque<Submission>>,
+    /// The pipelines made so far.
+    pub(super) compiled: Mutex<Vec<Compiled>>,
+    /// Whether what passes write is hashed.
+    pub(super) hashes_outputs: AtomicBool,
+    /// What they wrote.
+    pub(super) outputs: Mutex<Vec<Output>>,
+    /// What is allocated.
+    pub(super) memory: Mutex<MemoryUse>,
     instance: Arc<Instance>,
 }
 
@@ -47,6 +98,155 @@ impl Device {
     /// Bytes of SPIR-V that were given to the driver so far.
     pub fn shader_bytes(&self) -> u64 {
         self.shader_bytes.load(Ordering::Relaxed)
+    }
+
+    /// How long recordings of passes have taken so far, each from the call that submitted it to the end of the wait for it.
+    pub fn submitted_time(&self) -> Duration {
+        Duration::from_nanos(self.submitted.load(Ordering::Relaxed))
+    }
+
+    /// Waits for the oldest submissions of [`Recording::submit`](super::Recording::submit) until at most `most` are left;
+    /// returns the times of each.
+    ///
+    /// # Errors
+    /// The device is lost.
+    pub fn wait_for_running(&self, most: usize) -> Result<Vec<Vec<PassTime>>> {
+        let mut times = Vec::new();
+        loop {
+            let Ok(mut running) = self.running.lock() else {
+                return Ok(times);
+            };
+            if running.len() <= most {
+                return Ok(times);
+            }
+            // It stays in the list while it runs: whatever drops a resource meanwhile must find it there.
+            let fence = running.front().map(|oldest| oldest.recorder.fence);
+            // SAFETY: the fence was given to the submission. The wait below says what went wrong.
+            let _ =
+                fence.map(|fence| unsafe { self.raw.wait_for_fences(&[fence], true, u64::MAX) });
+            let oldest = running.pop_front();
+            drop(running);
+            if let Some(submission) = oldest {
+                times.push(self.wait_for(submission)?.0);
+            }
+        }
+    }
+
+    /// Waits for a submission; returns the time of each of its regions, and how long it took from the call that submitted it
+    /// to the end of the wait.
+    ///
+    /// # Errors
+    /// The device is lost.
+    pub(super) fn wait_for(&self, submission: Submission) -> Result<(Vec<PassTime>, Duration)> {
+        // SAFETY: the fence was given to the submission.
+        let waited = unsafe {
+            let fences = [submission.recorder.fence];
+            self.raw.wait_for_fences(&fences, true, u64::MAX)
+        };
+        let taken = submission.started.elapsed();
+        let period = f64::from(self.info.timestamp_period);
+        let times = waited.and_then(|()| submission.times(&self.raw, period));
+        let Submission {
+            recorder,
+            descriptor_pools,
+            ..
+        } = submission;
+        match waited {
+            Ok(()) => self.keep(recorder, descriptor_pools),
+            // SAFETY: the device is lost, and the recorder is not used again.
+            Err(_) => unsafe {
+                self.destroy_pools(&descriptor_pools);
+                recorder.destroy(&self.raw);
+            },
+        }
+        let times = times.map_err(|e| self.failure("run the recorded passes", e))?;
+        Ok((times, taken))
+    }
+
+    /// Keeps a recorder whose commands do not run, and destroys the descriptor pools that they used.
+    pub(super) fn keep(&self, recorder: Recorder, pools: Vec<vk::DescriptorPool>) {
+        // SAFETY: the commands do not run.
+        unsafe { self.destroy_pools(&pools) };
+        match self.idle.lock() {
+            Ok(mut idle) => idle.push(recorder),
+            // SAFETY: as above, and it is not used again.
+            Err(_) => unsafe { recorder.destroy(&self.raw) },
+        }
+    }
+
+    /// # Safety
+    /// The commands that use the pools do not run.
+    unsafe fn destroy_pools(&self, pools: &[vk::DescriptorPool]) {
+        for pool in pools {
+            // SAFETY: as the caller promises.
+            unsafe { self.raw.destroy_descriptor_pool(*pool, None) };
+        }
+    }
+
+    /// Waits until nothing runs, before something that submissions may use is destroyed. Their times can still be asked for.
+    pub(super) fn wait_before_drop(&self) {
+        let Ok(running) = self.running.lock() else {
+            return;
+        };
+        let fences: Vec<vk::Fence> = running.iter().map(|s| s.recorder.fence).collect();
+        if !fences.is_empty() {
+            // SAFETY: the fences were given to submissions. If the device is lost, nothing runs.
+            let _ = unsafe { self.raw.wait_for_fences(&fences, true, u64::MAX) };
+        }
+    }
+
+    /// From now on, runs each pass by itself and hashes what it writes.
+    ///
+    /// # Errors
+    /// The device was opened without [`Features::hashed_outputs`].
+    pub fn hash_outputs(&self) -> Result<()> {
+        if !self.features.hashed_outputs {
+            return Err(Error::failed(
+                "outputs of passes were to be hashed on a device that was opened without that",
+            ));
+        }
+        self.hashes_outputs.store(true, Ordering::Relaxed);
+        Ok(())
+    }
+
+    /// What passes wrote since the last call, in their order, where it was hashed.
+    pub fn take_outputs(&self) -> Vec<Output> {
+        let outputs = self.outputs.lock();
+        outputs
+            .map(|mut outputs| std::mem::take(&mut *outputs))
+            .unwrap_or_default()
+    }
+
+    /// What the driver made of the shaders so far.
+    pub fn compiled(&self) -> Vec<Compiled> {
+        self.compiled
+            .lock()
+            .map(|all| all.clone())
+            .unwrap_or_default()
+    }
+
+    /// The buffers and images on the device, by name.
+    pub fn memory_use(&self) -> MemoryUse {
+        self.memory
+            .lock()
+            .map(|memory| memory.clone())
+            .unwrap_or_default()
+    }
+
+    /// Notes that `bytes` are allocated for a name (`is_new`), or given back.
+    pub(super) fn note_memory(&self, name: &str, bytes: u64, is_new: bool) {
+        let Ok(mut memory) = self.memory.lock() else {
+            return;
+        };
+        let entry = memory.entry(name.to_owned()).or_default();
+        if is_new {
+            *entry = (entry.0 + 1, entry.1 + bytes);
+        } else {
+            *entry = (entry.0.saturating_sub(1), entry.1.saturating_sub(bytes));
+            if entry.0 == 0 {
+                memory.remove(name);
+            }
+        }
     }
 
     /// Opens `info` with `features`.
@@ -81,6 +281,23 @@ impl Device {
                 info.name
             )));
         }
+        if features.presentation && !instance.presents(&info) {
+            return Err(Error::failed(format!(
+                "device '{}' cannot present to a headless surface",
+                info.name
+            )));
+        }
+        if features.executable_properties && !info.executable_properties {
+            return Err(Error::failed(format!(
+                "device '{}' does not tell what its compiler makes of shaders",
+                info.name
+            )));
+        }
+        let ends_frames = features.presentation && info.frame_boundary;
+        let mut boundary =
+            vk::PhysicalDeviceFrameBoundaryFeaturesEXT::default().frame_boundary(true);
+        let mut executable = vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default()
+            .pipeline_executable_info(true);
         let mut vulkan12 = vk::PhysicalDeviceVulkan12Features::default()
             .scalar_block_layout(true)
             .buffer_device_address(addresses)
@@ -106,6 +323,17 @@ impl Device {
             create = create
                 .push_next(&mut acceleration)
                 .push_next(&mut ray_query);
+        }
+        if features.presentation {
+            extensions.push(khr::swapchain::NAME.as_ptr());
+        }
+        if ends_frames {
+            extensions.push(ext::frame_boundary::NAME.as_ptr());
+            create = create.push_next(&mut boundary);
+        }
+        if features.executable_properties {
+            extensions.push(khr::pipeline_executable_properties::NAME.as_ptr());
+            create = create.push_next(&mut executable);
         }
         create = create.enabled_extension_names(&extensions);
         let changing = change_lists();
@@ -151,6 +379,11 @@ impl Device {
                 .debug
                 .as_ref()
                 .map(|_| ext::debug_utils::Device::new(&instance.raw, &raw)),
+            presentation: (features.presentation)
+                .then(|| khr::swapchain::Device::new(&instance.raw, &raw)),
+            executables: (features.executable_properties)
+                .then(|| khr::pipeline_executable_properties::Device::new(&instance.raw, &raw)),
+            ends_frames,
             scratch_alignment: u64::from(
                 limits.min_acceleration_structure_scratch_offset_alignment,
             )
@@ -159,6 +392,12 @@ impl Device {
             queue_lock: Mutex::new(()),
             idle: Mutex::default(),
             shader_bytes: AtomicU64::new(0),
+            submitted: AtomicU64::new(0),
+            running: Mutex::default(),
+            compiled: Mutex::default(),
+            hashes_outputs: AtomicBool::new(false),
+            outputs: Mutex::default(),
+            memory: Mutex::default(),
             info,
             features: Features {
                 buffer_addresses: addresses,
@@ -173,6 +412,23 @@ impl Device {
     /// Messages of the validation layers so far, for every device of the instance.
     pub fn validation_messages(&self) -> Vec<String> {
         self.instance.validation_messages()
+    }
+
+    /// The instance it belongs to.
+    pub(super) fn instance(&self) -> &Instance {
+        &self.instance
+    }
+
+    /// Labels what is submitted until the returned value is dropped, as tools show it.
+    pub fn label(self: &Arc<Self>, name: &str) -> Label {
+        if let (Some(debug), Ok(name)) = (&self.debug, CString::new(name)) {
+            let label = vk::DebugUtilsLabelEXT::default().label_name(&name);
+            let _lock = self.queue_lock.lock();
+            // SAFETY: `Label` closes it.
+            unsafe { debug.queue_begin_debug_utils_label(self.queue, &label) };
+            return Label(Some(self.clone()));
+        }
+        Label(None)
     }
 
     /// Sets the name of a Vulkan object that debugging tools and messages show.
@@ -224,12 +480,36 @@ impl Device {
     }
 }
 
+/// A label over submissions, if the device has labels; it ends when this is dropped.
+pub struct Label(Option<Arc<Device>>);
+
+impl Drop for Label {
+    fn drop(&mut self) {
+        if let Some(device) = &self.0
+            && let Some(debug) = &device.debug
+        {
+            let _lock = device.queue_lock.lock();
+            // SAFETY: [`Device::label`] has opened one.
+            unsafe { debug.queue_end_debug_utils_label(device.queue) };
+        }
+    }
+}
+
 impl Drop for Device {
     fn drop(&mut self) {
+        let running = self
+            .running
+            .get_mut()
+            .unwrap_or_else(PoisonError::into_inner);
+        let running = std::mem::take(running);
         // SAFETY: all objects made from the device keep it alive, so none is left; the allocator
         // frees its memory before the device is destroyed.
         unsafe {
             let _ = self.raw.device_wait_idle();
+            for submission in running {
+                self.destroy_pools(&submission.descriptor_pools);
+                submission.recorder.destroy(&self.raw);
+            }
             let idle = self.idle.get_mut();
             for recorder in idle.unwrap_or_else(PoisonError::into_inner).drain(..) {
                 recorder.destroy(&self.raw);

@@ -27,8 +27,25 @@ pub(super) fn change_lists() -> RwLockWriteGuard<'static, ()> {
 pub struct Instance {
     pub(super) raw: ash::Instance,
     pub(super) debug: Option<DebugUtils>,
+    /// What makes headless surfaces, if that was asked for and is there.
+    pub(super) surfaces: Option<Surfaces>,
     /// Keeps the Vulkan library loaded; dropped last.
-    _entry: ash::Entry,
+    entry: ash::Entry,
+}
+
+/// The extensions by which surfaces without a window are made and queried.
+pub(super) struct Surfaces {
+    pub(super) surface: khr::surface::Instance,
+    pub(super) headless: ext::headless_surface::Instance,
+}
+
+/// What an instance is wanted for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct InstanceOptions {
+    /// The Khronos layer with synchronization validation.
+    pub validation: bool,
+    /// Pictures are presented to a headless surface, where Vulkan has such surfaces.
+    pub presentation: bool,
 }
 
 /// Drivers that need special treatment.
@@ -88,8 +105,16 @@ pub struct DeviceInfo {
     pub ray_query: bool,
     /// Whether buffers have device addresses.
     pub buffer_addresses: bool,
+    /// Whether buffers can have the same addresses when a capture is replayed.
+    pub address_replay: bool,
     /// Whether each invocation can index arrays of sampled images by itself (descriptor indexing).
     pub image_arrays: bool,
+    /// Whether pictures can be presented.
+    pub presentation: bool,
+    /// Whether submissions can say that they end a frame (`VK_EXT_frame_boundary`).
+    pub frame_boundary: bool,
+    /// Whether the driver tells what its compiler made of a shader (`VK_KHR_pipeline_executable_properties`).
+    pub executable_properties: bool,
     /// Invocations in a subgroup.
     pub subgroup_size: u32,
     /// Nanoseconds per timestamp tick; 0 if compute queues have no timestamps.
@@ -145,8 +170,20 @@ impl Instance {
     /// Loads Vulkan. `validation` turns on the Khronos layer with synchronization validation.
     ///
     /// # Errors
-    /// No Vulkan library, no instance, or no validation layer although `validation` is set.
+    /// Those of [`Self::with_options`].
     pub fn new(validation: bool) -> Result<Arc<Self>> {
+        Self::with_options(InstanceOptions {
+            validation,
+            ..InstanceOptions::default()
+        })
+    }
+
+    /// Loads Vulkan with the layers and extensions that are wanted.
+    ///
+    /// # Errors
+    /// No Vulkan library, no instance, or no validation layer although it is wanted.
+    pub fn with_options(options: InstanceOptions) -> Result<Arc<Self>> {
+        let validation = options.validation;
         // SAFETY: loading runs the library's initialisers, which have no preconditions.
         let entry = unsafe { ash::Entry::load() }.map_err(|e| {
             Error::failed(format!(
@@ -171,13 +208,20 @@ impl Instance {
             ));
         }
         // The validation layer provides debug utilities itself.
-        let has_debug = validation
-            || extensions
-                .iter()
-                .any(|e| e.extension_name_as_c_str() == Ok(ext::debug_utils::NAME));
+        let has = |name: &CStr| {
+            let mut names = extensions.iter().map(|e| e.extension_name_as_c_str());
+            names.any(|own| own == Ok(name))
+        };
+        let has_debug = validation || has(ext::debug_utils::NAME);
         let mut extension_names = Vec::new();
         if has_debug {
             extension_names.push(ext::debug_utils::NAME.as_ptr());
+        }
+        let presents =
+            options.presentation && has(khr::surface::NAME) && has(ext::headless_surface::NAME);
+        if presents {
+            let names = [khr::surface::NAME, ext::headless_surface::NAME];
+            extension_names.extend(names.map(CStr::as_ptr));
         }
         let mut layer_names = Vec::new();
         let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
@@ -209,9 +253,13 @@ impl Instance {
             None
         };
         Ok(Arc::new(Self {
+            surfaces: presents.then(|| Surfaces {
+                surface: khr::surface::Instance::new(&entry, &raw),
+                headless: ext::headless_surface::Instance::new(&entry, &raw),
+            }),
             raw,
             debug,
-            _entry: entry,
+            entry,
         }))
     }
 
@@ -311,6 +359,47 @@ impl Instance {
         debug.map(DebugUtils::messages).unwrap_or_default()
     }
 
+    /// Whether pictures can be presented on a device: the instance was made for it, and both are able to.
+    pub fn presents(&self, device: &DeviceInfo) -> bool {
+        self.surfaces.is_some() && device.presentation
+    }
+
+    /// The tools that have put themselves between Headwater and a device, such as the layer of GFXReconstruct, by the names
+    /// that they give themselves; those of the validation layers are not among them.
+    pub fn tools(&self, device: &DeviceInfo) -> Vec<String> {
+        let name = c"vkGetPhysicalDeviceToolPropertiesEXT";
+        // SAFETY: a plain query; the function that it finds has this type.
+        let list = unsafe {
+            let found = self
+                .entry
+                .get_instance_proc_addr(self.raw.handle(), name.as_ptr());
+            let Some(found) = found else {
+                return Vec::new();
+            };
+            std::mem::transmute::<
+                unsafe extern "system" fn(),
+                vk::PFN_vkGetPhysicalDeviceToolProperties,
+            >(found)
+        };
+        let mut count = 0;
+        // SAFETY: as Vulkan wants it: first the number of tools, then as many of them.
+        let tools = unsafe {
+            if list(device.raw, &mut count, std::ptr::null_mut()) != vk::Result::SUCCESS {
+                return Vec::new();
+            }
+            let mut tools = vec![vk::PhysicalDeviceToolProperties::default(); count as usize];
+            if list(device.raw, &mut count, tools.as_mut_ptr()) != vk::Result::SUCCESS {
+                return Vec::new();
+            }
+            tools.truncate(count as usize);
+            tools
+        };
+        (tools.iter())
+            .filter(|tool| !tool.purposes.contains(vk::ToolPurposeFlags::VALIDATION))
+            .filter_map(|tool| Some(tool.name_as_c_str().ok()?.to_string_lossy().into_owned()))
+            .collect()
+    }
+
     /// A device's extensions.
     pub(super) fn extensions(&self, device: vk::PhysicalDevice) -> Vec<vk::ExtensionProperties> {
         // SAFETY: plain query on a device of this instance.
@@ -338,26 +427,35 @@ impl Instance {
                 self.raw.get_physical_device_memory_properties(device),
             )
         };
-        let mut vulkan12 = vk::PhysicalDeviceVulkan12Features::default();
-        let mut acceleration = vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default();
-        let mut ray_query = vk::PhysicalDeviceRayQueryFeaturesKHR::default();
-        if plain.api_version >= vk::API_VERSION_1_2 {
-            let mut features = vk::PhysicalDeviceFeatures2::default()
-                .push_next(&mut vulkan12)
-                .push_next(&mut acceleration)
-                .push_next(&mut ray_query);
-            // SAFETY: as above; unknown structures of the chain are left untouched.
-            unsafe {
-                self.raw
-                    .get_physical_device_features2(device, &mut features)
-            };
-        }
         let extensions = self.extensions(device);
         let has = |name: &CStr| {
             extensions
                 .iter()
                 .any(|e| e.extension_name_as_c_str() == Ok(name))
         };
+        let mut vulkan12 = vk::PhysicalDeviceVulkan12Features::default();
+        let mut acceleration = vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default();
+        let mut ray_query = vk::PhysicalDeviceRayQueryFeaturesKHR::default();
+        let mut boundary = vk::PhysicalDeviceFrameBoundaryFeaturesEXT::default();
+        let mut executable = vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default();
+        if plain.api_version >= vk::API_VERSION_1_2 {
+            let mut features = vk::PhysicalDeviceFeatures2::default()
+                .push_next(&mut vulkan12)
+                .push_next(&mut acceleration)
+                .push_next(&mut ray_query);
+            // Structures that capture tools may not know are given to devices that know them.
+            if has(ext::frame_boundary::NAME) {
+                features = features.push_next(&mut boundary);
+            }
+            if has(khr::pipeline_executable_properties::NAME) {
+                features = features.push_next(&mut executable);
+            }
+            // SAFETY: as above; unknown structures of the chain are left untouched.
+            unsafe {
+                self.raw
+                    .get_physical_device_features2(device, &mut features)
+            };
+        }
         let queue_family = families
             .iter()
             .position(|f| f.queue_flags.contains(vk::QueueFlags::COMPUTE));
@@ -406,8 +504,13 @@ impl Instance {
                 && has(khr::ray_query::NAME)
                 && has(khr::deferred_host_operations::NAME),
             buffer_addresses: vulkan12.buffer_device_address != 0,
+            address_replay: vulkan12.buffer_device_address_capture_replay != 0,
             image_arrays: vulkan12.runtime_descriptor_array != 0
                 && vulkan12.shader_sampled_image_array_non_uniform_indexing != 0,
+            presentation: has(khr::swapchain::NAME),
+            frame_boundary: has(ext::frame_boundary::NAME) && boundary.frame_boundary != 0,
+            executable_properties: has(khr::pipeline_executable_properties::NAME)
+                && executable.pipeline_executable_info != 0,
             subgroup_size: subgroup.subgroup_size,
             timestamp_period: if timestamps {
                 plain.limits.timestamp_period

@@ -9,8 +9,8 @@
 //! Functions that call the driver return an error if the device is lost or out of memory; their
 //! `# Errors` sections list only what can fail besides.
 //!
-//! Each file uses only files before it: `messages`, `instance`, `device`, `commands`, `buffer`,
-//! `sampled_image`, `acceleration`, `layout`, `reflection`, `specialise`, `compilation`, `pass`, `recording` (`compiler`
+//! Each file uses only files before it: `messages`, `instance`, `recorder`, `device`, `commands`, `buffer`,
+//! `presentation`, `sampled_image`, `acceleration`, `layout`, `reflection`, `specialise`, `compilation`, `pass`, `recording` (`compiler`
 //! uses none).
 
 pub mod acceleration;
@@ -23,6 +23,7 @@ pub mod instance;
 pub mod layout;
 pub mod messages;
 pub mod pass;
+pub mod presentation;
 mod recorder;
 pub mod recording;
 pub mod reflection;
@@ -31,9 +32,10 @@ pub(crate) mod specialise;
 
 pub use acceleration::{AccelerationStructure, BlasGeometry, TlasInstance};
 pub use buffer::{Buffer, Usage};
-pub use commands::PassTime;
-pub use device::{Device, Features};
-pub use instance::{DeviceInfo, DriverKind, Instance};
+pub use device::{Compiled, Device, Features, Label, Output};
+pub use instance::{DeviceInfo, DriverKind, Instance, InstanceOptions};
 pub use pass::{Bindings, ComputePass, Resource};
+pub use presentation::Presentation;
+pub use recorder::PassTime;
 pub use recording::{Recording, in_rows};
 pub use sampled_image::SampledImage;

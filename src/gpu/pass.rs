@@ -135,6 +135,7 @@ impl Layouts {
 
 impl Drop for Layouts {
     fn drop(&mut self) {
+        self.device.wait_before_drop();
         // SAFETY: all commands that used these have finished; null handles are ignored.
         unsafe {
             let raw = &self.device.raw;

@@ -1,6 +1,7 @@
-//! What records and runs commands, kept by the device and used again and again.
+//! What records and runs commands, kept by the device and used again and again; and commands that run.
 
 use ash::vk;
+use std::time::Instant;
 
 /// Timestamp pairs of one command buffer; regions beyond are not timed.
 pub(super) const MAX_TIMED_REGIONS: u32 = 256;
@@ -92,5 +93,87 @@ impl Recorder {
             raw.destroy_fence(self.fence, None);
             raw.destroy_command_pool(self.pool, None);
         }
+    }
+}
+
+/// How long a pass took on the device.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct PassTime {
+    /// The pass.
+    pub name: String,
+    /// Milliseconds between its first and last timestamp.
+    pub milliseconds: f64,
+    /// Milliseconds from the first timestamp of its submission to its own first.
+    #[serde(skip)]
+    pub start: f64,
+    /// Whether the pass ran for the first time, in which some drivers compile it.
+    #[serde(skip)]
+    pub first_run: bool,
+}
+
+impl PassTime {
+    /// One time for each pass, in the order of their first runs.
+    pub fn by_name(times: Vec<Self>) -> Vec<Self> {
+        let mut by_name = Vec::new();
+        Self::add(&mut by_name, times);
+        by_name
+    }
+
+    /// Adds `times` to `total`, where passes of the same name share one entry; it is a first run if one of
+    /// them is.
+    pub fn add(total: &mut Vec<Self>, times: Vec<Self>) {
+        for time in times {
+            match total.iter_mut().find(|t| t.name == time.name) {
+                Some(same) => {
+                    same.milliseconds += time.milliseconds;
+                    same.first_run |= time.first_run;
+                }
+                None => total.push(time),
+            }
+        }
+    }
+}
+
+/// Commands that were submitted and not yet waited for. The caller keeps the resources that they use alive.
+pub(super) struct Submission {
+    pub(super) recorder: Recorder,
+    /// Descriptor pools of the commands, destroyed after the wait.
+    pub(super) descriptor_pools: Vec<vk::DescriptorPool>,
+    /// Name of each timed region, and whether it is the first run of a pass.
+    pub(super) regions: Vec<(String, bool)>,
+    pub(super) started: Instant,
+}
+
+impl Submission {
+    /// The times of the regions after the wait, empty without timestamps; `period` are the nanoseconds of a tick.
+    pub(super) fn times(
+        &self,
+        raw: &ash::Device,
+        period: f64,
+    ) -> Result<Vec<PassTime>, vk::Result> {
+        let timed = self.regions.len().min(MAX_TIMED_REGIONS as usize);
+        if self.recorder.queries == vk::QueryPool::null() || timed == 0 {
+            return Ok(Vec::new());
+        }
+        let mut ticks = vec![0_u64; 2 * timed];
+        // SAFETY: the queries up to here were written by the commands just waited for.
+        unsafe {
+            raw.get_query_pool_results(
+                self.recorder.queries,
+                0,
+                &mut ticks,
+                vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT,
+            )?;
+        }
+        let milliseconds = |from: u64, to: u64| to.wrapping_sub(from) as f64 * period * 1e-6;
+        let pairs = self.regions.iter().zip(ticks.chunks_exact(2));
+        Ok(pairs
+            .map(|((name, first_run), pair)| PassTime {
+                name: name.clone(),
+                start: milliseconds(ticks[0], pair[0]),
+                milliseconds: milliseconds(pair[0], pair[1]),
+                first_run: *first_run,
+            })
+            .collect())
     }
 }

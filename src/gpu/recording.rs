@@ -1,13 +1,15 @@
 //! A sequence of passes: recorded, submitted together, then waited for.
 
 use super::buffer::Buffer;
-use super::commands::{Commands, PassTime};
-use super::device::Device;
+use super::commands::Commands;
+use super::device::{Device, Output};
 use super::pass::{Bindings, ComputePass, Resource};
+use super::recorder::PassTime;
 use crate::{Error, Result};
 use ash::vk;
 use std::marker::PhantomData;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 /// So many workgroups, or a few more, in rows: one dimension holds at least 65,535 of them everywhere.
 pub fn in_rows(groups: u32) -> [u32; 3] {
@@ -16,9 +18,12 @@ pub fn in_rows(groups: u32) -> [u32; 3] {
 }
 
 /// Passes in order, with a global memory barrier before each. Each pass has a debug label and a pair
-/// of timestamps. The lifetime keeps every resource alive until [`Recording::finish`] has waited.
+/// of timestamps. The lifetime keeps every resource alive until the commands are submitted; from then on, dropping a resource
+/// waits for them.
 pub struct Recording<'a> {
     commands: Commands,
+    /// Times of what was submitted before the end.
+    times: Vec<PassTime>,
     resources: PhantomData<&'a ()>,
 }
 
@@ -30,6 +35,7 @@ impl<'a> Recording<'a> {
     pub fn new(device: &Arc<Device>) -> Result<Self> {
         Ok(Self {
             commands: Commands::new(device)?,
+            times: Vec::new(),
             resources: PhantomData,
         })
     }
@@ -83,6 +89,55 @@ impl<'a> Recording<'a> {
             raw.cmd_dispatch(commands.raw(), groups[0], groups[1], groups[2]);
         }
         commands.end();
+        let device = &self.commands.device;
+        if device.hashes_outputs.load(Ordering::Relaxed) {
+            self.hash_outputs(pass, &resources)?;
+        }
+        Ok(())
+    }
+
+    /// Runs what was recorded so far, and hashes the buffers that a pass, the last of it, may write.
+    fn hash_outputs(&mut self, pass: &ComputePass, resources: &[Resource<'a>]) -> Result<()> {
+        let device = self.commands.device.clone();
+        let recorded = std::mem::replace(&mut self.commands, Commands::new(&device)?);
+        self.times.extend(recorded.finish()?);
+        for resource in resources {
+            let Resource::Write(buffer) = resource else {
+                continue;
+            };
+            let bytes: Vec<u8> = buffer.read(buffer.size() as usize)?;
+            let output = Output {
+                pass: pass.name().to_owned(),
+                buffer: buffer.name().to_owned(),
+                hash: blake3::hash(&bytes).to_hex()[..16].to_owned(),
+            };
+            if let Ok(mut outputs) = device.outputs.lock() {
+                outputs.push(output);
+            }
+        }
+        Ok(())
+    }
+
+    /// Records overwriting the start of a buffer with a value, as it is now.
+    ///
+    /// # Errors
+    /// The value is larger than the buffer or than 65,536 bytes, or its size is no multiple of 4.
+    pub fn update<T: bytemuck::Pod>(&mut self, buffer: &'a Buffer, value: &T) -> Result<()> {
+        let bytes = bytemuck::bytes_of(value);
+        let size = bytes.len() as u64;
+        if size > buffer.size().min(65_536) || !size.is_multiple_of(4) {
+            return Err(Error::failed(format!(
+                "{} of {} bytes cannot be updated with {size} bytes",
+                buffer.name(),
+                buffer.size()
+            )));
+        }
+        self.commands.barrier();
+        // SAFETY: the buffer allows transfers, holds as many bytes, and lives as long as 'a.
+        unsafe {
+            let commands = self.commands.raw();
+            (self.commands.device.raw).cmd_update_buffer(commands, buffer.raw, 0, bytes);
+        }
         Ok(())
     }
 
@@ -101,12 +156,36 @@ impl<'a> Recording<'a> {
         }
     }
 
+    /// Submits everything without waiting. [`Device::wait_for_running`] waits, and so does whatever drops a resource.
+    ///
+    /// # Errors
+    /// Only those of every driver call, see [`crate::gpu`].
+    pub fn submit(self) -> Result<()> {
+        let device = self.commands.device.clone();
+        let submission = self.commands.submit()?;
+        match device.running.lock() {
+            Ok(mut running) => running.push_back(submission),
+            Err(_) => drop(device.wait_for(submission)?),
+        }
+        Ok(())
+    }
+
     /// Submits everything, waits, and returns each pass's time (empty without timestamps).
     ///
     /// # Errors
     /// Only those of every driver call, see [`crate::gpu`].
     pub fn finish(self) -> Result<Vec<PassTime>> {
-        self.commands.finish()
+        let Self {
+            commands,
+            mut times,
+            ..
+        } = self;
+        let device = commands.device.clone();
+        let (last, taken) = device.wait_for(commands.submit()?)?;
+        let nanoseconds = taken.as_nanos() as u64;
+        device.submitted.fetch_add(nanoseconds, Ordering::Relaxed);
+        times.extend(last);
+        Ok(times)
     }
 
     fn descriptor_set(

@@ -28,6 +28,9 @@ const WHOLE: vk::ImageSubresourceRange = vk::ImageSubresourceRange {
     layer_count: 1,
 };
 
+/// The name of all images in [`Device::memory_use`]: a scene may have thousands.
+const MEMORY_NAME: &str = "images";
+
 /// A named image that shaders sample, in the layout `GENERAL`; freed when dropped.
 pub struct SampledImage {
     pub(super) view: vk::ImageView,
@@ -111,6 +114,7 @@ impl SampledImage {
             device.raw.bind_image_memory(self.raw, memory, offset)
         };
         self.allocation = Some(allocation);
+        self.device.note_memory(MEMORY_NAME, self.size, true);
         bound.map_err(fail)?;
         let info = vk::ImageViewCreateInfo::default()
             .image(self.raw)
@@ -202,6 +206,10 @@ impl SampledImage {
 
 impl Drop for SampledImage {
     fn drop(&mut self) {
+        self.device.wait_before_drop();
+        if self.allocation.is_some() {
+            self.device.note_memory(MEMORY_NAME, self.size, false);
+        }
         // SAFETY: all commands that used the image have finished; null handles are ignored.
         unsafe {
             self.device.raw.destroy_image_view(self.view, None);

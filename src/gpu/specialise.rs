@@ -123,7 +123,14 @@ mod tests {
 
     /// The constants that the shader stores, in order; none for what is not a constant.
     fn stored(constants: &[(u32, u32)]) -> Vec<Option<u32>> {
-        let words = compiler::compile("test.comp", SHADER, &Sources::new(), &[]).unwrap();
+        let words = compiler::compile(
+            "test.comp",
+            SHADER,
+            &Sources::new(),
+            &[],
+            compiler::Debug::Names,
+        )
+        .unwrap();
         let words = specialise(&parse(&words).unwrap(), constants);
         let module = parse(&words).unwrap();
         let constant = |operand: &Operand| {
@@ -147,6 +154,33 @@ mod tests {
         assert_eq!(stored(&[(3, 7)]), with([7, 20, 1, 1, 1]));
         assert_eq!(stored(&[(3, 9), (8, 0)]), with([9, 19, 0, 1, 1]));
         assert_eq!(stored(&[(9, 0), (77, 1)]), with([5, 14, 0, 0, 0]));
+    }
+
+    /// Debuggers show the line that the first instruction of a function comes from.
+    #[test]
+    fn source_lines_stay() {
+        let lines = |debug| {
+            let words = compiler::compile("test.comp", SHADER, &Sources::new(), &[], debug);
+            let words = specialise(&parse(&words.unwrap()).unwrap(), &[(3, 7)]);
+            let module = parse(&words).unwrap();
+            let has_source = module.debug_string_source.iter().any(|instruction| {
+                let text = |operand: &Operand| match operand {
+                    Operand::LiteralString(text) => text.contains("results.at[1] = PICKED"),
+                    _ => false,
+                };
+                instruction.operands.iter().any(text)
+            });
+            let blocks = module
+                .functions
+                .iter()
+                .flat_map(|function| &function.blocks);
+            let instructions = blocks.flat_map(|block| &block.instructions);
+            let lines = instructions.filter(|i| i.class.opcode == Op::Line).count();
+            (has_source, lines)
+        };
+        assert_eq!(lines(compiler::Debug::Names), (false, 0));
+        let (has_source, lines) = lines(compiler::Debug::Lines);
+        assert!(has_source && lines >= 6, "{has_source}, {lines} lines");
     }
 
     #[test]

@@ -1,10 +1,6 @@
 //! From radiance to display values: the tone curve and the sRGB encoding.
 
-/// Value up to which the tone curve is the identity.
-const KNEE: f32 = 0.8;
-
-/// Strength of the desaturation of colours beyond the display's range.
-const DESATURATION: f32 = 0.15;
+use crate::layouts::{TONE_DESATURATION, TONE_KNEE};
 
 /// Radiance to display brightness, both linear RGB: the Khronos PBR neutral tone mapper without its
 /// toe.
@@ -20,12 +16,12 @@ pub fn tone_map(radiance: [f32; 3]) -> [f32; 3] {
     // Clamped so that the arithmetic below stays finite.
     let colour = radiance.map(|v| if v > 0.0 { v.min(f32::MAX) } else { 0.0 });
     let peak = colour[0].max(colour[1]).max(colour[2]);
-    if peak <= KNEE {
+    if peak <= TONE_KNEE {
         return colour;
     }
-    let room = 1.0 - KNEE;
-    let mapped = 1.0 - room * (room / (peak - KNEE + room));
-    let white = 1.0 - 1.0 / (DESATURATION * (peak - mapped) + 1.0);
+    let room = 1.0 - TONE_KNEE;
+    let mapped = 1.0 - room * (room / (peak - TONE_KNEE + room));
+    let white = 1.0 - 1.0 / (TONE_DESATURATION * (peak - mapped) + 1.0);
     colour.map(|v| {
         let scaled = (v / peak) * mapped;
         scaled + (mapped - scaled) * white

@@ -15,7 +15,7 @@ pub use frame::{
     FrameConstants, GpuCamera, GridConstants, PrefixLevel, RestirConstants, ReuseConstants,
     SpatialStep, Strip, ViewConstants, WorldConstants,
 };
-pub use pixels::{GpuWorldSample, PixelSums, PrimarySurface, ReservoirAov, SampleData};
+pub use pixels::{GpuWorldSample, PixelSums, PrimarySurface, ReservoirAov, SampleData, ToneMap};
 pub use rays::{RayAnswer, RayBatch, RayQuery};
 pub use scene::{
     GpuGridPlace, GpuGridPoint, GpuInstance, GpuLight, GpuLightChoice, GpuLightNode, GpuLightPlace,
@@ -67,6 +67,10 @@ crate::gpu_constants! {
     pub const INDIRECT_FULL_WORDS: u32 = 15;
     /// Words of the origin of a reservoir's sample.
     pub const ORIGIN_WORDS: u32 = 2;
+    /// Words of the sample data of a pixel.
+    pub const SAMPLE_DATA_WORDS: u32 = 8;
+    /// Words of the sums of a pixel.
+    pub const PIXEL_SUMS_WORDS: u32 = 12;
     /// Words of a pilot, the hit of a pixel's first BSDF ray.
     pub const PILOT_WORDS: u32 = 5;
     /// Words of the receiver of a light list.
@@ -128,6 +132,10 @@ crate::gpu_constants! {
     /// Maximum radiance of a sample, in the unit of the device, in which the brightest light is below 2: the squares of
     /// millions of them still add up in f32. It is far above that, since improbable samples have large weights.
     pub const MAX_RADIANCE: f32 = 1e15;
+    /// Display brightness up to which the tone curve is the identity.
+    pub const TONE_KNEE: f32 = 0.8;
+    /// Strength of the desaturation of colours beyond the display's range.
+    pub const TONE_DESATURATION: f32 = 0.15;
     /// Values rejected because they were NaN, negative or beyond MAX_RADIANCE.
     pub const COUNTER_REJECTED: u32 = 0;
     /// Invocations whose loops the driver ended early.
@@ -142,8 +150,14 @@ crate::gpu_constants! {
     pub const COUNTER_NEIGHBOURS: u32 = 7;
     /// Vertices of paths that found no place among world reservoirs.
     pub const COUNTER_DROPPED: u32 = 8;
+    /// Words read of what is kept for pixels, vertices, tiles and cells.
+    pub const COUNTER_READ: u32 = 9;
+    /// Words written there.
+    pub const COUNTER_WRITTEN: u32 = 10;
+    /// Rays that hit something.
+    pub const COUNTER_HITS: u32 = 11;
     /// Counters of a pass.
-    pub const COUNTERS: u32 = 9;
+    pub const COUNTERS: u32 = 12;
 }
 
 /// Every shared structure; each comes after those that it contains.
@@ -177,6 +191,7 @@ pub const STRUCTS: &[StructLayout] = &[
     Strip::LAYOUT,
     PixelSums::LAYOUT,
     PrimarySurface::LAYOUT,
+    ToneMap::LAYOUT,
     RayQuery::LAYOUT,
     RayAnswer::LAYOUT,
     RayBatch::LAYOUT,

@@ -73,6 +73,22 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
+    /// How a part of a picture becomes display values.
+    pub struct ToneMap {
+        /// Words from one pixel's radiance to the next.
+        pub stride: u32,
+        /// Index of the first pixel in the picture.
+        pub first_pixel: u32,
+        /// Number of pixels.
+        pub pixels: u32,
+        /// Factor on radiance.
+        pub scale: f32,
+        /// 1: blue is in the least significant byte; 0: red is.
+        pub begins_with_blue: u32,
+    }
+}
+
+crate::gpu_struct! {
     /// The reservoir of direct light at a path vertex, for vertices that come close to it in the next frame.
     pub struct GpuWorldSample {
         /// Unbiased contribution weight; 0 = empty.

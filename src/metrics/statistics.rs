@@ -18,6 +18,11 @@ pub fn median(values: impl Iterator<Item = f64>) -> f64 {
     Data::new(values.collect::<Vec<f64>>()).median()
 }
 
+/// The value that a part of `values`, 0…1, does not exceed; NaN without values.
+pub fn quantile(values: impl Iterator<Item = f64>, part: f64) -> f64 {
+    Data::new(values.collect::<Vec<f64>>()).quantile(part)
+}
+
 /// A mean that was estimated from independent samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {

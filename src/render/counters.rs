@@ -3,8 +3,8 @@
 use super::specialisation::Specialisation;
 use crate::gpu::{Buffer, Device, Recording, Usage};
 use crate::layouts::{
-    COUNTER_CUT_SHORT, COUNTER_DROPPED, COUNTER_MERGE_LANES, COUNTER_NEIGHBOURS, COUNTER_RAYS,
-    COUNTER_REJECTED, COUNTER_TRACE_LANES, COUNTERS,
+    COUNTER_CUT_SHORT, COUNTER_DROPPED, COUNTER_HITS, COUNTER_MERGE_LANES, COUNTER_NEIGHBOURS,
+    COUNTER_RAYS, COUNTER_READ, COUNTER_REJECTED, COUNTER_TRACE_LANES, COUNTER_WRITTEN, COUNTERS,
 };
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -27,6 +27,15 @@ pub struct Counts {
     /// Vertices of paths that found no place among world reservoirs.
     #[serde(default)]
     pub dropped: u64,
+    /// Rays that hit something.
+    #[serde(default)]
+    pub hits: u64,
+    /// Bytes read of sample data, reservoirs, pilots, light lists, points and samples of world reservoirs, colour and sums.
+    #[serde(default)]
+    pub bytes_read: u64,
+    /// Bytes written there.
+    #[serde(default)]
+    pub bytes_written: u64,
 }
 
 impl Counts {
@@ -139,6 +148,9 @@ impl Counters {
                     merge_lanes: [of(COUNTER_MERGE_LANES), of(COUNTER_MERGE_LANES + 1)],
                     neighbours: of(COUNTER_NEIGHBOURS),
                     dropped: of(COUNTER_DROPPED),
+                    hits: of(COUNTER_HITS),
+                    bytes_read: 4 * of(COUNTER_READ),
+                    bytes_written: 4 * of(COUNTER_WRITTEN),
                 }
             });
         Ok(counts.collect())

@@ -8,20 +8,28 @@ use crate::layouts::GpuCamera;
 
 impl Restir {
     /// Renders the frame `index` as `camera` sees it; the frame before it is its history. Returns the time of
-    /// each pass.
+    /// each run of a pass.
     pub fn render(&mut self, index: u32, camera: GpuCamera) -> Result<Vec<PassTime>> {
-        self.begin_frame(index, camera)?;
+        self.begin_frame(index, camera);
         let mut recording = Recording::new(&self.device)?;
         self.record(&mut recording)?;
         let times = recording.finish()?;
         self.end_frame()?;
-        let mut by_pass = Vec::new();
-        PassTime::add(&mut by_pass, times);
-        Ok(by_pass)
+        Ok(times)
+    }
+
+    /// [`Self::render`] without waiting: [`crate::gpu::Device::wait_for_running`] does.
+    pub fn submit(&mut self, index: u32, camera: GpuCamera) -> Result<()> {
+        self.begin_frame(index, camera);
+        let mut recording = Recording::new(&self.device)?;
+        self.record(&mut recording)?;
+        recording.submit()?;
+        self.end_frame()
     }
 
     /// Records the passes of the frame.
     fn record<'a>(&'a self, recording: &mut Recording<'a>) -> Result<()> {
+        self.upload_constants(recording)?;
         let inputs = self.inputs();
 
         // Primary rays: the surface of each pixel, and emitted light.

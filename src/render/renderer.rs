@@ -6,6 +6,7 @@ use super::camera::gpu_camera;
 use super::counters::Counts;
 use super::kind::Kind;
 use super::outputs::Sums;
+use super::outputs::display::Display;
 use super::outputs::primary_surfaces::PrimarySurfaces;
 use super::scene_bindings::SceneBindings;
 use super::settings::{DirectMode, Integrator, Settings};
@@ -185,7 +186,9 @@ impl Renderer {
                     tracer.set_camera(camera);
                     tracer.add_samples(first, samples, watch)?
                 }
-                Technique::Restir(frame) => frame.add_frame(first + number, camera)?,
+                Technique::Restir(frame) => {
+                    PassTime::by_name(frame.add_frame(first + number, camera)?)
+                }
             };
         }
         Ok(times)
@@ -219,7 +222,20 @@ impl Renderer {
         }
     }
 
-    /// Renders one frame by itself, for [`Self::frame_radiance`].
+    /// Submits a frame without waiting for it, if it is one of resampling; [`Device::wait_for_running`] does, and returns the
+    /// times. Path tracing waits, and returns them here.
+    pub fn submit_frame(&mut self, number: u32) -> Result<Option<Vec<PassTime>>> {
+        if let Technique::PathTracing(_) = self.technique {
+            return self.single_frame(number).map(Some);
+        }
+        let camera = self.begin()?;
+        if let Technique::Restir(frame) = &mut self.technique {
+            frame.submit(number, camera)?;
+        }
+        Ok(None)
+    }
+
+    /// Renders one frame by itself, for [`Self::frame_radiance`]. Returns the time of each run of a pass.
     pub fn single_frame(&mut self, number: u32) -> Result<Vec<PassTime>> {
         let camera = self.begin()?;
         match &mut self.technique {
@@ -230,6 +246,42 @@ impl Renderer {
             }
             Technique::Restir(frame) => frame.render(number, camera),
         }
+    }
+
+    /// Makes the last single frame the only one in the sums.
+    pub fn keep_single_frame(&mut self) -> Result<()> {
+        match &mut self.technique {
+            // It is alone in there.
+            Technique::PathTracing(_) => Ok(()),
+            Technique::Restir(frame) => frame.keep_last_frame(),
+        }
+    }
+
+    /// What makes pictures as a display shows them.
+    ///
+    /// # Errors
+    /// More memory than the device has.
+    pub fn display(&self) -> Result<Display> {
+        let ViewConstants { width, height, .. } = self.constants.view;
+        let pixels = u64::from(width) * u64::from(height);
+        Display::new(&self.device, &self.bindings, pixels)
+    }
+
+    /// Shows the last frame, or the mean of `samples` samples of path tracing, on `display`: radiance × 2^`exposure`,
+    /// tone-mapped.
+    pub fn show(
+        &self,
+        display: &Display,
+        samples: u32,
+        exposure: f32,
+        begins_with_blue: bool,
+    ) -> Result<()> {
+        let unit = self.bindings.scene.units.radiance * f64::from(exposure).exp2();
+        let (parts, scale) = match &self.technique {
+            Technique::PathTracing(tracer) => (tracer.radiance(), unit / f64::from(samples)),
+            Technique::Restir(frame) => (vec![frame.radiance()], unit),
+        };
+        display.map(&parts, scale as f32, begins_with_blue)
     }
 
     /// The radiance of the last single frame, row by row from the top.

@@ -115,7 +115,10 @@ pub fn measure(
             let mean = mean.iter().map(|p| p.as_vec3().to_array()).collect();
             (passes, mean)
         } else {
-            (renderer.single_frame(number)?, renderer.frame_radiance()?)
+            (
+                PassTime::by_name(renderer.single_frame(number)?),
+                renderer.frame_radiance()?,
+            )
         };
         let (first_runs, rest): (Vec<_>, Vec<_>) =
             passes.into_iter().partition(|pass| pass.first_run);

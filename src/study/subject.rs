@@ -11,7 +11,8 @@ use crate::render::counters::Counts;
 use crate::render::settings::Integrator;
 use crate::render::{Renderer, Settings, Tracking, View};
 use crate::scene::{MovingCamera, Scene};
-use crate::tracing::{GpuScene, Variant, shaders};
+use crate::tracing::shaders::Fingerprints;
+use crate::tracing::{GpuScene, Variant};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::path::PathBuf;
@@ -30,7 +31,7 @@ pub struct Subject {
     /// Whether anything in the scene moves.
     moves: bool,
     scene_hash: String,
-    shaders: String,
+    shaders: Fingerprints,
     references: HashMap<String, Arc<Reference>>,
     /// By what they depend on, and whether they count.
     renderers: HashMap<(String, bool), Renderer>,
@@ -58,7 +59,7 @@ impl Subject {
             is_lit: scene.is_lit(),
             scene: Arc::new(GpuScene::new(device, scene, origin, variant)?),
             scene_hash: scene.content_hash(),
-            shaders: shaders::fingerprint()?,
+            shaders: Fingerprints::new()?,
             device: device.clone(),
             view,
             camera,
@@ -104,10 +105,10 @@ impl Subject {
         } else {
             String::new()
         };
-        let key = self.hash(&format!(
-            "reference {samples} {} {at}",
-            settings.to_value()?
-        ));
+        let key = self.hash(
+            &self.shaders.path_trace,
+            &format!("reference {samples} {} {at}", settings.to_value()?),
+        );
         if let Some(reference) = self.references.get(&key) {
             return Ok(reference.clone());
         }
@@ -154,7 +155,8 @@ impl Subject {
         } = configuration;
         let settings = settings.to_value()?;
         let clock = self.moves.then_some(clock);
-        Ok(self.hash(&format!("run {settings} {frames} {accumulate} {clock:?}")))
+        let more = format!("run {settings} {frames} {accumulate} {clock:?}");
+        Ok(self.hash(&self.shaders.all, &more))
     }
 
     /// Renders and keeps the run of a seed, unless it is there.
@@ -238,8 +240,8 @@ impl Subject {
         })
     }
 
-    /// A hash of what everything here depends on, and of `more`.
-    fn hash(&self, more: &str) -> String {
+    /// A hash of what everything here depends on, of a hash of shaders, and of `more`.
+    fn hash(&self, shaders: &str, more: &str) -> String {
         let info = &self.device.info;
         let text = format!(
             "{} {:?} {} {:?} {} {} {} {} {more}",
@@ -249,7 +251,7 @@ impl Subject {
             self.scene.variant,
             info.name,
             info.driver,
-            self.shaders,
+            shaders,
             env!("HEADWATER_COMMIT")
         );
         blake3::hash(text.as_bytes()).to_hex()[..16].to_owned()

@@ -53,6 +53,8 @@ pub struct Wanted {
     pub geometry: GeometryChoice,
     /// How textures are read.
     pub textures: TexturesChoice,
+    /// Whether the device's commands are captured, to be replayed later.
+    pub captured: bool,
 }
 
 /// A variant and the reasons for it.
@@ -79,9 +81,13 @@ impl Selection {
             buffer_addresses: self.variant.geometry == GeometryAccess::BufferAddresses
                 || self.variant.tracer == Tracer::RayQuery,
             image_arrays: self.variant.textures == Textures::Images,
+            ..Features::default()
         }
     }
 }
+
+/// Why a captured frame uses no addresses.
+const NO_REPLAY: &str = "addresses of buffers cannot be replayed on this device";
 
 /// The rule. A CPU device traces in compute: its ray query is the slower one by far. Addresses are
 /// used where the device has them, since they reach further than a binding, but for drivers that
@@ -92,9 +98,26 @@ impl Selection {
 /// Ray query or buffer addresses were asked for on a device that has none, storage buffers for a scene that is too large for
 /// them, or images on a device that cannot sample those of the scene.
 pub fn select(device: &DeviceInfo, wanted: Wanted, scene: &SceneSizes) -> Result<Selection> {
-    let (tracer, tracer_reason) = tracer(device, wanted.tracer)?;
+    // Addresses would be others when the capture is replayed.
+    let without_addresses = wanted.captured && device.buffer_addresses && !device.address_replay;
+    let (tracer, tracer_reason) = match wanted.tracer {
+        TracerChoice::Auto if without_addresses => (Tracer::ComputeBvh, NO_REPLAY),
+        wanted => tracer(device, wanted)?,
+    };
     let (fetch, fetch_reason) = fetch(device, scene);
-    let (geometry, geometry_reason) = geometry(device, wanted.geometry, scene, fetch)?;
+    let (geometry, geometry_reason) = match wanted.geometry {
+        GeometryChoice::Auto if without_addresses => {
+            let wanted = GeometryChoice::StorageBuffers;
+            let access = geometry(device, wanted, scene, fetch).map_err(|_| {
+                let (name, bytes) = scene.largest(|_| true);
+                Error::input(format!(
+                    "{NO_REPLAY}, and its bindings hold less than the {bytes} bytes of {name}; capture a smaller scene"
+                ))
+            })?;
+            (access.0, NO_REPLAY.into())
+        }
+        wanted => geometry(device, wanted, scene, fetch)?,
+    };
     let (textures, textures_reason) = textures(device, wanted.textures, scene, geometry)?;
     Ok(Selection {
         variant: Variant {

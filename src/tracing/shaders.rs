@@ -1,8 +1,9 @@
 //! The embedded shaders, and those that are compiled from disk while a user edits them.
 
 use super::Variant;
-use crate::gpu::compiler::{self, Sources};
+use crate::gpu::compiler::{self, Debug, Sources};
 use crate::{Error, Result, layouts};
+use std::collections::BTreeSet;
 use std::path::Path;
 
 /// SPIR-V by variant key.
@@ -11,21 +12,32 @@ const EMBEDDED: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/shaders.r
 /// GLSL by file name.
 const SOURCES: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/sources.rs"));
 
-/// A variant's SPIR-V: embedded, or compiled from the folder that `HEADWATER_GLSL` names.
+/// A variant's SPIR-V: embedded, or compiled from the folder that `HEADWATER_GLSL` names, or with `HEADWATER_SHADER_DEBUG`
+/// from the embedded sources, with the source lines that profilers and debuggers show.
 ///
 /// # Errors
 /// The folder's shader does not exist or does not compile.
 pub fn spirv(name: &str, variant: Variant) -> Result<Vec<u32>> {
-    if let Some(folder) = std::env::var_os("HEADWATER_GLSL") {
-        let sources = read_sources(Path::new(&folder))?;
+    let with_lines = std::env::var_os("HEADWATER_SHADER_DEBUG").is_some_and(|v| v != "0");
+    let folder = std::env::var_os("HEADWATER_GLSL");
+    if with_lines || folder.is_some() {
         let file = format!("passes/{name}.comp");
+        let sources = match &folder {
+            Some(folder) => read_sources(Path::new(folder))?,
+            None => sources(),
+        };
         let source = sources.get(&file).ok_or_else(|| {
             Error::input(format!(
                 "HEADWATER_GLSL={} has no {file}; name a copy of the folder glsl",
-                folder.display()
+                folder.unwrap_or_default().display()
             ))
         })?;
-        return compiler::compile(&file, source, &sources, &variant.defines())
+        let debug = if with_lines {
+            Debug::Lines
+        } else {
+            Debug::Names
+        };
+        return compiler::compile(&file, source, &sources, &variant.defines(), debug)
             .map_err(|e| Error::input(e.replace('\n', "; ")));
     }
     let key = variant.key(name);
@@ -47,22 +59,55 @@ pub fn sources() -> Sources {
     sources
 }
 
-/// A hash, in hexadecimal, of the sources that shaders are made from: results found with others are
-/// not comparable.
-///
-/// # Errors
-/// `HEADWATER_GLSL` names a folder that cannot be read.
-pub fn fingerprint() -> Result<String> {
-    let sources = match std::env::var_os("HEADWATER_GLSL") {
-        Some(folder) => read_sources(Path::new(&folder))?,
-        None => sources(),
+/// Hashes, in hexadecimal, of sources that shaders are made from: results found with others are not comparable.
+pub struct Fingerprints {
+    /// Of all sources.
+    pub all: String,
+    /// Of what the pass `path_trace` includes.
+    pub path_trace: String,
+}
+
+impl Fingerprints {
+    /// Hashes the sources in use.
+    ///
+    /// # Errors
+    /// `HEADWATER_GLSL` names a folder that cannot be read.
+    pub fn new() -> Result<Self> {
+        let sources = match std::env::var_os("HEADWATER_GLSL") {
+            Some(folder) => read_sources(Path::new(&folder))?,
+            None => sources(),
+        };
+        let mut included = BTreeSet::new();
+        include("passes/path_trace.comp", &sources, &mut included);
+        Ok(Self {
+            all: hash_of(&sources, |_| true),
+            path_trace: hash_of(&sources, |name| included.contains(name)),
+        })
+    }
+}
+
+/// Adds a file, and those that it includes, to `included`.
+fn include<'a>(name: &'a str, sources: &'a Sources, included: &mut BTreeSet<&'a str>) {
+    let Some(text) = sources.get(name) else {
+        return;
     };
+    if included.insert(name) {
+        let lines = text
+            .lines()
+            .filter_map(|line| line.strip_prefix("#include \""));
+        lines
+            .filter_map(|line| line.strip_suffix('"'))
+            .for_each(|name| include(name, sources, included));
+    }
+}
+
+fn hash_of(sources: &Sources, is_wanted: impl Fn(&str) -> bool) -> String {
     let mut hasher = blake3::Hasher::new();
-    for (name, text) in sources {
+    for (name, text) in sources.iter().filter(|(name, _)| is_wanted(name)) {
         hasher.update(name.as_bytes()).update(b"\0");
         hasher.update(text.as_bytes()).update(b"\0");
     }
-    Ok(hasher.finalize().to_hex()[..16].to_owned())
+    hasher.finalize().to_hex()[..16].to_owned()
 }
 
 /// Reads every file of `folder`.
@@ -86,7 +131,34 @@ mod tests {
     use crate::layouts::STRUCTS;
     use crate::render::specialisation::Specialisation;
     use crate::tracing::buffers::{BUFFERS, Elements, LIGHT_BVH_BUFFERS};
-    use std::collections::BTreeSet;
+
+    /// A reference outlives changes of shaders that have no part in it, and no others.
+    #[test]
+    fn a_pass_depends_on_what_it_includes() {
+        let sources = sources();
+        let mut included = BTreeSet::new();
+        include("passes/path_trace.comp", &sources, &mut included);
+        for name in [
+            "scene/trace_compute_bvh.glsl",
+            "core/math.glsl",
+            "layouts.glsl",
+            "prelude.glsl",
+        ] {
+            assert!(included.contains(name), "{name}");
+        }
+        assert!(
+            !included.iter().any(|name| name.starts_with("restir/")),
+            "{included:?}"
+        );
+        let edited = |name: &str| {
+            let mut edited = sources.clone();
+            edited.get_mut(name).unwrap().push('\n');
+            hash_of(&edited, |name| included.contains(name))
+        };
+        let now = hash_of(&sources, |name| included.contains(name));
+        assert_eq!(edited("restir/merge.glsl"), now);
+        assert_ne!(edited("lights/triangle.glsl"), now);
+    }
 
     #[test]
     fn every_shared_structure_lies_in_every_shader_as_it_does_in_rust() {

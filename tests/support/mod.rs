@@ -19,7 +19,8 @@ use std::thread::available_parallelism;
 /// The device that `HEADWATER_DEVICE` names, or else the CPU device, of a new instance. Tests without a device fail
 /// and say what to install.
 fn choose() -> (Arc<Instance>, DeviceInfo) {
-    let instance = headwater::commands::open_vulkan().unwrap_or_else(|e| panic!("{e}"));
+    let instance = headwater::commands::open_vulkan(headwater::gpu::InstanceOptions::default())
+        .unwrap_or_else(|e| panic!("{e}"));
     let info = match std::env::var("HEADWATER_DEVICE") {
         Ok(name) => instance.choose(Some(&name)).map(|(info, _)| info),
         Err(_) => {
@@ -58,7 +59,7 @@ fn shared() -> &'static Shared {
                 Features {
                     ray_query,
                     buffer_addresses,
-                    image_arrays: false,
+                    ..Features::default()
                 }
             });
         let devices = [

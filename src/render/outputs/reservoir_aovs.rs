@@ -17,6 +17,8 @@ pub struct FrameOutputs<'a> {
     pub sample_data: &'a Buffer,
     /// Its reservoirs after the last pass.
     pub reservoirs: &'a Buffer,
+    /// The counters of all passes.
+    pub counters: &'a Buffer,
 }
 
 /// Reads a frame's reservoirs by `pass`, row by row from the top.
@@ -36,6 +38,7 @@ pub fn read_reservoir_aovs(
         sample_data: frame.sample_data,
         reservoirs: frame.reservoirs,
         reservoir_aovs: &reservoir_aovs,
+        counters: frame.counters,
     };
     let groups = [width.div_ceil(TILE), height.div_ceil(TILE), 1];
     let mut recording = Recording::new(device)?;

@@ -10,6 +10,7 @@ crate::bindings! {
         read sample_data,
         read grid_points,
         write grid_places,
+        write counters,
     }
 }
 

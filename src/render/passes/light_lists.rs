@@ -9,5 +9,6 @@ crate::bindings! {
         uniform restir,
         read sample_data,
         write light_lists,
+        write counters,
     }
 }

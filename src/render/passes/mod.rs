@@ -13,6 +13,7 @@ mod shade;
 mod spatial;
 mod surfaces;
 mod temporal;
+mod tone_map;
 mod world_reservoirs;
 
 pub use grid::{ClaimGrid, FillGrid};
@@ -27,4 +28,5 @@ pub use shade::Shade;
 pub use spatial::Spatial;
 pub use surfaces::Surfaces;
 pub use temporal::Temporal;
+pub use tone_map::ToneMapPicture;
 pub use world_reservoirs::{CountVertices, InsertCells, PrefixValues, ScatterVertices};

@@ -10,5 +10,6 @@ crate::bindings! {
         read sample_data,
         read reservoirs,
         write reservoir_aovs,
+        write counters,
     }
 }

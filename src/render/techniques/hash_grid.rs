@@ -192,6 +192,7 @@ impl HashGridLight {
             sample_data,
             grid_points: &self.points,
             grid_places: &self.places,
+            counters,
         };
         recording.pass(claim, &bindings, &(), groups)?;
         let bindings = FillGrid {

@@ -80,6 +80,7 @@ impl LightLists {
             restir,
             sample_data: inputs.sample_data,
             light_lists: &self.buffer,
+            counters: inputs.counters,
         };
         let [x, y] = self.tiles.map(|tiles| tiles.div_ceil(TILE));
         recording.pass(pass, &bindings, &(), [x, y, 1])

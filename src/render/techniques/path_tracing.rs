@@ -3,6 +3,7 @@
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
 use crate::layouts::{FrameConstants, GpuCamera, PixelSums, Strip};
 use crate::render::counters::{Counters, Counts};
+use crate::render::outputs::display::Radiance;
 use crate::render::passes::PathTrace;
 use crate::render::scene_bindings::SceneBindings;
 use crate::render::strips::strips_of;
@@ -97,7 +98,6 @@ impl PathTracer {
         for done in (0..samples).step_by(at_once as usize) {
             self.constants.first_sample = first + done;
             self.constants.samples = at_once.min(samples - done);
-            self.frame.write(&[self.constants])?;
             for (number, (strip, sums)) in self.strips.iter().enumerate() {
                 if number > 0 {
                     let of_strips = number as f64 / self.strips.len() as f64;
@@ -112,6 +112,7 @@ impl PathTracer {
                 };
                 let groups = strip.groups(self.constants.view.width);
                 let mut recording = Recording::new(&self.device)?;
+                recording.update(&self.frame, &self.constants)?;
                 recording.pass(&self.path_trace, &bindings, strip, groups)?;
                 PassTime::add(&mut times, recording.finish()?);
             }
@@ -144,6 +145,18 @@ impl PathTracer {
             all.extend(sums.read::<PixelSums>(strip.pixels(width))?);
         }
         Ok(all)
+    }
+
+    /// The sums of all pixels, on the device.
+    pub fn radiance(&self) -> Vec<Radiance<'_>> {
+        let width = self.constants.view.width;
+        let parts = self.strips.iter().map(|(strip, sums)| Radiance {
+            buffer: sums,
+            stride: (size_of::<PixelSums>() / size_of::<f32>()) as u32,
+            first_pixel: strip.first_row * width,
+            pixels: strip.rows * width,
+        });
+        parts.collect()
     }
 
     /// Replaces each pixel's sums by those of an earlier run, as many as the picture has pixels.

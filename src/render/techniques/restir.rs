@@ -17,6 +17,7 @@ use crate::render::Tracking;
 use crate::render::counters::{Counters, Counts};
 use crate::render::history::History;
 use crate::render::kind::Kind;
+use crate::render::outputs::display::Radiance;
 use crate::render::outputs::reservoir_aovs::{self, FrameOutputs};
 use crate::render::reservoir_layout::ReservoirLayout;
 use crate::render::scene_bindings::SceneBindings;
@@ -348,8 +349,8 @@ impl Restir {
         }
     }
 
-    /// Advances the history and uploads the constants of a frame.
-    pub(in crate::render) fn begin_frame(&mut self, index: u32, camera: GpuCamera) -> Result<()> {
+    /// Advances the history and the constants to a frame.
+    pub(in crate::render) fn begin_frame(&mut self, index: u32, camera: GpuCamera) {
         let constants = &mut self.constants;
         constants.frame = index;
         constants.previous_camera = constants.view.camera;
@@ -365,9 +366,21 @@ impl Restir {
         let direct = self.direct.iter_mut().map(|light| &mut light.reuse);
         let indirect = self.indirect.iter_mut().map(|light| &mut light.reuse);
         for reuse in direct.chain(indirect) {
-            reuse.begin_frame(&constants)?;
+            reuse.begin_frame(&constants);
         }
-        self.restir.write(&[constants])
+    }
+
+    /// Records the upload of the frame's constants.
+    ///
+    /// # Errors
+    /// Only those of every driver call, see [`crate::gpu`].
+    pub(in crate::render) fn upload_constants<'a>(
+        &'a self,
+        recording: &mut Recording<'a>,
+    ) -> Result<()> {
+        recording.update(&self.restir, &self.constants)?;
+        self.kinds()
+            .try_for_each(|reuse| recording.update(&reuse.restir, &reuse.constants))
     }
 
     /// Notes that a frame was rendered.
@@ -404,6 +417,7 @@ impl Restir {
             restir: &reuse.restir,
             sample_data: self.sample_data.current(),
             reservoirs: reuse.reservoirs.current(),
+            counters: &self.counters.buffer,
         };
         reservoir_aovs::read_reservoir_aovs(&self.device, &self.bindings, &pass, &outputs)
     }
@@ -411,6 +425,18 @@ impl Restir {
     /// Renders a frame and adds it to the sums.
     pub fn add_frame(&mut self, index: u32, camera: GpuCamera) -> Result<Vec<PassTime>> {
         let times = self.render(index, camera)?;
+        self.add_to_sums()?;
+        Ok(times)
+    }
+
+    /// Makes the last frame the only one in the sums.
+    pub fn keep_last_frame(&mut self) -> Result<()> {
+        self.sums.clear();
+        self.add_to_sums()
+    }
+
+    /// Adds the last frame to the sums.
+    pub fn add_to_sums(&mut self) -> Result<()> {
         let color = self.color()?;
         self.sums.resize(color.len(), [DVec3::ZERO; 2]);
         for ([sum, square], value) in self.sums.iter_mut().zip(color) {
@@ -418,13 +444,24 @@ impl Restir {
             *sum += value;
             *square += value * value;
         }
-        Ok(times)
+        Ok(())
     }
 
     /// The last frame's radiance, row by row from the top.
     pub fn color(&self) -> Result<Vec<Vec3>> {
         let view = &self.constants.view;
         self.color.read(view.width as usize * view.height as usize)
+    }
+
+    /// The same on the device.
+    pub fn radiance(&self) -> Radiance<'_> {
+        let view = &self.constants.view;
+        Radiance {
+            buffer: &self.color,
+            stride: 3,
+            first_pixel: 0,
+            pixels: view.width * view.height,
+        }
     }
 
     /// Each pixel's sums over the frames added.

@@ -94,13 +94,12 @@ impl Reuse {
     }
 
     /// Begins a frame with these constants, to which those of this kind are added.
-    pub fn begin_frame(&mut self, constants: &RestirConstants) -> Result<()> {
+    pub fn begin_frame(&mut self, constants: &RestirConstants) {
         self.reservoirs.advance();
         self.constants = RestirConstants {
             reuse: self.reuse,
             ..*constants
         };
-        self.restir.write(&[self.constants])
     }
 
     /// Records the passes; the current reservoirs hold the candidates.

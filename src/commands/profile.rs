@@ -1,0 +1,230 @@
+//! `profile`: what each pass of a frame takes, does and moves.
+
+use super::arguments::{SceneArgs, check_distinct};
+use super::interrupt::Interrupt;
+use super::progress::Progress;
+use super::session::{Purpose, Session};
+use super::{NOTHING_WRITTEN, ignored, notice, print};
+use crate::files::{check_writable, write_atomically};
+use crate::profile::{self, Frame, Limits, Plan, Profile, check_comparable};
+use crate::render::settings::Integrator;
+use crate::{Error, Result};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Arguments of `profile`.
+#[derive(clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Number of frames that are timed
+    #[arg(long, default_value_t = 16, allow_negative_numbers = true)]
+    frames: u32,
+    /// Frames before them, which compile the shaders and fill the history
+    #[arg(long, default_value_t = 3, allow_negative_numbers = true)]
+    warm_up: u32,
+    /// Frames that the host may be ahead of the device. With more than 1 the device has no gaps while the host records, and
+    /// the time from submission to fence is not known; nothing else changes, and no bit of a picture
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
+    in_flight: u32,
+    /// Frames a second; without it time stands at --start-time
+    #[arg(long, allow_hyphen_values = true)]
+    fps: Option<f64>,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+    /// Write the profile, for --against
+    #[arg(short, long, value_name = "FILE.json")]
+    output: Option<PathBuf>,
+    /// Write a trace that Perfetto and chrome://tracing show
+    #[arg(long, value_name = "FILE.json")]
+    trace: Option<PathBuf>,
+    /// An earlier profile of the same scene: print both, and fail if this one is worse than the limits allow
+    #[arg(long, value_name = "FILE.json")]
+    against: Option<PathBuf>,
+    /// With --against: how much longer frame and passes may take, as a part of the earlier time
+    #[arg(
+        long,
+        value_name = "PART",
+        default_value_t = 0.1,
+        allow_negative_numbers = true
+    )]
+    max_slowdown: f64,
+    /// With --against: how much more memory there may be, as a part of the earlier bytes
+    #[arg(
+        long,
+        value_name = "PART",
+        default_value_t = 0.02,
+        allow_negative_numbers = true
+    )]
+    max_growth: f64,
+}
+
+/// Profiles, prints, writes, compares.
+///
+/// # Errors
+/// Wrong arguments or input, a device or disk that fails, a profile that is worse than the limits, or a signal.
+pub fn run(args: &Args) -> Result<()> {
+    check(args)?;
+    let (settings, changed) = args.scene.settings()?;
+    let clock = args.scene.clock(args.fps)?;
+    check_files(args)?;
+    let earlier = args.against.as_deref().map(read).transpose()?;
+    ignored::note_for_scene(&args.scene, &changed, &[], false);
+    ignored::note_for_render(&changed, &settings, args.scene.bounces);
+    let interrupt = Interrupt::watch()?;
+    let path_traces = settings.integrator == Integrator::PathTracing;
+    if args.in_flight > 1 && path_traces {
+        notice("path tracing waits for each strip of a picture, so --in-flight has no effect");
+    }
+    let mut session = Session::open(&args.scene, settings, clock, Purpose::Profile, &interrupt)?;
+    let in_flight = if path_traces { 1 } else { args.in_flight };
+    let plan = Plan {
+        // Until so many frames are in flight, the host waits for none.
+        warm_up: args.warm_up.max(in_flight - 1),
+        frames: args.frames,
+        in_flight,
+    };
+    let subject = session.subject(plan)?;
+    let circumstances = session.circumstances(plan);
+    if let (Some(earlier), Some(path)) = (&earlier, &args.against) {
+        let name = path.display().to_string();
+        check_comparable(&subject, &circumstances, earlier, &name)?;
+    }
+    let counted = plan.warm_up + 1;
+    let all = plan.warm_up + plan.frames + counted;
+    let progress = Progress::new(Some(u64::from(all)), "frames");
+    let mut done = 0;
+    let frames = session.profile(plan, &mut || {
+        interrupt.check(NOTHING_WRITTEN)?;
+        progress.at(f64::from(done));
+        done += 1;
+        Ok(())
+    })?;
+    let (memory, compiled) = (session.memory_use(), session.compiled());
+    // Counting takes time, so it has passes of its own.
+    let counts = session.counts_of(plan.warm_up, &mut || {
+        interrupt.check(NOTHING_WRITTEN)?;
+        progress.at(f64::from(done));
+        done += 1;
+        Ok(())
+    })?;
+    progress.finish();
+    let (warm_up, timed) = frames.split_at(plan.warm_up as usize);
+    let profile = Profile::new(
+        subject,
+        circumstances,
+        [warm_up, timed],
+        &counts,
+        &compiled,
+        &memory,
+    );
+    write(args, &profile, &frames)?;
+    session.finish()?;
+    match (&earlier, &args.against) {
+        (Some(earlier), Some(path)) => against(args, &profile, earlier, path),
+        _ => Ok(()),
+    }
+}
+
+fn check(args: &Args) -> Result<()> {
+    for (name, value, why) in [
+        ("--frames", args.frames, "times nothing"),
+        ("--in-flight", args.in_flight, "renders nothing"),
+    ] {
+        if value == 0 {
+            return Err(Error::input(format!(
+                "{name} 0 {why}; at least 1 is needed"
+            )));
+        }
+    }
+    if args.frames.saturating_add(args.warm_up) > 100_000 || args.in_flight > 16 {
+        return Err(Error::input(
+            "--frames and --warm-up may have 100000 frames together, --in-flight 16",
+        ));
+    }
+    if args.in_flight > 1 && args.trace.is_some() {
+        return Err(Error::input(
+            "--trace shows when the host has waited for each frame, which it does not with --in-flight; leave out one of them",
+        ));
+    }
+    let scene = &args.scene;
+    if scene.report.is_some() || !scene.aov.is_empty() || scene.exposure != 0.0 {
+        return Err(Error::input(
+            "profile writes no picture, so --report, --aov and --exposure have no place; -o writes the profile",
+        ));
+    }
+    for (name, value) in [
+        ("--max-slowdown", args.max_slowdown),
+        ("--max-growth", args.max_growth),
+    ] {
+        if !(value >= 0.0 && value.is_finite()) {
+            return Err(Error::input(format!(
+                "{name} {value}: it is a part of the earlier value, such as 0.1, and not negative"
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses files that cannot be written, or that are also something else.
+fn check_files(args: &Args) -> Result<()> {
+    let outputs = [("--output", &args.output), ("--trace", &args.trace)];
+    let outputs = outputs.into_iter();
+    let mut files: Vec<(&str, &Path)> = outputs
+        .filter_map(|(name, path)| Some((name, path.as_deref()?)))
+        .collect();
+    let written = files.len();
+    files.extend(args.scene.inputs());
+    check_distinct(&files, written)?;
+    let mut outputs = files[..written].iter();
+    outputs.try_for_each(|(_, path)| check_writable(path))
+}
+
+/// Reads an earlier profile.
+fn read(path: &Path) -> Result<Profile> {
+    let text = std::fs::read_to_string(path).map_err(|e| Error::reading(path, e))?;
+    serde_json::from_str(&text).map_err(|e| {
+        Error::input(format!(
+            "{}: no profile ({e}); 'headwater profile --output' writes one",
+            path.display()
+        ))
+    })
+}
+
+/// Prints the profile, and writes the files that were asked for.
+fn write(args: &Args, profile: &Profile, frames: &[Frame]) -> Result<()> {
+    let json = serde_json::to_string_pretty(profile)
+        .map_err(|e| Error::failed(format!("a profile as JSON: {e}")))?;
+    if let Some(path) = &args.output {
+        write_atomically(path, |file| writeln!(file, "{json}"))?;
+    }
+    if let Some(path) = &args.trace {
+        let trace = profile::trace(frames);
+        write_atomically(path, |file| writeln!(file, "{trace}"))?;
+    }
+    match args.json {
+        true => print(json),
+        false => print(profile::table(profile)),
+    }
+}
+
+/// Compares with an earlier profile.
+fn against(args: &Args, profile: &Profile, earlier: &Profile, path: &Path) -> Result<()> {
+    if !args.json {
+        print(profile::difference(profile, earlier))?;
+    }
+    let limits = Limits {
+        time: args.max_slowdown,
+        memory: args.max_growth,
+    };
+    let worse = profile::slower(profile, earlier, limits);
+    if worse.is_empty() {
+        return Ok(());
+    }
+    Err(Error::failed(format!(
+        "worse than {}: {}",
+        path.display(),
+        worse.join("; ")
+    )))
+}

@@ -1,0 +1,368 @@
+//! `regress`: golden frames of a driver.
+
+use super::interrupt::Interrupt;
+use super::progress::Progress;
+use super::render;
+use super::session::{Purpose, Session};
+use super::{NOTHING_WRITTEN, open_vulkan, print};
+use crate::files::{check_writable, write_atomically};
+use crate::gpu::{DeviceInfo, InstanceOptions};
+use crate::image::{Image, png};
+use crate::metrics::flip::flip;
+use crate::regress::{
+    Case, Goldens, Rendered, Step, Verdict, cases, judge_exactly, judge_loosely, report,
+};
+use crate::tracing::selection::{GeometryChoice, TexturesChoice, TracerChoice};
+use crate::{Error, Result};
+use clap::Parser;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// Arguments of `regress`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// The folder of golden frames, with a folder for each driver
+    folder: PathBuf,
+    /// Make the golden frames of this driver, in place of older ones of the same driver; with --only, those of some cases
+    #[arg(long)]
+    bless: bool,
+    /// Also with the validation layers and synchronization validation: any message is a failure
+    #[arg(long)]
+    validate: bool,
+    /// Every bit must be the same also if the golden frames are of another driver, as of another build of the same source
+    #[arg(long, conflicts_with = "bless")]
+    exact: bool,
+    /// Only cases whose name contains this text
+    #[arg(long, value_name = "TEXT")]
+    only: Option<String>,
+    /// Write the results as JUnit XML
+    #[arg(long, value_name = "FILE.xml", conflicts_with = "bless")]
+    junit: Option<PathBuf>,
+    /// The folder for pictures of cases that fail; it is made when there are any
+    #[arg(short, long, value_name = "FOLDER", default_value = "regress-failures")]
+    output: PathBuf,
+    /// The device, by name, part of a name, or index
+    #[arg(long, value_name = "NAME|INDEX", env = "HEADWATER_DEVICE")]
+    device: Option<String>,
+}
+
+/// The arguments of a case.
+#[derive(Parser)]
+#[command(name = "render")]
+struct Line {
+    #[command(flatten)]
+    args: render::Args,
+}
+
+/// Renders all cases, and compares or keeps them.
+///
+/// # Errors
+/// Wrong arguments or golden frames, a case that fails, a device or disk that fails, or a signal.
+pub fn run(args: &Args) -> Result<()> {
+    let wanted = |case: &Case| {
+        args.only
+            .as_ref()
+            .is_none_or(|text| case.name.contains(text))
+    };
+    let cases: Vec<Case> = cases()?.into_iter().filter(wanted).collect();
+    if cases.is_empty() {
+        return Err(Error::input(format!(
+            "no case has '{}' in its name",
+            args.only.as_deref().unwrap_or_default()
+        )));
+    }
+    if let Some(path) = &args.junit {
+        check_writable(path)?;
+    }
+    // The device is chosen once, for its name and what it lacks; each case opens it anew.
+    let (device, _) = open_vulkan(InstanceOptions {
+        validation: args.validate,
+        ..InstanceOptions::default()
+    })?
+    .choose(args.device.as_deref())?;
+    let interrupt = Interrupt::watch()?;
+    match args.bless {
+        true => bless(args, &cases, &device, &interrupt),
+        false => compare(args, &cases, &device, &interrupt),
+    }
+}
+
+/// Makes the golden frames.
+fn bless(args: &Args, cases: &[Case], device: &DeviceInfo, interrupt: &Interrupt) -> Result<()> {
+    let (mut goldens, work) = Goldens::begin(&args.folder, device)?;
+    let progress = Progress::new(Some(cases.len() as u64), "cases");
+    let mut skipped = 0;
+    for (number, case) in cases.iter().enumerate() {
+        progress.at(number as f64);
+        match render_case(args, case, device, interrupt)? {
+            Ok(rendered) => goldens.add(case, &rendered.image, rendered.steps)?,
+            Err(_) => skipped += 1,
+        }
+    }
+    progress.finish();
+    if args.only.is_some() {
+        goldens.add_older(&args.folder, device)?;
+    }
+    let folder = goldens.finish(&args.folder, device, work)?;
+    print(format_args!(
+        "{} golden frames of {} in {}; {skipped} skipped, which need what the device lacks",
+        cases.len() - skipped,
+        device.driver,
+        folder.display()
+    ))
+}
+
+/// Compares with golden frames.
+fn compare(args: &Args, cases: &[Case], device: &DeviceInfo, interrupt: &Interrupt) -> Result<()> {
+    let began = Instant::now();
+    let (goldens, own) = Goldens::find(&args.folder, device)?;
+    check_folder(&args.output)?;
+    // Damage is found before minutes of work.
+    for case in cases {
+        goldens.case(case)?;
+    }
+    print(format_args!(
+        "golden frames of {} driver, {} ({}): {}",
+        if own { "this" } else { "another" },
+        goldens.driver,
+        goldens.device,
+        match own || args.exact {
+            true => "every bit must be the same",
+            false => "pictures must agree but for rounding",
+        }
+    ))?;
+    let mut results = Vec::new();
+    for case in cases {
+        let start = Instant::now();
+        // First, so that it is known which case a driver crashes in.
+        begin_line(&case.name)?;
+        let verdict = compare_case(args, case, device, (&goldens, own), interrupt)?;
+        let (word, why) = match &verdict {
+            Verdict::Passed(found) => ("ok", found),
+            Verdict::Failed(why) => ("FAIL", why),
+            Verdict::Skipped(why) => ("skip", why),
+        };
+        let colon = if why.is_empty() { "" } else { ": " };
+        print(format_args!(" {word}{colon}{why}"))?;
+        results.push((case.name.clone(), verdict, start.elapsed()));
+    }
+    if let Some(path) = &args.junit {
+        let xml = report(&device.driver, &results)?;
+        write_atomically(path, |file| writeln!(file, "{xml}"))?;
+    }
+    summarise(&results, began.elapsed())
+}
+
+/// Checks, before minutes of work, that a folder can be written or made.
+fn check_folder(folder: &Path) -> Result<()> {
+    let there = folder.ancestors().find(|path| path.is_dir());
+    // A relative path begins in this folder.
+    check_writable(&there.unwrap_or(Path::new(".")).join(".headwater"))
+}
+
+/// Prints the beginning of a line, at once.
+fn begin_line(text: &str) -> Result<()> {
+    let mut out = std::io::stdout().lock();
+    match write!(out, "{text}").and_then(|()| out.flush()) {
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Error::failed(format!("cannot write to stdout: {e}")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The last line, and whether all is well.
+fn summarise(results: &[(String, Verdict, Duration)], time: Duration) -> Result<()> {
+    let names = |is: fn(&Verdict) -> bool| -> Vec<&str> {
+        let found = results.iter().filter(|(_, verdict, _)| is(verdict));
+        found.map(|(name, ..)| name.as_str()).collect()
+    };
+    let failed = names(|verdict| matches!(verdict, Verdict::Failed(_)));
+    let skipped = names(|verdict| matches!(verdict, Verdict::Skipped(_))).len();
+    print(format_args!(
+        "{} cases in {:.0} s: {} ok, {skipped} skipped, {} failed",
+        results.len(),
+        time.as_secs_f64(),
+        results.len() - skipped - failed.len(),
+        failed.len()
+    ))?;
+    if skipped == results.len() {
+        return Err(Error::failed("no case was compared"));
+    }
+    match failed.is_empty() {
+        true => Ok(()),
+        false => Err(Error::failed(format!("failed: {}", failed.join(", ")))),
+    }
+}
+
+/// Renders a case and judges it.
+fn compare_case(
+    args: &Args,
+    case: &Case,
+    device: &DeviceInfo,
+    (goldens, own): (&Goldens, bool),
+    interrupt: &Interrupt,
+) -> Result<Verdict> {
+    let rendered = match render_case(args, case, device, interrupt) {
+        Ok(Ok(rendered)) => rendered,
+        Ok(Err(lacks)) if own && goldens.cases.contains_key(&case.name) => {
+            return Ok(Verdict::Failed(format!(
+                "{lacks}, which it had when the golden frame was made"
+            )));
+        }
+        Ok(Err(lacks)) => return Ok(Verdict::Skipped(lacks)),
+        // What the driver does wrong concerns this case; the others are still to be seen.
+        Err(Error::Failed(why)) => {
+            return Ok(Verdict::Failed(format!("{why}; {}", again(args, case))));
+        }
+        Err(error) => return Err(error),
+    };
+    let Some((golden, picture)) = goldens.case(case)? else {
+        return Ok(match own {
+            true => Verdict::Failed("it has no golden frame; --bless makes one".into()),
+            false => Verdict::Skipped("the other driver has no golden frame of it".into()),
+        });
+    };
+    let verdict = match own || args.exact {
+        true => judge_exactly(&rendered, golden, &picture),
+        false => judge_loosely(&rendered, &picture)?,
+    };
+    Ok(match verdict {
+        Verdict::Failed(why) => {
+            keep_pictures(&args.output, case, &rendered.image, &picture)?;
+            let folder = args.output.display();
+            Verdict::Failed(format!(
+                "{why}; pictures in {folder}; {}",
+                again(args, case)
+            ))
+        }
+        verdict => verdict,
+    })
+}
+
+/// The command that renders a case again.
+fn again(args: &Args, case: &Case) -> String {
+    let validation = if args.validate {
+        "HEADWATER_VALIDATION=1 "
+    } else {
+        ""
+    };
+    let device = (args.device.as_ref()).map(|device| format!(" --device '{device}'"));
+    format!(
+        "again: {validation}headwater render {}{} -o {}.exr",
+        case.arguments,
+        device.unwrap_or_default(),
+        case.name
+    )
+}
+
+/// Renders a case, its frames as a whole and then each pass by itself; or says what the device lacks for it.
+fn render_case(
+    args: &Args,
+    case: &Case,
+    device: &DeviceInfo,
+    interrupt: &Interrupt,
+) -> Result<std::result::Result<Rendered, String>> {
+    interrupt.check(NOTHING_WRITTEN)?;
+    let words = case.arguments.split_whitespace();
+    let words = ["render", "--output", "picture.exr"]
+        .into_iter()
+        .chain(words);
+    let line = Line::try_parse_from(words)
+        .map_err(|e| Error::failed(format!("case {}: {e}", case.name)))?;
+    let render::Args {
+        mut scene,
+        frames,
+        accumulate,
+        fps,
+        ..
+    } = line.args;
+    scene.device = args.device.clone();
+    if let Some(lacks) = lacks(device, &scene.wanted()) {
+        return Ok(Err(lacks));
+    }
+    let (settings, _) = scene.settings()?;
+    let clock = scene.clock(fps)?;
+    let purpose = Purpose::Regression {
+        validate: args.validate,
+    };
+    let mut session = Session::open(&scene, settings, clock, purpose, interrupt)?;
+    // Whole frames, as a driver meets them elsewhere.
+    for number in 0..frames {
+        match accumulate {
+            true => drop(session.add_samples(number, 1, &mut |_| Ok(()))?),
+            false => session.single_frame(number)?,
+        }
+    }
+    if !accumulate {
+        session.renderer.keep_single_frame()?;
+    }
+    let sums = session.renderer.sums()?;
+    let samples = if accumulate { frames } else { 1 };
+    let image = session.picture(&sums, samples, &scene.aov)?;
+    // The same frames pass by pass.
+    session.restart_with_hashes()?;
+    let mut steps = Vec::new();
+    for number in 0..frames {
+        match accumulate {
+            true => drop(session.add_samples(number, 1, &mut |_| Ok(()))?),
+            false => session.single_frame(number)?,
+        }
+        let outputs = session.take_outputs().into_iter();
+        steps.extend(outputs.map(|output| Step::of(number, output)));
+    }
+    session.finish()?;
+    Ok(Ok(Rendered { image, steps }))
+}
+
+/// What a device lacks for what a case asks for.
+fn lacks(device: &DeviceInfo, wanted: &crate::tracing::selection::Wanted) -> Option<String> {
+    let lacking = [
+        (
+            wanted.tracer == TracerChoice::RayQuery && !device.ray_query,
+            "ray query",
+        ),
+        (
+            wanted.geometry == GeometryChoice::BufferAddresses && !device.buffer_addresses,
+            "buffer addresses",
+        ),
+        (
+            wanted.textures == TexturesChoice::Images && !device.image_arrays,
+            "arrays of images",
+        ),
+    ];
+    let found = lacking.into_iter().find(|(lacks, _)| *lacks);
+    found.map(|(_, what)| format!("the device has no {what}"))
+}
+
+/// Keeps the picture of a case that failed, the golden one, and where they differ: as FLIP shows it.
+fn keep_pictures(folder: &Path, case: &Case, picture: &Image, golden: &Image) -> Result<()> {
+    std::fs::create_dir_all(folder).map_err(|e| Error::writing(folder, e))?;
+    let file = |what: &str| folder.join(format!("{}{what}", case.name));
+    picture.write(&file(".exr"), 0.0)?;
+    golden.write(&file("-golden.exr"), 0.0)?;
+    let size = (picture.width, picture.height);
+    let (now, before) = (picture.rgb()?, golden.rgb()?);
+    if size == (golden.width, golden.height) && now.iter().flatten().all(|v| v.is_finite()) {
+        let difference = flip(&now, &before, size, 0.0);
+        png::write_bytes(&file("-difference.png"), size, &difference.map)?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_case_is_a_command() {
+        for case in cases().unwrap() {
+            let words = case.arguments.split_whitespace();
+            let words = ["render", "--output", "a.exr"].into_iter().chain(words);
+            let line = Line::try_parse_from(words).unwrap_or_else(|e| panic!("{}: {e}", case.name));
+            let settings = line.args.scene.settings();
+            settings.unwrap_or_else(|e| panic!("{}: {e}", case.name));
+        }
+    }
+}

@@ -1,0 +1,199 @@
+//! One profile against an earlier one of the same subject.
+
+use super::{Circumstances, Profile, Spread, Subject, VERSION};
+use crate::{Error, Result};
+
+/// How much worse a profile may be.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// Of the median times of frame and passes, as a part of the earlier ones.
+    pub time: f64,
+    /// Of the bytes on the device, as a part of the earlier ones.
+    pub memory: f64,
+}
+
+/// Passes that take less than this part of the frame do not count by themselves: a timer's noise is most of their time.
+const SMALLEST_PASS: f64 = 0.02;
+
+/// Refuses an earlier profile that shows something else, before work begins.
+///
+/// # Errors
+/// It does; `earlier_name` is the file that messages name.
+pub fn check_comparable(
+    ours: &Subject,
+    circumstances: &Circumstances,
+    earlier: &Profile,
+    earlier_name: &str,
+) -> Result<()> {
+    let theirs = &earlier.subject;
+    let size = |subject: &Subject| format!("{} × {}", subject.width, subject.height);
+    let in_flight = |circumstances: &Circumstances| circumstances.in_flight.to_string();
+    let pairs = [
+        ("version", earlier.version.to_string(), VERSION.to_string()),
+        ("scene", theirs.scene.clone(), ours.scene.clone()),
+        ("device", theirs.device.clone(), ours.device.clone()),
+        ("size", size(theirs), size(ours)),
+        (
+            "number of bounces",
+            theirs.bounces.to_string(),
+            ours.bounces.to_string(),
+        ),
+        ("camera", theirs.camera.clone(), ours.camera.clone()),
+        ("seed", theirs.seed.to_string(), ours.seed.to_string()),
+        (
+            "warm-up",
+            theirs.warm_up.to_string(),
+            ours.warm_up.to_string(),
+        ),
+        (
+            "clock",
+            format!("{:?}", theirs.clock),
+            format!("{:?}", ours.clock),
+        ),
+        // Without waits it is the host that is timed.
+        (
+            "number of frames in flight",
+            in_flight(&earlier.circumstances),
+            in_flight(circumstances),
+        ),
+    ];
+    match pairs.into_iter().find(|(_, theirs, ours)| theirs != ours) {
+        Some((what, theirs, ours)) => Err(Error::input(format!(
+            "{earlier_name} is a profile of another {what} ({theirs} instead of {ours}); profiles compare only if they show the same"
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// What is worse than the limits allow, a sentence each.
+pub fn slower(now: &Profile, earlier: &Profile, limits: Limits) -> Vec<String> {
+    let mut found = Vec::new();
+    // Beyond the limit, and beyond what the earlier frames themselves varied by.
+    let mut check = |what: &str, now: f64, before: Spread, limit: f64| {
+        let Spread {
+            median: before,
+            p95,
+        } = before;
+        if now > before * (1.0 + limit) && now > p95 {
+            found.push(format!(
+                "{what} takes {:+.1} % ({} instead of {})",
+                100.0 * (now / before - 1.0),
+                figure(now),
+                figure(before)
+            ));
+        }
+    };
+    check(
+        "the frame",
+        now.whole().median,
+        earlier.whole(),
+        limits.time,
+    );
+    let mut new = Vec::new();
+    for pass in &now.passes {
+        let time = pass.milliseconds.median;
+        if time < SMALLEST_PASS * now.whole().median {
+            continue;
+        }
+        let mut passes = earlier.passes.iter();
+        match passes.find(|before| before.name == pass.name) {
+            Some(before) => {
+                let what = format!("pass {}", pass.name);
+                check(&what, time, before.milliseconds, limits.time);
+            }
+            None => new.push(format!("pass {} is new and takes {time:.3} ms", pass.name)),
+        }
+    }
+    let bytes = Spread::of(std::iter::once(earlier.bytes() as f64));
+    check("memory", now.bytes() as f64, bytes, limits.memory);
+    found.extend(new);
+    found
+}
+
+fn figure(value: f64) -> String {
+    if value >= 1e6 {
+        format!("{value:.0}")
+    } else {
+        format!("{value:.3}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Memory, Pass};
+    use super::*;
+
+    fn profile(frame: f64, passes: &[(&str, f64)], bytes: u64) -> Profile {
+        let spread = |median| Spread {
+            median,
+            p95: median,
+        };
+        Profile {
+            version: VERSION,
+            frame: spread(frame),
+            passes: (passes.iter())
+                .map(|(name, time)| Pass {
+                    name: (*name).into(),
+                    milliseconds: spread(*time),
+                    ..Pass::default()
+                })
+                .collect(),
+            memory: vec![Memory {
+                name: "all".into(),
+                count: 1,
+                bytes,
+            }],
+            ..Profile::default()
+        }
+    }
+
+    const LIMITS: Limits = Limits {
+        time: 0.1,
+        memory: 0.02,
+    };
+
+    #[test]
+    fn only_what_is_beyond_a_limit_is_worse() {
+        let before = profile(100.0, &[("a", 90.0), ("b", 1.0)], 1000);
+        let within = profile(109.0, &[("a", 98.0), ("b", 1.9)], 1020);
+        assert_eq!(slower(&within, &before, LIMITS), Vec::<String>::new());
+        let beyond = profile(111.0, &[("a", 100.0), ("b", 11.0)], 1021);
+        let found = slower(&beyond, &before, LIMITS).join("; ");
+        for what in ["the frame", "pass a", "pass b", "memory"] {
+            assert!(found.contains(what), "{found}");
+        }
+        // Noise of the earlier frames is no reason.
+        let mut noisy = before.clone();
+        noisy.passes[0].milliseconds.p95 = 101.0;
+        assert!(
+            !slower(&beyond, &noisy, LIMITS)
+                .join("; ")
+                .contains("pass a")
+        );
+        // A pass that was not there before.
+        let new = profile(100.0, &[("a", 80.0), ("c", 10.0)], 1000);
+        assert!(slower(&new, &before, LIMITS).join("").contains("pass c"));
+    }
+
+    #[test]
+    fn profiles_of_other_subjects_are_refused() {
+        let now = profile(1.0, &[], 1);
+        let check = |earlier: &Profile| {
+            check_comparable(&now.subject, &now.circumstances, earlier, "old.json")
+        };
+        assert!(check(&now).is_ok());
+        let mut other = now.clone();
+        other.subject.scene = "b".into();
+        let error = check(&other).unwrap_err().to_string();
+        assert!(
+            error.starts_with("old.json is a profile of another scene"),
+            "{error}"
+        );
+        let mut other = now.clone();
+        other.version = 0;
+        assert!(check(&other).is_err());
+        let mut other = now.clone();
+        other.circumstances.in_flight = 3;
+        assert!(check(&other).is_err());
+    }
+}

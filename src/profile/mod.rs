@@ -1,0 +1,212 @@
+//! Profiles: what each pass of a frame takes, does and moves, after a warm-up; as text, as JSON, as a trace, and against an
+//! earlier one.
+
+mod comparison;
+mod measure;
+mod text;
+mod trace;
+
+pub use comparison::{Limits, check_comparable, slower};
+pub use measure::{Frame, Plan, measure};
+pub use text::{difference, table};
+pub use trace::trace;
+
+use crate::gpu::{Compiled, PassTime};
+use crate::metrics::statistics::{median, quantile};
+use crate::render::counters::Counts;
+use serde::{Deserialize, Serialize};
+
+/// Version of the JSON form.
+pub const VERSION: u32 = 1;
+
+/// What was profiled. Only profiles that agree in all but settings and frames are compared.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Subject {
+    /// Hash of the scene's contents.
+    pub scene: String,
+    /// The settings, resolved.
+    pub settings: serde_json::Value,
+    /// The device.
+    pub device: String,
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// Scattering events at most.
+    pub bounces: u32,
+    /// Seed of all random numbers.
+    pub seed: u32,
+    /// The camera.
+    pub camera: String,
+    /// The time of frame 0 and frames a second, if anything moves.
+    pub clock: Option<(f64, Option<f64>)>,
+    /// Frames before those that are timed.
+    pub warm_up: u32,
+    /// Frames that are timed.
+    pub frames: u32,
+}
+
+/// How it ran; profiles that differ here are worth comparing.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Circumstances {
+    /// Name and version of the driver.
+    pub driver: String,
+    /// How rays are traced.
+    pub tracer: String,
+    /// How shaders read the scene.
+    pub geometry: String,
+    /// The revision of Headwater.
+    pub commit: String,
+    /// Frames in flight at most.
+    pub in_flight: u32,
+}
+
+/// The middle and the upper end of a set of times, in milliseconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Spread {
+    /// The median.
+    pub median: f64,
+    /// 95 of 100 are at most this.
+    pub p95: f64,
+}
+
+impl Spread {
+    fn of(values: impl Iterator<Item = f64> + Clone) -> Self {
+        Self {
+            median: median(values.clone()),
+            p95: quantile(values, 0.95),
+        }
+    }
+}
+
+/// A pass of the frame.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Pass {
+    /// Its name.
+    pub name: String,
+    /// How often it runs in a frame.
+    pub runs: u32,
+    /// What all its runs of a frame take.
+    pub milliseconds: Spread,
+    /// What it took in its first run, in which some drivers compile it.
+    pub first_run: f64,
+    /// What the driver took to make its pipeline, on the host.
+    pub pipeline: f64,
+    /// What it counted in the first frame that was timed, in a run of its own.
+    pub counts: Counts,
+    /// What the driver's compiler says of it, if the driver tells.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub statistics: Vec<(String, String)>,
+}
+
+/// The buffers, or images, of one name.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Memory {
+    /// Their name.
+    pub name: String,
+    /// How many there are.
+    pub count: u32,
+    /// Their bytes.
+    pub bytes: u64,
+}
+
+/// A profile.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Profile {
+    /// Version of this form.
+    pub version: u32,
+    /// What was profiled.
+    pub subject: Subject,
+    /// How.
+    pub circumstances: Circumstances,
+    /// A frame on the device, in milliseconds: from the submission to the end of the wait for it. 0 with several in flight.
+    pub frame: Spread,
+    /// A frame on the host, in milliseconds: from the start of one to the start of the next.
+    pub host: Spread,
+    /// The passes in order.
+    pub passes: Vec<Pass>,
+    /// What is allocated after the last frame, the largest first.
+    pub memory: Vec<Memory>,
+}
+
+impl Profile {
+    /// A profile of timed frames, in order. `first` are the runs of the warm-up, `counts` what one frame counted.
+    pub fn new(
+        subject: Subject,
+        circumstances: Circumstances,
+        [warm_up, timed]: [&[Frame]; 2],
+        counts: &[Counts],
+        compiled: &[Compiled],
+        memory: &crate::gpu::device::MemoryUse,
+    ) -> Self {
+        let runs = |frames: &[Frame], name: &str| -> Vec<(u32, f64)> {
+            let of = |frame: &Frame| {
+                let own = frame.passes.iter().filter(|pass| pass.name == name);
+                own.fold((0, 0.0), |(runs, sum), pass| {
+                    (runs + 1, sum + pass.milliseconds)
+                })
+            };
+            frames.iter().map(of).collect()
+        };
+        let passes = PassTime::by_name(
+            timed
+                .last()
+                .map_or_else(Vec::new, |frame| frame.passes.clone()),
+        );
+        let passes = passes.into_iter().map(|PassTime { name, .. }| {
+            let own = runs(timed, &name);
+            let mut all = warm_up.iter().chain(timed).flat_map(|frame| &frame.passes);
+            let first_run = all.find(|pass| pass.name == name && pass.first_run);
+            let of_name = || compiled.iter().filter(|compiled| compiled.name == name);
+            Pass {
+                runs: own.last().map_or(0, |(runs, _)| *runs),
+                milliseconds: Spread::of(own.iter().map(|(_, milliseconds)| *milliseconds)),
+                first_run: first_run.map_or(0.0, |pass| pass.milliseconds),
+                pipeline: of_name()
+                    .next()
+                    .map_or(0.0, |compiled| compiled.milliseconds),
+                counts: (counts.iter().find(|counts| counts.pass == name).cloned())
+                    .unwrap_or_default(),
+                statistics: of_name()
+                    .flat_map(|compiled| compiled.statistics.clone())
+                    .collect(),
+                name,
+            }
+        });
+        let mut memory: Vec<Memory> = (memory.iter())
+            .map(|(name, (count, bytes))| Memory {
+                name: name.clone(),
+                count: *count,
+                bytes: *bytes,
+            })
+            .collect();
+        memory.sort_by(|a, b| b.bytes.cmp(&a.bytes).then_with(|| a.name.cmp(&b.name)));
+        Self {
+            version: VERSION,
+            subject,
+            circumstances,
+            frame: Spread::of(timed.iter().map(|frame| frame.submitted)),
+            host: Spread::of(timed.iter().map(|frame| frame.host)),
+            passes: passes.collect(),
+            memory,
+        }
+    }
+
+    /// What a frame takes: on the device, or with several in flight on the host.
+    pub fn whole(&self) -> Spread {
+        match self.circumstances.in_flight {
+            ..=1 => self.frame,
+            _ => self.host,
+        }
+    }
+
+    /// Bytes of all buffers and images.
+    pub fn bytes(&self) -> u64 {
+        self.memory.iter().map(|memory| memory.bytes).sum()
+    }
+
+    /// Rays of a frame.
+    pub fn rays(&self) -> u64 {
+        self.passes.iter().map(|pass| pass.counts.rays).sum()
+    }
+}

@@ -1,0 +1,161 @@
+//! Profiles as text. Each line begins with what it is about, such as `frame`, `pass NAME` or `memory NAME`, and has its values
+//! in an order that stays; the one with the names of columns begins with `#`.
+
+use super::Profile;
+use std::fmt::Write;
+
+/// In millions.
+fn millions(value: u64) -> String {
+    format!("{:.3}", value as f64 / 1e6)
+}
+
+/// A part of 1 as percent; a dash where there is none.
+fn percent(part: Option<f64>) -> String {
+    part.map_or_else(|| "-".into(), |part| format!("{:.1}", 100.0 * part))
+}
+
+/// The table of a profile.
+pub fn table(profile: &Profile) -> String {
+    let mut text = String::new();
+    let subject = &profile.subject;
+    let mut line = |content: std::fmt::Arguments<'_>| {
+        let _ = writeln!(text, "{content}");
+    };
+    line(format_args!(
+        "profile {} {}x{} bounces {} frames {} after {}",
+        subject.scene,
+        subject.width,
+        subject.height,
+        subject.bounces,
+        subject.frames,
+        subject.warm_up
+    ));
+    line(format_args!(
+        "device {}; {}; {}; {}",
+        subject.device,
+        profile.circumstances.driver,
+        profile.circumstances.tracer,
+        profile.circumstances.geometry
+    ));
+    if profile.circumstances.in_flight <= 1 {
+        line(format_args!(
+            "frame median {:.3} ms p95 {:.3} ms",
+            profile.frame.median, profile.frame.p95
+        ));
+    }
+    line(format_args!(
+        "host median {:.3} ms p95 {:.3} ms",
+        profile.host.median, profile.host.p95
+    ));
+    line(format_args!(
+        "{:24} {:>4} {:>10} {:>10} {:>6} {:>9} {:>6} {:>6} {:>6} {:>9} {:>9} {:>10} {:>9} {:>9}",
+        "#",
+        "runs",
+        "median_ms",
+        "p95_ms",
+        "%",
+        "Mrays",
+        "hit_%",
+        "lane_%",
+        "merg_%",
+        "read_MB",
+        "write_MB",
+        "neighbours",
+        "first_ms",
+        "pipe_ms"
+    ));
+    for pass in &profile.passes {
+        let counts = &pass.counts;
+        let hits = (counts.rays > 0).then(|| counts.hits as f64 / counts.rays as f64);
+        line(format_args!(
+            "{:24} {:>4} {:>10.3} {:>10.3} {:>6} {:>9} {:>6} {:>6} {:>6} {:>9} {:>9} {:>10} {:>9.1} {:>9.1}",
+            format!("pass {}", pass.name),
+            pass.runs,
+            pass.milliseconds.median,
+            pass.milliseconds.p95,
+            percent(Some(pass.milliseconds.median / profile.whole().median)),
+            millions(counts.rays),
+            percent(hits),
+            percent(counts.tracing_share()),
+            percent(counts.merging_share()),
+            millions(counts.bytes_read),
+            millions(counts.bytes_written),
+            counts.neighbours,
+            pass.first_run,
+            pass.pipeline
+        ));
+        for (name, value) in &pass.statistics {
+            line(format_args!("compiled {} {name}: {value}", pass.name));
+        }
+    }
+    let sum: f64 = profile
+        .passes
+        .iter()
+        .map(|pass| pass.milliseconds.median)
+        .sum();
+    line(format_args!(
+        "sum of passes {sum:.3} ms, {:.1} % of the frame; {} Mrays",
+        100.0 * sum / profile.whole().median,
+        millions(profile.rays())
+    ));
+    for memory in &profile.memory {
+        line(format_args!(
+            "memory {} {} {}",
+            memory.name, memory.count, memory.bytes
+        ));
+    }
+    line(format_args!("memory_total {}", profile.bytes()));
+    text.truncate(text.trim_end().len());
+    text
+}
+
+/// Frame and passes of a profile beside those of an earlier one.
+pub fn difference(now: &Profile, earlier: &Profile) -> String {
+    let mut text = format!(
+        "{:24} {:>10} {:>10} {:>8}",
+        "#", "before_ms", "now_ms", "change_%"
+    );
+    let mut row = |name: String, before: Option<f64>, now: Option<f64>| {
+        let time = |time: Option<f64>| time.map_or_else(|| "-".into(), |t| format!("{t:.3}"));
+        let change = before
+            .zip(now)
+            .map(|(before, now)| format!("{:+.1}", 100.0 * (now / before - 1.0)));
+        let change = change.unwrap_or_else(|| "-".into());
+        let _ = write!(
+            text,
+            "\n{name:24} {:>10} {:>10} {change:>8}",
+            time(before),
+            time(now)
+        );
+    };
+    row(
+        "frame".into(),
+        Some(earlier.whole().median),
+        Some(now.whole().median),
+    );
+    let find = |profile: &Profile, name: &str| {
+        let mut passes = profile.passes.iter();
+        passes
+            .find(|pass| pass.name == name)
+            .map(|pass| pass.milliseconds.median)
+    };
+    for pass in &now.passes {
+        row(
+            format!("pass {}", pass.name),
+            find(earlier, &pass.name),
+            find(now, &pass.name),
+        );
+    }
+    for pass in earlier
+        .passes
+        .iter()
+        .filter(|pass| find(now, &pass.name).is_none())
+    {
+        row(
+            format!("pass {}", pass.name),
+            find(earlier, &pass.name),
+            None,
+        );
+    }
+    text
+}

@@ -1,0 +1,49 @@
+//! Profiles as traces that Chrome (`chrome://tracing`) and [Perfetto](https://ui.perfetto.dev) show: the Trace Event Format.
+
+use super::Frame;
+use serde_json::{Value, json};
+
+/// Tracks of the trace.
+const HOST: u32 = 1;
+const DEVICE: u32 = 2;
+
+/// A trace of frames: on the host's track each frame, on the device's each frame and the runs of its passes. Times are in
+/// microseconds, as the format has them.
+///
+/// Host and device have clocks of their own; the passes of a frame are placed so that the last ends with the frame, when the
+/// host has waited for it.
+pub fn trace(frames: &[Frame]) -> Value {
+    let mut events = vec![
+        json!({"ph": "M", "pid": 1, "name": "process_name", "args": {"name": "headwater"}}),
+        json!({"ph": "M", "pid": 1, "tid": HOST, "name": "thread_name", "args": {"name": "host"}}),
+        json!({"ph": "M", "pid": 1, "tid": DEVICE, "name": "thread_name", "args": {"name": "device"}}),
+    ];
+    let mut slice = |track: u32, name: &str, start: f64, length: f64, args: Value| {
+        events.push(json!({
+            "ph": "X", "pid": 1, "tid": track, "name": name,
+            "ts": start * 1e3, "dur": length * 1e3, "args": args,
+        }));
+    };
+    for frame in frames {
+        let name = format!("frame {}", frame.number);
+        slice(HOST, &name, frame.start, frame.host, json!({}));
+        let ends = frame
+            .passes
+            .iter()
+            .map(|pass| pass.start + pass.milliseconds);
+        let length = ends.fold(0.0, f64::max);
+        // A device that waits for the host between two passes may seem to take longer than the frame.
+        let length = length.min(frame.host);
+        let start = frame.start + frame.host - length;
+        slice(DEVICE, &name, start, length, json!({}));
+        for pass in &frame.passes {
+            let (from, to) = (
+                pass.start.min(length),
+                (pass.start + pass.milliseconds).min(length),
+            );
+            let args = json!({"first_run": pass.first_run});
+            slice(DEVICE, &pass.name, start + from, to - from, args);
+        }
+    }
+    json!({"displayTimeUnit": "ms", "traceEvents": events})
+}

@@ -1,0 +1,103 @@
+//! The frames that are rendered, each given by arguments of `render`.
+
+use crate::Result;
+use crate::toml_text::TomlText;
+use serde::Deserialize;
+
+/// A frame, or a few in a row.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Case {
+    /// Its name, also that of its files.
+    pub name: String,
+    /// Arguments of `render`, but for `--output`.
+    pub arguments: String,
+}
+
+/// All cases, in the order in which they run.
+///
+/// # Errors
+/// The list is damaged, which a test excludes.
+pub fn cases() -> Result<Vec<Case>> {
+    #[derive(Deserialize)]
+    struct List {
+        cases: Vec<Case>,
+    }
+    let text = TomlText::new("cases.toml", include_str!("cases.toml"));
+    Ok(text.parse::<List>()?.cases)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::render::Settings;
+    use crate::render::presets;
+    use std::collections::BTreeSet;
+
+    /// What must be part of at least one case.
+    fn choices() -> Vec<String> {
+        let presets = presets::PRESETS
+            .iter()
+            .map(|preset| format!("--preset {}", preset.name));
+        let tracers = ["ray-query", "compute-bvh"].map(|name| format!("--tracer {name}"));
+        let geometry = ["storage-buffers", "buffer-addresses"].map(|n| format!("--geometry {n}"));
+        let textures = ["images", "buffer"].map(|name| format!("--textures {name}"));
+        // Every value of these, and some of others.
+        let described = Settings::default().describe().unwrap();
+        let all = [
+            "direct.mis",
+            "indirect.mis",
+            "direct.visibility",
+            "reservoirs.format",
+            "reservoirs.arrays",
+        ];
+        let all = all.map(|key| {
+            let setting = described.iter().find(|setting| setting.key == key).unwrap();
+            (key, setting.values.split(" | ").map(String::from).collect())
+        });
+        let some = [
+            ("reservoirs.order", "row column swizzle:4"),
+            ("direct.candidates", "uniform power light-bvh hash-grid"),
+            ("indirect.candidates", "power light-bvh"),
+            ("indirect.mode", "off path"),
+            ("indirect.secondary", "power world-reservoirs"),
+            ("environment.intensity", "1000000 1e-30"),
+            ("variant", "full"),
+            ("energy", "compensated"),
+        ];
+        let some = some.map(|(key, values)| (key, values.split(' ').map(String::from).collect()));
+        let keys: Vec<(&str, Vec<String>)> = all.into_iter().chain(some).collect();
+        let settings = keys.into_iter().flat_map(|(key, values)| {
+            values
+                .into_iter()
+                .map(move |value| format!("--set {key}={value}"))
+        });
+        let flags = [
+            "--fps 24",
+            "--jitter",
+            "--accumulate",
+            "--aov direct,indirect",
+        ];
+        presets
+            .chain(tracers)
+            .chain(geometry)
+            .chain(textures)
+            .chain(settings)
+            .chain(flags.map(String::from))
+            .collect()
+    }
+
+    #[test]
+    fn every_choice_is_made_in_some_case() {
+        let cases = cases().unwrap();
+        assert!(cases.len() >= 40, "{}", cases.len());
+        let names: BTreeSet<&str> = cases.iter().map(|case| case.name.as_str()).collect();
+        assert_eq!(names.len(), cases.len(), "two cases have one name");
+        for choice in choices() {
+            // Whole words: direct.mis=balance is not indirect.mis=balance.
+            let has =
+                |case: &Case| format!(" {} ", case.arguments).contains(&format!(" {choice} "));
+            assert!(cases.iter().any(has), "{choice}");
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! The picture as a display shows it, made on the device: what capture tools see as the end of a frame.
+
+use crate::Result;
+use crate::gpu::{Buffer, ComputePass, Device, Recording, Usage, in_rows};
+use crate::layouts::{TILE, ToneMap};
+use crate::render::passes::ToneMapPicture;
+use crate::render::scene_bindings::SceneBindings;
+use std::sync::Arc;
+
+/// Radiance on the device: of so many pixels, from left to right and top to bottom, the first of them in the picture.
+pub struct Radiance<'a> {
+    /// Words of which the first three of each pixel are its radiance, in the unit of the device.
+    pub buffer: &'a Buffer,
+    /// Words from one pixel to the next.
+    pub stride: u32,
+    /// The first pixel.
+    pub first_pixel: u32,
+    /// The number of pixels.
+    pub pixels: u32,
+}
+
+/// The pass that makes display values, and its picture.
+pub struct Display {
+    device: Arc<Device>,
+    pass: ComputePass,
+    /// A word for each pixel, row by row from the top: 8-bit sRGB.
+    pub pixels: Buffer,
+}
+
+impl Display {
+    /// Makes the pass, for pictures of so many pixels.
+    ///
+    /// # Errors
+    /// More memory than the device has.
+    pub fn new(device: &Arc<Device>, bindings: &SceneBindings, pixels: u64) -> Result<Self> {
+        Ok(Self {
+            pass: bindings.pass("tone_map", &bindings.specialisation)?,
+            pixels: Buffer::new(device, "display", 4 * pixels, Usage::default())?,
+            device: device.clone(),
+        })
+    }
+
+    /// Maps the parts of a picture, each `scale` times as bright.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn map(&self, parts: &[Radiance<'_>], scale: f32, begins_with_blue: bool) -> Result<()> {
+        let mut recording = Recording::new(&self.device)?;
+        for part in parts {
+            let bindings = ToneMapPicture {
+                radiance: part.buffer,
+                display: &self.pixels,
+            };
+            let tone = ToneMap {
+                stride: part.stride,
+                first_pixel: part.first_pixel,
+                pixels: part.pixels,
+                scale,
+                begins_with_blue: begins_with_blue.into(),
+            };
+            let groups = in_rows(part.pixels.div_ceil(TILE * TILE));
+            recording.pass(&self.pass, &bindings, &tone, groups)?;
+        }
+        recording.finish().map(drop)
+    }
+}

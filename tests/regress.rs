@@ -1,0 +1,260 @@
+//! Does `regress` pass on the driver that made its golden frames, and name the pass where a fault is planted?
+
+mod support;
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use support::planted;
+
+/// The case that a plain run of the tests renders: compiling the shaders of all takes minutes.
+const SOME: &str = "cornell-accurate";
+
+fn is_thorough() -> bool {
+    std::env::var_os("HEADWATER_TEST_ALL").is_some_and(|all| all != "0")
+}
+
+fn regress(folder: &Path, arguments: &[&str], shaders: Option<&Path>) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_headwater"));
+    command
+        .arg("regress")
+        .arg(folder.join("golden"))
+        .args(arguments);
+    command.arg("--output").arg(folder.join("failures"));
+    // Whether it validates is for `--validate` to say.
+    command.env_remove("HEADWATER_VALIDATION");
+    if let Some(shaders) = shaders {
+        command.env("HEADWATER_GLSL", shaders);
+    }
+    command.output().unwrap()
+}
+
+fn said(output: &Output) -> String {
+    let text = String::from_utf8_lossy;
+    format!("{}{}", text(&output.stdout), text(&output.stderr))
+}
+
+fn assert_status(output: &Output, status: i32, expected: &str) {
+    let said = said(output);
+    assert_eq!(output.status.code(), Some(status), "{said}");
+    assert!(said.contains(expected), "no '{expected}' in: {said}");
+}
+
+/// The cases that are rendered.
+fn selection() -> &'static [&'static str] {
+    if is_thorough() {
+        &[]
+    } else {
+        &["--only", SOME]
+    }
+}
+
+/// Golden frames of these.
+fn blessed() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let output = regress(folder.path(), &[&["--bless"], selection()].concat(), None);
+    assert_status(&output, 0, "golden frames of");
+    println!("{}", said(&output));
+    folder
+}
+
+/// The whole of it in one test, since all of it needs golden frames.
+#[test]
+fn golden_frames_hold_until_a_fault_is_planted() {
+    let folder = blessed();
+    let folder = folder.path();
+    let junit = folder.join("junit.xml");
+    let output = regress(
+        folder,
+        &[selection(), &["--junit", junit.to_str().unwrap()]].concat(),
+        None,
+    );
+    println!("{}", said(&output));
+    assert_status(&output, 0, " 0 failed");
+    assert!(!folder.join("failures").exists());
+    let xml = std::fs::read_to_string(&junit).unwrap();
+    assert!(
+        xml.contains("<testsuites") && xml.contains(SOME) && xml.contains("failures=\"0\""),
+        "{xml}"
+    );
+
+    // A merge that forgets the Jacobian, and a reservoir whose weight loses its last bits as it is packed: each is seen first
+    // where its pass writes.
+    for (change, pass) in [
+        (
+            (
+                "restir/path_sample.glsl",
+                "vec3(solid_angle), pdf_solid_angle",
+                "vec3(1.0), pdf_solid_angle",
+            ),
+            "_indirect wrote another reservoirs",
+        ),
+        (
+            (
+                "restir/reservoir.glsl",
+                "p.words[HISTORY_WORD] = min(uint(r.confidence)",
+                "p.words[HISTORY_WORD] = 2u + min(uint(r.confidence)",
+            ),
+            "frame 0: pass initial_direct wrote another reservoirs",
+        ),
+    ] {
+        let shaders = tempfile::tempdir().unwrap();
+        planted(&shaders.path().join("glsl"), &[change]);
+        let output = regress(
+            folder,
+            &["--only", SOME, "--junit", junit.to_str().unwrap()],
+            Some(&shaders.path().join("glsl")),
+        );
+        println!("{}", said(&output));
+        assert_status(&output, 1, pass);
+        assert!(
+            said(&output).contains("again: headwater render cornell"),
+            "{}",
+            said(&output)
+        );
+        for file in [".exr", "-golden.exr", "-difference.png"] {
+            assert!(
+                folder.join(format!("failures/{SOME}{file}")).is_file(),
+                "{file}"
+            );
+        }
+        let xml = std::fs::read_to_string(&junit).unwrap();
+        assert!(xml.contains("<failure") && xml.contains(pass), "{xml}");
+    }
+    assert_damage_is_named(folder);
+}
+
+/// What is wrong with the golden frames is an error of theirs, and not of the driver.
+fn assert_damage_is_named(folder: &Path) {
+    let golden = folder.join("golden");
+    let own = golden.read_dir().unwrap().next().unwrap().unwrap().path();
+    let list = own.join("golden.json");
+    let text = std::fs::read_to_string(&list).unwrap();
+    let picture = own.join(format!("{SOME}.exr"));
+    let bytes = std::fs::read(&picture).unwrap();
+    let only = ["--only", SOME];
+
+    let edited = text.replace(
+        "--width 48 --bounces 3 --frames 3 --preset accurate --aov",
+        "--width 49 --aov",
+    );
+    assert_ne!(edited, text);
+    std::fs::write(&list, edited).unwrap();
+    assert_status(&regress(folder, &only, None), 2, "other arguments");
+    std::fs::write(&list, &text[..text.len() / 2]).unwrap();
+    assert_status(
+        &regress(folder, &only, None),
+        2,
+        "golden.json: it is damaged",
+    );
+    std::fs::write(&list, &text).unwrap();
+    std::fs::write(&picture, &bytes[..bytes.len() - 100]).unwrap();
+    assert_status(
+        &regress(folder, &only, None),
+        2,
+        "the golden picture is damaged",
+    );
+    std::fs::write(&picture, &bytes).unwrap();
+    assert_status(&regress(folder, &only, None), 0, "1 cases");
+
+    // Those of another driver: pictures agree, and nothing is said about passes.
+    std::fs::rename(&own, golden.join("another-driver")).unwrap();
+    assert_status(
+        &regress(folder, &only, None),
+        0,
+        "golden frames of another driver",
+    );
+
+    assert_status(
+        &regress(folder, &["--only", "nothing"], None),
+        2,
+        "no case has 'nothing'",
+    );
+    assert_status(&regress(&folder.join("empty"), &only, None), 2, "empty");
+    let file = folder.join("file");
+    std::fs::write(&file, "").unwrap();
+    std::fs::rename(&golden, folder.join("kept")).unwrap();
+    std::fs::write(&golden, "no folder").unwrap();
+    assert_status(&regress(folder, &["--bless"], None), 1, "golden");
+    assert_eq!(std::fs::read_to_string(&golden).unwrap(), "no folder");
+}
+
+/// The program, built without the barriers between passes, in a folder of its own. What it depends on is linked from
+/// where the tests are built, so that only the crate itself is compiled anew.
+fn program_without_barriers(folder: &Path) -> PathBuf {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let program = Path::new(env!("CARGO_BIN_EXE_headwater"));
+    let script = r#"
+        cd "$1"
+        git ls-files -z --cached --others --exclude-standard | xargs -0 cp --parents -t "$2"
+        mkdir -p "$2/target/release"
+        for part in deps build .fingerprint; do cp -al "$3/$part" "$2/target/release/"; done
+    "#;
+    let status = Command::new("bash")
+        .args(["-ec", script, "bash"])
+        .args([root, folder, program.parent().unwrap()])
+        .status()
+        .unwrap();
+    assert!(status.success());
+    let path = folder.join("src/gpu/recording.rs");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let barrier = "let commands = &mut self.commands;\n        commands.barrier();\n";
+    assert!(
+        text.contains(barrier),
+        "{} has no such line",
+        path.display()
+    );
+    std::fs::write(
+        &path,
+        text.replace(barrier, "let commands = &mut self.commands;\n"),
+    )
+    .unwrap();
+    let built = Command::new("cargo")
+        .args([
+            "build",
+            "--quiet",
+            "--release",
+            "--bin",
+            "headwater",
+            "--target-dir",
+        ])
+        .arg(folder.join("target"))
+        .current_dir(folder)
+        .status()
+        .unwrap();
+    assert!(built.success());
+    folder.join("target/release/headwater")
+}
+
+/// Software drivers finish a pass before the next, so that the picture does not show a missing barrier; synchronization
+/// validation does.
+#[test]
+fn a_missing_barrier_is_found_by_validation() {
+    if !is_thorough() {
+        return;
+    }
+    let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
+    let program = program_without_barriers(folder.path());
+    let golden = folder.path().join("golden");
+    let only = ["--only", SOME];
+    assert_status(
+        &regress(folder.path(), &[&["--bless"], &only[..]].concat(), None),
+        0,
+        "1 golden",
+    );
+    assert_status(
+        &regress(folder.path(), &[&["--validate"], &only[..]].concat(), None),
+        0,
+        "1 ok",
+    );
+    let output = Command::new(program)
+        .arg("regress")
+        .arg(golden)
+        .args(only)
+        .arg("--validate")
+        .env_remove("HEADWATER_VALIDATION")
+        .output()
+        .unwrap();
+    // The message names the buffer and the pipeline of the pass that reads too early.
+    assert_status(&output, 1, "SYNC-HAZARD-READ-AFTER-WRITE");
+    assert_status(&output, 1, "[pilots]");
+}
