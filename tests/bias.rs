@@ -304,7 +304,7 @@ fn neighbours_that_are_read_while_they_are_written_are_found() {
         (
             "restir/spatial.glsl",
             "LOAD_RESERVOIR(neighbours, slot_of(pixels[technique])",
-            "if (technique != 0u) LOAD_RESERVOIR(reservoirs, slot_of(pixels[technique]), restir.at.slots, packed);
+            "if (technique != 0u) { LOAD_RESERVOIR(reservoirs, slot_of(pixels[technique]), restir.at.slots, packed); }
             else LOAD_RESERVOIR(neighbours, slot_of(pixels[technique])",
         ),
     ];
