@@ -7,7 +7,15 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// The modules whose files are checked, as paths below `src`.
-const CHECKED: &[&str] = &["gpu", "render", "render/techniques", "study", "tracing"];
+const CHECKED: &[&str] = &[
+    "gpu",
+    "profile",
+    "regress",
+    "render",
+    "render/techniques",
+    "study",
+    "tracing",
+];
 
 /// Module paths, such as `["gpu", "buffer"]`, with the source of each.
 type Modules = BTreeMap<Vec<String>, String>;
