@@ -61,13 +61,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let key = variant.key(pass);
             let file = format!("passes/{pass}.comp");
             let source = &sources[&file];
-            let words = gpu::compiler::compile(
-                &file,
-                source,
-                &sources,
-                &variant.defines(),
-                gpu::compiler::Debug::Names,
-            )?;
+            let words = gpu::compiler::compile(&file, source, &sources, &variant.defines())?;
             let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
             std::fs::write(out.join(format!("{key}.spv")), bytes)?;
             writeln!(

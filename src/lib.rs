@@ -6,6 +6,7 @@
 
 pub mod choices;
 pub mod commands;
+mod environment_variable;
 pub mod error;
 pub mod files;
 pub mod gpu;
@@ -21,6 +22,7 @@ pub mod regress;
 pub mod render;
 pub mod scene;
 pub mod shader_variants;
+mod short_hash;
 pub mod study;
 pub mod toml_text;
 pub mod tracing;

@@ -77,7 +77,7 @@ fn pictures_agree_except_for_rounding() {
         .map_or(0, |number| number.parse().expect("a number of drivers"));
     let (mut of_variants, mut of_drivers) = (0, 0);
     let is_plain = support::open_device(None).1.variant == PLAIN;
-    let thorough = std::env::var_os("HEADWATER_TEST_ALL").is_some();
+    let thorough = support::is_thorough();
     let scenes = if thorough { &SCENES[..] } else { &SCENES[2..] };
     let pictures = (scenes.iter()).flat_map(|scene| PRESETS.map(|preset| (*scene, preset)));
     for (scene, (preset, frames)) in pictures {

@@ -6,18 +6,12 @@ mod support;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::LazyLock;
-use support::planted;
+use support::{planted, said};
 
 /// Where a merge's techniques are weighed with visibility: by the balance heuristic one by one, by pairs
 /// for those that one ray stands for.
 const UNSEEN: &str = "visibility && i != k &&";
 const PASSED: &str = "= transmittance(viewer, domain, value);";
-
-/// All of a command's output.
-fn text(output: &Output) -> String {
-    let part = String::from_utf8_lossy;
-    format!("{}{}", part(&output.stdout), part(&output.stderr))
-}
 
 /// References that studies of this file have made. Most faults are in files that path tracing does not include, so that
 /// a study with a fault has the reference of the one without.
@@ -79,7 +73,7 @@ fn a_sample_of_the_bias_matrix_of_indirect_light_passes() {
 fn assert_sample_passes(plan: &str) {
     let folder = tempfile::tempdir().unwrap();
     let output = study(plan, folder.path(), None);
-    println!("{}", text(&output));
+    println!("{}", said(&output));
     assert!(output.status.success());
     // What is biased is seen to be.
     let json = std::fs::read_to_string(folder.path().join("results.json")).unwrap();
@@ -118,10 +112,10 @@ fn study_with_fault(text_of_plan: &str, changes: &[(&str, &str, &str)]) -> (bool
     let plan = folder.path().join("plan.toml");
     std::fs::write(&plan, text_of_plan).unwrap();
     let output = study(plan.to_str().unwrap(), folder.path(), Some(&shaders));
-    println!("{}", text(&output));
+    println!("{}", said(&output));
     // Too few seeds to tell would be no proof.
-    let passes = output.status.success() && !text(&output).contains("undecided");
-    (passes, text(&output))
+    let passes = output.status.success() && !said(&output).contains("undecided");
+    (passes, said(&output))
 }
 
 /// A plan passes, and fails with a fault.

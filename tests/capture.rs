@@ -8,20 +8,10 @@ mod support;
 use image::ImageReader;
 use std::path::Path;
 use std::process::{Command, Output};
-
-/// Whether the tools may be fetched and used.
-fn has_tools() -> bool {
-    std::env::var_os("HEADWATER_TEST_ALL").is_some_and(|all| all != "0")
-}
+use support::{is_thorough, said};
 
 fn assert_succeeded(what: &str, output: &Output) {
-    let text = String::from_utf8_lossy;
-    assert!(
-        output.status.success(),
-        "{what}: {}{}",
-        text(&output.stdout),
-        text(&output.stderr)
-    );
+    assert!(output.status.success(), "{what}: {}", said(output));
 }
 
 /// Captures frames of `cornell` with a tool; returns what it printed. The presented pictures go to `folder`.
@@ -127,7 +117,7 @@ fn without_a_tool_nothing_is_captured() {
 /// A whole capture, and one that begins later with what it needs of the frames before it.
 #[test]
 fn gfxreconstruct_replays_the_same_pictures() {
-    if !has_tools() {
+    if !is_thorough() {
         return;
     }
     for (range, frames) in [("0..2", 0..3), ("1..2", 1..3)] {
@@ -171,7 +161,7 @@ fn gfxreconstruct_replays_the_same_pictures() {
 /// A frame with the names of its passes and buffers.
 #[test]
 fn renderdoc_shows_passes_and_buffers() {
-    if !has_tools() {
+    if !is_thorough() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();

@@ -33,14 +33,7 @@ void main() {
 #[test]
 fn loops_end_where_they_should_or_where_the_driver_is_known_to_end_them() {
     let (device, _) = support::open_device(None);
-    let words = compiler::compile(
-        "loops.comp",
-        LOOPS,
-        &Sources::new(),
-        &[],
-        compiler::Debug::Names,
-    )
-    .unwrap();
+    let words = compiler::compile("loops.comp", LOOPS, &Sources::new(), &[]).unwrap();
     let pass = ComputePass::new(&device, "loops", &words, &[]).unwrap();
     let turns = Buffer::new(&device, "turns", 4, Usage::default()).unwrap();
     let taken = |outer: u32, inner: u32| {
@@ -113,7 +106,7 @@ fn texels_are_read_as_far_as_the_device_says_and_refused_beyond() {
     };
     assert!(error.contains(spoke), "{error}");
     // All of lavapipe's 2 GiB take a while; these are more than it binds otherwise.
-    let most = if std::env::var_os("HEADWATER_TEST_ALL").is_some() {
+    let most = if support::is_thorough() {
         1 << 31
     } else {
         160 << 20
@@ -124,14 +117,7 @@ fn texels_are_read_as_far_as_the_device_says_and_refused_beyond() {
         .collect();
     let texels = Buffer::from_slice(&device, "texels", &words, usage).unwrap();
     let sums = Buffer::new(&device, "sums", 256, Usage::default()).unwrap();
-    let code = compiler::compile(
-        "fetches.comp",
-        FETCHES,
-        &Sources::new(),
-        &[],
-        compiler::Debug::Names,
-    )
-    .unwrap();
+    let code = compiler::compile("fetches.comp", FETCHES, &Sources::new(), &[]).unwrap();
     let pass = ComputePass::new(&device, "fetches", &code, &[]).unwrap();
     let mut recording = Recording::new(&device).unwrap();
     let bindings = Fetches {

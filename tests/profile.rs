@@ -11,6 +11,7 @@ use serde_json::Value;
 use std::path::Path;
 use std::process::{Command, Output};
 use std::sync::Arc;
+use support::said;
 
 fn profile(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_headwater"))
@@ -18,11 +19,6 @@ fn profile(arguments: &[&str]) -> Output {
         .args(arguments)
         .output()
         .unwrap()
-}
-
-fn said(output: &Output) -> String {
-    let text = String::from_utf8_lossy;
-    format!("{}{}", text(&output.stdout), text(&output.stderr))
 }
 
 /// Arguments of a frame whose bytes and rays can be counted by hand: four pixels that see the walls of `cornell`, direct light

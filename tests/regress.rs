@@ -4,14 +4,10 @@ mod support;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
-use support::planted;
+use support::{is_thorough, planted, said};
 
 /// The case that a plain run of the tests renders: compiling the shaders of all takes minutes.
 const SOME: &str = "cornell-accurate";
-
-fn is_thorough() -> bool {
-    std::env::var_os("HEADWATER_TEST_ALL").is_some_and(|all| all != "0")
-}
 
 fn regress(folder: &Path, arguments: &[&str], shaders: Option<&Path>) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_headwater"));
@@ -26,11 +22,6 @@ fn regress(folder: &Path, arguments: &[&str], shaders: Option<&Path>) -> Output 
         command.env("HEADWATER_GLSL", shaders);
     }
     command.output().unwrap()
-}
-
-fn said(output: &Output) -> String {
-    let text = String::from_utf8_lossy;
-    format!("{}{}", text(&output.stdout), text(&output.stderr))
 }
 
 fn assert_status(output: &Output, status: i32, expected: &str) {

@@ -299,7 +299,7 @@ fn a_picture_in_few_strips_in_many_and_resumed_has_the_same_bits() {
 #[test]
 fn ground_past_the_limits_of_bindings_is_where_it_should_be() {
     let _alone = alone();
-    if std::env::var_os("HEADWATER_TEST_ALL").is_none() {
+    if !support::is_thorough() {
         return;
     }
     let settings = [("triangles".to_owned(), "12500000".to_owned())];

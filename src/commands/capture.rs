@@ -7,7 +7,7 @@ use crate::gpu::Presentation;
 use crate::image::png;
 use crate::render::outputs::display::Display;
 use crate::{Error, Result};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::str::FromStr;
 
 /// A range of frames, both ends included.
@@ -62,13 +62,11 @@ enum Tool {
 }
 
 /// What is needed to show frames to a tool.
-pub struct Capture<'a> {
-    range: FrameRange,
+struct Capture<'a> {
+    wanted: &'a Wanted<'a>,
     tool: Tool,
     display: Display,
     presentation: Option<Presentation>,
-    /// Where the presented pictures of captured frames go.
-    folder: Option<&'a Path>,
 }
 
 impl<'a> Capture<'a> {
@@ -76,8 +74,8 @@ impl<'a> Capture<'a> {
     ///
     /// # Errors
     /// None is loaded, or it needs presented pictures, which the device does not have.
-    pub fn new(session: &Session, range: FrameRange, folder: Option<&'a Path>) -> Result<Self> {
-        let layers = session.tools();
+    fn new(session: &Session, wanted: &'a Wanted<'a>) -> Result<Self> {
+        let layers = session.device.tools();
         let tool = match renderdoc::Watcher::find() {
             Some(watcher) => Tool::RenderDoc(watcher),
             None if !layers.is_empty() => Tool::Layer,
@@ -94,18 +92,18 @@ impl<'a> Capture<'a> {
                 Tool::Layer => layers.join(", "),
             }
         );
-        let presentation = match session.presentation() {
+        let size = (session.view.width, session.view.height);
+        let presentation = match Presentation::new(&session.device, size) {
             Ok(presentation) => Some(presentation),
             // It takes its frames without.
             Err(_) if matches!(tool, Tool::RenderDoc(_)) => None,
             Err(error) => return Err(error),
         };
         Ok(Self {
-            range,
+            wanted,
             tool,
             display: session.renderer.display()?,
             presentation,
-            folder,
         })
     }
 
@@ -113,23 +111,24 @@ impl<'a> Capture<'a> {
     ///
     /// # Errors
     /// The device, the tool or the disk fails.
-    fn frame(
-        &mut self,
-        session: &mut Session,
-        number: u32,
-        samples: u32,
-        exposure: f32,
-        render: impl FnOnce(&mut Session) -> Result<()>,
-    ) -> Result<()> {
-        let captured = self.range.contains(number);
+    fn frame(&mut self, session: &mut Session, number: u32) -> Result<()> {
+        let Wanted {
+            range,
+            accumulate,
+            exposure,
+            folder,
+            ..
+        } = *self.wanted;
+        let captured = range.contains(number);
         if let (true, Tool::RenderDoc(watcher)) = (captured, &mut self.tool) {
             watcher.begin();
         }
         let presentation = self.presentation.as_ref();
         let begins_with_blue = presentation.is_some_and(Presentation::begins_with_blue);
         {
-            let _label = session.label(&format!("frame {number}"));
-            render(session)?;
+            let _label = session.device.label(&format!("frame {number}"));
+            session.frame(number, accumulate)?;
+            let samples = if accumulate { number + 1 } else { 1 };
             session
                 .renderer
                 .show(&self.display, samples, exposure, begins_with_blue)?;
@@ -144,7 +143,7 @@ impl<'a> Capture<'a> {
             let file = watcher.end()?;
             super::print(format_args!("frame {number}: {}", file.display()))?;
         }
-        let Some(folder) = self.folder else {
+        let Some(folder) = folder else {
             return Ok(());
         };
         let (width, height) = (session.view.width, session.view.height);
@@ -174,31 +173,21 @@ pub struct Wanted<'a> {
     /// Exposure of the presented pictures, in stops.
     pub exposure: f32,
     /// Where the presented pictures of captured frames go.
-    pub folder: Option<&'a PathBuf>,
+    pub folder: Option<&'a Path>,
 }
 
 /// Renders every frame, one after the other. Afterwards the sums hold the last frame, or with
 /// [`accumulate`](Wanted::accumulate) all.
 ///
 /// # Errors
-/// Those of [`Capture::new`], a device, tool or disk that fails, or a signal.
+/// No tool is loaded, or it needs presented pictures, which the device does not have; a device, tool or disk that fails, or a
+/// signal.
 pub fn render(session: &mut Session, wanted: &Wanted<'_>, interrupt: &Interrupt) -> Result<()> {
-    let folder = wanted.folder.map(PathBuf::as_path);
-    let mut capture = Capture::new(session, wanted.range, folder)?;
+    let mut capture = Capture::new(session, wanted)?;
     let progress = Progress::new(Some(u64::from(wanted.frames)), "frames");
     for number in 0..wanted.frames {
         interrupt.check("captured frames stay, and no picture was written")?;
-        let samples = if wanted.accumulate { number + 1 } else { 1 };
-        capture.frame(
-            session,
-            number,
-            samples,
-            wanted.exposure,
-            |session| match wanted.accumulate {
-                true => (session.add_samples(number, 1, &mut |_| Ok(()))).map(drop),
-                false => session.single_frame(number),
-            },
-        )?;
+        capture.frame(session, number)?;
         progress.at(f64::from(number + 1));
     }
     progress.finish();

@@ -16,6 +16,7 @@ pub mod scene;
 pub mod session;
 pub mod study;
 
+use crate::environment_variable::is_asked_for;
 use crate::gpu::{Instance, InstanceOptions};
 use crate::render::Clock;
 use crate::scene::Scene;
@@ -123,13 +124,22 @@ fn wrong_arguments(error: &clap::Error) -> ExitCode {
     ExitCode::from(2)
 }
 
-/// Prints a command's outcome on stdout, where `println!` would panic.
+/// Prints a line of a command's outcome on stdout, where `println!` would panic.
 ///
 /// # Errors
 /// Stdout takes nothing, as on a full disk. A reader that has closed its pipe wants no more: that
 /// is no error.
 pub fn print(text: impl std::fmt::Display) -> Result<()> {
-    match writeln!(std::io::stdout().lock(), "{text}") {
+    print_part(format_args!("{text}\n"))
+}
+
+/// Prints the beginning of such a line, at once.
+///
+/// # Errors
+/// Those of [`print`].
+pub fn print_part(text: impl std::fmt::Display) -> Result<()> {
+    let mut out = std::io::stdout().lock();
+    match write!(out, "{text}").and_then(|()| out.flush()) {
         Err(e) if e.kind() != ErrorKind::BrokenPipe => {
             Err(Error::failed(format!("cannot write to stdout: {e}")))
         }
@@ -169,8 +179,8 @@ pub const NOTHING_WRITTEN: &str = "nothing was written";
 /// # Errors
 /// No Vulkan, or no validation layers.
 pub fn open_vulkan(options: InstanceOptions) -> Result<Arc<Instance>> {
-    let asked_for = std::env::var_os("HEADWATER_VALIDATION").is_some_and(|v| v != "0");
-    Instance::with_options(InstanceOptions {
+    let asked_for = is_asked_for("HEADWATER_VALIDATION");
+    Instance::new(InstanceOptions {
         validation: options.validation || asked_for,
         ..options
     })

@@ -95,20 +95,17 @@ pub fn run(args: &Args) -> Result<()> {
     let all = plan.warm_up + plan.frames + counted;
     let progress = Progress::new(Some(u64::from(all)), "frames");
     let mut done = 0;
-    let frames = session.profile(plan, &mut || {
+    let mut watch = || {
         interrupt.check(NOTHING_WRITTEN)?;
         progress.at(f64::from(done));
         done += 1;
         Ok(())
-    })?;
-    let (memory, compiled) = (session.memory_use(), session.compiled());
+    };
+    let frames = session.profile(plan, &mut watch)?;
+    let records = &session.device.records;
+    let (memory, compiled) = (records.memory_use(), records.compiled());
     // Counting takes time, so it has passes of its own.
-    let counts = session.counts_of(plan.warm_up, &mut || {
-        interrupt.check(NOTHING_WRITTEN)?;
-        progress.at(f64::from(done));
-        done += 1;
-        Ok(())
-    })?;
+    let counts = session.counts_of(plan.warm_up, &mut watch)?;
     progress.finish();
     let (warm_up, timed) = frames.split_at(plan.warm_up as usize);
     let profile = Profile::new(

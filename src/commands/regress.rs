@@ -4,13 +4,13 @@ use super::interrupt::Interrupt;
 use super::progress::Progress;
 use super::render;
 use super::session::{Purpose, Session};
-use super::{NOTHING_WRITTEN, open_vulkan, print};
+use super::{NOTHING_WRITTEN, open_vulkan, print, print_part};
 use crate::files::{check_writable, write_atomically};
 use crate::gpu::{DeviceInfo, InstanceOptions};
 use crate::image::{Image, png};
 use crate::metrics::flip::flip;
 use crate::regress::{
-    Case, Goldens, Rendered, Step, Verdict, cases, judge_exactly, judge_loosely, report,
+    Blessing, Case, Goldens, Rendered, Step, Verdict, cases, judge_exactly, judge_loosely, report,
 };
 use crate::tracing::selection::{GeometryChoice, TexturesChoice, TracerChoice};
 use crate::{Error, Result};
@@ -90,21 +90,21 @@ pub fn run(args: &Args) -> Result<()> {
 
 /// Makes the golden frames.
 fn bless(args: &Args, cases: &[Case], device: &DeviceInfo, interrupt: &Interrupt) -> Result<()> {
-    let (mut goldens, work) = Goldens::begin(&args.folder, device)?;
+    let mut blessing = Blessing::begin(&args.folder, device)?;
     let progress = Progress::new(Some(cases.len() as u64), "cases");
     let mut skipped = 0;
     for (number, case) in cases.iter().enumerate() {
         progress.at(number as f64);
         match render_case(args, case, device, interrupt)? {
-            Ok(rendered) => goldens.add(case, &rendered.image, rendered.steps)?,
+            Ok(rendered) => blessing.add(case, &rendered.image, rendered.steps)?,
             Err(_) => skipped += 1,
         }
     }
     progress.finish();
     if args.only.is_some() {
-        goldens.add_older(&args.folder, device)?;
+        blessing.add_older()?;
     }
-    let folder = goldens.finish(&args.folder, device, work)?;
+    let folder = blessing.finish()?;
     print(format_args!(
         "{} golden frames of {} in {}; {skipped} skipped, which need what the device lacks",
         cases.len() - skipped,
@@ -136,7 +136,7 @@ fn compare(args: &Args, cases: &[Case], device: &DeviceInfo, interrupt: &Interru
     for case in cases {
         let start = Instant::now();
         // First, so that it is known which case a driver crashes in.
-        begin_line(&case.name)?;
+        print_part(&case.name)?;
         let verdict = compare_case(args, case, device, (&goldens, own), interrupt)?;
         let (word, why) = match &verdict {
             Verdict::Passed(found) => ("ok", found),
@@ -159,17 +159,6 @@ fn check_folder(folder: &Path) -> Result<()> {
     let there = folder.ancestors().find(|path| path.is_dir());
     // A relative path begins in this folder.
     check_writable(&there.unwrap_or(Path::new(".")).join(".headwater"))
-}
-
-/// Prints the beginning of a line, at once.
-fn begin_line(text: &str) -> Result<()> {
-    let mut out = std::io::stdout().lock();
-    match write!(out, "{text}").and_then(|()| out.flush()) {
-        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(Error::failed(format!("cannot write to stdout: {e}")))
-        }
-        _ => Ok(()),
-    }
 }
 
 /// The last line, and whether all is well.
@@ -290,10 +279,7 @@ fn render_case(
     let mut session = Session::open(&scene, settings, clock, purpose, interrupt)?;
     // Whole frames, as a driver meets them elsewhere.
     for number in 0..frames {
-        match accumulate {
-            true => drop(session.add_samples(number, 1, &mut |_| Ok(()))?),
-            false => session.single_frame(number)?,
-        }
+        session.frame(number, accumulate)?;
     }
     if !accumulate {
         session.renderer.keep_single_frame()?;
@@ -305,11 +291,8 @@ fn render_case(
     session.restart_with_hashes()?;
     let mut steps = Vec::new();
     for number in 0..frames {
-        match accumulate {
-            true => drop(session.add_samples(number, 1, &mut |_| Ok(()))?),
-            false => session.single_frame(number)?,
-        }
-        let outputs = session.take_outputs().into_iter();
+        session.frame(number, accumulate)?;
+        let outputs = session.device.records.take_outputs().into_iter();
         steps.extend(outputs.map(|output| Step::of(number, output)));
     }
     session.finish()?;

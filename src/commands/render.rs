@@ -71,7 +71,7 @@ pub fn run(args: &Args) -> Result<()> {
             frames: args.frames,
             accumulate: args.accumulate,
             exposure: args.scene.exposure,
-            folder: args.presented.as_ref(),
+            folder: args.presented.as_deref(),
         };
         capture::render(&mut session, &wanted, &interrupt)?;
         let samples = if args.accumulate { args.frames } else { 1 };

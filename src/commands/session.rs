@@ -1,25 +1,21 @@
-//! From arguments to a scene on an open device, ready to be rendered.
+//! From arguments to a scene on an open device, ready to be rendered; `session/` has what is done with it besides frames.
 
-use super::arguments::{Aov, SceneArgs};
+mod cameras;
+mod picture;
+mod profiling;
+
+use super::arguments::SceneArgs;
 use super::interrupt::Interrupt;
 use super::{NOTHING_WRITTEN, apply_clock, check_messages, notice, open_scene, open_vulkan};
-use crate::gpu::device::MemoryUse;
-use crate::gpu::{
-    Compiled, Device, Features, Instance, InstanceOptions, Label, Output, PassTime, Presentation,
-};
-use crate::image::{Image, Samples};
-use crate::layouts::{MAX_RADIANCE, ReservoirAov};
-use crate::profile::{Circumstances, Frame, Plan, Subject, measure};
-use crate::render::counters::Counts;
-use crate::render::outputs::Sums;
+use crate::Result;
+use crate::gpu::{Device, Features, Instance, InstanceOptions, PassTime};
 use crate::render::settings::Variant;
-use crate::render::{Clock, Kind, Renderer, Settings, Tracking, View};
-use crate::scene::camera::framing_camera;
-use crate::scene::{Camera, Environment, MovingCamera, Scene};
+use crate::render::{Clock, Renderer, Settings, Tracking, View};
+use crate::scene::{Environment, MovingCamera};
 use crate::tracing::selection::{self, Selection, TexturesChoice, Wanted};
 use crate::tracing::{GpuScene, SceneSizes};
-use crate::{Error, Result};
-use glam::DVec3;
+use cameras::choose_camera;
+use picture::check_aovs;
 use serde_json::{Value, json};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -36,12 +32,13 @@ const MANY_TRIANGLES: u64 = 2_000_000;
 pub enum Purpose {
     /// Nothing.
     Pictures,
-    /// A tool captures what the device does: it is opened for [`Session::presentation`], and uses nothing that cannot be
+    /// A tool captures what the device does: it is opened for
+    /// [`Presentation`](crate::gpu::Presentation), and uses nothing that cannot be
     /// replayed.
     Capture,
-    /// What the driver's compiler says of shaders is kept for [`Session::compiled`].
+    /// What the driver's compiler says of shaders is kept for [`Records::compiled`](crate::gpu::records::Records::compiled).
     Profile,
-    /// What passes write is hashed for [`Session::take_outputs`].
+    /// What passes write is hashed for [`Records::take_outputs`](crate::gpu::records::Records::take_outputs).
     Regression {
         /// Whether the validation layers watch.
         validate: bool,
@@ -56,7 +53,8 @@ pub struct Session {
     pub view: View,
     /// The passes and buffers.
     pub renderer: Renderer,
-    device: Arc<Device>,
+    /// Where it renders.
+    pub device: Arc<Device>,
     instance: Arc<Instance>,
     gpu_scene: Arc<GpuScene>,
     selection: Selection,
@@ -218,7 +216,7 @@ impl Session {
             return 0;
         }
         // Motion is told from one frame to the next.
-        let runs = self.clock.as_ref().is_some_and(|clock| clock.fps.is_some());
+        let runs = self.running_clock().is_some();
         number - u32::from(runs && number > 0)
     }
 
@@ -233,99 +231,12 @@ impl Session {
         Ok(())
     }
 
-    /// Renders a frame by itself, for [`Renderer::show`] and [`Renderer::keep_single_frame`].
-    ///
-    /// # Errors
-    /// The device fails, or the scene cannot be rendered at that frame's time.
-    pub fn single_frame(&mut self, number: u32) -> Result<()> {
+    /// Renders a frame by itself.
+    fn single_frame(&mut self, number: u32) -> Result<()> {
         self.set_clock(number)?;
         let times = self.renderer.single_frame(number)?;
         self.keep_times(times);
         Ok(())
-    }
-
-    /// Renders the frames of a plan and times them; `watch` is called before each, and may end the work.
-    ///
-    /// # Errors
-    /// The device fails, the scene cannot be rendered at a frame's time, or those of `watch`.
-    pub fn profile(
-        &mut self,
-        plan: Plan,
-        watch: &mut dyn FnMut() -> Result<()>,
-    ) -> Result<Vec<Frame>> {
-        let moments = self.moments();
-        measure(
-            &self.device,
-            &mut self.renderer,
-            plan,
-            &mut |renderer, number| {
-                watch()?;
-                moments.show(renderer, number)
-            },
-        )
-    }
-
-    /// What the passes of frame `number` count, in a renderer of their own; `watch` as in [`Self::profile`].
-    ///
-    /// # Errors
-    /// Those of [`Self::profile`].
-    pub fn counts_of(
-        &self,
-        number: u32,
-        watch: &mut dyn FnMut() -> Result<()>,
-    ) -> Result<Vec<Counts>> {
-        let tracking = Tracking {
-            counts: true,
-            ..Tracking::default()
-        };
-        let (device, scene) = (&self.device, self.gpu_scene.clone());
-        let mut renderer = Renderer::tracking(device, scene, &self.view, &self.settings, tracking)?;
-        let moments = self.moments();
-        for number in 0..=number {
-            watch()?;
-            moments.show(&mut renderer, number)?;
-            // What was counted before the last frame is dropped.
-            renderer.counts()?;
-            renderer.single_frame(number)?;
-        }
-        renderer.counts()
-    }
-
-    /// What was profiled.
-    ///
-    /// # Errors
-    /// Never with finite settings.
-    pub fn subject(&self, plan: Plan) -> Result<Subject> {
-        Ok(Subject {
-            scene: self.scene_hash.clone(),
-            settings: self.settings.to_value()?,
-            device: self.device.info.name.clone(),
-            width: self.view.width,
-            height: self.view.height,
-            bounces: self.view.bounces,
-            seed: self.view.seed,
-            camera: camera_text(&self.view.camera),
-            clock: self.clock.map(|clock| (clock.start_time, clock.fps)),
-            warm_up: plan.warm_up,
-            frames: plan.frames,
-        })
-    }
-
-    /// How it was profiled.
-    pub fn circumstances(&self, plan: Plan) -> Circumstances {
-        let variant = self.selection.variant;
-        Circumstances {
-            driver: self.device.info.driver.clone(),
-            tracer: variant.tracer.name().into(),
-            geometry: variant.geometry.name().into(),
-            commit: env!("HEADWATER_COMMIT").into(),
-            in_flight: plan.in_flight,
-        }
-    }
-
-    /// What the driver made of the shaders.
-    pub fn compiled(&self) -> Vec<Compiled> {
-        self.device.compiled()
     }
 
     /// Begins anew, without history or sums. From now on, each pass runs by itself, and what it writes is hashed.
@@ -337,32 +248,15 @@ impl Session {
         self.device.hash_outputs()
     }
 
-    /// What passes wrote since the last call, in their order.
-    pub fn take_outputs(&self) -> Vec<Output> {
-        self.device.take_outputs()
-    }
-
-    /// What is allocated on the device now.
-    pub fn memory_use(&self) -> MemoryUse {
-        self.device.memory_use()
-    }
-
-    /// Labels what is submitted until the returned value is dropped.
-    pub fn label(&self, name: &str) -> Label {
-        self.device.label(name)
-    }
-
-    /// The tools between Headwater and the device, by name.
-    pub fn tools(&self) -> Vec<String> {
-        self.instance.tools(&self.device.info)
-    }
-
-    /// What presents pictures of this size.
+    /// Renders a frame: in addition to those before it, or by itself.
     ///
     /// # Errors
-    /// The device cannot present to a headless surface.
-    pub fn presentation(&self) -> Result<Presentation> {
-        Presentation::new(&self.device, (self.view.width, self.view.height))
+    /// The device fails, or the scene cannot be rendered at that frame's time.
+    pub fn frame(&mut self, number: u32, accumulates: bool) -> Result<()> {
+        match accumulates {
+            true => self.add_samples(number, 1, &mut |_| Ok(())).map(drop),
+            false => self.single_frame(number),
+        }
     }
 
     /// Keeps what a submission took; first runs, which may hold compilation, by themselves.
@@ -373,19 +267,19 @@ impl Session {
         self.times = rest;
     }
 
-    /// The times of frames, and the camera at these.
-    fn moments(&self) -> Moments {
-        Moments {
-            clock: self.clock.filter(|clock| clock.fps.is_some()),
-            camera: self.camera.clone(),
-        }
+    /// The clock, if frames have times of their own.
+    fn running_clock(&self) -> Option<Clock> {
+        self.clock.filter(|clock| clock.fps.is_some())
     }
 
-    /// Shows the time of a frame; whether every frame has its own.
+    /// Sets time and camera of a frame; whether every frame has its own.
     fn set_clock(&mut self, number: u32) -> Result<bool> {
-        let moments = self.moments();
-        moments.show(&mut self.renderer, number)?;
-        Ok(moments.clock.is_some())
+        let Some(clock) = self.running_clock() else {
+            return Ok(false);
+        };
+        let time = clock.time(number);
+        self.renderer.set_moment(time, self.camera.as_ref())?;
+        Ok(true)
     }
 
     /// Adds up to `samples` samples to every pixel, in one submission whose length follows from the
@@ -418,113 +312,6 @@ impl Session {
         let fitting = (SUBMISSION.as_secs_f64() / each.max(1e-9)) as u32;
         self.samples_a_submission = fitting.clamp(1, self.samples_a_submission * 4);
         Ok(samples)
-    }
-
-    /// The picture of `samples` samples a pixel with its metadata and the AOVs asked for.
-    ///
-    /// # Errors
-    /// The device fails.
-    pub fn picture(&mut self, sums: &Sums, samples: u32, aovs: &[Aov]) -> Result<Image> {
-        let mut image = Image::new(self.view.width, self.view.height);
-        let mean = sums.mean(samples.max(1));
-        let values: Vec<_> = mean.iter().map(|p| p.as_vec3().to_array()).collect();
-        image.set_vectors("", ["R", "G", "B"], &values);
-        if !aovs.is_empty() {
-            self.add_aovs(&mut image, aovs)?;
-        }
-        self.rejected = self.renderer.rejected()?;
-        if self.rejected > 0 {
-            notice(&format!(
-                "{} values were refused because they were NaN, negative or beyond {MAX_RADIANCE:e} times the brightest light",
-                self.rejected
-            ));
-        }
-        let settings = self.settings.to_value()?.to_string();
-        let info = &self.device.info;
-        for (key, value) in [
-            ("scene", self.scene_hash.clone()),
-            ("settings", settings),
-            ("device", info.name.clone()),
-            ("driver", info.driver.clone()),
-            ("tracer", self.selection.variant.tracer.name().into()),
-            ("commit", env!("HEADWATER_COMMIT").into()),
-            ("seed", self.view.seed.to_string()),
-            ("bounces", self.view.bounces.to_string()),
-            ("jitter", self.view.jitter.to_string()),
-            ("camera", camera_text(&self.view.camera)),
-            ("samples", samples.to_string()),
-        ] {
-            image.metadata.insert(format!("headwater.{key}"), value);
-        }
-        if let Some(Clock { start_time, fps }) = self.clock {
-            let fps = fps.map(|fps| ("fps", fps));
-            for (key, value) in fps.into_iter().chain([("start_time", start_time)]) {
-                let (key, value) = (format!("headwater.{key}"), format!("{value:?}"));
-                image.metadata.insert(key, value);
-            }
-        }
-        Ok(image)
-    }
-
-    fn add_aovs(&mut self, image: &mut Image, aovs: &[Aov]) -> Result<()> {
-        let surfaces = if aovs.iter().any(|aov| aov.reservoirs_of().is_none()) {
-            self.renderer.primary_surfaces()?
-        } else {
-            Vec::new()
-        };
-        for aov in aovs {
-            match aov {
-                Aov::Direct => self.add_reservoir_aovs(image, Kind::Direct)?,
-                Aov::Indirect => self.add_reservoir_aovs(image, Kind::Indirect)?,
-                Aov::Albedo => {
-                    let values: Vec<_> = surfaces.iter().map(|s| s.albedo.to_array()).collect();
-                    image.set_vectors("albedo.", ["R", "G", "B"], &values);
-                }
-                Aov::Normal => {
-                    let values: Vec<_> = surfaces.iter().map(|s| s.normal.to_array()).collect();
-                    image.set_vectors("normal.", ["X", "Y", "Z"], &values);
-                }
-                Aov::Depth => {
-                    let values = surfaces.iter().map(|s| s.depth).collect();
-                    image
-                        .channels
-                        .insert("depth.Z".into(), Samples::F32(values));
-                }
-                Aov::Motion => {
-                    for (axis, name) in ["motion.X", "motion.Y"].into_iter().enumerate() {
-                        let values = surfaces.iter().map(|s| s.motion[axis]).collect();
-                        image.channels.insert(name.into(), Samples::F32(values));
-                    }
-                }
-                Aov::Instance => {
-                    let values = surfaces.iter().map(|s| s.instance).collect();
-                    image
-                        .channels
-                        .insert("instance.id".into(), Samples::U32(values));
-                }
-            }
-        }
-        Ok(())
-    }
-
-    fn add_reservoir_aovs(&self, image: &mut Image, kind: Kind) -> Result<()> {
-        let reservoirs = self.renderer.reservoir_aovs(kind)?;
-        let mut add = |name: &str, samples| {
-            let name = format!("{}.{name}", kind.name());
-            image.channels.insert(name, samples);
-        };
-        let floats =
-            |value: fn(&ReservoirAov) -> f32| Samples::F32(reservoirs.iter().map(value).collect());
-        add("weight", floats(|r| r.weight));
-        add("confidence", floats(|r| r.confidence));
-        add("age", floats(|r| r.age as f32));
-        add("neighbours", floats(|r| r.neighbours as f32));
-        add("source.X", floats(|r| r.source.x));
-        add("source.Y", floats(|r| r.source.y));
-        add("jacobian", floats(|r| r.jacobian));
-        let lights = reservoirs.iter().map(|r| r.light).collect();
-        add("light", Samples::U32(lights));
-        Ok(())
     }
 
     /// Ends the session, and then checks the messages of the validation layers: the end may cause some too.
@@ -585,96 +372,4 @@ impl Session {
             "scene_bytes": memory,
         }))
     }
-}
-
-/// The times of frames.
-struct Moments {
-    /// If frames have times of their own.
-    clock: Option<Clock>,
-    /// The camera, if it moves.
-    camera: Option<MovingCamera>,
-}
-
-impl Moments {
-    /// Sets time and camera of a frame.
-    fn show(&self, renderer: &mut Renderer, number: u32) -> Result<()> {
-        let Some(clock) = self.clock else {
-            return Ok(());
-        };
-        let time = clock.time(number);
-        renderer.set_time(time);
-        if let Some(camera) = &self.camera {
-            renderer.set_camera(&camera.at(time)?);
-        }
-        Ok(())
-    }
-}
-
-/// Refuses AOVs of reservoirs that there are none of.
-fn check_aovs(aovs: &[Aov], settings: &Settings, bounces: u32) -> Result<()> {
-    for (kind, needed) in [
-        (Kind::Direct, "--bounces of at least 1"),
-        (
-            Kind::Indirect,
-            "indirect.mode=restir, --bounces of at least 2",
-        ),
-    ] {
-        let shows = |aov: &Aov| aov.reservoirs_of() == Some(kind);
-        if aovs.iter().any(shows) && !kind.has_reservoirs(settings, bounces) {
-            return Err(Error::input(format!(
-                "--aov {} shows reservoirs, of which there are none; they come of render with a --preset of integrator=restir, {needed}",
-                kind.name()
-            )));
-        }
-    }
-    Ok(())
-}
-
-/// The camera that `wanted` names, as it is at a time; without it the first; without any one that
-/// frames the scene. The scene's own come with their index.
-fn choose_camera(
-    scene: &Scene,
-    wanted: Option<&str>,
-    time: f64,
-) -> Result<(Camera, Option<usize>)> {
-    let own = |index: usize| Ok((scene.camera_at(index, time)?, Some(index)));
-    let Some(wanted) = wanted else {
-        if !scene.cameras.is_empty() {
-            return own(0);
-        }
-        notice("the scene has no camera, so one was made that frames it; --look-at sets another");
-        return Ok((framing_camera(scene), None));
-    };
-    let by_index = wanted.parse::<usize>().ok();
-    let by_index = by_index.filter(|index| *index < scene.cameras.len());
-    let by_name = || scene.cameras.iter().position(|c| c.name == wanted);
-    by_index.or_else(by_name).map(own).unwrap_or_else(|| {
-        let listed: Vec<String> = scene
-            .cameras
-            .iter()
-            .enumerate()
-            .map(|(i, c)| format!("{i} '{}'", c.name))
-            .collect();
-        Err(Error::input(format!(
-            "no camera '{wanted}'; the scene has: {}",
-            if listed.is_empty() {
-                "none".into()
-            } else {
-                listed.join(", ")
-            }
-        )))
-    })
-}
-
-/// A camera as text that tells any two apart.
-fn camera_text(camera: &Camera) -> String {
-    let place = camera.camera_to_world;
-    let text = |v: DVec3| format!("{:?} {:?} {:?}", v.x, v.y, v.z);
-    format!(
-        "eye {}; back {}; up {}; vertical fov {:?}",
-        text(place.translation),
-        text(place.matrix3.z_axis),
-        text(place.matrix3.y_axis),
-        camera.vertical_fov
-    )
 }

@@ -2,7 +2,7 @@
 
 use super::commands::Commands;
 use super::device::Device;
-use super::instance::TEXEL_SIZE;
+use super::device_info::TEXEL_SIZE;
 use crate::{Error, Result};
 use ash::vk;
 use gpu_allocator::MemoryLocation;
@@ -43,11 +43,7 @@ impl Buffer {
         let buffer = Self::with_location(device, name, size, usage, MemoryLocation::GpuOnly)?;
         if device.features.hashed_outputs {
             let commands = Commands::new(device)?;
-            // SAFETY: the buffer allows transfers, and lives until `finish` has waited.
-            unsafe {
-                let raw = &device.raw;
-                raw.cmd_fill_buffer(commands.raw(), buffer.raw, 0, vk::WHOLE_SIZE, 0);
-            }
+            commands.clear(buffer.raw);
             commands.finish()?;
         }
         Ok(buffer)
@@ -138,7 +134,7 @@ impl Buffer {
             },
         };
         let allocation = device.allocate(&wanted, size)?;
-        device.note_memory(name, size, true);
+        device.records.note_allocated(name, size);
         // SAFETY: the memory was allocated for this buffer's requirements and is bound once.
         let bound = unsafe {
             device
@@ -284,7 +280,7 @@ impl Drop for Buffer {
     fn drop(&mut self) {
         self.device.wait_before_drop();
         if self.allocation.is_some() {
-            self.device.note_memory(&self.name, self.size, false);
+            self.device.records.note_freed(&self.name, self.size);
         }
         self.device.free(self.allocation.take());
         // SAFETY: all commands that used the buffer have finished; a null view is ignored.

@@ -73,6 +73,15 @@ impl Commands {
         }
     }
 
+    /// Fills a buffer, which the caller keeps alive, with zeros.
+    pub(super) fn clear(&self, buffer: vk::Buffer) {
+        // SAFETY: every buffer allows transfers, and this one is alive until the commands have run.
+        unsafe {
+            let raw = &self.device.raw;
+            raw.cmd_fill_buffer(self.raw(), buffer, 0, vk::WHOLE_SIZE, 0);
+        }
+    }
+
     /// Opens a labelled, timed region. Regions do not nest. `first_run` is passed on to its time.
     pub(super) fn begin(&mut self, name: &str, first_run: bool) {
         if let (Some(debug), Ok(label)) = (&self.device.debug, CString::new(name)) {
@@ -164,8 +173,7 @@ impl Commands {
 impl Drop for Commands {
     fn drop(&mut self) {
         if !self.is_submitted {
-            let pools = std::mem::take(&mut self.descriptor_pools);
-            self.device.keep(self.recorder, pools);
+            self.device.keep(self.recorder, &self.descriptor_pools);
         }
     }
 }

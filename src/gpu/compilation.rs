@@ -3,13 +3,13 @@
 //! Drivers take up to a second for a large shader, each on one core. So the pipelines of all passes are compiled
 //! at the same time, and the first recording of a pass waits for its own.
 
-use super::device::{Compiled, Device};
+use super::device::Device;
+use super::records::Compiled;
 use super::specialise::specialise;
 use crate::Result;
 use ash::vk;
 use rspirv::dr::Module;
 use std::ffi::CStr;
-use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, OnceLock};
 use std::thread::{Builder, JoinHandle};
 use std::time::Instant;
@@ -85,7 +85,7 @@ fn compile(
 ) -> Made {
     let words = specialise(shader, constants);
     let bytes = size_of_val(words.as_slice()) as u64;
-    device.shader_bytes.fetch_add(bytes, Ordering::Relaxed);
+    device.records.note_shader(bytes);
     let raw = &device.raw;
     // SAFETY: every create-info and what it points to lives through its call. The layout outlives the compilation,
     // which the pass that owns both waits for before it destroys the layout.
@@ -110,13 +110,11 @@ fn compile(
         raw.destroy_shader_module(module, None);
         let pipeline = made.map_err(|(_, e)| e)?[0];
         device.name(pipeline, name);
-        if let Ok(mut compiled) = device.compiled.lock() {
-            compiled.push(Compiled {
-                name: name.to_owned(),
-                milliseconds: start.elapsed().as_secs_f64() * 1e3,
-                statistics: statistics(device, pipeline).unwrap_or_default(),
-            });
-        }
+        device.records.note_compiled(Compiled {
+            name: name.to_owned(),
+            milliseconds: start.elapsed().as_secs_f64() * 1e3,
+            statistics: statistics(device, pipeline).unwrap_or_default(),
+        });
         Ok(pipeline)
     }
 }

@@ -57,6 +57,19 @@ pub fn compile(
     source: &str,
     includes: &Sources,
     defines: &[(&str, &str)],
+) -> Result<Vec<u32>, String> {
+    compile_with(name, source, includes, defines, Debug::Names)
+}
+
+/// [`compile`], with more of the source in the SPIR-V if `debug` says so.
+///
+/// # Errors
+/// Those of [`compile`].
+pub fn compile_with(
+    name: &str,
+    source: &str,
+    includes: &Sources,
+    defines: &[(&str, &str)],
     debug: Debug,
 ) -> Result<Vec<u32>, String> {
     let included = RefCell::new(BTreeSet::new());

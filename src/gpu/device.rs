@@ -1,16 +1,16 @@
 //! The logical device: queue, memory, names.
 
-use super::instance::{DeviceInfo, Instance, change_lists, walk_lists};
-use super::recorder::{PassTime, Recorder, Submission};
+use super::device_info::DeviceInfo;
+use super::instance::{Instance, change_lists, walk_lists};
+use super::recorder::{Recorder, Submission};
+use super::records::Records;
 use crate::{Error, Result};
 use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, Allocator, AllocatorCreateDesc};
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::VecDeque;
 use std::ffi::CString;
 use std::mem::ManuallyDrop;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
 
 /// Optional features, enabled only if they are used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -28,32 +28,6 @@ pub struct Features {
     /// Not of the driver: what passes write can be hashed ([`Device::hash_outputs`]). Buffers begin with zeros, so that what
     /// nobody wrote does not differ.
     pub hashed_outputs: bool,
-}
-
-/// What a pass left in a buffer that it may write.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Output {
-    /// The pass.
-    pub pass: String,
-    /// The buffer.
-    pub buffer: String,
-    /// A hash of all its bytes, in hexadecimal.
-    pub hash: String,
-}
-
-/// Bytes of buffers and images by name: how many of a name there are now, and their bytes.
-pub type MemoryUse = BTreeMap<String, (u32, u64)>;
-
-/// What the driver made of a shader.
-#[derive(Clone, Debug)]
-pub struct Compiled {
-    /// The pass.
-    pub name: String,
-    /// Milliseconds that it took to make the pipeline.
-    pub milliseconds: f64,
-    /// What the driver's compiler says of it, such as numbers of registers: names and values, with
-    /// [`Features::executable_properties`].
-    pub statistics: Vec<(String, String)>,
 }
 
 /// An open device, shared by all objects made from it.
@@ -77,124 +51,14 @@ pub struct Device {
     pub(super) queue_lock: Mutex<()>,
     /// Command buffers that are not in use.
     pub(super) idle: Mutex<Vec<Recorder>>,
-    /// Bytes of SPIR-V that were given to the driver.
-    pub(super) shader_bytes: AtomicU64,
-    /// Nanoseconds between the submission of passes and the end of the wait for them.
-    pub(super) submitted: AtomicU64,
     /// Submissions that nothing has waited for yet, the oldest first.
     pub(super) running: Mutex<VecDeque<Submission>>,
-    /// The pipelines made so far.
-    pub(super) compiled: Mutex<Vec<Compiled>>,
-    /// Whether what passes write is hashed.
-    pub(super) hashes_outputs: AtomicBool,
-    /// What they wrote.
-    pub(super) outputs: Mutex<Vec<Output>>,
-    /// What is allocated.
-    pub(super) memory: Mutex<MemoryUse>,
+    /// What it notes of the work on it.
+    pub records: Records,
     instance: Arc<Instance>,
 }
 
 impl Device {
-    /// Bytes of SPIR-V that were given to the driver so far.
-    pub fn shader_bytes(&self) -> u64 {
-        self.shader_bytes.load(Ordering::Relaxed)
-    }
-
-    /// How long recordings of passes have taken so far, each from the call that submitted it to the end of the wait for it.
-    pub fn submitted_time(&self) -> Duration {
-        Duration::from_nanos(self.submitted.load(Ordering::Relaxed))
-    }
-
-    /// Waits for the oldest submissions of [`Recording::submit`](super::Recording::submit) until at most `most` are left;
-    /// returns the times of each.
-    ///
-    /// # Errors
-    /// The device is lost.
-    pub fn wait_for_running(&self, most: usize) -> Result<Vec<Vec<PassTime>>> {
-        let mut times = Vec::new();
-        loop {
-            let Ok(mut running) = self.running.lock() else {
-                return Ok(times);
-            };
-            if running.len() <= most {
-                return Ok(times);
-            }
-            // It stays in the list while it runs: whatever drops a resource meanwhile must find it there.
-            let fence = running.front().map(|oldest| oldest.recorder.fence);
-            // SAFETY: the fence was given to the submission. The wait below says what went wrong.
-            let _ =
-                fence.map(|fence| unsafe { self.raw.wait_for_fences(&[fence], true, u64::MAX) });
-            let oldest = running.pop_front();
-            drop(running);
-            if let Some(submission) = oldest {
-                times.push(self.wait_for(submission)?.0);
-            }
-        }
-    }
-
-    /// Waits for a submission; returns the time of each of its regions, and how long it took from the call that submitted it
-    /// to the end of the wait.
-    ///
-    /// # Errors
-    /// The device is lost.
-    pub(super) fn wait_for(&self, submission: Submission) -> Result<(Vec<PassTime>, Duration)> {
-        // SAFETY: the fence was given to the submission.
-        let waited = unsafe {
-            let fences = [submission.recorder.fence];
-            self.raw.wait_for_fences(&fences, true, u64::MAX)
-        };
-        let taken = submission.started.elapsed();
-        let period = f64::from(self.info.timestamp_period);
-        let times = waited.and_then(|()| submission.times(&self.raw, period));
-        let Submission {
-            recorder,
-            descriptor_pools,
-            ..
-        } = submission;
-        match waited {
-            Ok(()) => self.keep(recorder, descriptor_pools),
-            // SAFETY: the device is lost, and the recorder is not used again.
-            Err(_) => unsafe {
-                self.destroy_pools(&descriptor_pools);
-                recorder.destroy(&self.raw);
-            },
-        }
-        let times = times.map_err(|e| self.failure("run the recorded passes", e))?;
-        Ok((times, taken))
-    }
-
-    /// Keeps a recorder whose commands do not run, and destroys the descriptor pools that they used.
-    pub(super) fn keep(&self, recorder: Recorder, pools: Vec<vk::DescriptorPool>) {
-        // SAFETY: the commands do not run.
-        unsafe { self.destroy_pools(&pools) };
-        match self.idle.lock() {
-            Ok(mut idle) => idle.push(recorder),
-            // SAFETY: as above, and it is not used again.
-            Err(_) => unsafe { recorder.destroy(&self.raw) },
-        }
-    }
-
-    /// # Safety
-    /// The commands that use the pools do not run.
-    unsafe fn destroy_pools(&self, pools: &[vk::DescriptorPool]) {
-        for pool in pools {
-            // SAFETY: as the caller promises.
-            unsafe { self.raw.destroy_descriptor_pool(*pool, None) };
-        }
-    }
-
-    /// Waits until nothing runs, before something that submissions may use is destroyed. Their times can still be asked for.
-    pub(super) fn wait_before_drop(&self) {
-        let Ok(running) = self.running.lock() else {
-            return;
-        };
-        let fences: Vec<vk::Fence> = running.iter().map(|s| s.recorder.fence).collect();
-        if !fences.is_empty() {
-            // SAFETY: the fences were given to submissions. If the device is lost, nothing runs.
-            let _ = unsafe { self.raw.wait_for_fences(&fences, true, u64::MAX) };
-        }
-    }
-
     /// From now on, runs each pass by itself and hashes what it writes.
     ///
     /// # Errors
@@ -205,48 +69,8 @@ impl Device {
                 "outputs of passes were to be hashed on a device that was opened without that",
             ));
         }
-        self.hashes_outputs.store(true, Ordering::Relaxed);
+        self.records.hash_outputs();
         Ok(())
-    }
-
-    /// What passes wrote since the last call, in their order, where it was hashed.
-    pub fn take_outputs(&self) -> Vec<Output> {
-        let outputs = self.outputs.lock();
-        outputs
-            .map(|mut outputs| std::mem::take(&mut *outputs))
-            .unwrap_or_default()
-    }
-
-    /// What the driver made of the shaders so far.
-    pub fn compiled(&self) -> Vec<Compiled> {
-        self.compiled
-            .lock()
-            .map(|all| all.clone())
-            .unwrap_or_default()
-    }
-
-    /// The buffers and images on the device, by name.
-    pub fn memory_use(&self) -> MemoryUse {
-        self.memory
-            .lock()
-            .map(|memory| memory.clone())
-            .unwrap_or_default()
-    }
-
-    /// Notes that `bytes` are allocated for a name (`is_new`), or given back.
-    pub(super) fn note_memory(&self, name: &str, bytes: u64, is_new: bool) {
-        let Ok(mut memory) = self.memory.lock() else {
-            return;
-        };
-        let entry = memory.entry(name.to_owned()).or_default();
-        if is_new {
-            *entry = (entry.0 + 1, entry.1 + bytes);
-        } else {
-            *entry = (entry.0.saturating_sub(1), entry.1.saturating_sub(bytes));
-            if entry.0 == 0 {
-                memory.remove(name);
-            }
-        }
     }
 
     /// Opens `info` with `features`.
@@ -262,36 +86,31 @@ impl Device {
         info: DeviceInfo,
         features: Features,
     ) -> Result<Arc<Self>> {
-        if features.ray_query && !info.ray_query {
-            return Err(Error::input(format!(
-                "device '{}' has no ray query; use --tracer compute-bvh",
-                info.name
-            )));
-        }
         let addresses = features.buffer_addresses || features.ray_query;
-        if addresses && !info.buffer_addresses {
-            return Err(Error::input(format!(
-                "device '{}' has no buffer addresses",
-                info.name
-            )));
-        }
-        if features.image_arrays && !info.image_arrays {
-            return Err(Error::input(format!(
-                "device '{}' has no arrays of images",
-                info.name
-            )));
-        }
-        if features.presentation && !instance.presents(&info) {
-            return Err(Error::failed(format!(
-                "device '{}' cannot present to a headless surface",
-                info.name
-            )));
-        }
-        if features.executable_properties && !info.executable_properties {
-            return Err(Error::failed(format!(
-                "device '{}' does not tell what its compiler makes of shaders",
-                info.name
-            )));
+        let wanted = [
+            (
+                features.ray_query && !info.ray_query,
+                "has no ray query; use --tracer compute-bvh",
+            ),
+            (
+                addresses && !info.buffer_addresses,
+                "has no buffer addresses",
+            ),
+            (
+                features.image_arrays && !info.image_arrays,
+                "has no arrays of images",
+            ),
+            (
+                features.presentation && !instance.presents(&info),
+                "cannot present to a headless surface",
+            ),
+            (
+                features.executable_properties && !info.executable_properties,
+                "does not tell what its compiler makes of shaders",
+            ),
+        ];
+        if let Some((_, obstacle)) = wanted.iter().find(|(is_missing, _)| *is_missing) {
+            return Err(Error::input(format!("device '{}' {obstacle}", info.name)));
         }
         let ends_frames = features.presentation && info.frame_boundary;
         let mut boundary =
@@ -391,13 +210,8 @@ impl Device {
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
             queue_lock: Mutex::new(()),
             idle: Mutex::default(),
-            shader_bytes: AtomicU64::new(0),
-            submitted: AtomicU64::new(0),
             running: Mutex::default(),
-            compiled: Mutex::default(),
-            hashes_outputs: AtomicBool::new(false),
-            outputs: Mutex::default(),
-            memory: Mutex::default(),
+            records: Records::default(),
             info,
             features: Features {
                 buffer_addresses: addresses,
@@ -412,6 +226,11 @@ impl Device {
     /// Messages of the validation layers so far, for every device of the instance.
     pub fn validation_messages(&self) -> Vec<String> {
         self.instance.validation_messages()
+    }
+
+    /// The tools between Headwater and the device, by name; see [`Instance::tools`].
+    pub fn tools(&self) -> Vec<String> {
+        self.instance.tools(&self.info)
     }
 
     /// The instance it belongs to.
@@ -507,8 +326,7 @@ impl Drop for Device {
         unsafe {
             let _ = self.raw.device_wait_idle();
             for submission in running {
-                self.destroy_pools(&submission.descriptor_pools);
-                submission.recorder.destroy(&self.raw);
+                submission.destroy(&self.raw);
             }
             let idle = self.idle.get_mut();
             for recorder in idle.unwrap_or_else(PoisonError::into_inner).drain(..) {

@@ -9,9 +9,9 @@
 //! Functions that call the driver return an error if the device is lost or out of memory; their
 //! `# Errors` sections list only what can fail besides.
 //!
-//! Each file uses only files before it: `messages`, `instance`, `recorder`, `device`, `commands`, `buffer`,
-//! `presentation`, `sampled_image`, `acceleration`, `layout`, `reflection`, `specialise`, `compilation`, `pass`, `recording` (`compiler`
-//! uses none).
+//! Each file uses only files before it: `messages`, `device_info`, `instance`, `recorder`, `records`, `device`, `waiting`,
+//! `commands`, `buffer`, `image_commands`, `presentation`, `sampled_image`, `acceleration`, `layout`, `reflection`,
+//! `specialise`, `compilation`, `pass`, `recording` (`compiler` uses none).
 
 pub mod acceleration;
 pub mod buffer;
@@ -19,6 +19,8 @@ mod commands;
 mod compilation;
 pub mod compiler;
 pub mod device;
+pub mod device_info;
+mod image_commands;
 pub mod instance;
 pub mod layout;
 pub mod messages;
@@ -26,16 +28,20 @@ pub mod pass;
 pub mod presentation;
 mod recorder;
 pub mod recording;
+pub mod records;
 pub mod reflection;
 pub mod sampled_image;
 pub(crate) mod specialise;
+mod waiting;
 
 pub use acceleration::{AccelerationStructure, BlasGeometry, TlasInstance};
 pub use buffer::{Buffer, Usage};
-pub use device::{Compiled, Device, Features, Label, Output};
-pub use instance::{DeviceInfo, DriverKind, Instance, InstanceOptions};
+pub use device::{Device, Features, Label};
+pub use device_info::{DeviceInfo, DriverKind};
+pub use instance::{Instance, InstanceOptions};
 pub use pass::{Bindings, ComputePass, Resource};
 pub use presentation::Presentation;
 pub use recorder::PassTime;
 pub use recording::{Recording, in_rows};
+pub use records::{Compiled, Output};
 pub use sampled_image::SampledImage;

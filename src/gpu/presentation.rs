@@ -3,8 +3,10 @@
 use super::buffer::Buffer;
 use super::commands::Commands;
 use super::device::Device;
+use super::image_commands::{Rows, UPLOAD};
 use crate::{Error, Result};
 use ash::vk;
+use ash::vk::ImageLayout;
 use std::sync::Arc;
 
 /// Formats of pictures that can be presented, and whether they begin with blue.
@@ -165,58 +167,14 @@ impl Presentation {
         let mut commands = Commands::new(&self.device)?;
         commands.begin("present", false);
         commands.barrier();
-        let whole = vk::ImageSubresourceRange {
-            aspect_mask: vk::ImageAspectFlags::COLOR,
-            base_mip_level: 0,
-            level_count: 1,
-            base_array_layer: 0,
-            layer_count: 1,
+        commands.change_layout(image, [ImageLayout::UNDEFINED, UPLOAD]);
+        let rows = Rows {
+            width,
+            first: 0,
+            count: height,
         };
-        let change = |from, to| {
-            let all = vk::AccessFlags::MEMORY_READ | vk::AccessFlags::MEMORY_WRITE;
-            let barrier = vk::ImageMemoryBarrier::default()
-                .src_access_mask(all)
-                .dst_access_mask(all)
-                .old_layout(from)
-                .new_layout(to)
-                .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-                .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-                .image(image)
-                .subresource_range(whole);
-            let stages = vk::PipelineStageFlags::ALL_COMMANDS;
-            let none = vk::DependencyFlags::empty();
-            // SAFETY: the image was acquired and is not presented before `finish` has waited.
-            unsafe {
-                raw.cmd_pipeline_barrier(
-                    commands.raw(),
-                    stages,
-                    stages,
-                    none,
-                    &[],
-                    &[],
-                    &[barrier],
-                );
-            }
-        };
-        let region = vk::BufferImageCopy::default()
-            .image_subresource(vk::ImageSubresourceLayers {
-                aspect_mask: vk::ImageAspectFlags::COLOR,
-                mip_level: 0,
-                base_array_layer: 0,
-                layer_count: 1,
-            })
-            .image_extent(vk::Extent3D {
-                width,
-                height,
-                depth: 1,
-            });
-        let writable = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
-        change(vk::ImageLayout::UNDEFINED, writable);
-        // SAFETY: the buffer holds as many pixels as the image has, and lives until `finish` has waited.
-        unsafe {
-            raw.cmd_copy_buffer_to_image(commands.raw(), pixels.raw, image, writable, &[region]);
-        }
-        change(writable, vk::ImageLayout::PRESENT_SRC_KHR);
+        commands.copy_rows(pixels, image, &rows);
+        commands.change_layout(image, [UPLOAD, ImageLayout::PRESENT_SRC_KHR]);
         commands.end();
         commands.ends_frame(number, image);
         commands.finish()?;

@@ -145,6 +145,20 @@ pub(super) struct Submission {
 }
 
 impl Submission {
+    /// Destroys what it is made of.
+    ///
+    /// # Safety
+    /// The commands do not run, or the device is lost.
+    pub(super) unsafe fn destroy(self, raw: &ash::Device) {
+        // SAFETY: as the caller promises.
+        unsafe {
+            for pool in self.descriptor_pools {
+                raw.destroy_descriptor_pool(pool, None);
+            }
+            self.recorder.destroy(raw);
+        }
+    }
+
     /// The times of the regions after the wait, empty without timestamps; `period` are the nanoseconds of a tick.
     pub(super) fn times(
         &self,

@@ -2,14 +2,15 @@
 
 use super::buffer::Buffer;
 use super::commands::Commands;
-use super::device::{Device, Output};
+use super::device::Device;
 use super::pass::{Bindings, ComputePass, Resource};
 use super::recorder::PassTime;
+use super::records::Output;
+use crate::short_hash::short;
 use crate::{Error, Result};
 use ash::vk;
 use std::marker::PhantomData;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 
 /// So many workgroups, or a few more, in rows: one dimension holds at least 65,535 of them everywhere.
 pub fn in_rows(groups: u32) -> [u32; 3] {
@@ -89,8 +90,7 @@ impl<'a> Recording<'a> {
             raw.cmd_dispatch(commands.raw(), groups[0], groups[1], groups[2]);
         }
         commands.end();
-        let device = &self.commands.device;
-        if device.hashes_outputs.load(Ordering::Relaxed) {
+        if self.commands.device.records.hashes_outputs() {
             self.hash_outputs(pass, &resources)?;
         }
         Ok(())
@@ -106,14 +106,11 @@ impl<'a> Recording<'a> {
                 continue;
             };
             let bytes: Vec<u8> = buffer.read(buffer.size() as usize)?;
-            let output = Output {
+            device.records.note_output(Output {
                 pass: pass.name().to_owned(),
                 buffer: buffer.name().to_owned(),
-                hash: blake3::hash(&bytes).to_hex()[..16].to_owned(),
-            };
-            if let Ok(mut outputs) = device.outputs.lock() {
-                outputs.push(output);
-            }
+                hash: short(&blake3::hash(&bytes)),
+            });
         }
         Ok(())
     }
@@ -144,16 +141,7 @@ impl<'a> Recording<'a> {
     /// Records filling a buffer with zeros.
     pub fn clear(&mut self, buffer: &'a Buffer) {
         self.commands.barrier();
-        // SAFETY: the buffer allows transfers and lives as long as 'a.
-        unsafe {
-            self.commands.device.raw.cmd_fill_buffer(
-                self.commands.raw(),
-                buffer.raw,
-                0,
-                vk::WHOLE_SIZE,
-                0,
-            );
-        }
+        self.commands.clear(buffer.raw);
     }
 
     /// Submits everything without waiting. [`Device::wait_for_running`] waits, and so does whatever drops a resource.
@@ -182,8 +170,7 @@ impl<'a> Recording<'a> {
         } = self;
         let device = commands.device.clone();
         let (last, taken) = device.wait_for(commands.submit()?)?;
-        let nanoseconds = taken.as_nanos() as u64;
-        device.submitted.fetch_add(nanoseconds, Ordering::Relaxed);
+        device.records.note_submitted(taken);
         times.extend(last);
         Ok(times)
     }
@@ -296,12 +283,16 @@ impl<'a> Recording<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu::{DeviceInfo, Features, Instance, Usage};
+    use crate::gpu::{DeviceInfo, Features, Instance, InstanceOptions, Usage};
 
     /// Synchronization validation is on, and its messages reach the test.
     #[test]
     fn a_planted_hazard_is_caught() {
-        let instance = Instance::new(true).unwrap();
+        let instance = Instance::new(InstanceOptions {
+            validation: true,
+            ..InstanceOptions::default()
+        })
+        .unwrap();
         // The same device as all tests use; a machine may have others.
         let info = match std::env::var("HEADWATER_DEVICE") {
             Ok(name) => instance.choose(Some(&name)).unwrap().0,

@@ -3,6 +3,7 @@
 use super::buffer::Buffer;
 use super::commands::Commands;
 use super::device::Device;
+use super::image_commands::{Rows, UPLOAD, WHOLE};
 use crate::{Error, Result};
 use ash::vk;
 use ash::vk::ImageLayout;
@@ -13,22 +14,10 @@ use std::sync::Arc;
 /// Four bytes that shaders read as 0…1; every device samples this format.
 const FORMAT: vk::Format = vk::Format::R8G8B8A8_UNORM;
 
-/// The layout while texels are copied: the layers warn of copies into `GENERAL`.
-const UPLOAD: ImageLayout = ImageLayout::TRANSFER_DST_OPTIMAL;
-
 /// Most bytes that are uploaded at once, but for a single row.
 const PIECE: usize = 64 << 20;
 
-/// All of an image: it has one level of detail and one layer.
-const WHOLE: vk::ImageSubresourceRange = vk::ImageSubresourceRange {
-    aspect_mask: vk::ImageAspectFlags::COLOR,
-    base_mip_level: 0,
-    level_count: 1,
-    base_array_layer: 0,
-    layer_count: 1,
-};
-
-/// The name of all images in [`Device::memory_use`]: a scene may have thousands.
+/// The name of all images in [`Records::memory_use`](super::records::Records::memory_use): a scene may have thousands.
 const MEMORY_NAME: &str = "images";
 
 /// A named image that shaders sample, in the layout `GENERAL`; freed when dropped.
@@ -114,7 +103,7 @@ impl SampledImage {
             device.raw.bind_image_memory(self.raw, memory, offset)
         };
         self.allocation = Some(allocation);
-        self.device.note_memory(MEMORY_NAME, self.size, true);
+        self.device.records.note_allocated(MEMORY_NAME, self.size);
         bound.map_err(fail)?;
         let info = vk::ImageViewCreateInfo::default()
             .image(self.raw)
@@ -139,68 +128,20 @@ impl SampledImage {
             let commands = Commands::new(device)?;
             commands.barrier();
             if index == 0 {
-                self.change_layout(&commands, [ImageLayout::UNDEFINED, UPLOAD]);
+                commands.change_layout(self.raw, [ImageLayout::UNDEFINED, UPLOAD]);
             }
-            let region = [vk::BufferImageCopy::default()
-                .image_subresource(vk::ImageSubresourceLayers {
-                    aspect_mask: WHOLE.aspect_mask,
-                    mip_level: 0,
-                    base_array_layer: 0,
-                    layer_count: 1,
-                })
-                .image_offset(vk::Offset3D {
-                    x: 0,
-                    y: (index * rows) as i32,
-                    z: 0,
-                })
-                .image_extent(vk::Extent3D {
-                    width,
-                    height: (part.len() / width as usize) as u32,
-                    depth: 1,
-                })];
-            // SAFETY: both allow transfers, the rows lie within them, and they are alive until `finish` has waited.
-            unsafe {
-                device.raw.cmd_copy_buffer_to_image(
-                    commands.raw(),
-                    staging.raw,
-                    self.raw,
-                    UPLOAD,
-                    &region,
-                );
-            }
+            let part_rows = Rows {
+                width,
+                first: (index * rows) as u32,
+                count: (part.len() / width as usize) as u32,
+            };
+            commands.copy_rows(&staging, self.raw, &part_rows);
             if (index + 1) * piece >= texels.len() {
-                self.change_layout(&commands, [UPLOAD, ImageLayout::GENERAL]);
+                commands.change_layout(self.raw, [UPLOAD, ImageLayout::GENERAL]);
             }
             commands.finish()?;
         }
         Ok(())
-    }
-
-    /// Records a change of layout between uploads and everything else.
-    fn change_layout(&self, commands: &Commands, [from, to]: [ImageLayout; 2]) {
-        let all = vk::AccessFlags::MEMORY_READ | vk::AccessFlags::MEMORY_WRITE;
-        let barrier = [vk::ImageMemoryBarrier::default()
-            .src_access_mask(all)
-            .dst_access_mask(all)
-            .old_layout(from)
-            .new_layout(to)
-            .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-            .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-            .image(self.raw)
-            .subresource_range(WHOLE)];
-        let stages = vk::PipelineStageFlags::ALL_COMMANDS;
-        // SAFETY: plain command on a buffer that is being recorded; the image is in the layout `from` then.
-        unsafe {
-            self.device.raw.cmd_pipeline_barrier(
-                commands.raw(),
-                stages,
-                stages,
-                vk::DependencyFlags::empty(),
-                &[],
-                &[],
-                &barrier,
-            );
-        }
     }
 }
 
@@ -208,7 +149,7 @@ impl Drop for SampledImage {
     fn drop(&mut self) {
         self.device.wait_before_drop();
         if self.allocation.is_some() {
-            self.device.note_memory(MEMORY_NAME, self.size, false);
+            self.device.records.note_freed(MEMORY_NAME, self.size);
         }
         // SAFETY: all commands that used the image have finished; null handles are ignored.
         unsafe {

@@ -123,14 +123,7 @@ mod tests {
 
     /// The constants that the shader stores, in order; none for what is not a constant.
     fn stored(constants: &[(u32, u32)]) -> Vec<Option<u32>> {
-        let words = compiler::compile(
-            "test.comp",
-            SHADER,
-            &Sources::new(),
-            &[],
-            compiler::Debug::Names,
-        )
-        .unwrap();
+        let words = compiler::compile("test.comp", SHADER, &Sources::new(), &[]).unwrap();
         let words = specialise(&parse(&words).unwrap(), constants);
         let module = parse(&words).unwrap();
         let constant = |operand: &Operand| {
@@ -160,7 +153,7 @@ mod tests {
     #[test]
     fn source_lines_stay() {
         let lines = |debug| {
-            let words = compiler::compile("test.comp", SHADER, &Sources::new(), &[], debug);
+            let words = compiler::compile_with("test.comp", SHADER, &Sources::new(), &[], debug);
             let words = specialise(&parse(&words.unwrap()).unwrap(), &[(3, 7)]);
             let module = parse(&words).unwrap();
             let has_source = module.debug_string_source.iter().any(|instruction| {

@@ -58,7 +58,7 @@ pub fn measure(
         let start = milliseconds(began);
         let frame_began = Instant::now();
         prepare(renderer, number)?;
-        let before = device.submitted_time();
+        let before = device.records.submitted_time();
         let label = device.label(&format!("frame {number}"));
         let mut frame = Frame {
             number,
@@ -67,7 +67,7 @@ pub fn measure(
         };
         if plan.in_flight == 1 {
             frame.passes = renderer.single_frame(number)?;
-            frame.submitted = (device.submitted_time() - before).as_secs_f64() * 1e3;
+            frame.submitted = (device.records.submitted_time() - before).as_secs_f64() * 1e3;
         } else {
             // Path tracing waits, and has its times at once.
             frame.passes = renderer.submit_frame(number)?.unwrap_or_default();

@@ -137,7 +137,7 @@ impl Profile {
         [warm_up, timed]: [&[Frame]; 2],
         counts: &[Counts],
         compiled: &[Compiled],
-        memory: &crate::gpu::device::MemoryUse,
+        memory: &crate::gpu::records::MemoryUse,
     ) -> Self {
         let runs = |frames: &[Frame], name: &str| -> Vec<(u32, f64)> {
             let of = |frame: &Frame| {

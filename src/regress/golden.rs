@@ -4,10 +4,12 @@ use super::cases::Case;
 use crate::files::write_atomically;
 use crate::gpu::{DeviceInfo, Output};
 use crate::image::Image;
+use crate::short_hash::short;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io::Write;
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
 /// Version of the lists.
@@ -83,29 +85,36 @@ fn folder_name(device: &DeviceInfo) -> String {
     words.collect::<Vec<_>>().join("-")
 }
 
-/// Where the older set of a device is while a new one takes its place.
-fn older(folder: &Path, device: &DeviceInfo) -> PathBuf {
-    folder.join(format!(".older-{}", folder_name(device)))
+/// A new set of golden frames, which takes the place of an older one of the same driver when it is complete.
+pub struct Blessing {
+    /// So far, in the folder `work`.
+    goldens: Goldens,
+    work: tempfile::TempDir,
+    /// Where the set will be.
+    target: PathBuf,
+    /// Where the older set is while this one takes its place.
+    older: PathBuf,
 }
 
-impl Goldens {
-    /// An empty set for a device, to be filled in a folder beside its own.
+impl Blessing {
+    /// An empty set for a device, in a folder beside that of its older set.
     ///
     /// # Errors
     /// The folder cannot be written.
-    pub fn begin(folder: &Path, device: &DeviceInfo) -> Result<(Self, tempfile::TempDir)> {
+    pub fn begin(folder: &Path, device: &DeviceInfo) -> Result<Self> {
         let failed = |e| Error::writing(folder, e);
         std::fs::create_dir_all(folder).map_err(failed)?;
+        let name = folder_name(device);
+        let (target, older) = (folder.join(&name), folder.join(format!(".older-{name}")));
         // What a killed start has left between the two steps of `finish`.
-        let (own, older) = (folder.join(folder_name(device)), older(folder, device));
-        if older.is_dir() && !own.exists() {
-            std::fs::rename(&older, &own).map_err(failed)?;
+        if older.is_dir() && !target.exists() {
+            std::fs::rename(&older, &target).map_err(failed)?;
         }
         let work = tempfile::Builder::new()
             .prefix(".golden-")
             .tempdir_in(folder)
             .map_err(failed)?;
-        let goldens = Self {
+        let goldens = Goldens {
             version: VERSION,
             device: device.name.clone(),
             driver: device.driver.clone(),
@@ -113,7 +122,12 @@ impl Goldens {
             cases: BTreeMap::new(),
             folder: work.path().to_owned(),
         };
-        Ok((goldens, work))
+        Ok(Self {
+            goldens,
+            work,
+            target,
+            older,
+        })
     }
 
     /// Adds a case.
@@ -121,61 +135,55 @@ impl Goldens {
     /// # Errors
     /// The picture cannot be written.
     pub fn add(&mut self, case: &Case, image: &Image, steps: Vec<Step>) -> Result<()> {
-        let path = self.picture(&case.name);
+        let path = self.goldens.picture(&case.name);
         image.write(&path, 0.0)?;
         let golden = Golden {
             arguments: case.arguments.clone(),
             picture: hash(&path)?,
             steps,
         };
-        self.cases.insert(case.name.clone(), golden);
+        self.goldens.cases.insert(case.name.clone(), golden);
         Ok(())
     }
 
-    /// Adds the cases of the driver's older set, if there is one, that are not in this one.
+    /// Adds the cases of the older set, if there is one, that are not in this one.
     ///
     /// # Errors
     /// The older set is damaged, or the disk fails.
-    pub fn add_older(&mut self, folder: &Path, device: &DeviceInfo) -> Result<()> {
-        let folder = folder.join(folder_name(device));
-        if !folder.is_dir() {
+    pub fn add_older(&mut self) -> Result<()> {
+        if !self.target.is_dir() {
             return Ok(());
         }
-        let older = Self::read(&folder)?;
+        let older = Goldens::read(&self.target)?;
         for (name, golden) in &older.cases {
-            if !self.cases.contains_key(name) {
-                let (from, to) = (older.picture(name), self.picture(name));
+            if !self.goldens.cases.contains_key(name) {
+                let (from, to) = (older.picture(name), self.goldens.picture(name));
                 std::fs::copy(&from, &to).map_err(|e| Error::reading(&from, e))?;
-                self.cases.insert(name.clone(), golden.clone());
+                self.goldens.cases.insert(name.clone(), golden.clone());
             }
         }
         Ok(())
     }
 
-    /// Puts a complete set in the place of the driver's older one. `work` is the folder of [`Self::begin`].
+    /// Puts the set in the place of the older one; returns where it is.
     ///
     /// # Errors
     /// The disk does not take it; then the older one stays.
-    pub fn finish(
-        self,
-        folder: &Path,
-        device: &DeviceInfo,
-        work: tempfile::TempDir,
-    ) -> Result<PathBuf> {
-        let list = serde_json::to_string_pretty(&self)
+    pub fn finish(self) -> Result<PathBuf> {
+        let Self {
+            goldens,
+            work,
+            target,
+            older,
+        } = self;
+        let list = serde_json::to_string_pretty(&goldens)
             .map_err(|e| Error::failed(format!("golden frames as JSON: {e}")))?;
         write_atomically(&work.path().join(LIST), |file| writeln!(file, "{list}"))?;
-        let target = folder.join(folder_name(device));
         let failed = |e| Error::writing(&target, e);
         // Readable by others, which temporary folders are not.
-        #[cfg(unix)]
-        {
-            use std::os::unix::fs::PermissionsExt;
-            let permissions = std::fs::Permissions::from_mode(0o755);
-            std::fs::set_permissions(work.path(), permissions).map_err(failed)?;
-        }
+        let permissions = std::fs::Permissions::from_mode(0o755);
+        std::fs::set_permissions(work.path(), permissions).map_err(failed)?;
         // A folder is replaced in two steps, of which the first can be taken back.
-        let older = older(folder, device);
         let _ = std::fs::remove_dir_all(&older);
         let had = target.exists();
         if had {
@@ -190,7 +198,9 @@ impl Goldens {
         let _ = std::fs::remove_dir_all(&older);
         Ok(target)
     }
+}
 
+impl Goldens {
     /// The golden frames of a device, or else those of another; whether they are its own.
     ///
     /// # Errors
@@ -279,5 +289,5 @@ impl Goldens {
 
 fn hash(path: &Path) -> Result<String> {
     let bytes = std::fs::read(path).map_err(|e| Error::reading(path, e))?;
-    Ok(blake3::hash(&bytes).to_hex()[..16].to_owned())
+    Ok(short(&blake3::hash(&bytes)))
 }

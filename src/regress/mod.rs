@@ -7,6 +7,6 @@ mod junit;
 mod verdict;
 
 pub use cases::{Case, cases};
-pub use golden::{Golden, Goldens, Step};
+pub use golden::{Blessing, Golden, Goldens, Step};
 pub use junit::report;
 pub use verdict::{Rendered, Verdict, judge_exactly, judge_loosely};

@@ -17,7 +17,7 @@ use crate::gpu::{Device, PassTime};
 use crate::layouts::{
     FrameConstants, GpuCamera, PixelSums, PrimarySurface, ReservoirAov, ViewConstants,
 };
-use crate::scene::Camera;
+use crate::scene::{Camera, MovingCamera};
 use crate::tracing::GpuScene;
 use crate::{Error, Result};
 use glam::Vec3;
@@ -135,6 +135,18 @@ impl Renderer {
         let ViewConstants { width, height, .. } = self.constants.view;
         let units = &self.bindings.scene.units;
         self.next.camera = gpu_camera(camera, units, width, height);
+    }
+
+    /// Sets the time of the next frames and samples, in seconds, and the camera to where `camera` is then, if it moves.
+    ///
+    /// # Errors
+    /// The camera has no direction then.
+    pub fn set_moment(&mut self, seconds: f64, camera: Option<&MovingCamera>) -> Result<()> {
+        self.set_time(seconds);
+        if let Some(camera) = camera {
+            self.set_camera(&camera.at(seconds)?);
+        }
+        Ok(())
     }
 
     /// Poses the scene as the next frame shows it.

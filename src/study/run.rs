@@ -103,11 +103,7 @@ pub fn measure(
     let mut times: Vec<Milliseconds> = Vec::new();
     let mut judged: Vec<([f64; 3], Vec<f64>)> = Vec::new();
     for number in 0..configuration.frames {
-        let time = configuration.clock.time(number);
-        renderer.set_time(time);
-        if let Some(camera) = camera {
-            renderer.set_camera(&camera.at(time)?);
-        }
+        renderer.set_moment(configuration.clock.time(number), camera)?;
         let reference = references.of(number);
         let (passes, picture): (_, Vec<[f32; 3]>) = if configuration.accumulate {
             let passes = renderer.add_samples(number, 1)?;

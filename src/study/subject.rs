@@ -11,6 +11,7 @@ use crate::render::counters::Counts;
 use crate::render::settings::Integrator;
 use crate::render::{Renderer, Settings, Tracking, View};
 use crate::scene::{MovingCamera, Scene};
+use crate::short_hash::short;
 use crate::tracing::shaders::Fingerprints;
 use crate::tracing::{GpuScene, Variant};
 use std::collections::HashMap;
@@ -254,7 +255,7 @@ impl Subject {
             shaders,
             env!("HEADWATER_COMMIT")
         );
-        blake3::hash(text.as_bytes()).to_hex()[..16].to_owned()
+        short(&blake3::hash(text.as_bytes()))
     }
 }
 

@@ -1,7 +1,9 @@
 //! The embedded shaders, and those that are compiled from disk while a user edits them.
 
 use super::Variant;
+use crate::environment_variable::is_asked_for;
 use crate::gpu::compiler::{self, Debug, Sources};
+use crate::short_hash::short;
 use crate::{Error, Result, layouts};
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -18,14 +20,11 @@ const SOURCES: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/sources.rs"
 /// # Errors
 /// The folder's shader does not exist or does not compile.
 pub fn spirv(name: &str, variant: Variant) -> Result<Vec<u32>> {
-    let with_lines = std::env::var_os("HEADWATER_SHADER_DEBUG").is_some_and(|v| v != "0");
+    let with_lines = is_asked_for("HEADWATER_SHADER_DEBUG");
     let folder = std::env::var_os("HEADWATER_GLSL");
     if with_lines || folder.is_some() {
         let file = format!("passes/{name}.comp");
-        let sources = match &folder {
-            Some(folder) => read_sources(Path::new(folder))?,
-            None => sources(),
-        };
+        let sources = sources_in_use()?;
         let source = sources.get(&file).ok_or_else(|| {
             Error::input(format!(
                 "HEADWATER_GLSL={} has no {file}; name a copy of the folder glsl",
@@ -37,7 +36,7 @@ pub fn spirv(name: &str, variant: Variant) -> Result<Vec<u32>> {
         } else {
             Debug::Names
         };
-        return compiler::compile(&file, source, &sources, &variant.defines(), debug)
+        return compiler::compile_with(&file, source, &sources, &variant.defines(), debug)
             .map_err(|e| Error::input(e.replace('\n', "; ")));
     }
     let key = variant.key(name);
@@ -73,10 +72,7 @@ impl Fingerprints {
     /// # Errors
     /// `HEADWATER_GLSL` names a folder that cannot be read.
     pub fn new() -> Result<Self> {
-        let sources = match std::env::var_os("HEADWATER_GLSL") {
-            Some(folder) => read_sources(Path::new(&folder))?,
-            None => sources(),
-        };
+        let sources = sources_in_use()?;
         let mut included = BTreeSet::new();
         include("passes/path_trace.comp", &sources, &mut included);
         Ok(Self {
@@ -107,11 +103,15 @@ fn hash_of(sources: &Sources, is_wanted: impl Fn(&str) -> bool) -> String {
         hasher.update(name.as_bytes()).update(b"\0");
         hasher.update(text.as_bytes()).update(b"\0");
     }
-    hasher.finalize().to_hex()[..16].to_owned()
+    short(&hasher.finalize())
 }
 
-/// Reads every file of `folder`.
-fn read_sources(folder: &Path) -> Result<Sources> {
+/// The sources of the folder that `HEADWATER_GLSL` names, or else the project's own.
+fn sources_in_use() -> Result<Sources> {
+    let Some(folder) = std::env::var_os("HEADWATER_GLSL") else {
+        return Ok(sources());
+    };
+    let folder = Path::new(&folder);
     let mut sources = compiler::read_folder(folder).map_err(|e| Error::reading(folder, e))?;
     add_generated(&mut sources);
     Ok(sources)

@@ -119,13 +119,13 @@ fn main() {
                 if variant == Variant::Auto {
                     sets.insert(Specialisation::of_scene(&uploaded, &settings).words());
                 }
-                let before = device.shader_bytes();
+                let before = device.records.shader_bytes();
                 let mut renderer =
                     Renderer::new(&device, uploaded.clone(), &view, &settings).unwrap();
                 // The first two frames compile, one without and one with history.
                 renderer.single_frame(0).unwrap();
                 renderer.single_frame(1).unwrap();
-                *shaders = device.shader_bytes() - before;
+                *shaders = device.records.shader_bytes() - before;
                 renderer
             })
             .collect();

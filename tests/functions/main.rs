@@ -167,14 +167,8 @@ impl Function<'_> {
             assert!(source.contains(*text), "{file} has no '{text}'");
             *source = source.replace(*text, planted);
         }
-        let words = compiler::compile(
-            "function.comp",
-            &source,
-            &sources,
-            &variant.defines(),
-            compiler::Debug::Names,
-        )
-        .unwrap_or_else(|e| panic!("{e}"));
+        let words = compiler::compile("function.comp", &source, &sources, &variant.defines())
+            .unwrap_or_else(|e| panic!("{e}"));
         let (device, _) = support::open_device(Some(variant));
         let buffer =
             |name, data: &[u8]| Buffer::from_slice(&device, name, data, Usage::default()).unwrap();

@@ -347,7 +347,7 @@ fn box_with_alpha() -> Scene {
 #[test]
 fn resampling_with_alpha_is_unbiased() {
     let scene = box_with_alpha();
-    let all = std::env::var_os("HEADWATER_TEST_ALL").is_some();
+    let all = support::is_thorough();
     let presets = [("accurate", 384), ("fast", 1024)];
     for (name, samples) in presets.into_iter().take(if all { 2 } else { 1 }) {
         let [off, sigma] = crate::bias(&scene, &preset(name), samples);

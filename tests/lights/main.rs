@@ -572,7 +572,7 @@ pub fn bias(scene: &Scene, settings: &Settings, samples: u32) -> [f64; 2] {
 #[test]
 fn resampling_all_kinds_of_light_is_unbiased() {
     let scene = all_kinds();
-    let all = std::env::var_os("HEADWATER_TEST_ALL").is_some();
+    let all = support::is_thorough();
     let formats = [Format::Compact, Format::Full];
     for format in formats.into_iter().take(if all { 2 } else { 1 }) {
         let mut settings = preset("accurate");

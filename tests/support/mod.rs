@@ -13,6 +13,7 @@ use headwater::tracing::selection::{self, Selection, Wanted};
 use headwater::tracing::{GeometryAccess, GpuScene, SceneSizes, Textures, Tracer, Variant};
 use std::io::Write as _;
 use std::path::Path;
+use std::process::Output;
 use std::sync::{Arc, LazyLock, Mutex};
 use std::thread::available_parallelism;
 
@@ -136,6 +137,17 @@ pub fn open_device(variant: Option<Variant>) -> (Arc<Device>, Selection) {
     let device = suitable.find(is_free);
     let device = device.unwrap_or_else(|| panic!("no device is free with {features:?}"));
     (device.clone(), selection)
+}
+
+/// Whether the largest scenes are wanted, and all else that takes long.
+pub fn is_thorough() -> bool {
+    std::env::var_os("HEADWATER_TEST_ALL").is_some()
+}
+
+/// All that a command has printed.
+pub fn said(output: &Output) -> String {
+    let text = String::from_utf8_lossy;
+    format!("{}{}", text(&output.stdout), text(&output.stderr))
 }
 
 /// Fails if the validation layers said anything.

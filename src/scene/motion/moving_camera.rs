@@ -4,7 +4,6 @@ use crate::Result;
 use crate::scene::{Camera, Scene};
 
 /// One of a scene's cameras and its motion.
-#[derive(Clone)]
 pub struct MovingCamera {
     index: usize,
     /// A scene with cameras and motion only.

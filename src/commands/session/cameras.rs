@@ -1,0 +1,56 @@
+//! The camera that a session sees through.
+
+use crate::commands::notice;
+use crate::scene::camera::framing_camera;
+use crate::scene::{Camera, Scene};
+use crate::{Error, Result};
+use glam::DVec3;
+
+/// The camera that `wanted` names, as it is at a time; without it the first; without any one that
+/// frames the scene. The scene's own come with their index.
+pub(super) fn choose_camera(
+    scene: &Scene,
+    wanted: Option<&str>,
+    time: f64,
+) -> Result<(Camera, Option<usize>)> {
+    let own = |index: usize| Ok((scene.camera_at(index, time)?, Some(index)));
+    let Some(wanted) = wanted else {
+        if !scene.cameras.is_empty() {
+            return own(0);
+        }
+        notice("the scene has no camera, so one was made that frames it; --look-at sets another");
+        return Ok((framing_camera(scene), None));
+    };
+    let by_index = wanted.parse::<usize>().ok();
+    let by_index = by_index.filter(|index| *index < scene.cameras.len());
+    let by_name = || scene.cameras.iter().position(|c| c.name == wanted);
+    by_index.or_else(by_name).map(own).unwrap_or_else(|| {
+        let listed: Vec<String> = scene
+            .cameras
+            .iter()
+            .enumerate()
+            .map(|(i, c)| format!("{i} '{}'", c.name))
+            .collect();
+        Err(Error::input(format!(
+            "no camera '{wanted}'; the scene has: {}",
+            if listed.is_empty() {
+                "none".into()
+            } else {
+                listed.join(", ")
+            }
+        )))
+    })
+}
+
+/// A camera as text that tells any two apart.
+pub(super) fn camera_text(camera: &Camera) -> String {
+    let place = camera.camera_to_world;
+    let text = |v: DVec3| format!("{:?} {:?} {:?}", v.x, v.y, v.z);
+    format!(
+        "eye {}; back {}; up {}; vertical fov {:?}",
+        text(place.translation),
+        text(place.matrix3.z_axis),
+        text(place.matrix3.y_axis),
+        camera.vertical_fov
+    )
+}

@@ -1,0 +1,92 @@
+//! What `profile` asks of a session.
+
+use super::Session;
+use super::cameras::camera_text;
+use crate::Result;
+use crate::profile::{Circumstances, Frame, Plan, Subject, measure};
+use crate::render::counters::Counts;
+use crate::render::{Renderer, Tracking};
+
+impl Session {
+    /// Renders the frames of a plan and times them; `watch` is called before each, and may end the work.
+    ///
+    /// # Errors
+    /// The device fails, the scene cannot be rendered at a frame's time, or those of `watch`.
+    pub fn profile(
+        &mut self,
+        plan: Plan,
+        watch: &mut dyn FnMut() -> Result<()>,
+    ) -> Result<Vec<Frame>> {
+        let (clock, camera) = (self.running_clock(), self.camera.as_ref());
+        measure(
+            &self.device,
+            &mut self.renderer,
+            plan,
+            &mut |renderer, number| {
+                watch()?;
+                clock.map_or(Ok(()), |clock| {
+                    renderer.set_moment(clock.time(number), camera)
+                })
+            },
+        )
+    }
+
+    /// What the passes of frame `number` count, in a renderer of their own; `watch` as in [`Self::profile`].
+    ///
+    /// # Errors
+    /// Those of [`Self::profile`].
+    pub fn counts_of(
+        &self,
+        number: u32,
+        watch: &mut dyn FnMut() -> Result<()>,
+    ) -> Result<Vec<Counts>> {
+        let tracking = Tracking {
+            counts: true,
+            ..Tracking::default()
+        };
+        let (device, scene) = (&self.device, self.gpu_scene.clone());
+        let mut renderer = Renderer::tracking(device, scene, &self.view, &self.settings, tracking)?;
+        for number in 0..=number {
+            watch()?;
+            if let Some(clock) = self.running_clock() {
+                renderer.set_moment(clock.time(number), self.camera.as_ref())?;
+            }
+            // What was counted before the last frame is dropped.
+            renderer.counts()?;
+            renderer.single_frame(number)?;
+        }
+        renderer.counts()
+    }
+
+    /// What was profiled.
+    ///
+    /// # Errors
+    /// Never with finite settings.
+    pub fn subject(&self, plan: Plan) -> Result<Subject> {
+        Ok(Subject {
+            scene: self.scene_hash.clone(),
+            settings: self.settings.to_value()?,
+            device: self.device.info.name.clone(),
+            width: self.view.width,
+            height: self.view.height,
+            bounces: self.view.bounces,
+            seed: self.view.seed,
+            camera: camera_text(&self.view.camera),
+            clock: self.clock.map(|clock| (clock.start_time, clock.fps)),
+            warm_up: plan.warm_up,
+            frames: plan.frames,
+        })
+    }
+
+    /// How it was profiled.
+    pub fn circumstances(&self, plan: Plan) -> Circumstances {
+        let variant = self.selection.variant;
+        Circumstances {
+            driver: self.device.info.driver.clone(),
+            tracer: variant.tracer.name().into(),
+            geometry: variant.geometry.name().into(),
+            commit: env!("HEADWATER_COMMIT").into(),
+            in_flight: plan.in_flight,
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! What is recorded about images of one level of detail and one layer: changes of layout, and copies of whole rows.
+
+use super::buffer::Buffer;
+use super::commands::Commands;
+use ash::vk;
+
+/// The layout while rows are copied: the layers warn of copies into `GENERAL`.
+pub(super) const UPLOAD: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
+
+/// All of such an image.
+pub(super) const WHOLE: vk::ImageSubresourceRange = vk::ImageSubresourceRange {
+    aspect_mask: vk::ImageAspectFlags::COLOR,
+    base_mip_level: 0,
+    level_count: 1,
+    base_array_layer: 0,
+    layer_count: 1,
+};
+
+/// Rows of an image.
+pub(super) struct Rows {
+    /// Pixels across.
+    pub(super) width: u32,
+    /// The first row.
+    pub(super) first: u32,
+    /// How many.
+    pub(super) count: u32,
+}
+
+impl Commands {
+    /// Records a change of layout between copies and everything else.
+    pub(super) fn change_layout(&self, image: vk::Image, [from, to]: [vk::ImageLayout; 2]) {
+        let all = vk::AccessFlags::MEMORY_READ | vk::AccessFlags::MEMORY_WRITE;
+        let barrier = [vk::ImageMemoryBarrier::default()
+            .src_access_mask(all)
+            .dst_access_mask(all)
+            .old_layout(from)
+            .new_layout(to)
+            .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .image(image)
+            .subresource_range(WHOLE)];
+        let stages = vk::PipelineStageFlags::ALL_COMMANDS;
+        // SAFETY: plain command on a buffer that is being recorded; the image is in the layout `from` then.
+        unsafe {
+            self.device.raw.cmd_pipeline_barrier(
+                self.raw(),
+                stages,
+                stages,
+                vk::DependencyFlags::empty(),
+                &[],
+                &[],
+                &barrier,
+            );
+        }
+    }
+
+    /// Records a copy of rows, four bytes a pixel, from the start of a buffer to an image in the layout [`UPLOAD`]. The caller
+    /// has checked that both hold them.
+    pub(super) fn copy_rows(&self, from: &Buffer, to: vk::Image, rows: &Rows) {
+        let region = [vk::BufferImageCopy::default()
+            .image_subresource(vk::ImageSubresourceLayers {
+                aspect_mask: WHOLE.aspect_mask,
+                mip_level: 0,
+                base_array_layer: 0,
+                layer_count: 1,
+            })
+            .image_offset(vk::Offset3D {
+                x: 0,
+                y: rows.first as i32,
+                z: 0,
+            })
+            .image_extent(vk::Extent3D {
+                width: rows.width,
+                height: rows.count,
+                depth: 1,
+            })];
+        // SAFETY: both allow transfers, and are alive until the commands have run.
+        unsafe {
+            let raw = &self.device.raw;
+            raw.cmd_copy_buffer_to_image(self.raw(), from.raw, to, UPLOAD, &region);
+        }
+    }
+}

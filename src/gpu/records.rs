@@ -1,0 +1,127 @@
+//! What a device notes of the work on it, for profiles and regression tests.
+
+use std::collections::BTreeMap;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::Duration;
+
+/// What a pass left in a buffer that it may write.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Output {
+    /// The pass.
+    pub pass: String,
+    /// The buffer.
+    pub buffer: String,
+    /// A hash of all its bytes, in hexadecimal.
+    pub hash: String,
+}
+
+/// Bytes of buffers and images by name: how many of a name there are now, and their bytes.
+pub type MemoryUse = BTreeMap<String, (u32, u64)>;
+
+/// What the driver made of a shader.
+#[derive(Clone, Debug)]
+pub struct Compiled {
+    /// The pass.
+    pub name: String,
+    /// Milliseconds that it took to make the pipeline.
+    pub milliseconds: f64,
+    /// What the driver's compiler says of it, such as numbers of registers: names and values, with
+    /// [`Features::executable_properties`](super::Features::executable_properties).
+    pub statistics: Vec<(String, String)>,
+}
+
+/// What was noted so far. A list whose lock is poisoned stays as it is: it is for information only.
+#[derive(Default)]
+pub struct Records {
+    /// Bytes.
+    shaders: AtomicU64,
+    /// Nanoseconds.
+    submitted: AtomicU64,
+    compiled: Mutex<Vec<Compiled>>,
+    hashes_outputs: AtomicBool,
+    outputs: Mutex<Vec<Output>>,
+    memory: Mutex<MemoryUse>,
+}
+
+impl Records {
+    /// Bytes of SPIR-V that were given to the driver.
+    pub fn shader_bytes(&self) -> u64 {
+        self.shaders.load(Ordering::Relaxed)
+    }
+
+    /// How long recordings of passes have taken, each from the call that submitted it to the end of the wait for it.
+    pub fn submitted_time(&self) -> Duration {
+        Duration::from_nanos(self.submitted.load(Ordering::Relaxed))
+    }
+
+    /// What the driver made of the shaders.
+    pub fn compiled(&self) -> Vec<Compiled> {
+        let compiled = self.compiled.lock();
+        compiled.map(|all| all.clone()).unwrap_or_default()
+    }
+
+    /// What passes wrote since the last call, in their order, where it was hashed.
+    pub fn take_outputs(&self) -> Vec<Output> {
+        let outputs = self.outputs.lock();
+        outputs
+            .map(|mut outputs| std::mem::take(&mut *outputs))
+            .unwrap_or_default()
+    }
+
+    /// The buffers and images that there are, by name.
+    pub fn memory_use(&self) -> MemoryUse {
+        let memory = self.memory.lock();
+        memory.map(|memory| memory.clone()).unwrap_or_default()
+    }
+
+    /// Whether what passes write is hashed.
+    pub(super) fn hashes_outputs(&self) -> bool {
+        self.hashes_outputs.load(Ordering::Relaxed)
+    }
+
+    /// From now on it is.
+    pub(super) fn hash_outputs(&self) {
+        self.hashes_outputs.store(true, Ordering::Relaxed);
+    }
+
+    pub(super) fn note_shader(&self, bytes: u64) {
+        self.shaders.fetch_add(bytes, Ordering::Relaxed);
+    }
+
+    pub(super) fn note_submitted(&self, taken: Duration) {
+        let nanoseconds = taken.as_nanos() as u64;
+        self.submitted.fetch_add(nanoseconds, Ordering::Relaxed);
+    }
+
+    pub(super) fn note_compiled(&self, compiled: Compiled) {
+        if let Ok(mut all) = self.compiled.lock() {
+            all.push(compiled);
+        }
+    }
+
+    pub(super) fn note_output(&self, output: Output) {
+        if let Ok(mut outputs) = self.outputs.lock() {
+            outputs.push(output);
+        }
+    }
+
+    /// One more buffer or image of that name.
+    pub(super) fn note_allocated(&self, name: &str, bytes: u64) {
+        if let Ok(mut memory) = self.memory.lock() {
+            let entry = memory.entry(name.to_owned()).or_default();
+            *entry = (entry.0 + 1, entry.1 + bytes);
+        }
+    }
+
+    /// One less.
+    pub(super) fn note_freed(&self, name: &str, bytes: u64) {
+        if let Ok(mut memory) = self.memory.lock() {
+            let entry = memory.entry(name.to_owned()).or_default();
+            *entry = (entry.0.saturating_sub(1), entry.1.saturating_sub(bytes));
+            if entry.0 == 0 {
+                memory.remove(name);
+            }
+        }
+    }
+}
