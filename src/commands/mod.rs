@@ -136,7 +136,7 @@ pub fn print(text: impl std::fmt::Display) -> Result<()> {
 /// Prints the beginning of such a line, at once.
 ///
 /// # Errors
-/// Those of [`print`].
+/// Those of [`print()`].
 pub fn print_part(text: impl std::fmt::Display) -> Result<()> {
     let mut out = std::io::stdout().lock();
     match write!(out, "{text}").and_then(|()| out.flush()) {
