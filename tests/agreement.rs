@@ -10,7 +10,6 @@ use headwater::render::View;
 use headwater::render::presets::Preset;
 use headwater::scene::{Environment, procedural};
 use headwater::tracing::{Fetch, GeometryAccess, Textures, Tracer, Variant};
-use std::path::Path;
 
 /// The scenes; a plain run takes only the last two, which have all kinds of lights and surfaces: most of the time goes into
 /// compiling the shaders of each.
@@ -72,9 +71,7 @@ fn assert_agree(own: &[[f32; 3]], other: &[[f32; 3]], what: &str) {
 
 #[test]
 fn pictures_agree_except_for_rounding() {
-    let folder = std::env::var_os("HEADWATER_PICTURES");
-    let drivers_before: usize = std::env::var("HEADWATER_DRIVERS_BEFORE")
-        .map_or(0, |number| number.parse().expect("a number of drivers"));
+    let (folder, drivers_before) = support::other_drivers();
     let (mut of_variants, mut of_drivers) = (0, 0);
     let is_plain = support::open_device(None).1.variant == PLAIN;
     let thorough = support::is_thorough();
@@ -92,7 +89,7 @@ fn pictures_agree_except_for_rounding() {
             assert_agree(&own, &plain, &format!("{name}, {driver}, plain variant"));
             of_variants += 1;
         }
-        let Some(folder) = folder.as_deref().map(Path::new) else {
+        let Some(folder) = folder.as_deref() else {
             continue;
         };
         let beginning = format!("{name} by ");

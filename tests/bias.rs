@@ -319,16 +319,16 @@ seeds = 64
 most_seeds = 1536
 bounces = 3
 reference_spp = 16384
-[[configurations]]
-name = "world reservoirs"
+[[sweeps]]
 preset = "accurate"
-[configurations.set]
+[sweeps.set]
 "direct.mode" = "off"
 "indirect.mode" = "path"
 "indirect.secondary" = "world-reservoirs"
 "indirect.light_samples" = 1
 "world_reservoirs.min_lights" = 0
 "world_reservoirs.depth" = 2
+[sweeps.over]
 {settings}
 "#
     )
@@ -338,7 +338,7 @@ preset = "accurate"
 #[test]
 fn an_mis_weight_in_world_reservoirs_is_found() {
     assert_found(
-        &world_plan("cornell", "\"world_reservoirs.stores\" = \"initial\""),
+        &world_plan("cornell", r#""world_reservoirs.stores" = ["initial"]"#),
         (
             "restir/path_candidates.glsl",
             "candidate_weight(stored, value, light_pdf, 0u, target)",
@@ -354,7 +354,12 @@ fn empty_world_reservoirs_that_are_skipped_are_found() {
         "if (entry == 0u) continue;",
         "if (entry == 0u || !(previous_world_samples.at[(entry & WORLD_VERTEX_MASK) - 1u].weight > 0.0)) continue;",
     );
-    let plan = world_plan("colourful-mess", "").replace("1536", "256");
+    // With 1e-9, all have one bucket, and nearly every vertex is dropped.
+    let plan = world_plan(
+        "colourful-mess",
+        r#""world_reservoirs.table" = [0.25, 1e-9]"#,
+    );
+    let plan = plan.replace("1536", "256");
     let biased = "should be unbiased";
     assert!(!study_with_fault(&plan, &[]).1.contains(biased));
     assert!(study_with_fault(&plan, &[change]).1.contains(biased));

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use support::{is_thorough, planted, said};
 
-/// The case that a plain run of the tests renders: compiling the shaders of all takes minutes.
+/// The case that faults are planted in: compiling the shaders of all cases takes minutes.
 const SOME: &str = "cornell-accurate";
 
 fn regress(folder: &Path, arguments: &[&str], shaders: Option<&Path>) -> Output {
@@ -30,35 +30,43 @@ fn assert_status(output: &Output, status: i32, expected: &str) {
     assert!(said.contains(expected), "no '{expected}' in: {said}");
 }
 
-/// The cases that are rendered.
-fn selection() -> &'static [&'static str] {
-    if is_thorough() {
-        &[]
-    } else {
-        &["--only", SOME]
-    }
-}
-
-/// Golden frames of these.
-fn blessed() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    let output = regress(folder.path(), &[&["--bless"], selection()].concat(), None);
+/// Golden frames of these cases.
+fn bless(folder: &Path, cases: &[&str]) {
+    let output = regress(folder, &[&["--bless"], cases].concat(), None);
     assert_status(&output, 0, "golden frames of");
     println!("{}", said(&output));
-    folder
+}
+
+/// All cases render to the same bits again on the first driver, and agree with its golden frames on those after it.
+#[test]
+fn every_case_passes() {
+    if !is_thorough() {
+        return;
+    }
+    let own = tempfile::tempdir().unwrap();
+    let (shared, drivers_before) = support::other_drivers();
+    let folder = shared.as_deref().unwrap_or(own.path());
+    if drivers_before == 0 {
+        bless(folder, &[]);
+    }
+    let output = regress(folder, &[], None);
+    println!("{}", said(&output));
+    assert_status(&output, 0, " 0 failed");
+    let others = said(&output).contains("golden frames of another driver");
+    assert_eq!(others, drivers_before > 0);
+    assert!(!folder.join("failures").exists());
 }
 
 /// The whole of it in one test, since all of it needs golden frames.
 #[test]
 fn golden_frames_hold_until_a_fault_is_planted() {
-    let folder = blessed();
+    let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
+    let only = ["--only", SOME];
+    bless(folder, &only);
     let junit = folder.join("junit.xml");
-    let output = regress(
-        folder,
-        &[selection(), &["--junit", junit.to_str().unwrap()]].concat(),
-        None,
-    );
+    let with_junit = [&only[..], &["--junit", junit.to_str().unwrap()]].concat();
+    let output = regress(folder, &with_junit, None);
     println!("{}", said(&output));
     assert_status(&output, 0, " 0 failed");
     assert!(!folder.join("failures").exists());
@@ -90,11 +98,7 @@ fn golden_frames_hold_until_a_fault_is_planted() {
     ] {
         let shaders = tempfile::tempdir().unwrap();
         planted(&shaders.path().join("glsl"), &[change]);
-        let output = regress(
-            folder,
-            &["--only", SOME, "--junit", junit.to_str().unwrap()],
-            Some(&shaders.path().join("glsl")),
-        );
+        let output = regress(folder, &with_junit, Some(&shaders.path().join("glsl")));
         println!("{}", said(&output));
         assert_status(&output, 1, pass);
         assert!(
@@ -227,11 +231,7 @@ fn a_missing_barrier_is_found_by_validation() {
     let program = program_without_barriers(folder.path());
     let golden = folder.path().join("golden");
     let only = ["--only", SOME];
-    assert_status(
-        &regress(folder.path(), &[&["--bless"], &only[..]].concat(), None),
-        0,
-        "1 golden",
-    );
+    bless(folder.path(), &only);
     assert_status(
         &regress(folder.path(), &[&["--validate"], &only[..]].concat(), None),
         0,

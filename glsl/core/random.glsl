@@ -60,3 +60,8 @@ uint scale_to(uvec2 bits, uint count, out uint fraction) {
     fraction = low + carried;
     return high + (fraction < low ? 1u : 0u);
 }
+
+uint scale_to(uvec2 bits, uint count) {
+    uint unused;
+    return scale_to(bits, count, unused);
+}

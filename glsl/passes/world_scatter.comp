@@ -16,7 +16,8 @@ void main() {
     uint cell = world_keys.at[vertex];
     if (cell == 0u) return;
     uint first = world_offsets.at[cell - 1u], length = world_offsets.at[cell] - first;
-    uvec2 entry = list_entry(vertex);
+    uint place;
+    uint entry = list_entry(vertex, length, place);
     // Of two that meet, exactly one is dropped.
-    if (atomicMax(world_list.at[first + entry.y % length], entry.x) != 0u) count(COUNTER_DROPPED, 1u);
+    if (atomicMax(world_list.at[first + place], entry) != 0u) count(COUNTER_DROPPED, 1u);
 }

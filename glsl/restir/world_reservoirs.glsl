@@ -80,7 +80,7 @@ void find_world_reservoirs(Domain vertex, inout Random random) {
     for (uint i = 0u; i < parts; i += 1u) {
         // At most 16 parts of 2²⁷ entries: no product overflows.
         uint begin = i * length / parts, size = (i + 1u) * length / parts - begin;
-        uint start = random_bits(random).x % size;
+        uint start = scale_to(random_bits(random).xy, size);
         for (uint turn = 0u; turn < min(WORLD_TRIES, size); turn += 1u) {
             uint entry = world_list.at[first + begin + (start + turn) % size];
             if (entry == 0u) continue;

@@ -14,10 +14,12 @@ const uint WORLD_VERTEX_MASK = (1u << WORLD_VERTEX_BITS) - 1u;
 // The first place of a key's bucket.
 uint bucket_of(uint key) { return (key & (restir.at.world.buckets - 1u)) * restir.at.world.bucket_places; }
 
-// The entry of a vertex in the list of its cell, and a random number that says where.
-uvec2 list_entry(uint vertex) {
+// The entry of a vertex in the list of its cell, and its place there. Places keep their order when the length changes, as do
+// those that readers choose: if rounding puts a vertex into another cell, most of those who read the list find what they found.
+uint list_entry(uint vertex, uint length, out uint place) {
     uvec4 bits = pcg4d(uvec4(vertex, restir.at.frame, restir.at.view.seed, STREAM_WORLD));
-    return uvec2((bits.x & ~WORLD_VERTEX_MASK) | (vertex + 1u), bits.y);
+    place = scale_to(bits.yz, length);
+    return (bits.x & ~WORLD_VERTEX_MASK) | (vertex + 1u);
 }
 
 // A macro, because GLSL cannot pass buffers to functions: the place of a key, or NONE.

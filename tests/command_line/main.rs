@@ -172,6 +172,61 @@ fn wrong_arguments_are_one_line_and_status_2() {
         ),
         (vec!["scene", "generate", "terrain", "-o", "a.obj"], ".glb"),
         (vec!["presets", "fast-and-good"], "path-tracing"),
+        (
+            vec![
+                "render",
+                "cornell",
+                "-o",
+                out,
+                "--set",
+                "world_reservoirs.cell=0",
+            ],
+            "1 to 4096",
+        ),
+        (
+            vec![
+                "render",
+                "cornell",
+                "-o",
+                out,
+                "--set",
+                "world_reservoirs.merged=17",
+            ],
+            "1 to 16",
+        ),
+        (
+            vec![
+                "render",
+                "cornell",
+                "-o",
+                out,
+                "--set",
+                "world_reservoirs.table=0",
+            ],
+            "0.000000001 to 1000",
+        ),
+        (
+            vec![
+                "render",
+                "cornell",
+                "-o",
+                out,
+                "--set",
+                "world_reservoirs.depth=0",
+            ],
+            "1 to 1000",
+        ),
+        (
+            [
+                vec!["render", "cornell", "-o", out, "--width", "1024"],
+                vec!["--height", "1024", "--preset", "accurate", "--bounces", "2"],
+                vec!["--set", "indirect.secondary=world-reservoirs"],
+                vec!["--set", "world_reservoirs.min_lights=0"],
+                vec!["--set", "world_reservoirs.table=1000"],
+            ]
+            .concat(),
+            "4294967296 bytes for its world_table",
+        ),
     ] {
         let line = fail(&arguments, 2);
         assert!(line.contains(said), "{arguments:?}: {line}");

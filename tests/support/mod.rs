@@ -12,7 +12,7 @@ use headwater::scene::{Camera, Instance as Placed, Material, Mesh, Part, Scene};
 use headwater::tracing::selection::{self, Selection, Wanted};
 use headwater::tracing::{GeometryAccess, GpuScene, SceneSizes, Textures, Tracer, Variant};
 use std::io::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Output;
 use std::sync::{Arc, LazyLock, Mutex};
 use std::thread::available_parallelism;
@@ -142,6 +142,15 @@ pub fn open_device(variant: Option<Variant>) -> (Arc<Device>, Selection) {
 /// Whether the largest scenes are wanted, and all else that takes long.
 pub fn is_thorough() -> bool {
     std::env::var_os("HEADWATER_TEST_ALL").is_some()
+}
+
+/// The folder in which drivers leave pictures for each other, if they do, and the number of drivers before this one.
+pub fn other_drivers() -> (Option<PathBuf>, usize) {
+    let before = std::env::var("HEADWATER_DRIVERS_BEFORE");
+    (
+        std::env::var_os("HEADWATER_PICTURES").map(PathBuf::from),
+        before.map_or(0, |number| number.parse().expect("a number of drivers")),
+    )
 }
 
 /// All that a command has printed.
