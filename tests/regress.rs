@@ -3,7 +3,8 @@
 mod support;
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
+use std::time::Duration;
 use support::{is_thorough, planted, said};
 
 /// The case that faults are planted in: compiling the shaders of all cases takes minutes.
@@ -115,7 +116,32 @@ fn golden_frames_hold_until_a_fault_is_planted() {
         let xml = std::fs::read_to_string(&junit).unwrap();
         assert!(xml.contains("<failure") && xml.contains(pass), "{xml}");
     }
+    assert_a_killed_program_is_reported(folder, &junit);
     assert_damage_is_named(folder);
+}
+
+/// A driver that crashes ends the program like a signal that cannot be caught.
+fn assert_a_killed_program_is_reported(folder: &Path, junit: &Path) {
+    std::fs::remove_file(junit).unwrap();
+    let mut running = Command::new(env!("CARGO_BIN_EXE_headwater"))
+        .arg("regress")
+        .arg(folder.join("golden"))
+        .args(["--only", SOME, "--junit"])
+        .arg(junit)
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap();
+    while !junit.exists() {
+        assert!(running.try_wait().unwrap().is_none(), "it wrote no report");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    running.kill().unwrap();
+    running.wait().unwrap();
+    let xml = std::fs::read_to_string(junit).unwrap();
+    assert!(
+        xml.contains("errors=\"1\"") && xml.contains("the program ended while this case ran"),
+        "{xml}"
+    );
 }
 
 /// What is wrong with the golden frames is an error of theirs, and not of the driver.

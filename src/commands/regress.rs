@@ -133,7 +133,15 @@ fn compare(args: &Args, cases: &[Case], device: &DeviceInfo, interrupt: &Interru
         }
     ))?;
     let mut results = Vec::new();
+    let write_report = |results: &[_], running: Option<&str>| match &args.junit {
+        Some(path) => {
+            let xml = report(&device.driver, results, running)?;
+            write_atomically(path, |file| writeln!(file, "{xml}"))
+        }
+        None => Ok(()),
+    };
     for case in cases {
+        write_report(&results, Some(&case.name))?;
         let start = Instant::now();
         // First, so that it is known which case a driver crashes in.
         print_part(&case.name)?;
@@ -147,10 +155,7 @@ fn compare(args: &Args, cases: &[Case], device: &DeviceInfo, interrupt: &Interru
         print(format_args!(" {word}{colon}{why}"))?;
         results.push((case.name.clone(), verdict, start.elapsed()));
     }
-    if let Some(path) = &args.junit {
-        let xml = report(&device.driver, &results)?;
-        write_atomically(path, |file| writeln!(file, "{xml}"))?;
-    }
+    write_report(&results, None)?;
     summarise(&results, began.elapsed())
 }
 

@@ -5,33 +5,48 @@ use crate::{Error, Result};
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 use std::time::Duration;
 
-/// The report of cases, each with what it took.
+/// The report of cases, each with the time it took, and of the case that is `running`: an error, since a report that still has
+/// one is that of a program which a driver has ended.
 ///
 /// # Errors
 /// Never with names that XML can hold.
-pub fn report(driver: &str, results: &[(String, Verdict, Duration)]) -> Result<String> {
+pub fn report(
+    driver: &str,
+    results: &[(String, Verdict, Duration)],
+    running: Option<&str>,
+) -> Result<String> {
     let mut suite = TestSuite::new(format!("headwater regress on {driver}"));
     for (name, verdict, time) in results {
         let status = match verdict {
             Verdict::Passed(_) => TestCaseStatus::success(),
-            Verdict::Skipped(why) => {
-                let mut status = TestCaseStatus::skipped();
-                status.set_message(why.as_str());
-                status
-            }
+            Verdict::Skipped(why) => with_message(TestCaseStatus::skipped(), why),
             Verdict::Failed(why) => {
-                let mut status = TestCaseStatus::non_success(NonSuccessKind::Failure);
-                status.set_message(why.as_str());
-                status
+                with_message(TestCaseStatus::non_success(NonSuccessKind::Failure), why)
             }
         };
-        let mut case = TestCase::new(name.as_str(), status);
-        case.set_classname("headwater.regress").set_time(*time);
+        let mut case = named(name, status);
+        case.set_time(*time);
         suite.add_test_case(case);
+    }
+    if let Some(name) = running {
+        let status = TestCaseStatus::non_success(NonSuccessKind::Error);
+        let status = with_message(status, "the program ended while this case ran");
+        suite.add_test_case(named(name, status));
     }
     let mut report = Report::new("headwater");
     report.add_test_suite(suite);
     report
         .to_string()
         .map_err(|e| Error::failed(format!("the JUnit report: {e}")))
+}
+
+fn named(name: &str, status: TestCaseStatus) -> TestCase {
+    let mut case = TestCase::new(name, status);
+    case.set_classname("headwater.regress");
+    case
+}
+
+fn with_message(mut status: TestCaseStatus, message: &str) -> TestCaseStatus {
+    status.set_message(message);
+    status
 }
