@@ -66,11 +66,12 @@ pub fn run(args: &Args) -> Result<()> {
             yes(device.timestamp_period > 0.0)
         ))?;
         print(format_args!(
-            "  memory     {} MiB; one buffer {} MiB, one binding {} MiB, texels {} MiB",
+            "  memory     {} MiB; one buffer {} MiB, one binding {} MiB, texels {} MiB; {} storage buffers a shader",
             device.device_memory >> 20,
             device.max_buffer_size >> 20,
             device.max_storage_buffer_range >> 20,
-            device.max_texel_bytes() >> 20
+            device.max_texel_bytes() >> 20,
+            device.max_storage_buffers
         ))?;
         match &device.unusable {
             Some(why) => print(format_args!("  unusable   {why}"))?,

@@ -79,6 +79,8 @@ pub struct DeviceInfo {
     pub timestamp_period: f32,
     /// Largest range of one storage-buffer descriptor, in bytes.
     pub max_storage_buffer_range: u64,
+    /// Most storage buffers that one shader can use.
+    pub max_storage_buffers: u32,
     /// Largest number of texels in one buffer.
     pub max_texels: u32,
     /// Most images and buffers that one pass can bind where it samples images.
@@ -234,6 +236,8 @@ impl DeviceInfo {
                 0.0
             },
             max_storage_buffer_range: u64::from(plain.limits.max_storage_buffer_range),
+            max_storage_buffers: (plain.limits.max_per_stage_descriptor_storage_buffers)
+                .min(plain.limits.max_descriptor_set_storage_buffers),
             max_texels: plain.limits.max_texel_buffer_elements,
             max_sampled_images: (plain.limits.max_per_stage_descriptor_sampled_images)
                 .min(plain.limits.max_descriptor_set_sampled_images)

@@ -11,13 +11,14 @@
 //!
 //! Each file uses only files before it: `messages`, `device_info`, `instance`, `recorder`, `records`, `device`, `waiting`,
 //! `commands`, `buffer`, `image_commands`, `presentation`, `sampled_image`, `acceleration`, `layout`, `reflection`,
-//! `specialise`, `compilation`, `pass`, `recording` (`compiler` uses none).
+//! `specialise`, `dead_code`, `program`, `compilation`, `pass`, `recording` (`compiler` uses none).
 
 pub mod acceleration;
 pub mod buffer;
 mod commands;
 mod compilation;
 pub mod compiler;
+mod dead_code;
 pub mod device;
 pub mod device_info;
 mod image_commands;
@@ -26,6 +27,7 @@ pub mod layout;
 pub mod messages;
 pub mod pass;
 pub mod presentation;
+mod program;
 mod recorder;
 pub mod recording;
 pub mod records;

@@ -4,10 +4,10 @@ use super::acceleration::AccelerationStructure;
 use super::buffer::Buffer;
 use super::compilation::Compilation;
 use super::device::Device;
+use super::program::{Program, Source};
 use super::reflection::{BindingKind, Interface, Reflection};
 use super::sampled_image::SampledImage;
 use crate::{Error, Result};
-use ash::vk;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -30,7 +30,7 @@ pub enum Resource<'a> {
 
 /// Resources by the names of a shader's bindings.
 pub trait Bindings<'a> {
-    /// The pass's own bindings; its shader must use every one of them.
+    /// The pass's own bindings; its shader must name every one of them.
     fn own(&self) -> Vec<(&'static str, Resource<'a>)>;
 
     /// Bindings of a group that many passes share; each shader uses those that it names.
@@ -69,80 +69,15 @@ macro_rules! bindings {
 /// A compute pipeline; its resources are bound by name.
 pub struct ComputePass {
     pub(super) device: Arc<Device>,
-    // Dropped before the layouts, which it uses until it is finished.
     pub(super) compilation: Compilation,
-    pub(super) layouts: Layouts,
-    pub(super) interface: Interface,
+    /// The names of all bindings that the shader's code uses.
+    declared: Vec<String>,
+    /// Bytes.
+    pub(super) push_constant_size: u32,
     name: String,
     /// Length of an array of images, if the shader has one.
     image_count: u32,
     has_run: AtomicBool,
-}
-
-fn descriptor_type(kind: BindingKind) -> vk::DescriptorType {
-    match kind {
-        BindingKind::Storage { .. } => vk::DescriptorType::STORAGE_BUFFER,
-        BindingKind::Uniform => vk::DescriptorType::UNIFORM_BUFFER,
-        BindingKind::Texels => vk::DescriptorType::UNIFORM_TEXEL_BUFFER,
-        BindingKind::Images => vk::DescriptorType::SAMPLED_IMAGE,
-        BindingKind::AccelerationStructure => vk::DescriptorType::ACCELERATION_STRUCTURE_KHR,
-    }
-}
-
-/// The layouts of a pass's pipeline and of its descriptor set.
-pub(super) struct Layouts {
-    device: Arc<Device>,
-    pub(super) set: vk::DescriptorSetLayout,
-    pub(super) pipeline: vk::PipelineLayout,
-}
-
-impl Layouts {
-    fn new(
-        device: &Arc<Device>,
-        name: &str,
-        bindings: &[vk::DescriptorSetLayoutBinding<'_>],
-        push_constant_size: u32,
-    ) -> Result<Self> {
-        let mut layouts = Self {
-            device: device.clone(),
-            set: vk::DescriptorSetLayout::null(),
-            pipeline: vk::PipelineLayout::null(),
-        };
-        let fail = |e| device.failure(&format!("make pass {name}"), e);
-        let push = [vk::PushConstantRange {
-            stage_flags: vk::ShaderStageFlags::COMPUTE,
-            offset: 0,
-            size: push_constant_size,
-        }];
-        // SAFETY: every create-info and what it points to lives through its call; what was made
-        // before a failure is destroyed by Drop, which ignores null handles.
-        unsafe {
-            let raw = &device.raw;
-            let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(bindings);
-            layouts.set = raw
-                .create_descriptor_set_layout(&info, None)
-                .map_err(fail)?;
-            let sets = [layouts.set];
-            let mut info = vk::PipelineLayoutCreateInfo::default().set_layouts(&sets);
-            if push_constant_size > 0 {
-                info = info.push_constant_ranges(&push);
-            }
-            layouts.pipeline = raw.create_pipeline_layout(&info, None).map_err(fail)?;
-        }
-        Ok(layouts)
-    }
-}
-
-impl Drop for Layouts {
-    fn drop(&mut self) {
-        self.device.wait_before_drop();
-        // SAFETY: all commands that used these have finished; null handles are ignored.
-        unsafe {
-            let raw = &self.device.raw;
-            raw.destroy_pipeline_layout(self.pipeline, None);
-            raw.destroy_descriptor_set_layout(self.set, None);
-        }
-    }
 }
 
 impl ComputePass {
@@ -171,42 +106,31 @@ impl ComputePass {
         constants: &[(u32, u32)],
         image_count: u32,
     ) -> Result<Self> {
-        let reflection = Reflection::new(words)?;
-        let interface = reflection.interface()?;
-        let bindings: Vec<_> = interface
-            .bindings
-            .iter()
-            .map(|b| {
-                vk::DescriptorSetLayoutBinding::default()
-                    .binding(b.number)
-                    .descriptor_type(descriptor_type(b.kind))
-                    .descriptor_count(match b.kind {
-                        BindingKind::Images => image_count,
-                        _ => 1,
-                    })
-                    .stage_flags(vk::ShaderStageFlags::COMPUTE)
-            })
-            .collect();
         let repeated = (constants.iter().enumerate())
             .find(|(index, (id, _))| constants[..*index].iter().any(|(other, _)| other == id));
         if let Some((_, (id, _))) = repeated {
-            // Vulkan does not say which of the values counts then.
+            // Which of the values counts is nowhere said.
             return Err(Error::failed(format!(
                 "pass {name}: two values for the specialisation constant {id}"
             )));
         }
-        let layouts = Layouts::new(device, name, &bindings, interface.push_constant_size)?;
+        let reflection = Reflection::new(words)?;
+        let Interface {
+            bindings: declared,
+            push_constant_size,
+        } = reflection.interface()?;
+        let source = Source {
+            name: name.to_owned(),
+            shader: reflection.into_module(),
+            constants: constants.to_vec(),
+            push_constant_size,
+            image_count,
+        };
         Ok(Self {
             device: device.clone(),
-            compilation: Compilation::start(
-                device,
-                name,
-                reflection.into_module(),
-                constants,
-                layouts.pipeline,
-            ),
-            layouts,
-            interface,
+            compilation: Compilation::start(device, source),
+            declared: declared.into_iter().map(|binding| binding.name).collect(),
+            push_constant_size,
             name: name.to_owned(),
             image_count,
             has_run: AtomicBool::new(false),
@@ -223,20 +147,22 @@ impl ComputePass {
         !self.has_run.swap(true, Ordering::Relaxed)
     }
 
-    /// The resources in the order of the shader's bindings, after a check of name, kind and access.
-    pub(super) fn resolve<'a>(&self, bindings: &dyn Bindings<'a>) -> Result<Vec<Resource<'a>>> {
+    /// The resources in the order of the program's bindings, after a check of name, kind and access.
+    pub(super) fn resolve<'a>(
+        &self,
+        program: &Program,
+        bindings: &dyn Bindings<'a>,
+    ) -> Result<Vec<Resource<'a>>> {
         let own = bindings.own();
         let offered = bindings.offered();
         let wrong = |what: String| Error::failed(format!("pass {}: {what}", self.name));
         if let Some((name, _)) = own
             .iter()
-            .find(|(name, _)| !self.interface.bindings.iter().any(|b| b.name == *name))
+            .find(|(name, _)| !self.declared.iter().any(|declared| declared == name))
         {
-            return Err(wrong(format!("the shader does not use '{name}'")));
+            return Err(wrong(format!("the shader does not name '{name}'")));
         }
-        self.interface
-            .bindings
-            .iter()
+        (program.bindings.iter())
             .map(|binding| {
                 let (name, resource) = own
                     .iter()

@@ -4,6 +4,7 @@ use super::buffer::Buffer;
 use super::commands::Commands;
 use super::device::Device;
 use super::pass::{Bindings, ComputePass, Resource};
+use super::program::Program;
 use super::recorder::PassTime;
 use super::records::Output;
 use crate::short_hash::short;
@@ -52,28 +53,32 @@ impl<'a> Recording<'a> {
         push: &P,
         groups: [u32; 3],
     ) -> Result<()> {
-        let resources = pass.resolve(bindings)?;
-        if size_of::<P>() as u32 != pass.interface.push_constant_size {
+        let program = pass.compilation.wait()?;
+        let resources = pass.resolve(program, bindings)?;
+        if size_of::<P>() as u32 != pass.push_constant_size {
             return Err(Error::failed(format!(
                 "pass {} takes {} bytes of push constants, {} were given",
                 pass.name(),
-                pass.interface.push_constant_size,
+                pass.push_constant_size,
                 size_of::<P>()
             )));
         }
-        let pipeline = pass.compilation.wait()?;
-        let set = self.descriptor_set(pass, &resources)?;
+        let set = self.descriptor_set(pass.name(), program, &resources)?;
         let commands = &mut self.commands;
         commands.barrier();
         commands.begin(pass.name(), pass.is_first_run());
         let raw = &commands.device.raw;
         // SAFETY: pipeline, layout and set belong together; the resources live as long as 'a.
         unsafe {
-            raw.cmd_bind_pipeline(commands.raw(), vk::PipelineBindPoint::COMPUTE, pipeline);
+            raw.cmd_bind_pipeline(
+                commands.raw(),
+                vk::PipelineBindPoint::COMPUTE,
+                program.pipeline,
+            );
             raw.cmd_bind_descriptor_sets(
                 commands.raw(),
                 vk::PipelineBindPoint::COMPUTE,
-                pass.layouts.pipeline,
+                program.layout,
                 0,
                 &[set],
                 &[],
@@ -81,7 +86,7 @@ impl<'a> Recording<'a> {
             if size_of::<P>() > 0 {
                 raw.cmd_push_constants(
                     commands.raw(),
-                    pass.layouts.pipeline,
+                    program.layout,
                     vk::ShaderStageFlags::COMPUTE,
                     0,
                     bytemuck::bytes_of(push),
@@ -177,11 +182,12 @@ impl<'a> Recording<'a> {
 
     fn descriptor_set(
         &mut self,
-        pass: &ComputePass,
+        name: &str,
+        program: &Program,
         resources: &[Resource<'a>],
     ) -> Result<vk::DescriptorSet> {
         let device = &self.commands.device;
-        let fail = |e| device.failure(&format!("bind pass {}", pass.name()), e);
+        let fail = |e| device.failure(&format!("bind pass {name}"), e);
         let size = |ty| vk::DescriptorPoolSize {
             ty,
             descriptor_count: resources.len().max(1) as u32,
@@ -213,7 +219,7 @@ impl<'a> Recording<'a> {
         let set = unsafe {
             let pool = raw.create_descriptor_pool(&info, None).map_err(fail)?;
             self.commands.descriptor_pools.push(pool);
-            let layouts = [pass.layouts.set];
+            let layouts = [program.set];
             let info = vk::DescriptorSetAllocateInfo::default()
                 .descriptor_pool(pool)
                 .set_layouts(&layouts);
@@ -226,7 +232,7 @@ impl<'a> Recording<'a> {
                 range: vk::WHOLE_SIZE,
             }]
         };
-        for (binding, resource) in pass.interface.bindings.iter().zip(resources) {
+        for (binding, resource) in program.bindings.iter().zip(resources) {
             let write = vk::WriteDescriptorSet::default()
                 .dst_set(set)
                 .dst_binding(binding.number);

@@ -101,7 +101,11 @@ impl Reflection {
     /// # Errors
     /// Words that are not SPIR-V.
     pub fn new(words: &[u32]) -> Result<Self> {
-        let module = parse(words)?;
+        Ok(Self::of(parse(words)?))
+    }
+
+    /// Of a parsed shader.
+    pub(super) fn of(module: Module) -> Self {
         let names = module
             .debug_names
             .iter()
@@ -111,7 +115,7 @@ impl Reflection {
                 _ => None,
             })
             .collect();
-        Ok(Self { module, names })
+        Self { module, names }
     }
 
     /// The parsed shader itself.

@@ -3,15 +3,13 @@
 //! Drivers may do so themselves, but SwiftShader's optimiser keeps code behind a condition that is a specialisation
 //! constant, and compiles all of it: it took 12 minutes for the passes of `accurate` instead of 6 seconds.
 
-use rspirv::binary::Assemble;
 use rspirv::dr::{Instruction, Module, Operand};
 use rspirv::spirv::{Decoration, Op};
 use std::collections::{HashMap, HashSet};
 
-/// The words of a shader whose specialisation constants are constants: each has the value that `constants`, pairs of id and
-/// word, has for it, or else its default.
-pub fn specialise(shader: &Module, constants: &[(u32, u32)]) -> Vec<u32> {
-    let mut module = shader.clone();
+/// Makes the specialisation constants of a shader constants: each has the value that `constants`, pairs of id and word, has for
+/// it, or else its default.
+pub fn specialise(module: &mut Module, constants: &[(u32, u32)]) {
     let mut given = HashMap::new();
     module.annotations.retain(|i| match &i.operands[..] {
         [
@@ -65,7 +63,22 @@ pub fn specialise(shader: &Module, constants: &[(u32, u32)]) -> Vec<u32> {
             operands,
         );
     }
-    module.assemble()
+}
+
+/// The words of a module's scalar constants by id; booleans are 0 or 1.
+pub(super) fn words_of_constants(module: &Module) -> HashMap<u32, u32> {
+    let globals = module.types_global_values.iter();
+    globals
+        .filter_map(|i| {
+            let word = match (i.class.opcode, &i.operands[..]) {
+                (Op::ConstantTrue, _) => 1,
+                (Op::ConstantFalse, _) => 0,
+                (Op::Constant, [Operand::LiteralBit32(word)]) => *word,
+                _ => return None,
+            };
+            Some((i.result_id?, word))
+        })
+        .collect()
 }
 
 /// The words of operands, if all are known.
@@ -79,7 +92,7 @@ fn words_of(operands: &[Operand], values: &HashMap<u32, u32>) -> Option<Vec<u32>
 
 /// The result of an operation on booleans or unsigned integers of 32 bits; none for those that no shader of ours needs,
 /// which the driver then computes.
-fn fold(operation: Op, operands: &[u32]) -> Option<u32> {
+pub(super) fn fold(operation: Op, operands: &[u32]) -> Option<u32> {
     let result = match (operation, operands) {
         (Op::LogicalNot, [a]) => u32::from(*a == 0),
         (Op::LogicalAnd, [a, b]) => a & b,
@@ -124,8 +137,8 @@ mod tests {
     /// The constants that the shader stores, in order; none for what is not a constant.
     fn stored(constants: &[(u32, u32)]) -> Vec<Option<u32>> {
         let words = compiler::compile("test.comp", SHADER, &Sources::new(), &[]).unwrap();
-        let words = specialise(&parse(&words).unwrap(), constants);
-        let module = parse(&words).unwrap();
+        let mut module = parse(&words).unwrap();
+        specialise(&mut module, constants);
         let constant = |operand: &Operand| {
             let globals = &module.types_global_values;
             let found = globals.iter().find(|i| i.result_id == operand.id_ref_any());
@@ -154,8 +167,8 @@ mod tests {
     fn source_lines_stay() {
         let lines = |debug| {
             let words = compiler::compile_with("test.comp", SHADER, &Sources::new(), &[], debug);
-            let words = specialise(&parse(&words.unwrap()).unwrap(), &[(3, 7)]);
-            let module = parse(&words).unwrap();
+            let mut module = parse(&words.unwrap()).unwrap();
+            specialise(&mut module, &[(3, 7)]);
             let has_source = module.debug_string_source.iter().any(|instruction| {
                 let text = |operand: &Operand| match operand {
                     Operand::LiteralString(text) => text.contains("results.at[1] = PICKED"),

@@ -233,9 +233,8 @@ mod tests {
     fn nothing_is_left_to_specialise() {
         for (key, bytes) in EMBEDDED {
             let words: Vec<u32> = bytemuck::pod_collect_to_vec(bytes);
-            let shader = parse(&words).unwrap();
-            let words = specialise(&shader, &Specialisation::default().words());
-            let module = parse(&words).unwrap();
+            let mut module = parse(&words).unwrap();
+            specialise(&mut module, &Specialisation::default().words());
             let mut globals = module.types_global_values.iter();
             let left = globals.find(|i| i.class.opname.starts_with("SpecConstant"));
             assert!(left.is_none(), "{key}: {left:?}");

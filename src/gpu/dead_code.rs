@@ -1,0 +1,482 @@
+//! Removes what a specialised shader cannot run, and the bindings that only such code uses.
+//!
+//! Shaders have the code of every technique, and what code names must be bound, whether it can run or not. Devices bind a
+//! limited number of buffers to a shader: SwiftShader 30, lavapipe of Mesa 22 32, beyond which it crashes.
+//!
+//! Which blocks can be reached is found by conditional constant propagation (Wegman and Zadeck, "Constant Propagation with
+//! Conditional Branches", 1991). The others stay, but empty, so that control flow keeps the structure that SPIR-V demands.
+
+use super::specialise::{fold, words_of_constants};
+use rspirv::dr::{Block, Function, Instruction, Module, Operand};
+use rspirv::spirv::{Op, Word};
+use std::collections::{BTreeMap, HashMap, HashSet};
+
+/// Removes the code of `module` that no invocation reaches, functions that are not called, and variables without a use.
+pub fn remove_dead_code(module: &mut Module) {
+    let mut constants = words_of_constants(module);
+    let values = module.all_inst_iter();
+    let types: HashMap<Word, Word> = values
+        .filter_map(|i| Some((i.result_id?, i.result_type?)))
+        .collect();
+    let mut nulls = Nulls::new(module);
+    let live = reached_blocks(&module.functions, &mut constants);
+    for function in &mut module.functions {
+        empty_other_blocks(function, &live, &types, &mut nulls);
+    }
+    nulls.declare(module);
+    remove_functions(module);
+    remove_variables(module);
+    remove_names(module);
+}
+
+fn id_of(operand: Option<&Operand>) -> Option<Word> {
+    match operand {
+        Some(Operand::IdRef(id)) => Some(*id),
+        _ => None,
+    }
+}
+
+fn label_of(block: &Block) -> Option<Word> {
+    block.label.as_ref()?.result_id
+}
+
+fn instructions_of(function: &Function) -> impl Iterator<Item = &Instruction> {
+    function.blocks.iter().flat_map(|block| &block.instructions)
+}
+
+fn id_of_function(function: &Function) -> Option<Word> {
+    function.def.as_ref()?.result_id
+}
+
+/// Labels of the blocks that can be reached. To `constants`, functions are added that always return the same word.
+fn reached_blocks(functions: &[Function], constants: &mut HashMap<Word, u32>) -> HashSet<Word> {
+    loop {
+        let mut live = HashSet::new();
+        let mut returns = HashMap::new();
+        for function in functions {
+            let reached = Reached::of(function, constants);
+            if let (Some(Known::Word(word)), Some(id)) =
+                (reached.returned(function), id_of_function(function))
+            {
+                returns.insert(id, word);
+            }
+            live.extend(reached.blocks);
+        }
+        let before = constants.len();
+        constants.extend(returns);
+        // Who calls these may reach less.
+        if constants.len() == before {
+            return live;
+        }
+    }
+}
+
+/// The variables of a function of which nothing but the whole is loaded and stored.
+fn whole_variables(function: &Function) -> HashSet<Word> {
+    let mut variables = HashSet::new();
+    for instruction in instructions_of(function) {
+        let operation = instruction.class.opcode;
+        let is_plain = operation == Op::Variable && instruction.operands.len() == 1;
+        variables.extend(instruction.result_id.filter(|_| is_plain));
+        let whole = matches!(operation, Op::Load | Op::Store);
+        for operand in &instruction.operands[usize::from(whole)..] {
+            id_of(Some(operand)).map(|id| variables.remove(&id));
+        }
+    }
+    variables
+}
+
+/// What is known of a value that was reached.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Known {
+    /// It always has this word; booleans are 0 or 1.
+    Word(u32),
+    Varies,
+}
+
+/// What is known of a value that is one of these; none if there are none.
+fn common(mut values: impl Iterator<Item = Known>) -> Option<Known> {
+    let first = values.next()?;
+    Some(match values.all(|other| other == first) {
+        true => first,
+        false => Known::Varies,
+    })
+}
+
+/// What can be reached in a function.
+struct Reached<'a> {
+    constants: &'a HashMap<Word, u32>,
+    /// The values that the function computes.
+    own: HashSet<Word>,
+    /// Variables that are only loaded and stored as a whole.
+    variables: HashSet<Word>,
+    /// Of values that were reached, and of what such variables hold.
+    known: HashMap<Word, Known>,
+    /// Labels of blocks.
+    blocks: HashSet<Word>,
+    /// Pairs of labels.
+    edges: HashSet<(Word, Word)>,
+}
+
+impl<'a> Reached<'a> {
+    fn of(function: &Function, constants: &'a HashMap<Word, u32>) -> Self {
+        let first = function.blocks.first().and_then(label_of);
+        let mut reached = Self {
+            constants,
+            own: instructions_of(function)
+                .filter_map(|i| i.result_id)
+                .collect(),
+            variables: whole_variables(function),
+            known: HashMap::new(),
+            blocks: first.into_iter().collect(),
+            edges: HashSet::new(),
+        };
+        // A value never gets better known, and no edge is taken back: so it ends.
+        loop {
+            let mut is_new = false;
+            for block in &function.blocks {
+                is_new |= reached.visit(block);
+            }
+            if !is_new {
+                return reached;
+            }
+        }
+    }
+
+    /// Follows a block, if it is reached; returns whether anything was new.
+    fn visit(&mut self, block: &Block) -> bool {
+        let Some(here) = label_of(block).filter(|label| self.blocks.contains(label)) else {
+            return false;
+        };
+        let mut is_new = false;
+        for instruction in &block.instructions {
+            let operands = &instruction.operands;
+            let (target, now) = match instruction.class.opcode {
+                Op::Store => (
+                    id_of(operands.first()),
+                    operands.get(1).and_then(|o| self.operand(o)),
+                ),
+                // What it holds is what is stored in it.
+                Op::Variable => continue,
+                _ => (instruction.result_id, self.evaluate(instruction, here)),
+            };
+            let (Some(target), Some(now)) = (target, now) else {
+                continue;
+            };
+            let now = match self.known.get(&target) {
+                Some(before) if *before != now => Known::Varies,
+                _ => now,
+            };
+            is_new |= self.known.insert(target, now) != Some(now);
+        }
+        for next in self.successors(block) {
+            self.blocks.insert(next);
+            is_new |= self.edges.insert((here, next));
+        }
+        is_new
+    }
+
+    /// What is known of an operand; none if it is a value that was not reached yet.
+    fn operand(&self, operand: &Operand) -> Option<Known> {
+        let Operand::IdRef(id) = operand else {
+            return Some(Known::Varies);
+        };
+        match self.constants.get(id) {
+            Some(word) => Some(Known::Word(*word)),
+            None if self.own.contains(id) => self.known.get(id).copied(),
+            None => Some(Known::Varies),
+        }
+    }
+
+    /// What is known of the result of an instruction in block `here`; none if nothing that it depends on was reached yet.
+    fn evaluate(&self, instruction: &Instruction, here: Word) -> Option<Known> {
+        let operands = &instruction.operands;
+        let operation = instruction.class.opcode;
+        if operation == Op::Phi {
+            let pairs = operands.chunks_exact(2);
+            let taken = pairs.filter(|pair| {
+                id_of(pair.get(1)).is_some_and(|from| self.edges.contains(&(from, here)))
+            });
+            return common(taken.filter_map(|pair| self.operand(&pair[0])));
+        }
+        if operation == Op::Load
+            && let Some(variable) = id_of(operands.first()).filter(|v| self.variables.contains(v))
+        {
+            return self.known.get(&variable).copied();
+        }
+        if operation == Op::FunctionCall {
+            let called = id_of(operands.first())?;
+            let returned = self.constants.get(&called).copied();
+            return Some(returned.map_or(Known::Varies, Known::Word));
+        }
+        let words: Vec<Option<u32>> = operands
+            .iter()
+            .map(|operand| match self.operand(operand) {
+                Some(Known::Word(word)) => Some(word),
+                _ => None,
+            })
+            .collect();
+        let folded = match operation {
+            // One operand may decide alone.
+            Op::LogicalAnd if words.contains(&Some(0)) => Some(0),
+            Op::LogicalOr if words.contains(&Some(1)) => Some(1),
+            _ => {
+                let words: Option<Vec<u32>> = words.into_iter().collect();
+                words.and_then(|words| fold(operation, &words))
+            }
+        };
+        Some(folded.map_or(Known::Varies, Known::Word))
+    }
+
+    /// What is known of the value that the function returns.
+    fn returned(&self, function: &Function) -> Option<Known> {
+        let blocks = function.blocks.iter();
+        let live = blocks.filter(|block| label_of(block).is_some_and(|l| self.blocks.contains(&l)));
+        let ends = live.filter_map(|block| block.instructions.last());
+        let returns = ends.filter(|i| i.class.opcode == Op::ReturnValue);
+        common(returns.filter_map(|i| self.operand(i.operands.first()?)))
+    }
+
+    /// Labels of the blocks that may follow.
+    fn successors(&self, block: &Block) -> Vec<Word> {
+        let Some(last) = block.instructions.last() else {
+            return Vec::new();
+        };
+        let operands = &last.operands;
+        let decided = operands.first().and_then(|operand| self.operand(operand));
+        let all = |labels: &[Operand]| labels.iter().filter_map(|o| id_of(Some(o))).collect();
+        match (last.class.opcode, decided) {
+            (Op::Branch, _) => all(operands),
+            (Op::BranchConditional, Some(Known::Word(word))) => {
+                let taken = if word != 0 { 1 } else { 2 };
+                id_of(operands.get(taken)).into_iter().collect()
+            }
+            (Op::Switch, Some(Known::Word(word))) => {
+                let cases = operands.get(2..).unwrap_or_default().chunks_exact(2);
+                let mut matching = cases.filter(|case| case[0] == Operand::LiteralBit32(word));
+                let taken = matching.next().map(|case| &case[1]).or(operands.get(1));
+                id_of(taken).into_iter().collect()
+            }
+            // The first operand is what decides.
+            (Op::BranchConditional | Op::Switch, _) => all(operands.get(1..).unwrap_or_default()),
+            _ => Vec::new(),
+        }
+    }
+}
+
+/// A constant of zeros for each type that needs one, in an order that is always the same: drivers keep what they compile by a
+/// hash of the words.
+struct Nulls {
+    by_type: BTreeMap<Word, Word>,
+    next: Word,
+}
+
+impl Nulls {
+    fn new(module: &Module) -> Self {
+        Self {
+            by_type: BTreeMap::new(),
+            next: module.header.as_ref().map_or(0, |header| header.bound),
+        }
+    }
+
+    fn of(&mut self, kind: Word) -> Operand {
+        let next = &mut self.next;
+        Operand::IdRef(*self.by_type.entry(kind).or_insert_with(|| {
+            *next += 1;
+            *next - 1
+        }))
+    }
+
+    fn declare(self, module: &mut Module) {
+        let constants = self.by_type.into_iter().map(|(kind, null)| {
+            Instruction::new(Op::ConstantNull, Some(kind), Some(null), Vec::new())
+        });
+        module.types_global_values.extend(constants);
+        if let Some(header) = &mut module.header {
+            header.bound = self.next;
+        }
+    }
+}
+
+/// Takes everything but the ends out of blocks that are not `live`. What these computed is nowhere used but in their ends, and
+/// in what live blocks select by the block they come from.
+fn empty_other_blocks(
+    function: &mut Function,
+    live: &HashSet<Word>,
+    types: &HashMap<Word, Word>,
+    nulls: &mut Nulls,
+) {
+    for block in &mut function.blocks {
+        if label_of(block).is_some_and(|label| live.contains(&label)) {
+            let selections = block.instructions.iter_mut();
+            for selection in selections.filter(|i| i.class.opcode == Op::Phi) {
+                let Some(kind) = selection.result_type else {
+                    continue;
+                };
+                for pair in selection.operands.chunks_exact_mut(2) {
+                    if id_of(pair.get(1)).is_some_and(|from| !live.contains(&from)) {
+                        pair[0] = nulls.of(kind);
+                    }
+                }
+            }
+            continue;
+        }
+        block.instructions.retain(is_structure);
+        if let Some(last) = block.instructions.last_mut()
+            && matches!(
+                last.class.opcode,
+                Op::BranchConditional | Op::Switch | Op::ReturnValue
+            )
+            && let Some(kind) = id_of(last.operands.first()).and_then(|value| types.get(&value))
+        {
+            last.operands[0] = nulls.of(*kind);
+        }
+    }
+}
+
+/// Whether control flow is made of such instructions.
+fn is_structure(instruction: &Instruction) -> bool {
+    matches!(
+        instruction.class.opcode,
+        Op::SelectionMerge
+            | Op::LoopMerge
+            | Op::Branch
+            | Op::BranchConditional
+            | Op::Switch
+            | Op::Return
+            | Op::ReturnValue
+            | Op::Kill
+            | Op::Unreachable
+    )
+}
+
+/// Removes functions that no entry point calls, directly or not.
+fn remove_functions(module: &mut Module) {
+    let by_id: HashMap<Word, &Function> = (module.functions.iter())
+        .filter_map(|function| Some((id_of_function(function)?, function)))
+        .collect();
+    let entries = module.entry_points.iter();
+    let mut waiting: Vec<Word> = entries.filter_map(|i| id_of(i.operands.get(1))).collect();
+    let mut called = HashSet::new();
+    while let Some(next) = waiting.pop() {
+        if called.insert(next)
+            && let Some(function) = by_id.get(&next)
+        {
+            let calls = instructions_of(function).filter(|i| i.class.opcode == Op::FunctionCall);
+            waiting.extend(calls.filter_map(|i| id_of(i.operands.first())));
+        }
+    }
+    module
+        .functions
+        .retain(|function| id_of_function(function).is_some_and(|id| called.contains(&id)));
+}
+
+/// Removes variables of the module that no function names.
+fn remove_variables(module: &mut Module) {
+    let operands = (module.functions.iter())
+        .flat_map(instructions_of)
+        .flat_map(|i| &i.operands);
+    let named: HashSet<Word> = operands.filter_map(|o| id_of(Some(o))).collect();
+    let mut removed = HashSet::new();
+    module.types_global_values.retain(|i| {
+        let is_unused = |id: &Word| i.class.opcode == Op::Variable && !named.contains(id);
+        let unused = i.result_id.filter(is_unused);
+        removed.extend(unused);
+        unused.is_none()
+    });
+    for entry in &mut module.entry_points {
+        entry
+            .operands
+            .retain(|o| id_of(Some(o)).is_none_or(|id| !removed.contains(&id)));
+    }
+}
+
+/// Removes names and decorations of what is not there any more.
+fn remove_names(module: &mut Module) {
+    let there: HashSet<Word> = module.all_inst_iter().filter_map(|i| i.result_id).collect();
+    let is_of_something =
+        |i: &Instruction| id_of(i.operands.first()).is_none_or(|target| there.contains(&target));
+    module.debug_names.retain(is_of_something);
+    module.annotations.retain(is_of_something);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::compiler::{self, Sources};
+    use crate::gpu::reflection::{Reflection, parse};
+    use crate::gpu::specialise::specialise;
+    use rspirv::binary::Assemble;
+
+    const SHADER: &str = "#version 460
+        layout(constant_id = 0) const uint TECHNIQUE = 1u;
+        readonly buffer One { uint at[]; } one;
+        readonly buffer Two { uint at[]; } two;
+        readonly buffer Three { uint at[]; } three;
+        readonly buffer Four { uint at[]; } four;
+        buffer Results { uint at[]; } results;
+        bool is_two() { return TECHNIQUE == 2u && results.at[0] > 7u; }
+        uint from_three(uint i) { return three.at[i]; }
+        void main() {
+            uint sum = 0u;
+            bool in_two = is_two();
+            for (uint i = 0u; i < results.at[1]; i += 1u) {
+                if (in_two) sum += two.at[i];
+                if (TECHNIQUE == 3u || in_two) sum += from_three(i);
+                switch (TECHNIQUE) {
+                case 1u: sum += one.at[i]; break;
+                case 4u: sum += four.at[i]; break;
+                default: sum += 1u;
+                }
+                if (TECHNIQUE == 1u && sum > 9u) break;
+            }
+            results.at[2] = sum;
+        }";
+
+    fn without_dead_code(technique: u32) -> Module {
+        let words = compiler::compile("test.comp", SHADER, &Sources::new(), &[]).unwrap();
+        let mut module = parse(&words).unwrap();
+        specialise(&mut module, &[(0, technique)]);
+        remove_dead_code(&mut module);
+        module
+    }
+
+    /// Through conditions, functions, variables, and what `&&` and `||` make of them.
+    #[test]
+    fn what_a_technique_does_not_use_is_not_bound() {
+        let bound = |technique| {
+            let interface = Reflection::of(without_dead_code(technique)).interface();
+            let names = interface.unwrap().bindings.into_iter().map(|b| b.name);
+            names.collect::<Vec<_>>()
+        };
+        assert_eq!(bound(1), ["one", "results"]);
+        assert_eq!(bound(2), ["two", "three", "results"]);
+        assert_eq!(bound(3), ["three", "results"]);
+        assert_eq!(bound(4), ["four", "results"]);
+        assert_eq!(bound(5), ["results"]);
+    }
+
+    /// Drivers keep what they compile by a hash of the words.
+    #[test]
+    fn the_words_are_always_the_same() {
+        for technique in 1..5 {
+            let words = without_dead_code(technique).assemble();
+            for _ in 0..8 {
+                assert!(without_dead_code(technique).assemble() == words);
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_names_what_is_gone() {
+        let module = without_dead_code(5);
+        let there: HashSet<Word> = module.all_inst_iter().filter_map(|i| i.result_id).collect();
+        let names = module.all_inst_iter().flat_map(|i| &i.operands);
+        let gone: Vec<Word> = names
+            .filter_map(|o| id_of(Some(o)))
+            .filter(|id| !there.contains(id))
+            .collect();
+        assert!(gone.is_empty(), "{gone:?}");
+        assert_eq!(module.functions.len(), 2);
+    }
+}
