@@ -29,13 +29,6 @@ pub fn remove_dead_code(module: &mut Module) {
     remove_names(module);
 }
 
-fn id_of(operand: Option<&Operand>) -> Option<Word> {
-    match operand {
-        Some(Operand::IdRef(id)) => Some(*id),
-        _ => None,
-    }
-}
-
 fn label_of(block: &Block) -> Option<Word> {
     block.label.as_ref()?.result_id
 }
@@ -80,7 +73,7 @@ fn whole_variables(function: &Function) -> HashSet<Word> {
         variables.extend(instruction.result_id.filter(|_| is_plain));
         let whole = matches!(operation, Op::Load | Op::Store);
         for operand in &instruction.operands[usize::from(whole)..] {
-            id_of(Some(operand)).map(|id| variables.remove(&id));
+            operand.id_ref_any().map(|id| variables.remove(&id));
         }
     }
     variables
@@ -153,7 +146,7 @@ impl<'a> Reached<'a> {
             let operands = &instruction.operands;
             let (target, now) = match instruction.class.opcode {
                 Op::Store => (
-                    id_of(operands.first()),
+                    operands.first().and_then(Operand::id_ref_any),
                     operands.get(1).and_then(|o| self.operand(o)),
                 ),
                 // What it holds is what is stored in it.
@@ -195,17 +188,22 @@ impl<'a> Reached<'a> {
         if operation == Op::Phi {
             let pairs = operands.chunks_exact(2);
             let taken = pairs.filter(|pair| {
-                id_of(pair.get(1)).is_some_and(|from| self.edges.contains(&(from, here)))
+                pair[1]
+                    .id_ref_any()
+                    .is_some_and(|from| self.edges.contains(&(from, here)))
             });
             return common(taken.filter_map(|pair| self.operand(&pair[0])));
         }
         if operation == Op::Load
-            && let Some(variable) = id_of(operands.first()).filter(|v| self.variables.contains(v))
+            && let Some(variable) = operands
+                .first()
+                .and_then(Operand::id_ref_any)
+                .filter(|v| self.variables.contains(v))
         {
             return self.known.get(&variable).copied();
         }
         if operation == Op::FunctionCall {
-            let called = id_of(operands.first())?;
+            let called = operands.first().and_then(Operand::id_ref_any)?;
             let returned = self.constants.get(&called).copied();
             return Some(returned.map_or(Known::Varies, Known::Word));
         }
@@ -244,18 +242,22 @@ impl<'a> Reached<'a> {
         };
         let operands = &last.operands;
         let decided = operands.first().and_then(|operand| self.operand(operand));
-        let all = |labels: &[Operand]| labels.iter().filter_map(|o| id_of(Some(o))).collect();
+        let all = |labels: &[Operand]| labels.iter().filter_map(Operand::id_ref_any).collect();
         match (last.class.opcode, decided) {
             (Op::Branch, _) => all(operands),
             (Op::BranchConditional, Some(Known::Word(word))) => {
                 let taken = if word != 0 { 1 } else { 2 };
-                id_of(operands.get(taken)).into_iter().collect()
+                operands
+                    .get(taken)
+                    .and_then(Operand::id_ref_any)
+                    .into_iter()
+                    .collect()
             }
             (Op::Switch, Some(Known::Word(word))) => {
                 let cases = operands.get(2..).unwrap_or_default().chunks_exact(2);
                 let mut matching = cases.filter(|case| case[0] == Operand::LiteralBit32(word));
                 let taken = matching.next().map(|case| &case[1]).or(operands.get(1));
-                id_of(taken).into_iter().collect()
+                taken.and_then(Operand::id_ref_any).into_iter().collect()
             }
             // The first operand is what decides.
             (Op::BranchConditional | Op::Switch, _) => all(operands.get(1..).unwrap_or_default()),
@@ -314,7 +316,10 @@ fn empty_other_blocks(
                     continue;
                 };
                 for pair in selection.operands.chunks_exact_mut(2) {
-                    if id_of(pair.get(1)).is_some_and(|from| !live.contains(&from)) {
+                    if pair[1]
+                        .id_ref_any()
+                        .is_some_and(|from| !live.contains(&from))
+                    {
                         pair[0] = nulls.of(kind);
                     }
                 }
@@ -327,7 +332,11 @@ fn empty_other_blocks(
                 last.class.opcode,
                 Op::BranchConditional | Op::Switch | Op::ReturnValue
             )
-            && let Some(kind) = id_of(last.operands.first()).and_then(|value| types.get(&value))
+            && let Some(kind) = last
+                .operands
+                .first()
+                .and_then(Operand::id_ref_any)
+                .and_then(|value| types.get(&value))
         {
             last.operands[0] = nulls.of(*kind);
         }
@@ -356,14 +365,16 @@ fn remove_functions(module: &mut Module) {
         .filter_map(|function| Some((id_of_function(function)?, function)))
         .collect();
     let entries = module.entry_points.iter();
-    let mut waiting: Vec<Word> = entries.filter_map(|i| id_of(i.operands.get(1))).collect();
+    let mut waiting: Vec<Word> = entries
+        .filter_map(|i| i.operands.get(1).and_then(Operand::id_ref_any))
+        .collect();
     let mut called = HashSet::new();
     while let Some(next) = waiting.pop() {
         if called.insert(next)
             && let Some(function) = by_id.get(&next)
         {
             let calls = instructions_of(function).filter(|i| i.class.opcode == Op::FunctionCall);
-            waiting.extend(calls.filter_map(|i| id_of(i.operands.first())));
+            waiting.extend(calls.filter_map(|i| i.operands.first().and_then(Operand::id_ref_any)));
         }
     }
     module
@@ -376,7 +387,7 @@ fn remove_variables(module: &mut Module) {
     let operands = (module.functions.iter())
         .flat_map(instructions_of)
         .flat_map(|i| &i.operands);
-    let named: HashSet<Word> = operands.filter_map(|o| id_of(Some(o))).collect();
+    let named: HashSet<Word> = operands.filter_map(Operand::id_ref_any).collect();
     let mut removed = HashSet::new();
     module.types_global_values.retain(|i| {
         let is_unused = |id: &Word| i.class.opcode == Op::Variable && !named.contains(id);
@@ -387,15 +398,19 @@ fn remove_variables(module: &mut Module) {
     for entry in &mut module.entry_points {
         entry
             .operands
-            .retain(|o| id_of(Some(o)).is_none_or(|id| !removed.contains(&id)));
+            .retain(|o| o.id_ref_any().is_none_or(|id| !removed.contains(&id)));
     }
 }
 
 /// Removes names and decorations of what is not there any more.
 fn remove_names(module: &mut Module) {
     let there: HashSet<Word> = module.all_inst_iter().filter_map(|i| i.result_id).collect();
-    let is_of_something =
-        |i: &Instruction| id_of(i.operands.first()).is_none_or(|target| there.contains(&target));
+    let is_of_something = |i: &Instruction| {
+        i.operands
+            .first()
+            .and_then(Operand::id_ref_any)
+            .is_none_or(|target| there.contains(&target))
+    };
     module.debug_names.retain(is_of_something);
     module.annotations.retain(is_of_something);
 }
@@ -473,7 +488,7 @@ mod tests {
         let there: HashSet<Word> = module.all_inst_iter().filter_map(|i| i.result_id).collect();
         let names = module.all_inst_iter().flat_map(|i| &i.operands);
         let gone: Vec<Word> = names
-            .filter_map(|o| id_of(Some(o)))
+            .filter_map(Operand::id_ref_any)
             .filter(|id| !there.contains(id))
             .collect();
         assert!(gone.is_empty(), "{gone:?}");

@@ -66,13 +66,6 @@ pub struct Reflection {
     names: HashMap<u32, String>,
 }
 
-fn id(operand: &Operand) -> Option<u32> {
-    match operand {
-        Operand::IdRef(id) => Some(*id),
-        _ => None,
-    }
-}
-
 fn literal(operand: &Operand) -> Option<u32> {
     match operand {
         Operand::LiteralBit32(value) => Some(*value),
@@ -141,7 +134,10 @@ impl Reflection {
             }
         });
         for (variable, pointer, class) in variables {
-            let Some(pointee) = self.instruction(pointer).and_then(|p| id(&p.operands[1])) else {
+            let Some(pointee) = self
+                .instruction(pointer)
+                .and_then(|p| p.operands[1].id_ref_any())
+            else {
                 continue;
             };
             if class == StorageClass::PushConstant {
@@ -250,7 +246,7 @@ impl Reflection {
         }
         for array in &self.module.types_global_values {
             let is_array = matches!(array.class.opcode, Op::TypeArray | Op::TypeRuntimeArray)
-                && id(&array.operands[0]) == Some(structure);
+                && array.operands[0].id_ref_any() == Some(structure);
             if let (true, Some(array)) = (is_array, array.result_id) {
                 let stride = self.decoration(array, Decoration::ArrayStride);
                 if stride.is_some_and(|s| s as usize != layout.size) {
@@ -273,7 +269,7 @@ impl Reflection {
 
     /// Whether a type is an array, of any length, of images of two dimensions.
     fn is_array_of_images(&self, instruction: &Instruction) -> bool {
-        let element = instruction.operands.first().and_then(id);
+        let element = instruction.operands.first().and_then(Operand::id_ref_any);
         instruction.class.opcode == Op::TypeRuntimeArray
             && (element.and_then(|element| self.instruction(element)))
                 .is_some_and(|element| is_image(element, Dim::Dim2D))
@@ -285,7 +281,7 @@ impl Reflection {
             .iter()
             .find(|i| {
                 i.class.opcode == Op::Decorate
-                    && id(&i.operands[0]) == Some(target)
+                    && i.operands[0].id_ref_any() == Some(target)
                     && i.operands[1] == Operand::Decoration(wanted)
             })
             .and_then(|i| i.operands.get(2).map_or(Some(0), literal))
@@ -297,7 +293,7 @@ impl Reflection {
             .iter()
             .find(|i| {
                 i.class.opcode == Op::MemberDecorate
-                    && id(&i.operands[0]) == Some(target)
+                    && i.operands[0].id_ref_any() == Some(target)
                     && literal(&i.operands[1]) == Some(member)
                     && i.operands[2] == Operand::Decoration(wanted)
             })
@@ -311,7 +307,7 @@ impl Reflection {
     fn member_name(&self, structure: u32, member: u32) -> Option<&str> {
         self.module.debug_names.iter().find_map(|i| {
             let is_it = i.class.opcode == Op::MemberName
-                && id(&i.operands[0]) == Some(structure)
+                && i.operands[0].id_ref_any() == Some(structure)
                 && literal(&i.operands[1]) == Some(member);
             match (is_it, i.operands.get(2)) {
                 (true, Some(Operand::LiteralString(name))) => Some(name.as_str()),
@@ -336,7 +332,7 @@ impl Reflection {
                 block
                     .instructions
                     .iter()
-                    .any(|i| i.operands.iter().any(|o| id(o) == Some(variable)))
+                    .any(|i| i.operands.iter().any(|o| o.id_ref_any() == Some(variable)))
             })
         })
     }
@@ -344,7 +340,7 @@ impl Reflection {
     /// Whether another constant, or the length of an array, is computed from a constant.
     fn is_part_of_constant(&self, constant: u32) -> bool {
         let mut all = self.module.types_global_values.iter();
-        all.any(|i| i.operands.iter().any(|o| id(o) == Some(constant)))
+        all.any(|i| i.operands.iter().any(|o| o.id_ref_any() == Some(constant)))
     }
 
     /// Size of a type in bytes under the scalar layout, for push constants.
@@ -359,13 +355,13 @@ impl Reflection {
                 let offset = self.offset(type_id, last as u32).unwrap_or(0);
                 offset
                     + operand(last)
-                        .and_then(id)
+                        .and_then(Operand::id_ref_any)
                         .map_or(0, |t| self.struct_size(t))
             }
             Op::TypeVector => operand(1).and_then(literal).unwrap_or(0) * 4,
             Op::TypeArray => {
                 let length = operand(1)
-                    .and_then(id)
+                    .and_then(Operand::id_ref_any)
                     .and_then(|c| self.instruction(c))
                     .and_then(|c| c.operands.first())
                     .and_then(literal)

@@ -79,6 +79,15 @@ fn wrong_arguments_are_one_line_and_status_2() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("a.exr");
     let out = text(&out);
+    let settings = [
+        ("roulete.start=1", "roulette.start"),
+        ("roulette.floor=7", "0.001 to 1"),
+        ("world_reservoirs.cell=0", "1 to 4096"),
+        ("world_reservoirs.merged=17", "1 to 16"),
+        ("world_reservoirs.table=0", "0.000000001 to 1000"),
+        ("world_reservoirs.depth=0", "1 to 1000"),
+    ]
+    .map(|(set, said)| (vec!["render", "cornell", "-o", out, "--set", set], said));
     for (arguments, said) in [
         (vec!["render", "cornell"], "--output"),
         (
@@ -111,14 +120,6 @@ fn wrong_arguments_are_one_line_and_status_2() {
         (
             vec!["render", "cornell", "-o", out, "--camera", "7"],
             "no camera '7'",
-        ),
-        (
-            vec!["render", "cornell", "-o", out, "--set", "roulete.start=1"],
-            "roulette.start",
-        ),
-        (
-            vec!["render", "cornell", "-o", out, "--set", "roulette.floor=7"],
-            "0.001 to 1",
         ),
         (
             vec!["render", "cornell", "-o", out, "--preset", "pathtracing"],
@@ -173,50 +174,6 @@ fn wrong_arguments_are_one_line_and_status_2() {
         (vec!["scene", "generate", "terrain", "-o", "a.obj"], ".glb"),
         (vec!["presets", "fast-and-good"], "path-tracing"),
         (
-            vec![
-                "render",
-                "cornell",
-                "-o",
-                out,
-                "--set",
-                "world_reservoirs.cell=0",
-            ],
-            "1 to 4096",
-        ),
-        (
-            vec![
-                "render",
-                "cornell",
-                "-o",
-                out,
-                "--set",
-                "world_reservoirs.merged=17",
-            ],
-            "1 to 16",
-        ),
-        (
-            vec![
-                "render",
-                "cornell",
-                "-o",
-                out,
-                "--set",
-                "world_reservoirs.table=0",
-            ],
-            "0.000000001 to 1000",
-        ),
-        (
-            vec![
-                "render",
-                "cornell",
-                "-o",
-                out,
-                "--set",
-                "world_reservoirs.depth=0",
-            ],
-            "1 to 1000",
-        ),
-        (
             [
                 vec!["render", "cornell", "-o", out, "--width", "1024"],
                 vec!["--height", "1024", "--preset", "accurate", "--bounces", "2"],
@@ -227,7 +184,10 @@ fn wrong_arguments_are_one_line_and_status_2() {
             .concat(),
             "4294967296 bytes for its world_table",
         ),
-    ] {
+    ]
+    .into_iter()
+    .chain(settings)
+    {
         let line = fail(&arguments, 2);
         assert!(line.contains(said), "{arguments:?}: {line}");
     }
