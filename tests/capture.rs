@@ -14,10 +14,10 @@ fn assert_succeeded(what: &str, output: &Output) {
     assert!(output.status.success(), "{what}: {}", said(output));
 }
 
-/// Captures frames of `cornell` with a tool; returns what it printed. The presented pictures go to `folder`.
-fn capture(tool: &str, folder: &Path, file: &str, range: &str) -> String {
+/// Captures frames of `cornell` with a tool. The presented pictures go to `folder`.
+fn capture(tool: &str, folder: &Path, file: &str, range: &str) -> Output {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let output = Command::new(root.join("tools/capture"))
+    Command::new(root.join("tools/capture"))
         .arg(tool)
         .arg(folder.join(file))
         .args(["render", "cornell", "--width", "320", "--height", "180"])
@@ -28,9 +28,17 @@ fn capture(tool: &str, folder: &Path, file: &str, range: &str) -> String {
         // Both layers would be in each other's way.
         .env_remove("HEADWATER_VALIDATION")
         .output()
+        .unwrap()
+}
+
+/// Whether the driver is too old to present to a headless surface, by its version, not by what Headwater finds.
+fn cannot_present() -> bool {
+    let output = Command::new(env!("CARGO_BIN_EXE_headwater"))
+        .arg("info")
+        .output()
         .unwrap();
-    assert_succeeded(tool, &output);
-    String::from_utf8(output.stdout).unwrap()
+    assert_succeeded("info", &output);
+    said(&output).contains("llvmpipe Mesa 22.")
 }
 
 /// Runs a command among the capture tools.
@@ -123,8 +131,23 @@ fn gfxreconstruct_replays_the_same_pictures() {
     for (range, frames) in [("0..2", 0..3), ("1..2", 1..3)] {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path();
-        let said = capture("gfxreconstruct", folder, "trace.gfxr", range);
-        assert_eq!(said.trim_end(), folder.join("trace.gfxr").to_str().unwrap());
+        let output = capture("gfxreconstruct", folder, "trace.gfxr", range);
+        if cannot_present() {
+            assert_eq!(output.status.code(), Some(1));
+            assert!(
+                said(&output).contains("no VK_EXT_headless_surface"),
+                "{}",
+                said(&output)
+            );
+            assert!(!folder.join("trace.gfxr").exists());
+            continue;
+        }
+        assert_succeeded("gfxreconstruct", &output);
+        let printed = String::from_utf8(output.stdout).unwrap();
+        assert_eq!(
+            printed.trim_end(),
+            folder.join("trace.gfxr").to_str().unwrap()
+        );
         let bytes = folder.join("trace.gfxr").metadata().unwrap().len();
         println!("frames {range}: {bytes} bytes");
         assert!(bytes <= 25_000_000, "{bytes} bytes");
@@ -166,7 +189,8 @@ fn renderdoc_shows_passes_and_buffers() {
     }
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    capture("renderdoc", folder, "a.rdc", "1..2");
+    let output = capture("renderdoc", folder, "a.rdc", "1..2");
+    assert_succeeded("renderdoc", &output);
     for file in ["a_frame1.rdc", "a_frame2.rdc"] {
         let output = with_tools(
             &format!("renderdoccmd convert -f {file} -o a.xml -c xml"),

@@ -31,8 +31,8 @@ impl Presentation {
     /// Makes the swapchain, for pictures of `size` pixels.
     ///
     /// # Errors
-    /// The device was opened without [`Features::presentation`](super::Features::presentation), or its headless surface
-    /// takes no such pictures.
+    /// The device was opened without [`Features::presentation`](super::Features::presentation), which some drivers lack, or
+    /// its headless surface takes no such pictures.
     pub fn new(device: &Arc<Device>, size: (u32, u32)) -> Result<Self> {
         let fail = |e| device.failure("present to a headless surface", e);
         let lacks = |what: &str| {
@@ -44,7 +44,9 @@ impl Presentation {
         let (Some(presenting), Some(surfaces)) =
             (&device.presentation, &device.instance().surfaces)
         else {
-            return Err(lacks("it was opened without presentation"));
+            return Err(lacks(
+                "its driver has no VK_EXT_headless_surface or no VK_KHR_swapchain; please take another driver, or a tool that captures frames without presented pictures",
+            ));
         };
         let mut made = Self {
             device: device.clone(),
