@@ -10,13 +10,13 @@ const uint MAX_TECHNIQUES = NEIGHBOURS + 1u;
 // The pixel itself, followed by its neighbours.
 uvec2 pixels[MAX_TECHNIQUES];
 
-// Fills `pixels` and returns their number. Neighbours are chosen by their surfaces alone. A rejected one is replaced
-// while tries remain (greedy search): invocations whose lists have the same length idle less.
-uint find_neighbours(uvec2 pixel, SampleData data, inout Random random) {
+// Fills `pixels` with up to `wanted` neighbours and returns their number. They are chosen by their surfaces alone. A
+// rejected one is replaced while tries remain (greedy search): invocations whose lists have the same length idle less.
+uint find_neighbours(uvec2 pixel, SampleData data, uint wanted, inout Random random) {
     Ray ray = primary_ray(pixel);
     pixels[0] = pixel;
     uint found = 1u;
-    for (uint i = 0u; i < restir.at.reuse.tries && found <= NEIGHBOURS; i += 1u) {
+    for (uint i = 0u; i < wanted * restir.at.reuse.tries && found <= wanted; i += 1u) {
         vec2 u = to_unit(random_bits(random)).xy;
         // Half of them lie within a quarter of the radius, where surface and light are most similar. The others bring
         // samples that close neighbours do not have.

@@ -10,8 +10,8 @@ const uint SPARE_SHIFT = CONFIDENCE_BITS + AGE_BITS;
 // Bits of each of the two coordinates of a point of a light: barycentric weights, or the place in a texel.
 const uint PLACE_BITS = 20u;
 
-// The first two words hold the weight, and confidence and age. The words of the sample follow, then those of its
-// origin. Large enough for every kind of sample.
+// The first two words hold the weight, and confidence and age. The words of the sample follow, then those for debug
+// AOVs. Large enough for every kind of sample.
 struct PackedReservoir {
     uint words[INDIRECT_FULL_WORDS + ORIGIN_WORDS];
 };

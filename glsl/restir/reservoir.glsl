@@ -25,6 +25,9 @@ uint sample_words() { return RESERVOIR_FORMAT == FORMAT_FULL ? FULL_WORDS : COMP
 
 uint reservoir_words() { return sample_words() + (KEEPS_ORIGINS ? ORIGIN_WORDS : 0u); }
 
+// With KEEPS_ORIGINS: the word with the number of neighbours that the frame's spatial passes found for the pixel.
+uint neighbours_word() { return sample_words() + 2u; }
+
 uint word_of(uint slot, uint word, uint slots) {
     return RESERVOIR_SOA ? word * slots + slot : slot * reservoir_words() + word;
 }

@@ -1,9 +1,11 @@
 #pragma once
-// Debug AOVs: each pixel's final reservoir, the number of neighbours that it merged (the search is repeated), and the
-// pixel that drew its sample. A pass first includes direct.glsl or indirect.glsl.
-#include "restir/neighbours.glsl"
+// Debug AOVs: each pixel's final reservoir, the number of neighbours that it merged, and the pixel that drew its sample. A
+// pass first includes direct.glsl or indirect.glsl.
+#include "restir/frame.glsl"
 #include "restir/reservoir.glsl"
+#include "restir/sample_data.glsl"
 
+SAMPLE_DATA_BUFFER(sample_data, SampleDataBlock);
 layout(scalar) readonly buffer ReservoirsBlock { uint at[]; } reservoirs;
 layout(scalar) writeonly buffer ReservoirAovsBlock { ReservoirAov at[]; } reservoir_aovs;
 
@@ -16,12 +18,7 @@ void write_aovs() {
     LOAD_RESERVOIR(reservoirs, slot, restir.at.slots, packed);
     Reservoir reservoir = unpack_reservoir(packed);
     SampleData data = LOAD_SAMPLE_DATA(sample_data, slot);
-    uint found = 0u;
-    for (uint step = 0u; has_surface(data) && step < restir.at.reuse.spatial_passes; step += 1u) {
-        // The same random numbers find the same neighbours again.
-        Random random = pass_random(pixel, FIRST_STREAM + STREAM_SPATIAL + step);
-        found += find_neighbours(pixel, data, random) - 1u;
-    }
+    uint found = KEEPS_ORIGINS ? packed.words[neighbours_word()] : 0u;
     vec2 source = vec2(-1.0);
     float jacobian = 0.0;
     if (KEEPS_ORIGINS && reservoir.contribution_weight > 0.0) {

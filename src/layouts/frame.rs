@@ -71,9 +71,13 @@ crate::gpu_struct! {
         pub temporal_confidence_cap: f32,
         /// Maximum confidence of a neighbour.
         pub spatial_confidence_cap: f32,
-        /// Spatial passes of a frame.
-        pub spatial_passes: u32,
-        /// Maximum number of pixels that a search for neighbours tries.
+        /// Maximum number of neighbours.
+        pub neighbours: u32,
+        /// Maximum number of neighbours of a pixel whose surface has no history.
+        pub neighbours_without_history: u32,
+        /// Maximum confidence of what such a pixel merges.
+        pub confidence_without_history: f32,
+        /// Maximum number of pixels that a search tries for each neighbour.
         pub tries: u32,
         /// Radius of the disc of neighbours, in pixels.
         pub radius: f32,

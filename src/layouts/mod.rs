@@ -65,8 +65,8 @@ crate::gpu_constants! {
     pub const INDIRECT_COMPACT_WORDS: u32 = 8;
     /// Words of a full reservoir of indirect light.
     pub const INDIRECT_FULL_WORDS: u32 = 15;
-    /// Words of the origin of a reservoir's sample.
-    pub const ORIGIN_WORDS: u32 = 2;
+    /// Words for debug AOVs: two of the origin of a reservoir's sample, one of the pixel's neighbours.
+    pub const ORIGIN_WORDS: u32 = 3;
     /// Words of the sample data of a pixel.
     pub const SAMPLE_DATA_WORDS: u32 = 8;
     /// Words of the sums of a pixel.

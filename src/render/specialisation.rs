@@ -146,7 +146,7 @@ mod values {
                 mis: resampling.mis,
                 visibility: resampling.visibility,
                 light_bvh: resampling.candidates == Candidates::LightBvh,
-                neighbours: resampling.spatial.neighbours,
+                neighbours: resampling.neighbours_without_history(),
                 ..self
             }
         }

@@ -335,7 +335,11 @@ fn reservoirs_are_shown_where_there_are_any() {
         &[
             &arguments[..],
             &["--preset", "accurate", "--set"],
-            &["direct.spatial.neighbours=2"],
+            &[
+                "direct.spatial.neighbours=2",
+                "--set",
+                "direct.spatial.neighbours_without_history=4",
+            ],
         ]
         .concat(),
     ));
@@ -365,7 +369,8 @@ fn reservoirs_are_shown_where_there_are_any() {
             .copied()
             .fold(0.0, f32::max)
     };
-    assert_eq!((most("direct.age"), most("direct.neighbours")), (2.0, 2.0));
+    // Of surfaces that have come into view in the last frame.
+    assert_eq!((most("direct.age"), most("direct.neighbours")), (2.0, 4.0));
     let Some(Samples::U32(lights)) = image.channels.get("direct.light") else {
         panic!("no lights");
     };

@@ -91,6 +91,12 @@ pub struct Spatial {
     /// Unbiased at any value.
     #[schemars(range(min = 0, max = 16))]
     pub neighbours: u32,
+    /// The same where a surface has no history: in the first frame, and where something has come into view; if less than
+    /// `neighbours`, that counts. Without effect if `reuse` is not `spatiotemporal`, and with `mis=balance`, where cost grows
+    /// with the square. Higher: less noise there. Cost: as for `neighbours`, in few pixels but of the first frame. Unbiased
+    /// at any value.
+    #[schemars(range(min = 0, max = 16))]
+    pub neighbours_without_history: u32,
     /// Radius of the disc from which neighbours are drawn, half of them within a quarter of it. Unit: pixels.
     /// Lower: more similar neighbours, so first frames have less noise; higher: neighbours have fewer samples
     /// in common, so later frames have less noise.
@@ -113,6 +119,7 @@ impl Default for Spatial {
         Self {
             passes: 1,
             neighbours: 3,
+            neighbours_without_history: 12,
             radius: 10.0,
             search: Search::Greedy,
             tries: 3,
@@ -170,6 +177,22 @@ pub struct Resampling {
     pub spatial: Spatial,
     /// Which surfaces are similar enough to share samples.
     pub similar: Similar,
+}
+
+impl Resampling {
+    /// Maximum number of neighbours where a surface has no history.
+    pub fn neighbours_without_history(&self) -> u32 {
+        let Spatial {
+            neighbours,
+            neighbours_without_history,
+            ..
+        } = self.spatial;
+        if self.reuse == ReuseMode::Spatiotemporal && self.mis != Mis::Balance {
+            neighbours.max(neighbours_without_history)
+        } else {
+            neighbours
+        }
+    }
 }
 
 impl Default for Resampling {

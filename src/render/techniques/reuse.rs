@@ -138,7 +138,7 @@ impl Reuse {
         }
 
         if let Some(pass) = &self.spatial {
-            let passes = self.constants.reuse.spatial_passes;
+            let passes = self.resampling.spatial.passes;
             for index in 0..passes {
                 let spatial = Spatial {
                     scene,
