@@ -185,8 +185,8 @@ fn empty_neighbours_that_are_skipped_are_found() {
 fn confidence_that_depends_on_the_sample_is_found() {
     let (passes, said) = with_fault(&[(
         "restir/spatial.glsl",
-        "return limited(technique, unpack_confidence(neighbours.at[word]));",
-        "float confidence = limited(technique, unpack_confidence(neighbours.at[word]));
+        "return limited(technique, stored_confidence(slot_of(pixels[technique])));",
+        "float confidence = limited(technique, stored_confidence(slot_of(pixels[technique])));
         uint light = neighbours.at[word_of(slot_of(pixels[technique]), 2u, restir.at.slots)] & LIGHT_MASK;
         return light == 1u ? 0.25 * confidence : confidence;",
     )]);

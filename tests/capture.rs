@@ -31,7 +31,8 @@ fn capture(tool: &str, folder: &Path, file: &str, range: &str) -> Output {
         .unwrap()
 }
 
-/// Whether the driver is too old to present to a headless surface, by its version, not by what Headwater finds.
+/// Whether the driver is too old to present to a headless surface, by its version, not by what Headwater finds. The tests
+/// of one driver see no other.
 fn cannot_present() -> bool {
     let output = Command::new(env!("CARGO_BIN_EXE_headwater"))
         .arg("info")
@@ -128,11 +129,12 @@ fn gfxreconstruct_replays_the_same_pictures() {
     if !is_thorough() {
         return;
     }
+    let refused = cannot_present();
     for (range, frames) in [("0..2", 0..3), ("1..2", 1..3)] {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path();
         let output = capture("gfxreconstruct", folder, "trace.gfxr", range);
-        if cannot_present() {
+        if refused {
             assert_eq!(output.status.code(), Some(1));
             assert!(
                 said(&output).contains("no VK_EXT_headless_surface"),

@@ -169,7 +169,7 @@ fn neighbours_are_those_that_the_frame_merged() {
     }
 }
 
-/// More neighbours, but not as much more confidence: their noise is alike, and would stay.
+/// But not as much more confidence: close pixels merge the same samples, and at full confidence their noise would stay.
 #[test]
 fn a_surface_without_history_has_more_neighbours() {
     let found = |frames: u32, mis: &str| {

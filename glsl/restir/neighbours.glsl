@@ -10,8 +10,9 @@ const uint MAX_TECHNIQUES = NEIGHBOURS + 1u;
 // The pixel itself, followed by its neighbours.
 uvec2 pixels[MAX_TECHNIQUES];
 
-// Fills `pixels` with up to `wanted` neighbours and returns their number. They are chosen by their surfaces alone. A
-// rejected one is replaced while tries remain (greedy search): invocations whose lists have the same length idle less.
+// Fills `pixels` with the pixel and up to `wanted` neighbours, and returns how many these are, the pixel included.
+// Neighbours are chosen by their surfaces alone. A rejected one is replaced while tries remain (greedy search):
+// invocations whose lists have the same length idle less.
 uint find_neighbours(uvec2 pixel, SampleData data, uint wanted, inout Random random) {
     Ray ray = primary_ray(pixel);
     pixels[0] = pixel;

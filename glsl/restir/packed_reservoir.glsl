@@ -13,7 +13,7 @@ const uint PLACE_BITS = 20u;
 // The first two words hold the weight, and confidence and age. The words of the sample follow, then those for debug
 // AOVs. Large enough for every kind of sample.
 struct PackedReservoir {
-    uint words[INDIRECT_FULL_WORDS + ORIGIN_WORDS];
+    uint words[INDIRECT_FULL_WORDS + DEBUG_WORDS];
 };
 
 const uint WEIGHT_WORD = 0u;
@@ -23,7 +23,7 @@ float unpack_confidence(uint history) { return float(bitfieldExtract(history, 0,
 
 PackedReservoir empty_packed() {
     PackedReservoir p;
-    for (uint i = 0u; i < INDIRECT_FULL_WORDS + ORIGIN_WORDS; i += 1u) p.words[i] = 0u;
+    for (uint i = 0u; i < INDIRECT_FULL_WORDS + DEBUG_WORDS; i += 1u) p.words[i] = 0u;
     return p;
 }
 

@@ -15,7 +15,7 @@ struct Reservoir {
     float confidence;
     // Frames since the sample was drawn.
     uint age;
-    // With KEEPS_ORIGINS: the index of the pixel that drew the sample, and the solid angle per unit of the sample's measure
+    // With KEEPS_DEBUG_WORDS: the index of the pixel that drew the sample, and the solid angle per unit of the sample's measure
     // seen from there.
     uint origin;
     float origin_solid_angle;
@@ -23,9 +23,9 @@ struct Reservoir {
 
 uint sample_words() { return RESERVOIR_FORMAT == FORMAT_FULL ? FULL_WORDS : COMPACT_WORDS; }
 
-uint reservoir_words() { return sample_words() + (KEEPS_ORIGINS ? ORIGIN_WORDS : 0u); }
+uint reservoir_words() { return sample_words() + (KEEPS_DEBUG_WORDS ? DEBUG_WORDS : 0u); }
 
-// With KEEPS_ORIGINS: the word with the number of neighbours that the frame's spatial passes found for the pixel.
+// With KEEPS_DEBUG_WORDS: the word with the number of neighbours that the frame's spatial passes found for the pixel.
 uint neighbours_word() { return sample_words() + 2u; }
 
 uint word_of(uint slot, uint word, uint slots) {
@@ -41,7 +41,7 @@ PackedReservoir pack_reservoir(Reservoir r) {
     if (!(r.contribution_weight > 0.0)) return p;
     p.words[WEIGHT_WORD] = floatBitsToUint(r.contribution_weight);
     pack_sample(r.value, p);
-    if (KEEPS_ORIGINS) {
+    if (KEEPS_DEBUG_WORDS) {
         p.words[sample_words()] = r.origin;
         p.words[sample_words() + 1u] = floatBitsToUint(r.origin_solid_angle);
     }
@@ -54,7 +54,7 @@ Reservoir unpack_reservoir(PackedReservoir p) {
     r.age = bitfieldExtract(history, int(CONFIDENCE_BITS), int(AGE_BITS));
     r.contribution_weight = uintBitsToFloat(p.words[WEIGHT_WORD]);
     if (r.contribution_weight > 0.0) unpack_sample(p, r.value);
-    if (KEEPS_ORIGINS) {
+    if (KEEPS_DEBUG_WORDS) {
         r.origin = p.words[sample_words()];
         r.origin_solid_angle = uintBitsToFloat(p.words[sample_words() + 1u]);
     }
@@ -63,7 +63,7 @@ Reservoir unpack_reservoir(PackedReservoir p) {
 
 // Records the pixel that drew the sample, for debug AOVs.
 void record_origin(inout Reservoir r, uint pixel, Domain domain) {
-    if (!KEEPS_ORIGINS || r.contribution_weight <= 0.0) return;
+    if (!KEEPS_DEBUG_WORDS || r.contribution_weight <= 0.0) return;
     r.origin = pixel;
     r.origin_solid_angle = sample_solid_angle(domain.position, r.value);
 }

@@ -18,10 +18,10 @@ void write_aovs() {
     LOAD_RESERVOIR(reservoirs, slot, restir.at.slots, packed);
     Reservoir reservoir = unpack_reservoir(packed);
     SampleData data = LOAD_SAMPLE_DATA(sample_data, slot);
-    uint found = KEEPS_ORIGINS ? packed.words[neighbours_word()] : 0u;
+    uint found = KEEPS_DEBUG_WORDS ? packed.words[neighbours_word()] : 0u;
     vec2 source = vec2(-1.0);
     float jacobian = 0.0;
-    if (KEEPS_ORIGINS && reservoir.contribution_weight > 0.0) {
+    if (KEEPS_DEBUG_WORDS && reservoir.contribution_weight > 0.0) {
         source = vec2(reservoir.origin % restir.at.view.width, reservoir.origin / restir.at.view.width);
         float here = sample_solid_angle(surface_position(data, primary_ray(pixel)), reservoir.value);
         jacobian = here / max(reservoir.origin_solid_angle, TINY);

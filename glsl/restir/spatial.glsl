@@ -35,9 +35,10 @@ float limited(uint technique, float confidence) {
     return technique == 0u ? confidence : min(confidence, restir.at.reuse.spatial_confidence_cap);
 }
 
+float stored_confidence(uint slot) { return unpack_confidence(neighbours.at[word_of(slot, HISTORY_WORD, restir.at.slots)]); }
+
 float confidence_of(uint technique) {
-    uint word = word_of(slot_of(pixels[technique]), HISTORY_WORD, restir.at.slots);
-    return limited(technique, unpack_confidence(neighbours.at[word]));
+    return limited(technique, stored_confidence(slot_of(pixels[technique])));
 }
 
 Reservoir technique_at(uint technique) {
@@ -53,11 +54,6 @@ Reservoir technique_at(uint technique) {
 #define MERGE_EMPTY empty_reservoir(0.0)
 #include "restir/merge.glsl"
 
-// Whether a pixel's surface has a history: without, its reservoir has the confidence of an initial one.
-bool surface_has_history(uint slot) {
-    return unpack_confidence(neighbours.at[word_of(slot, HISTORY_WORD, restir.at.slots)]) > 1.0;
-}
-
 // Merges the pixel of this invocation.
 void merge_neighbours() {
     uvec2 pixel = own_pixel();
@@ -67,21 +63,23 @@ void merge_neighbours() {
     SampleData data = LOAD_SAMPLE_DATA(sample_data, slot);
     if (has_surface(data)) {
         Random random = pass_random(pixel, FIRST_STREAM + STREAM_SPATIAL + step.index);
-        // Neighbours are chosen before any sample is read. Confidence depends on none, so the choice may depend on it.
-        bool has_history = surface_has_history(slot);
+        // A reservoir without history has the confidence of an initial one. Confidence depends on no sample, so the number of
+        // neighbours may depend on it. They are chosen before any sample is read.
+        bool has_history = stored_confidence(slot) > 1.0;
         uint wanted = has_history ? restir.at.reuse.neighbours : restir.at.reuse.neighbours_without_history;
-        uint found = find_neighbours(pixel, data, wanted, random);
-        count(COUNTER_NEIGHBOURS, found - 1u);
-        Merged merged = merge(MIS, found, VISIBILITY == VISIBILITY_WEIGHTS, step.shades != 0u, random);
+        uint techniques = find_neighbours(pixel, data, wanted, random);
+        uint found = techniques - 1u;
+        count(COUNTER_NEIGHBOURS, found);
+        Merged merged = merge(MIS, techniques, VISIBILITY == VISIBILITY_WEIGHTS, step.shades != 0u, random);
         if (step.shades != 0u) ADD_LIGHT(pixel, merged.light)
         if (!has_history) {
             float most = restir.at.reuse.confidence_without_history;
             merged.reservoir.confidence = min(merged.reservoir.confidence, most);
         }
         packed = pack_reservoir(merged.reservoir);
-        if (KEEPS_ORIGINS) {
+        if (KEEPS_DEBUG_WORDS) {
             uint before = neighbours.at[word_of(slot, neighbours_word(), restir.at.slots)];
-            packed.words[neighbours_word()] = before + found - 1u;
+            packed.words[neighbours_word()] = before + found;
         }
     } else {
         LOAD_RESERVOIR(neighbours, slot, restir.at.slots, packed);

@@ -97,7 +97,11 @@ impl<'a> Capture<'a> {
             Ok(presentation) => Some(presentation),
             // It takes its frames without.
             Err(_) if matches!(tool, Tool::RenderDoc(_)) => None,
-            Err(error) => return Err(error),
+            Err(error) => {
+                return Err(Error::failed(format!(
+                    "--capture: {error}; take another driver, or RenderDoc, which needs no presented pictures"
+                )));
+            }
         };
         Ok(Self {
             wanted,

@@ -31,8 +31,8 @@ impl Presentation {
     /// Makes the swapchain, for pictures of `size` pixels.
     ///
     /// # Errors
-    /// The device was opened without [`Features::presentation`](super::Features::presentation), which some drivers lack, or
-    /// its headless surface takes no such pictures.
+    /// The driver has no headless surface or no swapchain, the device was opened without
+    /// [`Features::presentation`](super::Features::presentation), or its headless surface takes no such pictures.
     pub fn new(device: &Arc<Device>, size: (u32, u32)) -> Result<Self> {
         let fail = |e| device.failure("present to a headless surface", e);
         let lacks = |what: &str| {
@@ -44,9 +44,14 @@ impl Presentation {
         let (Some(presenting), Some(surfaces)) =
             (&device.presentation, &device.instance().surfaces)
         else {
-            return Err(lacks(
-                "its driver has no VK_EXT_headless_surface or no VK_KHR_swapchain; please take another driver, or a tool that captures frames without presented pictures",
-            ));
+            let instance = device.instance();
+            return Err(lacks(if instance.surfaces.is_none() {
+                "its driver has no VK_EXT_headless_surface"
+            } else if !device.info.presentation {
+                "it has no VK_KHR_swapchain"
+            } else {
+                "it was opened without presentation"
+            }));
         };
         let mut made = Self {
             device: device.clone(),

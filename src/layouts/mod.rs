@@ -66,7 +66,7 @@ crate::gpu_constants! {
     /// Words of a full reservoir of indirect light.
     pub const INDIRECT_FULL_WORDS: u32 = 15;
     /// Words for debug AOVs: two of the origin of a reservoir's sample, one of the pixel's neighbours.
-    pub const ORIGIN_WORDS: u32 = 3;
+    pub const DEBUG_WORDS: u32 = 3;
     /// Words of the sample data of a pixel.
     pub const SAMPLE_DATA_WORDS: u32 = 8;
     /// Words of the sums of a pixel.

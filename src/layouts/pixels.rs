@@ -15,7 +15,7 @@ crate::gpu_struct! {
         /// The sample's light; NONE = empty, or a path of indirect light that does not reach one from its
         /// second vertex.
         pub light: u32,
-        /// Neighbours that the frame's spatial passes found.
+        /// Neighbours that the frame's spatial passes found; 0 also if origins were not kept.
         pub neighbours: u32,
         /// The pixel that drew the sample, in that frame; −1 = empty, or origins were not kept.
         pub source: Vec2,

@@ -5,8 +5,8 @@ use super::kind::Kind;
 use super::settings::{Order, Reservoirs};
 use crate::choices::Format;
 use crate::layouts::{
-    DIRECT_COMPACT_WORDS, DIRECT_FULL_WORDS, INDIRECT_COMPACT_WORDS, INDIRECT_FULL_WORDS,
-    ORIGIN_WORDS,
+    DEBUG_WORDS, DIRECT_COMPACT_WORDS, DIRECT_FULL_WORDS, INDIRECT_COMPACT_WORDS,
+    INDIRECT_FULL_WORDS,
 };
 
 /// The layout of reservoirs, and what they store besides what the settings say.
@@ -14,21 +14,21 @@ use crate::layouts::{
 pub struct ReservoirLayout {
     /// As the settings say.
     pub settings: Reservoirs,
-    /// Whether they store the origins of their samples.
+    /// Whether they store what debug AOVs show: the origins of their samples, and numbers of neighbours.
     pub origins: bool,
 }
 
 impl ReservoirLayout {
     /// Bytes of a reservoir.
     pub fn bytes(&self, kind: Kind) -> u64 {
-        let origin = if self.origins { ORIGIN_WORDS } else { 0 };
+        let debug = if self.origins { DEBUG_WORDS } else { 0 };
         4 * u64::from(
             match (kind, self.settings.format) {
                 (Kind::Direct, Format::Compact) => DIRECT_COMPACT_WORDS,
                 (Kind::Direct, Format::Full) => DIRECT_FULL_WORDS,
                 (Kind::Indirect, Format::Compact) => INDIRECT_COMPACT_WORDS,
                 (Kind::Indirect, Format::Full) => INDIRECT_FULL_WORDS,
-            } + origin,
+            } + debug,
         )
     }
 

@@ -52,8 +52,8 @@ crate::gpu_specialisation! {
         pub pixel_order: PixelOrder = PixelOrder::Row,
         /// Side of a tile, in pixels, with `PixelOrder::Swizzle`.
         pub swizzle: u32 = 4,
-        /// Whether reservoirs store the origin of their samples, for debug AOVs.
-        pub keeps_origins: bool = false,
+        /// Whether reservoirs store the origin of their samples and the number of neighbours, for debug AOVs.
+        pub keeps_debug_words: bool = false,
         /// Whether a pass counts rays, lanes and neighbours.
         pub counting: bool = false,
         /// Index of the pass's first counter.
@@ -66,7 +66,7 @@ crate::gpu_specialisation! {
         pub mis: Mis = Mis::Defensive,
         /// Where visibility enters.
         pub visibility: Visibility = Visibility::Weights,
-        /// Neighbours of a spatial merge.
+        /// Maximum number of neighbours of a spatial merge.
         pub neighbours: u32 = 3,
         /// Whether light samples are drawn from the light BVH.
         pub light_bvh: bool = false,
@@ -135,7 +135,7 @@ mod values {
                 reservoir_soa: layout.settings.arrays == Arrays::Soa,
                 pixel_order,
                 swizzle,
-                keeps_origins: layout.origins,
+                keeps_debug_words: layout.origins,
                 ..self
             }
         }
@@ -146,7 +146,7 @@ mod values {
                 mis: resampling.mis,
                 visibility: resampling.visibility,
                 light_bvh: resampling.candidates == Candidates::LightBvh,
-                neighbours: resampling.neighbours_without_history(),
+                neighbours: resampling.most_neighbours(),
                 ..self
             }
         }

@@ -5,6 +5,6 @@
 pub struct Tracking {
     /// Rays, lanes and neighbours, for [`Renderer::counts`](super::Renderer::counts).
     pub counts: bool,
-    /// The origins of reservoirs' samples, for [`Renderer::reservoir_aovs`](super::Renderer::reservoir_aovs).
+    /// The origins of reservoirs' samples and the numbers of neighbours, for [`Renderer::reservoir_aovs`](super::Renderer::reservoir_aovs).
     pub origins: bool,
 }

@@ -369,7 +369,7 @@ fn reservoirs_are_shown_where_there_are_any() {
             .copied()
             .fold(0.0, f32::max)
     };
-    // Of surfaces that have come into view in the last frame.
+    // 4: surfaces that came into view in the last frame have more neighbours.
     assert_eq!((most("direct.age"), most("direct.neighbours")), (2.0, 4.0));
     let Some(Samples::U32(lights)) = image.channels.get("direct.light") else {
         panic!("no lights");

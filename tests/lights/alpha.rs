@@ -348,7 +348,7 @@ fn box_with_alpha() -> Scene {
 fn resampling_with_alpha_is_unbiased() {
     let scene = box_with_alpha();
     let all = support::is_thorough();
-    let presets = [("accurate", 384), ("fast", 1024)];
+    let presets = [("accurate", 704), ("fast", 1024)];
     for (name, samples) in presets.into_iter().take(if all { 2 } else { 1 }) {
         let [off, sigma] = crate::bias(&scene, &preset(name), samples);
         println!("{name}: {:.3} ± {:.3} %", 100.0 * off, 100.0 * sigma);

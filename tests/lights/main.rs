@@ -577,7 +577,7 @@ fn resampling_all_kinds_of_light_is_unbiased() {
     for format in formats.into_iter().take(if all { 2 } else { 1 }) {
         let mut settings = preset("accurate");
         settings.reservoirs.format = format;
-        let [off, sigma] = bias(&scene, &settings, 384);
+        let [off, sigma] = bias(&scene, &settings, 512);
         println!("{format:?}: {:.3} ± {:.3} %", 100.0 * off, 100.0 * sigma);
         assert!(
             sigma < 0.002 && off.abs() < 0.001 + 3.1 * sigma,

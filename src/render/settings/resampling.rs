@@ -91,10 +91,10 @@ pub struct Spatial {
     /// Unbiased at any value.
     #[schemars(range(min = 0, max = 16))]
     pub neighbours: u32,
-    /// The same where a surface has no history: in the first frame, and where something has come into view; if less than
-    /// `neighbours`, that counts. Without effect if `reuse` is not `spatiotemporal`, and with `mis=balance`, where cost grows
-    /// with the square. Higher: less noise there. Cost: as for `neighbours`, in few pixels but of the first frame. Unbiased
-    /// at any value.
+    /// Maximum number of neighbours in the first pass where a surface has no history: in the first frame, where something
+    /// has come into view, and everywhere with `temporal.confidence_cap=0`. If `neighbours` is larger, it counts. Without
+    /// effect unless `reuse=spatiotemporal`, and with `mis=balance`, whose cost grows with the square. Higher: less noise
+    /// there. Cost: as for `neighbours`, in all pixels of the first frame and few of later ones. Unbiased at any value.
     #[schemars(range(min = 0, max = 16))]
     pub neighbours_without_history: u32,
     /// Radius of the disc from which neighbours are drawn, half of them within a quarter of it. Unit: pixels.
@@ -180,8 +180,8 @@ pub struct Resampling {
 }
 
 impl Resampling {
-    /// Maximum number of neighbours where a surface has no history.
-    pub fn neighbours_without_history(&self) -> u32 {
+    /// Maximum number of neighbours, where a surface has no history.
+    pub fn most_neighbours(&self) -> u32 {
         let Spatial {
             neighbours,
             neighbours_without_history,
