@@ -66,7 +66,7 @@ void merge_neighbours() {
         // A reservoir without history has the confidence of an initial one. Confidence depends on no sample, so the number of
         // neighbours may depend on it. They are chosen before any sample is read.
         bool has_history = stored_confidence(slot) > 1.0;
-        uint wanted = has_history ? restir.at.reuse.neighbours : restir.at.reuse.neighbours_without_history;
+        uint wanted = has_history ? restir.at.reuse.neighbours : NEIGHBOURS;
         uint techniques = find_neighbours(pixel, data, wanted, random);
         uint found = techniques - 1u;
         count(COUNTER_NEIGHBOURS, found);

@@ -71,11 +71,9 @@ crate::gpu_struct! {
         pub temporal_confidence_cap: f32,
         /// Maximum confidence of a neighbour.
         pub spatial_confidence_cap: f32,
-        /// Maximum number of neighbours.
+        /// Maximum number of neighbours of a pixel whose surface has a history.
         pub neighbours: u32,
-        /// Maximum number of neighbours of a pixel whose surface has no history.
-        pub neighbours_without_history: u32,
-        /// Maximum confidence of what such a pixel merges.
+        /// Maximum confidence of what another pixel merges.
         pub confidence_without_history: f32,
         /// Maximum number of pixels that a search tries for each neighbour.
         pub tries: u32,

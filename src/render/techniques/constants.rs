@@ -57,7 +57,6 @@ impl ReuseConstants {
             true => near_samples(resampling.light_samples, light_bvh, distant_share),
             false => (0, 0.0),
         };
-        let neighbours_without_history = resampling.most_neighbours();
         let is_uniform = match resampling.candidates {
             Candidates::Uniform => true,
             Candidates::LightBvh => light_bvh.rest == Rest::Uniform,
@@ -71,12 +70,11 @@ impl ReuseConstants {
             temporal_confidence_cap: resampling.temporal.confidence_cap as f32,
             spatial_confidence_cap: spatial.confidence_cap as f32,
             neighbours: spatial.neighbours,
-            neighbours_without_history,
             // Pixels close together merge many of the same samples, so that their noise is alike. At full confidence it would
             // stay for many frames: an error of .0061 instead of .0045 after eight frames of `cornell`, with `balanced`. So
             // the merge counts no more than one of `neighbours`; but at least 3, since at 1 the second frame has more noise
             // than the first.
-            confidence_without_history: if neighbours_without_history > spatial.neighbours {
+            confidence_without_history: if resampling.most_neighbours() > spatial.neighbours {
                 (1 + spatial.neighbours).max(3) as f32
             } else {
                 f32::MAX
