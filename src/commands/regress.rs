@@ -75,12 +75,13 @@ pub fn run(args: &Args) -> Result<()> {
     if let Some(path) = &args.junit {
         check_writable(path)?;
     }
-    // The device is chosen once, for its name and what it lacks; each case opens it anew.
-    let (device, _) = open_vulkan(InstanceOptions {
+    // The device is chosen once, for its name and what it lacks; each case opens it anew. The instance stays until the end:
+    // NVIDIA's driver cannot be loaded again after about thirty times, and without an instance it is unloaded.
+    let instance = open_vulkan(InstanceOptions {
         validation: args.validate,
         ..InstanceOptions::default()
-    })?
-    .choose(args.device.as_deref())?;
+    })?;
+    let (device, _) = instance.choose(args.device.as_deref())?;
     let interrupt = Interrupt::watch()?;
     match args.bless {
         true => bless(args, &cases, &device, &interrupt),
