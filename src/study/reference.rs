@@ -94,8 +94,11 @@ impl Reference {
             let mut renderer = shot.renderer(view.bounces)?;
             for first in (0..samples).step_by(AT_ONCE as usize) {
                 let count = AT_ONCE.min(samples - first);
-                renderer.add_samples(first, count)?;
-                watch(f64::from(first + count) / f64::from(samples))?;
+                let mut watch = |share: f64| {
+                    watch((f64::from(first) + share * f64::from(count)) / f64::from(samples))
+                };
+                renderer.add_samples_watched(first, count, &mut watch)?;
+                watch(1.0)?;
             }
             if renderer.rejected()? > 0 {
                 return Err(Error::failed(format!(
