@@ -91,7 +91,7 @@ width = 48
 frames = 3
 seeds = 64
 bounces = 1
-reference_spp = 4096
+reference_spp = 1024
 [[sweeps]]
 preset = "accurate"
 [sweeps.over]
@@ -134,7 +134,7 @@ width = 48
 frames = 3
 seeds = {seeds}
 bounces = 1
-reference_spp = 4096
+reference_spp = 2048
 [[configurations]]
 name = "glossy"
 preset = "accurate"
@@ -259,7 +259,7 @@ width = 48
 frames = 3
 seeds = 64
 bounces = 2
-reference_spp = 32768
+reference_spp = 8192
 [[configurations]]
 name = "neighbours far away"
 preset = "accurate"
@@ -318,7 +318,7 @@ frames = 3
 seeds = 64
 most_seeds = 1536
 bounces = 3
-reference_spp = 16384
+reference_spp = 4096
 [[sweeps]]
 preset = "accurate"
 [sweeps.set]

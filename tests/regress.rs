@@ -209,7 +209,7 @@ fn program_without_barriers(folder: &Path) -> PathBuf {
         git ls-files -z --cached --others --exclude-standard | xargs -0 cp --parents -t "$2"
         mkdir -p "$2/target/release"
         for part in deps build .fingerprint; do cp -al "$3/$part" "$2/target/release/"; done
-        # Not the crate's own files, which the build would write to where the tests are built.
+        # Without the crate's own files: they are hard links, and the build would overwrite those of the tests.
         rm -rf "$2"/target/release/{build,.fingerprint}/headwater-* "$2"/target/release/deps/{,lib}headwater-*
     "#;
     let status = Command::new("bash")

@@ -201,7 +201,7 @@ fn compare_case(
 ) -> Result<Verdict> {
     let rendered = match render_case(args, case, device, interrupt) {
         Ok(Ok(rendered)) => rendered,
-        Ok(Err(lacks)) if own && goldens.cases.contains_key(&case.name) => {
+        Ok(Err(lacks)) if (own || args.exact) && goldens.cases.contains_key(&case.name) => {
             return Ok(Verdict::Failed(format!(
                 "{lacks}, which it had when the golden frame was made"
             )));

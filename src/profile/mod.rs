@@ -46,7 +46,7 @@ pub struct Subject {
     pub frames: u32,
 }
 
-/// How it ran; profiles that differ here are worth comparing.
+/// How it ran; profiles that differ here, except in frames in flight, are worth comparing.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Circumstances {
     /// Name and version of the driver.

@@ -17,7 +17,8 @@ pub const BLOCK: usize = 8;
 const ROUNDING: f64 = 1e-6;
 /// Seed of references: far from those of runs.
 const SEED: u32 = 0x5EED_0000;
-/// Samples that are rendered between two reports of progress, when a signal is noticed too.
+/// Samples of each pixel that are rendered at once; progress is reported, and a signal noticed, after them and between the strips
+/// of a picture.
 const AT_ONCE: u32 = 16;
 
 /// What a reference shows, and how it is made.

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum GridMode {
-    /// Each reservoir belongs to one pixel of the frame, and pixels weigh it as every other technique.
+    /// Each reservoir belongs to one pixel of the frame, and pixels merge it with defensive weights, whatever `direct.mis` is.
     #[default]
     Unbiased,
     /// Each reservoir mixes points of its cell, is made once, before the first frame, for the surfaces of the whole scene,

@@ -160,7 +160,7 @@ pub struct Resampling {
     /// How lights are picked for candidates. No effect on bias.
     pub candidates: Candidates,
     /// Light candidates a pixel and frame; of indirect light the points on lights that each vertex of a
-    /// path chooses from, with `secondary=ris`. Cost: one target each, no ray. Unbiased at any value.
+    /// path chooses from, unless `secondary=power`. Cost: one target each, no ray. Unbiased at any value.
     #[schemars(range(min = 1, max = 1024))]
     pub light_samples: u32,
     /// Whose reservoirs a pixel merges with its own. Unbiased at any value; of indirect light in motion,
