@@ -360,6 +360,8 @@ fn empty_world_reservoirs_that_are_skipped_are_found() {
         r#""world_reservoirs.table" = [0.25, 1e-9]"#,
     );
     let plan = plan.replace("1536", "256");
+    // Its bias is small beside the noise of a reference of fewer samples.
+    let plan = plan.replace("4096", "16384");
     let biased = "should be unbiased";
     assert!(!study_with_fault(&plan, &[]).1.contains(biased));
     assert!(study_with_fault(&plan, &[change]).1.contains(biased));

@@ -34,13 +34,15 @@ uint texel_bytes(GpuTexture used, uint x, uint y) {
 #endif
 }
 
-// A texel. Colours are sRGB, and decoded before they are mixed; their values come from a table, because drivers differ
-// in powers.
+// From a table before the texels, because drivers differ in powers.
+float linear_of_srgb(uint byte) { return uintBitsToFloat(texels.at[byte]); }
+
+// A texel. Colours are sRGB, and decoded before they are mixed.
 vec4 texel_at(GpuTexture used, ivec2 i, uvec2 wrap, bool is_color) {
     int x = wrapped(i.x, int(used.width), wrap.x), y = wrapped(i.y, int(used.height), wrap.y);
     uint texel = texel_bytes(used, uint(x), uint(y));
     if (!is_color) return unpackUnorm4x8(texel);
-    return vec4(srgb.at[texel & 0xFFu], srgb.at[(texel >> 8u) & 0xFFu], srgb.at[(texel >> 16u) & 0xFFu],
+    return vec4(linear_of_srgb(texel & 0xFFu), linear_of_srgb((texel >> 8u) & 0xFFu), linear_of_srgb((texel >> 16u) & 0xFFu),
                 float(texel >> 24u) / 255.0);
 }
 

@@ -169,10 +169,9 @@ scene_buffers! {
     materials: [GpuMaterial] as Elements::Records(GpuMaterial::LAYOUT); |c| c.materials;
     /// Textures of materials.
     textures: [GpuTexture] as Elements::Records(GpuTexture::LAYOUT); |c| c.textures;
-    /// Texels of their images: red, green, blue and alpha, from the lowest byte.
-    texels: [u32] as Elements::Plain("uint"); |c| c.texels;
-    /// The linear value of each sRGB byte.
-    srgb: [f32] as Elements::Plain("float"); |c| if c.textures > 0 { 256 } else { 0 };
+    /// The bits of the linear value of each sRGB byte, if there are textures, and then the texels of their images: red, green, blue
+    /// and alpha, from the lowest byte. In one buffer, since some drivers bind 30 at most.
+    texels: [u32] as Elements::Plain("uint"); |c| c.texels + if c.textures > 0 { 256 } else { 0 };
     /// Emissive triangles, for each epoch.
     lights: [GpuLight] as Elements::Records(GpuLight::LAYOUT); |c| c.epochs * c.triangle_lights;
     /// Textures of emissive triangles, one a triangle if some of them has any.
@@ -370,7 +369,6 @@ impl SceneContents {
             materials: materials.materials,
             textures: materials.textures,
             texels: materials.texels,
-            srgb: materials.srgb,
             lights: epochs.lights,
             light_textures,
             punctual_lights: epochs.punctual_lights,

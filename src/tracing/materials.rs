@@ -18,16 +18,20 @@ pub struct Materials {
     pub textures: Vec<GpuTexture>,
     /// For each material its emissive texture, or NONE.
     emissive: Vec<u32>,
-    /// The texels of all images; empty where images are sampled.
+    /// Without textures nothing; otherwise the bits of the linear value of each sRGB byte, and then the texels of all images,
+    /// unless images are sampled.
     pub texels: Vec<u32>,
-    /// The linear value of each sRGB byte; empty without textures.
-    pub srgb: Vec<f32>,
 }
 
 impl Materials {
     /// Those of a scene, given the unit of radiance and how shaders read textures.
     pub fn of(scene: &Scene, radiance: f64, read: Textures) -> Self {
-        let mut texels = Vec::new();
+        let has_textures = scene.materials.iter().any(|m| m.textures().count() > 0);
+        let mut texels: Vec<u32> = if has_textures {
+            linear_of_srgb().map(f32::to_bits).collect()
+        } else {
+            Vec::new()
+        };
         let mut places = Vec::with_capacity(scene.images.len());
         for (index, image) in scene.images.iter().enumerate() {
             if read == Textures::Images {
@@ -64,17 +68,11 @@ impl Materials {
         let emissive = scene.materials.iter();
         let emissive = emissive.map(|material| texture(&material.emissive_texture));
         let emissive = emissive.collect();
-        let srgb = if textures.is_empty() {
-            Vec::new()
-        } else {
-            linear_of_srgb()
-        };
         Self {
             materials,
             textures,
             emissive,
             texels,
-            srgb,
         }
     }
 
@@ -95,10 +93,8 @@ impl Materials {
 }
 
 /// The linear value of each sRGB byte.
-fn linear_of_srgb() -> Vec<f32> {
-    (0..=u8::MAX)
-        .map(|byte| texture::srgb([byte; 4]).x)
-        .collect()
+fn linear_of_srgb() -> impl Iterator<Item = f32> {
+    (0..=u8::MAX).map(|byte| texture::srgb([byte; 4]).x)
 }
 
 const fn wrap(wrap: Wrap) -> u32 {

@@ -49,7 +49,6 @@ pub struct Tables {
     light_places: Buffer,
     textures: Buffer,
     texels: Buffer,
-    srgb: Buffer,
     /// What only lights with holes would read.
     nothing: Buffer,
     images: Vec<SampledImage>,
@@ -77,7 +76,6 @@ impl Tables {
             ("light_places", Resource::Read(&self.light_places)),
             ("textures", Resource::Read(&self.textures)),
             ("texels", Resource::Read(&self.texels)),
-            ("srgb", Resource::Read(&self.srgb)),
             ("instances", Resource::Read(&self.nothing)),
             ("triangle_parts", Resource::Read(&self.nothing)),
             ("uvs", Resource::Read(&self.nothing)),
@@ -111,8 +109,6 @@ pub struct Function<'a> {
     pub texels: &'a [u32],
     /// The images that textures are read from; without any they are read from `texels`.
     pub images: &'a [Image],
-    /// What `srgb` holds.
-    pub srgb: &'a [f32],
     /// What `restir` holds.
     pub restir: RestirConstants,
     /// Declarations before the function, after the includes.
@@ -209,7 +205,6 @@ impl Function<'_> {
             light_places: buffer("light_places", bytemuck::cast_slice(&self.light_bvh.places)),
             textures: buffer("textures", bytemuck::cast_slice(self.textures)),
             texels: buffer("texels", bytemuck::cast_slice(self.texels)),
-            srgb: buffer("srgb", bytemuck::cast_slice(self.srgb)),
             nothing: buffer("nothing", &[0; 256]),
             images: (self.images.iter())
                 .map(|i| SampledImage::new(&device, "image", i.width, &i.texels).unwrap())
