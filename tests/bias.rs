@@ -309,16 +309,16 @@ fn neighbours_that_are_read_while_they_are_written_are_found() {
 }
 
 /// Light of two bounces and more that world reservoirs find.
-fn world_plan(scene: &str, settings: &str) -> String {
+fn world_plan(scene: &str, most_seeds: u32, reference_spp: u32, settings: &str) -> String {
     format!(
         r#"
 scenes = ["{scene}"]
 width = 48
 frames = 3
 seeds = 64
-most_seeds = 1536
+most_seeds = {most_seeds}
 bounces = 3
-reference_spp = 4096
+reference_spp = {reference_spp}
 [[sweeps]]
 preset = "accurate"
 [sweeps.set]
@@ -338,7 +338,12 @@ preset = "accurate"
 #[test]
 fn an_mis_weight_in_world_reservoirs_is_found() {
     assert_found(
-        &world_plan("cornell", r#""world_reservoirs.stores" = ["initial"]"#),
+        &world_plan(
+            "cornell",
+            1536,
+            4096,
+            r#""world_reservoirs.stores" = ["initial"]"#,
+        ),
         (
             "restir/path_candidates.glsl",
             "candidate_weight(stored, value, light_pdf, 0u, target)",
@@ -357,11 +362,11 @@ fn empty_world_reservoirs_that_are_skipped_are_found() {
     // With 1e-9, all have one bucket, and nearly every vertex is dropped.
     let plan = world_plan(
         "colourful-mess",
+        256,
+        // The bias is small beside the noise of a reference of fewer samples.
+        16384,
         r#""world_reservoirs.table" = [0.25, 1e-9]"#,
     );
-    let plan = plan.replace("1536", "256");
-    // Its bias is small beside the noise of a reference of fewer samples.
-    let plan = plan.replace("4096", "16384");
     let biased = "should be unbiased";
     assert!(!study_with_fault(&plan, &[]).1.contains(biased));
     assert!(study_with_fault(&plan, &[change]).1.contains(biased));

@@ -118,6 +118,7 @@ fn bless(args: &Args, cases: &[Case], device: &DeviceInfo, interrupt: &Interrupt
 fn compare(args: &Args, cases: &[Case], device: &DeviceInfo, interrupt: &Interrupt) -> Result<()> {
     let began = Instant::now();
     let (goldens, own) = Goldens::find(&args.folder, device)?;
+    let exact = own || args.exact;
     check_folder(&args.output)?;
     // Damage is found before minutes of work.
     for case in cases {
@@ -128,7 +129,7 @@ fn compare(args: &Args, cases: &[Case], device: &DeviceInfo, interrupt: &Interru
         if own { "this" } else { "another" },
         goldens.driver,
         goldens.device,
-        match own || args.exact {
+        match exact {
             true => "every bit must be the same",
             false => "pictures must agree but for rounding",
         }
@@ -146,7 +147,7 @@ fn compare(args: &Args, cases: &[Case], device: &DeviceInfo, interrupt: &Interru
         let start = Instant::now();
         // First, so that it is known which case a driver crashes in.
         print_part(&case.name)?;
-        let verdict = compare_case(args, case, device, (&goldens, own), interrupt)?;
+        let verdict = compare_case(args, case, device, (&goldens, own, exact), interrupt)?;
         let (word, why) = match &verdict {
             Verdict::Passed(found) => ("ok", found),
             Verdict::Failed(why) => ("FAIL", why),
@@ -196,14 +197,14 @@ fn compare_case(
     args: &Args,
     case: &Case,
     device: &DeviceInfo,
-    (goldens, own): (&Goldens, bool),
+    (goldens, own, exact): (&Goldens, bool, bool),
     interrupt: &Interrupt,
 ) -> Result<Verdict> {
     let rendered = match render_case(args, case, device, interrupt) {
         Ok(Ok(rendered)) => rendered,
-        Ok(Err(lacks)) if (own || args.exact) && goldens.cases.contains_key(&case.name) => {
+        Ok(Err(lacks)) if exact && goldens.cases.contains_key(&case.name) => {
             return Ok(Verdict::Failed(format!(
-                "{lacks}, which it had when the golden frame was made"
+                "{lacks}, which the driver of the golden frame had"
             )));
         }
         Ok(Err(lacks)) => return Ok(Verdict::Skipped(lacks)),
@@ -219,7 +220,7 @@ fn compare_case(
             false => Verdict::Skipped("the other driver has no golden frame of it".into()),
         });
     };
-    let verdict = match own || args.exact {
+    let verdict = match exact {
         true => judge_exactly(&rendered, golden, &picture),
         false => judge_loosely(&rendered, &picture)?,
     };

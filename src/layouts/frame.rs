@@ -73,7 +73,7 @@ crate::gpu_struct! {
         pub spatial_confidence_cap: f32,
         /// Maximum number of neighbours of a pixel whose surface has a history.
         pub neighbours: u32,
-        /// Maximum confidence of what another pixel merges.
+        /// Maximum confidence of the merge of a pixel whose surface has no history.
         pub confidence_without_history: f32,
         /// Maximum number of pixels that a search tries for each neighbour.
         pub tries: u32,
