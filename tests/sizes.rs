@@ -241,13 +241,13 @@ fn what_no_variant_can_read_is_refused_with_its_bytes() {
         let text = error.to_string();
         assert!(said.iter().all(|part| text.contains(part)), "{text}");
     };
-    let bytes = sizes.bytes.normals.to_string();
+    let bytes = sizes.bytes.corner_directions.to_string();
     refused(
         |info| {
             info.buffer_addresses = false;
             (info.max_storage_buffer_range, info.max_texels) = (1 << 20, 1 << 27);
         },
-        &["normals".into(), bytes, "1048576".into()],
+        &["corner_directions".into(), bytes, "1048576".into()],
     );
     let bytes = sizes.bytes.positions.to_string();
     refused(
@@ -304,7 +304,7 @@ fn ground_past_the_limits_of_bindings_is_where_it_should_be() {
     }
     let settings = [("triangles".to_owned(), "12500000".to_owned())];
     let scene = procedural::generate("terrain", &settings).unwrap();
-    assert!(SceneSizes::of(&scene).bytes.normals * 9 > (1 << 27) * 10);
+    assert!(SceneSizes::of(&scene).bytes.corner_directions * 9 > (1 << 27) * 10);
     let mut view = view(&scene, 256, 256);
     // Straight down, so that a ray meets the ground once.
     let eye = DVec3::new(0.0, 110.0, 0.0);

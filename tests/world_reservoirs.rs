@@ -59,10 +59,11 @@ fn lists(keys: &[u32], size: TableSize, frame: u32) -> Lists {
     recording.finish().unwrap();
     support::assert_no_messages(&device);
     let places = size.places() as usize;
+    let cells: Vec<u32> = table.cells.read(2 * places + 1).unwrap();
     let counted: Vec<u32> = counters.read(COUNTERS as usize).unwrap();
     Lists {
-        table: table.table.read(places).unwrap(),
-        offsets: table.offsets.read(places + 1).unwrap(),
+        offsets: cells[places..=2 * places].to_vec(),
+        table: cells[..places].to_vec(),
         list: table.list.read(keys.len()).unwrap(),
         dropped: counted[COUNTER_DROPPED as usize],
     }
@@ -217,13 +218,19 @@ fn prefix_sums_are_exact_at_any_size() {
             })
             .collect();
         values.resize(PrefixSum::length(count) as usize, NONE);
+        // What lies before the first value stays.
+        let first = count % 3;
+        values.splice(..0, (0..first).map(|_| NONE));
         let buffer = Buffer::from_slice(&device, "values", &values, Usage::default()).unwrap();
-        let sum = PrefixSum::new(count, |name| pass(&device, selection.variant, name)).unwrap();
+        let sum =
+            PrefixSum::new(first, count, |name| pass(&device, selection.variant, name)).unwrap();
         let mut recording = Recording::new(&device).unwrap();
         sum.record(&mut recording, &buffer).unwrap();
         recording.finish().unwrap();
-        let found: Vec<u32> = buffer.read(count as usize).unwrap();
-        assert!(found == expected, "{count} values");
+        let found: Vec<u32> = buffer.read((first + count) as usize).unwrap();
+        let (before, sums) = found.split_at(first as usize);
+        assert!(sums == expected, "{count} values");
+        assert!(before.iter().all(|value| *value == NONE), "{count} values");
     }
     support::assert_no_messages(&device);
 }

@@ -3,7 +3,7 @@
 // that nothing has to be remembered between one walk and the next.
 #include "core/random.glsl"
 #include "core/math.glsl"
-#include "light_bvh_buffers.glsl"
+#include "light_bvh_buffer.glsl"
 #include "restir/frame.glsl"
 #include "scene/domain.glsl"
 
@@ -36,6 +36,8 @@ Receiver distant_receiver() {
     receiver.expected = 0.0;
     return receiver;
 }
+
+GpuLightEntry light_entry(uint index) { return load_light_entry(NODE_ENTRIES * restir.at.light_node_count + index); }
 
 bool is_leaf(uint index, GpuLightNode node) { return node.next == index + 1u; }
 
@@ -81,7 +83,7 @@ float expected_contribution(GpuLightNode node, Receiver receiver) {
 uint find_next(inout uint next, vec3 point) {
     while (next < restir.at.light_node_count) {
         uint index = next;
-        GpuLightNode node = load_light_nodes(index);
+        GpuLightNode node = load_light_node(index);
         bool inside = holds(node, point);
         next = inside ? index + 1u : node.next;
         if (finds(index, node, inside)) return index;
@@ -96,7 +98,7 @@ float expected_of_all(Receiver receiver) {
     while (true) {
         uint found = find_next(next, receiver.position);
         if (found == NONE) return sum;
-        sum += expected_contribution(load_light_nodes(found), receiver);
+        sum += expected_contribution(load_light_node(found), receiver);
     }
 }
 
@@ -121,8 +123,8 @@ Receiver receiver_at(Domain domain) {
 
 // The number of integers that select a light of a node.
 uint integers_of(GpuLightNode node, out uint first) {
-    first = load_node_lights(node.first).before;
-    return load_node_lights(node.first + node.count).before - first;
+    first = light_entry(node.first).before;
+    return light_entry(node.first + node.count).before - first;
 }
 
 // Draws a light from the nodes that the receiver finds, of which there are some, by what they are expected to contribute: number
@@ -134,14 +136,14 @@ uint draw_near_light(inout Receiver receiver, uint number, uint count, uvec2 bit
         uint found = find_next(receiver.next, receiver.position);
         // After all of them, if the sum was rounded up.
         if (found == NONE) break;
-        float own = expected_contribution(load_light_nodes(found), receiver);
+        float own = expected_contribution(load_light_node(found), receiver);
         if (own > 0.0) {
             receiver.found = found;
             receiver.own = own;
         }
         receiver.passed += own;
     }
-    GpuLightNode node = load_light_nodes(receiver.found);
+    GpuLightNode node = load_light_node(receiver.found);
     uint first, high, unused;
     uint integers = integers_of(node, first);
     umulExtended(bits.y, integers, high, unused);
@@ -150,35 +152,35 @@ uint draw_near_light(inout Receiver receiver, uint number, uint count, uvec2 bit
     uint low = node.first, end = node.first + node.count;
     while (end - low > 1u) {
         uint middle = (low + end) >> 1u;
-        if (load_node_lights(middle).before <= wanted_integer) low = middle;
+        if (light_entry(middle).before <= wanted_integer) low = middle;
         else end = middle;
     }
-    GpuNodeLight light = load_node_lights(low);
-    uint own_integers = load_node_lights(low + 1u).before - light.before;
+    GpuLightEntry light = light_entry(low);
+    uint own_integers = light_entry(low + 1u).before - light.before;
     probability = receiver.own / receiver.expected * (float(own_integers) / float(integers));
     return light.light;
 }
 
 // The probability with which a draw selects a light, in the mean over the numbers of draws.
 float near_light_probability(Receiver receiver, uint light) {
-    GpuLightPlace place = load_light_places(light);
+    GpuLightEntry place = light_entry(light);
     if (place.leaf == NONE) return 0.0;
     // Down from the root to the node that is found, of which the light's leaf is a descendant.
     uint index = restir.at.light_bvh_joins != 0u ? 0u : place.leaf;
     bool inside, found;
     while (true) {
-        GpuLightNode here = load_light_nodes(index);
+        GpuLightNode here = load_light_node(index);
         inside = holds(here, receiver.position);
         found = finds(index, here, inside);
         if (!inside || index == place.leaf) break;
-        uint sibling = load_light_nodes(index + 1u).next;
+        uint sibling = load_light_node(index + 1u).next;
         index = place.leaf >= sibling ? sibling : index + 1u;
     }
     if (!found) return 0.0;
     // Loaded here, so that the loop does not load what only this needs.
-    GpuLightNode node = load_light_nodes(index);
+    GpuLightNode node = load_light_node(index);
     uint first;
     float integers = float(integers_of(node, first));
-    uint own_integers = load_node_lights(place.place + 1u).before - load_node_lights(place.place).before;
+    uint own_integers = light_entry(place.place + 1u).before - light_entry(place.place).before;
     return expected_contribution(node, receiver) / receiver.expected * (float(own_integers) / integers);
 }

@@ -6,8 +6,7 @@
 layout(local_size_x = TILE * TILE) in;
 
 layout(scalar) buffer WorldKeysBlock { uint at[]; } world_keys;
-layout(scalar) readonly buffer WorldTableBlock { uint at[]; } world_table;
-layout(scalar) buffer WorldOffsetsBlock { uint at[]; } world_offsets;
+layout(scalar) buffer WorldCellsBlock { uint at[]; } world_cells;
 
 void main() {
     uint vertex = own_vertex();
@@ -20,6 +19,6 @@ void main() {
     if (place == NONE) {
         count(COUNTER_DROPPED, 1u);
     } else {
-        atomicAdd(world_offsets.at[place], 1u);
+        atomicAdd(world_cells.at[list_of(place)], 1u);
     }
 }

@@ -8,7 +8,7 @@
 layout(local_size_x = TILE * TILE) in;
 
 layout(scalar) readonly buffer WorldKeysBlock { uint at[]; } world_keys;
-layout(scalar) buffer WorldTableBlock { uint at[]; } world_table;
+layout(scalar) buffer WorldCellsBlock { uint at[]; } world_cells;
 
 void main() {
     uint vertex = own_vertex();
@@ -16,7 +16,7 @@ void main() {
     uint key = world_keys.at[vertex];
     uint first = bucket_of(key);
     for (uint i = 0u; key != 0u && i < restir.at.world.bucket_places; i += 1u) {
-        uint old = atomicMax(world_table.at[first + i], key);
+        uint old = atomicMax(world_cells.at[first + i], key);
         // The key was there, or the place was free; otherwise the smaller of both goes on.
         key = old == key ? 0u : min(old, key);
     }

@@ -7,7 +7,7 @@
 layout(local_size_x = TILE * TILE) in;
 
 layout(scalar) readonly buffer WorldKeysBlock { uint at[]; } world_keys;
-layout(scalar) readonly buffer WorldOffsetsBlock { uint at[]; } world_offsets;
+layout(scalar) readonly buffer WorldCellsBlock { uint at[]; } world_cells;
 layout(scalar) buffer WorldListBlock { uint at[]; } world_list;
 
 void main() {
@@ -15,7 +15,7 @@ void main() {
     if (vertex >= restir.at.world.vertices) return;
     uint cell = world_keys.at[vertex];
     if (cell == 0u) return;
-    uint first = world_offsets.at[cell - 1u], length = world_offsets.at[cell] - first;
+    uint first = world_cells.at[list_of(cell - 1u)], length = world_cells.at[list_of(cell)] - first;
     uint place;
     uint entry = list_entry(vertex, length, place);
     // Of two that meet, exactly one is dropped.

@@ -13,8 +13,7 @@
 #include "restir/world_table.glsl"
 
 // Of the previous frame.
-layout(scalar) readonly buffer WorldTableBlock { uint at[]; } world_table;
-layout(scalar) readonly buffer WorldOffsetsBlock { uint at[]; } world_offsets;
+layout(scalar) readonly buffer WorldCellsBlock { uint at[]; } world_cells;
 layout(scalar) readonly buffer WorldListBlock { uint at[]; } world_list;
 layout(scalar) readonly buffer PreviousWorldPointsBlock { GpuGridPoint at[]; } previous_world_points;
 layout(scalar) readonly buffer PreviousWorldSamplesBlock { GpuWorldSample at[]; } previous_world_samples;
@@ -74,7 +73,7 @@ void find_world_reservoirs(Domain vertex, inout Random random) {
     uint place;
     FIND_CELL(key, place);
     if (place == NONE) return;
-    uint first = world_offsets.at[place], length = world_offsets.at[place + 1u] - first;
+    uint first = world_cells.at[list_of(place)], length = world_cells.at[list_of(place) + 1u] - first;
     // One of each part of the list.
     uint parts = min(restir.at.world.merged, length);
     for (uint i = 0u; i < parts; i += 1u) {

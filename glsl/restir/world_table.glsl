@@ -1,6 +1,8 @@
 #pragma once
 // The table of world reservoirs: which cells exist, and a list of path vertices for each.
 //
+// `world_cells` holds the key of the cell at each place, and after them where the list of each begins.
+//
 // Cells are found by their keys. A key belongs to one bucket, which keeps the largest of its keys in descending order. Which
 // these are does not depend on the order in which they come (`world_insert.comp`). Cells without a place, and vertices
 // without a place in the list of their cell, are dropped: they cost noise, never the mean, since the choice looks at no
@@ -14,6 +16,9 @@ const uint WORLD_VERTEX_MASK = (1u << WORLD_VERTEX_BITS) - 1u;
 // The first place of a key's bucket.
 uint bucket_of(uint key) { return (key & (restir.at.world.buckets - 1u)) * restir.at.world.bucket_places; }
 
+// Where the table holds the beginning of the list of the cell at a place; the next list begins where it ends.
+uint list_of(uint place) { return restir.at.world.buckets * restir.at.world.bucket_places + place; }
+
 // The entry of a vertex in the list of its cell, and its place there. Places keep their order when the length changes, as do
 // those that readers choose: if rounding puts a vertex into another cell, most of those who read the list find what they found.
 uint list_entry(uint vertex, uint length, out uint place) {
@@ -26,7 +31,7 @@ uint list_entry(uint vertex, uint length, out uint place) {
 #define FIND_CELL(KEY, PLACE) \
     PLACE = NONE; \
     for (uint i_ = 0u; i_ < restir.at.world.bucket_places; i_ += 1u) { \
-        uint there_ = world_table.at[bucket_of(KEY) + i_]; \
+        uint there_ = world_cells.at[bucket_of(KEY) + i_]; \
         if (there_ == KEY) PLACE = bucket_of(KEY) + i_; \
         if (there_ <= KEY) break; \
     }

@@ -12,7 +12,7 @@ vec4 corner_tangent(GpuInstance instance, uint packed) {
 // Turns the shading normal of a point by the normal map of its material.
 void map_normal(inout TrianglePoint point, GpuMaterial material, GpuInstance instance, uint primitive, vec2 weights) {
     if (!HAS_NORMAL_MAPS || material.normal_texture == NONE || instance.first_tangent == NONE) return;
-    uvec3 corners = tangents.at[instance.first_tangent + primitive];
+    uvec3 corners = corner_directions.at[instance.first_tangent + primitive];
     vec4 first = corner_tangent(instance, corners.x);
     vec3 tangent = (1.0 - weights.x - weights.y) * first.xyz + weights.x * corner_tangent(instance, corners.y).xyz
         + weights.y * corner_tangent(instance, corners.z).xyz;

@@ -38,7 +38,7 @@ TrianglePoint triangle_point(GpuInstance instance, uint primitive, vec2 weight) 
     point.shading_normal = point.normal;
     point.interpolated = HAS_SMOOTH_NORMALS && instance.first_normal != NONE;
     if (point.interpolated) {
-        uvec3 corners = normals.at[instance.first_normal + primitive];
+        uvec3 corners = corner_directions.at[instance.first_normal + primitive];
         vec3 shading = (1.0 - weight.x - weight.y) * corner_normal(instance, corners.x)
             + weight.x * corner_normal(instance, corners.y) + weight.y * corner_normal(instance, corners.z);
         float size = dot(shading, shading);

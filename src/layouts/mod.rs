@@ -18,8 +18,8 @@ pub use frame::{
 pub use pixels::{GpuWorldSample, PixelSums, PrimarySurface, ReservoirAov, SampleData, ToneMap};
 pub use rays::{RayAnswer, RayBatch, RayQuery};
 pub use scene::{
-    GpuGridPlace, GpuGridPoint, GpuInstance, GpuLight, GpuLightChoice, GpuLightNode, GpuLightPlace,
-    GpuLightTexture, GpuMaterial, GpuNodeLight, GpuPreviousTransform, GpuPunctualLight, GpuTexture,
+    GpuGridPlace, GpuGridPoint, GpuInstance, GpuLight, GpuLightChoice, GpuLightEntry, GpuLightNode,
+    GpuLightTexture, GpuMaterial, GpuPreviousTransform, GpuPunctualLight, GpuTexture,
 };
 
 use crate::choices;
@@ -75,6 +75,8 @@ crate::gpu_constants! {
     pub const PILOT_WORDS: u32 = 5;
     /// Words of the receiver of a light list.
     pub const LIST_RECEIVER_WORDS: u32 = 14;
+    /// Entries of a light BVH that have room in one of its nodes; the entries come after the nodes.
+    pub const NODE_ENTRIES: u32 = 5;
     /// Kind of a point of a light: none.
     pub const LIGHT_NONE: u32 = 0;
     /// On an emissive triangle, in area measure.
@@ -171,8 +173,7 @@ pub const STRUCTS: &[StructLayout] = &[
     GpuLightChoice::LAYOUT,
     GpuLightTexture::LAYOUT,
     GpuLightNode::LAYOUT,
-    GpuNodeLight::LAYOUT,
-    GpuLightPlace::LAYOUT,
+    GpuLightEntry::LAYOUT,
     GpuGridPlace::LAYOUT,
     GpuGridPoint::LAYOUT,
     GpuPreviousTransform::LAYOUT,
@@ -211,6 +212,6 @@ pub fn generated() -> [(&'static str, String); 3] {
     [
         ("layouts.glsl", glsl()),
         ("scene_buffers.glsl", buffers::glsl()),
-        ("light_bvh_buffers.glsl", buffers::light_bvh_glsl()),
+        ("light_bvh_buffer.glsl", buffers::light_bvh_glsl()),
     ]
 }

@@ -11,7 +11,7 @@ crate::gpu_struct! {
         pub world_to_object: [Vec3; 4],
         /// First triangle of its mesh in the position array.
         pub first_triangle: u32,
-        /// First triangle of its mesh in the normal array, or NONE for flat shading.
+        /// First triangle of its mesh with normals in the array of corner directions, or NONE for flat shading.
         pub first_normal: u32,
         /// First triangle of its mesh in the part array, or NONE if the mesh has one material.
         pub first_part: u32,
@@ -27,7 +27,7 @@ crate::gpu_struct! {
         pub first_uvs: UVec2,
         /// First triangle of its mesh in the array of vertex colours, or NONE.
         pub first_color: u32,
-        /// First triangle of its mesh in the array of tangents, or NONE.
+        /// First triangle of its mesh with tangents in the array of corner directions, or NONE.
         pub first_tangent: u32,
         /// Fills the last four words.
         pub padding: u32,
@@ -185,7 +185,7 @@ crate::gpu_struct! {
         pub next: u32,
         /// The largest coordinates of the box.
         pub high: Vec3,
-        /// Its first light in the array of nodes' lights.
+        /// The place of its first light among the BVH's lights.
         pub first: u32,
         /// The centre of the box around its lights.
         pub center: Vec3,
@@ -205,26 +205,17 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// A light of a node. Among the lights of a node each is drawn by its part of their integers.
-    pub struct GpuNodeLight {
-        /// The light's index among the lights of all kinds.
+    /// Two arrays of the light BVH, side by side. Its lights are in the order of its leaves; among those of a node each is drawn by
+    /// its part of their integers. And of each light, by its index among the lights of all kinds, it is known where it is.
+    pub struct GpuLightEntry {
+        /// Of the BVH's light at this place: its index among the lights of all kinds.
         pub light: u32,
-        /// The first of the integers that select it; those of the next one follow.
+        /// Of the BVH's light at this place: the first of the integers that select it; those of the next one follow.
         pub before: u32,
-        /// Fills the last four words.
-        pub padding: UVec2,
-    }
-}
-
-crate::gpu_struct! {
-    /// Where a light is in the light BVH.
-    pub struct GpuLightPlace {
-        /// The leaf of its cluster; NONE if it belongs to none.
+        /// Of the light with this index: the leaf of its cluster; NONE if it belongs to none.
         pub leaf: u32,
-        /// Its place in the array of nodes' lights.
+        /// Of the light with this index: its place among the BVH's lights.
         pub place: u32,
-        /// Fills the last four words.
-        pub padding: UVec2,
     }
 }
 

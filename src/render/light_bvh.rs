@@ -1,4 +1,4 @@
-//! The buffers of the light BVH, which a renderer has if its settings draw candidates from it.
+//! The buffer of the light BVH, which a renderer has if its settings draw candidates from it.
 
 use super::kind::Kind;
 use super::ray_list::RayTracer;
@@ -7,8 +7,8 @@ use super::settings::{
 };
 use crate::gpu::{Buffer, Device, Resource};
 use crate::layouts::RayQuery;
-use crate::tracing::buffers::usage;
-use crate::tracing::light_bvh::{LightBvh, LightBvhContents, LightBvhOptions};
+use crate::tracing::buffers::{LIGHT_BVH, usage};
+use crate::tracing::light_bvh::{LightBvh, LightBvhOptions};
 use crate::tracing::{Fetch, GpuScene, Variant};
 use crate::{Error, Result};
 use glam::Vec3;
@@ -21,17 +21,15 @@ const SURFACE_POINTS: usize = 1024;
 const PROBES_AT_ONCE: usize = 1 << 20;
 
 /// The light BVH on the device; empty where nothing draws from it.
-pub struct LightBvhBuffers {
+pub struct LightBvhBuffer {
     /// Number of nodes.
     pub node_count: u32,
-    nodes: Buffer,
-    lights: Buffer,
-    places: Buffer,
-    /// What it is made from, and the time of the lights that the buffers hold.
+    buffer: Buffer,
+    /// What it is made from, and the time of the lights that the buffer holds.
     source: Option<(LightBvh, Mutex<f64>)>,
 }
 
-impl LightBvhBuffers {
+impl LightBvhBuffer {
     /// Builds what `settings` need for the scene, with at most `bounces` scattering events.
     ///
     /// # Errors
@@ -48,51 +46,35 @@ impl LightBvhBuffers {
             false => None,
         };
         let contents = bvh.as_ref().map(|bvh| bvh.contents(lights));
-        let LightBvhContents {
-            nodes,
-            lights,
-            places,
-        } = contents.unwrap_or_default();
+        let contents = contents.unwrap_or_default();
         if let Some(bvh) = &bvh {
             log::info!(
                 "light BVH: {} clusters of {} lights, scale {}",
                 bvh.cluster_count(),
-                lights.len().saturating_sub(1),
+                bvh.light_count(),
                 bvh.scale
             );
         }
-        // All three are read alike.
-        let used = usage("light_nodes", scene.variant);
+        let used = usage(LIGHT_BVH, scene.variant);
         Ok(Self {
-            node_count: nodes.len() as u32,
-            nodes: Buffer::from_slice(device, "light_nodes", &nodes, used)?,
-            lights: Buffer::from_slice(device, "node_lights", &lights, used)?,
-            places: Buffer::from_slice(device, "light_places", &places, used)?,
+            node_count: contents.nodes.len() as u32,
+            buffer: Buffer::from_slice(device, LIGHT_BVH, &contents.words(), used)?,
             source: bvh.map(|bvh| (bvh, Mutex::new(0.0))),
         })
     }
 
-    /// Name and buffer.
-    pub fn named(&self) -> [(&'static str, &Buffer); 3] {
-        [
-            ("light_nodes", &self.nodes),
-            ("node_lights", &self.lights),
-            ("light_places", &self.places),
-        ]
+    /// Its name and bytes, unless it is empty.
+    pub fn memory(&self) -> Option<(&'static str, u64)> {
+        (self.node_count > 0).then(|| (LIGHT_BVH, self.buffer.size()))
     }
 
     /// What shaders of a variant bind.
-    pub fn resources(
-        &self,
-        variant: Variant,
-    ) -> impl Iterator<Item = (&'static str, Resource<'_>)> {
-        self.named().into_iter().map(move |(name, buffer)| {
-            let resource = match variant.fetch {
-                Fetch::Texels => Resource::Texels(buffer),
-                _ => Resource::Read(buffer),
-            };
-            (name, resource)
-        })
+    pub fn resource(&self, variant: Variant) -> (&'static str, Resource<'_>) {
+        let resource = match variant.fetch {
+            Fetch::Texels => Resource::Texels(&self.buffer),
+            _ => Resource::Read(&self.buffer),
+        };
+        (LIGHT_BVH, resource)
     }
 
     /// Fits the boxes to the scene's lights as they are now.
@@ -106,10 +88,7 @@ impl LightBvhBuffers {
         let mut time = (time.lock())
             .map_err(|_| Error::failed("fitting the light BVH failed in another thread"))?;
         if let Some((lights, now)) = scene.moved_lights(*time)? {
-            let contents = bvh.contents(&lights);
-            self.nodes.write(&contents.nodes)?;
-            self.lights.write(&contents.lights)?;
-            self.places.write(&contents.places)?;
+            self.buffer.write(&bvh.contents(&lights).words())?;
             *time = now;
         }
         Ok(())

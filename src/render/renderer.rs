@@ -118,8 +118,8 @@ impl Renderer {
         })
     }
 
-    /// Bytes of the light BVH on the device, by buffer; none if nothing draws from it.
-    pub fn light_bvh_memory(&self) -> Vec<(&str, u64)> {
+    /// Name and bytes of the light BVH's buffer, if something draws from it.
+    pub fn light_bvh_memory(&self) -> Option<(&'static str, u64)> {
         self.bindings.light_bvh_memory()
     }
 

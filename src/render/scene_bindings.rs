@@ -1,7 +1,7 @@
 //! What every pass may bind besides its own buffers: the scene, and the tables that materials look up.
 
 use super::energy;
-use super::light_bvh::LightBvhBuffers;
+use super::light_bvh::LightBvhBuffer;
 use super::settings::{Energy, Settings};
 use super::specialisation::Specialisation;
 use crate::Result;
@@ -16,7 +16,7 @@ pub struct SceneBindings {
     /// The specialisation by scene and settings; techniques and passes add theirs.
     pub specialisation: Specialisation,
     specular_albedo: Buffer,
-    light_bvh: LightBvhBuffers,
+    light_bvh: LightBvhBuffer,
     device: Arc<Device>,
 }
 
@@ -39,7 +39,7 @@ impl SceneBindings {
         Ok(Self {
             specialisation: Specialisation::of_scene(&scene, settings),
             specular_albedo: Buffer::from_slice(device, "specular_albedo", &table, usage)?,
-            light_bvh: LightBvhBuffers::new(device, &scene, settings, bounces)?,
+            light_bvh: LightBvhBuffer::new(device, &scene, settings, bounces)?,
             scene,
             device: device.clone(),
         })
@@ -58,7 +58,7 @@ impl SceneBindings {
     pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
         let mut resources = self.scene.resources();
         resources.push(("specular_albedo", Resource::Read(&self.specular_albedo)));
-        resources.extend(self.light_bvh.resources(self.scene.variant));
+        resources.push(self.light_bvh.resource(self.scene.variant));
         resources
     }
 
@@ -71,15 +71,9 @@ impl SceneBindings {
         self.light_bvh.follow(&self.scene)
     }
 
-    /// Bytes of the light BVH, by buffer; none if there is none.
-    pub fn light_bvh_memory(&self) -> Vec<(&str, u64)> {
-        if self.light_bvh.node_count == 0 {
-            return Vec::new();
-        }
-        let buffers = self.light_bvh.named().into_iter();
-        buffers
-            .map(|(name, buffer)| (name, buffer.size()))
-            .collect()
+    /// Name and bytes of the light BVH's buffer, if there is one.
+    pub fn light_bvh_memory(&self) -> Option<(&'static str, u64)> {
+        self.light_bvh.memory()
     }
 
     /// Number of nodes of the light BVH; 0 if there is none.

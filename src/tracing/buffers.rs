@@ -6,8 +6,8 @@
 
 use crate::gpu::layout::{GpuStruct, Member, StructLayout};
 use crate::layouts::{
-    GpuInstance, GpuLight, GpuLightChoice, GpuLightNode, GpuLightPlace, GpuLightTexture,
-    GpuMaterial, GpuNodeLight, GpuPreviousTransform, GpuPunctualLight, GpuTexture,
+    GpuInstance, GpuLight, GpuLightChoice, GpuLightEntry, GpuLightNode, GpuLightTexture,
+    GpuMaterial, GpuPreviousTransform, GpuPunctualLight, GpuTexture,
 };
 use glam::{UVec2, Vec2};
 
@@ -145,14 +145,13 @@ macro_rules! scene_buffers {
 }
 
 scene_buffers! {
-    /// Corner normals of smooth meshes: three packed octahedral words a triangle.
-    normals: [UVec3] as Elements::Plain("uvec3"); |c| c.smooth_triangles;
+    /// Three packed octahedral words a triangle: the corner normals of smooth meshes, and the corner tangents of meshes with normal
+    /// maps.
+    corner_directions: [UVec3] as Elements::Plain("uvec3"); |c| c.smooth_triangles + c.tangent_triangles;
     /// Texture coordinates of corners, three a triangle of a mesh with textures: of the first set, then of the second.
     uvs: [[Vec2; 3]] as Elements::Plain("vec2"); |c| c.uv_triangles;
     /// Vertex colours of corners, three a triangle of a mesh with colours: red, green, blue and alpha in 16 bits each.
     colors: [[UVec2; 3]] as Elements::Plain("uvec2"); |c| c.color_triangles;
-    /// Corner tangents, three packed words a triangle of a mesh with normal maps.
-    tangents: [UVec3] as Elements::Plain("uvec3"); |c| c.tangent_triangles;
     /// Three words a triangle of a mesh of several parts: material, rank among the mesh's emissive triangles
     /// or NONE, and what its part adds to the instance's index.
     triangle_parts: [UVec3] as Elements::Plain("uvec3"); |c| c.part_triangles;
@@ -195,30 +194,18 @@ impl Elements {
     }
 }
 
-/// The buffers of a light BVH. They are bound by descriptors only, since each renderer has its own.
-pub const LIGHT_BVH_BUFFERS: &[Access] = &[
-    records("light_nodes", GpuLightNode::LAYOUT),
-    records("node_lights", GpuNodeLight::LAYOUT),
-    records("light_places", GpuLightPlace::LAYOUT),
-];
+/// The buffer of a light BVH: its nodes, then its entries. It is bound by a descriptor only, since each renderer has its own.
+pub const LIGHT_BVH: &str = "light_bvh";
 
-const fn records(name: &'static str, layout: StructLayout) -> Access {
-    Access {
-        name,
-        elements: Elements::Records(layout),
-    }
-}
-
-/// The text of `light_bvh_buffers.glsl`.
+/// The text of `light_bvh_buffer.glsl`.
 pub fn light_bvh_glsl() -> String {
-    let mut text = String::from("#pragma once\n#include \"prelude.glsl\"\n");
-    for Access { name, elements } in LIGHT_BVH_BUFFERS {
-        if let Elements::Records(layout) = elements {
-            text += &words(name, &binding(name, "uvec4"));
-            text += &load(name, layout);
-        }
-    }
-    text
+    [
+        String::from("#pragma once\n#include \"prelude.glsl\"\n"),
+        words(LIGHT_BVH, &binding(LIGHT_BVH, "uvec4")),
+        load("light_node", LIGHT_BVH, &GpuLightNode::LAYOUT),
+        load("light_entry", LIGHT_BVH, &GpuLightEntry::LAYOUT),
+    ]
+    .concat()
 }
 
 /// The text of `scene_buffers.glsl`: the table, and access to the elements of every buffer.
@@ -230,7 +217,9 @@ pub fn glsl() -> String {
         text += &match elements {
             Elements::Plain(glsl) => array(name, glsl),
             Elements::Words => words(name, &array(name, "uvec4")),
-            Elements::Records(layout) => words(name, &array(name, "uvec4")) + &load(name, layout),
+            Elements::Records(layout) => {
+                words(name, &array(name, "uvec4")) + &load(name, name, layout)
+            }
         };
     }
     text
@@ -270,8 +259,8 @@ fn words(name: &str, array: &str) -> String {
     )
 }
 
-/// `load_NAME(index)`. What of the structure is not used, compilers do not load.
-fn load(name: &str, layout: &StructLayout) -> String {
+/// `load_NAME(index)`, from a buffer that is read by four words. What of the structure is not used, compilers do not load.
+fn load(name: &str, buffer: &str, layout: &StructLayout) -> String {
     let StructLayout {
         name: record,
         size,
@@ -280,7 +269,7 @@ fn load(name: &str, layout: &StructLayout) -> String {
     let quads = size / 16;
     assert_eq!(size % 16, 0, "{record} must be a multiple of four words");
     let read: Vec<String> = (0..quads)
-        .map(|quad| format!("q[{quad}] = {name}_words({quads}u * index + {quad}u);"))
+        .map(|quad| format!("q[{quad}] = {buffer}_words({quads}u * index + {quad}u);"))
         .collect();
     let values: Vec<String> = members.iter().map(value).collect();
     format!(
@@ -357,10 +346,9 @@ impl SceneContents {
         environment: EnvironmentTexels,
     ) -> Self {
         Self {
-            normals: geometry.normals,
+            corner_directions: geometry.corner_directions,
             uvs: geometry.uvs,
             colors: geometry.colors,
-            tangents: geometry.tangents,
             triangle_parts: geometry.parts,
             top_instances: epochs.top_instances,
             instances: epochs.instances,
@@ -401,7 +389,10 @@ impl SceneBuffers {
 /// Whether [`Fetch`] decides how a buffer is read.
 #[cfg(headwater)]
 pub fn is_fetched(name: &str) -> bool {
-    (BUFFERS.iter().chain(LIGHT_BVH_BUFFERS)).any(|b| b.name == name && b.elements.are_words())
+    name == LIGHT_BVH
+        || BUFFERS
+            .iter()
+            .any(|b| b.name == name && b.elements.are_words())
 }
 
 /// How a buffer is used by shaders of a variant.

@@ -15,13 +15,13 @@ pub struct MeshPlace {
     pub first_triangle: u32,
     /// Number of triangles.
     pub triangle_count: u32,
-    /// First triangle in [`Geometry::normals`], or NONE.
+    /// First triangle in [`Geometry::corner_directions`] with normals, or NONE.
     pub first_normal: u32,
     /// First triangle in [`Geometry::uvs`] of each set of texture coordinates, or NONE.
     pub first_uvs: UVec2,
     /// First triangle in [`Geometry::colors`], or NONE.
     pub first_color: u32,
-    /// First triangle in [`Geometry::tangents`], or NONE.
+    /// First triangle in [`Geometry::corner_directions`] with tangents, or NONE.
     pub first_tangent: u32,
     /// First triangle in [`Geometry::parts`], or NONE.
     pub first_part: u32,
@@ -42,14 +42,13 @@ pub struct MeshPlace {
 pub struct Geometry {
     /// Corner positions.
     pub positions: Vec<[Vec3; 3]>,
-    /// Octahedral corner normals of smooth meshes.
-    pub normals: Vec<UVec3>,
+    /// Octahedral corner normals of smooth meshes, and corner tangents of meshes with normal maps, whose lowest bit is the side of
+    /// the bitangent.
+    pub corner_directions: Vec<UVec3>,
     /// Texture coordinates of the corners of meshes that have them.
     pub uvs: Vec<[Vec2; 3]>,
     /// Vertex colours of the corners of meshes that have them.
     pub colors: Vec<[UVec2; 3]>,
-    /// Corner tangents of meshes with normal maps: octahedral, and in the lowest bit the side of the bitangent.
-    pub tangents: Vec<UVec3>,
     /// Material, emissive rank and instance offset of each triangle, for meshes with several parts or with
     /// lights; the offset is added to the index of the instance.
     pub parts: Vec<UVec3>,
@@ -137,8 +136,8 @@ impl Geometry {
         self.positions
             .extend(order.iter().map(|&t| corners[t as usize]));
         if !mesh.normals.is_empty() {
-            place.first_normal = self.normals.len() as u32;
-            self.normals.extend(order.iter().map(|&t| {
+            place.first_normal = self.corner_directions.len() as u32;
+            self.corner_directions.extend(order.iter().map(|&t| {
                 UVec3::from_array(
                     mesh.triangles[t as usize].map(|i| pack_octahedral(mesh.normals[i as usize])),
                 )
@@ -161,13 +160,13 @@ impl Geometry {
             self.colors.extend(order.iter().map(corners));
         }
         if !mesh.tangents.is_empty() {
-            place.first_tangent = self.tangents.len() as u32;
+            place.first_tangent = self.corner_directions.len() as u32;
             let corners = |&t: &u32| {
                 let packed =
                     mesh.triangles[t as usize].map(|i| pack_tangent(mesh.tangents[i as usize]));
                 UVec3::from_array(packed)
             };
-            self.tangents.extend(order.iter().map(corners));
+            self.corner_directions.extend(order.iter().map(corners));
         }
         if mesh.parts.len() > 1
             || !part_ids.is_empty()

@@ -73,9 +73,7 @@ fn main() {
         let build = |options| {
             time(|| drop(LightBvh::new(lights, groups, &surfaces, options).contents(lights)))
         };
-        let bytes = size_of_val(&contents.nodes[..])
-            + size_of_val(&contents.lights[..])
-            + size_of_val(&contents.places[..]);
+        let bytes = size_of_val(&contents.words()[..]);
         println!(
             "light_bvh {name} lights={} clusters={} nodes={} build={:.2} published={:.2} fit={:.2} bytes={bytes}",
             lights.choices.len(),

@@ -182,7 +182,7 @@ fn wrong_arguments_are_one_line_and_status_2() {
                 vec!["--set", "world_reservoirs.table=1000"],
             ]
             .concat(),
-            "4294967296 bytes for its world_table",
+            "bytes for its world_cells",
         ),
     ]
     .into_iter()

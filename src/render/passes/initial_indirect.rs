@@ -8,8 +8,7 @@ crate::bindings! {
         [offers scene: SceneBindings]
         uniform restir,
         read sample_data,
-        read world_table,
-        read world_offsets,
+        read world_cells,
         read world_list,
         read previous_world_points,
         read previous_world_samples,

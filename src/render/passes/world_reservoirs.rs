@@ -5,7 +5,7 @@ crate::bindings! {
     pub struct InsertCells {
         uniform restir,
         read world_keys,
-        write world_table,
+        write world_cells,
     }
 }
 
@@ -14,8 +14,7 @@ crate::bindings! {
     pub struct CountVertices {
         uniform restir,
         write world_keys,
-        read world_table,
-        write world_offsets,
+        write world_cells,
         write counters,
     }
 }
@@ -25,7 +24,7 @@ crate::bindings! {
     pub struct ScatterVertices {
         uniform restir,
         read world_keys,
-        read world_offsets,
+        read world_cells,
         write world_list,
         write counters,
     }

@@ -13,32 +13,32 @@ pub struct PrefixSum {
 }
 
 impl PrefixSum {
-    /// Makes the passes for sums of `count` values; `pass` makes a pass by name.
+    /// Makes the passes for sums of `count` values from number `first` on; `pass` makes a pass by name.
     ///
     /// # Errors
     /// A shader that the driver rejects.
-    pub fn new(count: u64, pass: impl Fn(&str) -> Result<ComputePass>) -> Result<Self> {
+    pub fn new(first: u64, count: u64, pass: impl Fn(&str) -> Result<ComputePass>) -> Result<Self> {
         Ok(Self {
             sum: pass("prefix_sum")?,
             add: pass("prefix_add")?,
             levels: (levels(count).into_iter())
-                .map(|[first, count, sums]| PrefixLevel {
-                    first: first as u32,
+                .map(|[from, count, sums]| PrefixLevel {
+                    first: (first + from) as u32,
                     count: count as u32,
-                    sums: sums as u32,
+                    sums: (first + sums) as u32,
                 })
                 .collect(),
         })
     }
 
-    /// Number of values in a buffer for sums of `count` values: these, then the sums of their blocks, and so on.
+    /// Number of values from the first on, for sums of `count` values: these, then the sums of their blocks, and so on.
     pub fn length(count: u64) -> u64 {
         let last = levels(count).pop();
         // The sum of the last block is written too.
         last.map_or(0, |[_, _, sums]| sums) + 1
     }
 
-    /// Records the passes: each of the first values of `values` becomes the sum of those before it.
+    /// Records the passes: each of these values in `values` becomes the sum of those before it.
     ///
     /// # Errors
     /// A binding that a pass does not have.

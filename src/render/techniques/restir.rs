@@ -73,7 +73,7 @@ struct Sizes {
     indirect: u64,
     light_lists: u64,
     hash_grid: [(&'static str, u64); 3],
-    world: [(&'static str, u64); 6],
+    world: [(&'static str, u64); 5],
 }
 
 impl Sizes {

@@ -78,16 +78,16 @@ pub fn check(settings: &Settings, view: &ViewConstants, slots: u64) -> Result<()
 }
 
 /// Bytes of the buffers, by name, for a picture with `slots` places for pixels.
-pub fn bytes(settings: &Settings, view: &ViewConstants, slots: u64) -> [(&'static str, u64); 6] {
+pub fn bytes(settings: &Settings, view: &ViewConstants, slots: u64) -> [(&'static str, u64); 5] {
     let size = table_size(settings, view, slots);
-    let [keys, table, offsets, list] = size.bytes();
+    let [keys, cells, list] = size.bytes();
     let vertices = size.vertices.max(1);
     let points = ("world_points", vertices * size_of::<GpuGridPoint>() as u64);
     let samples = (
         "world_samples",
         vertices * size_of::<GpuWorldSample>() as u64,
     );
-    [points, samples, keys, table, offsets, list]
+    [points, samples, keys, cells, list]
 }
 
 impl WorldLight {

@@ -45,13 +45,15 @@ impl TableSize {
     }
 
     /// Bytes of the buffers, by name.
-    pub fn bytes(&self) -> [(&'static str, u64); 4] {
+    pub fn bytes(&self) -> [(&'static str, u64); 3] {
         // A pass must find a buffer for each binding, even if it does not read it.
         let vertices = self.vertices.max(1);
         [
             ("world_keys", 4 * vertices),
-            ("world_table", 4 * self.places()),
-            ("world_offsets", 4 * PrefixSum::length(self.places() + 1)),
+            (
+                "world_cells",
+                4 * (self.places() + PrefixSum::length(self.places() + 1)),
+            ),
             ("world_list", 4 * vertices),
         ]
     }
@@ -70,10 +72,8 @@ pub struct WorldTable {
     groups: [u32; 3],
     /// Keys of the vertices' cells, 0 for those without; afterwards the places of the cells, plus 1.
     pub keys: Buffer,
-    /// Keys of all cells, bucket by bucket.
-    pub table: Buffer,
-    /// Where the list of the cell at each place begins.
-    pub offsets: Buffer,
+    /// Keys of all cells, bucket by bucket, and then where the list of the cell at each place begins.
+    pub cells: Buffer,
     /// The lists: indices of vertices, plus 1, in the lower bits; 0 where there is a gap.
     pub list: Buffer,
 }
@@ -95,13 +95,13 @@ impl WorldTable {
         size: TableSize,
         pass: impl Fn(&str) -> Result<ComputePass>,
     ) -> Result<Self> {
-        let [keys, table, offsets, list] =
+        let [keys, cells, list] =
             (size.bytes()).map(|(name, bytes)| Buffer::new(device, name, bytes, Usage::default()));
         let passes = (size.vertices > 0).then(|| {
             Ok::<_, crate::Error>(Passes {
                 insert: pass("world_insert")?,
                 count: pass("world_count")?,
-                sum: PrefixSum::new(size.places() + 1, &pass)?,
+                sum: PrefixSum::new(size.places(), size.places() + 1, &pass)?,
                 scatter: pass("world_scatter")?,
             })
         });
@@ -109,8 +109,7 @@ impl WorldTable {
             passes: passes.transpose()?,
             groups: in_rows((size.vertices as u32).div_ceil(TILE * TILE)),
             keys: keys?,
-            table: table?,
-            offsets: offsets?,
+            cells: cells?,
             list: list?,
         })
     }
@@ -121,8 +120,8 @@ impl WorldTable {
     }
 
     /// The buffers.
-    pub fn buffers(&self) -> [&Buffer; 4] {
-        [&self.keys, &self.table, &self.offsets, &self.list]
+    pub fn buffers(&self) -> [&Buffer; 3] {
+        [&self.keys, &self.cells, &self.list]
     }
 
     /// Records that vertices have no cell yet, before their keys are written.
@@ -147,33 +146,31 @@ impl WorldTable {
         };
         let Self {
             keys: world_keys,
-            table: world_table,
-            offsets: world_offsets,
+            cells: world_cells,
             list: world_list,
             ..
         } = self;
-        for buffer in [world_table, world_offsets, world_list] {
+        for buffer in [world_cells, world_list] {
             recording.clear(buffer);
         }
         let insert = InsertCells {
             restir,
             world_keys,
-            world_table,
+            world_cells,
         };
         recording.pass(&passes.insert, &insert, &(), self.groups)?;
         let count = CountVertices {
             restir,
             world_keys,
-            world_table,
-            world_offsets,
+            world_cells,
             counters,
         };
         recording.pass(&passes.count, &count, &(), self.groups)?;
-        passes.sum.record(recording, world_offsets)?;
+        passes.sum.record(recording, world_cells)?;
         let scatter = ScatterVertices {
             restir,
             world_keys,
-            world_offsets,
+            world_cells,
             world_list,
             counters,
         };

@@ -20,7 +20,7 @@ mod visibility;
 
 use super::compute_bvh::binary_tree;
 use super::lights::Lights;
-use crate::layouts::{GpuLightNode, GpuLightPlace, GpuNodeLight, LIGHT_SPOT, NONE};
+use crate::layouts::{GpuLightEntry, GpuLightNode, LIGHT_SPOT, NODE_ENTRIES, NONE};
 use glam::{DVec3, Vec3};
 
 /// How a light BVH is built.
@@ -109,10 +109,20 @@ impl NearLight {
 pub struct LightBvhContents {
     /// The tree, in depth-first order.
     pub nodes: Vec<GpuLightNode>,
-    /// The lights of its leaves, in the same order, and one more that ends the last.
-    pub lights: Vec<GpuNodeLight>,
-    /// For lights of all kinds, by index, where they are in both.
-    pub places: Vec<GpuLightPlace>,
+    /// The lights of its leaves, in the same order, and one more that ends the last; and for lights of all kinds, by index, where
+    /// they are in both.
+    pub entries: Vec<GpuLightEntry>,
+}
+
+const _: () =
+    assert!(size_of::<GpuLightNode>() == NODE_ENTRIES as usize * size_of::<GpuLightEntry>());
+
+impl LightBvhContents {
+    /// The content of the buffer: the nodes, then the entries, in four words each.
+    pub fn words(&self) -> Vec<[u32; 4]> {
+        let nodes: &[[u32; 4]] = bytemuck::cast_slice(&self.nodes);
+        [nodes, bytemuck::cast_slice(&self.entries)].concat()
+    }
 }
 
 /// Clusters of a scene's lights, and a tree over them.
@@ -220,6 +230,11 @@ impl LightBvh {
         }
     }
 
+    /// Number of lights in clusters.
+    pub fn light_count(&self) -> usize {
+        self.order.len()
+    }
+
     /// Number of clusters.
     pub fn cluster_count(&self) -> usize {
         self.tree.iter().filter(|node| node.is_leaf).count()
@@ -235,11 +250,16 @@ impl LightBvh {
             false => 1.0,
         });
         let bounds = integer_sums(&weights.collect::<Vec<_>>());
-        let nowhere = GpuLightPlace {
+        let nowhere = GpuLightEntry {
+            light: NONE,
             leaf: NONE,
             ..Default::default()
         };
-        let mut places = vec![nowhere; lights.choices.len()];
+        // The BVH has at most all lights, and one entry ends the last.
+        let mut entries = vec![nowhere; lights.choices.len() + 1];
+        for (entry, before) in entries.iter_mut().zip(bounds) {
+            entry.before = before;
+        }
         for (leaf, node) in self
             .tree
             .iter()
@@ -248,26 +268,12 @@ impl LightBvh {
         {
             for place in node.first..node.first + node.count {
                 let light = near[self.order[place as usize] as usize].index;
-                places[light as usize] = GpuLightPlace {
-                    leaf: leaf as u32,
-                    place,
-                    ..Default::default()
-                };
+                entries[place as usize].light = light;
+                let own = &mut entries[light as usize];
+                (own.leaf, own.place) = (leaf as u32, place);
             }
         }
-        let lights = self.order.iter().map(|light| near[*light as usize].index);
-        let lights = lights.chain([NONE]).zip(bounds);
-        LightBvhContents {
-            nodes,
-            lights: lights
-                .map(|(light, before)| GpuNodeLight {
-                    light,
-                    before,
-                    ..Default::default()
-                })
-                .collect(),
-            places,
-        }
+        LightBvhContents { nodes, entries }
     }
 
     /// The tree, with boxes for lights at any time.
