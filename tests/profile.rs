@@ -183,6 +183,31 @@ fn lines_begin_with_what_they_are_about() {
 }
 
 #[test]
+fn world_reservoirs_tell_how_full_their_table_is() {
+    let output = profile(&[
+        "cornell",
+        "--width=32",
+        "--frames=1",
+        "--warm-up=0",
+        "--bounces=2",
+        "--set=indirect.secondary=world-reservoirs",
+        "--set=world_reservoirs.min_lights=0",
+    ]);
+    let text = said(&output);
+    let numbers = |pass: &str| -> Vec<u32> {
+        let start = format!("world_reservoirs {pass} ");
+        let line = text.lines().find_map(|line| line.strip_prefix(&start));
+        let words = line.unwrap_or_else(|| panic!("{text}")).split_whitespace();
+        words.filter_map(|word| word.parse().ok()).collect()
+    };
+    // A path has a second vertex unless it leaves the box through its open side.
+    let count = numbers("world_count");
+    assert!((500..32 * 32).contains(&count[0]), "{count:?}");
+    assert!((1..count[0]).contains(&count[1]), "{count:?}");
+    assert!(numbers("world_scatter")[2] < count[0], "{text}");
+}
+
+#[test]
 fn only_profiles_of_one_subject_are_compared() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();

@@ -4,7 +4,10 @@
 mod support;
 
 use headwater::gpu::{Buffer, ComputePass, Device, Recording, Usage};
-use headwater::layouts::{COUNTER_DROPPED, COUNTERS, NONE, RestirConstants, WORLD_VERTEX_BITS};
+use headwater::layouts::{
+    COUNTER_CELLS, COUNTER_DROPPED, COUNTER_VERTICES, COUNTERS, NONE, RestirConstants,
+    WORLD_VERTEX_BITS,
+};
 use headwater::render::Settings;
 use headwater::render::presets::Preset;
 use headwater::render::settings::{DirectMode, IndirectMode, Secondary};
@@ -33,6 +36,8 @@ struct Lists {
     table: Vec<u32>,
     offsets: Vec<u32>,
     list: Vec<u32>,
+    vertices: u32,
+    cells: u32,
     dropped: u32,
 }
 
@@ -65,6 +70,8 @@ fn lists(keys: &[u32], size: TableSize, frame: u32) -> Lists {
         offsets: cells[places..=2 * places].to_vec(),
         table: cells[..places].to_vec(),
         list: table.list.read(keys.len()).unwrap(),
+        vertices: counted[COUNTER_VERTICES as usize],
+        cells: counted[COUNTER_CELLS as usize],
         dropped: counted[COUNTER_DROPPED as usize],
     }
 }
@@ -132,6 +139,8 @@ fn check(name: &str, keys: &[u32], share: f64) -> f64 {
     );
     let listed = is_listed.iter().filter(|is| **is).count();
     let with_key = keys.iter().filter(|key| **key != 0).count();
+    assert_eq!(found.vertices as usize, with_key, "{name}: vertices");
+    assert_eq!(found.cells as usize, places.len(), "{name}: cells");
     assert_eq!(
         found.dropped as usize,
         with_key - listed,

@@ -13,12 +13,13 @@ void main() {
     if (vertex >= restir.at.world.vertices) return;
     uint key = world_keys.at[vertex];
     if (key == 0u) return;
+    count(COUNTER_VERTICES, 1u);
     uint place;
     FIND_CELL(key, place);
     world_keys.at[vertex] = place + 1u;
     if (place == NONE) {
         count(COUNTER_DROPPED, 1u);
     } else {
-        atomicAdd(world_cells.at[list_of(place)], 1u);
+        if (atomicAdd(world_cells.at[list_of(place)], 1u) == 0u) count(COUNTER_CELLS, 1u);
     }
 }

@@ -158,8 +158,12 @@ crate::gpu_constants! {
     pub const COUNTER_WRITTEN: u32 = 10;
     /// Rays that hit something.
     pub const COUNTER_HITS: u32 = 11;
+    /// Vertices of paths with a world reservoir.
+    pub const COUNTER_VERTICES: u32 = 12;
+    /// Cells of the table of world reservoirs that hold a vertex.
+    pub const COUNTER_CELLS: u32 = 13;
     /// Counters of a pass.
-    pub const COUNTERS: u32 = 12;
+    pub const COUNTERS: u32 = 14;
 }
 
 /// Every shared structure; each comes after those that it contains.

@@ -84,6 +84,12 @@ pub fn table(profile: &Profile) -> String {
             pass.first_run,
             pass.pipeline
         ));
+        if counts.vertices + counts.dropped > 0 {
+            line(format_args!(
+                "world_reservoirs {} vertices {} cells {} dropped {}",
+                pass.name, counts.vertices, counts.cells, counts.dropped
+            ));
+        }
         for (name, value) in &pass.statistics {
             line(format_args!("compiled {} {name}: {value}", pass.name));
         }

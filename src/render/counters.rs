@@ -3,8 +3,9 @@
 use super::specialisation::Specialisation;
 use crate::gpu::{Buffer, Device, Recording, Usage};
 use crate::layouts::{
-    COUNTER_CUT_SHORT, COUNTER_DROPPED, COUNTER_HITS, COUNTER_MERGE_LANES, COUNTER_NEIGHBOURS,
-    COUNTER_RAYS, COUNTER_READ, COUNTER_REJECTED, COUNTER_TRACE_LANES, COUNTER_WRITTEN, COUNTERS,
+    COUNTER_CELLS, COUNTER_CUT_SHORT, COUNTER_DROPPED, COUNTER_HITS, COUNTER_MERGE_LANES,
+    COUNTER_NEIGHBOURS, COUNTER_RAYS, COUNTER_READ, COUNTER_REJECTED, COUNTER_TRACE_LANES,
+    COUNTER_VERTICES, COUNTER_WRITTEN, COUNTERS,
 };
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -24,6 +25,12 @@ pub struct Counts {
     pub merge_lanes: [u64; 2],
     /// Neighbours, or histories, that were merged.
     pub neighbours: u64,
+    /// Vertices of paths with a world reservoir.
+    #[serde(default)]
+    pub vertices: u64,
+    /// Cells of the table of world reservoirs that hold a vertex.
+    #[serde(default)]
+    pub cells: u64,
     /// Vertices of paths that found no place among world reservoirs.
     #[serde(default)]
     pub dropped: u64,
@@ -147,6 +154,8 @@ impl Counters {
                     trace_lanes: [of(COUNTER_TRACE_LANES), of(COUNTER_TRACE_LANES + 1)],
                     merge_lanes: [of(COUNTER_MERGE_LANES), of(COUNTER_MERGE_LANES + 1)],
                     neighbours: of(COUNTER_NEIGHBOURS),
+                    vertices: of(COUNTER_VERTICES),
+                    cells: of(COUNTER_CELLS),
                     dropped: of(COUNTER_DROPPED),
                     hits: of(COUNTER_HITS),
                     bytes_read: 4 * of(COUNTER_READ),
