@@ -308,11 +308,11 @@ fn neighbours_that_are_read_while_they_are_written_are_found() {
     }));
 }
 
-/// Light of two bounces and more that world reservoirs find.
+/// Light of two bounces and more that world reservoirs find. `scene` is as a plan writes it.
 fn world_plan(scene: &str, most_seeds: u32, reference_spp: u32, settings: &str) -> String {
     format!(
         r#"
-scenes = ["{scene}"]
+scenes = [{scene}]
 width = 48
 frames = 3
 seeds = 64
@@ -339,7 +339,7 @@ preset = "accurate"
 fn an_mis_weight_in_world_reservoirs_is_found() {
     assert_found(
         &world_plan(
-            "cornell",
+            r#""cornell""#,
             1536,
             4096,
             r#""world_reservoirs.stores" = ["initial"]"#,
@@ -361,7 +361,7 @@ fn empty_world_reservoirs_that_are_skipped_are_found() {
     );
     // With 1e-9, all have one bucket, and nearly every vertex is dropped.
     let plan = world_plan(
-        "colourful-mess",
+        r#""colourful-mess""#,
         256,
         // The bias is small beside the noise of a reference of fewer samples.
         16384,
@@ -370,4 +370,84 @@ fn empty_world_reservoirs_that_are_skipped_are_found() {
     let biased = "should be unbiased";
     assert!(!study_with_fault(&plan, &[]).1.contains(biased));
     assert!(study_with_fault(&plan, &[change]).1.contains(biased));
+}
+
+/// What a vertex keeps stands for a matte white point, which reflects any colour: surfaces that do not must not keep what they merged.
+#[test]
+fn colours_that_a_surface_does_not_reflect_stay_in_world_reservoirs() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("chequered.obj");
+    std::fs::write(folder.path().join("chequered.mtl"), CHEQUERED_MATERIALS).unwrap();
+    std::fs::write(&file, chequered_floor()).unwrap();
+    let scene = format!(
+        r#"{{ scene = "{}", look_at = "0,1.5,4,0,1,-2,45" }}"#,
+        file.display()
+    );
+    assert_found(
+        &world_plan(
+            &scene,
+            8192,
+            65536,
+            r#""world_reservoirs.stores" = ["merged"]"#,
+        ),
+        (
+            "restir/world_reservoirs.glsl",
+            "min(diffuse.x, min(diffuse.y, diffuse.z)) > 0.01",
+            "max_component(diffuse) > 0.01",
+        ),
+    );
+}
+
+const CHEQUERED_MATERIALS: &str = "\
+newmtl red
+Kd 1 0 0
+newmtl white
+Kd 0.8 0.8 0.8
+newmtl lamp
+Kd 0 0 0
+Ke 0 0 20
+";
+
+/// A red and white floor before a white wall, under a blue lamp.
+fn chequered_floor() -> String {
+    let mut text = String::from("mtllib chequered.mtl\n");
+    let mut square = |material: &str, corners: [[f32; 3]; 4]| {
+        text += &format!("usemtl {material}\n");
+        for [x, y, z] in corners {
+            text += &format!("v {x} {y} {z}\n");
+        }
+        text += "f -4 -3 -2 -1\n";
+    };
+    for tile in 0_u8..64 {
+        let (x, z) = (f32::from(tile % 8) - 4.0, f32::from(tile / 8) - 4.0);
+        let material = ["red", "white"][usize::from((tile % 8 + tile / 8) % 2)];
+        square(
+            material,
+            [
+                [x, 0.0, z],
+                [x, 0.0, z + 1.0],
+                [x + 1.0, 0.0, z + 1.0],
+                [x + 1.0, 0.0, z],
+            ],
+        );
+    }
+    square(
+        "white",
+        [
+            [-4.0, 0.0, -4.0],
+            [4.0, 0.0, -4.0],
+            [4.0, 4.0, -4.0],
+            [-4.0, 4.0, -4.0],
+        ],
+    );
+    square(
+        "lamp",
+        [
+            [-0.5, 3.0, -0.5],
+            [0.5, 3.0, -0.5],
+            [0.5, 3.0, 0.5],
+            [-0.5, 3.0, 0.5],
+        ],
+    );
+    text
 }

@@ -194,17 +194,15 @@ fn world_reservoirs_tell_how_full_their_table_is() {
         "--set=world_reservoirs.min_lights=0",
     ]);
     let text = said(&output);
-    let numbers = |pass: &str| -> Vec<u32> {
-        let start = format!("world_reservoirs {pass} ");
-        let line = text.lines().find_map(|line| line.strip_prefix(&start));
-        let words = line.unwrap_or_else(|| panic!("{text}")).split_whitespace();
-        words.filter_map(|word| word.parse().ok()).collect()
-    };
-    // A path has a second vertex unless it leaves the box through its open side.
-    let count = numbers("world_count");
-    assert!((500..32 * 32).contains(&count[0]), "{count:?}");
-    assert!((1..count[0]).contains(&count[1]), "{count:?}");
-    assert!(numbers("world_scatter")[2] < count[0], "{text}");
+    let mut lines = text.lines();
+    let line = lines.find(|line| line.starts_with("world_reservoirs vertices "));
+    let words = line.unwrap_or_else(|| panic!("{text}")).split_whitespace();
+    let numbers: Vec<u32> = words.filter_map(|word| word.parse().ok()).collect();
+    // A path has a second vertex unless it leaves the box through its open side. A fourth of a place for each pixel is 256.
+    assert!((500..32 * 32).contains(&numbers[0]), "{numbers:?}");
+    assert!((1..256).contains(&numbers[1]), "{numbers:?}");
+    assert_eq!(numbers[2], 256);
+    assert!(numbers[3] < numbers[0], "{numbers:?}");
 }
 
 #[test]

@@ -5,8 +5,8 @@ mod support;
 
 use headwater::gpu::{Buffer, ComputePass, Device, Recording, Usage};
 use headwater::layouts::{
-    COUNTER_CELLS, COUNTER_DROPPED, COUNTER_VERTICES, COUNTERS, NONE, RestirConstants,
-    WORLD_VERTEX_BITS,
+    COUNTER_CELLS, COUNTER_DROPPED, COUNTER_PLACES, COUNTER_VERTICES, COUNTERS, NONE,
+    RestirConstants, WORLD_VERTEX_BITS,
 };
 use headwater::render::Settings;
 use headwater::render::presets::Preset;
@@ -38,6 +38,7 @@ struct Lists {
     list: Vec<u32>,
     vertices: u32,
     cells: u32,
+    places: u32,
     dropped: u32,
 }
 
@@ -72,6 +73,7 @@ fn lists(keys: &[u32], size: TableSize, frame: u32) -> Lists {
         list: table.list.read(keys.len()).unwrap(),
         vertices: counted[COUNTER_VERTICES as usize],
         cells: counted[COUNTER_CELLS as usize],
+        places: counted[COUNTER_PLACES as usize],
         dropped: counted[COUNTER_DROPPED as usize],
     }
 }
@@ -141,6 +143,7 @@ fn check(name: &str, keys: &[u32], share: f64) -> f64 {
     let with_key = keys.iter().filter(|key| **key != 0).count();
     assert_eq!(found.vertices as usize, with_key, "{name}: vertices");
     assert_eq!(found.cells as usize, places.len(), "{name}: cells");
+    assert_eq!(found.places as usize, table.len(), "{name}: places");
     assert_eq!(
         found.dropped as usize,
         with_key - listed,

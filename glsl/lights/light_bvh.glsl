@@ -11,9 +11,8 @@
 struct Receiver {
     vec3 position;
     vec3 normal;
-    // Unit, towards the viewer, and its cosine to the normal.
+    // Unit, towards the viewer.
     vec3 outgoing;
-    float outgoing_cosine;
     // Luminance of the diffuse lobe over π, and of the specular lobe at normal and at grazing incidence; the latter's squared
     // GGX width.
     float diffuse;
@@ -29,6 +28,10 @@ struct Receiver {
     uint found;
     float own;
 };
+
+// The least squared GGX width of a lobe for the choice among lights: so the draw and its density, which different shaders compute,
+// agree to rounding.
+const float MIN_LOBE = 1e-6;
 
 // A receiver that draws from no node.
 Receiver distant_receiver() {
@@ -67,14 +70,16 @@ float expected_contribution(GpuLightNode node, Receiver receiver) {
     float leaving = clamp(size * node.facing - dot(node.normal, direction), 0.0, 1.0) + 0.25 * (1.0 - node.facing);
     float reflected = receiver.diffuse;
     if (HAS_SPECULAR && receiver.specular > 0.0) {
-        // Squares of the cosines of the half vector: to either direction, and to the normal.
+        // The squared cosine of the half vector to either direction, and its squared sine to the normal. The latter from a cross
+        // product: 1 - cosine² would be 0 where a narrow lobe has its slope.
         float between = max(0.5 + 0.5 * dot(receiver.outgoing, direction), TINY);
-        float across = min(square(receiver.outgoing_cosine + cosine) / (4.0 * between), 1.0);
-        float a2 = min(receiver.alpha_squared + 0.25 * square(size), 1.0);
+        vec3 aside = cross(receiver.normal, receiver.outgoing + direction);
+        float sine2 = min(dot(aside, aside) / (4.0 * between), 1.0);
+        float a2 = clamp(receiver.alpha_squared + 0.25 * square(size), MIN_LOBE, 1.0);
         float m = 1.0 - sqrt(between), m2 = m * m;
         float fresnel = mix(receiver.specular, receiver.specular_grazing, m2 * m2 * m);
         // GGX with the visibility term of Kelemen and Szirmay-Kalos.
-        reflected += fresnel * a2 / (4.0 * PI * between * square(across * (a2 - 1.0) + 1.0));
+        reflected += fresnel * a2 / (4.0 * PI * between * square(sine2 + (1.0 - sine2) * a2));
     }
     return node.weight * reflected * arriving * leaving * square(inverse);
 }
@@ -109,9 +114,9 @@ Receiver receiver_at(Domain domain) {
     receiver.position = domain.position;
     receiver.normal = domain.shading_normal;
     receiver.outgoing = to_world(domain, domain.outgoing);
-    receiver.outgoing_cosine = domain.outgoing.z;
     receiver.diffuse = luminance(domain.bsdf.diffuse) * (diffuse_share(domain.bsdf, domain.outgoing.z) / PI);
-    receiver.specular = luminance(specular_fresnel(domain.bsdf, 1.0));
+    // A perfect mirror reflects no light sample.
+    receiver.specular = domain.bsdf.alpha > 0.0 ? luminance(specular_fresnel(domain.bsdf, 1.0)) : 0.0;
     receiver.specular_grazing = luminance(specular_fresnel(domain.bsdf, 0.0));
     receiver.alpha_squared = square(domain.bsdf.alpha);
     receiver.next = 0u;

@@ -9,10 +9,11 @@
 // Whether the candidates of a receiver come from the light BVH in part.
 bool has_near_lights(Receiver receiver) { return LIGHT_BVH && receiver.expected > 0.0; }
 
-// Whether number `index` of the receiver's light samples is drawn among near lights; of a single sample a coin decides.
+// Whether number `index` of the receiver's light samples is drawn among near lights; of a single sample a coin decides, from
+// another hash of its bits than the one that draws a light and a place on it.
 bool draws_near(Receiver receiver, uint index, uvec4 bits) {
     return has_near_lights(receiver) && index < restir.at.reuse.near_samples
-        && (restir.at.reuse.light_samples > 1u || to_unit(pcg4d(bits).w) < restir.at.reuse.near_share);
+        && (restir.at.reuse.light_samples > 1u || to_unit(pcg4d(bits.wzyx).x) < restir.at.reuse.near_share);
 }
 
 // The mean probability with which the receiver's light samples select a light, given those of the sources.

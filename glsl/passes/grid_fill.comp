@@ -25,7 +25,8 @@ void main() {
     Receiver receiver = distant_receiver();
     Stream stream = empty_stream();
     Reservoir reservoir = empty_reservoir(1.0);
-    for (uint i = 0u; i < restir.at.grid.candidates; i += 1u) {
+    uint i = 0u;
+    for (; i < restir.at.grid.candidates; i += 1u) {
         if (HASH_GRID == HASH_GRID_POINTS) {
             // As published: each candidate at another point of the cell, so that the reservoir has no domain of its own.
             uint number = random_bits(random).x % restir.at.grid.reservoirs;
@@ -38,6 +39,7 @@ void main() {
         float weight = target / (float(restir.at.grid.candidates) * pdf);
         if (stream_add(stream, i, weight, target, random_choice(random))) reservoir.value = value;
     }
+    if (i < restir.at.grid.candidates) count_fault(COUNTER_CUT_SHORT);
     if (stream.chosen != NONE) {
         reservoir.value = as_stored(reservoir.value);
         // As published, the target is that of the point that drew the sample.

@@ -25,7 +25,9 @@ void main() {
     uint word = list_word(tile);
     STORE_RECEIVER(light_lists, word, receiver);
     count_written(LIST_RECEIVER_WORDS);
-    for (uint i = 0u; i < restir.at.light_list && has_near_lights(receiver); i += 1u) {
+    if (!has_near_lights(receiver)) return;
+    uint i = 0u;
+    for (; i < restir.at.light_list; i += 1u) {
         float probability;
         uint light = draw_near_light(receiver, i, restir.at.light_list, random_bits(random).xy, probability);
         uint entry = word + LIST_RECEIVER_WORDS + 2u * i;
@@ -33,4 +35,5 @@ void main() {
         light_lists.at[entry + 1u] = floatBitsToUint(probability);
         count_written(2u);
     }
+    if (i < restir.at.light_list) count_fault(COUNTER_CUT_SHORT);
 }

@@ -11,6 +11,7 @@ layout(scalar) buffer WorldCellsBlock { uint at[]; } world_cells;
 void main() {
     uint vertex = own_vertex();
     if (vertex >= restir.at.world.vertices) return;
+    if (vertex == 0u) count(COUNTER_PLACES, list_of(0u));
     uint key = world_keys.at[vertex];
     if (key == 0u) return;
     count(COUNTER_VERTICES, 1u);

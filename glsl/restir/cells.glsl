@@ -13,11 +13,19 @@ float cell_side(GpuCamera camera, uint width, float pixels, vec3 position, float
     return exp2(float(level));
 }
 
+// The bin of a normal, of which there are `bins` along each side of the octahedral map. Most walls and floors stand along the axes,
+// so no axis lies on a border between bins, where rounding would part what belongs together.
+uint normal_bin(vec3 normal, uint bins) {
+    uvec2 bin = uvec2((0.5 * octahedral_coordinates(normal) + 0.5) * float(bins - 1u) + 0.3);
+    // The corners of the map are one direction.
+    bool at_corner = bins > 2u && all(equal(bin % (bins - 1u), uvec2(0u)));
+    return at_corner ? 0u : bin.y * bins + bin.x;
+}
+
 // The key of a cell with sides of `side`, and of a bin of normals, of which there are `bins` along each side of the octahedral
 // map. `shift` is in cells; only its part along the surface counts.
 uint cell_key(vec3 position, vec3 normal, float side, int level, uint bins, vec3 shift) {
     // Far from the origin of coordinates integers would overflow.
     ivec3 cell = ivec3(clamp(floor(position / side + (shift - dot(shift, normal) * normal)), -1e9, 1e9));
-    uvec2 bin = min(uvec2((0.5 * octahedral_coordinates(normal) + 0.5) * float(bins)), bins - 1u);
-    return pcg4d(uvec4(cell, (uint(level) << 8u) | (bin.y * bins + bin.x))).x;
+    return pcg4d(uvec4(cell, (uint(level) << 8u) | normal_bin(normal, bins))).x;
 }

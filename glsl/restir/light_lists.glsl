@@ -44,5 +44,4 @@ uvec2 tile_near(uvec2 pixel, uvec2 bits) {
     RECEIVER.specular = lobes_.y; \
     RECEIVER.specular_grazing = lobes_.z; \
     RECEIVER.alpha_squared = uintBitsToFloat(BUFFER.at[(WORD) + 12u]); \
-    RECEIVER.expected = uintBitsToFloat(BUFFER.at[(WORD) + 13u]); \
-    RECEIVER.outgoing_cosine = dot(RECEIVER.normal, RECEIVER.outgoing)
+    RECEIVER.expected = uintBitsToFloat(BUFFER.at[(WORD) + 13u])

@@ -109,7 +109,7 @@ bool sample_light_at(Path path, Domain vertex, Receiver receiver, uint slot, ino
     bool in_world = has_world_reservoirs(path);
     // BSDF rays share the light with the samples; but not in a weight that other vertices take over.
     uint bsdf_samples = in_world ? 0u : 1u;
-    // Two numbers a vertex: one for the path that a mirror begins.
+    // Two random streams for each vertex: one for the path that a mirror begins.
     Random world_random = pass_random(own_pixel(), STREAM_WORLD + 2u * path.scatterings + (path.is_mirrored ? 1u : 0u));
     uint normal = pack_octahedral(vertex.geometric_normal);
     // The domain that resamples, and that of the reservoir which is kept.

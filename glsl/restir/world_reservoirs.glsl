@@ -38,7 +38,7 @@ LightReservoir empty_light_reservoir(float confidence) { return LightReservoir(e
 Domain world_domain;
 LightReservoir world_own;
 uint world_found[MAX_WORLD_MERGED];
-uint world_count;
+uint world_found_count;
 
 // The key of the cell at a point, as a frame's camera divides space; 0 is none.
 uint world_key(GpuCamera camera, vec3 position, vec3 normal, float u, vec3 shift) {
@@ -48,27 +48,32 @@ uint world_key(GpuCamera camera, vec3 position, vec3 normal, float u, vec3 shift
 }
 
 // Whether a vertex keeps what it merges. In the weights of others it then stands for a matte white point, so it must be able to
-// select whatever such a point reflects. A metal's lobe may be 0 in f32 where a matte point's is not, and an interpolated normal
-// has another horizon.
+// select whatever such a point reflects: light of any colour. A metal's lobe may be 0 in f32 where a matte point's is not, and an
+// interpolated normal has another horizon.
 bool keeps_merged_reservoir(Domain vertex, uint packed_normal) {
-    return restir.at.world.keeps_merged != 0u && max_component(vertex.bsdf.diffuse) > 0.01
+    vec3 diffuse = vertex.bsdf.diffuse * diffuse_share(vertex.bsdf, vertex.outgoing.z);
+    return restir.at.world.keeps_merged != 0u && min(diffuse.x, min(diffuse.y, diffuse.z)) > 0.01
         && pack_octahedral(vertex.shading_normal) == packed_normal;
 }
 
-// A domain with the normals of another.
+// A domain with the normals of another. Its tangents may point elsewhere, so the direction of view is turned along.
 Domain with_normals_of(Domain domain, Domain other) {
+    vec3 outgoing = to_world(domain, domain.outgoing);
     domain.geometric_normal = other.geometric_normal;
     domain.shading_normal = other.shading_normal;
     domain.tangent = other.tangent;
     domain.bitangent = other.bitangent;
+    domain.outgoing = to_shading(domain, outgoing);
     return domain;
 }
 
 // Finds reservoirs in the cell of a vertex, or in one close by: otherwise the borders of cells would show.
 void find_world_reservoirs(Domain vertex, inout Random random) {
-    world_count = 0u;
+    world_found_count = 0u;
     vec4 u = to_unit(random_bits(random));
-    uint key = world_key(restir.at.previous_camera, vertex.position, vertex.geometric_normal, u.w,
+    // The normal as reservoirs keep it, which decides their bin.
+    vec3 normal = unpack_octahedral(pack_octahedral(vertex.geometric_normal));
+    uint key = world_key(restir.at.previous_camera, vertex.position, normal, u.w,
                          restir.at.world.jitter * (u.xyz - 0.5));
     uint place;
     FIND_CELL(key, place);
@@ -83,8 +88,8 @@ void find_world_reservoirs(Domain vertex, inout Random random) {
         for (uint turn = 0u; turn < min(WORLD_TRIES, size); turn += 1u) {
             uint entry = world_list.at[first + begin + (start + turn) % size];
             if (entry == 0u) continue;
-            world_found[world_count] = (entry & WORLD_VERTEX_MASK) - 1u;
-            world_count += 1u;
+            world_found[world_found_count] = (entry & WORLD_VERTEX_MASK) - 1u;
+            world_found_count += 1u;
             break;
         }
     }
@@ -142,13 +147,13 @@ LightSample shift_to(uint technique, LightSample value, out float jacobian) {
 // Merges a vertex' own reservoir with some of the previous frame.
 LightReservoir merge_world(Domain vertex, LightReservoir own, inout Random random) {
     find_world_reservoirs(vertex, random);
-    if (world_count == 0u) return own;
-    count(COUNTER_NEIGHBOURS, world_count);
+    if (world_found_count == 0u) return own;
+    count(COUNTER_NEIGHBOURS, world_found_count);
     world_domain = vertex;
     world_own = own;
     // As published, reservoirs count by their confidence alone.
     uint mis = WORLD_RESERVOIRS == WORLD_RESERVOIRS_PUBLISHED ? MIS_CONSTANT : MIS_DEFENSIVE;
-    return merge(mis, 1u + world_count, false, false, random).reservoir;
+    return merge(mis, 1u + world_found_count, false, false, random).reservoir;
 }
 
 // Keeps a vertex' reservoir for the next frame.

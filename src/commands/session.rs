@@ -182,7 +182,7 @@ impl Session {
         let settings = settings.for_scene(&gpu_scene, view.bounces);
         if settings.indirect.secondary != wanted {
             notice(
-                "the scene has too few lights for world reservoirs to gain anything, so indirect.secondary is ris; world_reservoirs.min_lights=0 has them all the same",
+                "the scene has fewer lights than world_reservoirs.min_lights, or one lamp alone, so indirect.secondary is ris; world_reservoirs.min_lights=0 keeps world reservoirs",
             );
         }
         let tracking = Tracking {

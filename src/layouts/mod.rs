@@ -75,7 +75,7 @@ crate::gpu_constants! {
     pub const PILOT_WORDS: u32 = 5;
     /// Words of the receiver of a light list.
     pub const LIST_RECEIVER_WORDS: u32 = 14;
-    /// Entries of a light BVH that have room in one of its nodes; the entries come after the nodes.
+    /// Size of a node of the light BVH, in entries. The entries come after the nodes.
     pub const NODE_ENTRIES: u32 = 5;
     /// Kind of a point of a light: none.
     pub const LIGHT_NONE: u32 = 0;
@@ -162,8 +162,10 @@ crate::gpu_constants! {
     pub const COUNTER_VERTICES: u32 = 12;
     /// Cells of the table of world reservoirs that hold a vertex.
     pub const COUNTER_CELLS: u32 = 13;
+    /// Places of that table.
+    pub const COUNTER_PLACES: u32 = 14;
     /// Counters of a pass.
-    pub const COUNTERS: u32 = 14;
+    pub const COUNTERS: u32 = 15;
 }
 
 /// Every shared structure; each comes after those that it contains.

@@ -2,6 +2,7 @@
 //! in an order that stays; the one with the names of columns begins with `#`.
 
 use super::Profile;
+use crate::render::counters::Counts;
 use std::fmt::Write;
 
 /// In millions.
@@ -84,15 +85,20 @@ pub fn table(profile: &Profile) -> String {
             pass.first_run,
             pass.pipeline
         ));
-        if counts.vertices + counts.dropped > 0 {
-            line(format_args!(
-                "world_reservoirs {} vertices {} cells {} dropped {}",
-                pass.name, counts.vertices, counts.cells, counts.dropped
-            ));
-        }
         for (name, value) in &pass.statistics {
             line(format_args!("compiled {} {name}: {value}", pass.name));
         }
+    }
+    let counts = || profile.passes.iter().map(|pass| &pass.counts);
+    let sum = |of: fn(&Counts) -> u64| -> u64 { counts().map(of).sum() };
+    let vertices = sum(|counts| counts.vertices);
+    if vertices > 0 {
+        line(format_args!(
+            "world_reservoirs vertices {vertices} cells {} places {} dropped {}",
+            sum(|counts| counts.cells),
+            sum(|counts| counts.places),
+            sum(|counts| counts.dropped)
+        ));
     }
     let sum: f64 = profile
         .passes

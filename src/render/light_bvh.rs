@@ -6,9 +6,9 @@ use super::settings::{
     Boxes, Candidates, Far, Integrator, LightBvhSettings, LightChoice, Settings,
 };
 use crate::gpu::{Buffer, Device, Resource};
-use crate::layouts::RayQuery;
 use crate::tracing::buffers::{LIGHT_BVH, usage};
 use crate::tracing::light_bvh::{LightBvh, LightBvhOptions};
+use crate::tracing::sizes::check_buffer;
 use crate::tracing::{Fetch, GpuScene, Variant};
 use crate::{Error, Result};
 use glam::Vec3;
@@ -16,9 +16,6 @@ use std::sync::{Arc, Mutex};
 
 /// Points on surfaces that count boxes of influence: enough for the mean of a number of boxes, to 3 % if it is 8.
 const SURFACE_POINTS: usize = 1024;
-
-/// Probe rays that are traced at once: 64 MB with their answers.
-const PROBES_AT_ONCE: usize = 1 << 20;
 
 /// The light BVH on the device; empty where nothing draws from it.
 pub struct LightBvhBuffer {
@@ -33,7 +30,7 @@ impl LightBvhBuffer {
     /// Builds what `settings` need for the scene, with at most `bounces` scattering events.
     ///
     /// # Errors
-    /// More memory than the device has.
+    /// More memory than the device has, or more at once than it reads.
     pub fn new(
         device: &Arc<Device>,
         scene: &Arc<GpuScene>,
@@ -55,10 +52,17 @@ impl LightBvhBuffer {
                 bvh.scale
             );
         }
+        let words = contents.words();
+        check_buffer(
+            &device.info,
+            scene.variant,
+            LIGHT_BVH,
+            size_of_val(&words[..]) as u64,
+        )?;
         let used = usage(LIGHT_BVH, scene.variant);
         Ok(Self {
             node_count: contents.nodes.len() as u32,
-            buffer: Buffer::from_slice(device, LIGHT_BVH, &contents.words(), used)?,
+            buffer: Buffer::from_slice(device, LIGHT_BVH, &words, used)?,
             source: bvh.map(|bvh| (bvh, Mutex::new(0.0))),
         })
     }
@@ -109,23 +113,17 @@ fn build(
     let surfaces: Vec<Vec3> = surfaces.iter().map(|point| point.position).collect();
     let mut bvh = LightBvh::new(lights, &scene.light_groups, &surfaces, options);
     if settings.boxes == Boxes::Visibility && settings.far == Far::Skipped {
-        let probes = bvh.probes(lights);
-        let mut reached = Vec::with_capacity(probes.rays.len());
         let unit = scene.units.length as f32;
-        for part in probes.rays.chunks(PROBES_AT_ONCE) {
+        bvh.limit(lights, |mut rays| {
             // Lists of rays are in the scene's units.
-            let rays: Vec<RayQuery> = (part.iter())
-                .map(|ray| RayQuery {
-                    origin: ray.origin * unit,
-                    direction: ray.direction * unit,
-                    ..*ray
-                })
-                .collect();
+            for ray in &mut rays {
+                ray.origin *= unit;
+                ray.direction *= unit;
+            }
             let tracer = RayTracer::new(device, scene.clone(), &rays)?;
             tracer.run()?;
-            reached.extend(tracer.answers()?.iter().map(|answer| answer.t));
-        }
-        bvh.limit(lights, &probes, &reached);
+            Ok::<_, Error>(tracer.answers()?.iter().map(|answer| answer.t).collect())
+        })?;
     }
     Ok(bvh)
 }

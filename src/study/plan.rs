@@ -202,6 +202,7 @@ const PLANS: &[(&str, &str)] = &[
     ("roulette", include_str!("plans/roulette.toml")),
     ("shift", include_str!("plans/shift.toml")),
     ("shift-history", include_str!("plans/shift-history.toml")),
+    ("world-matrix", include_str!("plans/world-matrix.toml")),
 ];
 
 impl Plan {

@@ -92,7 +92,7 @@ impl SceneSizes {
 ///
 /// # Errors
 /// It cannot.
-pub(super) fn check_buffer(
+pub(crate) fn check_buffer(
     device: &DeviceInfo,
     variant: Variant,
     name: &str,

@@ -182,7 +182,28 @@ fn wrong_arguments_are_one_line_and_status_2() {
                 vec!["--set", "world_reservoirs.table=1000"],
             ]
             .concat(),
-            "bytes for its world_cells",
+            "8594133016 bytes for its world_cells",
+        ),
+        (
+            [
+                vec!["render", "cornell", "-o", out, "--width", "8192"],
+                vec!["--height", "8192", "--preset", "accurate", "--bounces", "9"],
+                vec!["--set", "indirect.secondary=world-reservoirs"],
+                vec!["--set", "world_reservoirs.min_lights=0"],
+                vec!["--set", "world_reservoirs.depth=8"],
+            ]
+            .concat(),
+            "536870912 path vertices are too many",
+        ),
+        (
+            [
+                vec!["render", "cornell", "-o", out, "--width", "1920"],
+                vec!["--height", "1080", "--preset", "accurate", "--bounces", "1"],
+                vec!["--set", "direct.candidates=light-bvh"],
+                vec!["--set", "light_bvh.tile=2", "--set", "light_bvh.list=1024"],
+            ]
+            .concat(),
+            "lower light_bvh.list, raise light_bvh.tile",
         ),
     ]
     .into_iter()

@@ -3,10 +3,12 @@
 use crate::support::random::Random;
 use crate::{Function, number};
 use glam::{DVec3, Vec3};
-use headwater::layouts::{GpuLightNode, RestirConstants};
+use headwater::layouts::{GpuLightNode, RestirConstants, ReuseConstants};
 use headwater::metrics::statistics::{chi_square_p_value, holm};
-use headwater::scene::procedural;
+use headwater::render::specialisation::Specialisation;
+use headwater::scene::{Environment, Scene, procedural};
 use headwater::tracing::Units;
+use headwater::tracing::environment::EnvironmentTexels;
 use headwater::tracing::light_bvh::{LightBvh, LightBvhContents, LightBvhOptions};
 use headwater::tracing::lights::{Lights, gpu_lights};
 
@@ -18,11 +20,10 @@ const RECEIVER: &str = "
     receiver.normal = normalize(to_unit(turns).xyz - 0.5);
     receiver.outgoing = normalize(to_unit(pcg4d(turns)).xyz - 0.5);
     if (dot(receiver.normal, receiver.outgoing) < 0.0) receiver.outgoing = -receiver.outgoing;
-    receiver.outgoing_cosine = dot(receiver.normal, receiver.outgoing);
     receiver.diffuse = 0.2;
     receiver.specular = to_unit(turns.w) < 0.5 ? 0.0 : 0.04;
     receiver.specular_grazing = 1.0;
-    receiver.alpha_squared = 0.01;
+    receiver.alpha_squared = to_unit(turns.y) < 0.5 ? 0.01 : 1e-8;
     receiver.next = 0u;
     receiver.passed = 0.0;
     receiver.found = NONE;
@@ -30,12 +31,18 @@ const RECEIVER: &str = "
     receiver.expected = expected_of_all(receiver);
 ";
 
-/// Lights of two kinds, some of which are far from the others, and one that is off.
-fn lights() -> Lights {
+/// A scene with lights of two kinds, some of which are far from the others.
+fn lit_scene() -> Scene {
     let mut scene =
         procedural::generate("colourful-mess", &[("lamps".into(), "4".into())]).unwrap();
     let conservatory = procedural::generate("conservatory", &[]).unwrap();
     scene.punctual_lights = conservatory.punctual_lights;
+    scene
+}
+
+/// Its lights, of which one is off.
+fn lights() -> Lights {
+    let scene = lit_scene();
     let mut lights = gpu_lights(&scene, &Units::of(&scene, DVec3::ZERO));
     lights.powers[0] = 0.0;
     lights
@@ -158,6 +165,151 @@ fn a_walk_to_the_wrong_node_is_found() {
         let (worst, _) = sums(ways()[3], Some(fault));
         assert_eq!(worst > 1e-3, changes_sums, "{text}: {worst}");
     }
+}
+
+/// At mirror directions of lights, where lobes as narrow as those of real surfaces have their peak, and f32 has few digits.
+#[test]
+fn narrow_lobes_expect_finite_contributions() {
+    let lights = lights();
+    for options in ways().into_iter().filter(|options| options.by_power) {
+        let bvh = LightBvh::new(&lights, &[], &[Vec3::ZERO; 1], options);
+        let contents = bvh.contents(&lights);
+        let body = format!(
+            "{RECEIVER}
+            GpuLightNode node = load_light_node(a.w % restir.at.light_node_count);
+            receiver.outgoing = reflect(normalize(receiver.position - node.center), receiver.normal);
+            receiver.specular = 1.0;
+            receiver.alpha_squared = uintBitsToFloat(b.x);
+            receiver.expected = expected_of_all(receiver);
+            uint drawn = NONE;
+            float probability = 1.0;
+            if (receiver.expected > 0.0) {{
+                drawn = draw_near_light(receiver, 0u, 1u, pcg4d(a).xy, probability);
+                y.x = floatBitsToUint(near_light_probability(receiver, drawn));
+            }}
+            x = uvec4(drawn, floatBitsToUint(probability), floatBitsToUint(receiver.expected), 0u);"
+        );
+        let function = function(&body, options, &lights, contents.clone());
+        for alpha_squared in [0.0_f32, 1e-8, 2.5e-8, 1e-6, 0.01] {
+            let inputs: Vec<[u32; 8]> = (0..)
+                .zip(points(&contents.nodes, 1000))
+                .map(|(index, point)| {
+                    let mut words = input(point, index);
+                    words[4] = alpha_squared.to_bits();
+                    words
+                })
+                .collect();
+            for output in function.run(&inputs) {
+                let [drawn, expected, again] = [1, 2, 4].map(|word| number(output[word]));
+                assert!(expected.is_finite() && expected >= 0.0, "{expected}");
+                if expected > 0.0 {
+                    assert!(drawn > 0.0 && drawn <= 1.0 + 1e-5, "{drawn}");
+                    assert!((again / drawn - 1.0).abs() < 1e-3, "{again} {drawn}");
+                }
+            }
+        }
+    }
+}
+
+/// Samples of one receiver, some of near lights and some of all: lights by their mean probability, and the environment evenly
+/// within each texel, also where a coin decides between both.
+#[test]
+fn the_mixture_of_near_lights_and_all_is_drawn_by_its_density() {
+    const DRAWS: u32 = 1 << 19;
+    let mut scene = lit_scene();
+    let environment = Environment {
+        name: "even".into(),
+        width: 2,
+        height: 1,
+        texels: vec![Vec3::ONE; 2].into(),
+        rotation: 0.0,
+        intensity: 1.0,
+    };
+    scene.environment = Some(environment.clone());
+    let units = Units::of(&scene, DVec3::ZERO);
+    let lights = gpu_lights(&scene, &units);
+    let count = lights.choices.len();
+    let options = ways()[3];
+    let bvh = LightBvh::new(&lights, &[], &[Vec3::ZERO; 1], options);
+    let contents = bvh.contents(&lights);
+    let point = Vec3::new(0.0, 1.0, 0.0);
+    let constants = Specialisation {
+        light_bvh: true,
+        ..Specialisation::default()
+    }
+    .words();
+    let mut p_values = Vec::new();
+    for (light_samples, near_samples, near_share) in [(1, 1, 0.6), (8, 5, 0.625)] {
+        let body = format!(
+            "{RECEIVER}
+            if (b.z == 0u) {{
+                float pdf;
+                LightSample drawn = draw_light_sample(receiver, b.y, pcg4d(uvec4(b.x, 5u, 6u, 7u)), pdf);
+                x = uvec4(light_index(drawn.point), drawn.point.place.x < 0.5, drawn.point.place.y < 0.5, 0u);
+            }} else {{
+                float all = load_light_choices(b.x).probability;
+                x.x = floatBitsToUint(mean_probability(receiver, all, near_light_probability(receiver, b.x)));
+                x.y = uint(has_near_lights(receiver));
+            }}"
+        );
+        let mut function = function(&body, options, &lights, contents.clone());
+        function.restir.reuse = ReuseConstants {
+            light_samples,
+            near_samples,
+            near_share,
+            ..ReuseConstants::default()
+        };
+        function.constants = &constants;
+        function.environment = EnvironmentTexels::of(&environment, &units);
+        let words = |index: u32, sample: u32, asks: u32| {
+            let mut words = input(point, 1);
+            words[4..7].copy_from_slice(&[index, sample, asks]);
+            words
+        };
+        let asked: Vec<[u32; 8]> = (0..count as u32).map(|light| words(light, 0, 1)).collect();
+        let probability = function.run(&asked);
+        assert!(
+            probability.iter().all(|output| output[1] == 1),
+            "no light is near"
+        );
+        let draws: Vec<[u32; 8]> = (0..DRAWS)
+            .map(|draw| words(draw, draw % light_samples, 0))
+            .collect();
+        // Quarters of the environment's texels are counted apart.
+        let mut observed = vec![0_u64; count + 3];
+        for output in function.run(&draws) {
+            let light = output[0] as usize;
+            let is_environment = light == count - 1;
+            observed[light + usize::from(is_environment) * (2 * output[1] + output[2]) as usize] +=
+                1;
+        }
+        let mut expected: Vec<f64> = probability.iter().map(|output| number(output[0])).collect();
+        let quarter = expected[count - 1] / 4.0;
+        assert!(quarter > 0.005, "{quarter}");
+        expected.truncate(count - 1);
+        expected.extend([quarter; 4]);
+        assert!((expected.iter().sum::<f64>() - 1.0).abs() < 1e-4);
+        let expected = expected
+            .iter()
+            .map(|p| p * f64::from(DRAWS))
+            .collect::<Vec<_>>();
+        // Lights that are drawn less than ten times are one.
+        let (mut counts, mut means, mut few) = (Vec::new(), Vec::new(), (0, 0.0));
+        for (count, mean) in observed.iter().zip(&expected) {
+            if *mean < 10.0 {
+                few = (few.0 + count, few.1 + mean);
+            } else {
+                counts.push(*count);
+                means.push(*mean);
+            }
+        }
+        if few.1 > 10.0 {
+            counts.push(few.0);
+            means.push(few.1);
+        }
+        p_values.push(chi_square_p_value(&counts, &means));
+    }
+    assert!(holm(&p_values).iter().all(|p| *p > 1e-4), "{p_values:?}");
 }
 
 #[test]

@@ -5,7 +5,7 @@ use glam::{DAffine3, DQuat, DVec3};
 use headwater::choices::Format;
 use headwater::metrics::statistics::Estimate;
 use headwater::render::presets::Preset;
-use headwater::render::settings::{Candidates, ReuseMode};
+use headwater::render::settings::{Candidates, ReuseMode, Secondary};
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::motion::tracks::{Interpolation, Track};
 use headwater::scene::motion::{AnimatedTransform, Node, Place};
@@ -213,6 +213,17 @@ fn indirect_light_of_moving_objects_with_full_reservoirs() {
 fn indirect_light_of_lamps_that_move_and_go_on_and_off() {
     let lamps = playroom(&["light", "toggle"], 1.0);
     check_at(3, SEEDS, "indirect, lamps", lamps, None, temporal);
+}
+
+#[test]
+fn indirect_light_that_world_reservoirs_find_where_lamps_move() {
+    let lamps = playroom(&["camera", "light", "toggle"], 1.0);
+    check_at(3, SEEDS, "world reservoirs", lamps, None, |settings| {
+        temporal(settings);
+        settings.indirect.secondary = Secondary::WorldReservoirs;
+        settings.world_reservoirs.min_lights = 0;
+        settings.world_reservoirs.depth = 2;
+    });
 }
 
 #[test]

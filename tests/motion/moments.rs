@@ -5,6 +5,7 @@ use glam::{DAffine3, DVec3};
 use headwater::layouts::{NONE, PixelSums, PrimarySurface, RayQuery};
 use headwater::render::presets::Preset;
 use headwater::render::ray_list::RayTracer;
+use headwater::render::settings::Candidates;
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::Scene;
 use headwater::scene::motion::{Node, Place};
@@ -211,4 +212,39 @@ fn a_tiny_scene_in_motion_looks_like_a_large_one() {
     });
     let differ = large.iter().zip(&small).filter(|(a, b)| a != b).count();
     assert_eq!(differ, 0, "of {} pixels", large.len());
+}
+
+/// Direct light at a time, from light samples of which most come from the light BVH.
+fn lit_by_near_lights(scene: &Scene, time: f64) -> Vec<[u32; 3]> {
+    let (device, selection) = support::open_device(None);
+    let mut settings = Preset::named("accurate").unwrap().settings().unwrap();
+    settings.direct.resampling.candidates = Candidates::LightBvh;
+    // How many BSDF rays there are depends on the lights at time 0.
+    (
+        settings.direct.bsdf_samples,
+        settings.direct.more_bsdf_samples,
+    ) = (0, 0);
+    let mut view = view(scene, 0.0);
+    view.bounces = 1;
+    let origin = view.camera.camera_to_world.translation;
+    let uploaded = GpuScene::new(&device, scene, origin, selection.variant).unwrap();
+    let mut renderer = Renderer::new(&device, Arc::new(uploaded), &view, &settings).unwrap();
+    renderer.set_time(time);
+    renderer.single_frame(0).unwrap();
+    let radiance = renderer.frame_radiance().unwrap();
+    support::assert_no_messages(&device);
+    radiance.iter().map(|p| p.map(f32::to_bits)).collect()
+}
+
+/// Samples and their densities come from the same BVH, so means stay right if it is not that of the lights as they are. But
+/// samples are other ones.
+#[test]
+fn the_light_bvh_follows_its_lights() {
+    let scene = playroom(&["toggle"], 1.0);
+    // The fire flickers. The sign is on: in a scene that is loaded while it is off it would be no light.
+    for time in [0.1, 0.6] {
+        let moved = lit_by_near_lights(&scene, time);
+        let fresh = lit_by_near_lights(&scene.pose_at(time).unwrap(), 0.0);
+        assert!(moved == fresh, "at {time} s");
+    }
 }

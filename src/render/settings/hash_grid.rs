@@ -10,7 +10,7 @@ pub enum GridMode {
     /// Each reservoir belongs to one pixel of the frame, and pixels merge it with defensive weights, whatever `direct.mis` is.
     #[default]
     Unbiased,
-    /// Each reservoir mixes points of its cell, is made once, before the first frame, for the surfaces of the whole scene,
+    /// Each reservoir mixes points of its cell, is made once, in the first frame, for the surfaces of the whole scene,
     /// and counts by its number of candidates: biased, as published.
     Published,
 }

@@ -97,7 +97,7 @@ pub enum Boxes {
     /// By the power of their lights.
     #[default]
     Simple,
-    /// Not further than rays from their lights, too.
+    /// No further than rays from their lights reach at time 0; of lights that are off then, as `simple`.
     Visibility,
 }
 

@@ -33,8 +33,8 @@ pub struct WorldReservoirsSettings {
     pub mode: WorldMode,
     /// What a vertex keeps for those of the next frame. No effect on bias.
     pub stores: WorldStores,
-    /// Side of a cell, in pixels; the next power of two of a length, above or below. Higher: more reservoirs to choose from,
-    /// which fit less well. Unbiased at any value.
+    /// Side of a cell, in pixels; in the scene, it is rounded up or down at random to a power of two. Higher: more reservoirs to
+    /// choose from, which fit less well. Unbiased at any value.
     #[schemars(range(min = 1, max = 4096))]
     pub cell: u32,
     /// Bins of normals along each side of the octahedral map: 8 are 64 bins; 1: normals do not matter. Unbiased at any value.
@@ -55,11 +55,11 @@ pub struct WorldReservoirsSettings {
     /// cells that find no place are left out: more noise. Unbiased at any value.
     #[schemars(range(min = 1e-9, max = 1000.0))]
     pub table: f64,
-    /// Lights, not infinitely far away, from which on there are world reservoirs, if they form more than one lamp: with fewer,
-    /// vertices draw the right ones themselves. 0: always.
+    /// Minimum number of lights for world reservoirs, without those that are infinitely far away; one lamp alone, of any number of
+    /// triangles, has none either. With few lights vertices draw the right ones themselves. 0: always.
     #[schemars(range(min = 0, max = 1000000000))]
     pub min_lights: u32,
-    /// Vertices of a path, from the second on, that have reservoirs. Cost: 74 bytes a pixel each. Unbiased at any value.
+    /// Vertices of a path, from the second on, that have reservoirs. Cost: about 74 bytes a pixel each. Unbiased at any value.
     #[schemars(range(min = 1, max = 1000))]
     pub depth: u32,
 }

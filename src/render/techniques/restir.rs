@@ -144,6 +144,8 @@ impl Sizes {
             Some((name, bytes)) => {
                 let way_out = if self.world.iter().any(|(world, _)| world == name) {
                     "lower world_reservoirs.depth or .table, or choose a smaller picture"
+                } else if *name == "light_lists" {
+                    "lower light_bvh.list, raise light_bvh.tile, or choose a smaller picture"
                 } else {
                     "choose a smaller picture, or --preset path-tracing"
                 };

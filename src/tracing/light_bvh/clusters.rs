@@ -74,19 +74,27 @@ pub fn clusters(lights: &[NearLight]) -> Vec<Vec<u32>> {
 
     let boxes: Vec<(Vec3, Vec3)> = units.iter().map(|unit| (unit.low, unit.high)).collect();
     let tree = binary_tree(&boxes);
+    // Of each node the sum of areas, and the size of the smallest box of its units.
     let mut areas = vec![0.0; tree.len()];
+    let mut smallest = vec![0.0_f32; tree.len()];
     for (index, node) in tree.iter().enumerate().rev() {
-        areas[index] = match node.primitive {
+        (areas[index], smallest[index]) = match node.primitive {
             NONE => {
-                let left = index + 1;
-                areas[left] + areas[tree[left].next as usize]
+                let (left, right) = (index + 1, tree[index + 1].next as usize);
+                (
+                    areas[left] + areas[right],
+                    smallest[left].min(smallest[right]),
+                )
             }
-            unit => units[unit as usize].area,
+            unit => (units[unit as usize].area, (node.high - node.low).length()),
         };
     }
     let mut index = 0;
     while let Some(node) = tree.get(index) {
-        if node.primitive == NONE && !is_cluster(node.low, node.high, areas[index]) {
+        // Boxes that coincide cannot be told apart: every walk would visit all of them.
+        let coincide = smallest[index] == (node.high - node.low).length();
+        let joined = coincide || is_cluster(node.low, node.high, areas[index]);
+        if node.primitive == NONE && !joined {
             index += 1;
             continue;
         }
@@ -164,6 +172,12 @@ mod tests {
         let clusters = clusters(&square(Vec3::ZERO, 100.0, 256, 0));
         assert!(clusters.len() > 200, "{}", clusters.len());
         assert!(clusters.iter().map(Vec::len).max().unwrap() < 1000);
+    }
+
+    #[test]
+    fn lamps_that_coincide_are_one_light() {
+        let lamps = (0..1000).flat_map(|group| square(Vec3::ZERO, 1.0, 1, group));
+        assert_eq!(clusters(&lamps.collect::<Vec<_>>()).len(), 1);
     }
 
     #[test]

@@ -133,8 +133,8 @@ pub struct LightBvh {
     /// Indices into the near lights, in the order of the tree's leaves.
     order: Vec<u32>,
     tree: Vec<Topology>,
-    /// For each leaf how far its box of influence goes beyond its lights, down and up, if rays have told.
-    margins: Option<Vec<(Vec3, Vec3)>>,
+    /// For each node how far its box of influence goes beyond its lights, down and up, if rays have told.
+    margins: Vec<Option<(Vec3, Vec3)>>,
 }
 
 /// A node without what changes with time.
@@ -226,8 +226,13 @@ impl LightBvh {
             scale,
             order,
             tree,
-            margins: None,
+            margins: vec![None; nodes.len()],
         }
+    }
+
+    /// The lights of a node, as indices into the near lights.
+    fn lights_of(&self, node: &Topology) -> &[u32] {
+        &self.order[node.first as usize..][..node.count as usize]
     }
 
     /// Number of lights in clusters.
@@ -286,16 +291,14 @@ impl LightBvh {
             let sum = match children {
                 Some([left, right]) => sums[left].and(&sums[right]),
                 None => {
-                    let own = &self.order[node.first as usize..][..node.count as usize];
-                    LightSum::of(own.iter().map(|light| &near[*light as usize]))
+                    let own = self.lights_of(node).iter();
+                    LightSum::of(own.map(|light| &near[*light as usize]))
                 }
             };
             let (low, high) = match (self.options.cut, children) {
                 (true, _) => sum.surroundings(self.scale),
-                (false, None) => match &self.margins {
-                    Some(margins) if sum.power > 0.0 => {
-                        (sum.low - margins[index].0, sum.high + margins[index].1)
-                    }
+                (false, None) => match self.margins[index] {
+                    Some((down, up)) if sum.power > 0.0 => (sum.low - down, sum.high + up),
                     _ => sum.influence(self.scale),
                 },
                 (false, Some([left, right])) => (

@@ -9,69 +9,75 @@ use glam::Vec3;
 use std::f32::consts::TAU;
 
 /// Rays of each cluster.
-const RAYS: u32 = 256;
+const RAYS: usize = 256;
+/// Clusters whose rays are traced at once: 40 MB.
+const CLUSTERS_AT_ONCE: usize = 4096;
 /// Where a ray starts off its light: this share of the coordinates' size, which is some of their rounding errors.
 const OFFSET: f32 = 4e-6;
 
-/// Rays from lights, in the device's units.
-pub struct Probes {
-    /// With unit directions, to the radius of influence.
-    pub rays: Vec<RayQuery>,
-    /// For each of them the node.
-    leaves: Vec<u32>,
-}
-
 impl LightBvh {
-    /// The rays that tell what the clusters' lights see; those that light something, from points on them, uniform by area in a
-    /// light and equal among lights.
-    pub fn probes(&self, lights: &Lights) -> Probes {
+    /// Limits the boxes of clusters to what their lights see. From each that lights something rays start in the device's units, as far
+    /// as its influence goes, at points that are uniform by area in a light and equal among lights. `trace` returns the parameter of
+    /// each ray's hit, or less than 0 for a miss. Clusters that are dark now keep their whole boxes, since they may go on.
+    ///
+    /// # Errors
+    /// Those of `trace`.
+    pub fn limit<E>(
+        &mut self,
+        lights: &Lights,
+        mut trace: impl FnMut(Vec<RayQuery>) -> Result<Vec<f32>, E>,
+    ) -> Result<(), E> {
         let near = NearLight::of(lights, &[]);
         let mut random = Random::new(0);
-        let mut probes = Probes {
-            rays: Vec::new(),
-            leaves: Vec::new(),
-        };
-        for (leaf, node) in (0..).zip(&self.tree).filter(|(_, node)| node.is_leaf) {
-            let own = &self.order[node.first as usize..][..node.count as usize];
-            let power = own.iter().map(|index| near[*index as usize].power);
-            let radius = LightSum::radius(power.sum(), self.scale);
-            for _ in 0..if radius > 0.0 { RAYS } else { 0 } {
-                let light = near[random.pick(own) as usize].index as usize;
-                let (position, axis) = point(lights, light, &mut random);
-                let mut direction = direction(&mut random);
-                if direction.dot(axis) < 0.0 {
-                    direction = -direction;
+        let mut margins = vec![None; self.tree.len()];
+        let shining: Vec<(usize, LightSum, f32)> = (self.tree.iter().enumerate())
+            .filter(|(_, node)| node.is_leaf)
+            .map(|(leaf, node)| {
+                let sum = LightSum::of(self.lights_of(node).iter().map(|i| &near[*i as usize]));
+                let radius = LightSum::radius(sum.power, self.scale);
+                (leaf, sum, radius)
+            })
+            .filter(|(_, _, radius)| *radius > 0.0)
+            .collect();
+        for part in shining.chunks(CLUSTERS_AT_ONCE) {
+            let mut rays = Vec::with_capacity(RAYS * part.len());
+            for (leaf, _, radius) in part {
+                let own = self.lights_of(&self.tree[*leaf]);
+                rays.extend((0..RAYS).map(|_| {
+                    let light = near[random.pick(own) as usize].index as usize;
+                    probe(lights, light, *radius, &mut random)
+                }));
+            }
+            let reached = trace(rays.clone())?;
+            let each = rays.chunks(RAYS).zip(reached.chunks(RAYS));
+            for ((leaf, sum, _), (rays, reached)) in part.iter().zip(each) {
+                let (mut down, mut up) = (Vec3::ZERO, Vec3::ZERO);
+                for (ray, t) in rays.iter().zip(reached) {
+                    let t = if *t < 0.0 { ray.t_max } else { *t };
+                    let point = ray.origin + t * ray.direction;
+                    (down, up) = (down.max(sum.low - point), up.max(point - sum.high));
                 }
-                let clear = OFFSET * position.abs().max_element();
-                probes.rays.push(RayQuery {
-                    origin: position + clear * direction,
-                    t_max: radius,
-                    direction,
-                    any: 0,
-                });
-                probes.leaves.push(leaf);
+                margins[*leaf] = Some((down, up));
             }
         }
-        probes
+        self.margins = margins;
+        Ok(())
     }
+}
 
-    /// Limits boxes to the points that rays reached, given for each of `probes` its parameter, or less than 0 for a miss.
-    pub fn limit(&mut self, lights: &Lights, probes: &Probes, reached: &[f32]) {
-        let near = NearLight::of(lights, &[]);
-        let mut margins = vec![(Vec3::ZERO, Vec3::ZERO); self.tree.len()];
-        let sum_of = |node: &super::Topology| {
-            let own = &self.order[node.first as usize..][..node.count as usize];
-            LightSum::of(own.iter().map(|index| &near[*index as usize]))
-        };
-        let sums: Vec<LightSum> = self.tree.iter().map(sum_of).collect();
-        for ((ray, leaf), t) in probes.rays.iter().zip(&probes.leaves).zip(reached) {
-            let t = if *t < 0.0 { ray.t_max } else { *t };
-            let point = ray.origin + t * ray.direction;
-            let (sum, margin) = (&sums[*leaf as usize], &mut margins[*leaf as usize]);
-            margin.0 = margin.0.max(sum.low - point);
-            margin.1 = margin.1.max(point - sum.high);
-        }
-        self.margins = Some(margins);
+/// A ray from a light, by its index among all.
+fn probe(lights: &Lights, light: usize, radius: f32, random: &mut Random) -> RayQuery {
+    let (position, axis) = point(lights, light, random);
+    let mut direction = direction(random);
+    if direction.dot(axis) < 0.0 {
+        direction = -direction;
+    }
+    let clear = OFFSET * position.abs().max_element();
+    RayQuery {
+        origin: position + clear * direction,
+        t_max: radius,
+        direction,
+        any: 0,
     }
 }
 
@@ -110,6 +116,26 @@ mod tests {
     use crate::tracing::lights::gpu_lights;
     use glam::DVec3;
 
+    /// A lamp that goes on later must be found then.
+    #[test]
+    fn dark_clusters_keep_their_boxes() {
+        let scene = procedural::generate("colourful-mess", &[]).unwrap();
+        let shining = gpu_lights(&scene, &Units::of(&scene, DVec3::ZERO));
+        let mut dark = shining.clone();
+        dark.powers.fill(0.0);
+        let options = LightBvhOptions {
+            scale: Some(2.0),
+            cut: false,
+            clusters: true,
+            by_power: true,
+        };
+        let mut bvh = LightBvh::new(&dark, &[], &[], options);
+        let unlimited = bvh.contents(&shining);
+        let trace = |rays: Vec<RayQuery>| Ok::<_, ()>(vec![0.0; rays.len()]);
+        bvh.limit(&dark, trace).unwrap();
+        assert_eq!(bvh.contents(&shining), unlimited);
+    }
+
     #[test]
     fn boxes_end_where_rays_do() {
         let scene = procedural::generate("colourful-mess", &[]).unwrap();
@@ -122,13 +148,17 @@ mod tests {
         };
         let mut bvh = LightBvh::new(&lights, &[], &[], options);
         let simple = bvh.contents(&lights).nodes;
-        let probes = bvh.probes(&lights);
-        assert_eq!(probes.rays.len(), RAYS as usize * bvh.cluster_count());
+        let mut count = 0;
         // Some rays end at once, the others go all the way.
-        let reached: Vec<f32> = (probes.rays.iter())
-            .map(|ray| if ray.direction.y > 0.0 { 0.0 } else { -1.0 })
-            .collect();
-        bvh.limit(&lights, &probes, &reached);
+        let trace = |rays: Vec<RayQuery>| {
+            count += rays.len();
+            let reached = rays
+                .iter()
+                .map(|ray| if ray.direction.y > 0.0 { 0.0 } else { -1.0 });
+            Ok::<Vec<f32>, ()>(reached.collect())
+        };
+        bvh.limit(&lights, trace).unwrap();
+        assert_eq!(count, RAYS * bvh.cluster_count());
         let leaves = (1..).zip(&simple).map(|(next, node)| node.next == next);
         let nodes = bvh.contents(&lights).nodes;
         for ((limited, node), is_leaf) in nodes.iter().zip(&simple).zip(leaves) {
