@@ -372,7 +372,8 @@ fn empty_world_reservoirs_that_are_skipped_are_found() {
     assert!(study_with_fault(&plan, &[change]).1.contains(biased));
 }
 
-/// What a vertex keeps stands for a matte white point, which reflects any colour: surfaces that do not must not keep what they merged.
+/// What a vertex keeps stands for a matte white point, which reflects any colour: surfaces that do not must not keep what they
+/// merged.
 #[test]
 fn colours_that_a_surface_does_not_reflect_stay_in_world_reservoirs() {
     let folder = tempfile::tempdir().unwrap();

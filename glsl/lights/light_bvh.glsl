@@ -29,8 +29,8 @@ struct Receiver {
     float own;
 };
 
-// The least squared GGX width of a lobe for the choice among lights: so the draw and its density, which different shaders compute,
-// agree to rounding.
+// The least squared GGX width of a lobe for the choice among lights: so the draw and its density, which different shaders
+// compute, agree to rounding.
 const float MIN_LOBE = 1e-6;
 
 // A receiver that draws from no node.

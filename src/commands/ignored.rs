@@ -6,7 +6,7 @@ use crate::choices::{HashGrid, WorldReservoirs};
 use crate::image::Format;
 use crate::render::Settings;
 use crate::render::settings::{
-    Candidates, DirectMode, Heuristic, IndirectMode, Integrator, Visibility,
+    Candidates, DirectMode, Far, Heuristic, IndirectMode, Integrator, Visibility,
 };
 use std::path::PathBuf;
 
@@ -77,6 +77,7 @@ pub fn note_for_render(changed: &[String], settings: &Settings, bounces: u32) {
             group(key) == "hash_grid"
         });
     }
+    note_parts_of_candidates(changed, settings, bounces);
     if settings.world_reservoirs() == WorldReservoirs::None {
         note_ignored("no indirect.secondary=world-reservoirs", changed, |key| {
             group(key) == "world_reservoirs"
@@ -119,6 +120,46 @@ pub fn note_for_render(changed: &[String], settings: &Settings, bounces: u32) {
         && settings.direct.bsdf_samples > 0
     {
         notice("direct.visibility=final takes light candidates only, so no BSDF samples are drawn");
+    }
+}
+
+/// Settings of the light BVH and of the hash grid that others of theirs leave without effect.
+fn note_parts_of_candidates(changed: &[String], settings: &Settings, bounces: u32) {
+    if settings.has_candidates(Candidates::LightBvh, bounces) {
+        if settings.light_bvh.far == Far::Joined {
+            note_ignored(
+                "light_bvh.far=joined has no boxes of influence",
+                changed,
+                |key| key == "light_bvh.boxes",
+            );
+        }
+        if settings.light_bvh.tile == 1 {
+            note_ignored(
+                "with light_bvh.tile=1 no pixels share a list",
+                changed,
+                |key| key == "light_bvh.list",
+            );
+        }
+    }
+    match settings.hash_grid() {
+        HashGrid::None => {}
+        HashGrid::Pixels => note_ignored(
+            "hash_grid.mode=unbiased measures cells in pixels",
+            changed,
+            |key| key == "hash_grid.cells",
+        ),
+        HashGrid::Points => note_ignored(
+            "hash_grid.mode=published divides the scene and counts candidates",
+            changed,
+            |key| ["hash_grid.cell", "hash_grid.confidence"].contains(&key),
+        ),
+    }
+    if settings.indirect.resampling.candidates == Candidates::HashGrid
+        && changed.iter().any(|key| key == "indirect.candidates")
+    {
+        notice(
+            "the hash grid holds direct light alone, so indirect.candidates=hash-grid draws by power",
+        );
     }
 }
 

@@ -205,8 +205,8 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// Two arrays of the light BVH, side by side. One has its lights, in the order of its leaves; among those of a node each is drawn
-    /// by its part of their integers. The other says where each light is, by the index among the lights of all kinds.
+    /// Two arrays of the light BVH, side by side. One has its lights, in the order of its leaves; among those of a node each is
+    /// drawn by its part of their integers. The other says where each light is, by the index among the lights of all kinds.
     pub struct GpuLightEntry {
         /// Of the BVH's light at this place: its index among the lights of all kinds.
         pub light: u32,

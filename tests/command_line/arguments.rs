@@ -258,6 +258,29 @@ fn what_has_no_effect_is_one_line() {
         ),
         (
             "render",
+            [
+                vec!["--set", "direct.candidates=light-bvh", "-o", &exr],
+                vec!["--set", "light_bvh.boxes=visibility"],
+            ]
+            .concat(),
+            "light_bvh.boxes has no effect",
+        ),
+        (
+            "render",
+            [
+                vec!["--set", "direct.candidates=hash-grid", "-o", &exr],
+                vec!["--set", "hash_grid.cells=16", "--set", "hash_grid.cell=8"],
+            ]
+            .concat(),
+            "hash_grid.mode=unbiased measures cells in pixels, so hash_grid.cells has no effect",
+        ),
+        (
+            "render",
+            vec!["--set", "indirect.candidates=hash-grid", "-o", &exr],
+            "indirect.candidates=hash-grid draws by power",
+        ),
+        (
+            "render",
             vec!["--textures", "images", "-o", &exr],
             "--textures images has no effect",
         ),

@@ -16,9 +16,10 @@ const CLUSTERS_AT_ONCE: usize = 4096;
 const OFFSET: f32 = 4e-6;
 
 impl LightBvh {
-    /// Limits the boxes of clusters to what their lights see. From each that lights something rays start in the device's units, as far
-    /// as its influence goes, at points that are uniform by area in a light and equal among lights. `trace` returns the parameter of
-    /// each ray's hit, or less than 0 for a miss. Clusters that are dark now keep their whole boxes, since they may go on.
+    /// Limits the boxes of clusters to what their lights see. From each that lights something rays start in the device's units,
+    /// as far as its influence goes, at points that are uniform by area in a light and equal among lights. `trace` returns the
+    /// parameter of each ray's hit, or less than 0 for a miss. Clusters that are dark now keep their whole boxes, since they may
+    /// go on.
     ///
     /// # Errors
     /// Those of `trace`.
