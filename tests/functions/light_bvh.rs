@@ -293,21 +293,7 @@ fn the_mixture_of_near_lights_and_all_is_drawn_by_its_density() {
             .iter()
             .map(|p| p * f64::from(DRAWS))
             .collect::<Vec<_>>();
-        // Lights that are drawn less than ten times are one.
-        let (mut counts, mut means, mut few) = (Vec::new(), Vec::new(), (0, 0.0));
-        for (count, mean) in observed.iter().zip(&expected) {
-            if *mean < 10.0 {
-                few = (few.0 + count, few.1 + mean);
-            } else {
-                counts.push(*count);
-                means.push(*mean);
-            }
-        }
-        if few.1 > 10.0 {
-            counts.push(few.0);
-            means.push(few.1);
-        }
-        p_values.push(chi_square_p_value(&counts, &means));
+        p_values.push(chi_square_p_value(&observed, &expected));
     }
     assert!(holm(&p_values).iter().all(|p| *p > 1e-4), "{p_values:?}");
 }
@@ -316,70 +302,52 @@ fn the_mixture_of_near_lights_and_all_is_drawn_by_its_density() {
 fn lights_are_drawn_as_often_as_their_probability_says() {
     const DRAWS: u32 = 1 << 15;
     let lights = lights();
+    let count = lights.choices.len();
     let mut p_values = Vec::new();
     for options in ways() {
         let bvh = LightBvh::new(&lights, &[], &[Vec3::ZERO; 1], options);
         let contents = bvh.contents(&lights);
         let body = format!(
             "{RECEIVER}
-            // Number b.y of eight draws, which are in ascending order.
-            uint drawn = NONE;
+            // The probability of light b.x, or number b.y of eight draws, which are in ascending order.
+            uint drawn = b.x;
             float probability = 0.0;
             if (receiver.expected > 0.0) {{
-                drawn = draw_near_light(receiver, b.y, 8u, pcg4d(uvec4(b.x, 5u, 6u, 7u)).xy, probability);
+                if (b.z == 0u) {{
+                    drawn = draw_near_light(receiver, b.y, 8u, pcg4d(uvec4(b.x, 5u, 6u, 7u)).xy, probability);
+                }}
                 y.x = floatBitsToUint(near_light_probability(receiver, drawn));
             }}
             x = uvec4(drawn, floatBitsToUint(probability), floatBitsToUint(receiver.expected), 0u);"
         );
         let function = function(&body, options, &lights, contents.clone());
         for (seed, point) in (0..).zip(points(&contents.nodes, 6)) {
-            let inputs: Vec<[u32; 8]> = (0..DRAWS)
-                .map(|draw| {
-                    let mut words = input(point, seed);
-                    (words[4], words[5]) = (draw, draw % 8);
-                    words
-                })
+            let words = |index: u32, asks: u32| {
+                let mut words = input(point, seed);
+                words[4..7].copy_from_slice(&[index, index % 8, asks]);
+                words
+            };
+            let asked: Vec<[u32; 8]> = (0..count as u32).map(|light| words(light, 1)).collect();
+            let answers = function.run(&asked);
+            if number(answers[0][2]) == 0.0 {
+                continue;
+            }
+            let expected: Vec<f64> = (answers.iter())
+                .map(|answer| f64::from(DRAWS) * number(answer[4]))
                 .collect();
-            let mut observed = vec![0_u64; lights.choices.len()];
-            let mut probability = vec![0.0; observed.len()];
-            for output in function.run(&inputs) {
-                if number(output[2]) == 0.0 {
-                    break;
-                }
+            let draws: Vec<[u32; 8]> = (0..DRAWS).map(|draw| words(draw, 0)).collect();
+            let mut observed = vec![0_u64; count];
+            for output in function.run(&draws) {
                 let (light, drawn) = (output[0] as usize, number(output[1]));
                 // The one that is known from the draw is the one that is found for the light.
                 assert!((number(output[4]) / drawn - 1.0).abs() < 1e-4);
                 observed[light] += 1;
-                probability[light] = drawn;
             }
             assert!(
                 observed[0] == 0 || !options.by_power,
                 "a light that is off was drawn"
             );
-            let seen: Vec<usize> = (0..observed.len()).filter(|i| observed[*i] > 0).collect();
-            if seen.len() < 2 {
-                continue;
-            }
-            // Those that were never drawn are one cell.
-            let rest = (1.0 - seen.iter().map(|i| probability[*i]).sum::<f64>()).max(0.0);
-            let mut counts: Vec<u64> = seen.iter().map(|i| observed[*i]).collect();
-            let mut expected: Vec<f64> = seen
-                .iter()
-                .map(|i| probability[*i] * f64::from(DRAWS))
-                .collect();
-            // Cells of few are one, too.
-            let (mut few, mut few_expected) = (0, rest * f64::from(DRAWS));
-            for index in (0..counts.len()).rev() {
-                if expected[index] < 10.0 {
-                    few += counts.swap_remove(index);
-                    few_expected += expected.swap_remove(index);
-                }
-            }
-            if few_expected > 5.0 {
-                counts.push(few);
-                expected.push(few_expected);
-            }
-            p_values.push(chi_square_p_value(&counts, &expected));
+            p_values.push(chi_square_p_value(&observed, &expected));
         }
     }
     assert!(p_values.len() > 12, "{}", p_values.len());

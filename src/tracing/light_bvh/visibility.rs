@@ -117,6 +117,13 @@ mod tests {
     use crate::tracing::lights::gpu_lights;
     use glam::DVec3;
 
+    const OPTIONS: LightBvhOptions = LightBvhOptions {
+        scale: Some(2.0),
+        cut: false,
+        clusters: true,
+        by_power: true,
+    };
+
     /// A lamp that goes on later must be found then.
     #[test]
     fn dark_clusters_keep_their_boxes() {
@@ -124,13 +131,7 @@ mod tests {
         let shining = gpu_lights(&scene, &Units::of(&scene, DVec3::ZERO));
         let mut dark = shining.clone();
         dark.powers.fill(0.0);
-        let options = LightBvhOptions {
-            scale: Some(2.0),
-            cut: false,
-            clusters: true,
-            by_power: true,
-        };
-        let mut bvh = LightBvh::new(&dark, &[], &[], options);
+        let mut bvh = LightBvh::new(&dark, &[], &[], OPTIONS);
         let unlimited = bvh.contents(&shining);
         let trace = |rays: Vec<RayQuery>| Ok::<_, ()>(vec![0.0; rays.len()]);
         bvh.limit(&dark, trace).unwrap();
@@ -141,13 +142,7 @@ mod tests {
     fn boxes_end_where_rays_do() {
         let scene = procedural::generate("colourful-mess", &[]).unwrap();
         let lights = gpu_lights(&scene, &Units::of(&scene, DVec3::ZERO));
-        let options = LightBvhOptions {
-            scale: Some(2.0),
-            cut: false,
-            clusters: true,
-            by_power: true,
-        };
-        let mut bvh = LightBvh::new(&lights, &[], &[], options);
+        let mut bvh = LightBvh::new(&lights, &[], &[], OPTIONS);
         let simple = bvh.contents(&lights).nodes;
         let mut count = 0;
         // Some rays end at once, the others go all the way.
