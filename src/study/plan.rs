@@ -129,6 +129,9 @@ pub struct Sweep {
     pub set: Map<String, Value>,
     /// Values by dotted key.
     pub over: Map<String, Value>,
+    /// Whether a frame is the mean of itself and those before it, instead of standing alone.
+    #[serde(default)]
+    pub accumulate: bool,
     /// Names of the plan's scenes that they are rendered on; without, all.
     #[serde(default)]
     pub scenes: Vec<String>,
@@ -259,13 +262,6 @@ impl Plan {
         }
         let named = |key: &str| format!("{origin}: {key}");
         plan.clock().check(&named("start_time"), &named("fps"))?;
-        let mut accumulating = plan.configurations.iter().filter(|c| c.accumulate);
-        if let Some(configuration) = accumulating.next().filter(|_| plan.fps.is_some()) {
-            return wrong(&format!(
-                "configuration '{}' accumulates frames of different times; leave out its accumulate, or fps",
-                configuration.name
-            ));
-        }
         Ok(plan)
     }
 
@@ -316,7 +312,7 @@ impl Plan {
                     settings,
                     frames: self.frames,
                     clock: self.clock(),
-                    accumulate: false,
+                    accumulate: sweep.accumulate,
                     count: self.count,
                     scenes: sweep.scenes.clone(),
                 });
@@ -330,6 +326,13 @@ impl Plan {
                     nearest(scene, named)
                 )));
             }
+        }
+        let mut accumulating = all.iter().filter(|c| c.accumulate);
+        if let Some(configuration) = accumulating.next().filter(|_| self.fps.is_some()) {
+            return Err(self.wrong(&format!(
+                "configuration '{}' accumulates frames of different times; leave out its accumulate, or fps",
+                configuration.name
+            )));
         }
         let mut names: Vec<&str> = all.iter().map(|c| c.name.as_str()).collect();
         names.sort_unstable();
@@ -486,6 +489,8 @@ mod tests {
         let sums_up = TEXT.replace("\"one\"", "\"one\"\naccumulate = true");
         assert!(parse(&sums_up).is_ok());
         assert!(message(&format!("fps = 24\n{sums_up}")).contains("'one' accumulates"));
+        let sums_up = TEXT.replace("[sweeps.over]", "accumulate = true\n[sweeps.over]");
+        assert!(message(&format!("fps = 24\n{sums_up}")).contains("'balance/1' accumulates"));
         let indirect = TEXT.replace("direct.mis", "indirect.mis");
         assert!(message(&indirect).contains("indirect.mis"));
         let nested = TEXT.replace("\"one\"", "\"one\"\nset.indirect.mis = \"balance\"");
