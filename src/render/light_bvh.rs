@@ -13,6 +13,7 @@ use crate::tracing::{Fetch, GpuScene, Variant};
 use crate::{Error, Result};
 use glam::Vec3;
 use std::sync::{Arc, Mutex};
+use std::time::Instant;
 
 /// Points on surfaces that count boxes of influence: enough for the mean of a number of boxes, to 3 % if it is 8.
 const SURFACE_POINTS: usize = 1024;
@@ -38,6 +39,7 @@ impl LightBvhBuffer {
         bounces: u32,
     ) -> Result<Self> {
         let lights = scene.first_lights();
+        let start = Instant::now();
         let bvh = match settings.has_candidates(Candidates::LightBvh, bounces) {
             true => Some(build(device, scene, &settings.light_bvh)?),
             false => None,
@@ -46,10 +48,11 @@ impl LightBvhBuffer {
         let contents = contents.unwrap_or_default();
         if let Some(bvh) = &bvh {
             log::info!(
-                "light BVH: {} clusters of {} lights, scale {}",
+                "light BVH: {} clusters of {} lights, scale {}, built in {:.1} ms",
                 bvh.cluster_count(),
                 bvh.light_count(),
-                bvh.scale
+                bvh.scale,
+                1e3 * start.elapsed().as_secs_f64()
             );
         }
         let words = contents.words();

@@ -1,15 +1,17 @@
-//! How long the light BVH takes to build, and to fit to lights that have moved.
+//! How long the light BVH takes to build, and to fit to lights that have moved, and how much of it a walk visits.
 //!
 //! `cargo bench --bench light_bvh [-- SCENES…]` prints one line for each scene, by default with 10³ to 3·10⁵ lights:
-//! `light_bvh SCENE lights=… clusters=… nodes=… build=… published=… fit=… bytes=…`. `build` is the median time, in
-//! milliseconds, of the whole build by default, `published` that of the boxes of influence as published, with the scale that fits
-//! 1024 points of surfaces; `fit` is that of new boxes for the same tree, which lights in motion take in every frame; `bytes`
-//! are those on the device.
+//! `light_bvh SCENE lights=… clusters=… nodes=… build=… published=… fit=… bytes=… walk=… published_walk=…`. `build` is the median
+//! time, in milliseconds, of the whole build by default, `published` that of the boxes of influence as published, with the scale
+//! that fits 1024 points of surfaces; `fit` is that of new boxes for the same tree, which lights in motion take in every frame;
+//! `bytes` are those on the device. A walk is `visited/found`: the mean number of nodes that it visits at these points, and of
+//! those that it finds.
 
 #[path = "../support/mod.rs"]
 mod support;
 
 use glam::{DVec3, Vec3};
+use headwater::layouts::GpuLightNode;
 use headwater::metrics::statistics::median;
 use headwater::scene::load::Options;
 use headwater::scene::open_watched;
@@ -27,6 +29,26 @@ fn time(mut work: impl FnMut()) -> f64 {
         work();
         1e3 * start.elapsed().as_secs_f64()
     }))
+}
+
+/// Nodes that the walks of `glsl/lights/light_bvh.glsl` visit and find at the points, in the mean.
+fn walks(nodes: &[GpuLightNode], points: &[Vec3], joins: bool) -> String {
+    let (mut visited, mut found) = (0_u32, 0_u32);
+    for point in points {
+        let mut next = 0;
+        while let Some(node) = nodes.get(next as usize) {
+            let is_leaf = node.next == next + 1;
+            let inside = point.cmpge(node.low).all() && point.cmple(node.high).all();
+            visited += 1;
+            found += u32::from(match joins {
+                true => !inside || is_leaf,
+                false => inside && is_leaf,
+            });
+            next = if inside { next + 1 } else { node.next };
+        }
+    }
+    let mean = |sum| f64::from(sum) / points.len() as f64;
+    format!("{:.1}/{:.1}", mean(visited), mean(found))
 }
 
 fn main() {
@@ -70,18 +92,22 @@ fn main() {
         };
         let bvh = LightBvh::new(lights, groups, &surfaces, joined);
         let contents = bvh.contents(lights);
+        let boxes = LightBvh::new(lights, groups, &surfaces, published).contents(lights);
         let build = |options| {
             time(|| drop(LightBvh::new(lights, groups, &surfaces, options).contents(lights)))
         };
         let bytes = size_of_val(&contents.words()[..]);
         println!(
-            "light_bvh {name} lights={} clusters={} nodes={} build={:.2} published={:.2} fit={:.2} bytes={bytes}",
+            "light_bvh {name} lights={} clusters={} nodes={} build={:.2} published={:.2} fit={:.2} bytes={bytes} \
+             walk={} published_walk={}",
             lights.choices.len(),
             bvh.cluster_count(),
             contents.nodes.len(),
             build(joined),
             build(published),
             time(|| drop(bvh.contents(lights))),
+            walks(&contents.nodes, &surfaces, true),
+            walks(&boxes.nodes, &surfaces, false),
         );
     }
 }

@@ -10,8 +10,9 @@ const OVERLAP: f64 = 8.0;
 
 /// The scale with which [`OVERLAP`] is met: the first that is not below it, by steps of a quarter.
 pub fn fitting(bvh: &mut LightBvh, lights: &[NearLight], surfaces: &[Vec3]) -> f32 {
-    // With fewer clusters than that, boxes that hold everything are as good as any.
-    let wanted = OVERLAP.min(0.75 * bvh.cluster_count() as f64);
+    // Of few clusters most are wanted, at every point: boxes that hold everything are as good as any.
+    let most = 0.75 * bvh.cluster_count() as f64;
+    let wanted = OVERLAP.min(most);
     let mut overlap = |scale: f32| {
         bvh.scale = scale;
         let nodes = bvh.nodes(lights);
@@ -21,7 +22,11 @@ pub fn fitting(bvh: &mut LightBvh, lights: &[NearLight], surfaces: &[Vec3]) -> f
             boxes += boxes_around(&nodes, *point);
             held += u64::from(boxes > before);
         }
-        boxes as f64 / held.max(1) as f64
+        let points = match most < OVERLAP {
+            true => surfaces.len() as u64,
+            false => held,
+        };
+        boxes as f64 / points.max(1) as f64
     };
     // The exponent of two, in quarters. In the device's units, scenes have sizes and radiances around 1.
     let (mut low, mut high) = (-120_i32, 120_i32);
@@ -50,4 +55,37 @@ fn boxes_around(nodes: &[GpuLightNode], point: Vec3) -> u64 {
 
 fn scale_of(quarters: i32) -> f32 {
     2.0_f32.powf(quarters as f32 / 4.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+    use crate::scene::procedural;
+    use crate::tracing::Units;
+    use crate::tracing::light_bvh::LightBvhOptions;
+    use crate::tracing::lights::gpu_lights;
+    use glam::DVec3;
+
+    /// A lamp stands on a surface of its own, which must not count as all that it lights.
+    #[test]
+    fn one_lamp_lights_most_points() {
+        let scene = procedural::generate("statue-room", &[]).unwrap();
+        let lights = gpu_lights(&scene, &Units::of(&scene, DVec3::ZERO));
+        let corner = lights.triangles[0].corner;
+        let mut random = Random::new(0);
+        let mut coordinate = || random.between(-3.0, 3.0);
+        let mut surfaces = vec![corner];
+        surfaces.extend((0..100).map(|_| Vec3::new(coordinate(), coordinate(), coordinate())));
+        let options = LightBvhOptions {
+            scale: None,
+            cut: false,
+            clusters: true,
+            by_power: false,
+        };
+        let bvh = LightBvh::new(&lights, &[], &surfaces, options);
+        let nodes = bvh.contents(&lights).nodes;
+        let lit = surfaces.iter().filter(|p| boxes_around(&nodes, **p) > 0);
+        assert!(lit.count() > 70, "scale {}", bvh.scale);
+    }
 }
