@@ -308,8 +308,9 @@ fn neighbours_that_are_read_while_they_are_written_are_found() {
     }));
 }
 
-/// Light of two bounces and more that world reservoirs find. `scene` is as a plan writes it. Sums of frames tell more than their
-/// last one in the same time, since all draw new samples.
+/// Light of two bounces and more that world reservoirs find. `scene` is as a plan writes it. Means of frames tell more than the
+/// last of them in the same time, since all draw new samples, although a bias of theirs is a little less: in the first frame
+/// there is nothing to reuse.
 fn world_plan(scene: &str, most_seeds: u32, reference_spp: u32, settings: &str) -> String {
     format!(
         r#"

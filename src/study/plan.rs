@@ -276,8 +276,8 @@ impl Plan {
     /// Every configuration with its settings.
     ///
     /// # Errors
-    /// An unknown preset or setting, a value out of range, settings of indirect light where there is none, or
-    /// two configurations of one name.
+    /// An unknown preset or setting, a value out of range, settings of indirect light where there is none, frames of
+    /// different times that are summed up, or two configurations of one name.
     pub fn resolve(&self) -> Result<Vec<Resolved>> {
         let mut all = Vec::new();
         for (index, c) in self.configurations.iter().enumerate() {

@@ -167,6 +167,47 @@ fn a_walk_to_the_wrong_node_is_found() {
     }
 }
 
+/// No walk finds lights that are off, and where one light has all the power it is drawn alone.
+#[test]
+fn lights_that_are_off_are_not_drawn() {
+    let body = format!(
+        "{RECEIVER}
+        x = uvec4(NONE, 0u, floatBitsToUint(receiver.expected), 0u);
+        float probability;
+        if (receiver.expected > 0.0) x.x = draw_near_light(receiver, 0u, 1u, pcg4d(a).xy, probability);
+        if (x.x != NONE) x.y = floatBitsToUint(probability);"
+    );
+    for options in ways().into_iter().filter(|options| options.by_power) {
+        let all = lights();
+        let contents = LightBvh::new(&all, &[], &[Vec3::ZERO; 1], options).contents(&all);
+        // Dark nodes have no place.
+        let points = points(&contents.nodes, 1000);
+        for shining in [None, Some(7)] {
+            let mut lights = lights();
+            lights.powers.fill(0.0);
+            if let Some(light) = shining {
+                lights.powers[light] = 1.0;
+            }
+            let contents = LightBvh::new(&lights, &[], &[Vec3::ZERO; 1], options).contents(&lights);
+            let inputs: Vec<[u32; 8]> = (0..)
+                .zip(&points)
+                .map(|(index, point)| input(*point, index))
+                .collect();
+            let drawn = function(&body, options, &lights, contents).run(&inputs);
+            let found = drawn.iter().filter(|output| output[0] != u32::MAX);
+            assert_eq!(found.count() > 0, shining.is_some(), "{options:?}");
+            for output in drawn {
+                let (light, probability, expected) = (output[0], output[1], output[2]);
+                let is_right = match number(expected) > 0.0 {
+                    true => Some(light as usize) == shining && number(probability) > 0.999_999,
+                    false => number(expected) == 0.0,
+                };
+                assert!(is_right, "{options:?} {shining:?}: {output:?}");
+            }
+        }
+    }
+}
+
 /// At mirror directions of lights, where lobes as narrow as those of real surfaces have their peak, and f32 has few digits.
 #[test]
 fn narrow_lobes_expect_finite_contributions() {
@@ -309,7 +350,7 @@ fn lights_are_drawn_as_often_as_their_probability_says() {
         let contents = bvh.contents(&lights);
         let body = format!(
             "{RECEIVER}
-            // The probability of light b.x, or number b.y of eight draws, which are in ascending order.
+            // Draw b.x, which is number b.y of eight in ascending order; or, where b.z is 1, no draw, but the probability of light b.x.
             uint drawn = b.x;
             float probability = 0.0;
             if (receiver.expected > 0.0) {{
@@ -322,12 +363,12 @@ fn lights_are_drawn_as_often_as_their_probability_says() {
         );
         let function = function(&body, options, &lights, contents.clone());
         for (seed, point) in (0..).zip(points(&contents.nodes, 6)) {
-            let words = |index: u32, asks: u32| {
+            let words = |index: u32, only_asks: bool| {
                 let mut words = input(point, seed);
-                words[4..7].copy_from_slice(&[index, index % 8, asks]);
+                words[4..7].copy_from_slice(&[index, index % 8, only_asks.into()]);
                 words
             };
-            let asked: Vec<[u32; 8]> = (0..count as u32).map(|light| words(light, 1)).collect();
+            let asked: Vec<[u32; 8]> = (0..count as u32).map(|light| words(light, true)).collect();
             let answers = function.run(&asked);
             if number(answers[0][2]) == 0.0 {
                 continue;
@@ -335,7 +376,11 @@ fn lights_are_drawn_as_often_as_their_probability_says() {
             let expected: Vec<f64> = (answers.iter())
                 .map(|answer| f64::from(DRAWS) * number(answer[4]))
                 .collect();
-            let draws: Vec<[u32; 8]> = (0..DRAWS).map(|draw| words(draw, 0)).collect();
+            // With one light there is nothing to compare.
+            if expected.iter().filter(|mean| **mean >= 5.0).count() < 2 {
+                continue;
+            }
+            let draws: Vec<[u32; 8]> = (0..DRAWS).map(|draw| words(draw, false)).collect();
             let mut observed = vec![0_u64; count];
             for output in function.run(&draws) {
                 let (light, drawn) = (output[0] as usize, number(output[1]));

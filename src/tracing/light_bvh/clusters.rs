@@ -10,7 +10,7 @@ use super::NearLight;
 use crate::layouts::NONE;
 use crate::tracing::compute_bvh::binary_tree;
 use glam::Vec3;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// The area of a cluster's lights is at least this share of its squared diagonal: .5 for a square, .25 for a rectangle of
 /// 1 to 3.7, 1.05 for a sphere.
@@ -71,30 +71,21 @@ pub fn clusters(lights: &[NearLight]) -> Vec<Vec<u32>> {
             units.extend(each.map(|light| Unit::of(lights, vec![light])));
         }
     }
+    let units = joined_where_they_coincide(units);
 
     let boxes: Vec<(Vec3, Vec3)> = units.iter().map(|unit| (unit.low, unit.high)).collect();
     let tree = binary_tree(&boxes);
-    // Of each node the sum of areas, and the size of the smallest box of its units.
+    // Of each node the sum of areas.
     let mut areas = vec![0.0; tree.len()];
-    let mut smallest = vec![0.0_f32; tree.len()];
     for (index, node) in tree.iter().enumerate().rev() {
-        (areas[index], smallest[index]) = match node.primitive {
-            NONE => {
-                let (left, right) = (index + 1, tree[index + 1].next as usize);
-                (
-                    areas[left] + areas[right],
-                    smallest[left].min(smallest[right]),
-                )
-            }
-            unit => (units[unit as usize].area, (node.high - node.low).length()),
+        areas[index] = match node.primitive {
+            NONE => areas[index + 1] + areas[tree[index + 1].next as usize],
+            unit => units[unit as usize].area,
         };
     }
     let mut index = 0;
     while let Some(node) = tree.get(index) {
-        // Boxes that coincide cannot be told apart: every walk would visit all of them.
-        let coincide = smallest[index] == (node.high - node.low).length();
-        let joined = coincide || is_cluster(node.low, node.high, areas[index]);
-        if node.primitive == NONE && !joined {
+        if node.primitive == NONE && !is_cluster(node.low, node.high, areas[index]) {
             index += 1;
             continue;
         }
@@ -109,6 +100,25 @@ pub fn clusters(lights: &[NearLight]) -> Vec<Vec<u32>> {
         index = next;
     }
     clusters
+}
+
+/// Units of equal boxes are one: no walk can tell them apart, so it would visit all of them, and a tree over a million of them
+/// takes hours to build.
+fn joined_where_they_coincide(units: Vec<Unit>) -> Vec<Unit> {
+    let mut joined: Vec<Unit> = Vec::new();
+    let mut places = HashMap::new();
+    for unit in units {
+        let bits = [unit.low, unit.high].map(|corner| corner.to_array().map(f32::to_bits));
+        let place = *places.entry(bits).or_insert(joined.len());
+        match joined.get_mut(place) {
+            Some(same) => {
+                same.lights.extend(unit.lights);
+                same.area += unit.area;
+            }
+            None => joined.push(unit),
+        }
+    }
+    joined
 }
 
 #[cfg(test)]
@@ -176,7 +186,7 @@ mod tests {
 
     #[test]
     fn lamps_that_coincide_are_one_light() {
-        let lamps = (0..1000).flat_map(|group| square(Vec3::ZERO, 1.0, 1, group));
+        let lamps = (0..500_000).flat_map(|group| square(Vec3::ZERO, 1.0, 1, group));
         assert_eq!(clusters(&lamps.collect::<Vec<_>>()).len(), 1);
     }
 
