@@ -66,7 +66,7 @@ fn fitting(lights: usize, lamps: usize) -> (Candidates, String) {
             format!("by power, since there are fewer than {MANY_LIGHTS} lights ({lights})");
         (Candidates::Power, reason)
     } else if lamps < 2 {
-        // In `atrium:lights=1` candidates from the light BVH have 1.05 times the clamped error in the first frames.
+        // In `atrium:lights=1` candidates from the light BVH have 1.12 times the clamped error in the first frame.
         let reason = format!("by power, since all lights ({lights}) form one lamp");
         (Candidates::Power, reason)
     } else {

@@ -13,6 +13,7 @@ use obvhs::cwbvh::builder::{build_cwbvh, build_cwbvh_from_tris};
 use obvhs::cwbvh::bvh2_to_cwbvh::bvh2_to_cwbvh;
 use obvhs::cwbvh::node::CwBvhNode;
 use obvhs::triangle::Triangle;
+use std::collections::HashMap;
 use std::time::Duration;
 
 /// A tree of eight-wide compressed nodes; node 0 is the root.
@@ -47,9 +48,20 @@ const INSTANCES: BvhBuildParams = BvhBuildParams {
     ..BvhBuildParams::medium_build()
 };
 
+/// The builder joins pairs of boxes that are each other's nearest, and of equal boxes only a few are at a time. So its time is
+/// quadratic in their number: 30 s for 32,000 triangles, hours for a million.
+const MOST_EQUAL_BOXES: u32 = 1000;
+
 impl Tree {
     /// The tree of a mesh, given its triangles' corners.
     pub fn over_triangles(corners: &[[Vec3; 3]]) -> Self {
+        let boxes = corners.iter().map(|[a, b, c]| Aabb {
+            min: a.min(*b).min(*c).into(),
+            max: a.max(*b).max(*c).into(),
+        });
+        if many_are_equal(boxes.clone()) {
+            return Self::balanced(&boxes.collect::<Vec<_>>());
+        }
         let triangles: Vec<Triangle> = corners
             .iter()
             .map(|[a, b, c]| Triangle {
@@ -74,6 +86,9 @@ impl Tree {
             return Self::empty();
         }
         let boxes = aabbs(boxes);
+        if many_are_equal(boxes.iter().copied()) {
+            return Self::balanced(&boxes);
+        }
         Self::from_built(build_cwbvh(&boxes, INSTANCES, &mut Duration::default()))
     }
 
@@ -83,18 +98,17 @@ impl Tree {
         if tree.depth <= max_depth {
             return tree;
         }
-        Self::balanced(boxes)
+        Self::balanced(&aabbs(boxes))
     }
 
     /// A tree over boxes with the minimum number of levels.
-    fn balanced(boxes: &[(Vec3, Vec3)]) -> Self {
-        let boxes = aabbs(boxes);
+    fn balanced(boxes: &[Aabb]) -> Self {
         let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
         let mut binary = Bvh2 {
             nodes: vec![Bvh2Node::default()],
             ..Bvh2::default()
         };
-        halve(&mut binary.nodes, 0, &boxes, &mut order, 0);
+        halve(&mut binary.nodes, 0, boxes, &mut order, 0);
         binary.primitive_indices = order;
         Self::from_built(bvh2_to_cwbvh(&binary, 1, true, false))
     }
@@ -175,6 +189,21 @@ pub fn binary_tree(boxes: &[(Vec3, Vec3)]) -> Vec<BinaryNode> {
     nodes
 }
 
+/// Whether a box occurs more than [`MOST_EQUAL_BOXES`] times.
+fn many_are_equal(boxes: impl ExactSizeIterator<Item = Aabb>) -> bool {
+    if boxes.len() <= MOST_EQUAL_BOXES as usize {
+        return false;
+    }
+    let mut counts = HashMap::new();
+    boxes
+        .map(|around| [around.min, around.max].map(|corner| corner.to_array().map(f32::to_bits)))
+        .any(|bits| {
+            let count = counts.entry(bits).or_insert(0_u32);
+            *count += 1;
+            *count > MOST_EQUAL_BOXES
+        })
+}
+
 fn aabbs(boxes: &[(Vec3, Vec3)]) -> Vec<Aabb> {
     let boxes = boxes.iter();
     boxes
@@ -244,7 +273,7 @@ mod tests {
             let most = balanced_depth(count);
             for tree in [
                 Tree::over_boxes_within(&boxes, most),
-                Tree::balanced(&boxes),
+                Tree::balanced(&aabbs(&boxes)),
             ] {
                 assert!(tree.depth <= most, "{count}: {}", tree.depth);
                 assert!(
@@ -256,6 +285,23 @@ mod tests {
                 order.sort_unstable();
                 assert_eq!(order, (0..count as u32).collect::<Vec<_>>());
             }
+        }
+    }
+
+    /// By the library's builder this takes hours.
+    #[test]
+    fn a_million_equal_triangles_have_a_tree() {
+        let mut corners = vec![[Vec3::ZERO, Vec3::X, Vec3::Y]; 1_000_000];
+        corners.push([Vec3::Z, Vec3::X, Vec3::Y]);
+        let boxes: Vec<(Vec3, Vec3)> = vec![(Vec3::ZERO, Vec3::ONE); 1_000_000];
+        for (tree, count) in [
+            (Tree::over_triangles(&corners), corners.len()),
+            (Tree::over_boxes(&boxes), boxes.len()),
+        ] {
+            let mut order = tree.order.clone();
+            order.sort_unstable();
+            assert!(order.into_iter().eq(0..count as u32));
+            assert!(tree.depth <= balanced_depth(count));
         }
     }
 }
