@@ -8,6 +8,7 @@ pub mod folder;
 pub mod forecast;
 pub mod plan;
 pub mod planned_scene;
+pub mod plans;
 pub mod reference;
 pub mod results;
 pub mod run;

@@ -1,6 +1,7 @@
 //! A study's plan: a TOML file that names scenes, configurations and seeds.
 
 use super::planned_scene::PlannedScene;
+use super::plans::PLANS;
 use crate::nearest::nearest;
 use crate::render::presets::Preset;
 use crate::render::settings::Integrator;
@@ -169,45 +170,6 @@ impl Resolved {
     }
 }
 
-/// The plans that come with the program.
-const PLANS: &[(&str, &str)] = &[
-    ("bias-matrix", include_str!("plans/bias-matrix.toml")),
-    ("bias-sample", include_str!("plans/bias-sample.toml")),
-    ("confidence-cap", include_str!("plans/confidence-cap.toml")),
-    ("direct-layouts", include_str!("plans/direct-layouts.toml")),
-    ("direct-light", include_str!("plans/direct-light.toml")),
-    ("indirect-light", include_str!("plans/indirect-light.toml")),
-    (
-        "indirect-matrix",
-        include_str!("plans/indirect-matrix.toml"),
-    ),
-    (
-        "indirect-motion",
-        include_str!("plans/indirect-motion.toml"),
-    ),
-    (
-        "indirect-sample",
-        include_str!("plans/indirect-sample.toml"),
-    ),
-    ("jacobian-limit", include_str!("plans/jacobian-limit.toml")),
-    ("many-lights", include_str!("plans/many-lights.toml")),
-    ("mirrors", include_str!("plans/mirrors.toml")),
-    ("motion", include_str!("plans/motion.toml")),
-    ("moving-frames", include_str!("plans/moving-frames.toml")),
-    (
-        "neighbour-confidence",
-        include_str!("plans/neighbour-confidence.toml"),
-    ),
-    (
-        "neighbour-radius",
-        include_str!("plans/neighbour-radius.toml"),
-    ),
-    ("roulette", include_str!("plans/roulette.toml")),
-    ("shift", include_str!("plans/shift.toml")),
-    ("shift-history", include_str!("plans/shift-history.toml")),
-    ("world-matrix", include_str!("plans/world-matrix.toml")),
-];
-
 impl Plan {
     /// A plan that comes with the program, or else one from a file.
     ///
@@ -327,8 +289,8 @@ impl Plan {
                 )));
             }
         }
-        let mut accumulating = all.iter().filter(|c| c.accumulate);
-        if let Some(configuration) = accumulating.next().filter(|_| self.fps.is_some()) {
+        let accumulating = all.iter().find(|c| c.accumulate);
+        if let Some(configuration) = accumulating.filter(|_| self.fps.is_some()) {
             return Err(self.wrong(&format!(
                 "configuration '{}' accumulates frames of different times; leave out its accumulate, or fps",
                 configuration.name

@@ -16,7 +16,7 @@ use headwater::layouts::GpuLightNode;
 use headwater::metrics::statistics::median;
 use headwater::scene::load::Options;
 use headwater::scene::open_watched;
-use headwater::tracing::light_bvh::{LightBvh, LightBvhOptions};
+use headwater::tracing::light_bvh::{LightBvh, LightBvhOptions, walk};
 use headwater::tracing::selection::{Wanted, select};
 use headwater::tracing::{GpuScene, SceneSizes};
 use std::time::Instant;
@@ -32,21 +32,15 @@ fn time(mut work: impl FnMut()) -> f64 {
     }))
 }
 
-/// Nodes that the walks of `glsl/lights/light_bvh.glsl` visit and find at the points, in the mean.
+/// Nodes that walks visit and find at the points, in the mean.
 fn walks(nodes: &[GpuLightNode], points: &[Vec3], joins: bool) -> String {
     let (mut visited, mut found) = (0_u32, 0_u32);
-    for point in points {
-        let mut next = 0;
-        while let Some(node) = nodes.get(next as usize) {
-            let is_leaf = node.next == next + 1;
-            let inside = point.cmpge(node.low).all() && point.cmple(node.high).all();
-            visited += 1;
-            found += u32::from(match joins {
-                true => !inside || is_leaf,
-                false => inside && is_leaf,
-            });
-            next = if inside { next + 1 } else { node.next };
-        }
+    for visit in points.iter().flat_map(|point| walk(nodes, *point)) {
+        visited += 1;
+        found += u32::from(match joins {
+            true => !visit.inside || visit.is_leaf,
+            false => visit.inside && visit.is_leaf,
+        });
     }
     let mean = |sum| f64::from(sum) / points.len() as f64;
     format!("{:.1}/{:.1}", mean(visited), mean(found))

@@ -102,8 +102,7 @@ pub fn clusters(lights: &[NearLight]) -> Vec<Vec<u32>> {
     clusters
 }
 
-/// Units of equal boxes are one: no walk can tell them apart, so it would visit all of them, and a tree over a million of them
-/// takes hours to build.
+/// Units of equal boxes are one: no walk can tell them apart, so it would visit all of them.
 fn joined_where_they_coincide(units: Vec<Unit>) -> Vec<Unit> {
     let mut joined: Vec<Unit> = Vec::new();
     let mut places = HashMap::new();

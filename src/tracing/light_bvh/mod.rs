@@ -125,6 +125,27 @@ impl LightBvhContents {
     }
 }
 
+/// A node on a walk.
+#[derive(Clone, Copy, Debug)]
+pub struct Visit {
+    /// Whether its box holds the point.
+    pub inside: bool,
+    /// Whether it has no children.
+    pub is_leaf: bool,
+}
+
+/// The nodes that a walk visits at a point, as in `glsl/lights/light_bvh.glsl`: of those that do not hold it, no children.
+pub fn walk(nodes: &[GpuLightNode], point: Vec3) -> impl Iterator<Item = Visit> {
+    let mut next = 0;
+    std::iter::from_fn(move || {
+        let node = nodes.get(next as usize)?;
+        let inside = point.cmpge(node.low).all() && point.cmple(node.high).all();
+        let is_leaf = node.next == next + 1;
+        next = if inside { next + 1 } else { node.next };
+        Some(Visit { inside, is_leaf })
+    })
+}
+
 /// Clusters of a scene's lights, and a tree over them.
 pub struct LightBvh {
     options: LightBvhOptions,

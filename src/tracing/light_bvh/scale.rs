@@ -1,6 +1,6 @@
 //! The scale of the boxes of influence, from the number of boxes that hold points on surfaces.
 
-use super::{LightBvh, NearLight};
+use super::{LightBvh, NearLight, walk};
 use crate::layouts::GpuLightNode;
 use glam::Vec3;
 
@@ -44,14 +44,8 @@ pub fn fitting(bvh: &mut LightBvh, lights: &[NearLight], surfaces: &[Vec3]) -> f
 
 /// The number of leaves whose boxes hold a point.
 fn boxes_around(nodes: &[GpuLightNode], point: Vec3) -> u64 {
-    let (mut index, mut count) = (0, 0);
-    while let Some(node) = nodes.get(index) {
-        let holds = point.cmpge(node.low).all() && point.cmple(node.high).all();
-        let is_leaf = node.next as usize == index + 1;
-        count += u64::from(holds && is_leaf);
-        index = if holds { index + 1 } else { node.next as usize };
-    }
-    count
+    let held = walk(nodes, point).filter(|visit| visit.inside && visit.is_leaf);
+    held.count() as u64
 }
 
 fn scale_of(quarters: i32) -> f32 {

@@ -1,0 +1,40 @@
+//! The plans that come with the program.
+
+/// Their names and texts.
+pub const PLANS: &[(&str, &str)] = &[
+    ("bias-matrix", include_str!("plans/bias-matrix.toml")),
+    ("bias-sample", include_str!("plans/bias-sample.toml")),
+    ("confidence-cap", include_str!("plans/confidence-cap.toml")),
+    ("direct-layouts", include_str!("plans/direct-layouts.toml")),
+    ("direct-light", include_str!("plans/direct-light.toml")),
+    ("indirect-light", include_str!("plans/indirect-light.toml")),
+    (
+        "indirect-matrix",
+        include_str!("plans/indirect-matrix.toml"),
+    ),
+    (
+        "indirect-motion",
+        include_str!("plans/indirect-motion.toml"),
+    ),
+    (
+        "indirect-sample",
+        include_str!("plans/indirect-sample.toml"),
+    ),
+    ("jacobian-limit", include_str!("plans/jacobian-limit.toml")),
+    ("many-lights", include_str!("plans/many-lights.toml")),
+    ("mirrors", include_str!("plans/mirrors.toml")),
+    ("motion", include_str!("plans/motion.toml")),
+    ("moving-frames", include_str!("plans/moving-frames.toml")),
+    (
+        "neighbour-confidence",
+        include_str!("plans/neighbour-confidence.toml"),
+    ),
+    (
+        "neighbour-radius",
+        include_str!("plans/neighbour-radius.toml"),
+    ),
+    ("roulette", include_str!("plans/roulette.toml")),
+    ("shift", include_str!("plans/shift.toml")),
+    ("shift-history", include_str!("plans/shift-history.toml")),
+    ("world-matrix", include_str!("plans/world-matrix.toml")),
+];
