@@ -7,7 +7,7 @@ mod support;
 use glam::{DAffine3, DQuat, DVec3, EulerRot, Vec3};
 use headwater::render::outputs::Sums;
 use headwater::render::presets::Preset;
-use headwater::render::settings::{Candidates, Integrator, ReuseMode, Secondary};
+use headwater::render::settings::{Candidates, GridMode, Integrator, ReuseMode, Secondary};
 use headwater::render::{Settings, View};
 use headwater::scene::validate::{BRIGHTEST, LARGEST_COORDINATE};
 use headwater::scene::{
@@ -64,8 +64,8 @@ fn techniques() -> [Settings; 2] {
 }
 
 /// The same for a scene; with all kinds of light, candidates come from the light BVH, and otherwise those of direct light from
-/// the hash grid. Vertices of paths have world reservoirs.
-fn techniques_for(scene: &Scene) -> [Settings; 2] {
+/// the hash grid, in both of its modes. Vertices of paths have world reservoirs.
+fn techniques_for(scene: &Scene) -> Vec<Settings> {
     let [path_tracing, mut accurate] = techniques();
     accurate.direct.resampling.candidates = Candidates::HashGrid;
     accurate.indirect.secondary = Secondary::WorldReservoirs;
@@ -74,8 +74,11 @@ fn techniques_for(scene: &Scene) -> [Settings; 2] {
     if !scene.punctual_lights.is_empty() {
         accurate.direct.resampling.candidates = Candidates::LightBvh;
         accurate.indirect.resampling.candidates = Candidates::LightBvh;
+        return vec![path_tracing, accurate];
     }
-    [path_tracing, accurate]
+    let mut published = accurate.clone();
+    published.hash_grid.mode = GridMode::Published;
+    vec![path_tracing, accurate, published]
 }
 
 /// The sums of a picture of the scene by a device that has its origin at `origin`.

@@ -4,8 +4,11 @@
 mod support;
 
 use glam::{DVec3, Vec2, Vec3, Vec4};
+use headwater::Result;
 use headwater::gpu::{Device, DeviceInfo};
 use headwater::layouts::PixelSums;
+use headwater::render::presets::Preset;
+use headwater::render::settings::{DirectMode, IndirectMode, Secondary};
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::{Image, Scene, Texture, procedural};
 use headwater::tracing::selection::{GeometryChoice, Selection, TracerChoice, Wanted, select};
@@ -174,6 +177,87 @@ fn a_scene_too_large_to_bind_is_read_by_address() {
     let words = chosen(1 << 20, 1 << 17);
     assert_eq!(words.variant.fetch, Fetch::Words);
     assert!(words.fetch_reason.contains("bytes"), "{words:?}");
+}
+
+/// Indirect light with reservoirs at three vertices of a path.
+fn world_settings(secondary: Secondary) -> Settings {
+    let mut settings = Preset::named("accurate").unwrap().settings().unwrap();
+    settings.direct.mode = DirectMode::Off;
+    settings.indirect.mode = IndirectMode::Path;
+    settings.indirect.secondary = secondary;
+    settings.world_reservoirs.min_lights = 0;
+    settings.world_reservoirs.depth = 3;
+    settings
+}
+
+/// The second frame of `cornell` with four bounces, on a device as `change` has it.
+fn second_frame(
+    size: u32,
+    settings: &Settings,
+    geometry: GeometryChoice,
+    change: impl FnOnce(&mut DeviceInfo),
+) -> Result<Vec<[f32; 3]>> {
+    let scene = procedural::generate("cornell", &[])?;
+    let (instance, mut info) = support::tests_device();
+    change(&mut info);
+    let wanted = Wanted {
+        geometry,
+        ..Wanted::default()
+    };
+    let selection = select(&info, wanted, &SceneSizes::of(&scene))?;
+    let device = Device::open(&instance, info, selection.features())?;
+    let view = View {
+        bounces: 4,
+        ..view(&scene, size, size)
+    };
+    let origin = view.camera.camera_to_world.translation;
+    let uploaded = GpuScene::new(&device, &scene, origin, selection.variant)?;
+    let mut renderer = Renderer::new(&device, Arc::new(uploaded), &view, settings)?;
+    renderer.single_frame(0)?;
+    renderer.single_frame(1)?;
+    support::assert_no_messages(&device);
+    renderer.frame_radiance()
+}
+
+#[test]
+fn world_reservoirs_too_many_to_bind_are_read_by_address() {
+    let _alone = alone();
+    if !support::tests_device().1.buffer_addresses {
+        return;
+    }
+    let settings = world_settings(Secondary::WorldReservoirs);
+    // The points and the samples of 128 × 128 × 3 vertices take 768 KiB each.
+    let few = |info: &mut DeviceInfo| info.max_storage_buffer_range = 512 << 10;
+    let bound = second_frame(128, &settings, GeometryChoice::StorageBuffers, |_| ()).unwrap();
+    let addressed = second_frame(128, &settings, GeometryChoice::BufferAddresses, few).unwrap();
+    assert!(bits(&bound) == bits(&addressed));
+    let refused = second_frame(128, &settings, GeometryChoice::StorageBuffers, few).unwrap_err();
+    let refused = refused.to_string();
+    assert!(
+        refused.contains("786432 bytes for its world_points"),
+        "{refused}"
+    );
+    assert!(
+        refused.contains("use --geometry buffer-addresses"),
+        "{refused}"
+    );
+
+    if support::is_thorough() {
+        // 192 MiB each. An address that lost its upper bits would show in the mean.
+        let mean = |secondary| {
+            let settings = world_settings(secondary);
+            let addresses = GeometryChoice::BufferAddresses;
+            let picture = second_frame(2048, &settings, addresses, |_| ()).unwrap();
+            let sum: f64 = picture
+                .iter()
+                .flatten()
+                .map(|value| f64::from(*value))
+                .sum();
+            sum / picture.len() as f64
+        };
+        let ratio = mean(Secondary::WorldReservoirs) / mean(Secondary::Ris);
+        assert!((ratio - 1.0).abs() < 0.002, "{ratio}");
+    }
 }
 
 /// What is asked for is taken, or refused in one line that says what to do.

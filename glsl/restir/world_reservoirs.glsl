@@ -15,12 +15,24 @@
 // Of the previous frame.
 layout(scalar) readonly buffer WorldCellsBlock { uint at[]; } world_cells;
 layout(scalar) readonly buffer WorldListBlock { uint at[]; } world_list;
+// Of this one.
+layout(scalar) writeonly buffer WorldKeysBlock { uint at[]; } world_keys;
+// Of both, by address where that is possible: large pictures have more vertices than a binding holds.
+#if GEOMETRY_ADDRESSES
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer PreviousWorldPointsBlock { GpuGridPoint at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer PreviousWorldSamplesBlock { GpuWorldSample at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 16) writeonly buffer WorldPointsBlock { GpuGridPoint at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 16) writeonly buffer WorldSamplesBlock { GpuWorldSample at[]; };
+#define previous_world_points PreviousWorldPointsBlock(restir.at.world.previous.points)
+#define previous_world_samples PreviousWorldSamplesBlock(restir.at.world.previous.samples)
+#define world_points WorldPointsBlock(restir.at.world.current.points)
+#define world_samples WorldSamplesBlock(restir.at.world.current.samples)
+#else
 layout(scalar) readonly buffer PreviousWorldPointsBlock { GpuGridPoint at[]; } previous_world_points;
 layout(scalar) readonly buffer PreviousWorldSamplesBlock { GpuWorldSample at[]; } previous_world_samples;
-// Of this one.
 layout(scalar) writeonly buffer WorldPointsBlock { GpuGridPoint at[]; } world_points;
 layout(scalar) writeonly buffer WorldSamplesBlock { GpuWorldSample at[]; } world_samples;
-layout(scalar) writeonly buffer WorldKeysBlock { uint at[]; } world_keys;
+#endif
 
 // Entries of a list that are tried for each reservoir, since lists have gaps.
 const uint WORLD_TRIES = 4u;

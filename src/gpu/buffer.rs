@@ -5,6 +5,7 @@ use super::device::Device;
 use super::device_info::TEXEL_SIZE;
 use crate::{Error, Result};
 use ash::vk;
+use glam::UVec2;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 use std::sync::Arc;
@@ -186,6 +187,15 @@ impl Buffer {
         let info = vk::BufferDeviceAddressInfo::default().buffer(self.raw);
         // SAFETY: the feature is on and the buffer was made with the address usage.
         Ok(unsafe { self.device.raw.get_buffer_device_address(&info) })
+    }
+
+    /// [`Self::address`] as shaders take it: the lower word, then the upper one.
+    ///
+    /// # Errors
+    /// Those of [`Self::address`].
+    pub fn address_words(&self) -> Result<UVec2> {
+        let address = self.address()?;
+        Ok(UVec2::new(address as u32, (address >> 32) as u32))
     }
 
     /// Overwrites the start of the buffer with `data` and waits for the copy.

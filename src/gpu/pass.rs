@@ -33,32 +33,33 @@ pub trait Bindings<'a> {
     /// The pass's own bindings; its shader must name every one of them.
     fn own(&self) -> Vec<(&'static str, Resource<'a>)>;
 
-    /// Bindings of a group that many passes share; each shader uses those that it names.
+    /// Bindings of groups; each shader uses those that it names.
     fn offered(&self) -> Vec<(&'static str, Resource<'a>)> {
         Vec::new()
     }
 }
 
 /// Declares a structure with a pass's bindings as fields, each marked `read`, `write` or `uniform`;
-/// `[offers name: GROUP]` adds a group of bindings that many passes share.
+/// each `[offers name: GROUP]` adds a group of bindings of which the shader uses those that it names.
 #[macro_export]
 macro_rules! bindings {
     ($(#[$meta:meta])* pub struct $name:ident {
-        $([offers $group:ident: $group_type:ty])?
+        $([offers $group:ident: $group_type:ty])*
         $($access:ident $field:ident,)*
     }) => {
         $(#[$meta])*
         pub struct $name<'a> {
-            $(#[allow(missing_docs)] pub $group: &'a $group_type,)?
+            $(#[allow(missing_docs)] pub $group: &'a $group_type,)*
             $(#[allow(missing_docs)] pub $field: &'a $crate::gpu::Buffer,)*
         }
         impl<'a> $crate::gpu::Bindings<'a> for $name<'a> {
             fn own(&self) -> Vec<(&'static str, $crate::gpu::Resource<'a>)> {
                 vec![$((stringify!($field), $crate::bindings!(@$access self.$field)),)*]
             }
-            $(fn offered(&self) -> Vec<(&'static str, $crate::gpu::Resource<'a>)> {
-                self.$group.resources()
-            })?
+            fn offered(&self) -> Vec<(&'static str, $crate::gpu::Resource<'a>)> {
+                let groups: &[Vec<(&'static str, $crate::gpu::Resource<'a>)>] = &[$(self.$group.resources()),*];
+                groups.concat()
+            }
         }
     };
     (@read $buffer:expr) => { $crate::gpu::Resource::Read($buffer) };

@@ -1,6 +1,6 @@
 //! What the passes of a frame are told: the view, settings of reuse, and which part of it they work on.
 
-use glam::{Vec2, Vec3};
+use glam::{UVec2, Vec2, Vec3};
 
 crate::gpu_struct! {
     /// A pinhole camera relative to the scene's origin.
@@ -113,8 +113,22 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
+    /// Addresses of the world reservoirs of a frame, for shaders that take addresses.
+    pub struct WorldAddresses {
+        /// Where the vertices are.
+        pub points: UVec2,
+        /// What their reservoirs hold.
+        pub samples: UVec2,
+    }
+}
+
+crate::gpu_struct! {
     /// World reservoirs.
     pub struct WorldConstants {
+        /// The reservoirs of the previous frame.
+        pub previous: WorldAddresses,
+        /// Those of this frame.
+        pub current: WorldAddresses,
         /// Side of a cell, in pixels.
         pub cell: f32,
         /// Bins of normals along each side of the octahedral map.

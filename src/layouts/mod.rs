@@ -13,7 +13,7 @@ mod scene;
 
 pub use frame::{
     FrameConstants, GpuCamera, GridConstants, PrefixLevel, RestirConstants, ReuseConstants,
-    SpatialStep, Strip, ViewConstants, WorldConstants,
+    SpatialStep, Strip, ViewConstants, WorldAddresses, WorldConstants,
 };
 pub use pixels::{GpuWorldSample, PixelSums, PrimarySurface, ReservoirAov, SampleData, ToneMap};
 pub use rays::{RayAnswer, RayBatch, RayQuery};
@@ -188,6 +188,7 @@ pub const STRUCTS: &[StructLayout] = &[
     FrameConstants::LAYOUT,
     ReuseConstants::LAYOUT,
     GridConstants::LAYOUT,
+    WorldAddresses::LAYOUT,
     WorldConstants::LAYOUT,
     PrefixLevel::LAYOUT,
     GpuWorldSample::LAYOUT,

@@ -33,6 +33,7 @@ pub const PLANS: &[(&str, &str)] = &[
         "neighbour-radius",
         include_str!("plans/neighbour-radius.toml"),
     ),
+    ("path-lights", include_str!("plans/path-lights.toml")),
     ("roulette", include_str!("plans/roulette.toml")),
     ("shift", include_str!("plans/shift.toml")),
     ("shift-history", include_str!("plans/shift-history.toml")),

@@ -129,7 +129,7 @@ macro_rules! scene_buffers {
                     environment_turn: contents.environment_turn,
                     instance_count: counts.instances as u32,
                     textured_lights: counts.textured_lights.into(),
-                    $($name: if addressed { address(&$name)? } else { UVec2::ZERO },)*
+                    $($name: if addressed { $name.address_words()? } else { UVec2::ZERO },)*
                 };
                 let uniform = Usage { uniform: true, ..Usage::default() };
                 let table = Buffer::from_slice(device, "scene", &[table], uniform)?;
@@ -403,10 +403,4 @@ pub fn usage(name: &str, variant: Variant) -> Usage {
         acceleration_input: name == "positions" && variant.tracer == Tracer::RayQuery,
         ..Usage::default()
     }
-}
-
-#[cfg(headwater)]
-fn address(buffer: &Buffer) -> Result<UVec2> {
-    let address = buffer.address()?;
-    Ok(UVec2::new(address as u32, (address >> 32) as u32))
 }

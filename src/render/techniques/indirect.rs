@@ -33,14 +33,11 @@ impl IndirectLight {
         world.table.begin(recording);
         let initial = InitialIndirect {
             scene: inputs.scene,
+            vertices: &world.vertices,
             restir: &self.reuse.restir,
             sample_data: inputs.sample_data,
             world_cells: &world.table.cells,
             world_list: &world.table.list,
-            previous_world_points: &world.vertices.spare().points,
-            previous_world_samples: &world.vertices.spare().samples,
-            world_points: &world.vertices.current().points,
-            world_samples: &world.vertices.current().samples,
             world_keys: &world.table.keys,
             reservoirs: pilots.buffer,
             color: inputs.color,

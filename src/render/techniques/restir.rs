@@ -24,7 +24,7 @@ use crate::render::scene_bindings::SceneBindings;
 use crate::render::settings::{Resampling, Settings};
 use crate::render::specialisation::Specialisation;
 use crate::render::strips::check_side;
-use crate::tracing::Fetch;
+use crate::tracing::{Fetch, GeometryAccess};
 use crate::{Error, Result};
 use glam::{DVec3, Vec2, Vec3};
 use std::sync::Arc;
@@ -73,7 +73,8 @@ struct Sizes {
     indirect: u64,
     light_lists: u64,
     hash_grid: [(&'static str, u64); 3],
-    world: [(&'static str, u64); 5],
+    world_vertices: [(&'static str, u64); 2],
+    world_table: [(&'static str, u64); 3],
 }
 
 impl Sizes {
@@ -106,14 +107,16 @@ impl Sizes {
             indirect: slots * indirect_bytes,
             light_lists: LightLists::bytes(settings, view),
             hash_grid: hash_grid::bytes(settings, view, layout),
-            world: world_reservoirs::bytes(settings, view, slots),
+            world_vertices: world_reservoirs::vertex_bytes(settings, view, slots),
+            world_table: world_reservoirs::table_bytes(settings, view, slots),
         }
     }
 
-    /// Refuses what a device cannot bind at once.
+    /// Refuses what a device cannot bind at once, or allocate for shaders that take addresses.
     fn check(
         &self,
         device: &Device,
+        by_address: bool,
         view: &ViewConstants,
         settings: &Settings,
         tracking: Tracking,
@@ -126,7 +129,8 @@ impl Sizes {
             ("light_lists", self.light_lists),
         ];
         needed.extend(self.hash_grid);
-        needed.extend(self.world);
+        needed.extend(self.world_vertices);
+        needed.extend(self.world_table);
         if tracking.origins {
             let pixels = u64::from(width) * u64::from(height);
             let bytes = pixels * size_of::<ReservoirAov>() as u64;
@@ -138,11 +142,21 @@ impl Sizes {
             }
         }
         let info = &device.info;
-        let limit = info.max_storage_buffer_range.min(info.max_buffer_size);
-        match needed.iter().find(|(_, bytes)| *bytes > limit) {
+        let bound = info.max_storage_buffer_range.min(info.max_buffer_size);
+        let is_vertices = |name: &str| self.world_vertices.iter().any(|(own, _)| *own == name);
+        let limit = |name: &str| match by_address && is_vertices(name) {
+            true => ("allocates", info.max_buffer_size),
+            false => ("binds", bound),
+        };
+        match needed.iter().find(|(name, bytes)| *bytes > limit(name).1) {
             None => Ok(()),
             Some((name, bytes)) => {
-                let way_out = if self.world.iter().any(|(world, _)| world == name) {
+                let (does, limit) = limit(name);
+                let way_out = if is_vertices(name) && info.buffer_addresses && !by_address {
+                    "use --geometry buffer-addresses, lower world_reservoirs.depth, or choose a smaller picture"
+                } else if is_vertices(name) {
+                    "lower world_reservoirs.depth, or choose a smaller picture"
+                } else if self.world_table.iter().any(|(own, _)| own == name) {
                     "lower world_reservoirs.depth or .table, or choose a smaller picture"
                 } else if *name == "light_lists" {
                     "lower light_bvh.list, raise light_bvh.tile, or choose a smaller picture"
@@ -150,7 +164,7 @@ impl Sizes {
                     "choose a smaller picture, or --preset path-tracing"
                 };
                 Err(Error::input(format!(
-                    "a picture of {width} × {height} needs {bytes} bytes for its {name}, but device '{}' binds at most {limit}; {way_out}",
+                    "a picture of {width} × {height} needs {bytes} bytes for its {name}, but device '{}' {does} at most {limit}; {way_out}",
                     info.name
                 )))
             }
@@ -179,7 +193,8 @@ impl Restir {
         check_side("high", view.height)?;
         let sizes = Sizes::of(view, settings, &layout);
         world_reservoirs::check(settings, view, sizes.slots)?;
-        sizes.check(device, view, settings, tracking)?;
+        let by_address = bindings.scene.variant.geometry == GeometryAccess::BufferAddresses;
+        sizes.check(device, by_address, view, settings, tracking)?;
 
         let has_direct = Kind::Direct.is_wanted(settings, view.bounces);
         let has_indirect = Kind::Indirect.is_wanted(settings, view.bounces);
@@ -231,7 +246,7 @@ impl Restir {
             let resampling = settings.indirect.effective_resampling();
             let (initial, reuse) = reuse(Kind::Indirect, resampling, sizes.indirect)?;
             let make = |name: &str| pass(name, specialisation);
-            let world = WorldLight::new(device, settings, view, sizes.slots, make)?;
+            let world = WorldLight::new(device, settings, view, sizes.slots, by_address, make)?;
             Ok::<_, Error>(IndirectLight {
                 initial,
                 world,
@@ -360,11 +375,11 @@ impl Restir {
         constants.previous_jitter = constants.jitter;
         // The pixel and the depth then give the position of a surface.
         constants.jitter = constants::jitter(constants.view.seed, index);
-        let constants = *constants;
         self.sample_data.advance();
         if let Some(light) = &self.indirect {
-            light.world.vertices.advance();
+            light.world.begin_frame(&mut constants.world);
         }
+        let constants = *constants;
         let direct = self.direct.iter_mut().map(|light| &mut light.reuse);
         let indirect = self.indirect.iter_mut().map(|light| &mut light.reuse);
         for reuse in direct.chain(indirect) {

@@ -6,9 +6,9 @@
 
 use super::world_table::{TableSize, WorldTable};
 use crate::choices::WorldReservoirs;
-use crate::gpu::{Buffer, ComputePass, Device, Usage};
+use crate::gpu::{Buffer, ComputePass, Device, Resource, Usage};
 use crate::layouts::{
-    GpuGridPoint, GpuWorldSample, ViewConstants, WORLD_VERTEX_BITS, WorldConstants,
+    GpuGridPoint, GpuWorldSample, ViewConstants, WORLD_VERTEX_BITS, WorldAddresses, WorldConstants,
 };
 use crate::render::history::History;
 use crate::render::kind::Kind;
@@ -18,13 +18,28 @@ use crate::render::settings::{
 use crate::{Error, Result};
 use std::sync::Arc;
 
-/// The reservoirs of a frame, vertex by vertex of the paths of all pixels. They are apart because a device may bind too little
-/// for both together.
+/// The reservoirs of a frame, vertex by vertex of the paths of all pixels. Points and samples are apart because a device may
+/// bind too little for both together.
 pub struct WorldVertices {
     /// Where the vertices are.
     pub points: Buffer,
     /// What their reservoirs hold.
     pub samples: Buffer,
+    /// Of both, for shaders that take addresses; zeros for others, which bind them.
+    pub addresses: WorldAddresses,
+}
+
+impl History<WorldVertices> {
+    /// The bindings of shaders that take no addresses.
+    pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
+        let (previous, current) = (self.spare(), self.current());
+        vec![
+            ("previous_world_points", Resource::Read(&previous.points)),
+            ("previous_world_samples", Resource::Read(&previous.samples)),
+            ("world_points", Resource::Write(&current.points)),
+            ("world_samples", Resource::Write(&current.samples)),
+        ]
+    }
 }
 
 /// The reservoirs and their table.
@@ -77,21 +92,32 @@ pub fn check(settings: &Settings, view: &ViewConstants, slots: u64) -> Result<()
     )))
 }
 
-/// Bytes of the buffers, by name, for a picture with `slots` places for pixels.
-pub fn bytes(settings: &Settings, view: &ViewConstants, slots: u64) -> [(&'static str, u64); 5] {
-    let size = table_size(settings, view, slots);
-    let [keys, cells, list] = size.bytes();
-    let vertices = size.vertices.max(1);
-    let points = ("world_points", vertices * size_of::<GpuGridPoint>() as u64);
-    let samples = (
-        "world_samples",
-        vertices * size_of::<GpuWorldSample>() as u64,
-    );
-    [points, samples, keys, cells, list]
+/// Bytes of a frame's points and samples, by name, for a picture with `slots` places for pixels.
+pub fn vertex_bytes(
+    settings: &Settings,
+    view: &ViewConstants,
+    slots: u64,
+) -> [(&'static str, u64); 2] {
+    let vertices = table_size(settings, view, slots).vertices.max(1);
+    [
+        ("world_points", size_of::<GpuGridPoint>()),
+        ("world_samples", size_of::<GpuWorldSample>()),
+    ]
+    .map(|(name, bytes)| (name, vertices * bytes as u64))
+}
+
+/// Bytes of the buffers of the table, by name.
+pub fn table_bytes(
+    settings: &Settings,
+    view: &ViewConstants,
+    slots: u64,
+) -> [(&'static str, u64); 3] {
+    table_size(settings, view, slots).bytes()
 }
 
 impl WorldLight {
-    /// Makes what `settings` need for a picture with `slots` places for pixels; `pass` makes a pass by name.
+    /// Makes what `settings` need for a picture with `slots` places for pixels, for shaders that take addresses or do not;
+    /// `pass` makes a pass by name.
     ///
     /// # Errors
     /// More memory than the device has.
@@ -100,17 +126,28 @@ impl WorldLight {
         settings: &Settings,
         view: &ViewConstants,
         slots: u64,
+        by_address: bool,
         pass: impl Fn(&str) -> Result<ComputePass>,
     ) -> Result<Self> {
         let size = table_size(settings, view, slots);
         let table = WorldTable::new(device, size, pass)?;
-        let [points, samples, ..] = bytes(settings, view, slots);
-        let buffer =
-            |(name, bytes): (&str, u64)| Buffer::new(device, name, bytes, Usage::default());
+        let buffers = vertex_bytes(settings, view, slots);
         let vertices = (0..if table.is_used() { 2 } else { 1 }).map(|_| {
+            let [points, samples] =
+                buffers.map(|(name, bytes)| Buffer::new(device, name, bytes, Usage::default()));
+            let (points, samples) = (points?, samples?);
+            let addresses = if by_address {
+                WorldAddresses {
+                    points: points.address_words()?,
+                    samples: samples.address_words()?,
+                }
+            } else {
+                WorldAddresses::default()
+            };
             Ok(WorldVertices {
-                points: buffer(points)?,
-                samples: buffer(samples)?,
+                points,
+                samples,
+                addresses,
             })
         });
         let WorldReservoirsSettings {
@@ -141,6 +178,13 @@ impl WorldLight {
             table,
             constants,
         })
+    }
+
+    /// Advances the history, and says in a frame's constants where its reservoirs are.
+    pub fn begin_frame(&self, constants: &mut WorldConstants) {
+        self.vertices.advance();
+        constants.previous = self.vertices.spare().addresses;
+        constants.current = self.vertices.current().addresses;
     }
 
     /// The buffers.
