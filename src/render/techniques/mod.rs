@@ -10,6 +10,7 @@ mod pilots;
 pub mod prefix_sum;
 pub mod restir;
 mod reuse;
+mod sizes;
 mod world_reservoirs;
 pub mod world_table;
 
