@@ -23,6 +23,7 @@ mod strips;
 pub mod techniques;
 mod tracking;
 pub mod view;
+mod world_vertices;
 
 pub use clock::Clock;
 pub use kind::Kind;

@@ -2,7 +2,7 @@
 
 use crate::render::history::History;
 use crate::render::scene_bindings::SceneBindings;
-use crate::render::techniques::WorldVertices;
+use crate::render::world_vertices::WorldVertices;
 
 crate::bindings! {
     /// Bindings of the pass.

@@ -19,4 +19,3 @@ pub use indirect::IndirectLight;
 pub use path_tracing::PathTracer;
 pub use restir::Restir;
 pub use reuse::Reuse;
-pub use world_reservoirs::WorldVertices;

@@ -6,7 +6,7 @@
 
 use super::world_table::{TableSize, WorldTable};
 use crate::choices::WorldReservoirs;
-use crate::gpu::{Buffer, ComputePass, Device, Resource, Usage};
+use crate::gpu::{Buffer, ComputePass, Device, Usage};
 use crate::layouts::{
     GpuGridPoint, GpuWorldSample, ViewConstants, WORLD_VERTEX_BITS, WorldAddresses, WorldConstants,
 };
@@ -15,32 +15,9 @@ use crate::render::kind::Kind;
 use crate::render::settings::{
     Secondary, Settings, WorldMode, WorldReservoirsSettings, WorldStores,
 };
+use crate::render::world_vertices::WorldVertices;
 use crate::{Error, Result};
 use std::sync::Arc;
-
-/// The reservoirs of a frame, vertex by vertex of the paths of all pixels. Points and samples are apart because a device may
-/// bind too little for both together.
-pub struct WorldVertices {
-    /// Where the vertices are.
-    pub points: Buffer,
-    /// What their reservoirs hold.
-    pub samples: Buffer,
-    /// Of both, for shaders that take addresses; zeros for others, which bind them.
-    pub addresses: WorldAddresses,
-}
-
-impl History<WorldVertices> {
-    /// The bindings of shaders that take no addresses.
-    pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
-        let (previous, current) = (self.spare(), self.current());
-        vec![
-            ("previous_world_points", Resource::Read(&previous.points)),
-            ("previous_world_samples", Resource::Read(&previous.samples)),
-            ("world_points", Resource::Write(&current.points)),
-            ("world_samples", Resource::Write(&current.samples)),
-        ]
-    }
-}
 
 /// The reservoirs and their table.
 pub struct WorldLight {
