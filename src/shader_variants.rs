@@ -12,7 +12,7 @@ pub enum Tracer {
     ComputeBvh,
 }
 
-/// How shaders read a scene's buffers, except those that [`Fetch`] decides on.
+/// How shaders reach a scene's buffers, except those that [`Fetch`] decides on, and world reservoirs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum GeometryAccess {
     /// Named storage buffers: runs everywhere, and is what a capture shows.

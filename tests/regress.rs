@@ -7,8 +7,9 @@ use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 use support::{is_thorough, planted, said};
 
-/// The case that faults are planted in: compiling the shaders of all cases takes minutes.
+/// The cases that faults are planted in: compiling the shaders of all cases takes minutes.
 const SOME: &str = "cornell-accurate";
+const WORLD: &str = "world-reservoirs";
 
 fn regress(folder: &Path, arguments: &[&str], shaders: Option<&Path>) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_headwater"));
@@ -63,24 +64,27 @@ fn every_case_passes() {
 fn golden_frames_hold_until_a_fault_is_planted() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let only = ["--only", SOME];
-    bless(folder, &only);
+    bless(folder, &["--only", SOME]);
+    bless(folder, &["--only", WORLD]);
     let junit = folder.join("junit.xml");
-    let with_junit = [&only[..], &["--junit", junit.to_str().unwrap()]].concat();
-    let output = regress(folder, &with_junit, None);
-    println!("{}", said(&output));
-    assert_status(&output, 0, " 0 failed");
-    assert!(!folder.join("failures").exists());
-    let xml = std::fs::read_to_string(&junit).unwrap();
-    assert!(
-        xml.contains("<testsuites") && xml.contains(SOME) && xml.contains("failures=\"0\""),
-        "{xml}"
-    );
+    let with_junit = |case| ["--only", case, "--junit", junit.to_str().unwrap()];
+    for case in [SOME, WORLD] {
+        let output = regress(folder, &with_junit(case), None);
+        println!("{}", said(&output));
+        assert_status(&output, 0, " 0 failed");
+        assert!(!folder.join("failures").exists());
+        let xml = std::fs::read_to_string(&junit).unwrap();
+        assert!(
+            xml.contains("<testsuites") && xml.contains(case) && xml.contains("failures=\"0\""),
+            "{xml}"
+        );
+    }
 
-    // A merge that forgets the Jacobian, and a reservoir whose weight loses its last bits as it is packed: each is seen first
-    // where its pass writes.
-    for (change, pass) in [
+    // A merge that forgets the Jacobian, a reservoir whose confidence is wrong as it is packed, and a world reservoir, which
+    // shaders may write by address, with a wrong weight: each is seen first where its pass writes.
+    for (case, change, pass) in [
         (
+            SOME,
             (
                 "restir/path_sample.glsl",
                 "vec3(solid_angle), pdf_solid_angle",
@@ -89,6 +93,7 @@ fn golden_frames_hold_until_a_fault_is_planted() {
             "_indirect wrote another reservoirs",
         ),
         (
+            SOME,
             (
                 "restir/reservoir.glsl",
                 "p.words[HISTORY_WORD] = min(uint(r.confidence)",
@@ -96,20 +101,33 @@ fn golden_frames_hold_until_a_fault_is_planted() {
             ),
             "frame 0: pass initial_direct wrote another reservoirs",
         ),
+        (
+            WORLD,
+            (
+                "restir/world_reservoirs.glsl",
+                "GpuWorldSample(reservoir.contribution_weight,",
+                "GpuWorldSample(1.01 * reservoir.contribution_weight,",
+            ),
+            "frame 0: pass initial_indirect wrote another world_samples",
+        ),
     ] {
         let shaders = tempfile::tempdir().unwrap();
         planted(&shaders.path().join("glsl"), &[change]);
-        let output = regress(folder, &with_junit, Some(&shaders.path().join("glsl")));
+        let output = regress(
+            folder,
+            &with_junit(case),
+            Some(&shaders.path().join("glsl")),
+        );
         println!("{}", said(&output));
         assert_status(&output, 1, pass);
         assert!(
-            said(&output).contains("again: headwater render cornell"),
+            said(&output).contains("again: headwater render "),
             "{}",
             said(&output)
         );
         for file in [".exr", "-golden.exr", "-difference.png"] {
             assert!(
-                folder.join(format!("failures/{SOME}{file}")).is_file(),
+                folder.join(format!("failures/{case}{file}")).is_file(),
                 "{file}"
             );
         }

@@ -12,27 +12,27 @@
 #include "restir/matte_domain.glsl"
 #include "restir/world_table.glsl"
 
-// Of the previous frame.
+// The table that the previous frame made.
 layout(scalar) readonly buffer WorldCellsBlock { uint at[]; } world_cells;
 layout(scalar) readonly buffer WorldListBlock { uint at[]; } world_list;
-// Of this one.
+// Keys of this frame's vertices.
 layout(scalar) writeonly buffer WorldKeysBlock { uint at[]; } world_keys;
-// Of both, by address where that is possible: large pictures have more vertices than a binding holds.
+// Points and samples of both frames, by address where that is possible: large pictures have more vertices than a binding
+// holds.
 #if GEOMETRY_ADDRESSES
-layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer PreviousWorldPointsBlock { GpuGridPoint at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer PreviousWorldSamplesBlock { GpuWorldSample at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 16) writeonly buffer WorldPointsBlock { GpuGridPoint at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 16) writeonly buffer WorldSamplesBlock { GpuWorldSample at[]; };
+#define WORLD_BUFFER(access, Block, Type, name) \
+    layout(buffer_reference, scalar, buffer_reference_align = 16) access buffer Block { Type at[]; };
 #define previous_world_points PreviousWorldPointsBlock(restir.at.world.previous.points)
 #define previous_world_samples PreviousWorldSamplesBlock(restir.at.world.previous.samples)
 #define world_points WorldPointsBlock(restir.at.world.current.points)
 #define world_samples WorldSamplesBlock(restir.at.world.current.samples)
 #else
-layout(scalar) readonly buffer PreviousWorldPointsBlock { GpuGridPoint at[]; } previous_world_points;
-layout(scalar) readonly buffer PreviousWorldSamplesBlock { GpuWorldSample at[]; } previous_world_samples;
-layout(scalar) writeonly buffer WorldPointsBlock { GpuGridPoint at[]; } world_points;
-layout(scalar) writeonly buffer WorldSamplesBlock { GpuWorldSample at[]; } world_samples;
+#define WORLD_BUFFER(access, Block, Type, name) layout(scalar) access buffer Block { Type at[]; } name;
 #endif
+WORLD_BUFFER(readonly, PreviousWorldPointsBlock, GpuGridPoint, previous_world_points)
+WORLD_BUFFER(readonly, PreviousWorldSamplesBlock, GpuWorldSample, previous_world_samples)
+WORLD_BUFFER(writeonly, WorldPointsBlock, GpuGridPoint, world_points)
+WORLD_BUFFER(writeonly, WorldSamplesBlock, GpuWorldSample, world_samples)
 
 // Entries of a list that are tried for each reservoir, since lists have gaps.
 const uint WORLD_TRIES = 4u;

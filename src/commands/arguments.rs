@@ -73,7 +73,7 @@ pub struct SceneArgs {
     /// How rays are traced
     #[arg(long, value_enum, default_value_t)]
     pub tracer: TracerChoice,
-    /// How shaders read the buffers of the scene
+    /// How shaders reach the buffers of the scene, and world reservoirs
     #[arg(long, value_enum, default_value_t)]
     pub geometry: GeometryChoice,
     /// How textures are read

@@ -33,7 +33,7 @@ pub trait Bindings<'a> {
     /// The pass's own bindings; its shader must name every one of them.
     fn own(&self) -> Vec<(&'static str, Resource<'a>)>;
 
-    /// Bindings of groups; each shader uses those that it names.
+    /// Bindings that a shader may leave out, from the groups of `[offers …]`.
     fn offered(&self) -> Vec<(&'static str, Resource<'a>)> {
         Vec::new()
     }
@@ -162,6 +162,13 @@ impl ComputePass {
             .find(|(name, _)| !self.declared.iter().any(|declared| declared == name))
         {
             return Err(wrong(format!("the shader does not name '{name}'")));
+        }
+        // The second of them would never be bound.
+        let names = || own.iter().chain(&offered).map(|(name, _)| name);
+        if let Some((_, name)) =
+            (names().enumerate()).find(|(n, name)| names().take(*n).any(|other| other == *name))
+        {
+            return Err(wrong(format!("two resources have the name '{name}'")));
         }
         (program.bindings.iter())
             .map(|binding| {

@@ -96,7 +96,13 @@ impl<'a> Recording<'a> {
         }
         commands.end();
         if self.commands.device.records.hashes_outputs() {
-            self.hash_outputs(pass, &resources)?;
+            // What is offered and not bound the shader may have the address of.
+            let by_address = (bindings.offered().into_iter())
+                .filter(|(name, _)| program.bindings.iter().all(|bound| bound.name != *name));
+            let outputs: Vec<Resource> = (resources.iter().copied())
+                .chain(by_address.map(|(_, resource)| resource))
+                .collect();
+            self.hash_outputs(pass, &outputs)?;
         }
         Ok(())
     }

@@ -113,11 +113,11 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// Addresses of the world reservoirs of a frame, for shaders that take addresses.
+    /// Addresses of the world reservoirs of a frame, for shaders that take addresses; zeros for others.
     pub struct WorldAddresses {
-        /// Where the vertices are.
+        /// Address of the array of `GpuGridPoint`: lower word, upper word.
         pub points: UVec2,
-        /// What their reservoirs hold.
+        /// Address of the array of `GpuWorldSample`.
         pub samples: UVec2,
     }
 }
@@ -125,7 +125,7 @@ crate::gpu_struct! {
 crate::gpu_struct! {
     /// World reservoirs.
     pub struct WorldConstants {
-        /// The reservoirs of the previous frame.
+        /// Where the reservoirs of the previous frame are.
         pub previous: WorldAddresses,
         /// Those of this frame.
         pub current: WorldAddresses,

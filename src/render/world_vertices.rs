@@ -16,9 +16,14 @@ pub struct WorldVertices {
 }
 
 impl History<WorldVertices> {
+    /// The reservoirs of the previous frame. In the first frame they are empty, since a restart clears both copies.
+    pub fn last(&self) -> &WorldVertices {
+        self.spare()
+    }
+
     /// The bindings of shaders that take no addresses.
     pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
-        let (previous, current) = (self.spare(), self.current());
+        let (previous, current) = (self.last(), self.current());
         vec![
             ("previous_world_points", Resource::Read(&previous.points)),
             ("previous_world_samples", Resource::Read(&previous.samples)),

@@ -48,9 +48,10 @@ const INSTANCES: BvhBuildParams = BvhBuildParams {
     ..BvhBuildParams::medium_build()
 };
 
-/// The builder joins pairs of boxes that are each other's nearest, and of equal boxes only a few are at a time. So its time is
-/// quadratic in their number: 30 s for 32,000 triangles, hours for a million.
-const MOST_EQUAL_BOXES: usize = 1000;
+/// The builder merges pairs of boxes that are nearest to each other. Among equal boxes it finds only a few such pairs in each
+/// round, so that its time is quadratic in their number: 30 s for 32,000 triangles, hours for a million. With more than these
+/// the whole tree is halved by the order of boxes instead, which rays take longer to walk.
+const MAX_EQUAL_BOXES: usize = 1000;
 
 impl Tree {
     /// The tree of a mesh, given its triangles' corners.
@@ -188,9 +189,9 @@ pub fn binary_tree(boxes: &[(Vec3, Vec3)]) -> Vec<BinaryNode> {
     nodes
 }
 
-/// Whether a box occurs more than [`MOST_EQUAL_BOXES`] times. Sorting hashes takes half the time of counting in a map.
+/// Whether a box occurs more than [`MAX_EQUAL_BOXES`] times. Sorting hashes takes half the time of counting in a map.
 fn many_are_equal(boxes: &[Aabb]) -> bool {
-    if boxes.len() <= MOST_EQUAL_BOXES {
+    if boxes.len() <= MAX_EQUAL_BOXES {
         return false;
     }
     let hasher = BuildHasherDefault::<DefaultHasher>::default();
@@ -200,7 +201,7 @@ fn many_are_equal(boxes: &[Aabb]) -> bool {
         .map(|bits| hasher.hash_one(bits))
         .collect();
     hashes.sort_unstable();
-    let mut pairs = hashes.iter().zip(&hashes[MOST_EQUAL_BOXES..]);
+    let mut pairs = hashes.iter().zip(&hashes[MAX_EQUAL_BOXES..]);
     pairs.any(|(first, last)| first == last)
 }
 
@@ -315,6 +316,20 @@ mod tests {
             assert!(order.into_iter().eq(0..count as u32));
             assert!(tree.depth <= balanced_depth(count));
         }
-        assert_eq!(binary_tree(&boxes).len(), 2 * boxes.len() - 1);
+        let nodes = binary_tree(&boxes);
+        assert_eq!(nodes.len(), 2 * boxes.len() - 1);
+        let leaves = nodes.iter().filter(|node| node.primitive != NONE);
+        let mut found: Vec<u32> = leaves.map(|leaf| leaf.primitive).collect();
+        found.sort_unstable();
+        assert!(found.into_iter().eq(0..boxes.len() as u32));
+        // From the end, the node after the last descendant is known of both children.
+        for (index, node) in nodes.iter().enumerate().rev() {
+            let after = match node.primitive {
+                NONE => nodes[nodes[index + 1].next as usize].next,
+                _ => index as u32 + 1,
+            };
+            assert_eq!(node.next, after, "{index}");
+            assert_eq!((node.low, node.high), (Vec3::ZERO, Vec3::ONE));
+        }
     }
 }

@@ -20,7 +20,7 @@ pub enum TracerChoice {
     ComputeBvh,
 }
 
-/// How shaders read the buffers of the scene, as the user asks for it.
+/// How shaders reach the buffers of the scene, and world reservoirs, as the user asks for it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum GeometryChoice {
     /// By rule from the device and the size of the scene.

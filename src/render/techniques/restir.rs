@@ -7,7 +7,7 @@ use super::indirect::IndirectLight;
 use super::light_lists::LightLists;
 use super::pilots::Pilots;
 use super::reuse::{FrameInputs, Reuse};
-use super::sizes::Sizes;
+use super::sizes::BufferSizes;
 use super::world_reservoirs::{self, WorldLight};
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
 use crate::layouts::{
@@ -78,7 +78,7 @@ impl Restir {
         };
         check_side("wide", view.width)?;
         check_side("high", view.height)?;
-        let sizes = Sizes::of(view, settings, &layout);
+        let sizes = BufferSizes::of(view, settings, &layout);
         world_reservoirs::check(settings, view, sizes.slots)?;
         let by_address = bindings.scene.variant.geometry == GeometryAccess::BufferAddresses;
         sizes.check(device, by_address, view, settings, tracking)?;

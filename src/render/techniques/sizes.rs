@@ -1,4 +1,4 @@
-//! What resampling keeps of a picture, in bytes, before it is allocated; what a device has no room for is refused.
+//! Bytes of the buffers of resampling, known before they are allocated. Buffers that a device has no room for are refused.
 
 use super::hash_grid;
 use super::light_lists::LightLists;
@@ -17,33 +17,33 @@ use glam::Vec3;
 // A pilot fits into the reservoir that holds it.
 const _: () = assert!(PILOT_WORDS <= INDIRECT_COMPACT_WORDS);
 
-/// What a picture needs per pixel, before it is allocated.
-pub struct Sizes {
-    /// Places for pixels.
+/// Bytes of the buffers of a picture.
+pub struct BufferSizes {
+    /// Places for pixels: a number, not bytes.
     pub slots: u64,
-    /// Bytes of radiance.
+    /// Radiance.
     pub color: u64,
-    /// Bytes of primary surfaces.
+    /// Primary surfaces.
     pub sample_data: u64,
-    /// Bytes of pilots that are in no reservoirs.
+    /// Pilots that are in no reservoirs.
     pub own_pilots: u64,
-    /// Bytes from one pilot to the next.
+    /// From one pilot to the next.
     pub pilot_stride: u64,
-    /// Bytes of the reservoirs of direct light.
+    /// Reservoirs of direct light.
     pub direct: u64,
-    /// The same of indirect light.
+    /// Reservoirs of indirect light.
     pub indirect: u64,
-    /// Bytes of lists of lights.
+    /// Lists of lights.
     pub light_lists: u64,
-    /// Bytes of the buffers of the hash grid, by name.
+    /// The hash grid, by name.
     pub hash_grid: [(&'static str, u64); 3],
-    /// Bytes of a frame's world reservoirs, by name.
+    /// World reservoirs of one frame, by name.
     pub world_vertices: [(&'static str, u64); 2],
-    /// Bytes of the buffers of their table, by name.
+    /// The table of world reservoirs, by name.
     pub world_table: [(&'static str, u64); 3],
 }
 
-impl Sizes {
+impl BufferSizes {
     /// What a picture needs with these settings and this layout of reservoirs.
     pub fn of(view: &ViewConstants, settings: &Settings, layout: &ReservoirLayout) -> Self {
         let pixels = u64::from(view.width) * u64::from(view.height);
@@ -124,10 +124,10 @@ impl Sizes {
                 let (does, limit) = limit(name);
                 let way_out = if is_vertices(name) && info.buffer_addresses && !by_address {
                     "use --geometry buffer-addresses, lower world_reservoirs.depth, or choose a smaller picture"
-                } else if is_vertices(name) {
-                    "lower world_reservoirs.depth, or choose a smaller picture"
-                } else if self.world_table.iter().any(|(own, _)| own == name) {
+                } else if *name == "world_cells" {
                     "lower world_reservoirs.depth or .table, or choose a smaller picture"
+                } else if is_vertices(name) || self.world_table.iter().any(|(own, _)| own == name) {
+                    "lower world_reservoirs.depth, or choose a smaller picture"
                 } else if *name == "light_lists" {
                     "lower light_bvh.list, raise light_bvh.tile, or choose a smaller picture"
                 } else {

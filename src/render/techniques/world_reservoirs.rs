@@ -93,8 +93,8 @@ pub fn table_bytes(
 }
 
 impl WorldLight {
-    /// Makes what `settings` need for a picture with `slots` places for pixels, for shaders that take addresses or do not;
-    /// `pass` makes a pass by name.
+    /// Makes what `settings` need for a picture with `slots` places for pixels. `by_address`: whether shaders reach the
+    /// reservoirs by buffer address; `pass` makes a pass by name.
     ///
     /// # Errors
     /// More memory than the device has.
@@ -160,7 +160,7 @@ impl WorldLight {
     /// Advances the history, and says in a frame's constants where its reservoirs are.
     pub fn begin_frame(&self, constants: &mut WorldConstants) {
         self.vertices.advance();
-        constants.previous = self.vertices.spare().addresses;
+        constants.previous = self.vertices.last().addresses;
         constants.current = self.vertices.current().addresses;
     }
 

@@ -134,7 +134,8 @@ pub struct Visit {
     pub is_leaf: bool,
 }
 
-/// The nodes that a walk visits at a point, as in `glsl/lights/light_bvh.glsl`: of those that do not hold it, no children.
+/// The nodes that a walk visits at a point, as in `glsl/lights/light_bvh.glsl`. A node whose box does not hold the point is
+/// visited, but its descendants are not.
 pub fn walk(nodes: &[GpuLightNode], point: Vec3) -> impl Iterator<Item = Visit> {
     let mut next = 0;
     std::iter::from_fn(move || {
