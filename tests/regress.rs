@@ -82,9 +82,10 @@ fn golden_frames_hold_until_a_fault_is_planted() {
 
     // A merge that forgets the Jacobian, a reservoir whose confidence is wrong as it is packed, and a world reservoir, which
     // shaders may write by address, with a wrong weight: each is seen first where its pass writes.
-    for (case, change, pass) in [
+    for (case, scene, change, pass) in [
         (
             SOME,
+            "cornell",
             (
                 "restir/path_sample.glsl",
                 "vec3(solid_angle), pdf_solid_angle",
@@ -94,6 +95,7 @@ fn golden_frames_hold_until_a_fault_is_planted() {
         ),
         (
             SOME,
+            "cornell",
             (
                 "restir/reservoir.glsl",
                 "p.words[HISTORY_WORD] = min(uint(r.confidence)",
@@ -103,6 +105,7 @@ fn golden_frames_hold_until_a_fault_is_planted() {
         ),
         (
             WORLD,
+            "night-city",
             (
                 "restir/world_reservoirs.glsl",
                 "GpuWorldSample(reservoir.contribution_weight,",
@@ -121,7 +124,7 @@ fn golden_frames_hold_until_a_fault_is_planted() {
         println!("{}", said(&output));
         assert_status(&output, 1, pass);
         assert!(
-            said(&output).contains("again: headwater render "),
+            said(&output).contains(&format!("again: headwater render {scene}")),
             "{}",
             said(&output)
         );
