@@ -4,8 +4,12 @@
 // The crate's own parts of shared files are marked `cfg(headwater)`.
 #![allow(unexpected_cfgs)]
 
+use gpu::compiler::Sources;
 use std::fmt::Write as _;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::num::NonZero;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 #[path = "src/gpu"]
 mod gpu {
@@ -51,24 +55,21 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let shipped: Vec<String> = sources.keys().cloned().collect();
     sources.extend(generated.map(|(name, text)| (name.to_owned(), text)));
 
-    let mut table = String::from("&[\n");
     // Every file in `glsl/passes` is a pass.
     let passes = shipped
         .iter()
         .filter_map(|file| file.strip_prefix("passes/")?.strip_suffix(".comp"));
-    for pass in passes {
-        for variant in shader_variants::Variant::all() {
-            let key = variant.key(pass);
-            let file = format!("passes/{pass}.comp");
-            let source = &sources[&file];
-            let words = gpu::compiler::compile(&file, source, &sources, &variant.defines())?;
-            let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
-            std::fs::write(out.join(format!("{key}.spv")), bytes)?;
-            writeln!(
-                table,
-                "    ({key:?}, include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{key}.spv\"))),"
-            )?;
-        }
+    let shaders: Vec<(&str, shader_variants::Variant)> = passes
+        .flat_map(|pass| shader_variants::Variant::all().map(move |variant| (pass, variant)))
+        .collect();
+    compile_all(&shaders, &sources, &out)?;
+    let mut table = String::from("&[\n");
+    for (pass, variant) in &shaders {
+        let key = variant.key(pass);
+        writeln!(
+            table,
+            "    ({key:?}, include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{key}.spv\"))),"
+        )?;
     }
     table.push_str("]\n");
     std::fs::write(out.join("shaders.rs"), table)?;
@@ -82,6 +83,57 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     listing.push_str("]\n");
     std::fs::write(out.join("sources.rs"), listing)?;
     Ok(())
+}
+
+/// Compiles shaders into `out`, on every core.
+fn compile_all(
+    shaders: &[(&str, shader_variants::Variant)],
+    sources: &Sources,
+    out: &Path,
+) -> Result<(), String> {
+    let next = AtomicUsize::new(0);
+    let work = || -> Result<(), String> {
+        while let Some((pass, variant)) = shaders.get(next.fetch_add(1, Ordering::Relaxed)) {
+            compile(pass, *variant, sources, out)?;
+        }
+        Ok(())
+    };
+    let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
+    std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..cores).map(|_| scope.spawn(work)).collect();
+        threads
+            .into_iter()
+            .try_for_each(|thread| thread.join().map_err(|_| "a compiling thread panicked")?)
+    })
+}
+
+/// Compiles one shader to `KEY.spv`, unless the last build made that file from the same input: an edit of one shader then
+/// costs only the passes that include it.
+fn compile(
+    pass: &str,
+    variant: shader_variants::Variant,
+    sources: &Sources,
+    out: &Path,
+) -> Result<(), String> {
+    let file = format!("passes/{pass}.comp");
+    let defines = variant.defines();
+    let mut hasher = DefaultHasher::new();
+    (include_str!("src/gpu/compiler.rs"), &defines).hash(&mut hasher);
+    for name in gpu::compiler::closure(&file, sources) {
+        (name, &sources[name]).hash(&mut hasher);
+    }
+    let hash = hasher.finish().to_le_bytes();
+    let [spirv, made_from] =
+        ["spv", "hash"].map(|kind| out.join(format!("{}.{kind}", variant.key(pass))));
+    if std::fs::read(&made_from).is_ok_and(|old| old == hash) {
+        return Ok(());
+    }
+    // An interrupted build leaves no hash, and so the file is made again.
+    let _ = std::fs::remove_file(&made_from);
+    let words = gpu::compiler::compile(&file, &sources[&file], sources, &defines)?;
+    let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+    let written = std::fs::write(&spirv, bytes).and_then(|()| std::fs::write(&made_from, hash));
+    written.map_err(|e| format!("cannot write {}: {e}", spirv.display()))
 }
 
 /// The commit this build is made from, for metadata, with a `+` if files had been changed when this

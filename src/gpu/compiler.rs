@@ -6,9 +6,15 @@
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+use std::sync::LazyLock;
 
 /// GLSL sources by the name that `#include` uses, such as `random.glsl` or `passes/primary.comp`.
 pub type Sources = BTreeMap<String, String>;
+
+/// The compiler of the process. It is never dropped: the last one to go takes the tables of GLSL's built-in functions
+/// with it, and to build these again takes most of the time of a compilation.
+static COMPILER: LazyLock<Result<shaderc::Compiler, String>> =
+    LazyLock::new(|| shaderc::Compiler::new().map_err(|e| e.to_string()));
 
 /// The first line of files that are included once.
 const ONCE: &str = "#pragma once\n";
@@ -44,6 +50,22 @@ pub fn read_folder(folder: &Path) -> std::io::Result<Sources> {
     Ok(sources)
 }
 
+/// The names of a file and of all files that it includes, directly or not.
+pub fn closure<'a>(name: &'a str, sources: &'a Sources) -> BTreeSet<&'a str> {
+    let mut found = BTreeSet::new();
+    let mut open = vec![name];
+    while let Some(name) = open.pop() {
+        let Some((name, text)) = sources.get_key_value(name) else {
+            continue;
+        };
+        if found.insert(name.as_str()) {
+            let includes = text.lines().filter_map(|line| line.strip_prefix("#include \""));
+            open.extend(includes.filter_map(|line| line.strip_suffix('"')));
+        }
+    }
+    found
+}
+
 /// Compiles one compute shader to SPIR-V 1.5 (Vulkan 1.2).
 ///
 /// Names are kept and no optimiser runs: binding by name needs the names, and drivers optimise
@@ -73,7 +95,7 @@ pub fn compile_with(
     debug: Debug,
 ) -> Result<Vec<u32>, String> {
     let included = RefCell::new(BTreeSet::new());
-    let compiler = shaderc::Compiler::new().map_err(|e| e.to_string())?;
+    let compiler = COMPILER.as_ref()?;
     let mut options = shaderc::CompileOptions::new().map_err(|e| e.to_string())?;
     options.set_target_env(
         shaderc::TargetEnv::Vulkan,

@@ -5,7 +5,6 @@ use crate::environment_variable::is_asked_for;
 use crate::gpu::compiler::{self, Debug, Sources};
 use crate::short_hash::short;
 use crate::{Error, Result, layouts};
-use std::collections::BTreeSet;
 use std::path::Path;
 
 /// SPIR-V by variant key.
@@ -73,27 +72,11 @@ impl Fingerprints {
     /// `HEADWATER_GLSL` names a folder that cannot be read.
     pub fn new() -> Result<Self> {
         let sources = sources_in_use()?;
-        let mut included = BTreeSet::new();
-        include("passes/path_trace.comp", &sources, &mut included);
+        let included = compiler::closure("passes/path_trace.comp", &sources);
         Ok(Self {
             all: hash_of(&sources, |_| true),
             path_trace: hash_of(&sources, |name| included.contains(name)),
         })
-    }
-}
-
-/// Adds a file, and those that it includes, to `included`.
-fn include<'a>(name: &'a str, sources: &'a Sources, included: &mut BTreeSet<&'a str>) {
-    let Some(text) = sources.get(name) else {
-        return;
-    };
-    if included.insert(name) {
-        let lines = text
-            .lines()
-            .filter_map(|line| line.strip_prefix("#include \""));
-        lines
-            .filter_map(|line| line.strip_suffix('"'))
-            .for_each(|name| include(name, sources, included));
     }
 }
 
@@ -125,6 +108,7 @@ fn add_generated(sources: &mut Sources) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::collections::BTreeSet;
     use crate::gpu::layout::{GpuStruct, SpecialisationConstant};
     use crate::gpu::reflection::{BindingKind, Reflection, parse};
     use crate::gpu::specialise::specialise;
@@ -136,8 +120,7 @@ mod tests {
     #[test]
     fn a_pass_depends_on_what_it_includes() {
         let sources = sources();
-        let mut included = BTreeSet::new();
-        include("passes/path_trace.comp", &sources, &mut included);
+        let included = compiler::closure("passes/path_trace.comp", &sources);
         for name in [
             "scene/trace_compute_bvh.glsl",
             "core/math.glsl",
