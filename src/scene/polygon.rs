@@ -11,41 +11,104 @@ const MAX_EAR_CLIPPING_CORNERS: usize = 512;
 pub(super) fn triangulate(points: &[Vec3], mut triangle: impl FnMut([usize; 3])) {
     let count = points.len();
     let corners = flatten(points);
-    let turns_left = |[a, b, c]: [usize; 3]| turn(corners[a], corners[b], corners[c]) >= 0.0;
-    let convex = (0..count).all(|i| turns_left([i, (i + 1) % count, (i + 2) % count]));
-    let mut left: Vec<usize> = (0..count).collect();
-    if !convex && count <= MAX_EAR_CLIPPING_CORNERS {
-        while left.len() > 3 {
-            let Some(ear) = (0..left.len()).find(|&i| is_ear(&corners, &left, i)) else {
-                break;
-            };
-            triangle(around(&left, ear));
-            left.remove(ear);
+    let mut ears = Ears::of(&corners);
+    if !is_convex(&corners) && count <= MAX_EAR_CLIPPING_CORNERS {
+        while ears.left.len() > 3
+            && let Some(ear) = ears.cut_first()
+        {
+            triangle(ear);
         }
     }
+    let left = ears.left;
     for pair in left.get(1..).unwrap_or_default().windows(2) {
         triangle([left[0], pair[0], pair[1]]);
     }
 }
 
-/// The corner at `i` between its neighbours.
-fn around(left: &[usize], i: usize) -> [usize; 3] {
-    let count = left.len();
-    [
-        left[(i + count - 1) % count],
-        left[i],
-        left[(i + 1) % count],
-    ]
+fn is_convex(corners: &[DVec2]) -> bool {
+    let count = corners.len();
+    let turns_left = |[a, b, c]: [usize; 3]| turn(corners[a], corners[b], corners[c]) >= 0.0;
+    (0..count).all(|i| turns_left([i, (i + 1) % count, (i + 2) % count]))
 }
 
-fn is_ear(corners: &[DVec2], left: &[usize], i: usize) -> bool {
-    let [a, b, c] = around(left, i).map(|corner| corners[corner]);
-    let inside = |p: DVec2| turn(a, b, p) >= 0.0 && turn(b, c, p) >= 0.0 && turn(c, a, p) >= 0.0;
-    turn(a, b, c) > 0.0
-        && left
-            .iter()
-            .map(|&corner| corners[corner])
-            .all(|p| p == a || p == b || p == c || !inside(p))
+/// Finds the ears of a polygon: corners that can be cut off, because no other corner lies in the triangle with their
+/// neighbours. What is known of a corner is kept until it can change, since a file can hold thousands of polygons for
+/// which each cut would search all pairs of corners.
+struct Ears<'a> {
+    corners: &'a [DVec2],
+    /// The corners that are not cut off, in the order of the polygon.
+    left: Vec<usize>,
+    is_left: Vec<bool>,
+    known: Vec<Known>,
+}
+
+/// What is known of a corner.
+#[derive(Clone, Copy)]
+enum Known {
+    Nothing,
+    Ear,
+    /// It is none as long as its neighbours stay.
+    Reflex,
+    /// It is none as long as this corner stays; none before this one lies in the triangle.
+    Blocked(usize),
+}
+
+impl<'a> Ears<'a> {
+    fn of(corners: &'a [DVec2]) -> Self {
+        Self {
+            corners,
+            left: (0..corners.len()).collect(),
+            is_left: vec![true; corners.len()],
+            known: vec![Known::Nothing; corners.len()],
+        }
+    }
+
+    /// Cuts off the first ear; none if there is none.
+    fn cut_first(&mut self) -> Option<[usize; 3]> {
+        let place = (0..self.left.len()).find(|&place| self.is_ear(place))?;
+        let [before, ear, after] = self.around(place);
+        self.left.remove(place);
+        self.is_left[ear] = false;
+        self.known[before] = Known::Nothing;
+        self.known[after] = Known::Nothing;
+        Some([before, ear, after])
+    }
+
+    /// The corner at a place between its neighbours.
+    fn around(&self, place: usize) -> [usize; 3] {
+        let count = self.left.len();
+        [
+            self.left[(place + count - 1) % count],
+            self.left[place],
+            self.left[(place + 1) % count],
+        ]
+    }
+
+    fn is_ear(&mut self, place: usize) -> bool {
+        let corner = self.left[place];
+        let begin = match self.known[corner] {
+            Known::Ear => return true,
+            Known::Reflex => return false,
+            Known::Blocked(by) if self.is_left[by] => return false,
+            Known::Blocked(by) => by,
+            Known::Nothing => 0,
+        };
+        let [a, b, c] = self.around(place).map(|corner| self.corners[corner]);
+        let inside =
+            |p: DVec2| turn(a, b, p) >= 0.0 && turn(b, c, p) >= 0.0 && turn(c, a, p) >= 0.0;
+        let blocks = |&other: &usize| {
+            let p = self.corners[other];
+            self.is_left[other] && p != a && p != b && p != c && inside(p)
+        };
+        self.known[corner] = if turn(a, b, c) <= 0.0 {
+            Known::Reflex
+        } else {
+            (begin..self.corners.len())
+                .find(blocks)
+                .map_or(Known::Ear, Known::Blocked)
+        };
+        matches!(self.known[corner], Known::Ear)
+    }
 }
 
 /// Twice the area of a triangle, positive if it turns left.
@@ -140,6 +203,60 @@ mod tests {
                 assert_eq!(back.iter().sum::<f32>(), 3.0);
             }
         }
+    }
+
+    /// The same ears as a search from the start after each cut finds.
+    fn cut_plainly(points: &[Vec3]) -> Vec<[usize; 3]> {
+        let corners = flatten(points);
+        let mut left: Vec<usize> = (0..points.len()).collect();
+        let mut triangles = Vec::new();
+        while left.len() > 3 {
+            let around = |i: usize| {
+                let count = left.len();
+                [i + count - 1, i, i + 1].map(|i| left[i % count])
+            };
+            let is_ear = |i: &usize| {
+                let [a, b, c] = around(*i).map(|corner| corners[corner]);
+                let out =
+                    |p: DVec2| turn(a, b, p) < 0.0 || turn(b, c, p) < 0.0 || turn(c, a, p) < 0.0;
+                let mut others = left.iter().map(|&corner| corners[corner]);
+                turn(a, b, c) > 0.0 && others.all(|p| p == a || p == b || p == c || out(p))
+            };
+            let Some(ear) = (0..left.len()).find(is_ear) else {
+                break;
+            };
+            triangles.push(around(ear));
+            left.remove(ear);
+        }
+        let fan = left[1..].windows(2);
+        triangles.extend(fan.map(|pair| [left[0], pair[0], pair[1]]));
+        triangles
+    }
+
+    #[test]
+    fn what_is_kept_of_corners_changes_no_cut() {
+        let mut random = crate::random::Random::new(3);
+        let mut unit = || f64::from(random.index(1 << 20) as u32) / f64::from(1 << 20);
+        let mut concave = 0;
+        for round in 0..300 {
+            let count = 4 + round % 60;
+            // Stars with random rays, and in every third round corners anywhere.
+            let points: Vec<Vec3> = (0..count)
+                .map(|i| {
+                    let angle = std::f64::consts::TAU * i as f64 / count as f64;
+                    let (x, y) = match round % 3 {
+                        0 => (unit(), unit()),
+                        _ => (angle.cos() * unit(), angle.sin() * unit()),
+                    };
+                    Vec3::new(x as f32, y as f32, 0.0)
+                })
+                .collect();
+            if !is_convex(&flatten(&points)) {
+                concave += 1;
+                assert_eq!(cut(&points), cut_plainly(&points), "{points:?}");
+            }
+        }
+        assert!(concave > 100, "{concave}");
     }
 
     #[test]
