@@ -1,7 +1,7 @@
 //! Bounding boxes of meshes and scenes.
 
 use super::{Instance, Mesh, Scene};
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 
 /// An axis-aligned box in the world.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -33,6 +33,20 @@ impl Bounds {
                 if i & 4 == 0 { min.z } else { max.z },
             )
         })
+    }
+
+    /// A box around this one under a transform, which is not tight.
+    fn placed(&self, transform: &DAffine3) -> Self {
+        let corners = self
+            .corners()
+            .map(|corner| transform.transform_point3(corner));
+        Self::of(corners).unwrap_or(*self)
+    }
+
+    /// Whether another box lies inside, and further from the edge than rounding errors.
+    fn has_inside(&self, other: &Self) -> bool {
+        let margin = 1e-9 * (self.size() + self.min.abs().max(self.max.abs()));
+        (self.min + margin).cmple(other.min).all() && (self.max - margin).cmpge(other.max).all()
     }
 
     /// The smallest box around some boxes; none if there are none.
@@ -67,16 +81,26 @@ impl Mesh {
 impl Scene {
     /// The tight box around all instances; none if nothing is placed.
     pub fn bounds(&self) -> Option<Bounds> {
-        let instances = self.instances.iter();
-        Bounds::around(instances.filter_map(|instance| self.instance_bounds(instance)))
+        let boxes: Vec<Option<Bounds>> = self.meshes.iter().map(Mesh::bounds).collect();
+        let mut bounds: Option<Bounds> = None;
+        for instance in &self.instances {
+            // Most instances of a large mesh lie within what is known, and need no look at its vertices.
+            let loose =
+                boxes[instance.mesh as usize].map(|mesh| mesh.placed(&instance.object_to_world));
+            let is_within = |known: Bounds| loose.is_some_and(|loose| known.has_inside(&loose));
+            if !bounds.is_some_and(is_within) {
+                let own = self.instance_bounds(instance);
+                bounds = Bounds::around(bounds.into_iter().chain(own));
+            }
+        }
+        bounds
     }
 
     /// For each instance a box around its mesh's box, which is fast to compute but not tight.
     pub fn loose_boxes(&self) -> Vec<Bounds> {
         let bounds: Vec<Option<Bounds>> = self.meshes.iter().map(Mesh::bounds).collect();
         let of_instance = |instance: &Instance| {
-            let corners = bounds[instance.mesh as usize].as_ref()?.corners();
-            Bounds::of(corners.map(|corner| instance.object_to_world.transform_point3(corner)))
+            Some(bounds[instance.mesh as usize]?.placed(&instance.object_to_world))
         };
         self.instances.iter().filter_map(of_instance).collect()
     }
@@ -116,7 +140,7 @@ pub fn exponent(number: f64) -> i64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{DAffine3, Vec3};
+    use glam::Vec3;
 
     #[test]
     fn boxes_follow_the_instances() {

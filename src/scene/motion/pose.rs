@@ -2,7 +2,7 @@
 
 use super::{Motion, Place};
 use crate::scene::validate::{LARGEST_COORDINATE, check_reach, is_singular};
-use crate::scene::{Bounds, Camera, Scene, camera};
+use crate::scene::{Bounds, Camera, Mesh, Scene, camera};
 use crate::{Error, Result};
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -90,10 +90,12 @@ impl Scene {
             return Ok(());
         };
         let pose = motion.pose(time);
+        // Once for each mesh, in however many places it stands.
+        let boxes: Vec<_> = self.meshes.iter().map(Mesh::bounds).collect();
         for (index, place) in pose.instances {
             let instance = &mut self.instances[index as usize];
-            let bounds = self.meshes[instance.mesh as usize].bounds();
-            check_place(index, &place, bounds.as_ref(), time, LARGEST_COORDINATE)?;
+            let bounds = boxes[instance.mesh as usize].as_ref();
+            check_place(index, &place, bounds, time, LARGEST_COORDINATE)?;
             instance.object_to_world = place;
         }
         for (index, place) in pose.cameras {
