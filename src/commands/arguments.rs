@@ -10,7 +10,7 @@ use crate::scene::validate::check_camera;
 use crate::scene::{Camera, environment, file_of};
 use crate::toml_text::TomlText;
 use crate::tracing::selection::{GeometryChoice, TexturesChoice, TracerChoice, Wanted};
-use crate::{Error, Result};
+use crate::{Error, Result, input_files};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 
@@ -148,7 +148,7 @@ impl SceneArgs {
         let mut settings = Preset::named(preset)?.settings()?;
         let mut changed = Vec::new();
         if let Some(path) = &self.config {
-            let text = std::fs::read_to_string(path).map_err(|e| Error::reading(path, e))?;
+            let text = input_files::read_text(path, input_files::MAX_TOML_BYTES)?;
             let source = TomlText::new(&path.display().to_string(), &text);
             let changes = source.parse()?;
             settings = settings.with_toml(&source, &[], &changes)?;

@@ -8,6 +8,7 @@ use crate::render::Settings;
 use crate::render::settings::{
     Candidates, DirectMode, Far, Heuristic, IndirectMode, Integrator, Visibility,
 };
+use crate::scene::file_of;
 use std::path::PathBuf;
 
 /// Settings that `reference` takes.
@@ -39,6 +40,18 @@ pub fn note_for_scene(args: &SceneArgs, changed: &[String], outputs: &[PathBuf],
         notice(&format!(
             "--look-at sets the camera, so --camera {camera} has no effect"
         ));
+    }
+    if file_of(&args.scene).is_none() {
+        for (option, is_given) in [
+            ("--allow-missing", args.load.allow_missing),
+            ("--allow-outside", args.load.allow_outside),
+        ] {
+            if is_given {
+                notice(&format!(
+                    "a generated scene has no files, so {option} has no effect"
+                ));
+            }
+        }
     }
     let writes = |format| {
         outputs

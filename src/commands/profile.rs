@@ -8,7 +8,7 @@ use super::{NOTHING_WRITTEN, ignored, notice, print};
 use crate::files::{check_writable, write_atomically};
 use crate::profile::{self, Frame, Limits, Plan, Profile, check_comparable};
 use crate::render::settings::Integrator;
-use crate::{Error, Result};
+use crate::{Error, Result, input_files};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -180,7 +180,7 @@ fn check_files(args: &Args) -> Result<()> {
 
 /// Reads an earlier profile.
 fn read(path: &Path) -> Result<Profile> {
-    let text = std::fs::read_to_string(path).map_err(|e| Error::reading(path, e))?;
+    let text = input_files::read_text(path, input_files::MAX_JSON_BYTES)?;
     serde_json::from_str(&text).map_err(|e| {
         Error::input(format!(
             "{}: no profile ({e}); 'headwater profile --output' writes one",

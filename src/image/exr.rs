@@ -1,8 +1,8 @@
 //! OpenEXR: one part, 32-bit channels, losslessly compressed.
 
 use super::{Image, Samples};
-use crate::Error;
 use crate::files::write_atomically;
+use crate::{Error, input_files, memory};
 use ::exr::meta::header::Header;
 use ::exr::prelude::*;
 use std::cell::Cell;
@@ -70,7 +70,7 @@ fn string(text: &Text) -> String {
 }
 
 pub(super) fn read(path: &Path) -> crate::Result<Image> {
-    let bytes = std::fs::read(path).map_err(|e| Error::reading(path, e))?;
+    let bytes = input_files::read(path)?;
     // The decoder can panic on damaged files; a panic must become an error.
     match quietly(|| decode(&bytes)) {
         Some(Ok(image)) => Ok(image),
@@ -168,15 +168,12 @@ fn check_header(header: &Header, file_bytes: usize) -> std::result::Result<(), S
     let depth = |c: &ChannelDescription| c.sample_type.bytes_per_sample();
     let pixel_bytes: usize = header.channels.list.iter().map(depth).sum();
     let bytes = pixels.checked_mul(pixel_bytes).ok_or_else(too_large)?;
-    // The file stores an offset of eight bytes per chunk. The memory is reserved once here, because
-    // a failed allocation in the decoder would end the process.
-    if header.chunk_count > file_bytes / 8
-        || bytes / MAX_COMPRESSION_RATIO > file_bytes
-        || Vec::<u8>::new().try_reserve_exact(bytes).is_err()
-    {
+    // The file stores an offset of eight bytes per chunk.
+    if header.chunk_count > file_bytes / 8 || bytes / MAX_COMPRESSION_RATIO > file_bytes {
         return Err(too_large());
     }
-    Ok(())
+    // A failed allocation in the decoder would end the process. Samples are copied once.
+    memory::room_for(2 * bytes as u64).map(drop)
 }
 
 #[cfg(test)]

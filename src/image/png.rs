@@ -3,7 +3,7 @@
 use super::Image;
 use super::tonemap::{from_srgb, to_srgb_byte, tone_map};
 use crate::files::write_atomically;
-use crate::{Error, Result};
+use crate::{Error, Result, input_files, memory};
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 use std::path::Path;
 
@@ -36,16 +36,17 @@ pub(crate) fn write_bytes(path: &Path, size: (u32, u32), rgb: &[u8]) -> Result<(
 
 /// Reads grey or RGB of any bit depth as linear values; alpha is dropped.
 pub(super) fn read(path: &Path) -> Result<Image> {
-    let bytes = std::fs::read(path).map_err(|e| Error::reading(path, e))?;
+    let bytes = input_files::read(path)?;
     // The decoder allocates the size in the header, which may be damaged.
-    if claimed_bytes(&bytes)
-        .is_some_and(|claimed| claimed / MAX_COMPRESSION_RATIO > bytes.len() as u64)
-    {
+    let claimed = claimed_bytes(&bytes).unwrap_or(0);
+    if claimed / MAX_COMPRESSION_RATIO > bytes.len() as u64 {
         return Err(Error::reading(
             path,
             "it claims more pixels than it can hold; is it a complete PNG?",
         ));
     }
+    // A byte of a file becomes two, and then a float twice.
+    memory::check(claimed.saturating_mul(10)).map_err(|cause| Error::reading(path, cause))?;
     let decoded = image::load_from_memory_with_format(&bytes, image::ImageFormat::Png)
         .map_err(|e| Error::reading(path, format!("{e}; is it a complete PNG?")))?
         .into_rgb16();

@@ -5,7 +5,7 @@ use crate::files::write_atomically;
 use crate::gpu::{DeviceInfo, Output};
 use crate::image::Image;
 use crate::short_hash::short;
-use crate::{Error, Result};
+use crate::{Error, Result, input_files};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -233,7 +233,7 @@ impl Goldens {
 
     fn read(folder: &Path) -> Result<Self> {
         let path = folder.join(LIST);
-        let text = std::fs::read_to_string(&path).map_err(|e| Error::reading(&path, e))?;
+        let text = input_files::read_text(&path, input_files::MAX_JSON_BYTES)?;
         let damaged = |why: String| {
             Error::input(format!(
                 "{}: {why}; restore the folder, or make it again with --bless on its driver",
@@ -288,6 +288,6 @@ impl Goldens {
 }
 
 fn hash(path: &Path) -> Result<String> {
-    let bytes = std::fs::read(path).map_err(|e| Error::reading(path, e))?;
+    let bytes = input_files::read(path)?;
     Ok(short(&blake3::hash(&bytes)))
 }

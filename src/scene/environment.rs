@@ -2,8 +2,7 @@
 
 use super::sky;
 use super::validate::{BRIGHTEST, is_within};
-use crate::image;
-use crate::{Error, Result};
+use crate::{Error, Result, image, input_files, memory};
 use ::image::{ImageDecoder, ImageReader};
 use glam::Vec3;
 use std::f64::consts::{PI, TAU};
@@ -55,7 +54,7 @@ impl Environment {
     pub fn check_name(name: &str) -> Result<()> {
         match file_of(name) {
             None => sky::parse(name.strip_prefix("sky").unwrap_or_default()).map(drop),
-            Some(path) => (path.metadata().map(drop)).map_err(|e| Error::reading(path, e)),
+            Some(path) => input_files::check(path),
         }
     }
 
@@ -162,7 +161,7 @@ fn read_hdr(path: &Path) -> Result<(u32, u32, Arc<[Vec3]>)> {
         let cause = cause.to_string().replace('\n', " ");
         Error::reading(path, format!("{cause}; export it again"))
     };
-    let file = std::fs::File::open(path).map_err(|e| Error::reading(path, e))?;
+    let file = input_files::open(path).map_err(|e| Error::reading(path, e))?;
     let mut reader = ImageReader::new(std::io::BufReader::new(file));
     reader.set_format(::image::ImageFormat::Hdr);
     let decoder = reader.into_decoder().map_err(damaged)?;
@@ -173,6 +172,10 @@ fn read_hdr(path: &Path) -> Result<(u32, u32, Arc<[Vec3]>)> {
             format!("has {width} × {height} texels, the most are {MAX_TEXELS}; scale it"),
         ));
     }
+    // They are decoded, and copied.
+    const BYTES: u64 = 2 * size_of::<Vec3>() as u64;
+    memory::check(BYTES * u64::from(width) * u64::from(height))
+        .map_err(|cause| Error::reading(path, cause))?;
     let decoded = ::image::DynamicImage::from_decoder(decoder).map_err(damaged)?;
     let texels = decoded.into_rgb32f();
     let texels = texels.pixels().map(|p| Vec3::from_array(p.0)).collect();

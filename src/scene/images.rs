@@ -3,7 +3,7 @@
 use super::notices::quoted;
 use super::progress::Progress;
 use super::texture::Image;
-use crate::{Error, Result};
+use crate::{Error, Result, memory};
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -14,6 +14,9 @@ pub const MAX_SIZE: u32 = 16384;
 
 /// The most texels of all images of a scene: shaders count them in 32 bits.
 pub const MAX_TEXELS: u64 = 1 << 32;
+
+/// Bytes of a texel.
+pub(super) const BYTES: u64 = size_of::<[u8; 4]>() as u64;
 
 /// The most texels that are decoded at the same time, where an image alone has not more: those of the largest image.
 /// While an image is decoded it takes up to four times the memory that it has later.
@@ -43,7 +46,6 @@ impl TexelCount {
         if self.0 <= MAX_TEXELS {
             return Ok(());
         }
-        const BYTES: u64 = size_of::<[u8; 4]>() as u64;
         Err(Error::input(format!(
             "{}: with its {} bytes the scene's images have {} bytes when decoded, more than {}; scale them",
             name(),
@@ -73,6 +75,9 @@ pub(super) fn decode(
             Ok(texels)
         })
         .collect::<Result<_>>()?;
+    let texels: u64 = sizes.iter().sum();
+    memory::check(BYTES * (texels + 3 * texels.min(TEXELS_AT_ONCE)))
+        .map_err(|cause| Error::input(format!("the scene's images: {cause}; scale them")))?;
     let mut images = Vec::with_capacity(encoded.len());
     while images.len() < encoded.len() {
         progress.pause()?;

@@ -1,11 +1,13 @@
 //! Reads a scene from a file of any supported format.
 
 use super::notices::quoted;
-use super::progress::{Progress, Watch, Watched, room_for};
+use super::progress::{Progress, Watch, Watched};
+use super::scene_folder::SceneFolder;
 use super::{Scene, gltf, obj};
-use crate::{Error, Result};
+use crate::memory::room_for;
+use crate::{Error, Result, input_files};
 use std::fs::File;
-use std::io::Read;
+use std::io::{BufReader, Read};
 use std::path::Path;
 
 /// Largest glTF file, in bytes, without its separate buffers: a GLB stores its length in 32 bits.
@@ -17,6 +19,9 @@ pub struct Options {
     /// Render even if image files of textures are missing: without these textures
     #[arg(long)]
     pub allow_missing: bool,
+    /// Open files outside of the scene's folder too, where the scene names such: buffers, textures and MTL files
+    #[arg(long)]
+    pub allow_outside: bool,
 }
 
 /// Reads and validates a scene: glTF 2.0 (`.gltf`, `.glb`) or Wavefront OBJ (`.obj`).
@@ -39,7 +44,7 @@ pub fn load_watched(path: &Path, options: Options, watch: &mut Watch<'_>) -> Res
     let extension = path
         .extension()
         .map(|extension| extension.to_string_lossy().to_lowercase());
-    let folder = path.parent().unwrap_or(Path::new(""));
+    let folder = SceneFolder::new(path.parent().unwrap_or(Path::new("")), options);
     let mut progress = Progress::new(watch);
     let scene = match extension.as_deref() {
         Some("gltf" | "glb") => read_whole(path, &mut progress).and_then(|bytes| {
@@ -48,15 +53,12 @@ pub fn load_watched(path: &Path, options: Options, watch: &mut Watch<'_>) -> Res
                     "is no binary glTF, its first bytes are not \"glTF\"; export it again",
                 ));
             }
-            gltf::read(&bytes, folder, options, &mut progress)
+            gltf::read(&bytes, &folder, &mut progress)
         }),
-        Some("obj") => open_file(path, &mut progress).and_then(|(file, _)| {
-            let file = Watched::new(file, &mut progress);
-            obj::read(std::io::BufReader::with_capacity(1 << 16, file), folder)?.load_textures(
-                folder,
-                options,
-                &mut progress,
-            )
+        Some("obj") => open_file(path, &mut progress).and_then(|(file, length)| {
+            let file = Watched::new(file, &mut progress).take(length);
+            obj::read(BufReader::with_capacity(1 << 16, file), &folder)?
+                .load_textures(&folder, &mut progress)
         }),
         _ => Err(Error::input(
             "is no scene that can be read; give a .gltf, .glb or .obj file",
@@ -75,9 +77,8 @@ pub fn load_watched(path: &Path, options: Options, watch: &mut Watch<'_>) -> Res
 
 /// A file, and how many bytes it has.
 fn open_file(path: &Path, progress: &mut Progress<'_>) -> Result<(File, u64)> {
-    let file = File::open(path).map_err(unreadable)?;
-    // A pipe reports no length; the reported total is then smaller than the bytes read.
-    let length = file.metadata().map_or(0, |about| about.len());
+    let file = input_files::open(path).map_err(unreadable)?;
+    let length = file.metadata().map_err(unreadable)?.len();
     progress.expect(length);
     Ok((file, length))
 }
@@ -90,8 +91,10 @@ fn read_whole(path: &Path, progress: &mut Progress<'_>) -> Result<Vec<u8>> {
             "has {length} bytes, a glTF file at most {MAX_BYTES}; give a smaller scene, or one with its buffers in files of their own"
         )));
     }
-    let mut bytes = room_for(length)?;
+    let no_room = |cause| Error::input(format!("{cause}; give a smaller scene"));
+    let mut bytes = room_for(length).map_err(no_room)?;
     Watched::new(file, progress)
+        .take(length)
         .read_to_end(&mut bytes)
         .map_err(|cause| Error::from_io(cause, unreadable))?;
     Ok(bytes)

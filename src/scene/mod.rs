@@ -21,6 +21,7 @@ pub mod progress;
 pub mod punctual;
 mod repair;
 pub mod requirements;
+mod scene_folder;
 pub mod sky;
 mod tangents;
 pub mod texture;
@@ -99,8 +100,7 @@ pub fn check_name(name: &str) -> Result<()> {
     if let Some((name, parameters)) = as_procedural(name) {
         return procedural::check(name, &parse_parameters(name, parameters)?);
     }
-    let path = Path::new(name);
-    (path.metadata().map(drop)).map_err(|e| Error::reading(path, e))
+    crate::input_files::check(Path::new(name))
 }
 
 /// A complete scene: meshes placed by instances, seen by cameras.

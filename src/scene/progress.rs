@@ -1,9 +1,10 @@
 //! Progress of loading a scene, reported to a callback.
 
+use super::scene_folder::{SceneFile, unreadable};
+use crate::memory::room_for;
 use crate::{Error, Result};
 use std::fs::File;
 use std::io::Read;
-use std::path::Path;
 
 /// A step of loading.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,56 +73,22 @@ impl Read for Watched<'_, '_> {
     }
 }
 
-/// At most `at_most` bytes of a file; `unreadable` makes the error for a cause.
+/// At most `at_most` bytes of a file that a scene names; `what` is the element that names it, for messages.
 ///
 /// # Errors
-/// The file cannot be read, or the watcher's error.
+/// The file cannot be read, there is no memory for it, or the watcher's error.
 pub(super) fn read_file(
-    path: &Path,
+    what: &str,
+    file: SceneFile,
     at_most: u64,
     progress: &mut Progress<'_>,
-    unreadable: impl Fn(&dyn std::fmt::Display) -> Error,
 ) -> Result<Vec<u8>> {
-    let file = File::open(path).map_err(|cause| unreadable(&cause))?;
-    let found = file.metadata().map_err(|cause| unreadable(&cause))?;
-    if !found.is_file() {
-        return Err(unreadable(&"it is not a file"));
-    }
-    let length = at_most.min(found.len());
-    let mut bytes = room_for(length).map_err(|cause| unreadable(&cause))?;
-    Watched::new(file, progress)
+    let name = &file.name;
+    let length = at_most.min(file.length);
+    let mut bytes = room_for(length).map_err(|cause| unreadable(what, name, &cause))?;
+    Watched::new(file.file, progress)
         .take(length)
         .read_to_end(&mut bytes)
-        .map_err(|cause| Error::from_io(cause, |cause| unreadable(&cause)))?;
+        .map_err(|cause| Error::from_io(cause, |cause| unreadable(what, name, &cause)))?;
     Ok(bytes)
-}
-
-/// An empty vector with a capacity of `bytes`.
-///
-/// # Errors
-/// Not enough memory: a sparse file can claim to be larger than any disk.
-pub(super) fn room_for(bytes: u64) -> Result<Vec<u8>> {
-    let mut room = Vec::new();
-    usize::try_from(bytes)
-        .ok()
-        .and_then(|bytes| room.try_reserve_exact(bytes).ok())
-        .ok_or_else(|| {
-            Error::input(format!(
-                "{bytes} bytes are more than there is memory for; give a smaller scene"
-            ))
-        })?;
-    Ok(room)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn there_is_room_for_little_and_none_for_all() {
-        assert!(room_for(1000).unwrap().capacity() >= 1000);
-        let error = room_for(u64::MAX).unwrap_err();
-        assert!(error.to_string().contains("18446744073709551615 bytes"));
-        assert_eq!(error.exit_status(), 2);
-    }
 }

@@ -7,7 +7,7 @@ use crate::render::presets::Preset;
 use crate::render::settings::Integrator;
 use crate::render::{Clock, Settings};
 use crate::toml_text::{Step, TomlText};
-use crate::{Error, Result};
+use crate::{Error, Result, input_files};
 use serde::Deserialize;
 use serde_json::{Map, Value};
 use std::path::Path;
@@ -58,6 +58,9 @@ pub struct Plan {
 
 /// Seeds at most: those of controls and of confirmations begin far beyond.
 const MAX_SEEDS: u32 = 1 << 16;
+
+/// The most configurations of a plan, those of its sweeps included.
+const MAX_CONFIGURATIONS: usize = 4096;
 
 fn default_width() -> u32 {
     120
@@ -188,7 +191,7 @@ impl Plan {
                 known.collect::<Vec<_>>().join(", ")
             )));
         }
-        let text = std::fs::read_to_string(path).map_err(|e| Error::reading(path, e))?;
+        let text = input_files::read_text(path, input_files::MAX_TOML_BYTES)?;
         Self::parse(name, &text)
     }
 
@@ -241,6 +244,15 @@ impl Plan {
     /// An unknown preset or setting, a value out of range, settings of indirect light where there is none, frames of
     /// different times that are summed up, or two configurations of one name.
     pub fn resolve(&self) -> Result<Vec<Resolved>> {
+        let of_sweeps: usize = (self.sweeps.iter())
+            .map(|sweep| product_of(&sweep.over))
+            .fold(0, usize::saturating_add);
+        let count = of_sweeps.saturating_add(self.configurations.len());
+        if count > MAX_CONFIGURATIONS {
+            return Err(self.wrong(&format!(
+                "it has {count} configurations, and at most {MAX_CONFIGURATIONS} are possible; sweep over fewer values"
+            )));
+        }
         let mut all = Vec::new();
         for (index, c) in self.configurations.iter().enumerate() {
             let path = [Step::Key("configurations"), Step::Index(index)];
@@ -355,6 +367,12 @@ impl Plan {
     }
 }
 
+/// The number of combinations of one value for each key.
+fn product_of(over: &Map<String, Value>) -> usize {
+    let values = over.values().filter_map(Value::as_array);
+    values.map(Vec::len).fold(1, usize::saturating_mul)
+}
+
 /// Every combination of one value for each key.
 fn combinations(over: &Map<String, Value>) -> Result<Vec<Map<String, Value>>> {
     let mut all = vec![Map::new()];
@@ -401,6 +419,16 @@ mod tests {
         assert_eq!(all.len(), 7);
         assert_eq!(all[6].name, "pairwise/3");
         assert_eq!(all[6].settings.direct.resampling.spatial.neighbours, 3);
+    }
+
+    #[test]
+    fn more_combinations_than_can_be_rendered_are_counted_and_refused() {
+        let lists: String = (0..40)
+            .map(|key| format!("\"direct.{key}\" = [1, 2, 3, 4]\n"))
+            .collect();
+        let error = Plan::parse("plan", &format!("{TEXT}{lists}")).unwrap();
+        let text = error.resolve().unwrap_err().to_string();
+        assert!(text.contains("configurations, and at most 4096"), "{text}");
     }
 
     #[test]

@@ -6,7 +6,7 @@ use crate::metrics::statistics::Estimate;
 use crate::progress::Watch;
 use crate::render::{Renderer, Settings, View};
 use crate::tracing::GpuScene;
-use crate::{Error, Result};
+use crate::{Error, Result, input_files};
 use glam::DVec3;
 use std::path::Path;
 use std::sync::Arc;
@@ -87,7 +87,7 @@ impl Reference {
             ))
         };
         let image = if path.exists() {
-            Image::read(path).map_err(|error| match std::fs::File::open(path) {
+            Image::read(path).map_err(|error| match input_files::open(path) {
                 Ok(_) => unusable("the reference is damaged"),
                 Err(_) => error,
             })?

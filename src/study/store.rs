@@ -1,7 +1,7 @@
 //! Finished runs, appended to a file one by one.
 
 use super::run::Run;
-use crate::{Error, Result};
+use crate::{Error, Result, input_files};
 use std::collections::{BTreeMap, HashMap};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -19,10 +19,9 @@ impl Store {
     /// # Errors
     /// A file that cannot be read.
     pub fn open(path: &Path) -> Result<Self> {
-        let text = match std::fs::read_to_string(path) {
-            Ok(text) => text,
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => String::new(),
-            Err(e) => return Err(Error::reading(path, e)),
+        let text = match path.exists() {
+            true => input_files::read_text(path, u64::MAX)?,
+            false => String::new(),
         };
         let mut store = Self {
             path: path.to_owned(),

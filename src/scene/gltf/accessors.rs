@@ -3,9 +3,9 @@
 
 use super::damaged;
 use super::document::{Accessor, Document};
+use super::unfolding::Unfolding;
 use crate::{Error, Result};
 use glam::{Vec2, Vec3, Vec4};
-use std::borrow::Cow;
 
 /// The largest element read: four floats.
 const ZEROS: [u8; 16] = [0; 16];
@@ -17,7 +17,9 @@ const MAX_ZEROS: u64 = 1 << 20;
 #[derive(Clone, Copy)]
 pub struct Accessors<'a> {
     pub document: &'a Document,
-    pub buffers: &'a [Cow<'a, [u8]>],
+    pub buffers: &'a [&'a [u8]],
+    /// What may still be made of these bytes.
+    pub unfolding: &'a Unfolding,
 }
 
 /// Types of elements.
@@ -211,6 +213,9 @@ impl<'a> Accessors<'a> {
             )));
         }
         let elements = self.elements(&what, accessor, component, size)?;
+        // As f64, and again as what is made of them.
+        let bytes = 2 * size_of::<f64>() * components;
+        (self.unfolding).take(&what, u128::from(accessor.count) * bytes as u128)?;
         let of_element = |i: u64| {
             let bytes = elements.element(i as usize);
             bytes
@@ -260,7 +265,8 @@ impl<'a> Accessors<'a> {
                 let part = format!("{what}, sparse values");
                 let (view, offset) = (sparse.values.buffer_view, sparse.values.byte_offset);
                 let values = self.range(&part, view, offset, sparse.count, size, false)?;
-                // The range just checked holds this many.
+                (self.unfolding).take(&part, u128::from(sparse.count) * 8)?;
+                // The ranges just checked hold this many.
                 let indices: Vec<u64> = (0..sparse.count as usize)
                     .map(|i| kind.index(found.element(i, kind.size())))
                     .collect();

@@ -3,7 +3,8 @@
 use super::damaged;
 use super::document::Document;
 use crate::scene::notices::quoted;
-use crate::scene::progress::{self, Progress};
+use crate::scene::progress::{Progress, read_file};
+use crate::scene::scene_folder::{SceneFile, SceneFolder};
 use crate::{Error, Result};
 use base64::Engine;
 use base64::alphabet;
@@ -11,7 +12,9 @@ use base64::engine::general_purpose::{GeneralPurpose, PAD_INDIFFERENT};
 use gltf::binary::{Error as GlbError, Glb};
 use percent_encoding::percent_decode_str;
 use std::borrow::Cow;
-use std::path::Path;
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::path::PathBuf;
 
 /// The usual alphabet, as browsers read it: padding may miss, bits left over are dropped.
 const BASE64: GeneralPurpose = GeneralPurpose::new(
@@ -70,75 +73,118 @@ fn word(bytes: &[u8], at: usize) -> Option<usize> {
     Some(u32::from_le_bytes(*word) as usize)
 }
 
-/// The bytes of all buffers, each exactly as long as it says. Only what is in other files, or
-/// encoded, is copied.
-pub fn load<'a>(
-    document: &Document,
-    binary: Option<&'a [u8]>,
-    folder: &Path,
-    progress: &mut Progress<'_>,
-) -> Result<Vec<Cow<'a, [u8]>>> {
-    let mut buffers = Vec::new();
-    for buffer in &document.buffers {
-        if matches!(&buffer.uri, Some(uri) if !uri.starts_with("data:")) {
-            progress.expect(buffer.byte_length);
-        }
-    }
-    for (index, buffer) in document.buffers.iter().enumerate() {
-        let what = format!("buffer {index}");
-        let length = buffer.byte_length;
-        let mut bytes = match (&buffer.uri, binary) {
-            (Some(uri), _) => Cow::Owned(match uri.strip_prefix("data:") {
-                Some(data) => decode_data_uri(data)
-                    .ok_or_else(|| damaged(format!("{what}: its data URI is not base64")))?,
-                None => read_file(&what, uri, length, folder, progress)?,
-            }),
-            (None, Some(binary)) if index == 0 => Cow::Borrowed(binary),
-            (None, _) => {
-                return Err(damaged(format!(
-                    "{what} has no uri, and there is no binary chunk for it"
-                )));
-            }
-        };
-        if (bytes.len() as u64) < length {
-            let source = match &buffer.uri {
-                Some(uri) if !uri.starts_with("data:") => format!(" in {}", quoted(uri)),
-                _ => String::new(),
-            };
-            return Err(damaged(format!(
-                "{what} should have {length} bytes, there are {}{source}",
-                bytes.len()
-            )));
-        }
-        match &mut bytes {
-            Cow::Borrowed(bytes) => *bytes = &bytes[..length as usize],
-            Cow::Owned(bytes) => bytes.truncate(length as usize),
-        }
-        buffers.push(bytes);
-    }
-    Ok(buffers)
+/// The bytes of a glTF file's buffers. Only what is in other files, or encoded, is copied, and each file is read once.
+pub struct Buffers<'a> {
+    copies: Vec<Vec<u8>>,
+    binary: &'a [u8],
+    /// Which of the copies each buffer is, or none for the binary chunk, and its length.
+    places: Vec<(Option<usize>, usize)>,
 }
 
-/// At most `length` bytes of a file beside the glTF file: never more than it has.
-fn read_file(
-    what: &str,
-    uri: &str,
-    length: u64,
-    folder: &Path,
-    progress: &mut Progress<'_>,
-) -> Result<Vec<u8>> {
-    let path = folder.join(&*file_name(what, uri)?);
-    let unreadable = |cause: &dyn std::fmt::Display| {
+impl<'a> Buffers<'a> {
+    /// Reads all buffers of a document.
+    pub fn load(
+        document: &Document,
+        binary: Option<&'a [u8]>,
+        folder: &SceneFolder<'_>,
+        progress: &mut Progress<'_>,
+    ) -> Result<Self> {
+        let files = || {
+            let buffers = document.buffers.iter();
+            buffers.filter(|buffer| buffer.file().is_some())
+        };
+        for buffer in files() {
+            progress.expect(buffer.byte_length);
+        }
+        // A file is read as far as the longest of the buffers that it may be.
+        let longest = files().map(|buffer| buffer.byte_length).max();
+        let mut buffers = Self {
+            copies: Vec::new(),
+            binary: binary.unwrap_or_default(),
+            places: Vec::new(),
+        };
+        let mut known: HashMap<(u64, u64), usize> = HashMap::new();
+        for (index, buffer) in document.buffers.iter().enumerate() {
+            let what = format!("buffer {index}");
+            let place = match (&buffer.uri, binary) {
+                (None, Some(_)) if index == 0 => None,
+                (None, _) => {
+                    return Err(damaged(format!(
+                        "{what} has no uri, and there is no binary chunk for it"
+                    )));
+                }
+                (Some(uri), _) => Some(match uri.strip_prefix("data:") {
+                    Some(data) => {
+                        let decoded = decode_data_uri(data);
+                        buffers.add(decoded.ok_or_else(|| {
+                            damaged(format!("{what}: its data URI is not base64"))
+                        })?)
+                    }
+                    None => {
+                        let file = open(&what, uri, folder)?;
+                        match known.entry(file.id) {
+                            Entry::Occupied(place) => *place.get(),
+                            Entry::Vacant(place) => {
+                                let most = longest.unwrap_or_default();
+                                let bytes = read_file(&what, file, most, progress)?;
+                                *place.insert(buffers.add(bytes))
+                            }
+                        }
+                    }
+                }),
+            };
+            let there = buffers.bytes(place).len();
+            if (there as u64) < buffer.byte_length {
+                let source =
+                    (buffer.file()).map_or(String::new(), |uri| format!(" in {}", quoted(uri)));
+                return Err(damaged(format!(
+                    "{what} should have {} bytes, there are {there}{source}",
+                    buffer.byte_length
+                )));
+            }
+            buffers.places.push((place, buffer.byte_length as usize));
+        }
+        Ok(buffers)
+    }
+
+    fn add(&mut self, bytes: Vec<u8>) -> usize {
+        self.copies.push(bytes);
+        self.copies.len() - 1
+    }
+
+    fn bytes(&self, place: Option<usize>) -> &[u8] {
+        place.map_or(self.binary, |place| &self.copies[place])
+    }
+
+    /// The bytes of each buffer, exactly as many as it says.
+    pub fn slices(&self) -> Vec<&[u8]> {
+        let slice = |(place, length): &(Option<usize>, usize)| &self.bytes(*place)[..*length];
+        self.places.iter().map(slice).collect()
+    }
+
+    /// Bytes of all that the buffers are in.
+    pub fn total(&self) -> u64 {
+        let copies = self.copies.iter().map(Vec::len).sum::<usize>();
+        (self.binary.len() + copies) as u64
+    }
+}
+
+/// Opens the file of a buffer.
+fn open(what: &str, uri: &str, folder: &SceneFolder<'_>) -> Result<SceneFile> {
+    let name = file_name(what, uri)?;
+    folder.open(what, &[PathBuf::from(&*name)])?.ok_or_else(|| {
         Error::input(format!(
-            "{what}: cannot read {}: {cause}; put the file where the scene expects it",
-            quoted(&path.to_string_lossy())
+            "{what}: there is no file {} where the scene expects it; put it there",
+            quoted(&name)
         ))
-    };
-    progress::read_file(&path, length, progress, unreadable)
+    })
 }
 
 /// The path, from the scene's folder, of the file that a URI names.
 pub fn file_name<'a>(what: &str, uri: &'a str) -> Result<Cow<'a, str>> {
+    // That of another machine is none that can be opened.
+    let local = (uri.strip_prefix("file://localhost")).or_else(|| uri.strip_prefix("file://"));
+    let uri = local.filter(|path| path.starts_with('/')).unwrap_or(uri);
     if uri.contains("://") {
         return Err(Error::input(format!(
             "{what}: the uri {} is not a file beside the scene; download it and name it there",

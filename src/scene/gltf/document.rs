@@ -450,3 +450,10 @@ pub struct Buffer {
     pub uri: Option<String>,
     pub byte_length: u64,
 }
+
+impl Buffer {
+    /// The URI, if it names a file.
+    pub fn file(&self) -> Option<&str> {
+        (self.uri.as_deref()).filter(|uri| !uri.starts_with("data:"))
+    }
+}

@@ -22,10 +22,8 @@ pub fn of_node(document: &Document, place: &Placed<'_>) -> Result<Option<Punctua
         ));
     };
     let what = format!("light {} of {}", named.light, place.label());
-    let names = [&place.node.name, &light.name];
-    let name = names.into_iter().find(|name| !name.is_empty());
     Ok(Some(PunctualLight {
-        name: name.cloned().unwrap_or_default(),
+        name: place.name_or(&light.name),
         light_to_world: place.to_world,
         shape: shape(&what, light)?,
         intensity: Vec3::from_array(light.color) * light.intensity,

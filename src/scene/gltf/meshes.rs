@@ -8,13 +8,6 @@ use crate::scene::{Material, Mesh, Part};
 use crate::{Error, Result};
 use glam::{Vec2, Vec3, Vec4};
 
-/// Geometry may unfold to this many bytes per byte of the file, and [`FREE_BYTES`]: primitives
-/// that share accessors are copied, and a small file could else ask for any amount.
-const UNFOLDING: u64 = 64;
-
-/// Geometry that may be made from any file.
-const FREE_BYTES: u64 = 1 << 30;
-
 /// How three corners follow from a primitive's indices.
 #[derive(Clone, Copy)]
 enum Topology {
@@ -54,14 +47,13 @@ pub struct Meshes<'a> {
     default_material: u32,
     /// Whether that was needed.
     pub default_material_used: bool,
-    bytes_left: u64,
     /// For each vertex of the primitive at hand its place in the mesh, or `u32::MAX`.
     places: Vec<u32>,
 }
 
 impl<'a> Meshes<'a> {
-    /// A reader of the file's meshes, of which the buffers and the JSON have `file_bytes`.
-    pub fn new(accessors: Accessors<'a>, materials: &[Material], file_bytes: u64) -> Self {
+    /// A reader of the file's meshes.
+    pub fn new(accessors: Accessors<'a>, materials: &[Material]) -> Self {
         let sets = |material: &Material| {
             [0, 1].map(|set| material.textures().any(|(_, texture)| texture.set == set))
         };
@@ -73,7 +65,6 @@ impl<'a> Meshes<'a> {
             needed: [false; 2],
             default_material: accessors.document.materials.len() as u32,
             default_material_used: false,
-            bytes_left: FREE_BYTES.saturating_add(file_bytes.saturating_mul(UNFOLDING)),
             places: Vec::new(),
             accessors,
         }
@@ -235,17 +226,7 @@ impl<'a> Meshes<'a> {
         let needed = u128::from(count) * 12
             + u128::from(corners.min(positions.count)) * 56
             + u128::from(table) * 4;
-        match u64::try_from(needed)
-            .ok()
-            .and_then(|needed| self.bytes_left.checked_sub(needed))
-        {
-            Some(left) => self.bytes_left = left,
-            None => {
-                return Err(Error::input(format!(
-                    "{what}: the file's geometry unfolds to more than {UNFOLDING} times its size; split the file"
-                )));
-            }
-        }
+        self.accessors.unfolding.take(what, needed)?;
         self.places
             .resize(self.places.len() + table as usize, u32::MAX);
         Ok(())

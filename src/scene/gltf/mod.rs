@@ -13,18 +13,20 @@ mod materials;
 mod meshes;
 mod nodes;
 mod textures;
+mod unfolding;
 
-use super::load::Options;
 use super::notices::Tally;
 use super::progress::Progress;
+use super::scene_folder::SceneFolder;
 use super::{Instance, Material, Motion, Scene};
-use crate::{Error, Result};
+use crate::{Error, Result, memory};
 use accessors::{Accessors, get};
+use buffers::Buffers;
 use document::Document;
 use materials::Uses;
 use meshes::Meshes;
-use std::path::Path;
 use textures::Textures;
+use unfolding::Unfolding;
 
 /// The extensions that are followed.
 const EXTENSIONS: [&str; 9] = [
@@ -39,43 +41,43 @@ const EXTENSIONS: [&str; 9] = [
     "KHR_texture_transform",
 ];
 
+/// Bytes that an object of the JSON takes, such as a node without content, with what becomes of it.
+const OBJECT_BYTES: u64 = 1 << 10;
+
 /// Reads a glTF file from its bytes; files it names lie in `folder`. Errors name the element, not
 /// the file. The scene is not validated yet.
 pub(super) fn read(
     bytes: &[u8],
-    folder: &Path,
-    options: Options,
+    folder: &SceneFolder<'_>,
     progress: &mut Progress<'_>,
 ) -> Result<Scene> {
     let (json, binary) = buffers::split(bytes)?;
+    check_objects(&json)?;
     let document = parse(&json)?;
     check_extensions(&document)?;
     let mut tally = Tally::default();
     notice_ignored(&document, &mut tally);
 
     let placed = nodes::placed(&document)?;
-    let buffers = buffers::load(&document, binary.as_deref(), folder, progress)?;
-    let buffer_bytes: u64 = buffers.iter().map(|buffer| buffer.len() as u64).sum();
+    let buffers = Buffers::load(&document, binary.as_deref(), folder, progress)?;
+    let slices = buffers.slices();
+    let unfolding = Unfolding::of(buffers.total() + json.len() as u64);
     let accessors = Accessors {
         document: &document,
-        buffers: &buffers,
+        buffers: &slices,
+        unfolding: &unfolding,
     };
     let animations = animations::read(&accessors, &placed, &mut tally)?;
     let uses = Uses::of(&document, &placed, |material| {
         animations.change_emission_of(material)
     });
-    let (textures, images) =
-        Textures::load(&accessors, &uses, folder, options, progress, &mut tally)?;
+    let (textures, images) = Textures::load(&accessors, &uses, folder, progress, &mut tally)?;
     let mut scene = Scene {
         materials: materials::read(&document.materials, &textures, &mut tally)?,
         images,
         ..Scene::default()
     };
-    let mut meshes = Meshes::new(
-        accessors,
-        &scene.materials,
-        buffer_bytes + json.len() as u64,
-    );
+    let mut meshes = Meshes::new(accessors, &scene.materials);
     let mut cameras = Vec::new();
     // For each instance, where in `placed` its node is.
     let mut instance_nodes = Vec::new();
@@ -144,6 +146,16 @@ pub(super) fn read(
     scene.motion = scene.motion.take().and_then(Motion::simplified);
     scene.notices.extend(tally.into_lines());
     Ok(scene)
+}
+
+/// Checks that there is memory for what is read from JSON: its objects take the most of that, and braces count them.
+fn check_objects(json: &[u8]) -> Result<()> {
+    let objects = json.iter().filter(|byte| **byte == b'{').count() as u64;
+    memory::check(objects * OBJECT_BYTES).map_err(|cause| {
+        Error::input(format!(
+            "its JSON has {objects} objects: {cause}; split the file"
+        ))
+    })
 }
 
 fn parse(json: &[u8]) -> Result<Document> {

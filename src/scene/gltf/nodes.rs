@@ -25,6 +25,14 @@ impl Placed<'_> {
         label("node", self.index, &self.node.name)
     }
 
+    /// The node's name, or else that of what it shows. Many nodes may show the same, so a long name is cut.
+    pub fn name_or(&self, shown: &str) -> String {
+        match self.node.name.as_str() {
+            "" => shown.chars().take(256).collect(),
+            own => own.to_owned(),
+        }
+    }
+
     /// Scale, rotation and translation as the file has them.
     pub fn rest(&self) -> (DVec3, DQuat, DVec3) {
         rest(self.node)
@@ -178,11 +186,7 @@ pub fn camera(
     camera: &FileCamera,
     tally: &mut Tally,
 ) -> Result<Option<Camera>> {
-    let name = [&placed.node.name, &camera.name]
-        .into_iter()
-        .find(|name| !name.is_empty())
-        .cloned()
-        .unwrap_or_default();
+    let name = placed.name_or(&camera.name);
     let what = format!("camera {index} of {}", placed.label());
     let perspective = match (camera.kind.as_str(), &camera.perspective) {
         ("perspective", Some(perspective)) => perspective,

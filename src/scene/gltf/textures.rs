@@ -4,16 +4,16 @@ use super::accessors::{Accessors, get};
 use super::document::{Document, Image as FileImage, Material, TextureInfo, TextureTransform};
 use super::materials::Uses;
 use super::{buffers, damaged};
-use crate::scene::load::Options;
 use crate::scene::notices::{Tally, label, quoted};
 use crate::scene::progress::Progress;
+use crate::scene::scene_folder::{SceneFile, SceneFolder};
 use crate::scene::texture::{Image, Texture, Wrap};
 use crate::scene::{image_files, images};
 use crate::{Error, Result};
 use glam::{Affine2, Mat2, Vec2};
 use std::borrow::Cow;
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// The images that materials need.
 pub struct Textures<'a> {
@@ -23,14 +23,20 @@ pub struct Textures<'a> {
     places: Vec<Option<u32>>,
 }
 
-/// Where the bytes of an image are. Images of the same source are one in the scene.
-#[derive(PartialEq, Eq, Hash)]
+/// Where the bytes of an image are.
 enum Source<'a> {
-    /// A file, by its path from the scene's folder.
-    File(PathBuf),
+    File(SceneFile),
     /// The text of a data URI behind `data:`.
     Uri(&'a str),
     /// A buffer view.
+    View(u64),
+}
+
+/// What tells sources apart: images of the same source are one in the scene.
+#[derive(PartialEq, Eq, Hash)]
+enum Identity<'a> {
+    File((u64, u64)),
+    Uri(&'a str),
     View(u64),
 }
 
@@ -38,13 +44,12 @@ impl<'a> Textures<'a> {
     /// Loads the images of the textures that materials need.
     ///
     /// # Errors
-    /// An index out of range; an image that cannot be read or decoded, or, unless `options` permit it, is missing; too
+    /// An index out of range; an image that cannot be read or decoded, or, unless `folder` permits it, is missing; too
     /// many texels.
     pub fn load(
         accessors: &Accessors<'a>,
         uses: &'a Uses,
-        folder: &Path,
-        options: Options,
+        folder: &SceneFolder<'_>,
         progress: &mut Progress<'_>,
         tally: &mut Tally,
     ) -> Result<(Self, Vec<Image>)> {
@@ -55,7 +60,7 @@ impl<'a> Textures<'a> {
             places: vec![None; document.images.len()],
         };
         let mut encoded = Vec::new();
-        let mut known: HashMap<Source<'_>, u32> = HashMap::new();
+        let mut known: HashMap<Identity<'_>, u32> = HashMap::new();
         let mut missing = vec![false; document.images.len()];
         for (index, material) in document.materials.iter().enumerate() {
             if !uses.has_faces[index] {
@@ -72,11 +77,12 @@ impl<'a> Textures<'a> {
                 let what = label("image", index, &image.name);
                 let Some(source) = Source::of(&what, image, folder)? else {
                     let name = image.uri.as_deref().unwrap_or_default();
-                    image_files::missing(&what, name, options, tally)?;
+                    image_files::missing(&what, name, folder, tally)?;
                     missing[index] = true;
                     continue;
                 };
-                if let Some(place) = known.get(&source) {
+                let identity = source.identity();
+                if let Some(place) = known.get(&identity) {
                     textures.places[index] = Some(*place);
                     continue;
                 }
@@ -86,11 +92,11 @@ impl<'a> Textures<'a> {
                 };
                 let place = encoded.len() as u32;
                 encoded.push(images::Encoded {
-                    bytes: source.read(&what, accessors, folder, progress)?,
+                    bytes: source.read(&what, accessors, progress)?,
                     name: name.to_owned(),
                     what,
                 });
-                known.insert(source, place);
+                known.insert(identity, place);
                 textures.places[index] = Some(place);
             }
         }
@@ -217,13 +223,13 @@ fn transform(placed: &TextureTransform) -> Affine2 {
 
 impl<'a> Source<'a> {
     /// That of an image; none if its file is missing.
-    fn of(what: &str, image: &'a FileImage, folder: &Path) -> Result<Option<Self>> {
+    fn of(what: &str, image: &'a FileImage, folder: &SceneFolder<'_>) -> Result<Option<Self>> {
         match (&image.uri, image.buffer_view) {
             (Some(uri), _) => match uri.strip_prefix("data:") {
                 Some(data) => Ok(Some(Self::Uri(data))),
                 None => {
                     let name = buffers::file_name(what, uri)?;
-                    let found = image_files::find(what, &[PathBuf::from(&*name)], folder)?;
+                    let found = folder.open_dispensable(what, &[PathBuf::from(&*name)])?;
                     Ok(found.map(Self::File))
                 }
             },
@@ -235,19 +241,26 @@ impl<'a> Source<'a> {
         }
     }
 
+    fn identity(&self) -> Identity<'a> {
+        match self {
+            Self::File(file) => Identity::File(file.id),
+            Self::Uri(data) => Identity::Uri(*data),
+            Self::View(view) => Identity::View(*view),
+        }
+    }
+
     /// The bytes as they are in the file.
     fn read<'b>(
-        &self,
+        self,
         what: &str,
         accessors: &Accessors<'b>,
-        folder: &Path,
         progress: &mut Progress<'_>,
     ) -> Result<Cow<'b, [u8]>> {
         match self {
-            Self::File(path) => image_files::read(what, path, folder, progress).map(Cow::Owned),
+            Self::File(file) => image_files::read(what, file, progress).map(Cow::Owned),
             Self::Uri(data) => (buffers::decode_data_uri(data).map(Cow::Owned))
                 .ok_or_else(|| damaged(format!("{what}: its data URI is not base64"))),
-            Self::View(view) => accessors.view(what, *view).map(Cow::Borrowed),
+            Self::View(view) => accessors.view(what, view).map(Cow::Borrowed),
         }
     }
 }

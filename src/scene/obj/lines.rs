@@ -2,7 +2,10 @@
 
 use crate::scene::notices::quoted;
 use crate::{Error, Result};
-use std::io::BufRead;
+use std::io::{BufRead, Read};
+
+/// The longest statement, in bytes.
+const MAX_BYTES: usize = 64 << 20;
 
 /// Reads statements one after another into the same memory. A backslash at a line's end joins it
 /// with the next; `#` begins a comment. What is not UTF-8 is read as Latin-1.
@@ -39,7 +42,9 @@ impl<R: BufRead> Lines<R> {
             self.bytes.clear();
             let mut number = 0;
             loop {
-                let read = self.source.read_until(b'\n', &mut self.bytes);
+                let room = (MAX_BYTES + 1 - self.bytes.len()) as u64;
+                let mut source = self.source.by_ref().take(room);
+                let read = source.read_until(b'\n', &mut self.bytes);
                 let count = read.map_err(|cause| {
                     Error::from_io(cause, |cause| {
                         Error::input(format!(
@@ -48,6 +53,12 @@ impl<R: BufRead> Lines<R> {
                         ))
                     })
                 })?;
+                if self.bytes.len() > MAX_BYTES {
+                    return Err(Error::input(format!(
+                        "line {}: it has more than {MAX_BYTES} bytes; give an OBJ or MTL file",
+                        self.number + 1
+                    )));
+                }
                 if count == 0 && self.bytes.is_empty() {
                     return Ok(None);
                 }

@@ -1,28 +1,27 @@
 //! Loads the textures of MTL materials.
 
 use super::mtl::{Map, Maps};
-use crate::scene::images::{Encoded, TexelCount};
-use crate::scene::load::Options;
+use crate::scene::images::{BYTES, Encoded, TexelCount};
 use crate::scene::notices::Tally;
 use crate::scene::progress::Progress;
+use crate::scene::scene_folder::SceneFolder;
 use crate::scene::texture::{Image, Texture, Wrap};
 use crate::scene::{Scene, image_files, images};
-use crate::{Error, Result};
+use crate::{Error, Result, memory};
 use glam::{Affine2, Mat2, Vec2};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Loads the textures of those of a scene's materials that faces have; `maps` has one entry for each material.
 ///
 /// # Errors
-/// An image that cannot be read or, unless `options` permit it, is missing; too many texels; textures of roughness and
+/// An image that cannot be read or, unless `folder` permits it, is missing; too many texels; textures of roughness and
 /// metalness that cannot be put together.
 pub fn load(
     scene: &mut Scene,
     maps: &[Maps],
-    folder: &Path,
-    options: Options,
+    folder: &SceneFolder<'_>,
     progress: &mut Progress<'_>,
     tally: &mut Tally,
 ) -> Result<()> {
@@ -32,7 +31,7 @@ pub fn load(
     }
     let mut count = TexelCount::default();
     let needed = (maps.iter().zip(&has_faces)).filter_map(|(maps, needed)| needed.then_some(maps));
-    let read = Files::read(needed, folder, options, &mut count, progress, tally)?;
+    let read = Files::read(needed, folder, &mut count, progress, tally)?;
     let images = &mut scene.images;
     // Indices in the scene: of the images of files, and of those made from files of roughness and metalness.
     let mut whole: HashMap<usize, u32> = HashMap::new();
@@ -75,7 +74,10 @@ pub fn load(
         let index = match surfaces.entry(files) {
             Entry::Occupied(place) => *place.get(),
             Entry::Vacant(place) => {
-                count.add(like.texels.len() as u64, || what(map))?;
+                let texels = like.texels.len() as u64;
+                count.add(texels, || what(map))?;
+                memory::check(BYTES * texels)
+                    .map_err(|cause| Error::input(format!("{}: {cause}; scale it", what(map))))?;
                 let [roughness, metallic] = files.map(|file| Some(&read.images[file?]));
                 images.push(combine(like, roughness, metallic));
                 *place.insert(images.len() as u32 - 1)
@@ -96,14 +98,13 @@ struct Files<'a> {
 impl<'a> Files<'a> {
     fn read(
         maps: impl Iterator<Item = &'a Maps>,
-        folder: &Path,
-        options: Options,
+        folder: &SceneFolder<'_>,
         count: &mut TexelCount,
         progress: &mut Progress<'_>,
         tally: &mut Tally,
     ) -> Result<Self> {
         let mut places = HashMap::new();
-        let mut known: HashMap<PathBuf, usize> = HashMap::new();
+        let mut known: HashMap<(u64, u64), usize> = HashMap::new();
         let mut encoded = Vec::new();
         for map in maps.flat_map(Maps::all) {
             if places.contains_key(&map.files) {
@@ -111,16 +112,16 @@ impl<'a> Files<'a> {
             }
             let what = what(map);
             let name = map.files[1].to_string_lossy();
-            let place = match image_files::find(&what, &map.files, folder)? {
+            let place = match folder.open_dispensable(&what, &map.files)? {
                 None => {
-                    image_files::missing(&what, &name, options, tally)?;
+                    image_files::missing(&what, &name, folder, tally)?;
                     None
                 }
-                Some(path) => Some(match known.entry(path) {
+                Some(file) => Some(match known.entry(file.id) {
                     Entry::Occupied(place) => *place.get(),
                     Entry::Vacant(place) => {
                         encoded.push(Encoded {
-                            bytes: image_files::read(&what, place.key(), folder, progress)?.into(),
+                            bytes: image_files::read(&what, file, progress)?.into(),
                             name: name.into_owned(),
                             what,
                         });
@@ -135,8 +136,8 @@ impl<'a> Files<'a> {
     }
 
     /// A texture with the index of its image, unless that is missing.
-    fn of<'b>(&self, map: &'b Option<Map>) -> Option<(&'b Map, usize)> {
-        let map = map.as_ref()?;
+    fn of<'b>(&self, map: &'b Option<Box<Map>>) -> Option<(&'b Map, usize)> {
+        let map = map.as_deref()?;
         Some((map, (*self.places.get(&map.files)?)?))
     }
 }

@@ -21,21 +21,27 @@ mod lines;
 mod maps;
 mod mtl;
 
-use super::load::Options;
 use super::notices::{Tally, quoted};
 use super::polygon::triangulate;
 use super::progress::Progress;
+use super::scene_folder::{SceneFile, SceneFolder};
 use super::{Instance, Material, Mesh, Part, Scene};
 use crate::{Error, Result};
 use glam::{DAffine3, Vec2, Vec3};
 use lines::{Line, Lines};
 use mtl::Maps;
-use std::collections::HashMap;
-use std::io::BufRead;
+use std::collections::{HashMap, HashSet};
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
 /// What faces without a material look like.
 const GREY: Vec3 = Vec3::splat(0.8);
+
+/// The largest MTL file, in bytes: a material takes up to fifty times what its line has.
+const MAX_MTL_BYTES: u64 = 64 << 20;
+
+/// The most kinds of textures that a notice lists.
+const MAX_KINDS: usize = 16;
 
 /// What a corner lacks.
 const MISSING: u32 = u32::MAX;
@@ -45,7 +51,7 @@ const MISSING: u32 = u32::MAX;
 ///
 /// # Errors
 /// A statement that is wrong, or an MTL file that is.
-pub(super) fn read(source: impl BufRead, folder: &Path) -> Result<Untextured> {
+pub(super) fn read(source: impl BufRead, folder: &SceneFolder<'_>) -> Result<Untextured> {
     let mut reader = Reader::new(folder);
     let mut lines = Lines::new(source);
     let mut unknown = None;
@@ -77,8 +83,7 @@ impl Untextured {
     /// Those of [`maps::load`].
     pub fn load_textures(
         self,
-        folder: &Path,
-        options: Options,
+        folder: &SceneFolder<'_>,
         progress: &mut Progress<'_>,
     ) -> Result<Scene> {
         let Self {
@@ -86,14 +91,14 @@ impl Untextured {
             maps,
             mut tally,
         } = self;
-        maps::load(&mut scene, &maps, folder, options, progress, &mut tally)?;
+        maps::load(&mut scene, &maps, folder, progress, &mut tally)?;
         scene.notices.extend(tally.into_lines());
         Ok(scene)
     }
 }
 
 struct Reader<'a> {
-    folder: &'a Path,
+    folder: &'a SceneFolder<'a>,
     positions: Vec<Vec3>,
     normals: Vec<Vec3>,
     coordinates: Vec<Vec2>,
@@ -101,6 +106,9 @@ struct Reader<'a> {
     /// The textures of each material of the scene.
     maps: Vec<Maps>,
     materials: HashMap<String, u32>,
+    /// The MTL files that were read, and all names after `mtllib`.
+    libraries: HashSet<(u64, u64)>,
+    library_names: HashSet<String>,
     /// The material of the faces to come; none is grey.
     material: Option<u32>,
     grey: Option<u32>,
@@ -109,6 +117,7 @@ struct Reader<'a> {
     /// The corners and points of the face at hand, kept for their memory.
     corners: Vec<Corner>,
     points: Vec<Vec3>,
+    /// Kinds of textures that are not supported, each once, and not more than one above [`MAX_KINDS`].
     textures: Vec<String>,
 }
 
@@ -132,7 +141,7 @@ struct Building {
 }
 
 impl<'a> Reader<'a> {
-    fn new(folder: &'a Path) -> Self {
+    fn new(folder: &'a SceneFolder<'a>) -> Self {
         Self {
             folder,
             positions: Vec::new(),
@@ -141,6 +150,8 @@ impl<'a> Reader<'a> {
             scene: Scene::default(),
             maps: Vec::new(),
             materials: HashMap::new(),
+            libraries: HashSet::new(),
+            library_names: HashSet::new(),
             material: None,
             grey: None,
             mesh: Building::default(),
@@ -276,51 +287,75 @@ impl<'a> Reader<'a> {
 
     fn material_library(&mut self, line: &Line) -> Result<()> {
         // A name may contain spaces, and there may be several names.
-        let names = if self.folder.join(line.rest).is_file() {
-            vec![line.rest]
-        } else {
-            line.words().collect()
-        };
-        for name in names {
-            let found = [name.to_owned(), name.replace('\\', "/")]
-                .into_iter()
-                .find_map(|name| {
-                    let path = self.folder.join(&name);
-                    let file = path.is_file().then(|| std::fs::File::open(path).ok())??;
-                    Some((file, name))
-                });
-            let Some((file, path)) = found else {
-                self.tally
+        if line.words().nth(1).is_some()
+            && let Ok(Some(file)) = self.open_library(line, line.rest)
+        {
+            return self.read_library(line.rest, file);
+        }
+        for name in line.words() {
+            if !self.library_names.insert(name.to_owned()) {
+                continue;
+            }
+            match self.open_library(line, name)? {
+                Some(file) => self.read_library(name, file)?,
+                None => self
+                    .tally
                     .add("MTL files that cannot be read are left out", || {
                         format!("{}: {}", line.place(), quoted(name))
-                    });
-                continue;
-            };
-            let folder = Path::new(&path).parent().unwrap_or(Path::new(""));
-            let library = mtl::read(std::io::BufReader::new(file), folder)
-                .map_err(|fault| Error::input(format!("{}, {fault}", quoted(name))))?;
-            for texture in library.textures {
-                if !self.textures.contains(&texture) {
-                    self.textures.push(texture);
-                }
+                    }),
             }
-            for (option, place) in library.options {
-                let what = format!("the option {option} of textures is ignored");
-                self.tally
-                    .add(&what, || format!("{place} of {}", quoted(name)));
+        }
+        Ok(())
+    }
+
+    fn open_library(&self, line: &Line, name: &str) -> Result<Option<SceneFile>> {
+        let what = format!("mtllib in {}", line.place());
+        // One after the other: what is inside with backslashes may be outside with slashes.
+        for name in [name.to_owned(), name.replace('\\', "/")] {
+            let found = self.folder.open_dispensable(&what, &[name.into()])?;
+            if found.is_some() {
+                return Ok(found);
             }
-            for material in library.transparent {
-                self.tally
-                    .add("transparency is not supported, surfaces are opaque", || {
-                        format!("material {}", quoted(&material))
-                    });
+        }
+        Ok(None)
+    }
+
+    /// Reads an MTL file, unless it was read before; `name` is how the OBJ file calls it.
+    fn read_library(&mut self, name: &str, file: SceneFile) -> Result<()> {
+        if !self.libraries.insert(file.id) {
+            return Ok(());
+        }
+        if file.length > MAX_MTL_BYTES {
+            return Err(Error::input(format!(
+                "{} has {} bytes, an MTL file at most {MAX_MTL_BYTES}; remove materials that nothing uses",
+                quoted(name),
+                file.length
+            )));
+        }
+        let folder = file.name.parent().unwrap_or(Path::new(""));
+        let library = mtl::read(BufReader::new(file.file.take(file.length)), folder)
+            .map_err(|fault| Error::input(format!("{}, {fault}", quoted(name))))?;
+        for texture in library.textures {
+            if self.textures.len() <= MAX_KINDS && !self.textures.contains(&texture) {
+                self.textures.push(texture);
             }
-            for (material, maps) in library.materials {
-                let index = self.scene.materials.len() as u32;
-                self.materials.insert(material.name.clone(), index);
-                self.scene.materials.push(material);
-                self.maps.push(maps);
-            }
+        }
+        for (option, place) in library.options {
+            let what = format!("the option {option} of textures is ignored");
+            self.tally
+                .add(&what, || format!("{place} of {}", quoted(name)));
+        }
+        for material in library.transparent {
+            self.tally
+                .add("transparency is not supported, surfaces are opaque", || {
+                    format!("material {}", quoted(&material))
+                });
+        }
+        for (material, maps) in library.materials {
+            let index = self.scene.materials.len() as u32;
+            self.materials.insert(material.name.clone(), index);
+            self.scene.materials.push(material);
+            self.maps.push(maps);
         }
         Ok(())
     }
@@ -369,7 +404,14 @@ impl<'a> Reader<'a> {
                 });
         }
         if !self.textures.is_empty() {
-            let list = self.textures.join(", ");
+            let others = match self.textures.len() > MAX_KINDS {
+                true => {
+                    self.textures.truncate(MAX_KINDS);
+                    " and others"
+                }
+                false => "",
+            };
+            let list = self.textures.join(", ") + others;
             self.tally
                 .add("textures that are not supported are ignored", || list);
         }

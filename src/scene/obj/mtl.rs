@@ -1,8 +1,8 @@
 //! MTL files: `Kd` and `Ke`; `Pr` and `Pm` where a material has them; `map_Kd`, `map_Ke`, `map_Pr`,
 //! `map_Pm` and `norm`.
 
-use super::GREY;
 use super::lines::{Line, Lines};
+use super::{GREY, MAX_KINDS};
 use crate::Result;
 use crate::scene::Material;
 use crate::scene::notices::quoted;
@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 pub struct Library {
     /// The materials in file order, without their textures, and these.
     pub materials: Vec<(Material, Maps)>,
-    /// The kinds of textures it names that are ignored.
+    /// The kinds of textures it names that are ignored, each once, and not more than one above [`MAX_KINDS`].
     pub textures: Vec<String>,
     /// Options of the other textures that would change the picture, and are ignored; each with its place.
     pub options: Vec<(String, String)>,
@@ -23,14 +23,14 @@ pub struct Library {
     pub transparent: Vec<String>,
 }
 
-/// The textures of a material.
+/// The textures of a material. Most have none, so these are boxed.
 #[derive(Default)]
 pub struct Maps {
-    pub base_color: Option<Map>,
-    pub roughness: Option<Map>,
-    pub metallic: Option<Map>,
-    pub emission: Option<Map>,
-    pub normal: Option<Map>,
+    pub base_color: Option<Box<Map>>,
+    pub roughness: Option<Box<Map>>,
+    pub metallic: Option<Box<Map>>,
+    pub emission: Option<Box<Map>>,
+    pub normal: Option<Box<Map>>,
     /// The keywords of the factors that the material states.
     stated: Vec<&'static str>,
 }
@@ -38,7 +38,8 @@ pub struct Maps {
 impl Maps {
     /// A map stands for a factor that the material does not state.
     fn replace_unstated_factors(&mut self, material: &mut Material) {
-        let alone = |map: &Option<Map>, factor| map.is_some() && !self.stated.contains(&factor);
+        let alone =
+            |map: &Option<Box<Map>>, factor| map.is_some() && !self.stated.contains(&factor);
         if alone(&self.base_color, "Kd") {
             material.base_color = Vec3::ONE;
         }
@@ -65,6 +66,7 @@ impl Maps {
         ]
         .into_iter()
         .flatten()
+        .map(Box::as_ref)
     }
 }
 
@@ -113,13 +115,17 @@ pub fn read(source: impl BufRead, folder: &Path) -> Result<Library> {
                 if kind.starts_with("map_P") {
                     physical(material);
                 }
-                *place = Some(map(&line, folder, &mut library.options)?);
+                *place = Some(Box::new(map(&line, folder, &mut library.options)?));
                 continue;
             }
             let texture =
                 kind.starts_with("map_") || ["bump", "disp", "decal", "refl"].contains(&kind);
-            if texture && !library.textures.iter().any(|t| t == kind) {
-                library.textures.push(kind.escape_debug().to_string());
+            if texture && library.textures.len() <= MAX_KINDS {
+                let start: String = kind.chars().take(40).collect();
+                let shown = start.escape_debug().to_string();
+                if !library.textures.contains(&shown) {
+                    library.textures.push(shown);
+                }
             }
         }
     }

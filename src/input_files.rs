@@ -1,0 +1,150 @@
+//! Input files: only plain files are opened. A pipe has no size and may never end, and a device can act on being opened.
+
+use crate::memory::room_for;
+use crate::{Error, Result};
+use std::fs::{File, FileType, Metadata};
+use std::io::{self, ErrorKind, Read};
+use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
+use std::path::Path;
+
+/// The largest file of settings or of a plan, in bytes: TOML takes about a hundred times its size in memory.
+pub const MAX_TOML_BYTES: u64 = 16 << 20;
+
+/// The largest file of golden frames' names or of a profile, in bytes.
+pub const MAX_JSON_BYTES: u64 = 256 << 20;
+
+/// Opens a plain file for reading. It never waits.
+///
+/// # Errors
+/// The file cannot be opened, or it is a folder, a pipe or a device.
+pub fn open(path: &Path) -> io::Result<File> {
+    check_plain(&path.metadata()?)?;
+    // Something else may have taken the file's place by now: then this does not wait, and the second check refuses it.
+    let file = File::options()
+        .read(true)
+        .custom_flags(libc::O_NONBLOCK | libc::O_NOCTTY)
+        .open(path)?;
+    check_plain(&file.metadata()?)?;
+    Ok(file)
+}
+
+/// Checks that a file is a plain one.
+///
+/// # Errors
+/// It is a folder, a pipe or a device.
+pub fn check_plain(file: &Metadata) -> io::Result<()> {
+    if file.is_file() {
+        return Ok(());
+    }
+    let kind = kind_of(file.file_type());
+    let text = format!("it is {kind}, and only plain files are read");
+    Err(io::Error::new(ErrorKind::InvalidInput, text))
+}
+
+/// Checks, before long work, that a plain file is at `path`.
+///
+/// # Errors
+/// There is none.
+pub fn check(path: &Path) -> Result<()> {
+    let found = path.metadata().and_then(|file| check_plain(&file));
+    found.map_err(|cause| Error::reading(path, cause))
+}
+
+/// The bytes of a plain file.
+///
+/// # Errors
+/// It cannot be read, or there is no memory for it.
+pub fn read(path: &Path) -> Result<Vec<u8>> {
+    read_at_most(path, u64::MAX)
+}
+
+/// The text of a plain file of at most `most` bytes.
+///
+/// # Errors
+/// It cannot be read, is larger, or is not UTF-8.
+pub fn read_text(path: &Path, most: u64) -> Result<String> {
+    let bytes = read_at_most(path, most)?;
+    let not_text = |_| Error::reading(path, "it is not UTF-8; save it as UTF-8");
+    String::from_utf8(bytes).map_err(not_text)
+}
+
+fn read_at_most(path: &Path, most: u64) -> Result<Vec<u8>> {
+    let wrong = |cause: &dyn std::fmt::Display| Error::reading(path, cause);
+    let file = open(path).map_err(|cause| wrong(&cause))?;
+    let length = file.metadata().map_err(|cause| wrong(&cause))?.len();
+    if length > most {
+        let text =
+            format!("it has {length} bytes, and at most {most} are read; give a smaller file");
+        return Err(wrong(&text));
+    }
+    let mut bytes = room_for(length).map_err(|cause| wrong(&cause))?;
+    // Not more than there was memory for, even if the file grows.
+    (file.take(length).read_to_end(&mut bytes)).map_err(|cause| wrong(&cause))?;
+    Ok(bytes)
+}
+
+fn kind_of(kind: FileType) -> &'static str {
+    if kind.is_dir() {
+        "a folder"
+    } else if kind.is_fifo() {
+        "a pipe"
+    } else if kind.is_socket() {
+        "a socket"
+    } else {
+        "a device"
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::ffi::CString;
+    use std::os::unix::ffi::OsStrExt;
+    use std::os::unix::net::UnixListener;
+
+    #[test]
+    fn only_plain_files_are_read_and_nothing_is_waited_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::write(at("plain"), "text").unwrap();
+        std::os::unix::fs::symlink(at("plain"), at("link")).unwrap();
+        for name in ["plain", "link"] {
+            assert_eq!(read_text(&at(name), 4).unwrap(), "text");
+            check(&at(name)).unwrap();
+        }
+        let pipe = CString::new(at("pipe").as_os_str().as_bytes()).unwrap();
+        // SAFETY: the name ends with a zero byte.
+        assert_eq!(unsafe { libc::mkfifo(pipe.as_ptr(), 0o600) }, 0);
+        let _socket = UnixListener::bind(at("socket")).unwrap();
+        for (path, kind) in [
+            (at("pipe"), "a pipe"),
+            (at("socket"), "a socket"),
+            (at(""), "a folder"),
+            ("/dev/null".into(), "a device"),
+        ] {
+            for error in [check(&path), read(&path).map(drop)] {
+                let error = error.unwrap_err();
+                assert_eq!(error.exit_status(), 2);
+                assert!(error.to_string().contains(kind), "{error}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_too_large_or_no_text_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        std::fs::write(&path, b"\xff\xfe").unwrap();
+        let message = |most| read_text(&path, most).unwrap_err().to_string();
+        assert!(message(2).contains("not UTF-8"));
+        assert!(message(1).contains("2 bytes, and at most 1"));
+        std::fs::File::options()
+            .write(true)
+            .open(&path)
+            .unwrap()
+            .set_len(8 << 40)
+            .unwrap();
+        let text = read(&path).unwrap_err().to_string();
+        assert!(text.contains("8796093022208 bytes"), "{text}");
+    }
+}

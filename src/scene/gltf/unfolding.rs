@@ -1,0 +1,40 @@
+//! A limit on what a file's elements unfold to: many may share the same bytes, and a small file could else ask for any
+//! amount of memory or time.
+
+use crate::{Error, Result};
+use std::cell::Cell;
+
+/// Elements may unfold to this many bytes per byte of the file, and [`FREE_BYTES`].
+const RATIO: u64 = 64;
+
+/// Bytes to which any file may unfold.
+const FREE_BYTES: u64 = 1 << 30;
+
+/// What is left of the bytes to which a file may unfold.
+pub struct Unfolding(Cell<u64>);
+
+impl Unfolding {
+    /// Those of a file of which the buffers and the JSON have `file_bytes`.
+    pub fn of(file_bytes: u64) -> Self {
+        Self(Cell::new(
+            FREE_BYTES.saturating_add(file_bytes.saturating_mul(RATIO)),
+        ))
+    }
+
+    /// Takes the bytes of an element; `what` names it in the message.
+    ///
+    /// # Errors
+    /// There are not as many left.
+    pub fn take(&self, what: &str, bytes: u128) -> Result<()> {
+        let bytes = u64::try_from(bytes).ok();
+        match bytes.and_then(|bytes| self.0.get().checked_sub(bytes)) {
+            Some(left) => {
+                self.0.set(left);
+                Ok(())
+            }
+            None => Err(Error::input(format!(
+                "{what}: with it the file unfolds to more than {RATIO} times its size; split the file"
+            ))),
+        }
+    }
+}
