@@ -2,6 +2,7 @@
 
 mod arguments;
 mod compare;
+mod inputs;
 mod reference;
 mod report;
 mod signals;

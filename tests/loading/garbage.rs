@@ -373,8 +373,8 @@ fn buffers_that_are_not_there() {
     for (uri, named) in [
         ("lost.bin", "lost.bin"),
         ("short.bin", "there are 3"),
-        ("folder.bin", "not a file"),
-        ("", "not a file"),
+        ("folder.bin", "a folder"),
+        ("", "a folder"),
         ("a%zz", "a%zz"),
         ("http://localhost/a.bin", "not a file beside"),
         ("data:;base64,*", "base64"),

@@ -119,6 +119,7 @@ fn a_missing_image_is_named_and_may_be_allowed() {
     let path = path.write("scene.glb", file.glb());
     let options = Options {
         allow_missing: true,
+        ..Options::default()
     };
     let scene = load_watched(&path, options, &mut |_, _, _| Ok(())).unwrap();
     assert_eq!(

@@ -8,7 +8,9 @@ mod garbage;
 mod gltf;
 mod images;
 mod lights;
+mod limits;
 mod obj;
+mod outside;
 mod progress;
 #[path = "../support/mod.rs"]
 mod support;

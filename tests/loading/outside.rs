@@ -1,0 +1,410 @@
+//! Files that a scene names: those outside of its folder and those that are no plain files are not opened.
+
+use crate::files::{Folder, Gltf};
+use crate::textures::{encoded, textured};
+use headwater::Result;
+use headwater::scene::Scene;
+use headwater::scene::load::{Options, load_watched};
+use image::ImageFormat;
+use serde_json::json;
+use std::ffi::CString;
+use std::os::unix::ffi::OsStrExt;
+use std::os::unix::fs::symlink;
+use std::path::Path;
+
+const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+
+/// What no message may contain: the content of a file outside of the scene's folder.
+const SECRET: &str = "hunter2";
+
+/// The folders `scene` and `other` with a file for each purpose in both, and links that lead from one to the other.
+fn folders() -> Folder {
+    let folder = Folder::new();
+    for place in ["scene", "other"] {
+        std::fs::create_dir(folder.path(place)).unwrap();
+        folder.write(&format!("{place}/buffer.bin"), Gltf::triangle().binary);
+        folder.write(&format!("{place}/wall.png"), encoded(ImageFormat::Png));
+        folder.write(&format!("{place}/m.mtl"), "newmtl red\nKd 1 0 0\n");
+        folder.write(
+            &format!("{place}/secret"),
+            format!("{SECRET} root:x:0:0\nnewmtl {SECRET}\nKd {SECRET}\n"),
+        );
+    }
+    symlink("../other", folder.path("scene/away")).unwrap();
+    symlink("away", folder.path("scene/twice-away")).unwrap();
+    symlink(folder.path("other"), folder.path("scene/absolute")).unwrap();
+    symlink(".", folder.path("scene/here")).unwrap();
+    for name in ["buffer.bin", "wall.png", "m.mtl", "secret"] {
+        let link = folder.path(&format!("scene/link-{name}"));
+        symlink(format!("../other/{name}"), link).unwrap();
+    }
+    folder
+}
+
+/// Names in `scene` of a file in `other`.
+fn ways_out(folder: &Folder, name: &str) -> Vec<String> {
+    let absolute = folder.path("other").join(name);
+    let mut ways = vec![absolute.to_str().unwrap().to_owned()];
+    let relative = [
+        "../other/",
+        "./../other/",
+        "../scene/../other/",
+        "away/",
+        "here/away/",
+        "twice-away/",
+        "absolute/",
+        "link-",
+    ];
+    ways.extend(relative.map(|way| format!("{way}{name}")));
+    ways
+}
+
+fn load_with(folder: &Folder, name: &str, content: &str, options: Options) -> Result<Scene> {
+    let path = folder.write(name, content);
+    load_watched(&path, options, &mut |_, _, _| Ok(()))
+}
+
+fn load(folder: &Folder, name: &str, content: &str) -> Result<Scene> {
+    load_with(folder, name, content, Options::default())
+}
+
+fn permissive(folder: &Folder, name: &str, content: &str) -> Result<Scene> {
+    let options = Options {
+        allow_outside: true,
+        ..Options::default()
+    };
+    load_with(folder, name, content, options)
+}
+
+/// Checks that a scene is refused since it names a file outside, in one line that says what can be done.
+fn assert_outside(loaded: Result<Scene>, element: &str, way: &str) {
+    let error = loaded.expect_err(way);
+    let text = error.to_string();
+    assert_eq!(
+        (error.exit_status(), text.lines().count()),
+        (2, 1),
+        "{text}"
+    );
+    for part in [element, "outside of the scene's folder", "--allow-outside"] {
+        assert!(text.contains(part), "{way}: {text:?} contains {part:?}");
+    }
+    assert!(!text.contains(SECRET), "{text}");
+}
+
+fn with_buffer(uri: &str) -> String {
+    Gltf::triangle().with_uri(uri)
+}
+
+fn with_image(uri: &str) -> String {
+    let mut file = textured(json!({ "name": "bark", "uri": uri }));
+    file.json["buffers"][0]["uri"] = data_uri(&file.binary).into();
+    file.json.to_string()
+}
+
+fn data_uri(bytes: &[u8]) -> String {
+    use base64::prelude::{BASE64_STANDARD, Engine};
+    format!("data:;base64,{}", BASE64_STANDARD.encode(bytes))
+}
+
+fn with_library(line: &str) -> String {
+    format!("mtllib {line}\n{SQUARE}usemtl red\nf 1 2 3 4\n")
+}
+
+/// Writes an MTL file with this texture, and returns the scene that uses it.
+fn with_map(folder: &Folder, line: &str) -> String {
+    folder.write("scene/mapped.mtl", format!("newmtl red\n{line}\n"));
+    with_library("mapped.mtl")
+}
+
+#[test]
+fn buffers_outside_of_the_folder_are_not_opened() {
+    let folder = folders();
+    for name in ["buffer.bin", "secret"] {
+        for way in ways_out(&folder, name) {
+            assert_outside(
+                load(&folder, "scene/a.gltf", &with_buffer(&way)),
+                "buffer 0",
+                &way,
+            );
+        }
+    }
+    for way in ways_out(&folder, "buffer.bin") {
+        let scene = permissive(&folder, "scene/a.gltf", &with_buffer(&way)).expect(&way);
+        assert_eq!(scene.triangle_count(), 1);
+    }
+    // What is missing may not even show that it is.
+    for way in [
+        "../other/none.bin",
+        "/none.bin",
+        "file:///none.bin",
+        "here/../../other/buffer.bin",
+        "new/../../other/buffer.bin",
+    ] {
+        assert_outside(
+            load(&folder, "scene/a.gltf", &with_buffer(way)),
+            "buffer 0",
+            way,
+        );
+    }
+}
+
+#[test]
+fn escapes_and_uris_are_no_way_out() {
+    let folder = folders();
+    let absolute = folder.path("other/buffer.bin");
+    let absolute = absolute.to_str().unwrap();
+    let escaped: String = absolute
+        .bytes()
+        .map(|byte| format!("%{byte:02x}"))
+        .collect();
+    for uri in [
+        "%2e%2e/other/buffer.bin",
+        "..%2Fother%2fbuffer.bin",
+        "%2E%2E%2Fother/buffer.bin",
+        "./%2e%2e/other/buffer.bin",
+        "link%2dbuffer.bin",
+        &escaped,
+        &format!("file://{absolute}"),
+        &format!("file://localhost{absolute}"),
+        &format!("file://{}", absolute.replace('o', "%6f")),
+    ] {
+        assert_outside(
+            load(&folder, "scene/a.gltf", &with_buffer(uri)),
+            "buffer 0",
+            uri,
+        );
+        permissive(&folder, "scene/a.gltf", &with_buffer(uri)).expect(uri);
+        let image = uri.replace("buffer.bin", "wall.png");
+        if image != uri {
+            assert_outside(
+                load(&folder, "scene/a.gltf", &with_image(&image)),
+                "image 0",
+                uri,
+            );
+            permissive(&folder, "scene/a.gltf", &with_image(&image)).expect(uri);
+        }
+    }
+    // Not decoded twice, and none of another machine or of another scheme; backslashes are parts of names.
+    for uri in [
+        "%252e%252e/other/buffer.bin",
+        "file://elsewhere/other/buffer.bin",
+        "http://elsewhere/buffer.bin",
+        "..\\other\\buffer.bin",
+        "C:\\other\\buffer.bin",
+        "file:buffer.bin",
+        "buffer.bin%00",
+        "~/buffer.bin",
+    ] {
+        for loaded in [
+            load(&folder, "scene/a.gltf", &with_buffer(uri)),
+            permissive(&folder, "scene/a.gltf", &with_buffer(uri)),
+        ] {
+            let text = loaded.expect_err(uri).to_string();
+            assert!(
+                text.contains("buffer 0") && text.lines().count() == 1,
+                "{text}"
+            );
+        }
+    }
+    // The same within the folder is fine.
+    for uri in [
+        "%62uffer.bin",
+        "here/here/buffer.bin",
+        "new/../buffer.bin",
+        "./buffer.bin",
+    ] {
+        load(&folder, "scene/a.gltf", &with_buffer(uri)).expect(uri);
+    }
+}
+
+#[test]
+fn images_outside_of_the_folder_are_not_opened() {
+    let folder = folders();
+    for way in ways_out(&folder, "wall.png") {
+        assert_outside(
+            load(&folder, "scene/a.gltf", &with_image(&way)),
+            "image 0 \"bark\"",
+            &way,
+        );
+        let scene = permissive(&folder, "scene/a.gltf", &with_image(&way)).expect(&way);
+        assert_eq!(scene.images.len(), 1);
+        for map in ["map_Kd", "norm", "map_Pr"] {
+            let text = with_map(&folder, &format!("{map} {way}"));
+            assert_outside(load(&folder, "scene/a.obj", &text), "line 2", &way);
+            let scene = permissive(&folder, "scene/a.obj", &text).expect(&way);
+            assert_eq!(scene.images.len(), 1);
+        }
+        let text = with_map(&folder, &format!("map_Kd {}", way.replace('/', "\\")));
+        assert_outside(load(&folder, "scene/a.obj", &text), "line 2", &way);
+    }
+}
+
+#[test]
+fn images_outside_may_be_left_out_like_missing_ones() {
+    let folder = folders();
+    let options = Options {
+        allow_missing: true,
+        ..Options::default()
+    };
+    for way in ways_out(&folder, "wall.png") {
+        let scene = load_with(&folder, "scene/a.gltf", &with_image(&way), options).expect(&way);
+        assert!(scene.images.is_empty());
+        assert!(
+            scene.notices[0].contains("image files are missing"),
+            "{:?}",
+            scene.notices
+        );
+    }
+    // A scene cannot do without its buffers.
+    let loaded = load_with(
+        &folder,
+        "scene/a.gltf",
+        &with_buffer("../other/buffer.bin"),
+        options,
+    );
+    assert_outside(loaded, "buffer 0", "../other/buffer.bin");
+}
+
+#[test]
+fn mtl_files_outside_of_the_folder_are_not_opened() {
+    let folder = folders();
+    for name in ["m.mtl", "secret"] {
+        for way in ways_out(&folder, name) {
+            for line in [
+                way.clone(),
+                way.replace('/', "\\"),
+                format!("none.mtl {way}"),
+                format!("{way} none.mtl"),
+            ] {
+                assert_outside(
+                    load(&folder, "scene/a.obj", &with_library(&line)),
+                    "line 1",
+                    &line,
+                );
+            }
+        }
+    }
+    for way in ways_out(&folder, "m.mtl") {
+        let scene = permissive(&folder, "scene/a.obj", &with_library(&way)).expect(&way);
+        assert_eq!(scene.materials[0].name, "red", "{way}");
+    }
+    for inside in ["m.mtl", "here\\m.mtl", "new/../m.mtl", "none.mtl m.mtl"] {
+        let scene = load(&folder, "scene/a.obj", &with_library(inside)).expect(inside);
+        assert_eq!(scene.materials[0].name, "red", "{inside}");
+    }
+    // Drive letters and homes are names like others.
+    for missing in ["C:\\other\\m.mtl", "~/m.mtl", "file:///m.mtl"] {
+        let scene = load(&folder, "scene/a.obj", &with_library(missing)).expect(missing);
+        assert!(
+            scene
+                .notices
+                .iter()
+                .any(|notice| notice.contains("MTL files"))
+        );
+    }
+}
+
+#[test]
+fn a_scene_named_without_a_folder_lies_in_the_current_one() {
+    let folder = folders();
+    folder.write("scene/a.gltf", with_buffer("buffer.bin"));
+    folder.write("scene/b.gltf", with_buffer("../other/buffer.bin"));
+    let inspect = |arguments: &[&str]| {
+        std::process::Command::new(env!("CARGO_BIN_EXE_headwater"))
+            .args(["scene", "inspect"])
+            .args(arguments)
+            .current_dir(folder.path("scene"))
+            .output()
+            .unwrap()
+    };
+    for (arguments, status) in [
+        (&["a.gltf"][..], 0),
+        (&["./a.gltf"], 0),
+        (&["here/a.gltf"], 0),
+        (&["b.gltf"], 2),
+        (&["b.gltf", "--allow-outside"], 0),
+    ] {
+        let output = inspect(arguments);
+        assert_eq!(
+            output.status.code(),
+            Some(status),
+            "{arguments:?} {output:?}"
+        );
+    }
+}
+
+fn make_pipe(path: &Path) {
+    let name = CString::new(path.as_os_str().as_bytes()).unwrap();
+    // SAFETY: the name ends with a zero byte.
+    assert_eq!(unsafe { libc::mkfifo(name.as_ptr(), 0o600) }, 0);
+}
+
+#[test]
+fn only_plain_files_are_opened() {
+    let folder = folders();
+    make_pipe(&folder.path("scene/pipe"));
+    make_pipe(&folder.path("other/pipe"));
+    symlink("pipe", folder.path("scene/link-to-pipe")).unwrap();
+    let _socket = std::os::unix::net::UnixListener::bind(folder.path("scene/socket")).unwrap();
+    let refused = |loaded: Result<Scene>, kind: &str| {
+        let text = loaded.unwrap_err().to_string();
+        assert!(text.contains(kind) && text.lines().count() == 1, "{text}");
+    };
+    let devices = [("/dev/null", "a device"), ("/dev/zero", "a device")];
+    let inside = [
+        ("pipe", "a pipe"),
+        ("link-to-pipe", "a pipe"),
+        ("socket", "a socket"),
+        ("here", "a folder"),
+        (".", "a folder"),
+    ];
+    for (name, kind) in inside
+        .into_iter()
+        .chain(devices)
+        .chain([("../other/pipe", "a pipe")])
+    {
+        for text in [with_buffer(name), with_image(name)] {
+            refused(permissive(&folder, "scene/a.gltf", &text), kind);
+        }
+        for text in [
+            with_library(name),
+            with_map(&folder, &format!("map_Kd {name}")),
+        ] {
+            refused(permissive(&folder, "scene/a.obj", &text), kind);
+        }
+    }
+    for (name, kind) in inside {
+        for text in [with_buffer(name), with_image(name)] {
+            refused(load(&folder, "scene/a.gltf", &text), kind);
+        }
+        for text in [
+            with_library(name),
+            with_map(&folder, &format!("map_Kd {name}")),
+        ] {
+            refused(load(&folder, "scene/a.obj", &text), kind);
+        }
+    }
+}
+
+#[test]
+fn scenes_and_environments_are_plain_files() {
+    let folder = Folder::new();
+    for name in ["a.gltf", "a.glb", "a.obj", "a.exr", "a.hdr"] {
+        let path = folder.path(name);
+        make_pipe(&path);
+        let error = match name {
+            "a.exr" | "a.hdr" => {
+                let name = path.to_str().unwrap();
+                headwater::scene::Environment::check_name(name).unwrap_err();
+                headwater::scene::Environment::open(name).unwrap_err()
+            }
+            _ => {
+                headwater::scene::check_name(path.to_str().unwrap()).unwrap_err();
+                headwater::scene::load::load(&path).unwrap_err()
+            }
+        };
+        let text = error.to_string();
+        assert!(text.contains("a pipe") && text.contains(name), "{text}");
+        assert_eq!((error.exit_status(), text.lines().count()), (2, 1));
+    }
+}
