@@ -43,10 +43,9 @@ impl Bounds {
         Self::of(corners).unwrap_or(*self)
     }
 
-    /// Whether another box lies inside, and further from the edge than rounding errors.
+    /// Whether another box lies inside, also if it touches the edge.
     fn has_inside(&self, other: &Self) -> bool {
-        let margin = 1e-9 * (self.size() + self.min.abs().max(self.max.abs()));
-        (self.min + margin).cmple(other.min).all() && (self.max - margin).cmpge(other.max).all()
+        self.min.cmple(other.min).all() && self.max.cmpge(other.max).all()
     }
 
     /// The smallest box around some boxes; none if there are none.
@@ -84,7 +83,8 @@ impl Scene {
         let boxes: Vec<Option<Bounds>> = self.meshes.iter().map(Mesh::bounds).collect();
         let mut bounds: Option<Bounds> = None;
         for instance in &self.instances {
-            // Most instances of a large mesh lie within what is known, and need no look at its vertices.
+            // Most instances of a large mesh lie within what is known, and need no look at its vertices. Rounded
+            // transforms grow with each coordinate too, so no vertex comes to lie outside of the box around the corners.
             let loose =
                 boxes[instance.mesh as usize].map(|mesh| mesh.placed(&instance.object_to_world));
             let is_within = |known: Bounds| loose.is_some_and(|loose| known.has_inside(&loose));
