@@ -20,7 +20,7 @@ fn pipes_folders_and_devices_are_refused_as_every_input() {
     succeed(&[
         "scene",
         "generate",
-        "sky:width=16",
+        "sky:width=64",
         "-o",
         text(&at("a.exr")),
     ]);
