@@ -17,6 +17,7 @@ pub mod layouts;
 mod memory;
 pub mod metrics;
 mod nearest;
+mod printable;
 pub mod profile;
 pub mod progress;
 mod random;

@@ -18,6 +18,7 @@ pub mod study;
 
 use crate::environment_variable::is_asked_for;
 use crate::gpu::{Instance, InstanceOptions};
+use crate::printable::{printable, printable_lines, shortened};
 use crate::render::Clock;
 use crate::scene::Scene;
 use crate::scene::load::Options;
@@ -77,7 +78,9 @@ pub fn main() -> ExitCode {
     };
     let level = if cli.verbose { "headwater=info" } else { "off" };
     env_logger::Builder::from_env(env_logger::Env::default().filter_or("HEADWATER_LOG", level))
-        .format(|line, record| writeln!(line, "headwater: {}", record.args()))
+        .format(|line, record| {
+            writeln!(line, "headwater: {}", printable(&record.args().to_string()))
+        })
         .init();
     match run(cli.command) {
         Ok(()) => ExitCode::SUCCESS,
@@ -124,7 +127,8 @@ fn wrong_arguments(error: &clap::Error) -> ExitCode {
     ExitCode::from(2)
 }
 
-/// Prints a line of a command's outcome on stdout, where `println!` would panic.
+/// Prints a line of a command's outcome on stdout, or several, where `println!` would panic. Control characters other
+/// than line breaks are escaped; a name from a file that must stay on its line is made [`printable`] first.
 ///
 /// # Errors
 /// Stdout takes nothing, as on a full disk. A reader that has closed its pipe wants no more: that
@@ -138,8 +142,9 @@ pub fn print(text: impl std::fmt::Display) -> Result<()> {
 /// # Errors
 /// Those of [`print()`].
 pub fn print_part(text: impl std::fmt::Display) -> Result<()> {
+    let text = printable_lines(&text.to_string());
     let mut out = std::io::stdout().lock();
-    match write!(out, "{text}").and_then(|()| out.flush()) {
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(e) if e.kind() != ErrorKind::BrokenPipe => {
             Err(Error::failed(format!("cannot write to stdout: {e}")))
         }
@@ -219,8 +224,18 @@ pub fn notice(text: &str) {
     say(format_args!("note: {text}"));
 }
 
-/// One line on stderr, under the program's name. Where nobody can read it, the work goes on:
-/// `eprintln!` would panic.
+/// Most characters of a message on stderr. Longer ones lose their middle: a value from a file can be of any length.
+const MESSAGE_CHARACTERS: usize = 500;
+
+/// A message under the program's name, as one line.
+fn line(text: impl std::fmt::Display) -> String {
+    shortened(
+        &printable(&format!("headwater: {text}")),
+        MESSAGE_CHARACTERS,
+    )
+}
+
+/// One line on stderr. Where nobody can read it, the work goes on: `eprintln!` would panic.
 fn say(text: impl std::fmt::Display) {
-    let _ = writeln!(std::io::stderr().lock(), "headwater: {text}");
+    let _ = writeln!(std::io::stderr().lock(), "{}", line(text));
 }

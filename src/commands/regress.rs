@@ -9,6 +9,7 @@ use crate::files::{check_writable, write_atomically};
 use crate::gpu::{DeviceInfo, InstanceOptions};
 use crate::image::{Image, png};
 use crate::metrics::flip::flip;
+use crate::printable::printable;
 use crate::regress::{
     Blessing, Case, Goldens, Rendered, Step, Verdict, cases, judge_exactly, judge_loosely, report,
 };
@@ -127,8 +128,8 @@ fn compare(args: &Args, cases: &[Case], device: &DeviceInfo, interrupt: &Interru
     print(format_args!(
         "golden frames of {} driver, {} ({}): {}",
         if own { "this" } else { "another" },
-        goldens.driver,
-        goldens.device,
+        printable(&goldens.driver),
+        printable(&goldens.device),
         match exact {
             true => "every bit must be the same",
             false => "pictures must agree but for rounding",
@@ -154,7 +155,7 @@ fn compare(args: &Args, cases: &[Case], device: &DeviceInfo, interrupt: &Interru
             Verdict::Skipped(why) => ("skip", why),
         };
         let colon = if why.is_empty() { "" } else { ": " };
-        print(format_args!(" {word}{colon}{why}"))?;
+        print(format_args!(" {word}{colon}{}", printable(why)))?;
         results.push((case.name.clone(), verdict, start.elapsed()));
     }
     write_report(&results, None)?;

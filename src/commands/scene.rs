@@ -5,6 +5,7 @@ use super::notice;
 use super::{open_scene, print};
 use crate::image::Image;
 use crate::json::value_of;
+use crate::printable::printable;
 use crate::scene::load::Options;
 use crate::scene::requirements::Requirements;
 use crate::scene::{Environment, Motion, environment, export, procedural};
@@ -177,7 +178,9 @@ fn inspect(name: &str, load: Options, as_json: bool) -> Result<()> {
             (fields.iter()).filter(|(key, _)| !machine_readable.contains(&key.as_str()))
         {
             match value {
-                serde_json::Value::String(text) => print(format_args!("{key:20} {text}"))?,
+                serde_json::Value::String(text) => {
+                    print(format_args!("{key:20} {}", printable(text)))?;
+                }
                 value => print(format_args!("{key:20} {value}"))?,
             }
         }

@@ -2,6 +2,7 @@
 //! in an order that stays; the one with the names of columns begins with `#`.
 
 use super::Profile;
+use crate::printable::printable;
 use crate::render::counters::Counts;
 use std::fmt::Write;
 
@@ -20,7 +21,7 @@ pub fn table(profile: &Profile) -> String {
     let mut text = String::new();
     let subject = &profile.subject;
     let mut line = |content: std::fmt::Arguments<'_>| {
-        let _ = writeln!(text, "{content}");
+        let _ = writeln!(text, "{}", printable(&content.to_string()));
     };
     line(format_args!(
         "profile {} {}x{} bounces {} frames {} after {}",
@@ -135,7 +136,8 @@ pub fn difference(now: &Profile, earlier: &Profile) -> String {
         let change = change.unwrap_or_else(|| "-".into());
         let _ = write!(
             text,
-            "\n{name:24} {:>10} {:>10} {change:>8}",
+            "\n{:24} {:>10} {:>10} {change:>8}",
+            printable(&name),
             time(before),
             time(now)
         );

@@ -1,6 +1,7 @@
 //! JUnit XML, as the pages of CI systems show it.
 
 use super::verdict::Verdict;
+use crate::printable::printable;
 use crate::{Error, Result};
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 use std::time::Duration;
@@ -15,7 +16,7 @@ pub fn report(
     results: &[(String, Verdict, Duration)],
     running: Option<&str>,
 ) -> Result<String> {
-    let mut suite = TestSuite::new(format!("headwater regress on {driver}"));
+    let mut suite = TestSuite::new(format!("headwater regress on {}", printable(driver)));
     for (name, verdict, time) in results {
         let status = match verdict {
             Verdict::Passed(_) => TestCaseStatus::success(),
@@ -47,6 +48,6 @@ fn named(name: &str, status: TestCaseStatus) -> TestCase {
 }
 
 fn with_message(mut status: TestCaseStatus, message: &str) -> TestCaseStatus {
-    status.set_message(message);
+    status.set_message(printable(message));
     status
 }

@@ -7,6 +7,7 @@ use super::run::{Milliseconds, Run, medians};
 use crate::Result;
 use crate::json::value_of;
 use crate::metrics::statistics::holm;
+use crate::printable::printable;
 use crate::render::counters::Counts;
 use serde::Serialize;
 use serde_json::Value;
@@ -242,6 +243,13 @@ pub fn judge(rows: &mut [Row]) {
 
 /// All rows as lines for a reader.
 pub fn table(rows: &[Row]) -> String {
+    // A name from a plan stays on its line.
+    let printable_names = |row: &Row| Row {
+        scene: printable(&row.scene),
+        configuration: printable(&row.configuration),
+        ..row.clone()
+    };
+    let rows: Vec<Row> = rows.iter().map(printable_names).collect();
     let width = |least: usize, text: fn(&Row) -> &str| {
         let longest = rows.iter().map(|row| text(row).chars().count()).max();
         longest.unwrap_or(0).max(least)
@@ -260,7 +268,7 @@ pub fn table(rows: &[Row]) -> String {
         "blocks % (99 %)",
         "rmse first → last",
     );
-    for row in rows {
+    for row in &rows {
         let (bias, _) = row.deciding();
         let blocks = row.block_bias.map_or("–".to_owned(), |blocks| {
             let [low, high] = blocks.interval.map(|bias| 100.0 * bias);
@@ -291,7 +299,7 @@ pub fn table(rows: &[Row]) -> String {
                 .map_or(String::new(), |text| format!(": {text}")),
         );
     }
-    text += &costs(rows);
+    text += &costs(&rows);
     let _ = writeln!(
         text,
         "bias: the largest of the channels' means, ± its 99 % half-width. 90 % sees: the bias that this check detects with a power of 90 %. p: chance of what was seen without bias; below {LEVEL} it counts. blocks %: root mean square of the bias of blocks, noise taken off, and its interval."
@@ -352,7 +360,7 @@ pub fn csv(rows: &[Row]) -> String {
     let mut text = String::from(
         "scene,configuration,seeds,frame,rmse,rmse_clamped,relmse,correlation,bias_r,bias_g,bias_b,half_width,verdict,milliseconds,rays,bytes_per_pixel,block_bias,block_bias_low,block_bias_high\n",
     );
-    let quoted = |s: &str| format!("\"{}\"", s.replace('"', "\"\""));
+    let quoted = |s: &str| format!("\"{}\"", printable(s).replace('"', "\"\""));
     for row in rows {
         let (bias, _) = row.deciding();
         let [r, g, b] = bias.relative;

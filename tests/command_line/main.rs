@@ -3,6 +3,7 @@
 mod arguments;
 mod compare;
 mod inputs;
+mod messages;
 mod reference;
 mod report;
 mod signals;

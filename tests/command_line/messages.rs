@@ -1,0 +1,166 @@
+//! Messages about what a file contains: control characters escaped, one line, of a length that a person can read.
+
+use crate::{fail, run, succeed, text};
+use headwater::image::Image;
+use std::path::Path;
+
+/// Most characters of a line on stderr.
+const MOST: usize = 500;
+
+/// A file of these bytes in a folder.
+fn file(folder: &Path, name: &str, content: impl AsRef<[u8]>) -> String {
+    let path = folder.join(name);
+    std::fs::write(&path, content).unwrap();
+    text(&path).to_owned()
+}
+
+/// Fails unless a text has only printable characters and line breaks.
+fn assert_printable(shown: &str) {
+    let wrong = |c: &char| {
+        (c.is_control() && *c != '\n')
+            || matches!(c, '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+    };
+    assert_eq!(shown.chars().find(wrong), None, "{shown:?}");
+}
+
+/// Runs, expects status 2 and one short printable line, and returns it.
+fn refused(arguments: &[&str]) -> String {
+    let line = fail(arguments, 2);
+    assert_printable(&line);
+    assert!(line.trim_end().chars().count() <= MOST, "{line}");
+    line
+}
+
+#[test]
+fn what_a_settings_file_or_plan_contains_is_escaped() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let out = text(&folder.join("a.exr")).to_owned();
+    for (content, said) in [
+        (
+            "\"a\\u001b[31mb\\nc\" = 1",
+            "unknown setting 'a\\u001b[31mb\\nc'",
+        ),
+        ("energy = \"\\u009b2J\\u202egltf\"", "\\u009b2J\\u202egltf"),
+        ("in\u{ff}\0\0\u{1}\n = 1", "line 1, 'in"),
+        ("\"\\u2028\\u007f\" = 1", "'\\u2028\\u007f'"),
+    ] {
+        let config = file(folder, "a.toml", content);
+        let line = refused(&["render", "cornell", "-o", &out, "--config", &config]);
+        assert!(line.contains(said), "{line}");
+    }
+    let config = file(folder, "a.toml", format!("{} = 1", "key".repeat(100_000)));
+    let line = refused(&["render", "cornell", "-o", &out, "--config", &config]);
+    assert!(line.contains("see 'headwater presets' for all"), "{line}");
+
+    let studied = text(&folder.join("out")).to_owned();
+    for content in [
+        "width = 16\n[[sweeps]\u{7f}\0\u{c2}\u{80}\0",
+        "scenes = [\"cornell\\u001b]0;title\\u0007\"]\n[[configurations]]\nname = \"a\"",
+        "scenes = [\"cornell\"]\n[[configurations]]\nname = \"a\\nb\\u001b[2J\"\npreset = \"no\"",
+    ] {
+        let plan = file(folder, "plan.toml", content);
+        refused(&["study", "--plan", &plan, "-o", &studied]);
+    }
+    let set = ["--set", "direct.mis=\u{1b}[31m\n"];
+    refused(&[&["render", "cornell", "-o", &out], &set[..]].concat());
+}
+
+#[test]
+fn what_a_picture_or_scene_contains_is_escaped() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let out = text(&folder.join("a.exr")).to_owned();
+    for format in [
+        &b"\x1b[31mRED\x1b]0;title\x07\r"[..],
+        &[0x9b, 0xff, 1, 2, b'\r'],
+    ] {
+        let bytes = [b"#?RADIANCE\nFORMAT=", format, b"\n\n-Y 8 +X 16\n"].concat();
+        let sky = file(folder, "sky.hdr", bytes);
+        refused(&["render", "cornell", "-o", &out, "--environment", &sky]);
+    }
+
+    let mut layers = Image::new(1, 1);
+    for layer in ["a\u{1b}[31m", "b\n"] {
+        layers.set_vectors(&format!("{layer}."), ["R", "G", "B"], &[[0.5; 3]]);
+    }
+    let picture = folder.join("layers.exr");
+    layers.write(&picture, 0.0).unwrap();
+    refused(&["compare", text(&picture), text(&picture)]);
+
+    // Names in plain text stay on their line; in JSON they remain what they are.
+    let name = "a\n\u{1b}[31m\u{9b}\u{202e}";
+    let scene = serde_json::json!({
+        "asset": { "version": "2.0" },
+        "cameras": [{ "type": "perspective", "perspective": { "yfov": 1, "znear": 0.1 }, "name": name }],
+        "nodes": [{ "camera": 0, "name": name }],
+        "scenes": [{ "nodes": [0] }],
+        "scene": 0,
+    });
+    let scene = file(folder, "\u{1b}[2Jscene\n.gltf", scene.to_string());
+    let plain = run(&["scene", "inspect", &scene]);
+    assert!(plain.status.success(), "{plain:?}");
+    let plain = String::from_utf8(plain.stdout).unwrap();
+    assert_printable(&plain);
+    assert!(plain.contains("\\u001b[2Jscene\\n"), "{plain}");
+    let json = run(&["scene", "inspect", &scene, "--json"]);
+    let json = String::from_utf8(json.stdout).unwrap();
+    assert_printable(&json);
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(json["cameras"][0]["name"], name);
+}
+
+/// Notices have the same limit, and the output of `--json` has none.
+#[test]
+fn json_is_never_cut() {
+    let folder = tempfile::tempdir().unwrap();
+    let names: Vec<String> = (0..200).map(|i| format!("camera {i}")).collect();
+    let cameras = names.iter().map(|name| {
+        let lens = serde_json::json!({ "yfov": 1, "znear": 0.1 });
+        serde_json::json!({ "type": "perspective", "perspective": lens, "name": name })
+    });
+    let cameras: Vec<_> = cameras.collect();
+    let nodes: Vec<_> = (0..200)
+        .map(|i| serde_json::json!({ "camera": i }))
+        .collect();
+    let scene = serde_json::json!({
+        "asset": { "version": "2.0" },
+        "cameras": cameras,
+        "nodes": nodes,
+        "scenes": [{ "nodes": (0..200).collect::<Vec<_>>() }],
+        "scene": 0,
+    });
+    let scene = file(folder.path(), "a.gltf", scene.to_string());
+    let json = run(&["scene", "inspect", &scene, "--json"]);
+    let json: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
+    assert_eq!(json["cameras"].as_array().unwrap().len(), 200);
+    let out = text(&folder.path().join("a.exr")).to_owned();
+    let output = run(&["render", &scene, "-o", &out, "--camera", "no such camera"]);
+    let said = String::from_utf8(output.stderr).unwrap();
+    let line = said.lines().last().unwrap_or_default();
+    assert!(line.contains("no such camera"), "{line}");
+    assert!(line.contains('…') && line.chars().count() <= MOST, "{line}");
+    let long = "x".repeat(5000);
+    let line = refused(&["render", "cornell", "-o", &out, &format!("--{long}")]);
+    assert!(line.contains("see 'headwater --help'"), "{line}");
+    let said = succeed(
+        &[
+            &[
+                "render",
+                "cornell",
+                "-o",
+                &out,
+                "--width",
+                "8",
+                "--look-at",
+                "0,1,3,0,1,0",
+            ],
+            &["--camera", &long][..],
+        ]
+        .concat(),
+    );
+    assert!(
+        said.contains('…') && said.trim_end().chars().count() <= MOST,
+        "{said}"
+    );
+}
