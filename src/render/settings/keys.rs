@@ -5,8 +5,9 @@ use super::Settings;
 use crate::nearest::nearest;
 use crate::toml_text::{Step, TomlText};
 use crate::{Error, Result};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use std::sync::LazyLock;
 
 /// One setting as the user sees it.
 #[derive(Clone, Debug, Serialize)]
@@ -29,35 +30,29 @@ impl Settings {
     pub fn with(&self, changes: &Value) -> Result<Self> {
         let mut flat = Vec::new();
         flatten("", changes, &mut flat);
-        let known = self.describe()?;
+        let mut settings = self.clone();
         let mut tree = self.to_value()?;
         for (key, value) in flat {
-            let Some(setting) = known.iter().find(|d| d.key == key) else {
+            let (Some(slot), Some(field)) = (slot_of(&mut tree, &key), field_schema(&key)) else {
+                let known = self.describe()?;
                 return Err(Error::input(format!(
                     "unknown setting '{key}'{}; see 'headwater presets' for all",
                     nearest(&key, known.iter().map(|d| d.key.as_str()))
                 )));
             };
-            let pointer = format!("/{}", key.replace('.', "/"));
-            let wrong = || {
+            *slot = value.clone();
+            // Checked key by key, so that the message names the one that is wrong.
+            let changed = Self::deserialize(&tree).ok();
+            let changed = changed.filter(|_| in_range(field, &value));
+            settings = changed.ok_or_else(|| {
                 Error::input(format!(
                     "setting {key}={} is not valid; it takes {}",
                     plain(&value),
-                    setting.values
+                    values_of(field)
                 ))
-            };
-            if !in_range(&pointer, &value)? {
-                return Err(wrong());
-            }
-            if let Some(slot) = tree.pointer_mut(&pointer) {
-                *slot = value.clone();
-            }
-            // Checked key by key, so that the message names the one that is wrong.
-            if serde_json::from_value::<Self>(tree.clone()).is_err() {
-                return Err(wrong());
-            }
+            })?;
         }
-        serde_json::from_value(tree).map_err(|e| Error::input(format!("settings: {e}")))
+        Ok(settings)
     }
 
     /// The same with `changes` that stand at `path` in a TOML text.
@@ -97,16 +92,15 @@ impl Settings {
     /// # Errors
     /// Never with the schema of this build.
     pub fn describe(&self) -> Result<Vec<Description>> {
-        let schema = schema();
         let mut flat = Vec::new();
         flatten("", &self.to_value()?, &mut flat);
         Ok(flat
             .into_iter()
             .map(|(key, value)| {
-                let field = field_schema(&schema, &key).unwrap_or_default();
+                let field = field_schema(&key).unwrap_or(&Value::Null);
                 Description {
-                    doc: doc_of(&field),
-                    values: values_of(&schema, &field),
+                    doc: doc_of(field),
+                    values: values_of(field),
                     key,
                     value,
                 }
@@ -123,23 +117,29 @@ impl Settings {
     }
 }
 
-fn schema() -> Value {
-    schemars::schema_for!(Settings).to_value()
+/// The schema of all settings. It takes milliseconds to make.
+static SCHEMA: LazyLock<Value> = LazyLock::new(|| schemars::schema_for!(Settings).to_value());
+
+/// The place of the value of a dotted key in a tree.
+fn slot_of<'a>(tree: &'a mut Value, key: &str) -> Option<&'a mut Value> {
+    let slot = key
+        .split('.')
+        .try_fold(tree, |node, part| node.get_mut(part));
+    slot.filter(|value| !value.is_object())
 }
 
 /// The schema of a dotted key, references followed on the way but not at the end.
-fn field_schema(schema: &Value, key: &str) -> Option<Value> {
-    key.split('.').try_fold(schema.clone(), |node, part| {
-        resolve(schema, &node).get("properties")?.get(part).cloned()
+fn field_schema(key: &str) -> Option<&'static Value> {
+    key.split('.').try_fold(&*SCHEMA, |node, part| {
+        resolve(node).get("properties")?.get(part)
     })
 }
 
-fn resolve(schema: &Value, node: &Value) -> Value {
+fn resolve(node: &'static Value) -> &'static Value {
     let reference = node.get("$ref").and_then(Value::as_str);
     reference
-        .and_then(|r| schema.pointer(r.trim_start_matches('#')))
+        .and_then(|r| SCHEMA.pointer(r.trim_start_matches('#')))
         .unwrap_or(node)
-        .clone()
 }
 
 fn doc_of(field: &Value) -> String {
@@ -147,8 +147,8 @@ fn doc_of(field: &Value) -> String {
     text.unwrap_or_default().replace('\n', " ")
 }
 
-fn values_of(schema: &Value, field: &Value) -> String {
-    let resolved = resolve(schema, field);
+fn values_of(field: &'static Value) -> String {
+    let resolved = resolve(field);
     if let Some(choices) = resolved.get("oneOf").and_then(Value::as_array) {
         let names = choices.iter().filter_map(|c| c.get("const")?.as_str());
         return names.collect::<Vec<_>>().join(" | ");
@@ -162,16 +162,12 @@ fn values_of(schema: &Value, field: &Value) -> String {
 }
 
 /// Whether a value lies between its field's minimum and maximum.
-fn in_range(pointer: &str, value: &Value) -> Result<bool> {
-    let schema = schema();
-    let key = pointer.trim_start_matches('/').replace('/', ".");
-    let field = field_schema(&schema, &key)
-        .ok_or_else(|| Error::failed(format!("setting {key} has no schema")))?;
+fn in_range(field: &Value, value: &Value) -> bool {
     let bound = |name: &str| field.get(name).and_then(Value::as_f64);
-    Ok(value.as_f64().is_none_or(|number| {
+    value.as_f64().is_none_or(|number| {
         bound("minimum").is_none_or(|low| number >= low)
             && bound("maximum").is_none_or(|high| number <= high)
-    }))
+    })
 }
 
 /// The values of a tree by their dotted keys.

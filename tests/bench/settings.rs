@@ -1,0 +1,46 @@
+//! How long it takes to read settings: from a file with many keys, and from as many `--set`.
+//!
+//! `cargo bench --bench settings` prints one line for each number of keys: `settings keys=… config=… set=…`, median times in
+//! milliseconds. Each key has the value that it has anyway.
+
+use headwater::metrics::statistics::median;
+use headwater::render::Settings;
+use headwater::toml_text::TomlText;
+use std::time::Instant;
+
+const ROUNDS: usize = 9;
+
+/// Median time in milliseconds.
+fn time(mut work: impl FnMut()) -> f64 {
+    median((0..ROUNDS).map(|_| {
+        let start = Instant::now();
+        work();
+        1e3 * start.elapsed().as_secs_f64()
+    }))
+}
+
+fn main() {
+    let settings = Settings::default();
+    let all = settings.describe().unwrap();
+    for count in [1, 10, 80] {
+        let chosen = all.iter().cycle().take(count);
+        let lines: Vec<String> = chosen.map(|s| format!("{}={}", s.key, s.value)).collect();
+        // A key stands in a file only once.
+        let distinct = &lines[..count.min(all.len())];
+        let source = TomlText::new("bench.toml", &distinct.join("\n"));
+        let config = time(|| {
+            let changes = source.parse().unwrap();
+            settings.with_toml(&source, &[], &changes).unwrap();
+        });
+        let set = time(|| {
+            lines.iter().fold(settings.clone(), |settings, line| {
+                let change = Settings::parse_change(line).unwrap();
+                settings.with(&change).unwrap()
+            });
+        });
+        println!(
+            "settings keys={} config={config:.2} set={set:.2}",
+            distinct.len()
+        );
+    }
+}
