@@ -1,14 +1,17 @@
-//! Output files: written to a temporary file that then replaces the target, so that a target is
-//! never incomplete.
+//! Output files: written beside their target, which they then replace, so that a target is never incomplete. On Linux
+//! the file has no name until it is complete, so that nothing is left of it even after SIGKILL.
 
 use crate::{Error, Result};
 use std::borrow::Cow;
-use std::io::{BufWriter, Write};
-use std::os::unix::fs::MetadataExt;
+use std::fs::File;
+use std::io::{BufWriter, ErrorKind, Write};
+use std::os::unix::ffi::OsStrExt;
+use std::os::unix::fs::{FileTypeExt, MetadataExt};
 use std::path::{Path, PathBuf};
+use tempfile::TempPath;
 
 /// The writer that [`write_atomically`] passes to its closure.
-pub type Output = BufWriter<std::fs::File>;
+pub type Output = BufWriter<File>;
 
 /// Writes `path` through `write`. On failure an existing file stays unchanged and no new file is
 /// left. A symbolic link stays a link.
@@ -22,40 +25,49 @@ pub fn write_atomically(
     let failed = |e: std::io::Error| Error::writing(path, e);
     // A rename would replace the device with a file.
     if is_device(path) {
-        let file = std::fs::File::options()
-            .write(true)
-            .open(path)
-            .map_err(failed)?;
+        let file = File::options().write(true).open(path).map_err(failed)?;
         let mut output = BufWriter::new(file);
         return write(&mut output)
             .and_then(|()| output.flush())
             .map_err(failed);
     }
     let target = target(path);
-    let temporary = temporary(path, &target)?;
-    let (file, name) = temporary.into_parts();
+    let New { file, name } = New::beside(path, &target)?;
     let mut output = BufWriter::new(file);
     write(&mut output)
         .and_then(|()| output.flush())
         .map_err(failed)?;
     // Some errors, such as a full disk, appear only here.
     output.get_mut().sync_all().map_err(failed)?;
-    drop(output);
-    name.persist(&target).map_err(|e| failed(e.error))
+    match name {
+        Some(name) => name.persist(&target).map_err(|e| failed(e.error)),
+        None => unnamed::give_name(output.get_ref(), &target).map_err(failed),
+    }
 }
 
 /// Checks, before long work, that `path` can be written.
 ///
 /// # Errors
-/// The folder does not exist, no file can be created in it, or `path` is a folder.
+/// The folder does not exist, no file can be created in it, or `path` is a folder, a socket or a name that no file
+/// can have.
 pub fn check_writable(path: &Path) -> Result<()> {
-    if path.is_dir() {
+    if path.is_dir() || path.as_os_str().as_bytes().ends_with(b"/") {
         return Err(Error::writing(path, "it is a folder; name a file"));
+    }
+    match path.symlink_metadata() {
+        Ok(about) if about.file_type().is_socket() => {
+            return Err(Error::writing(path, "it is a socket; name a file"));
+        }
+        // A name that is too long would else be noticed only when the work is done.
+        Err(e) if !matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {
+            return Err(Error::writing(path, e));
+        }
+        _ => {}
     }
     if is_device(path) {
         return Ok(());
     }
-    temporary(path, &target(path)).map(drop)
+    New::beside(path, &target(path)).map(drop)
 }
 
 /// Whether two paths lead to the same file, which need not exist yet: by another spelling or a link. Devices,
@@ -78,21 +90,113 @@ fn resolved(path: &Path) -> PathBuf {
         .map_or_else(|| folder.clone(), |name| folder.join(name))
 }
 
-/// A temporary file beside `target`, deleted on drop unless it is renamed. Errors name `path`.
-fn temporary(path: &Path, target: &Path) -> Result<tempfile::NamedTempFile> {
-    let folder = folder(target);
-    if !folder.is_dir() {
-        return Err(Error::writing(
-            path,
-            "its folder does not exist; make it first",
-        ));
+/// A new file that does not have its final name yet.
+struct New {
+    file: File,
+    /// A name of its own, deleted on drop; none where a file can be without.
+    name: Option<TempPath>,
+}
+
+impl New {
+    /// A file in the folder of `target`. Errors name `path`.
+    fn beside(path: &Path, target: &Path) -> Result<Self> {
+        let folder = folder(target);
+        if !folder.is_dir() {
+            return Err(Error::writing(
+                path,
+                "its folder does not exist; make it first",
+            ));
+        }
+        if let Some(file) = unnamed::create(&folder) {
+            return Ok(Self { file, name: None });
+        }
+        let named = tempfile::Builder::new()
+            .prefix(PREFIX)
+            // The umask decides the mode; tempfile's default would let only the owner read the file.
+            .make_in(&folder, |name| File::create_new(name))
+            // The error's own text names the temporary file, which means nothing to the user.
+            .map_err(|e| Error::writing(path, format!("its folder takes no file: {}", e.kind())))?;
+        let (file, name) = named.into_parts();
+        Ok(Self {
+            file,
+            name: Some(name),
+        })
     }
-    tempfile::Builder::new()
-        .prefix(".headwater-")
-        // The umask decides the mode; tempfile's default would let only the owner read the file.
-        .make_in(&folder, |name| std::fs::File::create_new(name))
-        // The error's own text names the temporary file, which means nothing to the user.
-        .map_err(|e| Error::writing(path, format!("its folder takes no file: {}", e.kind())))
+}
+
+/// The beginning of the names of temporary files.
+const PREFIX: &str = ".headwater-";
+
+#[cfg(target_os = "linux")]
+mod unnamed {
+    use super::{ErrorKind, File, OsStrExt, PREFIX, Path, folder};
+    use crate::short_hash::short;
+    use rustix::fs::{AtFlags, CWD, linkat};
+    use rustix::io::Errno;
+    use std::io::Result;
+    use std::os::fd::AsRawFd;
+    use std::os::unix::fs::OpenOptionsExt;
+
+    /// Open files by their numbers, through which a file without a name can be given one.
+    const OPEN_FILES: &str = "/proc/self/fd";
+
+    /// A file without a name; nothing where the file system has none or the folder takes no file.
+    pub fn create(folder: &Path) -> Option<File> {
+        let mut options = File::options();
+        options.write(true).custom_flags(libc::O_TMPFILE);
+        let file = options.open(folder).ok()?;
+        Path::new(OPEN_FILES).is_dir().then_some(file)
+    }
+
+    /// Makes a file without a name the file `target`, in place of an older one.
+    ///
+    /// # Errors
+    /// The folder does not take it.
+    pub fn give_name(file: &File, target: &Path) -> Result<()> {
+        let open = format!("{OPEN_FILES}/{}", file.as_raw_fd());
+        // Whether there was no file of that name.
+        let link = |name: &Path| -> Result<bool> {
+            match linkat(CWD, &open, CWD, name, AtFlags::SYMLINK_FOLLOW) {
+                Ok(()) => Ok(true),
+                Err(Errno::EXIST) => Ok(false),
+                Err(error) => Err(error.into()),
+            }
+        };
+        // A link replaces no file, but a rename does. The name that it takes is the same in every process: what a
+        // killed one has left under it is removed by the next, and each file under it is complete.
+        let name = target.file_name().unwrap_or_default();
+        let beside = format!("{PREFIX}{}", short(&blake3::hash(name.as_bytes())));
+        let beside = folder(target).join(beside);
+        let if_there = |done: Result<()>| match done {
+            Err(error) if error.kind() == ErrorKind::NotFound => Ok(false),
+            done => done.map(|()| true),
+        };
+        while !link(target)? {
+            if !link(&beside)? {
+                if_there(std::fs::remove_file(&beside))?;
+                continue;
+            }
+            // Another process that writes the same target may have removed it.
+            let renamed = if_there(std::fs::rename(&beside, target));
+            if renamed.inspect_err(|_| drop(std::fs::remove_file(&beside)))? {
+                break;
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+mod unnamed {
+    use super::{File, Path};
+
+    pub const fn create(_: &Path) -> Option<File> {
+        None
+    }
+
+    pub fn give_name(_: &File, _: &Path) -> std::io::Result<()> {
+        Ok(())
+    }
 }
 
 /// Whether `path` exists and is neither a file nor a folder, such as /dev/full or a pipe.

@@ -1,6 +1,7 @@
 //! Options that several commands share.
 
-use crate::files::is_same_file;
+use crate::files::{check_writable, is_same_file};
+use crate::image::Format;
 use crate::render::presets::{self, Preset};
 use crate::render::settings::{Settings, flatten};
 use crate::render::{Clock, Kind};
@@ -168,18 +169,12 @@ impl SceneArgs {
     /// An unknown format, a file that has two purposes (wrong input), or a folder that cannot be written
     /// (failed work).
     pub fn check_outputs(&self, outputs: &[PathBuf]) -> Result<()> {
-        let mut files: Vec<(&str, &Path)> =
-            outputs.iter().map(|p| ("--output", p.as_path())).collect();
-        files.extend(self.report.as_deref().map(|path| ("--report", path)));
-        let written = files.len();
-        files.extend(self.inputs());
-        check_distinct(&files, written)?;
         for path in outputs {
-            crate::image::check_output(path)?;
+            Format::of(path)?;
         }
-        self.report
-            .as_deref()
-            .map_or(Ok(()), crate::files::check_writable)
+        let pictures = outputs.iter().map(|path| ("--output", path.as_path()));
+        let report = self.report.as_deref().map(|path| ("--report", path));
+        check_files(pictures.chain(report), self.inputs())
     }
 
     /// The files that are read, and what they are.
@@ -287,12 +282,27 @@ pub fn size_for(camera: &Camera, width: Option<u32>, height: Option<u32>) -> Res
     Ok((width, height))
 }
 
-/// Checks that none of the first `written` files, with what they are, is also another of them all: it would be
-/// overwritten.
+/// Checks, before work begins, files that will be written, each with its role: each can be written, and none is another
+/// one or one that is read.
 ///
 /// # Errors
-/// One is.
-pub fn check_distinct(files: &[(&str, &Path)], written: usize) -> Result<()> {
+/// A file that has two roles (wrong input), or one that cannot be written (failed work).
+pub fn check_files<'a>(
+    written: impl IntoIterator<Item = (&'a str, &'a Path)>,
+    read: impl IntoIterator<Item = (&'a str, &'a Path)>,
+) -> Result<()> {
+    let mut files: Vec<(&str, &Path)> = written.into_iter().collect();
+    let count = files.len();
+    files.extend(read);
+    check_distinct(&files, count)?;
+    files[..count]
+        .iter()
+        .try_for_each(|(_, path)| check_writable(path))
+}
+
+/// Checks that none of the first `written` files, with what they are, is also another of them all: it would be
+/// overwritten.
+fn check_distinct(files: &[(&str, &Path)], written: usize) -> Result<()> {
     for (i, (what, path)) in files.iter().enumerate() {
         let before = files[..i.min(written)].iter();
         let Some((other_what, other)) = before.rev().find(|(_, other)| is_same_file(path, other))

@@ -1,8 +1,8 @@
 //! `compare`: one picture against a reference, with checks.
 
-use super::arguments::check_distinct;
+use super::arguments::check_files;
 use super::{notice, print};
-use crate::image::{Format, Image, check_output, png};
+use crate::image::{Format, Image, png};
 use crate::json::value_of;
 use crate::metrics::error::Errors;
 use crate::metrics::flip::{PIXELS_PER_DEGREE, flip};
@@ -173,13 +173,12 @@ fn check(args: &Args) -> Result<()> {
         return Err(Error::input("--exposure takes a finite number of stops"));
     }
     if let Some(path) = &args.diff {
-        check_output(path)?;
-        let files = [
-            ("--diff", path),
-            ("the picture", &args.picture),
-            ("the reference", &args.reference),
+        Format::of(path)?;
+        let read = [
+            ("the picture", args.picture.as_path()),
+            ("the reference", args.reference.as_path()),
         ];
-        check_distinct(&files.map(|(what, path)| (what, path.as_path())), 1)?;
+        check_files([("--diff", path.as_path())], read)?;
     }
     Ok(())
 }

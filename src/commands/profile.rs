@@ -1,11 +1,11 @@
 //! `profile`: what each pass of a frame takes, does and moves.
 
-use super::arguments::{SceneArgs, check_distinct};
+use super::arguments::{SceneArgs, check_files};
 use super::interrupt::Interrupt;
 use super::progress::Progress;
 use super::session::{Purpose, Session};
 use super::{NOTHING_WRITTEN, ignored, notice, print};
-use crate::files::{check_writable, write_atomically};
+use crate::files::write_atomically;
 use crate::profile::{self, Frame, Limits, Plan, Profile, check_comparable};
 use crate::render::settings::Integrator;
 use crate::{Error, Result, input_files};
@@ -68,11 +68,11 @@ pub fn run(args: &Args) -> Result<()> {
     check(args)?;
     let (settings, changed) = args.scene.settings()?;
     let clock = args.scene.clock(args.fps)?;
-    check_files(args)?;
+    let interrupt = Interrupt::watch()?;
+    check_outputs(args)?;
     let earlier = args.against.as_deref().map(read).transpose()?;
     ignored::note_for_scene(&args.scene, &changed, &[], false);
     ignored::note_for_render(&changed, &settings, args.scene.bounces);
-    let interrupt = Interrupt::watch()?;
     let path_traces = settings.integrator == Integrator::PathTracing;
     if args.in_flight > 1 && path_traces {
         notice("path tracing waits for each strip of a picture, so --in-flight has no effect");
@@ -165,17 +165,12 @@ fn check(args: &Args) -> Result<()> {
 }
 
 /// Refuses files that cannot be written, or that are also something else.
-fn check_files(args: &Args) -> Result<()> {
+fn check_outputs(args: &Args) -> Result<()> {
     let outputs = [("--output", &args.output), ("--trace", &args.trace)];
     let outputs = outputs.into_iter();
-    let mut files: Vec<(&str, &Path)> = outputs
-        .filter_map(|(name, path)| Some((name, path.as_deref()?)))
-        .collect();
-    let written = files.len();
-    files.extend(args.scene.inputs());
-    check_distinct(&files, written)?;
-    let mut outputs = files[..written].iter();
-    outputs.try_for_each(|(_, path)| check_writable(path))
+    let outputs = outputs.filter_map(|(name, path)| Some((name, path.as_deref()?)));
+    let against = args.against.as_deref().map(|path| ("--against", path));
+    check_files(outputs, args.scene.inputs().chain(against))
 }
 
 /// Reads an earlier profile.

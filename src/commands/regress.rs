@@ -1,5 +1,6 @@
 //! `regress`: golden frames of a driver.
 
+use super::arguments::check_files;
 use super::interrupt::Interrupt;
 use super::progress::Progress;
 use super::render;
@@ -73,9 +74,8 @@ pub fn run(args: &Args) -> Result<()> {
             args.only.as_deref().unwrap_or_default()
         )));
     }
-    if let Some(path) = &args.junit {
-        check_writable(path)?;
-    }
+    let interrupt = Interrupt::watch()?;
+    check_files(args.junit.as_deref().map(|path| ("--junit", path)), [])?;
     // The device is chosen once, for its name and what it lacks; each case opens it anew. The instance stays until the end:
     // NVIDIA's driver cannot be loaded again after about thirty times, and without an instance it is unloaded.
     let instance = open_vulkan(InstanceOptions {
@@ -83,7 +83,6 @@ pub fn run(args: &Args) -> Result<()> {
         ..InstanceOptions::default()
     })?;
     let (device, _) = instance.choose(args.device.as_deref())?;
-    let interrupt = Interrupt::watch()?;
     match args.bless {
         true => bless(args, &cases, &device, &interrupt),
         false => compare(args, &cases, &device, &interrupt),
@@ -92,13 +91,14 @@ pub fn run(args: &Args) -> Result<()> {
 
 /// Makes the golden frames.
 fn bless(args: &Args, cases: &[Case], device: &DeviceInfo, interrupt: &Interrupt) -> Result<()> {
-    let mut blessing = Blessing::begin(&args.folder, device)?;
+    check_folder(&args.folder)?;
+    let mut blessing = Blessing::new(&args.folder, device);
     let progress = Progress::new(Some(cases.len() as u64), "cases");
     let mut skipped = 0;
     for (number, case) in cases.iter().enumerate() {
         progress.at(number as f64);
         match render_case(args, case, device, interrupt)? {
-            Ok(rendered) => blessing.add(case, &rendered.image, rendered.steps)?,
+            Ok(rendered) => blessing.add(case, rendered.image, rendered.steps),
             Err(_) => skipped += 1,
         }
     }
@@ -164,7 +164,10 @@ fn compare(args: &Args, cases: &[Case], device: &DeviceInfo, interrupt: &Interru
 
 /// Checks, before minutes of work, that a folder can be written or made.
 fn check_folder(folder: &Path) -> Result<()> {
-    let there = folder.ancestors().find(|path| path.is_dir());
+    let there = folder.ancestors().find(|path| path.exists());
+    if let Some(file) = there.filter(|path| !path.is_dir()) {
+        return Err(Error::writing(file, "it is a file; name a folder"));
+    }
     // A relative path begins in this folder.
     check_writable(&there.unwrap_or(Path::new(".")).join(".headwater"))
 }

@@ -1,5 +1,6 @@
 //! `scene`: procedural scenes, and what is in a file.
 
+use super::arguments::check_files;
 use super::interrupt::Interrupt;
 use super::notice;
 use super::{open_scene, print};
@@ -68,6 +69,7 @@ pub fn run(command: &Command) -> Result<()> {
                     output.display()
                 )));
             }
+            check_files([("--output", output.as_path())], [])?;
             if is_sky {
                 return write_sky(name, set, output);
             }

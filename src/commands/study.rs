@@ -1,6 +1,6 @@
 //! `study`: configurations × scenes × seeds × frames against references.
 
-use super::arguments::{parse_look_at, size_for};
+use super::arguments::{check_files, parse_look_at, size_for};
 use super::interrupt::Interrupt;
 use super::progress::Progress;
 use super::{NOTHING_WRITTEN, apply_clock, check_messages, notice, open_vulkan, print};
@@ -107,6 +107,9 @@ pub fn run(args: &Args) -> Result<()> {
     let instance = open_vulkan(crate::gpu::InstanceOptions::default())?;
     let (info, _) = instance.choose(args.device.as_deref())?;
     let folder = Folder::open(&args.output)?;
+    let [json_file, csv_file] = ["results.json", "results.csv"].map(|name| args.output.join(name));
+    let written = [&json_file, &csv_file].map(|file| ("a result", file.as_path()));
+    check_files(written, [])?;
     let mut store = Store::open(&folder.runs())?;
     let interrupt = Interrupt::watch()?;
     let check = || match interrupt.pending() {
@@ -197,12 +200,8 @@ pub fn run(args: &Args) -> Result<()> {
     progress.finish();
     results::judge(&mut rows);
     let json = results::json(&rows, &info.name, &info.driver)?;
-    write_atomically(&args.output.join("results.json"), |file| {
-        writeln!(file, "{json:#}")
-    })?;
-    write_atomically(&args.output.join("results.csv"), |file| {
-        write!(file, "{}", results::csv(&rows))
-    })?;
+    write_atomically(&json_file, |file| writeln!(file, "{json:#}"))?;
+    write_atomically(&csv_file, |file| write!(file, "{}", results::csv(&rows)))?;
     print(results::table(&rows).trim_end())?;
     verdict(&rows)?;
     check_messages(&instance.validation_messages())

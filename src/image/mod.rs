@@ -78,15 +78,6 @@ impl Format {
     }
 }
 
-/// Checks, before long work, that a picture can be written to `path`.
-///
-/// # Errors
-/// An unknown format, or a folder in which no file can be created.
-pub fn check_output(path: &Path) -> Result<()> {
-    Format::of(path)?;
-    crate::files::check_writable(path)
-}
-
 impl Image {
     /// A picture without channels.
     pub fn new(width: u32, height: u32) -> Self {

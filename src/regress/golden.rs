@@ -8,6 +8,7 @@ use crate::short_hash::short;
 use crate::{Error, Result, input_files};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::fs::File;
 use std::io::Write;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
@@ -85,81 +86,61 @@ fn folder_name(device: &DeviceInfo) -> String {
     words.collect::<Vec<_>>().join("-")
 }
 
-/// A new set of golden frames, which takes the place of an older one of the same driver when it is complete.
+/// A new set of golden frames, which takes the place of an older one of the same driver when it is complete. Until then
+/// it is in memory, so that nothing has to be cleaned up after work that ends early.
 pub struct Blessing {
-    /// So far, in the folder `work`.
     goldens: Goldens,
-    work: tempfile::TempDir,
-    /// Where the set will be.
-    target: PathBuf,
-    /// Where the older set is while this one takes its place.
-    older: PathBuf,
+    /// The pictures of new cases, by name.
+    pictures: BTreeMap<String, Image>,
+    /// The folder for the sets of all drivers.
+    folder: PathBuf,
+    /// Places of the set.
+    places: Places,
 }
 
+/// The beginning of the names of sets that are being written.
+const WORK: &str = ".golden-";
+
 impl Blessing {
-    /// An empty set for a device, in a folder beside that of its older set.
-    ///
-    /// # Errors
-    /// The folder cannot be written.
-    pub fn begin(folder: &Path, device: &DeviceInfo) -> Result<Self> {
-        let failed = |e| Error::writing(folder, e);
-        std::fs::create_dir_all(folder).map_err(failed)?;
-        let name = folder_name(device);
-        let (target, older) = (folder.join(&name), folder.join(format!(".older-{name}")));
-        // What a killed start has left between the two steps of `finish`.
-        if older.is_dir() && !target.exists() {
-            std::fs::rename(&older, &target).map_err(failed)?;
-        }
-        let work = tempfile::Builder::new()
-            .prefix(".golden-")
-            .tempdir_in(folder)
-            .map_err(failed)?;
+    /// An empty set for a device.
+    pub fn new(folder: &Path, device: &DeviceInfo) -> Self {
+        let places = Places::new(folder, device);
         let goldens = Goldens {
             version: VERSION,
             device: device.name.clone(),
             driver: device.driver.clone(),
             commit: env!("HEADWATER_COMMIT").to_owned(),
             cases: BTreeMap::new(),
-            folder: work.path().to_owned(),
+            folder: places.target.clone(),
         };
-        Ok(Self {
+        Self {
             goldens,
-            work,
-            target,
-            older,
-        })
+            pictures: BTreeMap::new(),
+            folder: folder.to_owned(),
+            places,
+        }
     }
 
     /// Adds a case.
-    ///
-    /// # Errors
-    /// The picture cannot be written.
-    pub fn add(&mut self, case: &Case, image: &Image, steps: Vec<Step>) -> Result<()> {
-        let path = self.goldens.picture(&case.name);
-        image.write(&path, 0.0)?;
+    pub fn add(&mut self, case: &Case, image: Image, steps: Vec<Step>) {
         let golden = Golden {
             arguments: case.arguments.clone(),
-            picture: hash(&path)?,
+            // Known once the picture is written.
+            picture: String::new(),
             steps,
         };
         self.goldens.cases.insert(case.name.clone(), golden);
-        Ok(())
+        self.pictures.insert(case.name.clone(), image);
     }
 
-    /// Adds the cases of the older set, if there is one, that are not in this one.
+    /// Adds the cases of the older set, if there is one, that are not in this one. Their pictures are copied in the end.
     ///
     /// # Errors
-    /// The older set is damaged, or the disk fails.
+    /// The older set is damaged.
     pub fn add_older(&mut self) -> Result<()> {
-        if !self.target.is_dir() {
-            return Ok(());
-        }
-        let older = Goldens::read(&self.target)?;
-        for (name, golden) in &older.cases {
-            if !self.goldens.cases.contains_key(name) {
-                let (from, to) = (older.picture(name), self.goldens.picture(name));
-                std::fs::copy(&from, &to).map_err(|e| Error::reading(&from, e))?;
-                self.goldens.cases.insert(name.clone(), golden.clone());
+        if let Some(older) = self.places.set() {
+            for (name, golden) in Goldens::read(older)?.cases {
+                self.goldens.cases.entry(name).or_insert(golden);
             }
         }
         Ok(())
@@ -171,22 +152,46 @@ impl Blessing {
     /// The disk does not take it; then the older one stays.
     pub fn finish(self) -> Result<PathBuf> {
         let Self {
-            goldens,
-            work,
-            target,
-            older,
+            mut goldens,
+            pictures,
+            folder,
+            places,
         } = self;
+        std::fs::create_dir_all(&folder).map_err(|e| Error::writing(&folder, e))?;
+        // While this lasts, no other program writes a set here, and what one has left is of no use to anyone.
+        let lock = File::open(&folder).and_then(|folder| folder.lock().map(|()| folder));
+        if lock.is_ok() {
+            remove_unfinished(&folder);
+        }
+        let work = tempfile::Builder::new()
+            .prefix(WORK)
+            .tempdir_in(&folder)
+            .map_err(|e| Error::writing(&folder, e))?;
+        for (name, golden) in &mut goldens.cases {
+            let file = picture(work.path(), name);
+            match pictures.get(name) {
+                Some(image) => {
+                    image.write(&file, 0.0)?;
+                    golden.picture = hash(&file)?;
+                }
+                None => {
+                    let from = picture(places.set().unwrap_or(&places.target), name);
+                    std::fs::copy(&from, &file).map_err(|e| Error::reading(&from, e))?;
+                }
+            }
+        }
         let list = serde_json::to_string_pretty(&goldens)
             .map_err(|e| Error::failed(format!("golden frames as JSON: {e}")))?;
         write_atomically(&work.path().join(LIST), |file| writeln!(file, "{list}"))?;
+        let Places { target, older } = places;
         let failed = |e| Error::writing(&target, e);
         // Readable by others, which temporary folders are not.
         let permissions = std::fs::Permissions::from_mode(0o755);
         std::fs::set_permissions(work.path(), permissions).map_err(failed)?;
         // A folder is replaced in two steps, of which the first can be taken back.
-        let _ = std::fs::remove_dir_all(&older);
         let had = target.exists();
         if had {
+            let _ = std::fs::remove_dir_all(&older);
             std::fs::rename(&target, &older).map_err(failed)?;
         }
         if let Err(error) = std::fs::rename(work.path(), &target) {
@@ -200,15 +205,50 @@ impl Blessing {
     }
 }
 
+/// Places of the set of a driver.
+struct Places {
+    target: PathBuf,
+    /// The place of an older set while a new one takes its place.
+    older: PathBuf,
+}
+
+impl Places {
+    fn new(folder: &Path, device: &DeviceInfo) -> Self {
+        let name = folder_name(device);
+        Self {
+            target: folder.join(&name),
+            older: folder.join(format!(".older-{name}")),
+        }
+    }
+
+    /// The set. It is in its older place if a program was killed before a new one could take its place.
+    fn set(&self) -> Option<&Path> {
+        let mut places = [&self.target, &self.older].into_iter();
+        places.find(|place| place.is_dir()).map(PathBuf::as_path)
+    }
+}
+
+/// Removes sets that a killed program has begun to write.
+fn remove_unfinished(folder: &Path) {
+    let entries = folder.read_dir().into_iter().flatten().flatten();
+    for entry in entries.filter(|e| e.file_name().to_string_lossy().starts_with(WORK)) {
+        let _ = std::fs::remove_dir_all(entry.path());
+    }
+}
+
+/// The file of a case's picture in the folder of a set.
+fn picture(folder: &Path, name: &str) -> PathBuf {
+    folder.join(format!("{name}.exr"))
+}
+
 impl Goldens {
     /// The golden frames of a device, or else those of another; whether they are its own.
     ///
     /// # Errors
     /// There are none, or what is there cannot be read.
     pub fn find(folder: &Path, device: &DeviceInfo) -> Result<(Self, bool)> {
-        let own = folder.join(folder_name(device));
-        if own.is_dir() {
-            return Ok((Self::read(&own)?, true));
+        if let Some(own) = Places::new(folder, device).set() {
+            return Ok((Self::read(own)?, true));
         }
         let entries = std::fs::read_dir(folder).map_err(|e| Error::reading(folder, e))?;
         let mut others: Vec<PathBuf> = entries
@@ -248,15 +288,15 @@ impl Goldens {
                 goldens.version
             )));
         }
+        // Names are those of files in the folder.
+        let is_outside = |name: &&String| Path::new(name).file_name() != Some(name.as_ref());
+        if let Some(name) = goldens.cases.keys().find(is_outside) {
+            return Err(damaged(format!("'{name}' cannot be the name of a case")));
+        }
         Ok(Self {
             folder: folder.to_owned(),
             ..goldens
         })
-    }
-
-    /// The file of a case's picture.
-    fn picture(&self, name: &str) -> PathBuf {
-        self.folder.join(format!("{name}.exr"))
     }
 
     /// A case and its picture; `None` if it was not rendered then, as where the driver lacked something.
@@ -267,7 +307,7 @@ impl Goldens {
         let Some(golden) = self.cases.get(&case.name) else {
             return Ok(None);
         };
-        let path = self.picture(&case.name);
+        let path = picture(&self.folder, &case.name);
         let damaged = |why: &str| {
             Error::input(format!(
                 "{}: {why}; restore the file, or make all again with --bless",

@@ -74,7 +74,8 @@ impl Store {
             .open(&self.path)
             .map_err(|e| Error::writing(&self.path, e))?;
         // A line that a crash cut short must not swallow this one.
-        writeln!(file, "\n{line}").map_err(|e| Error::writing(&self.path, e))?;
+        file.write_all(format!("\n{line}\n").as_bytes())
+            .map_err(|e| Error::writing(&self.path, e))?;
         self.remember(run);
         Ok(())
     }

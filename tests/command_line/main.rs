@@ -4,6 +4,7 @@ mod arguments;
 mod compare;
 mod inputs;
 mod messages;
+mod outputs;
 mod reference;
 mod report;
 mod signals;

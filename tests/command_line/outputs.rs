@@ -1,0 +1,120 @@
+//! Output files: checked before any work, never one with another file, and nothing is left of unfinished ones.
+
+use crate::{fail, succeed, text};
+use std::path::Path;
+
+/// A scene that does not exist: it is looked for only after the outputs are found good.
+const NO_SCENE: &str = "no-such-scene.glb";
+
+/// Each option by which a command writes a file, behind the command's other arguments.
+fn writers(folder: &Path) -> Vec<Vec<String>> {
+    let good = |name: &str| text(&folder.join(name)).to_owned();
+    let plan = "scenes = [\"cornell\"]\n[[configurations]]\nname = \"a\"\npreset = \"fast\"\n";
+    std::fs::write(folder.join("plan.toml"), plan).unwrap();
+    let a = good("a.exr");
+    let commands: [(&[&str], &[&str]); 8] = [
+        (&["render", NO_SCENE, "-o", &a], &["-o", "--report"]),
+        (&["reference", NO_SCENE, "-o", &a], &["-o", "--report"]),
+        (&["render", NO_SCENE], &["-o"]),
+        (&["reference", NO_SCENE], &["-o"]),
+        (&["profile", NO_SCENE], &["-o", "--trace"]),
+        (&["compare", "no-a.exr", "no-b.exr"], &["--diff"]),
+        (&["scene", "generate", "cornell"], &["-o"]),
+        (&["regress", "no-golden-frames"], &["--junit"]),
+    ];
+    let with = |command: &[&str], option: &str| -> Vec<String> {
+        let words = command.iter().copied().chain([option]);
+        words.map(String::from).collect()
+    };
+    let all = commands.into_iter();
+    all.flat_map(|(command, options)| options.iter().map(move |option| with(command, option)))
+        .collect()
+}
+
+/// The ending that a file must have to be written by that option.
+fn ending(arguments: &[String]) -> &'static str {
+    match (
+        arguments[0].as_str(),
+        arguments[arguments.len() - 1].as_str(),
+    ) {
+        ("scene", _) => "glb",
+        ("profile", _) | (_, "--report") => "json",
+        (_, "--junit") => "xml",
+        _ => "exr",
+    }
+}
+
+#[test]
+fn every_output_is_checked_before_any_work() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    for arguments in writers(folder) {
+        let ending = ending(&arguments);
+        let directory = folder.join(format!("folder.{ending}"));
+        std::fs::create_dir_all(&directory).unwrap();
+        for wrong in [
+            directory,
+            // Where not even root can create files.
+            format!("/proc/a.{ending}").into(),
+            folder.join(format!("no/such/folder/a.{ending}")),
+            folder.join(format!("{}.{ending}", "x".repeat(300))),
+            folder.join(format!("plan.toml/a.{ending}")),
+        ] {
+            let mut arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+            arguments.push(text(&wrong));
+            let line = fail(&arguments, 1);
+            assert!(line.contains("cannot write"), "{arguments:?}: {line}");
+            assert!(!line.contains(".headwater-"), "{arguments:?}: {line}");
+        }
+    }
+    // A study finds it before its first frame too.
+    let out = folder.join("out");
+    std::fs::create_dir_all(out.join("results.csv")).unwrap();
+    let plan = folder.join("plan.toml");
+    let line = fail(&["study", "--plan", text(&plan), "-o", text(&out)], 1);
+    assert!(line.contains("results.csv"), "{line}");
+    for (name, in_way) in [("golden", "golden"), ("golden/inner", "golden")] {
+        std::fs::write(folder.join(in_way), "").unwrap();
+        let line = fail(&["regress", text(&folder.join(name)), "--bless"], 1);
+        assert!(line.contains("it is a file; name a folder"), "{line}");
+    }
+}
+
+#[test]
+fn no_output_overwrites_another_file_of_the_same_command() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| text(&folder.path().join(name)).to_owned();
+    let (a, profile) = (at("a.exr"), at("a.json"));
+    for arguments in [
+        vec!["render", "cornell", "-o", &a, "-o", &a],
+        vec!["render", "cornell", "-o", &a, "--report", &a],
+        vec!["reference", "cornell", "-o", &a, "--environment", &a],
+        vec!["profile", "cornell", "-o", &profile, "--trace", &profile],
+        vec!["profile", "cornell", "-o", &profile, "--against", &profile],
+        vec!["compare", &a, "b.exr", "--diff", &a],
+    ] {
+        let line = fail(&arguments, 2);
+        assert!(
+            line.contains("overwritten") || line.contains("twice"),
+            "{line}"
+        );
+    }
+}
+
+/// What a program that was killed has left has no effect, and goes.
+#[test]
+fn a_file_takes_its_place_beside_what_a_killed_program_left() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("a.exr");
+    let arguments = ["render", "cornell", "--width", "8", "-o", text(&out)];
+    succeed(&arguments);
+    let picture = std::fs::read(&out).unwrap();
+    // The name under which a complete file waits for its place.
+    let hash = blake3::hash(b"a.exr").to_hex();
+    let left = folder.path().join(format!(".headwater-{}", &hash[..16]));
+    std::fs::write(&left, "half").unwrap();
+    std::fs::write(&out, "old").unwrap();
+    succeed(&arguments);
+    assert!(std::fs::read(&out).unwrap() == picture);
+    assert!(!left.exists());
+}
