@@ -1,5 +1,7 @@
 //! `reference`: MIS path tracing with its standard error; can be stopped and resumed.
 
+mod resume;
+
 use super::NOTHING_WRITTEN;
 use super::arguments::{Aov, SceneArgs};
 use super::ignored;
@@ -8,15 +10,14 @@ use super::print;
 use super::progress::Progress;
 use super::render::write_report;
 use super::session::{Purpose, Session};
-use crate::image::{Format, Image};
+use crate::image::Format;
 use crate::layouts::PixelSums;
 use crate::render::outputs::Sums;
-use crate::render::settings::flatten;
 use crate::{Error, Result};
 use clap::ValueEnum;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use glam::Vec3;
-use serde_json::Value;
+use resume::resume;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -235,112 +236,6 @@ const PARTS: [(&str, Part); 4] = [
     ("square_low", |p| p.square_low),
 ];
 
-/// Takes up the first output file and returns its number of samples.
-fn resume(args: &Args, session: &mut Session) -> Result<u32> {
-    let path = &args.output[0];
-    let earlier = Image::read(path).map_err(|error| {
-        Error::input(format!(
-            "cannot resume: {error}; start anew without --resume"
-        ))
-    })?;
-    let wrong = |what: String| {
-        Error::input(format!(
-            "cannot resume {}: {what}; give the same arguments, or start anew without --resume",
-            path.display()
-        ))
-    };
-    if (earlier.width, earlier.height) != (session.view.width, session.view.height) {
-        return Err(wrong(format!(
-            "it is {} × {}",
-            earlier.width, earlier.height
-        )));
-    }
-    // The same picture without a sample says what must agree.
-    let fresh = session.renderer.sums()?;
-    let wanted = session.picture(&fresh, 0, &[])?.metadata;
-    for (key, value) in &wanted {
-        if key != "headwater.samples" && earlier.metadata.get(key) != Some(value) {
-            let before = earlier.metadata.get(key).map_or("missing", String::as_str);
-            return Err(wrong(difference(key, before, value)));
-        }
-    }
-    let samples = earlier
-        .metadata
-        .get("headwater.samples")
-        .and_then(|s| s.parse().ok())
-        .filter(|samples: &u32| *samples > 0);
-    let samples = samples.ok_or_else(|| wrong("it does not say its samples".into()))?;
-    let part = |name: &str| {
-        let channel = |axis: &str| {
-            let name = format!("resume.{name}.{axis}");
-            let values = earlier.floats(&name);
-            values.ok_or_else(|| wrong(format!("it has no channel {name}")))
-        };
-        let (r, g, b) = (channel("R")?, channel("G")?, channel("B")?);
-        let pixels = r.iter().zip(g).zip(b);
-        Ok::<_, Error>(
-            pixels
-                .map(|((r, g), b)| Vec3::new(*r, *g, *b))
-                .collect::<Vec<_>>(),
-        )
-    };
-    let (sum, sum_low) = (part("sum")?, part("sum_low")?);
-    let (square, square_low) = (part("square")?, part("square_low")?);
-    let sums: Vec<PixelSums> = (0..earlier.pixels())
-        .map(|i| PixelSums {
-            sum: sum[i],
-            sum_low: sum_low[i],
-            square: square[i],
-            square_low: square_low[i],
-        })
-        .collect();
-    if let Some(i) = sums.iter().position(|p| !possible(p)) {
-        let (x, y) = (i % earlier.width as usize, i / earlier.width as usize);
-        return Err(wrong(format!("pixel {x}, {y} has impossible sums")));
-    }
-    session.renderer.set_sums(&sums)?;
-    Ok(samples)
-}
-
-/// What differs between two values of a metadata key, each a text or a JSON object.
-fn difference(key: &str, before: &str, now: &str) -> String {
-    let parsed = [before, now].map(|text| serde_json::from_str(text).unwrap_or(Value::Null));
-    let [before_tree, now_tree] = parsed.map(|tree| {
-        let mut flat = Vec::new();
-        flatten("", &tree, &mut flat);
-        flat
-    });
-    let value_of = |tree: &[(String, Value)], key: &str| {
-        let found = tree.iter().find(|(k, _)| k == key);
-        found.map_or("missing".into(), |(_, value)| value.to_string())
-    };
-    let keys = before_tree.iter().chain(&now_tree).map(|(key, _)| key);
-    let mut different: Vec<&String> = keys
-        .filter(|key| !key.is_empty() && value_of(&before_tree, key) != value_of(&now_tree, key))
-        .collect();
-    different.sort();
-    different.dedup();
-    if different.is_empty() {
-        return format!("{key} was '{before}' and is now '{now}'");
-    }
-    let parts = different.into_iter().map(|setting| {
-        let (before, now) = (
-            value_of(&before_tree, setting),
-            value_of(&now_tree, setting),
-        );
-        format!("{setting} was {before} and is now {now}")
-    });
-    format!("in {key} {}", parts.collect::<Vec<_>>().join(", "))
-}
-
-/// Whether samples can add up to these sums: finite, and none below zero.
-fn possible(pixel: &PixelSums) -> bool {
-    let parts = PARTS.map(|(_, part)| part(pixel));
-    parts.iter().all(|p| p.is_finite())
-        && pixel.sum.cmpge(Vec3::ZERO).all()
-        && pixel.square.cmpge(Vec3::ZERO).all()
-}
-
 /// √mean(stderr²) over the image's mean; 0 for a black picture, nothing for a single sample.
 fn relative_error(sums: &Sums, samples: u32) -> Option<f64> {
     if samples < 2 {
@@ -373,21 +268,6 @@ mod tests {
         for done in 0..200 {
             assert_eq!(checks_error(done), counts.contains(&done), "{done}");
             assert_eq!(Some(&next_check(done)), counts.iter().find(|c| **c > done));
-        }
-    }
-
-    #[test]
-    fn sums_that_no_samples_have_are_told() {
-        let good = PixelSums {
-            sum: Vec3::ONE,
-            sum_low: -Vec3::splat(1e-9),
-            square: Vec3::ONE,
-            square_low: Vec3::ZERO,
-        };
-        assert!(possible(&good));
-        for bad in [f32::NAN, f32::INFINITY, -1.0] {
-            let sum = Vec3::new(0.0, bad, 0.0);
-            assert!(!possible(&PixelSums { sum, ..good }));
         }
     }
 }

@@ -7,6 +7,7 @@ mod messages;
 mod outputs;
 mod reference;
 mod report;
+mod resume;
 mod signals;
 mod study;
 #[path = "../support/mod.rs"]

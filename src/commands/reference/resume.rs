@@ -1,0 +1,224 @@
+//! `--resume`: the sums of an earlier run in the first output file, and checks that this run can go on with them.
+
+use super::{Args, PARTS};
+use crate::commands::session::Session;
+use crate::image::Image;
+use crate::layouts::PixelSums;
+use crate::printable::{printable, shortened};
+use crate::render::settings::flatten;
+use crate::{Error, Result};
+use glam::{DVec3, Vec3};
+use serde_json::Value;
+
+/// Most characters of a value from the file in a message.
+const VALUE_CHARACTERS: usize = 60;
+
+/// Most differences that a message lists.
+const LISTED: usize = 3;
+
+/// The part of a sum that its low part can be at most, with room for devices that round otherwise.
+const LOW_PART: f64 = 1e-6;
+
+/// The part by which the mean square can be below the square of the mean: rounding of squares and of their sums.
+const SPREAD_ROUNDING: f64 = 1e-4;
+
+/// Takes up the first output file and returns its number of samples.
+///
+/// # Errors
+/// The file cannot be read, is of another picture, or holds what no samples add up to.
+pub fn resume(args: &Args, session: &mut Session) -> Result<u32> {
+    let path = &args.output[0];
+    let earlier = Image::read(path).map_err(|error| {
+        Error::input(format!(
+            "cannot resume: {error}; start anew without --resume"
+        ))
+    })?;
+    let wrong = |what: String| {
+        Error::input(format!(
+            "cannot resume {}: {what}; give the same arguments, or start anew without --resume",
+            path.display()
+        ))
+    };
+    if (earlier.width, earlier.height) != (session.view.width, session.view.height) {
+        return Err(wrong(format!(
+            "it is {} × {}",
+            earlier.width, earlier.height
+        )));
+    }
+    // The same picture without a sample has the metadata that must agree.
+    let fresh = session.renderer.sums()?;
+    let wanted = session.picture(&fresh, 0, &[])?.metadata;
+    for (key, value) in &wanted {
+        if key != "headwater.samples" && earlier.metadata.get(key) != Some(value) {
+            return Err(wrong(match earlier.metadata.get(key) {
+                None => format!("it has no {key}"),
+                Some(before) => difference(key, before, value),
+            }));
+        }
+    }
+    let samples = samples_of(&earlier).map_err(wrong)?;
+    let sums = sums_of(&earlier).map_err(wrong)?;
+    if let Some(i) = sums.iter().position(|p| !possible(p, samples)) {
+        let (x, y) = (i % earlier.width as usize, i / earlier.width as usize);
+        return Err(wrong(format!(
+            "its sums of pixel {x}, {y} are none of {samples} samples"
+        )));
+    }
+    session.renderer.set_sums(&sums)?;
+    Ok(samples)
+}
+
+/// The number of samples of each pixel.
+fn samples_of(earlier: &Image) -> std::result::Result<u32, String> {
+    let Some(text) = earlier.metadata.get("headwater.samples") else {
+        return Err("it has no headwater.samples".into());
+    };
+    let samples = text.parse().ok().filter(|samples: &u32| *samples > 0);
+    samples.ok_or_else(|| {
+        format!(
+            "its number of samples is '{}', not 1 to {}",
+            shown(text),
+            u32::MAX
+        )
+    })
+}
+
+/// The sums of each pixel.
+fn sums_of(earlier: &Image) -> std::result::Result<Vec<PixelSums>, String> {
+    let part = |name: &str| {
+        let channel = |axis: &str| {
+            let name = format!("resume.{name}.{axis}");
+            let values = earlier.floats(&name);
+            values.ok_or_else(|| format!("it has no channel {name} of floats"))
+        };
+        let (r, g, b) = (channel("R")?, channel("G")?, channel("B")?);
+        let pixels = r.iter().zip(g).zip(b);
+        let vectors = pixels.map(|((r, g), b)| Vec3::new(*r, *g, *b));
+        Ok::<Vec<Vec3>, String>(vectors.collect())
+    };
+    let (sum, sum_low) = (part("sum")?, part("sum_low")?);
+    let (square, square_low) = (part("square")?, part("square_low")?);
+    let pixel = |i| PixelSums {
+        sum: sum[i],
+        sum_low: sum_low[i],
+        square: square[i],
+        square_low: square_low[i],
+    };
+    Ok((0..earlier.pixels()).map(pixel).collect())
+}
+
+/// True if `samples` samples can add up to these sums: all are finite, none is negative, low parts are small beside
+/// their sums, and the mean square is not below the square of the mean.
+fn possible(pixel: &PixelSums, samples: u32) -> bool {
+    let parts = PARTS.map(|(_, part)| part(pixel).as_dvec3());
+    let [sum, sum_low, square, square_low] = parts;
+    let fits = |high: DVec3, low: DVec3| {
+        high.cmpge(DVec3::ZERO).all() && low.abs().cmple(LOW_PART * high).all()
+    };
+    let squares = f64::from(samples) * square;
+    parts.iter().all(|part| part.is_finite())
+        && fits(sum, sum_low)
+        && fits(square, square_low)
+        // Squares of small values are 0 in f32.
+        && (sum * sum * (1.0 - SPREAD_ROUNDING))
+            .cmple(squares + f64::from(f32::MIN_POSITIVE) * f64::from(samples).powi(2))
+            .all()
+}
+
+/// A value from the file for a message.
+fn shown(text: &str) -> String {
+    shortened(&printable(text), VALUE_CHARACTERS)
+}
+
+/// The difference of two values of a metadata key, each a text or a JSON object.
+fn difference(key: &str, before: &str, now: &str) -> String {
+    let parsed = [before, now].map(|text| serde_json::from_str(text).unwrap_or(Value::Null));
+    let [before_tree, now_tree] = parsed.map(|tree| {
+        let mut flat = Vec::new();
+        flatten("", &tree, &mut flat);
+        flat
+    });
+    let value_of = |tree: &[(String, Value)], key: &str| {
+        let found = tree.iter().find(|(k, _)| k == key);
+        found.map_or("missing".into(), |(_, value)| value.to_string())
+    };
+    let keys = before_tree.iter().chain(&now_tree).map(|(key, _)| key);
+    let mut different: Vec<&String> = keys
+        .filter(|key| !key.is_empty() && value_of(&before_tree, key) != value_of(&now_tree, key))
+        .collect();
+    different.sort();
+    different.dedup();
+    if different.is_empty() {
+        let (before, now) = (shown(before), shown(now));
+        return format!("{key} was '{before}' and is now '{now}'");
+    }
+    let parts = different.iter().take(LISTED).map(|setting| {
+        let [before, now] = [&before_tree, &now_tree].map(|tree| shown(&value_of(tree, setting)));
+        format!("{} was {before} and is now {now}", shown(setting))
+    });
+    let mut text = format!("in {key} {}", parts.collect::<Vec<_>>().join(", "));
+    if different.len() > LISTED {
+        text += &format!(", and {} more differ", different.len() - LISTED);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sums_that_no_samples_have_are_found() {
+        let good = PixelSums {
+            sum: Vec3::ONE,
+            sum_low: -Vec3::splat(1e-9),
+            square: Vec3::ONE,
+            square_low: Vec3::ZERO,
+        };
+        for (sums, samples) in [
+            (good, 1),
+            (good, 100),
+            (PixelSums::default(), 1),
+            // A radiance whose square is 0.
+            (
+                PixelSums {
+                    sum: Vec3::splat(3e-23),
+                    ..PixelSums::default()
+                },
+                3,
+            ),
+        ] {
+            assert!(possible(&sums, samples), "{sums:?}");
+        }
+        for bad in [f32::NAN, f32::INFINITY, -1.0, 1e30] {
+            let vector = Vec3::splat(bad);
+            let set: [fn(&mut PixelSums) -> &mut Vec3; 4] = [
+                |p| &mut p.sum,
+                |p| &mut p.sum_low,
+                |p| &mut p.square,
+                |p| &mut p.square_low,
+            ];
+            for (i, part) in set.into_iter().enumerate() {
+                let mut sums = good;
+                *part(&mut sums) = vector;
+                // A large sum of squares alone is that of one bright sample.
+                assert_eq!(possible(&sums, 2), (i, bad) == (2, 1e30), "{sums:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_difference_is_short() {
+        let long = format!("{{\"a\": \"{}\"}}", "x\n".repeat(4000));
+        for (before, now) in [
+            (long.as_str(), "{\"a\": 1}"),
+            (&long, "no JSON"),
+            ("{\"a\":1,\"b\":1,\"c\":1,\"d\":1,\"e\":1}", "{}"),
+        ] {
+            let text = difference("headwater.settings", before, now);
+            assert!(text.chars().count() < 400 && !text.contains('\n'), "{text}");
+        }
+        let text = difference("k", "{\"a\":1,\"b\":2}", "{\"a\":1,\"b\":3}");
+        assert_eq!(text, "in k b was 2 and is now 3");
+    }
+}
