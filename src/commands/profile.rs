@@ -77,7 +77,6 @@ pub fn run(args: &Args) -> Result<()> {
     if args.in_flight > 1 && path_traces {
         notice("path tracing waits for each strip of a picture, so --in-flight has no effect");
     }
-    let mut session = Session::open(&args.scene, settings, clock, Purpose::Profile, &interrupt)?;
     let in_flight = if path_traces { 1 } else { args.in_flight };
     let plan = Plan {
         // Until so many frames are in flight, the host waits for none.
@@ -85,6 +84,9 @@ pub fn run(args: &Args) -> Result<()> {
         frames: args.frames,
         in_flight,
     };
+    let timed = plan.warm_up..plan.warm_up + plan.frames;
+    let purpose = Purpose::Profile;
+    let mut session = Session::open(&args.scene, settings, clock, purpose, timed, &interrupt)?;
     let subject = session.subject(plan)?;
     let circumstances = session.circumstances(plan);
     if let (Some(earlier), Some(path)) = (&earlier, &args.against) {

@@ -74,14 +74,15 @@ pub fn shown(command: clap::Command) -> clap::Command {
 /// all complete samples.
 pub fn run(args: &Args) -> Result<()> {
     let limit = sample_limit(args)?;
+    let interrupt = Interrupt::watch()?;
     let (settings, changed) = args.scene.settings()?;
     let settings = settings.of_path_tracing();
     let clock = args.scene.clock(None)?;
     args.scene.check_outputs(&args.output)?;
     ignored::note_for_scene(&args.scene, &changed, &args.output, false);
     ignored::note_for_reference(&args.scene, &changed);
-    let interrupt = Interrupt::watch()?;
-    let mut session = Session::open(&args.scene, settings, clock, Purpose::Pictures, &interrupt)?;
+    let purpose = Purpose::Pictures;
+    let mut session = Session::open(&args.scene, settings, clock, purpose, 0..1, &interrupt)?;
     let mut done = if args.resume {
         resume(args, &mut session)?
     } else {

@@ -287,9 +287,10 @@ fn render_case(
     let purpose = Purpose::Regression {
         validate: args.validate,
     };
-    let mut session = Session::open(&scene, settings, clock, purpose, interrupt)?;
+    let mut session = Session::open(&scene, settings, clock, purpose, 0..frames, interrupt)?;
     // Whole frames, as a driver meets them elsewhere.
     for number in 0..frames {
+        interrupt.check(NOTHING_WRITTEN)?;
         session.frame(number, accumulate)?;
     }
     if !accumulate {
@@ -302,6 +303,7 @@ fn render_case(
     session.restart_with_hashes()?;
     let mut steps = Vec::new();
     for number in 0..frames {
+        interrupt.check(NOTHING_WRITTEN)?;
         session.frame(number, accumulate)?;
         let outputs = session.device.records.take_outputs().into_iter();
         steps.extend(outputs.map(|output| Step::of(number, output)));

@@ -51,6 +51,7 @@ pub fn run(args: &Args) -> Result<()> {
     if let Some(range) = &args.capture {
         range.check(args.frames)?;
     }
+    let interrupt = Interrupt::watch()?;
     let (settings, changed) = args.scene.settings()?;
     let clock = args.scene.clock(args.fps)?;
     args.scene.check_outputs(&args.output)?;
@@ -59,12 +60,15 @@ pub fn run(args: &Args) -> Result<()> {
     }
     ignored::note_for_scene(&args.scene, &changed, &args.output, args.capture.is_some());
     ignored::note_for_render(&changed, &settings, args.scene.bounces);
-    let interrupt = Interrupt::watch()?;
     let purpose = match args.capture {
         Some(_) => Purpose::Capture,
         None => Purpose::Pictures,
     };
-    let mut session = Session::open(&args.scene, settings, clock, purpose, &interrupt)?;
+    // Without --accumulate only the last frame is shown; those before it are made where it needs
+    // them as history.
+    let first = if args.accumulate { 0 } else { args.frames - 1 };
+    let shown = first..args.frames;
+    let mut session = Session::open(&args.scene, settings, clock, purpose, shown, &interrupt)?;
     if let Some(range) = args.capture {
         let wanted = capture::Wanted {
             range,
@@ -78,9 +82,6 @@ pub fn run(args: &Args) -> Result<()> {
         write(args, &mut session, samples)?;
         return session.finish();
     }
-    // Without --accumulate only the last frame is shown; those before it are made where it needs
-    // them as history.
-    let first = if args.accumulate { 0 } else { args.frames - 1 };
     let history = session.first_needed_for(first);
     let progress = super::progress::Progress::new(Some(u64::from(args.frames - history)), "frames");
     for number in history..first {

@@ -17,6 +17,7 @@ use crate::tracing::{GpuScene, SceneSizes};
 use cameras::choose_camera;
 use picture::check_aovs;
 use serde_json::{Value, json};
+use std::ops::Range;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -73,7 +74,7 @@ pub struct Session {
 }
 
 impl Session {
-    /// Loads the scene, opens the device, uploads.
+    /// Loads the scene, opens the device, uploads. Pictures will show `frames`.
     ///
     /// # Errors
     /// Wrong arguments or input, a device that fails, or a signal.
@@ -82,6 +83,7 @@ impl Session {
         settings: Settings,
         clock: Clock,
         purpose: Purpose,
+        frames: Range<u32>,
         interrupt: &Interrupt,
     ) -> Result<Self> {
         let opened = Instant::now();
@@ -108,10 +110,9 @@ impl Session {
             None => choose_camera(&scene, args.camera.as_deref(), clock.start_time)?,
         };
         let (width, height) = args.size(&camera)?;
-        if !scene.is_lit() && !scene.materials.iter().any(|material| material.unlit) {
-            notice(
-                "the scene has no light, so the picture is black; --environment sky:sun=40 lights it",
-            );
+        let times = frames.map(|frame| clock.time(frame));
+        if let Some(why) = scene.why_black(settings.scatters_light(args.bounces), times) {
+            notice(why);
         }
         let instance = open_vulkan(InstanceOptions {
             validation: validates,

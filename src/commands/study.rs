@@ -22,6 +22,8 @@ use crate::study::work::{self, Work};
 use crate::tracing::SceneSizes;
 use crate::tracing::selection::{self, TracerChoice, Wanted};
 use crate::{Error, Result};
+use std::cell::RefCell;
+use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -62,6 +64,7 @@ pub struct Args {
 /// Wrong arguments or a wrong plan, a device or disk that fails, a signal, or a configuration that
 /// should be unbiased and is not.
 pub fn run(args: &Args) -> Result<()> {
+    let interrupt = Interrupt::watch()?;
     let mut plan = Plan::open(&args.plan)?;
     plan.bounces = args.bounces.unwrap_or(plan.bounces);
     let configurations = plan.resolve()?;
@@ -111,7 +114,6 @@ pub fn run(args: &Args) -> Result<()> {
     let written = [&json_file, &csv_file].map(|file| ("a result", file.as_path()));
     check_files(written, [])?;
     let mut store = Store::open(&folder.runs())?;
-    let interrupt = Interrupt::watch()?;
     let check = || match interrupt.pending() {
         None => Ok(()),
         Some(_) => interrupt.check(&kept(&folder)),
@@ -126,6 +128,8 @@ pub fn run(args: &Args) -> Result<()> {
             .filter(|c| c.is_for(&planned.name))
             .collect()
     };
+    // References may load a scene before its runs do.
+    let loaded = RefCell::new(BTreeSet::new());
     let subject = |planned: &PlannedScene| -> Result<Subject> {
         let name = &planned.name;
         let mut scene = open_watched(name, args.load, &mut |_, _, _| check())?;
@@ -138,6 +142,15 @@ pub fn run(args: &Args) -> Result<()> {
         };
         let selection = selection::select(&info, wanted, &SceneSizes::of(&scene))?;
         let device = Device::open(&instance, info.clone(), selection.features())?;
+        let own = own(planned);
+        if loaded.borrow_mut().insert(name.clone()) {
+            let scatters = |c: &&Resolved| c.settings.scatters_light(plan.bounces);
+            let frames = own.iter().map(|c| c.frames).max().unwrap_or(1);
+            let times = (0..frames).map(|frame| clock.time(frame));
+            if let Some(why) = scene.why_black(own.iter().any(scatters), times) {
+                notice(&format!("{name}: {why}"));
+            }
+        }
         let (camera, moving) = camera(planned, &scene, clock.start_time)?;
         let (width, height) = size_for(&camera, Some(plan.width), None)?;
         let view = View {
@@ -184,9 +197,6 @@ pub fn run(args: &Args) -> Result<()> {
     let mut rows = Vec::new();
     for planned in &plan.scenes {
         let subject = subject(planned)?;
-        if !subject.is_lit {
-            notice(&format!("{}: the scene has no light", planned.name));
-        }
         let mut work = Work::new(
             &plan,
             planned,

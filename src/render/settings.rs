@@ -120,6 +120,14 @@ pub struct Settings {
 }
 
 impl Settings {
+    /// Whether pictures show light that surfaces scatter, with `bounces` scattering events at most.
+    pub fn scatters_light(&self, bounces: u32) -> bool {
+        let resamples = self.integrator == Integrator::Restir;
+        let indirect = !(resamples && self.indirect.mode == IndirectMode::Off);
+        let direct = self.direct.mode != DirectMode::Off;
+        (bounces >= 1 && direct) || (bounces >= 2 && indirect)
+    }
+
     /// What of these concerns path tracing, for path tracing: what references are made with.
     pub fn of_path_tracing(&self) -> Self {
         Self {

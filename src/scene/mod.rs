@@ -5,6 +5,7 @@
 pub mod bounds;
 pub mod camera;
 mod content_hash;
+mod darkness;
 pub mod environment;
 pub mod export;
 mod gltf;

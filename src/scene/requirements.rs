@@ -2,7 +2,7 @@
 
 use super::bounds::usual_size;
 use super::lights::Emitters;
-use super::{AlphaMode, Environment, Material, Mesh, Scene};
+use super::{AlphaMode, Material, Mesh, Scene};
 use crate::layouts::MIRROR_ROUGHNESS;
 
 /// What a scene contains that needs support in the renderer. Only materials and meshes with an
@@ -188,14 +188,6 @@ impl Material {
 }
 
 impl Scene {
-    /// Whether anything gives light at some time.
-    pub fn is_lit(&self) -> bool {
-        let mut punctual = self.punctual_lights.iter();
-        self.emissive_triangle_count() > 0
-            || self.environment.as_ref().is_some_and(Environment::is_lit)
-            || punctual.any(|light| light.intensity.max_element() > 0.0)
-    }
-
     /// Triangles in the world: each mesh's count times its instances.
     pub fn triangle_count(&self) -> u64 {
         self.count_triangles(|mesh| mesh.triangles.len() as u64)

@@ -23,8 +23,6 @@ use std::sync::Arc;
 pub struct Subject {
     /// The scene's name in the plan.
     pub name: String,
-    /// Whether the scene has anything that gives light.
-    pub is_lit: bool,
     device: Arc<Device>,
     scene: Arc<GpuScene>,
     view: View,
@@ -57,7 +55,6 @@ impl Subject {
         let origin = view.camera.camera_to_world.translation;
         Ok(Self {
             name: name.to_owned(),
-            is_lit: scene.is_lit(),
             scene: Arc::new(GpuScene::new(device, scene, origin, variant)?),
             scene_hash: scene.content_hash(),
             shaders: Fingerprints::new()?,

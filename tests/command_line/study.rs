@@ -257,6 +257,9 @@ fn a_study_without_noise_has_neither_alarms_nor_infinite_numbers() {
             .output()
             .unwrap();
         assert!(output.status.success(), "{output:?}");
+        let said = messages(output.stderr);
+        let notices = said.matches("the scene has no light").count();
+        assert_eq!(notices, usize::from(scene == text(&black)), "{said}");
         let table = String::from_utf8(output.stdout).unwrap();
         let longest = table.split_whitespace().map(str::len).max();
         let (row, csv) = (

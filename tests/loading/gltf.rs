@@ -555,5 +555,5 @@ fn unlit_materials_keep_their_colour_only() {
     };
     assert_eq!(scene.materials[0], expected);
     assert_eq!(scene.emissive_triangle_count(), 0);
-    assert!(!scene.is_lit());
+    assert!(scene.why_black(true, [0.0]).is_some());
 }

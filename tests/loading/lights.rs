@@ -70,7 +70,7 @@ fn punctual_lights_stand_where_their_nodes_are() {
         assert_eq!(found.name, "lamp");
         assert_eq!(found.position(), DVec3::new(1.0, 2.0, 3.0));
         assert!((found.direction() - DVec3::NEG_Y).length() < 1e-12);
-        assert!(scene.is_lit());
+        assert!(scene.why_black(true, [0.0]).is_none());
     }
 }
 

@@ -1,0 +1,216 @@
+//! Scenes of which every picture is black, found before they are rendered.
+
+use super::lights::Emitters;
+use super::{AlphaMode, Environment, Material, Mesh, Part, Scene};
+use std::collections::BTreeSet;
+
+/// Most times of a running clock at which lights are looked for.
+const MOST_TIMES: usize = 100_000;
+
+impl Scene {
+    /// The reason for which pictures of the scene at `times` are black, if they are. Without `scattering` they show only
+    /// what emits light itself.
+    pub fn why_black(
+        &self,
+        scattering: bool,
+        times: impl IntoIterator<Item = f64>,
+    ) -> Option<&'static str> {
+        if self.shows_unlit_surfaces() {
+            return None;
+        }
+        let visible = self.environment.as_ref().is_some_and(Environment::is_lit);
+        let mut punctual = self.punctual_lights.iter();
+        let punctual = punctual.any(|light| light.intensity.max_element() > 0.0);
+        if visible || (punctual && scattering) {
+            return None;
+        }
+        let emitters = self.emitters();
+        if emitters.is_empty() {
+            return Some(match punctual {
+                true => {
+                    "the camera sees no light, and with these --bounces and settings no surface scatters any, so the picture is black"
+                }
+                false => {
+                    "the scene has no light, so the picture is black; --environment sky:sun=40 lights it"
+                }
+            });
+        }
+        let moving = self.motion.iter().flat_map(|motion| &motion.emission);
+        let moving: Vec<_> = moving.filter(|m| emitters.contains(&m.material)).collect();
+        let shines = |time: f64| moving.iter().any(|m| m.at(time).max_element() > 0.0);
+        let mut times = times.into_iter();
+        let lit = moving.len() < emitters.len()
+            || times.by_ref().take(MOST_TIMES).any(shines)
+            || times.next().is_some();
+        (!lit).then_some(
+            "the lights of the scene are off at the time shown, so the picture is black; another --start-time may show them",
+        )
+    }
+
+    /// Whether some surface is seen without light.
+    fn shows_unlit_surfaces(&self) -> bool {
+        self.parts()
+            .any(|(_, part)| self.materials[part.material as usize].unlit)
+    }
+
+    /// The materials that give light at some time, on some triangle in the world.
+    fn emitters(&self) -> BTreeSet<u32> {
+        let lamps = self.lamp_materials();
+        let emitters = Emitters::new(self, &lamps);
+        let mut found = BTreeSet::new();
+        for (mesh, part) in self.parts() {
+            let shows = |triangle| emitters.emits(mesh, part, triangle);
+            if emitters.may_emit(part)
+                && !found.contains(&part.material)
+                && !self.materials[part.material as usize].is_cut_away(mesh)
+                && part.range().any(shows)
+            {
+                found.insert(part.material);
+            }
+        }
+        found
+    }
+
+    /// The parts with triangles of all meshes that are placed in the world.
+    fn parts(&self) -> impl Iterator<Item = (&Mesh, &Part)> {
+        let placed: BTreeSet<u32> = self.instances.iter().map(|i| i.mesh).collect();
+        let meshes = placed.into_iter().map(|mesh| &self.meshes[mesh as usize]);
+        let parts = meshes.flat_map(|mesh| mesh.parts.iter().map(move |part| (mesh, part)));
+        parts.filter(|(_, part)| part.triangle_count > 0)
+    }
+}
+
+impl Material {
+    /// Whether its alpha leaves nothing of a surface; never where a texture decides.
+    fn is_cut_away(&self, mesh: &Mesh) -> bool {
+        let opaque = mesh.colors.iter().map(|color| color.w).reduce(f32::max);
+        let alpha = self.alpha * opaque.unwrap_or(1.0);
+        let cut = matches!(self.alpha_mode, AlphaMode::Mask { cutoff } if alpha < cutoff);
+        cut && self.base_color_texture.is_none()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::motion::Emission;
+    use super::super::motion::tracks::Animated;
+    use super::super::{Image, Instance, Motion, PunctualLight, PunctualShape, Texture};
+    use super::*;
+    use glam::{DAffine3, DVec3, Vec2, Vec3};
+
+    /// A triangle of a material.
+    fn scene(material: Material) -> Scene {
+        Scene {
+            meshes: vec![Mesh {
+                positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+                uvs: [vec![Vec2::ZERO, Vec2::X, Vec2::Y], Vec::new()],
+                triangles: vec![[0, 1, 2]],
+                parts: vec![Part {
+                    first_triangle: 0,
+                    triangle_count: 1,
+                    material: 0,
+                }],
+                ..Mesh::default()
+            }],
+            materials: vec![material],
+            instances: vec![Instance {
+                name: String::new(),
+                mesh: 0,
+                object_to_world: DAffine3::IDENTITY,
+            }],
+            ..Scene::default()
+        }
+    }
+
+    fn lamp() -> Material {
+        Material {
+            emission: Vec3::ONE,
+            ..Material::default()
+        }
+    }
+
+    fn light(intensity: f32) -> PunctualLight {
+        PunctualLight {
+            name: String::new(),
+            light_to_world: DAffine3::IDENTITY,
+            shape: PunctualShape::Point,
+            intensity: Vec3::splat(intensity),
+            range: None,
+        }
+    }
+
+    fn why(scene: &Scene) -> &'static str {
+        scene.why_black(true, [0.0]).unwrap_or_default()
+    }
+
+    #[test]
+    fn black_pictures_are_found() {
+        let dark = scene(Material::default());
+        assert!(why(&dark).starts_with("the scene has no light"));
+        assert!(why(&Scene::default()).starts_with("the scene has no light"));
+        assert_eq!(why(&scene(lamp())), "");
+        assert_eq!(why(&scene(Material::unlit("", Vec3::ONE))), "");
+
+        let mut textured = scene(Material {
+            emissive_texture: Some(Texture::plain(0)),
+            ..lamp()
+        });
+        for (texel, black) in [([0; 4], true), ([9; 4], false)] {
+            textured.images = vec![Image {
+                name: String::new(),
+                width: 1,
+                height: 1,
+                texels: vec![texel].into(),
+            }];
+            assert_eq!(!why(&textured).is_empty(), black);
+        }
+
+        let cut = |alpha| Material {
+            alpha,
+            alpha_mode: AlphaMode::Mask { cutoff: 0.5 },
+            ..lamp()
+        };
+        assert_eq!(why(&scene(cut(0.6))), "");
+        assert_ne!(why(&scene(cut(0.4))), "");
+
+        let mut nowhere = scene(lamp());
+        nowhere.instances.clear();
+        assert_ne!(why(&nowhere), "");
+    }
+
+    #[test]
+    fn lights_without_a_surface_need_surfaces_that_scatter() {
+        let mut dark = scene(Material::default());
+        dark.punctual_lights = vec![light(0.0)];
+        assert!(why(&dark).starts_with("the scene has no light"));
+        dark.punctual_lights.push(light(1.0));
+        assert_eq!(why(&dark), "");
+        let unscattered = dark.why_black(false, [0.0]);
+        assert!(unscattered.unwrap().contains("--bounces"));
+
+        let mut sky = crate::scene::sky::generate("width=64").unwrap();
+        dark.environment = Some(sky.clone());
+        assert_eq!(dark.why_black(false, [0.0]), None);
+        sky.intensity = 0.0;
+        dark.environment = Some(sky);
+        assert!(dark.why_black(false, [0.0]).is_some());
+    }
+
+    #[test]
+    fn lights_that_are_off_are_found_by_their_times() {
+        let mut sign = scene(Material::default());
+        sign.motion = Some(Motion {
+            emission: vec![Emission {
+                material: 0,
+                color: Animated::still(DVec3::ONE),
+                strength: Animated::still(0.0),
+            }],
+            ..Motion::default()
+        });
+        assert!(why(&sign).contains("--start-time"));
+        if let Some(motion) = &mut sign.motion {
+            motion.emission[0].strength = Animated::still(1.0);
+        }
+        assert_eq!(why(&sign), "");
+    }
+}
