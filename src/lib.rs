@@ -17,6 +17,7 @@ pub mod layouts;
 mod memory;
 pub mod metrics;
 mod nearest;
+pub mod out_of_memory;
 mod printable;
 pub mod profile;
 pub mod progress;

@@ -1,6 +1,8 @@
 //! Memory: how much there is, asked before an input takes much of it. Linux promises more than it has, and then ends
 //! the process that uses it; so a reservation alone proves nothing.
 
+use crate::out_of_memory::may_fail;
+
 /// Less is taken without a look at what there is.
 const LITTLE: u64 = 64 << 20;
 
@@ -26,7 +28,7 @@ pub fn room_for(bytes: u64) -> Result<Vec<u8>, String> {
     let mut room = Vec::new();
     usize::try_from(bytes)
         .ok()
-        .and_then(|bytes| room.try_reserve_exact(bytes).ok())
+        .and_then(|bytes| may_fail(|| room.try_reserve_exact(bytes).ok()))
         .ok_or_else(|| format!("{bytes} bytes are more than there is memory for"))?;
     Ok(room)
 }

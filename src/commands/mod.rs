@@ -12,6 +12,7 @@ pub mod progress;
 pub mod reference;
 pub mod regress;
 pub mod render;
+mod resources;
 pub mod scene;
 pub mod session;
 pub mod study;
@@ -82,7 +83,7 @@ pub fn main() -> ExitCode {
             writeln!(line, "headwater: {}", printable(&record.args().to_string()))
         })
         .init();
-    match run(cli.command) {
+    match resources::prepare().and_then(|()| run(cli.command)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             say(&error);

@@ -3,6 +3,7 @@
 mod arguments;
 mod compare;
 mod inputs;
+mod limits;
 mod messages;
 mod outputs;
 mod reference;

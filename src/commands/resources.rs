@@ -1,0 +1,34 @@
+//! Threads, and the end of the program where a part of it fails that cannot return an error: one line on stderr and exit
+//! status 1.
+
+use crate::out_of_memory::end_with;
+use crate::{Error, Result};
+use signal_hook::consts::SIGABRT;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+/// Starts the threads that all parallel work shares: one that is first missed in the middle of the work would be a panic.
+/// Aborts, as of a driver without memory, get an exit status of their own; so do panics, which `RUST_BACKTRACE` shows
+/// in full.
+///
+/// # Errors
+/// The system refuses the threads or the handler.
+pub fn prepare() -> Result<()> {
+    signal_hook::flag::register_conditional_shutdown(SIGABRT, 1, Arc::new(AtomicBool::new(true)))
+        .map_err(|e| Error::failed(format!("cannot watch for aborts: {e}")))?;
+    // Threads that have no memory when they start panic before they do anything.
+    if std::env::var_os("RUST_BACKTRACE").is_none() {
+        std::panic::set_hook(Box::new(|panic| {
+            let line = super::line(format_args!(
+                "internal error, {panic}; RUST_BACKTRACE=1 shows where"
+            ));
+            end_with(format!("{line}\n").as_bytes());
+        }));
+    }
+    let threads = rayon::ThreadPoolBuilder::new().build_global();
+    threads.map_err(|e| {
+        Error::failed(format!(
+            "cannot start threads: {e}; allow more of them (ulimit -u), or set RAYON_NUM_THREADS to a small number"
+        ))
+    })
+}

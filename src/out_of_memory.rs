@@ -1,0 +1,82 @@
+//! The end of a process whose memory does not suffice: one line on stderr and exit status 1. The standard library would
+//! print two lines and abort, and only its unstable interface can change that.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::io::Write;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+thread_local! {
+    /// Whether this thread deals with failed allocations itself. It needs no allocation and is never dropped.
+    static MAY_FAIL: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Runs `work`, in which allocations may fail without ending the process, as those of `try_reserve` do.
+pub fn may_fail<T>(work: impl FnOnce() -> T) -> T {
+    let before = MAY_FAIL.replace(true);
+    let result = work();
+    MAY_FAIL.set(before);
+    result
+}
+
+/// The system's allocator, whose failures end the process.
+pub struct Allocator;
+
+/// The memory, if there is any.
+fn checked(memory: *mut u8, bytes: usize) -> *mut u8 {
+    if memory.is_null() && !MAY_FAIL.get() {
+        end(bytes);
+    }
+    memory
+}
+
+/// Ends the process without any allocation.
+#[cold]
+fn end(bytes: usize) -> ! {
+    let mut line = [0; 160];
+    let length = line.len();
+    let mut rest = &mut line[..];
+    // The line has room for any number.
+    let _ = writeln!(
+        rest,
+        "headwater: out of memory: {bytes} bytes are not to be had; take a smaller picture or scene, or give more memory"
+    );
+    let length = length - rest.len();
+    end_with(&line[..length])
+}
+
+/// Ends the process with a line on stderr and status 1, from any thread and at any moment; of several threads that fail
+/// at once, the first one has the line. Outputs are whole, because their files have no names before they are.
+pub fn end_with(line: &[u8]) -> ! {
+    static ENDS: AtomicBool = AtomicBool::new(false);
+    while ENDS.swap(true, Ordering::Relaxed) {
+        std::thread::sleep(Duration::from_secs(1));
+    }
+    let _ = std::io::stderr().write_all(line);
+    signal_hook::low_level::exit(1)
+}
+
+// SAFETY: memory comes from the system's allocator, by the same layouts, and a failure is its null pointer or the end of
+// the process.
+unsafe impl GlobalAlloc for Allocator {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        // SAFETY: the caller's layout.
+        checked(unsafe { System.alloc(layout) }, layout.size())
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        // SAFETY: the caller's layout.
+        checked(unsafe { System.alloc_zeroed(layout) }, layout.size())
+    }
+
+    unsafe fn realloc(&self, memory: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        // SAFETY: the caller's memory, layout and size.
+        checked(unsafe { System.realloc(memory, layout, size) }, size)
+    }
+
+    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
+        // SAFETY: the caller's memory and layout.
+        unsafe { System.dealloc(memory, layout) }
+    }
+}
