@@ -5,6 +5,7 @@ mod compare;
 mod inputs;
 mod limits;
 mod messages;
+mod moments;
 mod outputs;
 mod reference;
 mod report;

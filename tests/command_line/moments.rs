@@ -1,0 +1,371 @@
+//! SIGINT, SIGTERM and SIGKILL at many moments of a command: nothing is half-written, nothing temporary is left, and the
+//! next run with the same arguments succeeds.
+//!
+//! `HEADWATER_SIGNAL_MOMENTS` is the number of moments of each command, shared among the three signals.
+
+use crate::{headwater, messages, text};
+use headwater::image::Image;
+use std::os::unix::process::ExitStatusExt;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+const SIGNALS: [i32; 3] = [libc::SIGINT, libc::SIGTERM, libc::SIGKILL];
+
+/// A command under test; `$` in its arguments stands for its folder.
+struct Subject {
+    name: &'static str,
+    arguments: Vec<&'static str>,
+    /// Arguments that make other outputs of the same names, which are there before.
+    older: Vec<&'static str>,
+    /// Files, in the folder, that must come out the same after an interruption.
+    results: Vec<&'static str>,
+}
+
+fn command(folder: &Path, arguments: &[&str]) -> Command {
+    let arguments: Vec<String> = (arguments.iter())
+        .map(|argument| argument.replace('$', text(folder)))
+        .collect();
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let mut command = headwater(&arguments);
+    command.env("HEADWATER_SAVE_SECONDS", "0");
+    command
+}
+
+fn succeed(folder: &Path, arguments: &[&str]) {
+    let output = command(folder, arguments).output().unwrap();
+    assert!(output.status.success(), "{arguments:?}: {output:?}");
+}
+
+/// All files in a folder and the folders within.
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let entries = folder.read_dir().into_iter().flatten().flatten();
+    let paths = entries.map(|entry| entry.path());
+    let inner = |path: PathBuf| match path.is_dir() {
+        true => [files(&path), vec![path]].concat(),
+        false => vec![path],
+    };
+    paths.flat_map(inner).collect()
+}
+
+/// Fails unless a file can be read as what its name says.
+fn assert_whole(path: &Path) {
+    let extension = path.extension().and_then(|e| e.to_str());
+    let content = || std::fs::read_to_string(path).unwrap();
+    match extension {
+        Some("exr" | "png") => drop(Image::read(path).unwrap()),
+        Some("json") => drop(serde_json::from_str::<serde_json::Value>(&content()).unwrap()),
+        Some("xml") => assert!(content().trim_end().ends_with("</testsuites>"), "{path:?}"),
+        Some("csv") => assert!(content().ends_with('\n'), "{path:?}"),
+        _ => {}
+    }
+}
+
+fn is_temporary(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    [".headwater-", ".golden-", ".older-"]
+        .iter()
+        .any(|prefix| name.starts_with(prefix))
+}
+
+/// A reference of this run, which has to be resumed to have all of its samples.
+fn is_begun(folder: &Path) -> bool {
+    let picture = folder.join("a.exr");
+    picture.exists() && Image::read(&picture).unwrap().metadata["headwater.seed"] == "0"
+}
+
+/// Number of ends by exit status, and of temporary files that SIGKILL left.
+#[derive(Debug, Default)]
+struct Counts {
+    moments: usize,
+    /// Ended with 130 or 143 and a line.
+    by_status: usize,
+    /// Killed by the signal before it was watched, or by SIGKILL.
+    killed: usize,
+    /// Done before the signal came.
+    done: usize,
+    left_by_kill: usize,
+}
+
+/// Runs a command in a folder, sends it a signal at a moment, and checks how it ends.
+fn interrupt(
+    folder: &Path,
+    arguments: &[&str],
+    moment: Duration,
+    signal: i32,
+    counts: &mut Counts,
+) {
+    let mut command = command(folder, arguments);
+    let mut child = command
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(moment);
+    // SAFETY: a signal to a child that has not been waited for.
+    unsafe { libc::kill(child.id() as i32, signal) };
+    let began = Instant::now();
+    while child.try_wait().unwrap().is_none() {
+        if began.elapsed() > Duration::from_secs(30) {
+            let _ = child.kill();
+            panic!("{arguments:?} goes on 30 s after signal {signal} at {moment:?}");
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    let Output { status, stderr, .. } = child.wait_with_output().unwrap();
+    let said = messages(stderr);
+    let what = format!("{arguments:?}, signal {signal} at {moment:?}: {status}: {said}");
+    counts.moments += 1;
+    if status.code() == Some(128 + signal) {
+        counts.by_status += 1;
+        let is_end = |line: &&str| line.contains(&format!("stopped by signal {signal}; "));
+        assert_eq!(said.lines().filter(is_end).count(), 1, "{what}");
+        let is_note = |line: &str| line.starts_with("headwater: note: ");
+        assert!(said.lines().all(|l| is_end(&l) || is_note(l)), "{what}");
+    } else if status.signal() == Some(signal) {
+        counts.killed += 1;
+        assert!(signal == libc::SIGKILL || said.is_empty(), "{what}");
+    } else {
+        counts.done += 1;
+        assert!(status.success(), "{what}");
+    }
+    for path in files(folder) {
+        if is_temporary(&path) {
+            assert_eq!(signal, libc::SIGKILL, "{path:?}: {what}");
+            counts.left_by_kill += 1;
+        } else {
+            assert_whole(&path);
+        }
+    }
+}
+
+/// Interrupts a command at moments spread over its whole duration.
+fn check(subject: &Subject, moments: u32) {
+    let folder = tempfile::tempdir().unwrap();
+    let [whole, older] = ["whole", "older"].map(|name| folder.path().join(name));
+    for path in [&whole, &older] {
+        std::fs::create_dir(path).unwrap();
+    }
+    succeed(&older, &subject.older);
+    // The second run finds compiled shaders, as all later ones do.
+    succeed(&whole, &subject.arguments);
+    let began = Instant::now();
+    succeed(&whole, &subject.arguments);
+    let duration = began.elapsed();
+    let mut counts = Counts::default();
+    for i in 0..moments {
+        // Multiples of the golden ratio leave no gap.
+        let part = (f64::from(i) * 0.618_033_988_749_895).fract();
+        let moment = duration.mul_f64(part);
+        let signal = SIGNALS[i as usize % SIGNALS.len()];
+        let work = folder.path().join(format!("work-{i}"));
+        std::fs::create_dir(&work).unwrap();
+        let has_older = i % 2 == 0;
+        if has_older {
+            copy(&older, &work);
+        }
+        interrupt(&work, &subject.arguments, moment, signal, &mut counts);
+        let resume = if subject.name == "reference" && is_begun(&work) {
+            &["--resume"][..]
+        } else {
+            &[]
+        };
+        succeed(&work, &[&subject.arguments[..], resume].concat());
+        for name in &subject.results {
+            let [now, expected] = [&work, &whole].map(|f| std::fs::read(f.join(name)).unwrap());
+            assert!(now == expected, "{}: {name} at {moment:?}", subject.name);
+        }
+        let left: Vec<PathBuf> = files(&work)
+            .into_iter()
+            .filter(|p| is_temporary(p))
+            .collect();
+        assert_eq!(left, Vec::<PathBuf>::new());
+        std::fs::remove_dir_all(&work).unwrap();
+    }
+    println!("{} of {duration:?}: {counts:?}", subject.name);
+}
+
+fn copy(from: &Path, to: &Path) {
+    for path in files(from).into_iter().rev() {
+        let target = to.join(path.strip_prefix(from).unwrap());
+        if path.is_dir() {
+            std::fs::create_dir_all(target).unwrap();
+        } else {
+            std::fs::create_dir_all(target.parent().unwrap()).unwrap();
+            std::fs::copy(path, target).unwrap();
+        }
+    }
+}
+
+mod thorough {
+    use super::*;
+
+    /// Moments of each command.
+    fn moments() -> u32 {
+        let given = std::env::var("HEADWATER_SIGNAL_MOMENTS").ok();
+        given.map_or(12, |number| number.parse().unwrap())
+    }
+
+    #[test]
+    fn render_can_be_stopped_at_any_moment() {
+        let arguments = vec![
+            "render",
+            "cornell",
+            "--width",
+            "48",
+            "--frames",
+            "8",
+            "--preset",
+            "fast",
+            "--bounces",
+            "1",
+            "-o",
+            "$/a.exr",
+            "-o",
+            "$/a.png",
+            "--report",
+            "$/a.json",
+        ];
+        let subject = Subject {
+            name: "render",
+            older: [&arguments[..], &["--seed", "5"]].concat(),
+            arguments,
+            results: vec!["a.exr", "a.png"],
+        };
+        check(&subject, moments());
+    }
+
+    #[test]
+    fn reference_can_be_stopped_at_any_moment() {
+        let arguments = vec![
+            "reference",
+            "cornell",
+            "--width",
+            "48",
+            "--spp",
+            "200",
+            "-o",
+            "$/a.exr",
+            "-o",
+            "$/a.png",
+            "--report",
+            "$/a.json",
+        ];
+        let subject = Subject {
+            name: "reference",
+            older: [&arguments[..], &["--seed", "5"]].concat(),
+            arguments,
+            results: vec!["a.exr", "a.png"],
+        };
+        check(&subject, moments());
+    }
+
+    #[test]
+    fn study_can_be_stopped_at_any_moment() {
+        let plan = tempfile::tempdir().unwrap();
+        let path = plan.path().join("plan.toml");
+        let content = "scenes = [\"cornell\"]\nwidth = 16\nframes = 2\nseeds = 6\nbounces = 1\nreference_spp = 16\n\
+             [[configurations]]\nname = \"a\"\npreset = \"accurate\"\nexpect = \"any\"\n";
+        std::fs::write(&path, content).unwrap();
+        let path: &'static str = text(&path).to_owned().leak();
+        let arguments = vec!["study", "--plan", path, "-o", "$/out"];
+        let subject = Subject {
+            name: "study",
+            older: [&arguments[..], &["--bounces", "0"]].concat(),
+            arguments,
+            // Results have times in them; runs are compared by the tests of studies.
+            results: vec![],
+        };
+        check(&subject, moments());
+    }
+
+    #[test]
+    fn regress_can_be_stopped_at_any_moment() {
+        let case = ["--only", "cornell-path-tracing"];
+        let blessed = [&["regress", "$/golden", "--bless"][..], &case].concat();
+        let subject = Subject {
+            name: "regress --bless",
+            older: blessed.clone(),
+            arguments: blessed,
+            results: vec![],
+        };
+        check(&subject, moments());
+        // Golden frames stand beside the work, so that each comparison finds them.
+        let golden = tempfile::tempdir().unwrap();
+        succeed(golden.path(), &subject.arguments);
+        let golden: &'static str = text(&golden.path().join("golden")).to_owned().leak();
+        let arguments = vec![
+            "regress",
+            golden,
+            "--only",
+            case[1],
+            "-o",
+            "$/failures",
+            "--junit",
+            "$/a.xml",
+        ];
+        let subject = Subject {
+            name: "regress",
+            older: arguments.clone(),
+            arguments,
+            results: vec![],
+        };
+        check(&subject, moments());
+    }
+
+    /// Most of the time of this command is reading, or writing large files.
+    #[test]
+    fn large_files_can_be_interrupted_while_they_are_read_or_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let scene = folder.path().join("large.glb");
+        let generate = [
+            "scene",
+            "generate",
+            "terrain",
+            "--set",
+            "triangles=400000",
+            "-o",
+        ];
+        let scene: &'static str = text(&scene).to_owned().leak();
+        succeed(folder.path(), &[&generate[..], &[scene]].concat());
+        let arguments = vec![
+            "render",
+            scene,
+            "--width",
+            "1600",
+            "--preset",
+            "path-tracing",
+            "--bounces",
+            "0",
+            "--aov",
+            "albedo,normal,depth",
+            "-o",
+            "$/a.exr",
+            "-o",
+            "$/a.png",
+        ];
+        let subject = Subject {
+            name: "large files",
+            older: arguments.clone(),
+            arguments,
+            results: vec!["a.exr", "a.png"],
+        };
+        check(&subject, moments());
+        let arguments = vec![
+            "scene",
+            "generate",
+            "terrain",
+            "--set",
+            "triangles=400000",
+            "-o",
+            "$/a.glb",
+        ];
+        let subject = Subject {
+            name: "scene generate",
+            older: vec!["scene", "generate", "cornell", "-o", "$/a.glb"],
+            arguments,
+            results: vec!["a.glb"],
+        };
+        check(&subject, moments());
+    }
+}
