@@ -15,6 +15,7 @@ pub mod render;
 mod resources;
 pub mod scene;
 pub mod session;
+pub mod statistics;
 pub mod study;
 
 use crate::environment_variable::is_asked_for;
@@ -59,6 +60,8 @@ enum Command {
     Compare(compare::Args),
     /// What each pass of a frame takes, does and moves.
     Profile(Box<profile::Args>),
+    /// Registers, memory and occupancy of each pass, as the driver's compiler reports them; nothing runs.
+    Statistics(statistics::Args),
     /// Golden frames of a driver: render, compare, name what differs.
     Regress(regress::Args),
     /// The presets, and every setting with its doc.
@@ -100,6 +103,7 @@ fn run(command: Command) -> Result<()> {
         Command::Reference(args) => reference::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Profile(args) => profile::run(&args),
+        Command::Statistics(args) => statistics::run(&args),
         Command::Regress(args) => regress::run(&args),
         Command::Presets(args) => presets::run(&args),
         Command::Study(args) => study::run(&args),

@@ -6,7 +6,10 @@ use super::recorder::{Recorder, Submission};
 use super::records::Records;
 use crate::{Error, Result};
 use ash::{ext, khr, vk};
-use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, Allocator, AllocatorCreateDesc};
+use gpu_allocator::MemoryLocation;
+use gpu_allocator::vulkan::{
+    Allocation, AllocationCreateDesc, AllocationScheme, Allocator, AllocatorCreateDesc,
+};
 use std::collections::VecDeque;
 use std::ffi::CString;
 use std::mem::ManuallyDrop;
@@ -25,6 +28,9 @@ pub struct Features {
     pub presentation: bool,
     /// What the driver's compiler made of shaders, to be asked for.
     pub executable_properties: bool,
+    /// Not of the driver: the device makes pipelines and does nothing else. No command runs, and every buffer reads as
+    /// zeros. This is what a driver without its GPU can do.
+    pub compiles_only: bool,
     /// Not of the driver: what passes write can be hashed ([`Device::hash_outputs`]). Buffers begin with zeros, so that what
     /// nobody wrote does not differ.
     pub hashed_outputs: bool,
@@ -80,7 +86,7 @@ impl Device {
     /// damages the heap.
     ///
     /// # Errors
-    /// The device lacks one of the features, or the driver cannot open it.
+    /// The device lacks one of the features, the driver cannot open it, or the host cannot map its memory.
     pub fn open(
         instance: &Arc<Instance>,
         info: DeviceInfo,
@@ -190,7 +196,7 @@ impl Device {
                     .get_physical_device_properties2(info.raw, &mut properties);
             }
         }
-        Ok(Arc::new(Self {
+        let device = Arc::new(Self {
             acceleration: features
                 .ray_query
                 .then(|| khr::acceleration_structure::Device::new(&instance.raw, &raw)),
@@ -220,7 +226,44 @@ impl Device {
             raw,
             queue,
             instance: instance.clone(),
-        }))
+        });
+        if device.runs() {
+            device.check_mapping()?;
+        }
+        Ok(device)
+    }
+
+    /// Whether the device runs commands and its buffers have contents ([`Features::compiles_only`]).
+    pub(super) const fn runs(&self) -> bool {
+        !self.features.compiles_only
+    }
+
+    /// Checks that the host can map memory of the device. Drivers without their GPU crash where commands are recorded.
+    ///
+    /// # Errors
+    /// The host cannot map it.
+    fn check_mapping(&self) -> Result<()> {
+        let wanted = AllocationCreateDesc {
+            name: "a test of mapping",
+            requirements: vk::MemoryRequirements {
+                size: 256,
+                alignment: 256,
+                memory_type_bits: u32::MAX,
+            },
+            location: MemoryLocation::CpuToGpu,
+            linear: true,
+            allocation_scheme: AllocationScheme::GpuAllocatorManaged,
+        };
+        let allocation = self.allocate(&wanted, wanted.requirements.size).ok();
+        let is_mapped = (allocation.as_ref()).is_some_and(|memory| memory.mapped_ptr().is_some());
+        self.free(allocation);
+        if is_mapped {
+            return Ok(());
+        }
+        Err(Error::failed(format!(
+            "the memory of device '{}' cannot be mapped, so nothing runs on it (a driver without its GPU?); 'headwater statistics' compiles for it, --device takes another",
+            self.info.name
+        )))
     }
 
     /// Messages of the validation layers so far, for every device of the instance.

@@ -45,5 +45,5 @@ pub use pass::{Bindings, ComputePass, Resource};
 pub use presentation::Presentation;
 pub use recorder::PassTime;
 pub use recording::{Recording, in_rows};
-pub use records::{Compiled, Output};
+pub use records::{Compiled, CompilerReport, Output};
 pub use sampled_image::SampledImage;

@@ -2,9 +2,10 @@
 
 use super::dead_code::remove_dead_code;
 use super::device::Device;
-use super::records::Compiled;
+use super::records::{Compiled, CompilerReport};
 use super::reflection::{Binding, BindingKind, Reflection};
 use super::specialise::specialise;
+use crate::short_hash::short;
 use crate::{Error, Result};
 use ash::vk;
 use rspirv::binary::Assemble;
@@ -105,6 +106,14 @@ impl Program {
     fn compile(&mut self, name: &str, words: &[u32]) -> std::result::Result<(), vk::Result> {
         let device = &self.device;
         device.records.note_shader(size_of_val(words) as u64);
+        let shader = short(&blake3::hash(bytemuck::cast_slice(words)));
+        if !device.runs()
+            && let Some(known) = device.records.find_compiled(name, &shader)
+        {
+            // The pipeline would have no use but its statistics.
+            device.records.note_compiled(known);
+            return Ok(());
+        }
         let raw = &device.raw;
         // SAFETY: every create-info and what it points to lives through its call, and the layout is alive.
         unsafe {
@@ -130,8 +139,9 @@ impl Program {
             device.name(self.pipeline, name);
             device.records.note_compiled(Compiled {
                 name: name.to_owned(),
+                shader,
                 milliseconds: start.elapsed().as_secs_f64() * 1e3,
-                statistics: statistics(device, self.pipeline).unwrap_or_default(),
+                report: report(device, self.pipeline).unwrap_or_default(),
             });
         }
         Ok(())
@@ -177,17 +187,20 @@ fn check_limit(device: &Device, name: &str, bindings: &[Binding]) -> Result<()> 
 }
 
 /// What the driver's compiler says of a pipeline, if it was asked to; nothing is lost where it fails to.
-fn statistics(device: &Device, pipeline: vk::Pipeline) -> Option<Vec<(String, String)>> {
+fn report(device: &Device, pipeline: vk::Pipeline) -> Option<CompilerReport> {
     let executables = device.executables.as_ref()?;
     let text = |name: std::result::Result<&CStr, _>| -> Option<String> {
         Some(name.ok()?.to_string_lossy().into_owned())
     };
-    let mut all = Vec::new();
+    let mut report = CompilerReport::default();
     // SAFETY: the pipeline was made with the flag for it, and every structure lives through its call; the member of the
     // union is the one that its format names.
     unsafe {
         let info = vk::PipelineInfoKHR::default().pipeline(pipeline);
         let list = executables.get_pipeline_executable_properties(&info).ok()?;
+        report.subgroup_size = list
+            .first()
+            .map_or(0, |properties| properties.subgroup_size);
         for index in 0..list.len() as u32 {
             let info = vk::PipelineExecutableInfoKHR::default()
                 .pipeline(pipeline)
@@ -200,9 +213,10 @@ fn statistics(device: &Device, pipeline: vk::Pipeline) -> Option<Vec<(String, St
                     Format::UINT64 => statistic.value.u64.to_string(),
                     _ => statistic.value.f64.to_string(),
                 };
-                all.push((text(statistic.name_as_c_str())?, value));
+                let name = text(statistic.name_as_c_str())?;
+                report.statistics.push((name, value));
             }
         }
     }
-    Some(all)
+    Some(report)
 }

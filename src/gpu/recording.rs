@@ -23,7 +23,8 @@ pub fn in_rows(groups: u32) -> [u32; 3] {
 /// of timestamps. The lifetime keeps every resource alive until the commands are submitted; from then on, dropping a resource
 /// waits for them.
 pub struct Recording<'a> {
-    commands: Commands,
+    /// None on a device that only compiles: what is recorded is checked, and does nothing.
+    commands: Option<Commands>,
     /// Times of what was submitted before the end.
     times: Vec<PassTime>,
     resources: PhantomData<&'a ()>,
@@ -36,7 +37,7 @@ impl<'a> Recording<'a> {
     /// Only those of every driver call, see [`crate::gpu`].
     pub fn new(device: &Arc<Device>) -> Result<Self> {
         Ok(Self {
-            commands: Commands::new(device)?,
+            commands: device.runs().then(|| Commands::new(device)).transpose()?,
             times: Vec::new(),
             resources: PhantomData,
         })
@@ -63,8 +64,10 @@ impl<'a> Recording<'a> {
                 size_of::<P>()
             )));
         }
-        let set = self.descriptor_set(pass.name(), program, &resources)?;
-        let commands = &mut self.commands;
+        let Some(commands) = &mut self.commands else {
+            return Ok(());
+        };
+        let set = commands.descriptor_set(pass.name(), program, &resources)?;
         commands.barrier();
         commands.begin(pass.name(), pass.is_first_run());
         let raw = &commands.device.raw;
@@ -95,33 +98,17 @@ impl<'a> Recording<'a> {
             raw.cmd_dispatch(commands.raw(), groups[0], groups[1], groups[2]);
         }
         commands.end();
-        if self.commands.device.records.hashes_outputs() {
+        if commands.device.records.hashes_outputs() {
             // What is offered and not bound the shader may have the address of.
             let by_address = (bindings.offered().into_iter())
                 .filter(|(name, _)| program.bindings.iter().all(|bound| bound.name != *name));
             let outputs: Vec<Resource> = (resources.iter().copied())
                 .chain(by_address.map(|(_, resource)| resource))
                 .collect();
-            self.hash_outputs(pass, &outputs)?;
-        }
-        Ok(())
-    }
-
-    /// Runs what was recorded so far, and hashes the buffers that a pass, the last of it, may write.
-    fn hash_outputs(&mut self, pass: &ComputePass, resources: &[Resource<'a>]) -> Result<()> {
-        let device = self.commands.device.clone();
-        let recorded = std::mem::replace(&mut self.commands, Commands::new(&device)?);
-        self.times.extend(recorded.finish()?);
-        for resource in resources {
-            let Resource::Write(buffer) = resource else {
-                continue;
-            };
-            let bytes: Vec<u8> = buffer.read(buffer.size() as usize)?;
-            device.records.note_output(Output {
-                pass: pass.name().to_owned(),
-                buffer: buffer.name().to_owned(),
-                hash: short(&blake3::hash(&bytes)),
-            });
+            let device = commands.device.clone();
+            let recorded = std::mem::replace(commands, Commands::new(&device)?);
+            self.times.extend(recorded.finish()?);
+            hash_outputs(&device, pass, &outputs)?;
         }
         Ok(())
     }
@@ -140,19 +127,21 @@ impl<'a> Recording<'a> {
                 buffer.size()
             )));
         }
-        self.commands.barrier();
-        // SAFETY: the buffer allows transfers, holds as many bytes, and lives as long as 'a.
-        unsafe {
-            let commands = self.commands.raw();
-            (self.commands.device.raw).cmd_update_buffer(commands, buffer.raw, 0, bytes);
+        if let Some(commands) = &self.commands {
+            commands.barrier();
+            let raw = &commands.device.raw;
+            // SAFETY: the buffer allows transfers, holds as many bytes, and lives as long as 'a.
+            unsafe { raw.cmd_update_buffer(commands.raw(), buffer.raw, 0, bytes) };
         }
         Ok(())
     }
 
     /// Records filling a buffer with zeros.
     pub fn clear(&mut self, buffer: &'a Buffer) {
-        self.commands.barrier();
-        self.commands.clear(buffer.raw);
+        if let Some(commands) = &self.commands {
+            commands.barrier();
+            commands.clear(buffer.raw);
+        }
     }
 
     /// Submits everything without waiting. [`Device::wait_for_running`] waits, and so does whatever drops a resource.
@@ -160,8 +149,11 @@ impl<'a> Recording<'a> {
     /// # Errors
     /// Only those of every driver call, see [`crate::gpu`].
     pub fn submit(self) -> Result<()> {
-        let device = self.commands.device.clone();
-        let submission = self.commands.submit()?;
+        let Some(commands) = self.commands else {
+            return Ok(());
+        };
+        let device = commands.device.clone();
+        let submission = commands.submit()?;
         match device.running.lock() {
             Ok(mut running) => running.push_back(submission),
             Err(_) => drop(device.wait_for(submission)?),
@@ -179,20 +171,41 @@ impl<'a> Recording<'a> {
             mut times,
             ..
         } = self;
-        let device = commands.device.clone();
-        let (last, taken) = device.wait_for(commands.submit()?)?;
-        device.records.note_submitted(taken);
-        times.extend(last);
+        if let Some(commands) = commands {
+            let device = commands.device.clone();
+            let (last, taken) = device.wait_for(commands.submit()?)?;
+            device.records.note_submitted(taken);
+            times.extend(last);
+        }
         Ok(times)
     }
+}
 
+/// Notes a hash of each buffer that a pass, whose commands have run, may write.
+fn hash_outputs(device: &Device, pass: &ComputePass, resources: &[Resource<'_>]) -> Result<()> {
+    for resource in resources {
+        let Resource::Write(buffer) = resource else {
+            continue;
+        };
+        let bytes: Vec<u8> = buffer.read(buffer.size() as usize)?;
+        device.records.note_output(Output {
+            pass: pass.name().to_owned(),
+            buffer: buffer.name().to_owned(),
+            hash: short(&blake3::hash(&bytes)),
+        });
+    }
+    Ok(())
+}
+
+impl Commands {
+    /// A descriptor set of a program's resources, whose pool lives as long as the commands.
     fn descriptor_set(
         &mut self,
         name: &str,
         program: &Program,
-        resources: &[Resource<'a>],
+        resources: &[Resource<'_>],
     ) -> Result<vk::DescriptorSet> {
-        let device = &self.commands.device;
+        let device = &self.device;
         let fail = |e| device.failure(&format!("bind pass {name}"), e);
         let size = |ty| vk::DescriptorPoolSize {
             ty,
@@ -224,7 +237,7 @@ impl<'a> Recording<'a> {
         // SAFETY: create-infos live through their calls; the pool is destroyed by Drop.
         let set = unsafe {
             let pool = raw.create_descriptor_pool(&info, None).map_err(fail)?;
-            self.commands.descriptor_pools.push(pool);
+            self.descriptor_pools.push(pool);
             let layouts = [program.set];
             let info = vk::DescriptorSetAllocateInfo::default()
                 .descriptor_pool(pool)

@@ -24,10 +24,21 @@ pub type MemoryUse = BTreeMap<String, (u32, u64)>;
 pub struct Compiled {
     /// The pass.
     pub name: String,
+    /// A hash of the SPIR-V that the driver was given.
+    pub shader: String,
     /// Milliseconds that it took to make the pipeline.
     pub milliseconds: f64,
-    /// What the driver's compiler says of it, such as numbers of registers: names and values, with
+    /// What the driver's compiler says of it, with
     /// [`Features::executable_properties`](super::Features::executable_properties).
+    pub report: CompilerReport,
+}
+
+/// A driver's statement about a pipeline, as the driver gives it.
+#[derive(Clone, Debug, Default)]
+pub struct CompilerReport {
+    /// Invocations in a subgroup; 0 if the driver does not report it.
+    pub subgroup_size: u32,
+    /// Statistics, such as numbers of registers: names and values.
     pub statistics: Vec<(String, String)>,
 }
 
@@ -59,6 +70,14 @@ impl Records {
     pub fn compiled(&self) -> Vec<Compiled> {
         let compiled = self.compiled.lock();
         compiled.map(|all| all.clone()).unwrap_or_default()
+    }
+
+    /// An earlier result of the driver for the same SPIR-V in the same pass.
+    pub(super) fn find_compiled(&self, name: &str, shader: &str) -> Option<Compiled> {
+        let compiled = self.compiled.lock().ok()?;
+        let mut same = compiled.iter();
+        same.find(|one| one.shader == shader && one.name == name)
+            .cloned()
     }
 
     /// What passes wrote since the last call, in their order, where it was hashed.

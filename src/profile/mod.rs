@@ -3,6 +3,7 @@
 
 mod comparison;
 mod measure;
+pub mod statistics;
 mod text;
 mod trace;
 
@@ -168,7 +169,7 @@ impl Profile {
                 counts: (counts.iter().find(|counts| counts.pass == name).cloned())
                     .unwrap_or_default(),
                 statistics: of_name()
-                    .flat_map(|compiled| compiled.statistics.clone())
+                    .flat_map(|compiled| compiled.report.statistics.clone())
                     .collect(),
                 name,
             }

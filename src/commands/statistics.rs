@@ -1,0 +1,155 @@
+//! `statistics`: registers, memory and occupancy of every pass, as the driver's compiler reports them.
+
+use super::arguments::check_distinct;
+use super::interrupt::Interrupt;
+use super::progress::Progress;
+use super::{NOTHING_WRITTEN, check_messages, notice, open_scene, open_vulkan, print};
+use crate::files::{check_writable, write_atomically};
+use crate::gpu::InstanceOptions;
+use crate::profile::statistics::{self, CONFIGURATIONS, Compiler, Pipeline};
+use crate::scene::load::Options;
+use crate::scene::{file_of, procedural};
+use crate::tracing::selection::TracerChoice;
+use crate::{Error, Result};
+use serde_json::json;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Arguments of `statistics`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Procedural scenes by name, or files: .gltf, .glb, .obj [default: every procedural scene]
+    scenes: Vec<String>,
+    /// How scenes are loaded
+    #[command(flatten)]
+    load: Options,
+    /// How rays are traced; auto compiles for each tracer that the device has
+    #[arg(long, value_enum, default_value_t)]
+    tracer: TracerChoice,
+    /// The device, by name, part of a name, or index
+    #[arg(long, value_name = "NAME|INDEX", env = "HEADWATER_DEVICE")]
+    device: Option<String>,
+    /// Print one JSON object, with every pipeline
+    #[arg(long)]
+    json: bool,
+    /// Write every pipeline; what the file has of other devices and drivers stays
+    #[arg(short, long, value_name = "FILE.json")]
+    output: Option<PathBuf>,
+    /// An earlier output: fail if a value is worse than there
+    #[arg(long, value_name = "FILE.json")]
+    against: Option<PathBuf>,
+}
+
+/// Compiles, prints, writes, compares.
+///
+/// # Errors
+/// Wrong arguments or input, a device whose driver reports nothing, a shader that it rejects, a disk that fails, a signal, or
+/// a value that is worse than the stored one.
+pub fn run(args: &Args) -> Result<()> {
+    let scenes = match args.scenes.is_empty() {
+        true => procedural::list()
+            .iter()
+            .map(|one| one.name.to_owned())
+            .collect(),
+        false => args.scenes.clone(),
+    };
+    if let Some(path) = &args.output {
+        let inputs = scenes.iter().filter_map(|scene| file_of(scene));
+        let mut files: Vec<(&str, &Path)> = vec![("--output", path)];
+        files.extend(inputs.map(|path| ("a scene", path)));
+        files.extend(args.against.as_deref().map(|path| ("--against", path)));
+        check_distinct(&files, 1)?;
+        check_writable(path)?;
+    }
+    let stored = args.against.as_deref().map(statistics::read).transpose()?;
+    let others = match args.output.as_deref().filter(|path| path.is_file()) {
+        Some(path) => statistics::read(path)?,
+        None => Vec::new(),
+    };
+    let interrupt = Interrupt::watch()?;
+    let instance = open_vulkan(InstanceOptions::default())?;
+    let (info, reason) = instance.choose(args.device.as_deref())?;
+    log::info!("device: {} ({reason})", info.name);
+    let mut compiler = Compiler::open(&instance, info)?;
+    let tracers = match args.tracer {
+        TracerChoice::Auto => compiler.tracers(),
+        one => vec![one],
+    };
+    let all = scenes.len() * tracers.len() * CONFIGURATIONS.len();
+    let progress = Progress::new(Some(all as u64), "scenes × settings");
+    let mut done = 0;
+    for name in &scenes {
+        let scene = open_scene(name, args.load, &interrupt)?;
+        for text in &scene.notices {
+            notice(text);
+        }
+        for tracer in &tracers {
+            compiler.add(name, &scene, *tracer, &mut || {
+                interrupt.check(NOTHING_WRITTEN)?;
+                progress.at(f64::from(done));
+                done += 1;
+                Ok(())
+            })?;
+        }
+    }
+    progress.finish();
+    let pipelines = compiler.finish();
+    check_messages(&instance.validation_messages())?;
+    if let Some(path) = &args.output {
+        let text = statistics::json(&merge(others, &pipelines))?;
+        write_atomically(path, |file| writeln!(file, "{text}"))?;
+    }
+    match args.json {
+        true => print(format_args!("{:#}", json!({ "pipelines": pipelines })))?,
+        false => print(statistics::table(&pipelines))?,
+    }
+    match (&stored, &args.against) {
+        (Some(stored), Some(path)) => against(args, &pipelines, stored, path),
+        _ => Ok(()),
+    }
+}
+
+/// Puts the pipelines of a device and driver in the place of those that a file has of both.
+fn merge(mut others: Vec<Pipeline>, pipelines: &[Pipeline]) -> Vec<Pipeline> {
+    others.retain(|old| !pipelines.iter().any(|new| is_comparable(old, new)));
+    others.extend_from_slice(pipelines);
+    others.sort_by(|a, b| (&a.driver, &a.device).cmp(&(&b.driver, &b.device)));
+    others
+}
+
+/// Whether both were made by the same driver for the same device.
+fn is_comparable(a: &Pipeline, b: &Pipeline) -> bool {
+    (&a.driver, &a.device) == (&b.driver, &b.device)
+}
+
+/// Compares with stored pipelines.
+fn against(args: &Args, pipelines: &[Pipeline], stored: &[Pipeline], path: &Path) -> Result<()> {
+    let Some(first) = pipelines.first() else {
+        return Ok(());
+    };
+    let own: Vec<&Pipeline> = stored
+        .iter()
+        .filter(|old| is_comparable(old, first))
+        .collect();
+    if own.is_empty() {
+        notice(&format!(
+            "not compared: {} has nothing of device '{}' with driver '{}'",
+            path.display(),
+            first.device,
+            first.driver
+        ));
+        return Ok(());
+    }
+    let worse = statistics::compare(pipelines, &own);
+    if !args.json {
+        worse.iter().try_for_each(print)?;
+    }
+    match worse.len() {
+        0 => Ok(()),
+        count => Err(Error::failed(format!(
+            "{count} values of device '{}' are worse than in {}",
+            first.device,
+            path.display()
+        ))),
+    }
+}

@@ -1,0 +1,197 @@
+//! Makes the pipelines of scenes on a device that compiles only.
+
+use super::settings::CONFIGURATIONS;
+use super::{Pipeline, WAVES, value};
+use crate::gpu::{Compiled, ComputePass, Device, DeviceInfo, Features, Instance, compiler};
+use crate::render::ray_list::RayTracer;
+use crate::render::{Kind, Renderer, Settings, Tracking, View};
+use crate::scene::Scene;
+use crate::scene::camera::framing_camera;
+use crate::tracing::selection::{self, TracerChoice, Wanted};
+use crate::tracing::{GpuScene, SceneSizes};
+use crate::{Error, Result};
+use std::sync::Arc;
+
+/// A shader that needs no registers: as many of its subgroups fit as the device holds.
+const EMPTY: &str = "#version 460\nlayout(local_size_x = 64) in;\nvoid main() {}\n";
+
+/// Pixels along both sides of the picture: shaders do not depend on it.
+const SIDE: u32 = 64;
+
+/// Scattering events: enough for every pass.
+const BOUNCES: u32 = 5;
+
+/// A device that compiles, and what it has made of the scenes so far.
+pub struct Compiler {
+    device: Arc<Device>,
+    /// `waves` of [`EMPTY`] for each invocation of its subgroups.
+    waves_per_invocation: Option<f64>,
+    /// Each with the hash of its SPIR-V.
+    made: Vec<(String, Pipeline)>,
+    /// Entries of the device's records that were looked at.
+    seen: usize,
+}
+
+impl Compiler {
+    /// Opens a device with all features that shaders may need.
+    ///
+    /// # Errors
+    /// The driver does not report statistics.
+    pub fn open(instance: &Arc<Instance>, info: DeviceInfo) -> Result<Self> {
+        if !info.executable_properties {
+            return Err(Error::failed(format!(
+                "the driver of device '{}' does not report what its compiler makes of shaders (VK_KHR_pipeline_executable_properties); --device takes another, tools/gpu-statistics brings one",
+                info.name
+            )));
+        }
+        let features = Features {
+            ray_query: info.ray_query,
+            buffer_addresses: info.buffer_addresses,
+            image_arrays: info.image_arrays,
+            executable_properties: true,
+            compiles_only: true,
+            ..Features::default()
+        };
+        let device = Device::open(instance, info, features)?;
+        let words = compiler::compile("empty", EMPTY, &compiler::Sources::new(), &[]);
+        let words = words.map_err(Error::failed)?;
+        drop(ComputePass::new(&device, "empty", &words, &[])?);
+        let compiled = device.records.compiled();
+        let per_invocation = |empty: &Compiled| {
+            let size = f64::from(empty.report.subgroup_size);
+            Some(value(&empty.report, WAVES)? as f64 / size)
+        };
+        Ok(Self {
+            waves_per_invocation: compiled.first().and_then(per_invocation),
+            seen: compiled.len(),
+            device,
+            made: Vec::new(),
+        })
+    }
+
+    /// The tracers that the device has.
+    pub fn tracers(&self) -> Vec<TracerChoice> {
+        let mut tracers = vec![TracerChoice::ComputeBvh];
+        if self.device.info.ray_query {
+            tracers.push(TracerChoice::RayQuery);
+        }
+        tracers
+    }
+
+    /// Makes every pipeline with which a scene is rendered by one tracer, in the variant that the rules choose; `name` is the
+    /// scene's name in the result. `watch` is called before each configuration, and may end the work.
+    ///
+    /// # Errors
+    /// A shader that the driver rejects, or those of `watch`.
+    pub fn add(
+        &mut self,
+        name: &str,
+        scene: &Scene,
+        tracer: TracerChoice,
+        watch: &mut dyn FnMut() -> Result<()>,
+    ) -> Result<()> {
+        let wanted = Wanted {
+            tracer,
+            ..Wanted::default()
+        };
+        let info = &self.device.info;
+        let variant = selection::select(info, wanted, &SceneSizes::of(scene))?.variant;
+        let camera = scene.cameras.first().cloned();
+        let camera = camera.unwrap_or_else(|| framing_camera(scene));
+        let origin = camera.camera_to_world.translation;
+        let gpu_scene = Arc::new(GpuScene::new(&self.device, scene, origin, variant)?);
+        let view = View {
+            camera,
+            width: SIDE,
+            height: SIDE,
+            seed: 0,
+            bounces: BOUNCES,
+            jitter: false,
+        };
+        let tracer = variant.tracer.name();
+        for configuration in CONFIGURATIONS {
+            watch()?;
+            self.compile(&gpu_scene, &view, &configuration.settings()?)?;
+            self.take(name, tracer, configuration.name);
+        }
+        Ok(())
+    }
+
+    /// Records two frames, the first without history and the second with it, and what is made of them: the recording waits
+    /// for each pipeline.
+    fn compile(&self, scene: &Arc<GpuScene>, view: &View, settings: &Settings) -> Result<()> {
+        let device = &self.device;
+        let tracking = Tracking::default();
+        let mut renderer = Renderer::tracking(device, scene.clone(), view, settings, tracking)?;
+        renderer.single_frame(0)?;
+        renderer.single_frame(1)?;
+        renderer.primary_surfaces()?;
+        if renderer.has_history() {
+            renderer.reservoir_aovs(Kind::Direct)?;
+            renderer.reservoir_aovs(Kind::Indirect)?;
+        }
+        renderer.show(&renderer.display()?, 1, 0.0, false)?;
+        RayTracer::new(device, scene.clone(), &[])?.run()?;
+        Ok(())
+    }
+
+    /// Takes over what was compiled since the last call.
+    fn take(&mut self, scene: &str, tracer: &str, settings: &str) {
+        let compiled = self.device.records.compiled();
+        for Compiled {
+            name,
+            shader,
+            report,
+            ..
+        } in compiled[self.seen..].iter()
+        {
+            let same = |(hash, made): &&mut (String, Pipeline)| {
+                hash == shader && made.pass == *name && made.tracer == tracer
+            };
+            let index = self.made.iter_mut().position(|mut one| same(&mut one));
+            let index = index.unwrap_or_else(|| {
+                let mut pipeline = Pipeline {
+                    device: self.device.info.name.clone(),
+                    driver: self.device.info.driver.clone(),
+                    tracer: tracer.to_owned(),
+                    pass: name.clone(),
+                    ..Pipeline::default()
+                };
+                // A SIMD unit has as many slots for subgroups of any size.
+                let size = f64::from(report.subgroup_size);
+                let most = self.waves_per_invocation.map(|waves| waves * size);
+                pipeline.set(report, most);
+                self.made.push((shader.clone(), pipeline));
+                self.made.len() - 1
+            });
+            let pipeline = &mut self.made[index].1;
+            for (list, one) in [
+                (&mut pipeline.scenes, scene),
+                (&mut pipeline.settings, settings),
+            ] {
+                if !list.iter().any(|other| other == one) {
+                    list.push(one.to_owned());
+                }
+            }
+        }
+        self.seen = compiled.len();
+    }
+
+    /// What was made, by tracer and pass.
+    pub fn finish(self) -> Vec<Pipeline> {
+        let mut made: Vec<Pipeline> = self
+            .made
+            .into_iter()
+            .map(|(_, pipeline)| pipeline)
+            .collect();
+        // Passes are compiled in threads, so their order is another one in each run.
+        made.sort_by(|a, b| key(a).cmp(&key(b)));
+        made
+    }
+}
+
+/// Pipelines in an order that is the same in every run.
+fn key(one: &Pipeline) -> impl Ord {
+    let uses = (one.scenes.clone(), one.settings.clone());
+    (one.tracer.clone(), one.pass.clone(), uses, one.instructions)
+}
