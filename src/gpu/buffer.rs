@@ -23,7 +23,7 @@ pub struct Usage {
     pub texels: bool,
 }
 
-/// A named buffer, freed when dropped.
+/// A named buffer, freed when dropped. On a device that only compiles it has a size and no memory.
 pub struct Buffer {
     pub(super) raw: vk::Buffer,
     /// View through which shaders read texels; null without that usage.
@@ -31,6 +31,7 @@ pub struct Buffer {
     pub(super) device: Arc<Device>,
     allocation: Option<Allocation>,
     size: u64,
+    is_texels: bool,
     name: String,
 }
 
@@ -105,18 +106,23 @@ impl Buffer {
                 )));
             }
         }
-        let info = vk::BufferCreateInfo::default().size(size).usage(flags);
-        // SAFETY: `info` lives through the call.
-        let raw = unsafe { device.raw.create_buffer(&info, None) }
-            .map_err(|e| device.failure(&format!("make buffer {name} of {size} bytes"), e))?;
         let mut buffer = Self {
-            raw,
+            raw: vk::Buffer::null(),
             view: vk::BufferView::null(),
             device: device.clone(),
             allocation: None,
             size,
+            is_texels: usage.texels,
             name: name.to_owned(),
         };
+        if !device.runs() {
+            return Ok(buffer);
+        }
+        let info = vk::BufferCreateInfo::default().size(size).usage(flags);
+        // SAFETY: `info` lives through the call.
+        let raw = unsafe { device.raw.create_buffer(&info, None) }
+            .map_err(|e| device.failure(&format!("make buffer {name} of {size} bytes"), e))?;
+        buffer.raw = raw;
         device.name(raw, name);
         // SAFETY: plain query on the buffer just made.
         let mut requirements = unsafe { device.raw.get_buffer_memory_requirements(raw) };
@@ -165,7 +171,7 @@ impl Buffer {
 
     /// Whether shaders may read it as texels.
     pub fn is_texels(&self) -> bool {
-        self.view != vk::BufferView::null()
+        self.is_texels
     }
 
     /// The name that tools and messages show.
@@ -173,7 +179,7 @@ impl Buffer {
         &self.name
     }
 
-    /// The buffer's device address.
+    /// The buffer's device address; 0 on a device that only compiles.
     ///
     /// # Errors
     /// The device was opened without buffer addresses.
@@ -183,6 +189,9 @@ impl Buffer {
                 "the address of {} was asked for on a device opened without addresses",
                 self.name
             )));
+        }
+        if !self.device.runs() {
+            return Ok(0);
         }
         let info = vk::BufferDeviceAddressInfo::default().buffer(self.raw);
         // SAFETY: the feature is on and the buffer was made with the address usage.

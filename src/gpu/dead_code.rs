@@ -11,7 +11,8 @@ use rspirv::dr::{Block, Function, Instruction, Module, Operand};
 use rspirv::spirv::{Op, Word};
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-/// Removes the code of `module` that no invocation reaches, functions that are not called, and variables without a use.
+/// Removes the code of `module` that no invocation reaches, functions that are not called, and variables and numbers without
+/// a use.
 pub fn remove_dead_code(module: &mut Module) {
     let mut constants = words_of_constants(module);
     let values = module.all_inst_iter();
@@ -26,6 +27,7 @@ pub fn remove_dead_code(module: &mut Module) {
     nulls.declare(module);
     remove_functions(module);
     remove_variables(module);
+    remove_constants(module);
     remove_names(module);
 }
 
@@ -402,6 +404,19 @@ fn remove_variables(module: &mut Module) {
     }
 }
 
+/// Removes numbers that nothing names, so that shaders which differ only in settings that they do not read are equal.
+fn remove_constants(module: &mut Module) {
+    let names = [Op::Name, Op::MemberName, Op::Decorate, Op::MemberDecorate];
+    let operands = (module.all_inst_iter())
+        .filter(|i| !names.contains(&i.class.opcode))
+        .flat_map(|i| &i.operands);
+    let named: HashSet<Word> = operands.filter_map(Operand::id_ref_any).collect();
+    let numbers = [Op::Constant, Op::ConstantTrue, Op::ConstantFalse];
+    module.types_global_values.retain(|i| {
+        !numbers.contains(&i.class.opcode) || i.result_id.is_some_and(|id| named.contains(&id))
+    });
+}
+
 /// Removes names and decorations of what is not there any more.
 fn remove_names(module: &mut Module) {
     let there: HashSet<Word> = module.all_inst_iter().filter_map(|i| i.result_id).collect();
@@ -469,6 +484,22 @@ mod tests {
         assert_eq!(bound(3), ["three", "results"]);
         assert_eq!(bound(4), ["four", "results"]);
         assert_eq!(bound(5), ["results"]);
+    }
+
+    /// What no code reads leaves no trace, so that such shaders are compiled once.
+    #[test]
+    fn a_number_without_a_use_does_not_change_the_words() {
+        let declares = "layout(constant_id = 0) const uint TECHNIQUE = 1u;";
+        let another = "layout(constant_id = 1) const uint OTHER = 77u;";
+        let shader = SHADER.replace(declares, &format!("{declares} {another}"));
+        let words = compiler::compile("test.comp", &shader, &Sources::new(), &[]).unwrap();
+        let [one, two] = [1001, 1002].map(|other| {
+            let mut module = parse(&words).unwrap();
+            specialise(&mut module, &[(0, 1), (1, other)]);
+            remove_dead_code(&mut module);
+            module.assemble()
+        });
+        assert!(one == two);
     }
 
     /// Drivers keep what they compile by a hash of the words.

@@ -28,8 +28,8 @@ pub struct Features {
     pub presentation: bool,
     /// What the driver's compiler made of shaders, to be asked for.
     pub executable_properties: bool,
-    /// Not of the driver: the device makes pipelines and does nothing else. No command runs, and every buffer reads as
-    /// zeros. This is what a driver without its GPU can do.
+    /// Not of the driver: the device makes pipelines and does nothing else. Buffers have no memory and read as zeros, and no
+    /// command runs. This is what a driver without its GPU can do.
     pub compiles_only: bool,
     /// Not of the driver: what passes write can be hashed ([`Device::hash_outputs`]). Buffers begin with zeros, so that what
     /// nobody wrote does not differ.
@@ -364,15 +364,20 @@ impl Drop for Device {
             .get_mut()
             .unwrap_or_else(PoisonError::into_inner);
         let running = std::mem::take(running);
+        let idle = self.idle.get_mut();
+        let idle = idle.unwrap_or_else(PoisonError::into_inner);
+        // Without any recorder nothing was submitted. A driver without its GPU crashes where it waits.
+        let has_submitted = !running.is_empty() || !idle.is_empty();
         // SAFETY: all objects made from the device keep it alive, so none is left; the allocator
         // frees its memory before the device is destroyed.
         unsafe {
-            let _ = self.raw.device_wait_idle();
+            if has_submitted {
+                let _ = self.raw.device_wait_idle();
+            }
             for submission in running {
                 submission.destroy(&self.raw);
             }
-            let idle = self.idle.get_mut();
-            for recorder in idle.unwrap_or_else(PoisonError::into_inner).drain(..) {
+            for recorder in idle.drain(..) {
                 recorder.destroy(&self.raw);
             }
             ManuallyDrop::drop(&mut self.allocator);

@@ -20,7 +20,8 @@ const PIECE: usize = 64 << 20;
 /// The name of all images in [`Records::memory_use`](super::records::Records::memory_use): a scene may have thousands.
 const MEMORY_NAME: &str = "images";
 
-/// A named image that shaders sample, in the layout `GENERAL`; freed when dropped.
+/// A named image that shaders sample, in the layout `GENERAL`; freed when dropped. On a device
+/// that only compiles it has no memory.
 pub struct SampledImage {
     pub(super) view: vk::ImageView,
     raw: vk::Image,
@@ -56,8 +57,8 @@ impl SampledImage {
             allocation: None,
             size: 0,
         };
-        image.make(name, [width, height])?;
         if device.runs() {
+            image.make(name, [width, height])?;
             image.write(width, texels)?;
         }
         Ok(image)

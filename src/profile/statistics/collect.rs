@@ -15,6 +15,9 @@ use std::sync::Arc;
 /// A shader that needs no registers: as many of its subgroups fit as the device holds.
 const EMPTY: &str = "#version 460\nlayout(local_size_x = 64) in;\nvoid main() {}\n";
 
+/// Bytes of memory that no scene exceeds.
+const NO_LIMIT: u64 = 1 << 50;
+
 /// Pixels along both sides of the picture: shaders do not depend on it.
 const SIDE: u32 = 64;
 
@@ -37,7 +40,7 @@ impl Compiler {
     ///
     /// # Errors
     /// The driver does not report statistics.
-    pub fn open(instance: &Arc<Instance>, info: DeviceInfo) -> Result<Self> {
+    pub fn open(instance: &Arc<Instance>, mut info: DeviceInfo) -> Result<Self> {
         if !info.executable_properties {
             return Err(Error::failed(format!(
                 "the driver of device '{}' does not report what its compiler makes of shaders (VK_KHR_pipeline_executable_properties); --device takes another, tools/gpu-statistics brings one",
@@ -52,6 +55,8 @@ impl Compiler {
             compiles_only: true,
             ..Features::default()
         };
+        // A driver without its GPU has no memory, and none is needed.
+        info.device_memory = NO_LIMIT;
         let device = Device::open(instance, info, features)?;
         let words = compiler::compile("empty", EMPTY, &compiler::Sources::new(), &[]);
         let words = words.map_err(Error::failed)?;
