@@ -133,7 +133,7 @@ fn wrong_arguments(error: &clap::Error) -> ExitCode {
 }
 
 /// Prints a line of a command's outcome on stdout, or several, where `println!` would panic. Control characters other
-/// than line breaks are escaped; a name from a file that must stay on its line is made [`printable`] first.
+/// than line breaks are escaped; a name from a file that must stay on its line is made `printable` first.
 ///
 /// # Errors
 /// Stdout takes nothing, as on a full disk. A reader that has closed its pipe wants no more: that

@@ -1,10 +1,10 @@
 //! `statistics`: registers, memory and occupancy of every pass, as the driver's compiler reports them.
 
-use super::arguments::check_distinct;
+use super::arguments::check_files;
 use super::interrupt::Interrupt;
 use super::progress::Progress;
 use super::{NOTHING_WRITTEN, check_messages, notice, open_scene, open_vulkan, print};
-use crate::files::{check_writable, write_atomically};
+use crate::files::write_atomically;
 use crate::gpu::InstanceOptions;
 use crate::profile::statistics::{self, CONFIGURATIONS, Compiler, Pipeline};
 use crate::scene::load::Options;
@@ -54,12 +54,11 @@ pub fn run(args: &Args) -> Result<()> {
         false => args.scenes.clone(),
     };
     if let Some(path) = &args.output {
-        let inputs = scenes.iter().filter_map(|scene| file_of(scene));
-        let mut files: Vec<(&str, &Path)> = vec![("--output", path)];
-        files.extend(inputs.map(|path| ("a scene", path)));
-        files.extend(args.against.as_deref().map(|path| ("--against", path)));
-        check_distinct(&files, 1)?;
-        check_writable(path)?;
+        let read = scenes
+            .iter()
+            .filter_map(|scene| Some(("a scene", file_of(scene)?)));
+        let stored = args.against.as_deref().map(|path| ("--against", path));
+        check_files([("--output", path.as_path())], read.chain(stored))?;
     }
     let stored = args.against.as_deref().map(statistics::read).transpose()?;
     let others = match args.output.as_deref().filter(|path| path.is_file()) {

@@ -59,7 +59,9 @@ pub fn closure<'a>(name: &'a str, sources: &'a Sources) -> BTreeSet<&'a str> {
             continue;
         };
         if found.insert(name.as_str()) {
-            let includes = text.lines().filter_map(|line| line.strip_prefix("#include \""));
+            let includes = text
+                .lines()
+                .filter_map(|line| line.strip_prefix("#include \""));
             open.extend(includes.filter_map(|line| line.strip_suffix('"')));
         }
     }

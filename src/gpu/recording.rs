@@ -334,9 +334,8 @@ mod tests {
         assert_eq!(device.validation_messages(), Vec::<String>::new());
         // SAFETY: as in `clear`; the missing barrier is what the test plants.
         unsafe {
-            device
-                .raw
-                .cmd_fill_buffer(recording.commands.raw(), buffer.raw, 0, vk::WHOLE_SIZE, 1);
+            let commands = recording.commands.as_ref().unwrap().raw();
+            (device.raw).cmd_fill_buffer(commands, buffer.raw, 0, vk::WHOLE_SIZE, 1);
         }
         recording.finish().unwrap();
         let messages = device.validation_messages().join("\n");

@@ -89,6 +89,7 @@ fn main() {
     for name in &scenes {
         let options = Options {
             allow_missing: true,
+            ..Options::default()
         };
         let mut scene =
             headwater::scene::open_watched(name, options, &mut |_, _, _| Ok(())).unwrap();

@@ -244,7 +244,7 @@ impl<'a> Source<'a> {
     fn identity(&self) -> Identity<'a> {
         match self {
             Self::File(file) => Identity::File(file.id),
-            Self::Uri(data) => Identity::Uri(*data),
+            Self::Uri(data) => Identity::Uri(data),
             Self::View(view) => Identity::View(*view),
         }
     }
