@@ -1,0 +1,83 @@
+//! Writes the corpus: valid files for each target into `FOLDER/TARGET`, and its dictionary into `FOLDER/TARGET.dict`.
+
+mod scenes;
+
+use headwater::render::presets::PRESETS;
+use headwater::render::settings::Settings;
+use headwater::study::plans::PLANS;
+use headwater_fuzz::{images, words};
+use std::error::Error;
+use std::path::Path;
+
+/// Files by name.
+type Files = Vec<(String, Vec<u8>)>;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let folder = std::env::args().nth(1).ok_or("usage: corpus FOLDER")?;
+    let folder = Path::new(&folder);
+    let keys = Settings::default().describe()?.into_iter();
+    let keys: Vec<String> = keys.map(|setting| setting.key).collect();
+    let gltf_words = [words::GLTF_KEYS, words::GLTF_TEXTS].concat();
+    let toml_words = words::TOML.to_owned() + &keys.join(" ");
+    let pictures = || [images::exrs(), images::pngs()].concat();
+    let environments = || [images::exrs(), images::hdrs()].concat();
+    write(folder, "gltf", scenes::gltf(), &gltf_words)?;
+    write(folder, "glb", scenes::glb()?, &gltf_words)?;
+    write(folder, "obj", scenes::obj(), words::OBJ)?;
+    write(folder, "texture", images::textures(), words::IMAGE)?;
+    write(folder, "environment", environments(), words::IMAGE)?;
+    write(folder, "picture", pictures(), words::IMAGE)?;
+    write(folder, "settings", settings()?, &toml_words)?;
+    write(folder, "plan", plans(), &toml_words)?;
+    Ok(())
+}
+
+fn write(folder: &Path, target: &str, files: Files, words: &str) -> Result<(), Box<dyn Error>> {
+    let place = folder.join(target);
+    std::fs::create_dir_all(&place)?;
+    for (name, bytes) in files {
+        std::fs::write(place.join(name), bytes)?;
+    }
+    // libFuzzer takes a backslash, a quote and what is not ASCII by their codes.
+    let code = |byte: u8| format!("\\x{byte:02X}");
+    let line = |word: &str| format!("\"{}\"\n", word.bytes().map(code).collect::<String>());
+    let dictionary: String = words.split_whitespace().map(line).collect();
+    std::fs::write(folder.join(format!("{target}.dict")), dictionary)?;
+    Ok(())
+}
+
+/// The presets, and all settings as they are by default.
+fn settings() -> Result<Files, Box<dyn Error>> {
+    let mut files: Files = (PRESETS.iter())
+        .map(|preset| (format!("{}.toml", preset.name), preset.text.into()))
+        .collect();
+    let all = toml::to_string(&Settings::default().to_value()?)?;
+    files.push(("all.toml".into(), all.into()));
+    Ok(files)
+}
+
+fn plans() -> Files {
+    let tables = r#"fps = 24
+start_time = 0.5
+most_seeds = 8
+seeds = 2
+count = true
+bounces = 2
+[[scenes]]
+scene = "cornell"
+look_at = "0,1,3,0,1,0,40"
+environment = "sky:sun=40"
+reference_spp = 4
+[[configurations]]
+name = "a"
+preset = "accurate"
+expect = "any"
+scenes = ["cornell"]
+set = { "indirect.mis" = "balance" }
+"#;
+    let mut files: Files = (PLANS.iter())
+        .map(|(name, text)| (format!("{name}.toml"), (*text).into()))
+        .collect();
+    files.push(("tables.toml".into(), tables.into()));
+    files
+}

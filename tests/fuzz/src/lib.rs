@@ -1,0 +1,127 @@
+//! Fuzz targets share this: a folder in memory, the promises that every loader keeps, and counts.
+
+pub mod gltf;
+pub mod images;
+pub mod targets;
+pub mod words;
+
+use headwater::scene::Scene;
+use headwater::scene::load::load;
+use headwater::{Error, Result};
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicU64, Ordering};
+use tempfile::TempDir;
+
+#[path = "../../loading/files.rs"]
+#[allow(dead_code)]
+pub mod files;
+#[path = "../../support/random.rs"]
+#[allow(dead_code)]
+mod random;
+
+/// Executions between two lines of counts.
+const REPORT_EVERY: u64 = 1_000;
+
+/// Counts of a target's executions, which `run` reads from the standard error.
+#[derive(Default)]
+pub struct Counts {
+    all: AtomicU64,
+    past_the_header: AtomicU64,
+}
+
+impl Counts {
+    /// No executions yet.
+    pub const fn new() -> Self {
+        Self {
+            all: AtomicU64::new(0),
+            past_the_header: AtomicU64::new(0),
+        }
+    }
+
+    /// Counts one execution.
+    pub fn add(&self, is_past_the_header: bool) {
+        let all = self.all.fetch_add(1, Ordering::Relaxed) + 1;
+        let past = (self.past_the_header).fetch_add(is_past_the_header.into(), Ordering::Relaxed)
+            + u64::from(is_past_the_header);
+        if all.is_multiple_of(REPORT_EVERY) {
+            eprintln!("headwater: {all} executions, {past} past the header");
+        }
+    }
+}
+
+/// A folder for the files of a target. `run` puts it into memory.
+pub struct Folder(TempDir);
+
+impl Folder {
+    /// A new folder with these files.
+    #[allow(clippy::new_without_default)]
+    pub fn new(files: &[(&str, &[u8])]) -> Self {
+        let folder = Self(tempfile::tempdir().expect("a temporary folder"));
+        for (name, bytes) in files {
+            folder.write(name, bytes);
+        }
+        folder
+    }
+
+    /// Writes a file and returns its path.
+    pub fn write(&self, name: &str, bytes: &[u8]) -> PathBuf {
+        let path = self.0.path().join(name);
+        std::fs::write(&path, bytes).expect("a file in a temporary folder");
+        path
+    }
+
+    /// Writes a scene file, loads it, and checks the promises of the loader. The message of an error is returned.
+    pub fn load(&self, name: &str, bytes: &[u8]) -> std::result::Result<(), String> {
+        self.open(&self.write(name, bytes))
+    }
+
+    /// [`Folder::load`] for a file that exists.
+    pub fn open(&self, path: &std::path::Path) -> std::result::Result<(), String> {
+        match load(path) {
+            Ok(scene) => {
+                check_scene(scene);
+                Ok(())
+            }
+            Err(error) => {
+                let text = one_line(&error);
+                assert!(text.contains("scene."), "{text:?} names the file");
+                Err(text)
+            }
+        }
+    }
+}
+
+/// A loaded scene is valid, a second validation changes nothing, and it can be posed at any time.
+fn check_scene(mut scene: Scene) {
+    let hash = scene.content_hash();
+    scene.validate().expect("a loaded scene is valid");
+    assert_eq!(
+        scene.content_hash(),
+        hash,
+        "a second validation changes nothing"
+    );
+    for notice in &scene.notices {
+        assert_eq!(notice.lines().count(), 1, "{notice:?}");
+    }
+    if let Some(motion) = &scene.motion {
+        let end = motion.seconds();
+        for time in [0.5 * end, end, -1.0] {
+            if let Err(error) = scene.pose_at(time) {
+                one_line(&error);
+            }
+        }
+    }
+}
+
+/// The text of an error, which is one line about wrong input.
+pub fn one_line(error: &Error) -> String {
+    let text = error.to_string();
+    assert_eq!(error.exit_status(), 2, "{text}");
+    assert_eq!(text.lines().count(), 1, "{text:?}");
+    text
+}
+
+/// The value, or none for an error that is one line about wrong input.
+pub fn checked<T>(result: Result<T>) -> Option<T> {
+    result.map_err(|error| one_line(&error)).ok()
+}

@@ -1,0 +1,19 @@
+//! Images of textures: PNG, JPEG and WebP, beside a scene that shows them.
+
+use crate::{Folder, images};
+use std::path::PathBuf;
+use std::sync::LazyLock;
+
+static FOLDER: LazyLock<(Folder, PathBuf)> = LazyLock::new(|| {
+    let folder = Folder::new(&[]);
+    let scene = folder.write("scene.gltf", images::shown("image").as_bytes());
+    (folder, scene)
+});
+
+/// Loads the file, and checks what its loader promises; whether it has a readable header.
+pub fn run(bytes: &[u8]) -> bool {
+    let (folder, scene) = &*FOLDER;
+    folder.write("image", bytes);
+    let _ = folder.open(scene);
+    images::has_image_header(bytes)
+}
