@@ -60,16 +60,6 @@ fn study_alone(plan: &str, folder: &Path, shaders: Option<&Path>) -> Output {
     command.output().unwrap()
 }
 
-#[test]
-fn a_sample_of_the_bias_matrix_passes() {
-    assert_sample_passes("bias-sample");
-}
-
-#[test]
-fn a_sample_of_the_bias_matrix_of_indirect_light_passes() {
-    assert_sample_passes("indirect-sample");
-}
-
 fn assert_sample_passes(plan: &str) {
     let folder = tempfile::tempdir().unwrap();
     let output = study(plan, folder.path(), None);
@@ -186,46 +176,6 @@ fn empty_neighbours_that_are_skipped_are_found() {
     assert!(!passes && said.contains("should be unbiased"));
 }
 
-#[test]
-fn confidence_that_depends_on_the_sample_is_found() {
-    let (passes, said) = with_fault(&[(
-        "restir/spatial.glsl",
-        "return limited(technique, stored_confidence(slot_of(pixels[technique])));",
-        "float confidence = limited(technique, stored_confidence(slot_of(pixels[technique])));
-        uint light = neighbours.at[word_of(slot_of(pixels[technique]), 2u, restir.at.slots)] & LIGHT_MASK;
-        return light == 1u ? 0.25 * confidence : confidence;",
-    )]);
-    assert!(!passes && said.contains("should be unbiased"));
-}
-
-#[test]
-fn visibility_that_is_missing_at_the_pixel_itself_is_found() {
-    let weighed = "visibility && i != k && k != 0u &&";
-    let (passes, said) = with_fault(&[
-        ("restir/merge.glsl", UNSEEN, weighed),
-        (
-            "restir/merge.glsl",
-            PASSED,
-            "= asks ? transmittance(viewer, domain, value) : 1.0;",
-        ),
-    ]);
-    assert_both_fail(passes, &said);
-}
-
-#[test]
-fn visibility_that_is_missing_at_the_neighbours_is_found() {
-    let weighed = "visibility && i != k && k == 0u &&";
-    let (passes, said) = with_fault(&[
-        ("restir/merge.glsl", UNSEEN, weighed),
-        (
-            "restir/merge.glsl",
-            PASSED,
-            "= asks ? 1.0 : transmittance(viewer, domain, value);",
-        ),
-    ]);
-    assert_both_fail(passes, &said);
-}
-
 /// What a BSDF ray hits the hash grid can draw too, and the other way round. It takes few points on lights to see.
 #[test]
 fn hits_that_know_nothing_of_the_hash_grid_are_found() {
@@ -236,20 +186,6 @@ fn hits_that_know_nothing_of_the_hash_grid_are_found() {
             "passes/initial_direct.comp",
             "if (weight > 0.0) weight *= own_weight(value, target);",
             "",
-        ),
-    );
-}
-
-/// A pixel that draws more because its own first candidate was bright makes too little of that one. It
-/// takes narrow lobes and few points on lights to see: elsewhere these weigh more than BSDF rays.
-#[test]
-fn candidates_that_their_own_pixel_counts_by_are_found() {
-    assert_found(
-        &glossy_plan(256, r#""direct.light_samples" = 1"#),
-        (
-            "passes/initial_direct.comp",
-            "LOAD_PILOT_BRIGHTNESS(pilots, slot_of(uvec2(other)))",
-            "LOAD_PILOT_BRIGHTNESS(pilots, slot_of(uvec2(pixel)))",
         ),
     );
 }
@@ -288,29 +224,6 @@ preset = "accurate"
             "vec3(1.0), pdf_solid_angle",
         ),
     );
-}
-
-/// Merges that read what is being written are a race: no two runs are alike. On a busy machine the threads may happen to
-/// keep the same order twice, so it is tried again.
-#[test]
-fn neighbours_that_are_read_while_they_are_written_are_found() {
-    let faults = [
-        (
-            "restir/spatial.glsl",
-            "layout(scalar) writeonly buffer ReservoirsBlock",
-            "layout(scalar) buffer ReservoirsBlock",
-        ),
-        (
-            "restir/spatial.glsl",
-            "LOAD_RESERVOIR(neighbours, slot_of(pixels[technique])",
-            "if (technique != 0u) { LOAD_RESERVOIR(reservoirs, slot_of(pixels[technique]), restir.at.slots, packed); }
-            else LOAD_RESERVOIR(neighbours, slot_of(pixels[technique])",
-        ),
-    ];
-    assert!((0..4).any(|_| {
-        let (passes, said) = with_fault(&faults);
-        !passes && said.contains("the same seed gives another picture")
-    }));
 }
 
 /// Light of two bounces and more that world reservoirs find. `scene` is as a plan writes it. Means of frames tell more than the
@@ -356,49 +269,6 @@ fn an_mis_weight_in_world_reservoirs_is_found() {
             "restir/path_candidates.glsl",
             "candidate_weight(stored, value, light_pdf, 0u, target)",
             "candidate_weight(stored, value, light_pdf, 1u, target)",
-        ),
-    );
-}
-
-#[test]
-fn empty_world_reservoirs_that_are_skipped_are_found() {
-    let change = (
-        "restir/world_reservoirs.glsl",
-        "if (entry == 0u) continue;",
-        "if (entry == 0u || !(previous_world_samples.at[(entry & WORLD_VERTEX_MASK) - 1u].weight > 0.0)) continue;",
-    );
-    let plan = |tables: &str| {
-        let settings = format!(r#""world_reservoirs.table" = {tables}"#);
-        world_plan(r#""motion""#, 2048, 16384, &settings)
-    };
-    // With 1e-9, all have one bucket, and nearly every vertex is dropped.
-    assert!(study_with_fault(&plan("[0.25, 1e-9]"), &[]).0);
-    assert_biased(&plan("[0.25]"), change);
-}
-
-/// What a vertex keeps stands for a matte white point, which reflects any colour: surfaces that do not must not keep what they
-/// merged.
-#[test]
-fn colours_that_a_surface_does_not_reflect_stay_in_world_reservoirs() {
-    let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("chequered.obj");
-    std::fs::write(folder.path().join("chequered.mtl"), CHEQUERED_MATERIALS).unwrap();
-    std::fs::write(&file, chequered_floor()).unwrap();
-    let scene = format!(
-        r#"{{ scene = "{}", look_at = "0,1.5,4,0,1,-2,45" }}"#,
-        file.display()
-    );
-    assert_found(
-        &world_plan(
-            &scene,
-            8192,
-            65536,
-            r#""world_reservoirs.stores" = ["merged"]"#,
-        ),
-        (
-            "restir/world_reservoirs.glsl",
-            "min(diffuse.x, min(diffuse.y, diffuse.z)) > 0.01",
-            "max_component(diffuse) > 0.01",
         ),
     );
 }
@@ -455,4 +325,138 @@ fn chequered_floor() -> String {
         ],
     );
     text
+}
+
+mod thorough {
+    use super::*;
+
+    #[test]
+    fn a_sample_of_the_bias_matrix_passes() {
+        assert_sample_passes("bias-sample");
+    }
+
+    #[test]
+    fn a_sample_of_the_bias_matrix_of_indirect_light_passes() {
+        assert_sample_passes("indirect-sample");
+    }
+
+    #[test]
+    fn confidence_that_depends_on_the_sample_is_found() {
+        let (passes, said) = with_fault(&[(
+            "restir/spatial.glsl",
+            "return limited(technique, stored_confidence(slot_of(pixels[technique])));",
+            "float confidence = limited(technique, stored_confidence(slot_of(pixels[technique])));
+            uint light = neighbours.at[word_of(slot_of(pixels[technique]), 2u, restir.at.slots)] & LIGHT_MASK;
+            return light == 1u ? 0.25 * confidence : confidence;",
+        )]);
+        assert!(!passes && said.contains("should be unbiased"));
+    }
+
+    #[test]
+    fn visibility_that_is_missing_at_the_pixel_itself_is_found() {
+        let weighed = "visibility && i != k && k != 0u &&";
+        let (passes, said) = with_fault(&[
+            ("restir/merge.glsl", UNSEEN, weighed),
+            (
+                "restir/merge.glsl",
+                PASSED,
+                "= asks ? transmittance(viewer, domain, value) : 1.0;",
+            ),
+        ]);
+        assert_both_fail(passes, &said);
+    }
+
+    #[test]
+    fn visibility_that_is_missing_at_the_neighbours_is_found() {
+        let weighed = "visibility && i != k && k == 0u &&";
+        let (passes, said) = with_fault(&[
+            ("restir/merge.glsl", UNSEEN, weighed),
+            (
+                "restir/merge.glsl",
+                PASSED,
+                "= asks ? 1.0 : transmittance(viewer, domain, value);",
+            ),
+        ]);
+        assert_both_fail(passes, &said);
+    }
+
+    /// A pixel that draws more because its own first candidate was bright makes too little of that one. It
+    /// takes narrow lobes and few points on lights to see: elsewhere these weigh more than BSDF rays.
+    #[test]
+    fn candidates_that_their_own_pixel_counts_by_are_found() {
+        assert_found(
+            &glossy_plan(256, r#""direct.light_samples" = 1"#),
+            (
+                "passes/initial_direct.comp",
+                "LOAD_PILOT_BRIGHTNESS(pilots, slot_of(uvec2(other)))",
+                "LOAD_PILOT_BRIGHTNESS(pilots, slot_of(uvec2(pixel)))",
+            ),
+        );
+    }
+
+    /// Merges that read what is being written are a race: no two runs are alike. On a busy machine the threads may happen to
+    /// keep the same order twice, so it is tried again.
+    #[test]
+    fn neighbours_that_are_read_while_they_are_written_are_found() {
+        let faults = [
+            (
+                "restir/spatial.glsl",
+                "layout(scalar) writeonly buffer ReservoirsBlock",
+                "layout(scalar) buffer ReservoirsBlock",
+            ),
+            (
+                "restir/spatial.glsl",
+                "LOAD_RESERVOIR(neighbours, slot_of(pixels[technique])",
+                "if (technique != 0u) { LOAD_RESERVOIR(reservoirs, slot_of(pixels[technique]), restir.at.slots, packed); }
+                else LOAD_RESERVOIR(neighbours, slot_of(pixels[technique])",
+            ),
+        ];
+        assert!((0..4).any(|_| {
+            let (passes, said) = with_fault(&faults);
+            !passes && said.contains("the same seed gives another picture")
+        }));
+    }
+
+    #[test]
+    fn empty_world_reservoirs_that_are_skipped_are_found() {
+        let change = (
+            "restir/world_reservoirs.glsl",
+            "if (entry == 0u) continue;",
+            "if (entry == 0u || !(previous_world_samples.at[(entry & WORLD_VERTEX_MASK) - 1u].weight > 0.0)) continue;",
+        );
+        let plan = |tables: &str| {
+            let settings = format!(r#""world_reservoirs.table" = {tables}"#);
+            world_plan(r#""motion""#, 2048, 16384, &settings)
+        };
+        // With 1e-9, all have one bucket, and nearly every vertex is dropped.
+        assert!(study_with_fault(&plan("[0.25, 1e-9]"), &[]).0);
+        assert_biased(&plan("[0.25]"), change);
+    }
+
+    /// What a vertex keeps stands for a matte white point, which reflects any colour: surfaces that do not must not keep what they
+    /// merged.
+    #[test]
+    fn colours_that_a_surface_does_not_reflect_stay_in_world_reservoirs() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("chequered.obj");
+        std::fs::write(folder.path().join("chequered.mtl"), CHEQUERED_MATERIALS).unwrap();
+        std::fs::write(&file, chequered_floor()).unwrap();
+        let scene = format!(
+            r#"{{ scene = "{}", look_at = "0,1.5,4,0,1,-2,45" }}"#,
+            file.display()
+        );
+        assert_found(
+            &world_plan(
+                &scene,
+                8192,
+                65536,
+                r#""world_reservoirs.stores" = ["merged"]"#,
+            ),
+            (
+                "restir/world_reservoirs.glsl",
+                "min(diffuse.x, min(diffuse.y, diffuse.z)) > 0.01",
+                "max_component(diffuse) > 0.01",
+            ),
+        );
+    }
 }

@@ -16,12 +16,15 @@ use std::sync::atomic::AtomicBool;
 pub fn prepare() -> Result<()> {
     signal_hook::flag::register_conditional_shutdown(SIGABRT, 1, Arc::new(AtomicBool::new(true)))
         .map_err(|e| Error::failed(format!("cannot watch for aborts: {e}")))?;
-    // Threads that have no memory when they start panic before they do anything.
+    // Threads that have no memory when they start panic before they do anything, with this text.
+    let no_memory = format!("os error {}", libc::ENOMEM);
     if std::env::var_os("RUST_BACKTRACE").is_none() {
-        std::panic::set_hook(Box::new(|panic| {
-            let line = super::line(format_args!(
-                "internal error, {panic}; RUST_BACKTRACE=1 shows where"
-            ));
+        std::panic::set_hook(Box::new(move |panic| {
+            let panic = panic.to_string();
+            let line = super::line(match panic.contains(&no_memory) {
+                true => "out of memory: a thread cannot start; take a smaller picture or scene, or give more memory".to_owned(),
+                false => format!("internal error, {panic}; RUST_BACKTRACE=1 shows where"),
+            });
             end_with(format!("{line}\n").as_bytes());
         }));
     }

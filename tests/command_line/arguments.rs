@@ -177,151 +177,6 @@ fn a_path_is_named_once() {
 }
 
 #[test]
-fn what_has_no_effect_is_one_line() {
-    let folder = tempfile::tempdir().unwrap();
-    let [exr, png] = ["a.exr", "a.png"].map(|name| text(&folder.path().join(name)).to_owned());
-    let look_at = "0,1,3,0,1,0";
-    for (command, more, said) in [
-        (
-            "render",
-            vec!["--camera", "0", "--look-at", look_at, "-o", &exr],
-            "--camera 0 has no effect",
-        ),
-        (
-            "render",
-            vec![
-                "--preset",
-                "path-tracing",
-                "--set",
-                "direct.mis=balance",
-                "-o",
-                &exr,
-            ],
-            "direct.mis has no effect",
-        ),
-        (
-            "render",
-            vec![
-                "--bounces",
-                "1",
-                "--set",
-                "indirect.mis=balance",
-                "--set",
-                "indirect.reuse=none",
-                "-o",
-                &exr,
-            ],
-            "indirect.mis, indirect.reuse have no effect",
-        ),
-        (
-            "render",
-            vec![
-                "--set",
-                "indirect.mode=path",
-                "--set",
-                "indirect.secondary=ris",
-                "--set",
-                "indirect.shift=biased",
-                "--set",
-                "indirect.temporal.confidence_cap=3",
-                "-o",
-                &exr,
-            ],
-            "indirect.mode=path does not resample, so indirect.shift, indirect.temporal.confidence_cap have no effect",
-        ),
-        (
-            "render",
-            vec![
-                "--set",
-                "indirect.mode=off",
-                "--set",
-                "indirect.secondary=ris",
-                "-o",
-                &exr,
-            ],
-            "indirect.mode=off has no indirect light, so indirect.secondary has no effect",
-        ),
-        (
-            "render",
-            vec!["--aov", "albedo", "-o", &png],
-            "--aov adds channels to .exr files",
-        ),
-        (
-            "render",
-            vec!["--exposure", "1", "-o", &exr],
-            "--exposure is for .png files",
-        ),
-        (
-            "render",
-            vec!["--set", "world_reservoirs.cell=8", "-o", &exr],
-            "no indirect.secondary=world-reservoirs, so world_reservoirs.cell has no effect",
-        ),
-        (
-            "render",
-            [
-                vec!["--set", "direct.candidates=light-bvh", "-o", &exr],
-                vec!["--set", "light_bvh.boxes=visibility"],
-            ]
-            .concat(),
-            "light_bvh.boxes has no effect",
-        ),
-        (
-            "render",
-            [
-                vec!["--set", "direct.candidates=hash-grid", "-o", &exr],
-                vec!["--set", "hash_grid.cells=16", "--set", "hash_grid.cell=8"],
-            ]
-            .concat(),
-            "hash_grid.mode=unbiased measures cells in pixels, so hash_grid.cells has no effect",
-        ),
-        (
-            "render",
-            vec!["--set", "indirect.candidates=hash-grid", "-o", &exr],
-            "indirect.candidates=hash-grid draws by power",
-        ),
-        (
-            "render",
-            vec!["--textures", "images", "-o", &exr],
-            "--textures images has no effect",
-        ),
-        (
-            "reference",
-            vec!["--spp", "2", "--preset", "accurate", "-o", &exr],
-            "--preset accurate",
-        ),
-        (
-            "reference",
-            vec!["--spp", "2", "--set", "direct.mis=balance", "-o", &exr],
-            "direct.mis has no effect",
-        ),
-    ] {
-        let arguments = [&[command, "cornell", "--width", "16"], &more[..]].concat();
-        let lines = succeed(&arguments);
-        assert_eq!(lines.lines().count(), 1, "{arguments:?}: {lines}");
-        assert!(lines.contains(said), "{arguments:?}: {lines}");
-    }
-    for more in [
-        vec!["--aov", "albedo", "--exposure", "1", "-o", &exr, "-o", &png],
-        vec!["--set", "direct.mis=balance", "-o", &exr],
-        vec!["--set", "indirect.mode=off", "-o", &exr],
-        vec!["--set", "integrator=path-tracing", "-o", &exr],
-        vec!["--set", "light_bvh.tile=8", "-o", &exr],
-        vec![
-            "--set",
-            "indirect.mode=path",
-            "--set",
-            "indirect.light_samples=2",
-            "-o",
-            &exr,
-        ],
-        vec!["--look-at", look_at, "-o", &exr],
-    ] {
-        let arguments = [&["render", "cornell", "--width", "16"], &more[..]].concat();
-        assert_eq!(succeed(&arguments), "", "{arguments:?}");
-    }
-}
-
-#[test]
 fn the_help_of_reference_offers_what_it_takes() {
     let help = |command: &str| String::from_utf8(run(&[command, "--help"]).stdout).unwrap();
     let reference = help("reference");
@@ -424,4 +279,153 @@ fn environments_are_checked_and_light_the_scene() {
         line.contains("environment.rotation has no effect"),
         "{line}"
     );
+}
+
+mod thorough {
+    use super::*;
+
+    #[test]
+    fn what_has_no_effect_is_one_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let [exr, png] = ["a.exr", "a.png"].map(|name| text(&folder.path().join(name)).to_owned());
+        let look_at = "0,1,3,0,1,0";
+        for (command, more, said) in [
+            (
+                "render",
+                vec!["--camera", "0", "--look-at", look_at, "-o", &exr],
+                "--camera 0 has no effect",
+            ),
+            (
+                "render",
+                vec![
+                    "--preset",
+                    "path-tracing",
+                    "--set",
+                    "direct.mis=balance",
+                    "-o",
+                    &exr,
+                ],
+                "direct.mis has no effect",
+            ),
+            (
+                "render",
+                vec![
+                    "--bounces",
+                    "1",
+                    "--set",
+                    "indirect.mis=balance",
+                    "--set",
+                    "indirect.reuse=none",
+                    "-o",
+                    &exr,
+                ],
+                "indirect.mis, indirect.reuse have no effect",
+            ),
+            (
+                "render",
+                vec![
+                    "--set",
+                    "indirect.mode=path",
+                    "--set",
+                    "indirect.secondary=ris",
+                    "--set",
+                    "indirect.shift=biased",
+                    "--set",
+                    "indirect.temporal.confidence_cap=3",
+                    "-o",
+                    &exr,
+                ],
+                "indirect.mode=path does not resample, so indirect.shift, indirect.temporal.confidence_cap have no effect",
+            ),
+            (
+                "render",
+                vec![
+                    "--set",
+                    "indirect.mode=off",
+                    "--set",
+                    "indirect.secondary=ris",
+                    "-o",
+                    &exr,
+                ],
+                "indirect.mode=off has no indirect light, so indirect.secondary has no effect",
+            ),
+            (
+                "render",
+                vec!["--aov", "albedo", "-o", &png],
+                "--aov adds channels to .exr files",
+            ),
+            (
+                "render",
+                vec!["--exposure", "1", "-o", &exr],
+                "--exposure is for .png files",
+            ),
+            (
+                "render",
+                vec!["--set", "world_reservoirs.cell=8", "-o", &exr],
+                "no indirect.secondary=world-reservoirs, so world_reservoirs.cell has no effect",
+            ),
+            (
+                "render",
+                [
+                    vec!["--set", "direct.candidates=light-bvh", "-o", &exr],
+                    vec!["--set", "light_bvh.boxes=visibility"],
+                ]
+                .concat(),
+                "light_bvh.boxes has no effect",
+            ),
+            (
+                "render",
+                [
+                    vec!["--set", "direct.candidates=hash-grid", "-o", &exr],
+                    vec!["--set", "hash_grid.cells=16", "--set", "hash_grid.cell=8"],
+                ]
+                .concat(),
+                "hash_grid.mode=unbiased measures cells in pixels, so hash_grid.cells has no effect",
+            ),
+            (
+                "render",
+                vec!["--set", "indirect.candidates=hash-grid", "-o", &exr],
+                "indirect.candidates=hash-grid draws by power",
+            ),
+            (
+                "render",
+                vec!["--textures", "images", "-o", &exr],
+                "--textures images has no effect",
+            ),
+            (
+                "reference",
+                vec!["--spp", "2", "--preset", "accurate", "-o", &exr],
+                "--preset accurate",
+            ),
+            (
+                "reference",
+                vec!["--spp", "2", "--set", "direct.mis=balance", "-o", &exr],
+                "direct.mis has no effect",
+            ),
+        ] {
+            let arguments = [&[command, "cornell", "--width", "16"], &more[..]].concat();
+            let lines = succeed(&arguments);
+            assert_eq!(lines.lines().count(), 1, "{arguments:?}: {lines}");
+            assert!(lines.contains(said), "{arguments:?}: {lines}");
+        }
+        for more in [
+            vec!["--aov", "albedo", "--exposure", "1", "-o", &exr, "-o", &png],
+            vec!["--set", "direct.mis=balance", "-o", &exr],
+            vec!["--set", "indirect.mode=off", "-o", &exr],
+            vec!["--set", "integrator=path-tracing", "-o", &exr],
+            vec!["--set", "light_bvh.tile=8", "-o", &exr],
+            vec![
+                "--set",
+                "indirect.mode=path",
+                "--set",
+                "indirect.light_samples=2",
+                "-o",
+                &exr,
+            ],
+            vec!["--look-at", look_at, "-o", &exr],
+        ] {
+            let arguments = [&["render", "cornell", "--width", "16"], &more[..]].concat();
+            assert_eq!(succeed(&arguments), "", "{arguments:?}");
+        }
+    }
 }

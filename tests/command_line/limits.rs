@@ -49,7 +49,7 @@ fn a_reference_that_runs_out_of_memory_keeps_its_last_save() {
         "--width",
         "256",
         "--spp",
-        "1000000",
+        "1000",
         "-o",
         text(&out),
     ])
@@ -72,7 +72,8 @@ fn a_reference_that_runs_out_of_memory_keeps_its_last_save() {
     // SAFETY: the limits of the child just started, from a structure that lives during the call.
     let set = unsafe { libc::prlimit(id, libc::RLIMIT_AS, &none, std::ptr::null_mut()) };
     assert_eq!(set, 0);
-    failed(child.wait_with_output().unwrap());
+    let line = failed(child.wait_with_output().unwrap());
+    assert!(line.contains("out of memory"), "{line}");
     let kept = Image::read(&out).unwrap();
     assert!(kept.metadata["headwater.samples"].parse::<u32>().unwrap() > 0);
     assert_eq!(folder.path().read_dir().unwrap().count(), 1);

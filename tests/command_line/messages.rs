@@ -32,41 +32,6 @@ fn refused(arguments: &[&str]) -> String {
 }
 
 #[test]
-fn what_a_settings_file_or_plan_contains_is_escaped() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    let out = text(&folder.join("a.exr")).to_owned();
-    for (content, said) in [
-        (
-            "\"a\\u001b[31mb\\nc\" = 1",
-            "unknown setting 'a\\u001b[31mb\\nc'",
-        ),
-        ("energy = \"\\u009b2J\\u202egltf\"", "\\u009b2J\\u202egltf"),
-        ("in\u{ff}\0\0\u{1}\n = 1", "line 1, 'in"),
-        ("\"\\u2028\\u007f\" = 1", "'\\u2028\\u007f'"),
-    ] {
-        let config = file(folder, "a.toml", content);
-        let line = refused(&["render", "cornell", "-o", &out, "--config", &config]);
-        assert!(line.contains(said), "{line}");
-    }
-    let config = file(folder, "a.toml", format!("{} = 1", "key".repeat(100_000)));
-    let line = refused(&["render", "cornell", "-o", &out, "--config", &config]);
-    assert!(line.contains("see 'headwater presets' for all"), "{line}");
-
-    let studied = text(&folder.join("out")).to_owned();
-    for content in [
-        "width = 16\n[[sweeps]\u{7f}\0\u{c2}\u{80}\0",
-        "scenes = [\"cornell\\u001b]0;title\\u0007\"]\n[[configurations]]\nname = \"a\"",
-        "scenes = [\"cornell\"]\n[[configurations]]\nname = \"a\\nb\\u001b[2J\"\npreset = \"no\"",
-    ] {
-        let plan = file(folder, "plan.toml", content);
-        refused(&["study", "--plan", &plan, "-o", &studied]);
-    }
-    let set = ["--set", "direct.mis=\u{1b}[31m\n"];
-    refused(&[&["render", "cornell", "-o", &out], &set[..]].concat());
-}
-
-#[test]
 fn what_a_picture_or_scene_contains_is_escaped() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
@@ -163,4 +128,43 @@ fn json_is_never_cut() {
         said.contains('…') && said.trim_end().chars().count() <= MOST,
         "{said}"
     );
+}
+
+mod thorough {
+    use super::*;
+
+    #[test]
+    fn what_a_settings_file_or_plan_contains_is_escaped() {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path();
+        let out = text(&folder.join("a.exr")).to_owned();
+        for (content, said) in [
+            (
+                "\"a\\u001b[31mb\\nc\" = 1",
+                "unknown setting 'a\\u001b[31mb\\nc'",
+            ),
+            ("energy = \"\\u009b2J\\u202egltf\"", "\\u009b2J\\u202egltf"),
+            ("in\u{ff}\0\0\u{1}\n = 1", "line 1, 'in"),
+            ("\"\\u2028\\u007f\" = 1", "'\\u2028\\u007f'"),
+        ] {
+            let config = file(folder, "a.toml", content);
+            let line = refused(&["render", "cornell", "-o", &out, "--config", &config]);
+            assert!(line.contains(said), "{line}");
+        }
+        let config = file(folder, "a.toml", format!("{} = 1", "key".repeat(100_000)));
+        let line = refused(&["render", "cornell", "-o", &out, "--config", &config]);
+        assert!(line.contains("see 'headwater presets' for all"), "{line}");
+
+        let studied = text(&folder.join("out")).to_owned();
+        for content in [
+            "width = 16\n[[sweeps]\u{7f}\0\u{c2}\u{80}\0",
+            "scenes = [\"cornell\\u001b]0;title\\u0007\"]\n[[configurations]]\nname = \"a\"",
+            "scenes = [\"cornell\"]\n[[configurations]]\nname = \"a\\nb\\u001b[2J\"\npreset = \"no\"",
+        ] {
+            let plan = file(folder, "plan.toml", content);
+            refused(&["study", "--plan", &plan, "-o", &studied]);
+        }
+        let set = ["--set", "direct.mis=\u{1b}[31m\n"];
+        refused(&[&["render", "cornell", "-o", &out], &set[..]].concat());
+    }
 }

@@ -119,63 +119,6 @@ fn a_damaged_reference_is_not_resumed_and_the_message_says_what_to_do() {
     assert!(std::fs::read(&path).unwrap() == whole);
 }
 
-/// Pictures of more than 2²⁰ pixels are made in strips, and a signal is heeded between them.
-#[test]
-fn a_large_picture_is_stopped_between_its_strips_and_a_reference_of_it_resumes() {
-    let folder = tempfile::tempdir().unwrap();
-    let [whole, parts] = ["whole.exr", "parts.exr"].map(|n| folder.path().join(n));
-    let large = ["reference", "cornell", "--width", "1100", "--bounces", "0"];
-    let arguments = [&large[..], &["-o", text(&parts)]].concat();
-    succeed(&[&arguments[..], &["--spp", "2"]].concat());
-    let mut child = headwater(&[&arguments[..], &["--spp", "1000000", "--resume"]].concat())
-        .env("HEADWATER_SAVE_SECONDS", "0")
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
-    let start = Instant::now();
-    while samples_of(&parts) == 2 && start.elapsed() < Duration::from_secs(60) {
-        std::thread::sleep(Duration::from_millis(20));
-    }
-    // SAFETY: a signal to the child just started.
-    unsafe { libc::kill(child.id() as i32, libc::SIGTERM) };
-    assert_eq!(child.wait().unwrap().code(), Some(143));
-    let more = (samples_of(&parts) + 1).to_string();
-    succeed(&[&arguments[..], &["--spp", &more, "--resume"]].concat());
-    succeed(&[&large[..], &["--spp", &more, "-o", text(&whole)]].concat());
-    assert!(
-        std::fs::read(&whole).unwrap() == std::fs::read(&parts).unwrap(),
-        "bits differ"
-    );
-
-    let picture = folder.path().join("large.exr");
-    let size = [
-        "--width",
-        "6000",
-        "--bounces",
-        "3",
-        "--preset",
-        "path-tracing",
-    ];
-    let mut child = headwater(&[&["render", "cornell", "-o", text(&picture)], &size[..]].concat())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    // It says how far it is while its one frame is under way.
-    let mut said = BufReader::new(child.stderr.take().unwrap());
-    let mut line = String::new();
-    said.read_line(&mut line).unwrap();
-    assert!(
-        line.contains("0.") && line.contains("of 1 frames"),
-        "{line}"
-    );
-    // SAFETY: as above.
-    unsafe { libc::kill(child.id() as i32, libc::SIGINT) };
-    assert_eq!(child.wait().unwrap().code(), Some(130));
-    said.read_to_string(&mut line).unwrap();
-    assert!(line.contains("nothing was written"), "{line}");
-    assert!(!picture.exists());
-}
-
 #[test]
 fn one_sample_claims_no_error() {
     let folder = tempfile::tempdir().unwrap();
@@ -205,5 +148,67 @@ fn a_killed_reference_leaves_its_last_complete_file() {
         child.wait().unwrap();
         assert!(samples_of(&path) > 0);
         std::fs::remove_file(&path).unwrap();
+    }
+}
+
+mod thorough {
+    use super::*;
+
+    /// Pictures of more than 2²⁰ pixels are made in strips, and a signal is heeded between them.
+    #[test]
+    fn a_large_picture_is_stopped_between_its_strips_and_a_reference_of_it_resumes() {
+        let folder = tempfile::tempdir().unwrap();
+        let [whole, parts] = ["whole.exr", "parts.exr"].map(|n| folder.path().join(n));
+        let large = ["reference", "cornell", "--width", "1100", "--bounces", "0"];
+        let arguments = [&large[..], &["-o", text(&parts)]].concat();
+        succeed(&[&arguments[..], &["--spp", "2"]].concat());
+        let mut child = headwater(&[&arguments[..], &["--spp", "1000000", "--resume"]].concat())
+            .env("HEADWATER_SAVE_SECONDS", "0")
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let start = Instant::now();
+        while samples_of(&parts) == 2 && start.elapsed() < Duration::from_secs(60) {
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        // SAFETY: a signal to the child just started.
+        unsafe { libc::kill(child.id() as i32, libc::SIGTERM) };
+        assert_eq!(child.wait().unwrap().code(), Some(143));
+        let more = (samples_of(&parts) + 1).to_string();
+        succeed(&[&arguments[..], &["--spp", &more, "--resume"]].concat());
+        succeed(&[&large[..], &["--spp", &more, "-o", text(&whole)]].concat());
+        assert!(
+            std::fs::read(&whole).unwrap() == std::fs::read(&parts).unwrap(),
+            "bits differ"
+        );
+
+        let picture = folder.path().join("large.exr");
+        let size = [
+            "--width",
+            "6000",
+            "--bounces",
+            "3",
+            "--preset",
+            "path-tracing",
+        ];
+        let mut child =
+            headwater(&[&["render", "cornell", "-o", text(&picture)], &size[..]].concat())
+                .stderr(Stdio::piped())
+                .spawn()
+                .unwrap();
+        // It says how far it is while its one frame is under way.
+        let mut said = BufReader::new(child.stderr.take().unwrap());
+        let mut line = String::new();
+        said.read_line(&mut line).unwrap();
+        assert!(
+            line.contains("0.") && line.contains("of 1 frames"),
+            "{line}"
+        );
+        // SAFETY: as above.
+        unsafe { libc::kill(child.id() as i32, libc::SIGINT) };
+        assert_eq!(child.wait().unwrap().code(), Some(130));
+        said.read_to_string(&mut line).unwrap();
+        assert!(line.contains("nothing was written"), "{line}");
+        assert!(!picture.exists());
     }
 }

@@ -14,61 +14,6 @@ fn names(passes: &serde_json::Value) -> Vec<&str> {
     passes.map(|pass| pass["name"].as_str().unwrap()).collect()
 }
 
-/// Lavapipe compiles a pass when it first runs: that is no time of a frame.
-#[test]
-fn first_runs_are_told_apart_from_frames() {
-    let folder = tempfile::tempdir().unwrap();
-    let [out, report] = ["a.exr", "a.json"].map(|name| folder.path().join(name));
-    let cache = folder.path().join("cache");
-    let render = |frames: &str, preset: &str| {
-        let mut command = headwater(&[
-            "render",
-            "cornell",
-            "--width",
-            "16",
-            "--preset",
-            preset,
-            "--frames",
-            frames,
-            "-o",
-            text(&out),
-            "--report",
-            text(&report),
-        ]);
-        // Drivers that keep what they compiled would not compile it again.
-        command.env("MESA_SHADER_CACHE_DIR", &cache);
-        assert!(command.status().unwrap().success());
-        json(&report)
-    };
-    let one = render("1", "accurate");
-    assert!(names(&one["last_submission"]).is_empty(), "{one:#}");
-    assert!(
-        names(&one["first_runs"]).contains(&"initial_direct"),
-        "{one:#}"
-    );
-    assert!(
-        !names(&one["first_runs"]).contains(&"temporal_direct"),
-        "{one:#}"
-    );
-    let four = render("4", "accurate");
-    let frame = names(&four["last_submission"]);
-    let mut first: Vec<&str> = names(&four["first_runs"]);
-    assert!(frame.contains(&"temporal_direct"), "{four:#}");
-    first.sort_unstable();
-    let mut sorted = frame.clone();
-    sorted.sort_unstable();
-    assert_eq!(first, sorted, "{four:#}");
-    for passes in [&four["last_submission"], &four["first_runs"]] {
-        let times = passes.as_array().unwrap().iter();
-        assert!(times.clone().count() > 4);
-        for pass in times {
-            assert!(pass["milliseconds"].as_f64() >= Some(0.0), "{pass}");
-        }
-    }
-    let path_traced = render("1", "path-tracing");
-    assert_eq!(names(&path_traced["first_runs"]), ["path_trace"]);
-}
-
 #[test]
 fn settings_are_printed_as_they_are_written() {
     let folder = tempfile::tempdir().unwrap();
@@ -120,41 +65,101 @@ fn settings_are_printed_as_they_are_written() {
     ]);
 }
 
-/// What a scene requires and what its shaders leave out is said where it is asked for, and a sky can be written.
-#[test]
-fn verbose_runs_say_what_is_required_and_what_is_left_out() {
-    let folder = tempfile::tempdir().unwrap();
-    let [out, sky] = ["a.png", "sky.exr"].map(|name| folder.path().join(name));
-    let generated = headwater(&["scene", "generate", "sky:width=64", "-o", text(&sky)]).status();
-    assert!(generated.unwrap().success());
-    assert_eq!(Image::read(&sky).unwrap().height, 32);
-    let mut arguments = vec!["render", "cornell", "--width", "16", "-o", text(&out)];
-    arguments.extend(["--environment", text(&sky)]);
-    let said = |more: &[&str]| {
-        let output = headwater(&[&arguments[..], more].concat())
-            .output()
-            .unwrap();
-        assert!(output.status.success());
-        String::from_utf8(output.stderr).unwrap()
-    };
-    let quiet = said(&[]);
-    assert!(!quiet.contains("required"), "{quiet}");
-    let verbose = said(&["-v"]);
-    let line = |begin: &str| verbose.lines().find(|line| line.contains(begin)).unwrap();
-    let [required, left_out] = ["required: ", "left out: "].map(line);
-    for (feature, is_required) in [
-        ("environment", true),
-        ("emissive triangles", true),
-        ("specular lobes", false),
-        ("motion", false),
-    ] {
-        assert_eq!(required.contains(feature), is_required, "{verbose}");
-        assert_eq!(left_out.contains(feature), !is_required, "{verbose}");
+mod thorough {
+    use super::*;
+
+    /// What a scene requires and what its shaders leave out is said where it is asked for, and a sky can be written.
+    #[test]
+    fn verbose_runs_say_what_is_required_and_what_is_left_out() {
+        let folder = tempfile::tempdir().unwrap();
+        let [out, sky] = ["a.png", "sky.exr"].map(|name| folder.path().join(name));
+        let generated =
+            headwater(&["scene", "generate", "sky:width=64", "-o", text(&sky)]).status();
+        assert!(generated.unwrap().success());
+        assert_eq!(Image::read(&sky).unwrap().height, 32);
+        let mut arguments = vec!["render", "cornell", "--width", "16", "-o", text(&out)];
+        arguments.extend(["--environment", text(&sky)]);
+        let said = |more: &[&str]| {
+            let output = headwater(&[&arguments[..], more].concat())
+                .output()
+                .unwrap();
+            assert!(output.status.success());
+            String::from_utf8(output.stderr).unwrap()
+        };
+        let quiet = said(&[]);
+        assert!(!quiet.contains("required"), "{quiet}");
+        let verbose = said(&["-v"]);
+        let line = |begin: &str| verbose.lines().find(|line| line.contains(begin)).unwrap();
+        let [required, left_out] = ["required: ", "left out: "].map(line);
+        for (feature, is_required) in [
+            ("environment", true),
+            ("emissive triangles", true),
+            ("specular lobes", false),
+            ("motion", false),
+        ] {
+            assert_eq!(required.contains(feature), is_required, "{verbose}");
+            assert_eq!(left_out.contains(feature), !is_required, "{verbose}");
+        }
+        assert!(line("passes ").contains("surfaces"), "{verbose}");
+        let full = said(&["-v", "--set", "variant=full"]);
+        assert!(
+            full.contains("compiled all the same (variant=full)"),
+            "{full}"
+        );
     }
-    assert!(line("passes ").contains("surfaces"), "{verbose}");
-    let full = said(&["-v", "--set", "variant=full"]);
-    assert!(
-        full.contains("compiled all the same (variant=full)"),
-        "{full}"
-    );
+
+    /// Lavapipe compiles a pass when it first runs: that is no time of a frame.
+    #[test]
+    fn first_runs_are_told_apart_from_frames() {
+        let folder = tempfile::tempdir().unwrap();
+        let [out, report] = ["a.exr", "a.json"].map(|name| folder.path().join(name));
+        let cache = folder.path().join("cache");
+        let render = |frames: &str, preset: &str| {
+            let mut command = headwater(&[
+                "render",
+                "cornell",
+                "--width",
+                "16",
+                "--preset",
+                preset,
+                "--frames",
+                frames,
+                "-o",
+                text(&out),
+                "--report",
+                text(&report),
+            ]);
+            // Drivers that keep what they compiled would not compile it again.
+            command.env("MESA_SHADER_CACHE_DIR", &cache);
+            assert!(command.status().unwrap().success());
+            json(&report)
+        };
+        let one = render("1", "accurate");
+        assert!(names(&one["last_submission"]).is_empty(), "{one:#}");
+        assert!(
+            names(&one["first_runs"]).contains(&"initial_direct"),
+            "{one:#}"
+        );
+        assert!(
+            !names(&one["first_runs"]).contains(&"temporal_direct"),
+            "{one:#}"
+        );
+        let four = render("4", "accurate");
+        let frame = names(&four["last_submission"]);
+        let mut first: Vec<&str> = names(&four["first_runs"]);
+        assert!(frame.contains(&"temporal_direct"), "{four:#}");
+        first.sort_unstable();
+        let mut sorted = frame.clone();
+        sorted.sort_unstable();
+        assert_eq!(first, sorted, "{four:#}");
+        for passes in [&four["last_submission"], &four["first_runs"]] {
+            let times = passes.as_array().unwrap().iter();
+            assert!(times.clone().count() > 4);
+            for pass in times {
+                assert!(pass["milliseconds"].as_f64() >= Some(0.0), "{pass}");
+            }
+        }
+        let path_traced = render("1", "path-tracing");
+        assert_eq!(names(&path_traced["first_runs"]), ["path_trace"]);
+    }
 }

@@ -207,24 +207,6 @@ fn stop_and_go_on(plan: &str) {
     assert_eq!(csv.lines().count(), 1 + 2 * 3, "{csv}");
 }
 
-#[test]
-fn a_reference_that_knows_too_little_is_refused_where_something_is_to_be_proved() {
-    let folder = tempfile::tempdir().unwrap();
-    let plan = PLAN.replace("expect = \"biased\"", "");
-    let plan = plan.replace("reference_spp = 64", "reference_spp = 4");
-    let plan = write(folder.path(), &plan);
-    let out = text(folder.path());
-    let error = fail(&["study", "--plan", &plan, "-o", out], 2);
-    assert!(error.contains("reference_spp of about"), "{error}");
-    // A first look gets its table, if no proof.
-    let mut quick = headwater(&["study", "--plan", &plan, "-o", out, "--quick"]);
-    let output = quick.output().unwrap();
-    let said = messages(output.stderr);
-    assert!(output.status.success(), "{said}");
-    assert!(said.contains("undecided"), "{said}");
-    assert!(folder.path().join("results.json").exists());
-}
-
 /// A triangle that gives no light, as glTF with its positions in the file itself.
 const BLACK: &str = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
 "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
@@ -320,33 +302,6 @@ fn a_refused_study_leaves_no_folder() {
 }
 
 #[test]
-fn a_damaged_reference_is_named_with_what_to_do() {
-    let folder = tempfile::tempdir().unwrap();
-    let out = folder.path().join("out");
-    let plan = write(folder.path(), &PLAN.replace("seeds = 24", "seeds = 2"));
-    let study = ["study", "--plan", &plan, "-o", text(&out)];
-    succeed(&study);
-    let references = std::fs::read_dir(out.join("references")).unwrap();
-    let reference = references.last().unwrap().unwrap().path();
-    let whole = std::fs::read(&reference).unwrap();
-    let mut other = Image::new(3, 3);
-    other.set_vectors("", ["R", "G", "B"], &[[0.5; 3]; 9]);
-    for damage in 0..3 {
-        match damage {
-            0 => std::fs::write(&reference, &whole[..whole.len() / 2]).unwrap(),
-            1 => std::fs::write(&reference, "").unwrap(),
-            _ => other.write(&reference, 0.0).unwrap(),
-        }
-        let line = fail(&study, 2);
-        assert!(line.contains(text(&reference)), "{line}");
-        assert!(line.contains("delete this file"), "{line}");
-    }
-    std::fs::remove_file(&reference).unwrap();
-    succeed(&study);
-    assert!(std::fs::read(&reference).unwrap() == whole);
-}
-
-#[test]
 fn too_few_seeds_are_no_bias_and_a_bias_is_a_failure() {
     let folder = tempfile::tempdir().unwrap();
     let study = |name: &str, expect: &str, seeds: u32| {
@@ -396,4 +351,53 @@ fn a_study_goes_on_from_its_first_look() {
     succeed(&[&study[..], &["--quick"]].concat());
     succeed(&study);
     assert!(rows(&out).iter().all(|row| row["replays"] == true));
+}
+
+mod thorough {
+    use super::*;
+
+    #[test]
+    fn a_damaged_reference_is_named_with_what_to_do() {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().join("out");
+        let plan = write(folder.path(), &PLAN.replace("seeds = 24", "seeds = 2"));
+        let study = ["study", "--plan", &plan, "-o", text(&out)];
+        succeed(&study);
+        let references = std::fs::read_dir(out.join("references")).unwrap();
+        let reference = references.last().unwrap().unwrap().path();
+        let whole = std::fs::read(&reference).unwrap();
+        let mut other = Image::new(3, 3);
+        other.set_vectors("", ["R", "G", "B"], &[[0.5; 3]; 9]);
+        for damage in 0..3 {
+            match damage {
+                0 => std::fs::write(&reference, &whole[..whole.len() / 2]).unwrap(),
+                1 => std::fs::write(&reference, "").unwrap(),
+                _ => other.write(&reference, 0.0).unwrap(),
+            }
+            let line = fail(&study, 2);
+            assert!(line.contains(text(&reference)), "{line}");
+            assert!(line.contains("delete this file"), "{line}");
+        }
+        std::fs::remove_file(&reference).unwrap();
+        succeed(&study);
+        assert!(std::fs::read(&reference).unwrap() == whole);
+    }
+
+    #[test]
+    fn a_reference_that_knows_too_little_is_refused_where_something_is_to_be_proved() {
+        let folder = tempfile::tempdir().unwrap();
+        let plan = PLAN.replace("expect = \"biased\"", "");
+        let plan = plan.replace("reference_spp = 64", "reference_spp = 4");
+        let plan = write(folder.path(), &plan);
+        let out = text(folder.path());
+        let error = fail(&["study", "--plan", &plan, "-o", out], 2);
+        assert!(error.contains("reference_spp of about"), "{error}");
+        // A first look gets its table, if no proof.
+        let mut quick = headwater(&["study", "--plan", &plan, "-o", out, "--quick"]);
+        let output = quick.output().unwrap();
+        let said = messages(output.stderr);
+        assert!(output.status.success(), "{said}");
+        assert!(said.contains("undecided"), "{said}");
+        assert!(folder.path().join("results.json").exists());
+    }
 }

@@ -344,79 +344,83 @@ fn box_with_alpha() -> Scene {
     scene
 }
 
-#[test]
-fn resampling_with_alpha_is_unbiased() {
-    let scene = box_with_alpha();
-    let all = support::is_thorough();
-    let presets = [("accurate", 704), ("fast", 1024)];
-    for (name, samples) in presets.into_iter().take(if all { 2 } else { 1 }) {
-        let [off, sigma] = crate::bias(&scene, &preset(name), samples);
-        println!("{name}: {:.3} ± {:.3} %", 100.0 * off, 100.0 * sigma);
-        assert!(
-            sigma < 0.002 && off.abs() < 0.001 + 3.1 * sigma,
-            "{name}: {off} ± {sigma}"
+mod thorough {
+    use super::*;
+
+    #[test]
+    fn resampling_with_alpha_is_unbiased() {
+        let scene = box_with_alpha();
+        let all = support::is_thorough();
+        let presets = [("accurate", 704), ("fast", 1024)];
+        for (name, samples) in presets.into_iter().take(if all { 2 } else { 1 }) {
+            let [off, sigma] = crate::bias(&scene, &preset(name), samples);
+            println!("{name}: {:.3} ± {:.3} %", 100.0 * off, 100.0 * sigma);
+            assert!(
+                sigma < 0.002 && off.abs() < 0.001 + 3.1 * sigma,
+                "{name}: {off} ± {sigma}"
+            );
+        }
+    }
+
+    #[test]
+    fn both_tracers_render_alpha_to_the_same_mean() {
+        let scene = box_with_alpha();
+        let mean = |tracer| {
+            // A little aside: through the centres of pixels some rays would meet edges, where two surfaces are equally near.
+            let mut camera = scene.cameras[0].clone();
+            camera.camera_to_world.translation += DVec3::new(0.013, 0.007, 0.0);
+            let view = View {
+                camera,
+                ..from_above(3, 9)
+            };
+            totals(&scene, &view, &preset("path-tracing"), tracer, 2048)
+        };
+        let [Some(a), Some(b)] = [Tracer::ComputeBvh, Tracer::RayQuery].map(mean) else {
+            return;
+        };
+        let difference = b.minus(&a);
+        let [off, sigma] = [difference.mean, difference.standard_error].map(|x| x / a.mean);
+        println!(
+            "{:.3} ± {:.3} % of {SIDE}² pixels",
+            100.0 * off,
+            100.0 * sigma
+        );
+        assert!(off.abs() < 4.0 * sigma && sigma < 0.002, "{off} ± {sigma}");
+    }
+
+    #[test]
+    fn candidates_that_a_coin_stops_are_seen() {
+        assert_seen(
+            "alpha::sheets_weaken_what_passes_them",
+            (
+                "passes/initial_direct.comp",
+                "purpose == RAY_MIRROR ? ray_coin(random) : NO_COIN",
+                "purpose == RAY_SHADOW ? NO_COIN : ray_coin(random)",
+            ),
         );
     }
-}
 
-#[test]
-fn both_tracers_render_alpha_to_the_same_mean() {
-    let scene = box_with_alpha();
-    let mean = |tracer| {
-        // A little aside: through the centres of pixels some rays would meet edges, where two surfaces are equally near.
-        let mut camera = scene.cameras[0].clone();
-        camera.camera_to_world.translation += DVec3::new(0.013, 0.007, 0.0);
-        let view = View {
-            camera,
-            ..from_above(3, 9)
-        };
-        totals(&scene, &view, &preset("path-tracing"), tracer, 2048)
-    };
-    let [Some(a), Some(b)] = [Tracer::ComputeBvh, Tracer::RayQuery].map(mean) else {
-        return;
-    };
-    let difference = b.minus(&a);
-    let [off, sigma] = [difference.mean, difference.standard_error].map(|x| x / a.mean);
-    println!(
-        "{:.3} ± {:.3} % of {SIDE}² pixels",
-        100.0 * off,
-        100.0 * sigma
-    );
-    assert!(off.abs() < 4.0 * sigma && sigma < 0.002, "{off} ± {sigma}");
-}
+    #[test]
+    fn a_sample_whose_own_light_is_not_weakened_is_seen() {
+        assert_seen(
+            "alpha::sheets_weaken_what_passes_them",
+            (
+                "restir/merge.glsl",
+                "if (HAS_BLEND && visibility && shades) canonical_light",
+                "if (false) canonical_light",
+            ),
+        );
+    }
 
-#[test]
-fn candidates_that_a_coin_stops_are_seen() {
-    assert_seen(
-        "alpha::sheets_weaken_what_passes_them",
-        (
-            "passes/initial_direct.comp",
-            "purpose == RAY_MIRROR ? ray_coin(random) : NO_COIN",
-            "purpose == RAY_SHADOW ? NO_COIN : ray_coin(random)",
-        ),
-    );
-}
-
-#[test]
-fn a_sample_whose_own_light_is_not_weakened_is_seen() {
-    assert_seen(
-        "alpha::sheets_weaken_what_passes_them",
-        (
-            "restir/merge.glsl",
-            "if (HAS_BLEND && visibility && shades) canonical_light",
-            "if (false) canonical_light",
-        ),
-    );
-}
-
-#[test]
-fn coins_that_are_missing_from_a_paths_density_are_seen() {
-    assert_seen(
-        "alpha::resampling_with_alpha_is_unbiased",
-        (
-            "passes/initial_indirect.comp",
-            "if (HAS_BLEND && target > 0.0) target *=",
-            "if (false) target *=",
-        ),
-    );
+    #[test]
+    fn coins_that_are_missing_from_a_paths_density_are_seen() {
+        assert_seen(
+            "alpha::resampling_with_alpha_is_unbiased",
+            (
+                "passes/initial_indirect.comp",
+                "if (HAS_BLEND && target > 0.0) target *=",
+                "if (false) target *=",
+            ),
+        );
+    }
 }

@@ -152,87 +152,11 @@ fn temporal(settings: &mut Settings) {
 }
 
 #[test]
-fn a_moving_camera() {
-    check("camera", playroom(&["camera"], 4.0), None, temporal);
-}
-
-#[test]
-fn moving_objects() {
-    check("object", playroom(&["object"], 2.0), None, temporal);
-}
-
-#[test]
-fn moving_and_growing_lights() {
-    check("light", playroom(&["light"], 2.0), None, temporal);
-}
-
-#[test]
-fn lights_that_go_on_and_off() {
-    check("toggle", playroom(&["toggle"], 1.0), None, temporal);
-}
-
-#[test]
 fn everything_at_once_with_ray_query_and_full_reservoirs() {
     let all = playroom(&["camera", "object", "light", "toggle"], 1.0);
     check("all", all, Some(Tracer::RayQuery), |settings| {
         settings.reservoirs.format = Format::Full;
         settings.direct.resampling.light_samples = 24;
-    });
-}
-
-#[test]
-fn moving_lights_in_the_light_bvh() {
-    let lamps = playroom(&["light", "toggle"], 2.0);
-    check("light BVH", lamps, None, |settings| {
-        temporal(settings);
-        settings.direct.resampling.candidates = Candidates::LightBvh;
-    });
-}
-
-/// In small cells: the mean of a picture is known no better for what its pixels share.
-#[test]
-fn moving_lights_in_the_hash_grid() {
-    let lamps = playroom(&["camera", "light", "toggle"], 2.0);
-    check("hash grid", lamps, None, |settings| {
-        temporal(settings);
-        settings.direct.resampling.candidates = Candidates::HashGrid;
-        (settings.hash_grid.cell, settings.hash_grid.reservoirs) = (4, 2);
-    });
-}
-
-#[test]
-fn indirect_light_of_moving_objects_with_full_reservoirs() {
-    let objects = playroom(&["camera", "object"], 2.0);
-    check_at(3, SEEDS, "indirect, objects", objects, None, |settings| {
-        temporal(settings);
-        settings.reservoirs.format = Format::Full;
-    });
-}
-
-#[test]
-fn indirect_light_of_lamps_that_move_and_go_on_and_off() {
-    let lamps = playroom(&["light", "toggle"], 1.0);
-    check_at(3, SEEDS, "indirect, lamps", lamps, None, temporal);
-}
-
-#[test]
-fn indirect_light_that_world_reservoirs_find_where_lamps_move() {
-    let lamps = playroom(&["camera", "light", "toggle"], 1.0);
-    check_at(3, SEEDS, "world reservoirs", lamps, None, |settings| {
-        temporal(settings);
-        settings.indirect.secondary = Secondary::WorldReservoirs;
-        settings.world_reservoirs.min_lights = 0;
-        settings.world_reservoirs.depth = 2;
-    });
-}
-
-#[test]
-fn indirect_light_where_everything_moves_with_ray_query_and_full_reservoirs() {
-    let all = playroom(&["camera", "object", "light", "toggle"], 1.0);
-    let tracer = Some(Tracer::RayQuery);
-    check_at(3, SEEDS, "indirect, all", all, tracer, |settings| {
-        temporal(settings);
-        settings.reservoirs.format = Format::Full;
     });
 }
 
@@ -270,31 +194,6 @@ fn with_a_step(
     scene
 }
 
-/// A board comes between the lamp and what it lit, so that paths of the last frame end in its shadow.
-#[test]
-fn indirect_light_that_a_board_cuts_off() {
-    let mut scene = procedural::generate("cornell", &[]).unwrap();
-    let block = scene.instances.last().unwrap().clone();
-    let board = scene.instances.len();
-    scene.instances.push(Instance {
-        name: "board".into(),
-        ..block
-    });
-    let (outside, inside) = (DVec3::new(5.0, 1.4, 0.0), DVec3::new(0.0, 1.4, 0.0));
-    let size = DVec3::new(1.0, 0.02, 1.0);
-    let scene = with_a_step(scene, board, [outside, inside], [size; 2]);
-    check_at(2, MANY_SEEDS, "board", scene, None, temporal);
-}
-
-/// The floor grows, and with it what a sample on it stands for.
-#[test]
-fn indirect_light_from_a_floor_that_grows() {
-    let scales = [DVec3::ONE, DVec3::new(1.6, 1.0, 1.6)];
-    let scene = procedural::generate("cornell", &[]).unwrap();
-    let scene = with_a_step(scene, 0, [DVec3::ZERO; 2], scales);
-    check_at(2, SEEDS, "floor", scene, None, temporal);
-}
-
 /// Runs a test of this file once more by itself, with a fault in temporal reuse, and expects it to fail.
 fn assert_seen(test: &str, file: &str, right: &str, wrong: &str) {
     let folder = tempfile::tempdir().unwrap();
@@ -313,16 +212,6 @@ fn assert_seen(test: &str, file: &str, right: &str, wrong: &str) {
 }
 
 #[test]
-fn what_has_come_behind_the_second_vertex_is_seen_if_it_is_not_looked_for() {
-    assert_seen(
-        "bias::indirect_light_that_a_board_cuts_off",
-        "restir/temporal.glsl",
-        "MOVES ? segment_count(value) : 1u",
-        "1u",
-    );
-}
-
-#[test]
 fn an_area_that_is_left_out_is_seen() {
     assert_seen(
         "bias::indirect_light_from_a_floor_that_grows",
@@ -332,12 +221,127 @@ fn an_area_that_is_left_out_is_seen() {
     );
 }
 
-#[test]
-fn paths_that_are_kept_though_what_lies_behind_may_have_changed_are_seen() {
-    assert_seen(
-        "bias::indirect_light_of_lamps_that_move_and_go_on_and_off",
-        "restir/path_sample.glsl",
-        "if (value.kind == PATH_ONWARD) return 0.0;",
-        "if (value.kind == PATH_ONWARD) return 1.0;",
-    );
+mod thorough {
+    use super::*;
+
+    #[test]
+    fn a_moving_camera() {
+        check("camera", playroom(&["camera"], 4.0), None, temporal);
+    }
+
+    #[test]
+    fn moving_objects() {
+        check("object", playroom(&["object"], 2.0), None, temporal);
+    }
+
+    #[test]
+    fn moving_and_growing_lights() {
+        check("light", playroom(&["light"], 2.0), None, temporal);
+    }
+
+    #[test]
+    fn lights_that_go_on_and_off() {
+        check("toggle", playroom(&["toggle"], 1.0), None, temporal);
+    }
+
+    #[test]
+    fn moving_lights_in_the_light_bvh() {
+        let lamps = playroom(&["light", "toggle"], 2.0);
+        check("light BVH", lamps, None, |settings| {
+            temporal(settings);
+            settings.direct.resampling.candidates = Candidates::LightBvh;
+        });
+    }
+
+    /// In small cells: the mean of a picture is known no better for what its pixels share.
+    #[test]
+    fn moving_lights_in_the_hash_grid() {
+        let lamps = playroom(&["camera", "light", "toggle"], 2.0);
+        check("hash grid", lamps, None, |settings| {
+            temporal(settings);
+            settings.direct.resampling.candidates = Candidates::HashGrid;
+            (settings.hash_grid.cell, settings.hash_grid.reservoirs) = (4, 2);
+        });
+    }
+
+    #[test]
+    fn indirect_light_of_moving_objects_with_full_reservoirs() {
+        let objects = playroom(&["camera", "object"], 2.0);
+        check_at(3, SEEDS, "indirect, objects", objects, None, |settings| {
+            temporal(settings);
+            settings.reservoirs.format = Format::Full;
+        });
+    }
+
+    #[test]
+    fn indirect_light_of_lamps_that_move_and_go_on_and_off() {
+        let lamps = playroom(&["light", "toggle"], 1.0);
+        check_at(3, SEEDS, "indirect, lamps", lamps, None, temporal);
+    }
+
+    #[test]
+    fn indirect_light_that_world_reservoirs_find_where_lamps_move() {
+        let lamps = playroom(&["camera", "light", "toggle"], 1.0);
+        check_at(3, SEEDS, "world reservoirs", lamps, None, |settings| {
+            temporal(settings);
+            settings.indirect.secondary = Secondary::WorldReservoirs;
+            settings.world_reservoirs.min_lights = 0;
+            settings.world_reservoirs.depth = 2;
+        });
+    }
+
+    #[test]
+    fn indirect_light_where_everything_moves_with_ray_query_and_full_reservoirs() {
+        let all = playroom(&["camera", "object", "light", "toggle"], 1.0);
+        let tracer = Some(Tracer::RayQuery);
+        check_at(3, SEEDS, "indirect, all", all, tracer, |settings| {
+            temporal(settings);
+            settings.reservoirs.format = Format::Full;
+        });
+    }
+
+    /// A board comes between the lamp and what it lit, so that paths of the last frame end in its shadow.
+    #[test]
+    fn indirect_light_that_a_board_cuts_off() {
+        let mut scene = procedural::generate("cornell", &[]).unwrap();
+        let block = scene.instances.last().unwrap().clone();
+        let board = scene.instances.len();
+        scene.instances.push(Instance {
+            name: "board".into(),
+            ..block
+        });
+        let (outside, inside) = (DVec3::new(5.0, 1.4, 0.0), DVec3::new(0.0, 1.4, 0.0));
+        let size = DVec3::new(1.0, 0.02, 1.0);
+        let scene = with_a_step(scene, board, [outside, inside], [size; 2]);
+        check_at(2, MANY_SEEDS, "board", scene, None, temporal);
+    }
+
+    /// The floor grows, and with it what a sample on it stands for.
+    #[test]
+    fn indirect_light_from_a_floor_that_grows() {
+        let scales = [DVec3::ONE, DVec3::new(1.6, 1.0, 1.6)];
+        let scene = procedural::generate("cornell", &[]).unwrap();
+        let scene = with_a_step(scene, 0, [DVec3::ZERO; 2], scales);
+        check_at(2, SEEDS, "floor", scene, None, temporal);
+    }
+
+    #[test]
+    fn what_has_come_behind_the_second_vertex_is_seen_if_it_is_not_looked_for() {
+        assert_seen(
+            "bias::indirect_light_that_a_board_cuts_off",
+            "restir/temporal.glsl",
+            "MOVES ? segment_count(value) : 1u",
+            "1u",
+        );
+    }
+
+    #[test]
+    fn paths_that_are_kept_though_what_lies_behind_may_have_changed_are_seen() {
+        assert_seen(
+            "bias::indirect_light_of_lamps_that_move_and_go_on_and_off",
+            "restir/path_sample.glsl",
+            "if (value.kind == PATH_ONWARD) return 0.0;",
+            "if (value.kind == PATH_ONWARD) return 1.0;",
+        );
+    }
 }

@@ -115,32 +115,36 @@ const BOX_SIZE: [u32; 2] = [24, 25];
 /// All that does not shine, and the instances that are seen large.
 const WALLS: &[&str] = &[IMAGE, "back wall", "floor", "red wall", "green wall"];
 
-#[test]
-fn the_cornell_box_is_as_the_brute_force_tracer_says() {
-    let scene = procedural::generate("cornell", &[]).unwrap();
-    let plans = [(1, 8192), (5, 16384)].map(|(bounces, samples)| Plan {
-        bounces,
-        samples,
-        sharp: WALLS,
-    });
-    assert_as_brute_force_says(&scene, &scene.cameras[0], BOX_SIZE, 21, &plans);
-}
+mod thorough {
+    use super::*;
 
-#[test]
-fn the_glossy_cornell_box_is_as_the_brute_force_tracer_says() {
-    let scene = procedural::generate("cornell-glossy", &[]).unwrap();
-    let plans = [
-        Plan {
-            bounces: 1,
-            samples: 10240,
+    #[test]
+    fn the_cornell_box_is_as_the_brute_force_tracer_says() {
+        let scene = procedural::generate("cornell", &[]).unwrap();
+        let plans = [(1, 8192), (5, 16384)].map(|(bounces, samples)| Plan {
+            bounces,
+            samples,
             sharp: WALLS,
-        },
-        // Light that the metals gather makes single walls too noisy.
-        Plan {
-            bounces: 5,
-            samples: 16384,
-            sharp: &[IMAGE],
-        },
-    ];
-    assert_as_brute_force_says(&scene, &scene.cameras[0], BOX_SIZE, 31, &plans);
+        });
+        assert_as_brute_force_says(&scene, &scene.cameras[0], BOX_SIZE, 21, &plans);
+    }
+
+    #[test]
+    fn the_glossy_cornell_box_is_as_the_brute_force_tracer_says() {
+        let scene = procedural::generate("cornell-glossy", &[]).unwrap();
+        let plans = [
+            Plan {
+                bounces: 1,
+                samples: 10240,
+                sharp: WALLS,
+            },
+            // Light that the metals gather makes single walls too noisy.
+            Plan {
+                bounces: 5,
+                samples: 16384,
+                sharp: &[IMAGE],
+            },
+        ];
+        assert_as_brute_force_says(&scene, &scene.cameras[0], BOX_SIZE, 31, &plans);
+    }
 }
