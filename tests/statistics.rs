@@ -47,7 +47,7 @@ fn what_renders_refuses_a_device_whose_memory_cannot_be_mapped() {
         &["render", "cornell", "-o", picture],
         &["reference", "cornell", "-o", picture, "--spp", "1"],
         &["study", "cornell", "--quick", "-o", inside],
-        &["regress", inside],
+        &["regress", inside, "--bless"],
     ] {
         let Some(output) = on_null_gpu(arguments, None) else {
             return;

@@ -111,24 +111,6 @@ fn a_study_of_what_moves_goes_on_to_the_same_results() {
     stop_and_go_on(&format!("fps = 4\nstart_time = 0.25{moving}"));
 }
 
-#[test]
-fn a_study_keeps_a_reference_for_each_time() {
-    let references = |settings: &str, scene: &str| {
-        let folder = tempfile::tempdir().unwrap();
-        let plan = PLAN
-            .replace("seeds = 24", "seeds = 2")
-            .replace("reference_spp = 64", "reference_spp = 2")
-            .replace("\"cornell\"", scene);
-        let plan = write(folder.path(), &format!("{settings}{plan}"));
-        let said = succeed(&["study", "--plan", &plan, "-o", text(folder.path())]);
-        let kept = std::fs::read_dir(folder.path().join("references")).unwrap();
-        (kept.count(), said.contains("nothing in the scene moves"))
-    };
-    assert_eq!(references("fps = 4", "\"motion\""), (3, false));
-    assert_eq!(references("start_time = 0.3", "\"motion\""), (1, false));
-    assert_eq!(references("fps = 4", "\"cornell\""), (1, true));
-}
-
 fn stop_and_go_on(plan: &str) {
     let folder = tempfile::tempdir().unwrap();
     let plan = write(folder.path(), plan);
@@ -301,46 +283,6 @@ fn a_refused_study_leaves_no_folder() {
     }
 }
 
-#[test]
-fn too_few_seeds_are_no_bias_and_a_bias_is_a_failure() {
-    let folder = tempfile::tempdir().unwrap();
-    let study = |name: &str, expect: &str, seeds: u32| {
-        let plan = format!(
-            "scenes = [\"cornell\"]\nwidth = 24\nseeds = {seeds}\nmost_seeds = {seeds}\nreference_spp = 8192\n\
-             [[configurations]]\nname = \"a\"\npreset = \"{name}\"\n{expect}\n"
-        );
-        let plan = write(folder.path(), &plan);
-        let out = folder.path().join("out");
-        let output = headwater(&["study", "--plan", &plan, "-o", text(&out)])
-            .output()
-            .unwrap();
-        let said = messages(output.stderr);
-        let verdict = rows(&out)[0]["verdict"].as_str().unwrap().to_owned();
-        (output.status.code(), verdict, said)
-    };
-    let (status, verdict, said) = study("accurate", "", 2);
-    assert_eq!((status, verdict.as_str()), (Some(0), "undecided"), "{said}");
-    assert!(
-        said.contains("too few seeds for this proof: about"),
-        "{said}"
-    );
-    assert!(said.contains("more, about "), "{said}");
-    for (expect, code) in [
-        ("expect = \"unbiased\"", 1),
-        ("expect = \"any\"", 0),
-        ("expect = \"biased\"", 0),
-    ] {
-        let visible = format!("set = {{ \"direct.visibility\" = \"none\" }}\n{expect}");
-        let (status, verdict, said) = study("accurate", &visible, 32);
-        assert_eq!((status, verdict.as_str()), (Some(code), "biased"), "{said}");
-        assert_eq!(said.contains("should be unbiased"), code == 1, "{said}");
-    }
-    // Path tracing makes the references, so nothing is claimed of it unless it is said.
-    let (status, verdict, said) = study("path-tracing", "", 2);
-    assert_eq!((status, verdict.as_str()), (Some(0), "undecided"), "{said}");
-    assert_eq!(said, "");
-}
-
 /// The runs of a first look are those of the study: only their reference is another.
 #[test]
 fn a_study_goes_on_from_its_first_look() {
@@ -399,5 +341,63 @@ mod thorough {
         assert!(output.status.success(), "{said}");
         assert!(said.contains("undecided"), "{said}");
         assert!(folder.path().join("results.json").exists());
+    }
+
+    #[test]
+    fn a_study_keeps_a_reference_for_each_time() {
+        let references = |settings: &str, scene: &str| {
+            let folder = tempfile::tempdir().unwrap();
+            let plan = PLAN
+                .replace("seeds = 24", "seeds = 2")
+                .replace("reference_spp = 64", "reference_spp = 2")
+                .replace("\"cornell\"", scene);
+            let plan = write(folder.path(), &format!("{settings}{plan}"));
+            let said = succeed(&["study", "--plan", &plan, "-o", text(folder.path())]);
+            let kept = std::fs::read_dir(folder.path().join("references")).unwrap();
+            (kept.count(), said.contains("nothing in the scene moves"))
+        };
+        assert_eq!(references("fps = 4", "\"motion\""), (3, false));
+        assert_eq!(references("start_time = 0.3", "\"motion\""), (1, false));
+        assert_eq!(references("fps = 4", "\"cornell\""), (1, true));
+    }
+
+    #[test]
+    fn too_few_seeds_are_no_bias_and_a_bias_is_a_failure() {
+        let folder = tempfile::tempdir().unwrap();
+        let study = |name: &str, expect: &str, seeds: u32| {
+            let plan = format!(
+                "scenes = [\"cornell\"]\nwidth = 24\nseeds = {seeds}\nmost_seeds = {seeds}\nreference_spp = 8192\n\
+                 [[configurations]]\nname = \"a\"\npreset = \"{name}\"\n{expect}\n"
+            );
+            let plan = write(folder.path(), &plan);
+            let out = folder.path().join("out");
+            let output = headwater(&["study", "--plan", &plan, "-o", text(&out)])
+                .output()
+                .unwrap();
+            let said = messages(output.stderr);
+            let verdict = rows(&out)[0]["verdict"].as_str().unwrap().to_owned();
+            (output.status.code(), verdict, said)
+        };
+        let (status, verdict, said) = study("accurate", "", 2);
+        assert_eq!((status, verdict.as_str()), (Some(0), "undecided"), "{said}");
+        assert!(
+            said.contains("too few seeds for this proof: about"),
+            "{said}"
+        );
+        assert!(said.contains("more, about "), "{said}");
+        for (expect, code) in [
+            ("expect = \"unbiased\"", 1),
+            ("expect = \"any\"", 0),
+            ("expect = \"biased\"", 0),
+        ] {
+            let visible = format!("set = {{ \"direct.visibility\" = \"none\" }}\n{expect}");
+            let (status, verdict, said) = study("accurate", &visible, 32);
+            assert_eq!((status, verdict.as_str()), (Some(code), "biased"), "{said}");
+            assert_eq!(said.contains("should be unbiased"), code == 1, "{said}");
+        }
+        // Path tracing makes the references, so nothing is claimed of it unless it is said.
+        let (status, verdict, said) = study("path-tracing", "", 2);
+        assert_eq!((status, verdict.as_str()), (Some(0), "undecided"), "{said}");
+        assert_eq!(said, "");
     }
 }
