@@ -182,47 +182,6 @@ pub const TECHNIQUES: [(&str, Tracer, u32); 3] = [
     ("accurate", Tracer::ComputeBvh, 256),
 ];
 
-/// Light of an environment on a floor: its irradiance times albedo over π, whatever the environment.
-#[test]
-fn a_floor_reflects_the_irradiance_of_the_environment() {
-    let constant = environment(8, 4, |_, _| Vec3::new(1.0, 2.0, 0.5));
-    let sun = |x: u32, y: u32| {
-        environment(64, 32, move |u, v| match (u, v) == (x, y) {
-            true => Vec3::splat(5e4),
-            false => Vec3::splat(0.01),
-        })
-    };
-    for (name, environment) in [
-        ("constant", constant),
-        ("one bright texel", sun(11, 6)),
-        ("one at the zenith", sun(40, 0)),
-        ("one at the seam", sun(63, 10)),
-    ] {
-        let expected = irradiance(&environment) * (ALBEDO / PI);
-        let mut scene = floor();
-        scene.environment = Some(environment);
-        for (technique, tracer, samples) in TECHNIQUES {
-            let Some(found) = totals(
-                &scene,
-                &from_above(1, 3),
-                &preset(technique),
-                tracer,
-                samples,
-            ) else {
-                continue;
-            };
-            let expected = f64::from(SIDE * SIDE) * expected.element_sum();
-            let [off, sigma] = [found.mean / expected - 1.0, found.standard_error / expected];
-            println!(
-                "{name}, {technique} {tracer:?}: {:.3} ± {:.3} %",
-                100.0 * off,
-                100.0 * sigma
-            );
-            assert!(off.abs() < 0.005, "{name}, {technique} {tracer:?}: {off}");
-        }
-    }
-}
-
 /// The sun as a point light: its intensity and distance are far out of the range of what is on the floor.
 #[test]
 fn a_floor_reflects_a_point_light_as_far_as_the_sun() {
@@ -270,82 +229,6 @@ fn weights_of_the_environment_do_not_depend_on_lengths() {
     });
     assert!(weights[0].iter().any(|weight| *weight > 0.0));
     assert_eq!(weights[0], weights[1]);
-}
-
-/// The light of one punctual light on a floor is exact at every pixel, from the first sample.
-#[test]
-fn a_floor_reflects_punctual_lights_exactly() {
-    let above = DVec3::new(0.3, 1.5, -0.2);
-    let slanted = DVec3::new(0.4, -1.0, 0.2);
-    let spot = PunctualShape::Spot {
-        inner: 0.2,
-        outer: 0.6,
-    };
-    let ranged = PunctualLight {
-        range: Some(1.8),
-        ..punctual(PunctualShape::Point, above, slanted)
-    };
-    for (name, light) in [
-        ("point", punctual(PunctualShape::Point, above, slanted)),
-        ("point of some range", ranged),
-        ("spot", punctual(spot, above, slanted)),
-        (
-            "half a sphere",
-            punctual(
-                PunctualShape::Spot {
-                    inner: 0.0,
-                    outer: FRAC_PI_2,
-                },
-                above,
-                slanted,
-            ),
-        ),
-        (
-            "direction",
-            punctual(PunctualShape::Directional, above, slanted),
-        ),
-    ] {
-        let expected = |point: DVec3| -> DVec3 {
-            let toward = above - point;
-            let (distance, direction) = (toward.length(), toward.normalize());
-            let axis = slanted.normalize();
-            let (share, cosine) = match light.shape {
-                PunctualShape::Directional => (1.0, -axis.y),
-                PunctualShape::Point => (distance.powi(-2), direction.y),
-                PunctualShape::Spot { inner, outer } => {
-                    let scale = 1.0 / (inner.cos() - outer.cos());
-                    let within = ((-direction.dot(axis) - outer.cos()) * scale).clamp(0.0, 1.0);
-                    (within * within * distance.powi(-2), direction.y)
-                }
-            };
-            let within = light.range.map_or(1.0, |range| {
-                (1.0 - (distance / range).powi(4)).clamp(0.0, 1.0)
-            });
-            light.intensity.as_dvec3() * (share * within * cosine * ALBEDO / PI)
-        };
-        let mut scene = floor();
-        scene.punctual_lights = vec![light.clone()];
-        scene.validate().unwrap();
-        for (technique, tracer, _) in TECHNIQUES {
-            let Some(mean) = picture(&scene, &from_above(1, 3), &preset(technique), tracer, 2)
-            else {
-                continue;
-            };
-            let brightest = (0..mean.len()).map(|pixel| expected(floor_point(pixel)).x);
-            let brightest = brightest.fold(0.0, f64::max);
-            let mut lit = 0;
-            for (pixel, found) in mean.iter().enumerate() {
-                let expected = expected(floor_point(pixel));
-                lit += u32::from(expected.x > 0.0);
-                let off = (DVec3::from_array(*found) - expected).abs().max_element();
-                assert!(
-                    off < 1e-4 * expected.x + 5e-5 * brightest,
-                    "{name}, {technique} {tracer:?}, pixel {pixel}: {found:?} {expected}"
-                );
-            }
-            assert!(lit > 80, "{name}: {lit}");
-        }
-    }
 }
 
 /// A floor with a normal map reflects light as its turned normal says, wherever its instance is and however mirrored.
@@ -400,64 +283,6 @@ fn normal_maps_turn_the_normal() {
                     "mirrored {mirrored}, shared {shared}, {technique} {tracer:?}: {found:?} {expected}"
                 );
             }
-        }
-    }
-}
-
-/// A white sphere in a uniformly bright environment vanishes: matt, or a rough metal whose energy is compensated.
-#[test]
-fn a_white_sphere_vanishes_in_a_uniform_environment() {
-    let mut scene = procedural::generate("furnace", &[("body".into(), "sphere".into())]).unwrap();
-    scene
-        .materials
-        .iter_mut()
-        .for_each(|m| m.emission = Vec3::ZERO);
-    scene.environment = Some(environment(4, 2, |_, _| Vec3::ONE));
-    // What stood around the body is taken away: the environment is around it instead.
-    let size = |i: &headwater::scene::Instance| {
-        scene.meshes[i.mesh as usize]
-            .bounds()
-            .unwrap()
-            .size()
-            .max_element()
-    };
-    let smallest = scene
-        .instances
-        .iter()
-        .map(size)
-        .fold(f64::INFINITY, f64::min);
-    let kept: Vec<_> = (scene.instances.iter())
-        .filter(|i| size(i) == smallest)
-        .cloned()
-        .collect();
-    scene.instances = kept;
-    for (name, material) in [
-        ("matt", Material::lambert("white", Vec3::ONE)),
-        (
-            "metal",
-            Material {
-                roughness: 0.6,
-                ..Material::default()
-            },
-        ),
-    ] {
-        scene
-            .materials
-            .iter_mut()
-            .for_each(|m| *m = material.clone());
-        for (technique, tracer, samples) in TECHNIQUES {
-            let mut settings = preset(technique);
-            settings.energy = headwater::render::settings::Energy::Compensated;
-            let view = View {
-                camera: scene.cameras[0].clone(),
-                ..from_above(3, 3)
-            };
-            let Some(mean) = picture(&scene, &view, &settings, tracer, samples) else {
-                continue;
-            };
-            let off = total(&mean) / f64::from(3 * SIDE * SIDE) - 1.0;
-            println!("{name}, {technique} {tracer:?}: {:.3} %", 100.0 * off);
-            assert!(off.abs() < 0.005, "{name}, {technique} {tracer:?}: {off}");
         }
     }
 }
@@ -655,5 +480,181 @@ mod thorough {
                 "first.w",
             ),
         );
+    }
+
+    /// Light of an environment on a floor: its irradiance times albedo over π, whatever the environment.
+    #[test]
+    fn a_floor_reflects_the_irradiance_of_the_environment() {
+        let constant = environment(8, 4, |_, _| Vec3::new(1.0, 2.0, 0.5));
+        let sun = |x: u32, y: u32| {
+            environment(64, 32, move |u, v| match (u, v) == (x, y) {
+                true => Vec3::splat(5e4),
+                false => Vec3::splat(0.01),
+            })
+        };
+        for (name, environment) in [
+            ("constant", constant),
+            ("one bright texel", sun(11, 6)),
+            ("one at the zenith", sun(40, 0)),
+            ("one at the seam", sun(63, 10)),
+        ] {
+            let expected = irradiance(&environment) * (ALBEDO / PI);
+            let mut scene = floor();
+            scene.environment = Some(environment);
+            for (technique, tracer, samples) in TECHNIQUES {
+                let Some(found) = totals(
+                    &scene,
+                    &from_above(1, 3),
+                    &preset(technique),
+                    tracer,
+                    samples,
+                ) else {
+                    continue;
+                };
+                let expected = f64::from(SIDE * SIDE) * expected.element_sum();
+                let [off, sigma] = [found.mean / expected - 1.0, found.standard_error / expected];
+                println!(
+                    "{name}, {technique} {tracer:?}: {:.3} ± {:.3} %",
+                    100.0 * off,
+                    100.0 * sigma
+                );
+                assert!(off.abs() < 0.005, "{name}, {technique} {tracer:?}: {off}");
+            }
+        }
+    }
+
+    /// The light of one punctual light on a floor is exact at every pixel, from the first sample.
+    #[test]
+    fn a_floor_reflects_punctual_lights_exactly() {
+        let above = DVec3::new(0.3, 1.5, -0.2);
+        let slanted = DVec3::new(0.4, -1.0, 0.2);
+        let spot = PunctualShape::Spot {
+            inner: 0.2,
+            outer: 0.6,
+        };
+        let ranged = PunctualLight {
+            range: Some(1.8),
+            ..punctual(PunctualShape::Point, above, slanted)
+        };
+        for (name, light) in [
+            ("point", punctual(PunctualShape::Point, above, slanted)),
+            ("point of some range", ranged),
+            ("spot", punctual(spot, above, slanted)),
+            (
+                "half a sphere",
+                punctual(
+                    PunctualShape::Spot {
+                        inner: 0.0,
+                        outer: FRAC_PI_2,
+                    },
+                    above,
+                    slanted,
+                ),
+            ),
+            (
+                "direction",
+                punctual(PunctualShape::Directional, above, slanted),
+            ),
+        ] {
+            let expected = |point: DVec3| -> DVec3 {
+                let toward = above - point;
+                let (distance, direction) = (toward.length(), toward.normalize());
+                let axis = slanted.normalize();
+                let (share, cosine) = match light.shape {
+                    PunctualShape::Directional => (1.0, -axis.y),
+                    PunctualShape::Point => (distance.powi(-2), direction.y),
+                    PunctualShape::Spot { inner, outer } => {
+                        let scale = 1.0 / (inner.cos() - outer.cos());
+                        let within = ((-direction.dot(axis) - outer.cos()) * scale).clamp(0.0, 1.0);
+                        (within * within * distance.powi(-2), direction.y)
+                    }
+                };
+                let within = light.range.map_or(1.0, |range| {
+                    (1.0 - (distance / range).powi(4)).clamp(0.0, 1.0)
+                });
+                light.intensity.as_dvec3() * (share * within * cosine * ALBEDO / PI)
+            };
+            let mut scene = floor();
+            scene.punctual_lights = vec![light.clone()];
+            scene.validate().unwrap();
+            for (technique, tracer, _) in TECHNIQUES {
+                let Some(mean) = picture(&scene, &from_above(1, 3), &preset(technique), tracer, 2)
+                else {
+                    continue;
+                };
+                let brightest = (0..mean.len()).map(|pixel| expected(floor_point(pixel)).x);
+                let brightest = brightest.fold(0.0, f64::max);
+                let mut lit = 0;
+                for (pixel, found) in mean.iter().enumerate() {
+                    let expected = expected(floor_point(pixel));
+                    lit += u32::from(expected.x > 0.0);
+                    let off = (DVec3::from_array(*found) - expected).abs().max_element();
+                    assert!(
+                        off < 1e-4 * expected.x + 5e-5 * brightest,
+                        "{name}, {technique} {tracer:?}, pixel {pixel}: {found:?} {expected}"
+                    );
+                }
+                assert!(lit > 80, "{name}: {lit}");
+            }
+        }
+    }
+
+    /// A white sphere in a uniformly bright environment vanishes: matt, or a rough metal whose energy is compensated.
+    #[test]
+    fn a_white_sphere_vanishes_in_a_uniform_environment() {
+        let mut scene =
+            procedural::generate("furnace", &[("body".into(), "sphere".into())]).unwrap();
+        scene
+            .materials
+            .iter_mut()
+            .for_each(|m| m.emission = Vec3::ZERO);
+        scene.environment = Some(environment(4, 2, |_, _| Vec3::ONE));
+        // What stood around the body is taken away: the environment is around it instead.
+        let size = |i: &headwater::scene::Instance| {
+            scene.meshes[i.mesh as usize]
+                .bounds()
+                .unwrap()
+                .size()
+                .max_element()
+        };
+        let smallest = scene
+            .instances
+            .iter()
+            .map(size)
+            .fold(f64::INFINITY, f64::min);
+        let kept: Vec<_> = (scene.instances.iter())
+            .filter(|i| size(i) == smallest)
+            .cloned()
+            .collect();
+        scene.instances = kept;
+        for (name, material) in [
+            ("matt", Material::lambert("white", Vec3::ONE)),
+            (
+                "metal",
+                Material {
+                    roughness: 0.6,
+                    ..Material::default()
+                },
+            ),
+        ] {
+            scene
+                .materials
+                .iter_mut()
+                .for_each(|m| *m = material.clone());
+            for (technique, tracer, samples) in TECHNIQUES {
+                let mut settings = preset(technique);
+                settings.energy = headwater::render::settings::Energy::Compensated;
+                let view = View {
+                    camera: scene.cameras[0].clone(),
+                    ..from_above(3, 3)
+                };
+                let Some(mean) = picture(&scene, &view, &settings, tracer, samples) else {
+                    continue;
+                };
+                let off = total(&mean) / f64::from(3 * SIDE * SIDE) - 1.0;
+                println!("{name}, {technique} {tracer:?}: {:.3} %", 100.0 * off);
+                assert!(off.abs() < 0.005, "{name}, {technique} {tracer:?}: {off}");
+            }
+        }
     }
 }
