@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 thread_local! {
-    /// Whether this thread deals with failed allocations itself. It needs no allocation and is never dropped.
+    /// True while this thread deals with failed allocations itself. It needs no allocation and is never dropped.
     static MAY_FAIL: Cell<bool> = const { Cell::new(false) };
 }
 

@@ -20,10 +20,10 @@ use std::path::{Path, PathBuf};
 pub struct Args {
     /// Procedural scenes by name, or files: .gltf, .glb, .obj [default: every procedural scene]
     scenes: Vec<String>,
-    /// How scenes are loaded
+    /// Options of loading scenes
     #[command(flatten)]
     load: Options,
-    /// How rays are traced; auto compiles for each tracer that the device has
+    /// The tracer; auto compiles for each tracer that the device has
     #[arg(long, value_enum, default_value_t)]
     tracer: TracerChoice,
     /// The device, by name, part of a name, or index
@@ -116,7 +116,7 @@ fn merge(mut others: Vec<Pipeline>, pipelines: &[Pipeline]) -> Vec<Pipeline> {
     others
 }
 
-/// Whether both were made by the same driver for the same device.
+/// True if both were made by the same driver for the same device.
 fn is_comparable(a: &Pipeline, b: &Pipeline) -> bool {
     (&a.driver, &a.device) == (&b.driver, &b.device)
 }

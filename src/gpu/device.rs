@@ -233,7 +233,7 @@ impl Device {
         Ok(device)
     }
 
-    /// Whether the device runs commands and its buffers have contents ([`Features::compiles_only`]).
+    /// True if the device runs commands and its buffers have contents ([`Features::compiles_only`]).
     pub(super) const fn runs(&self) -> bool {
         !self.features.compiles_only
     }

@@ -28,7 +28,7 @@ pub struct Compiled {
     pub shader: String,
     /// Milliseconds that it took to make the pipeline.
     pub milliseconds: f64,
-    /// What the driver's compiler says of it, with
+    /// The report of the driver's compiler; empty without
     /// [`Features::executable_properties`](super::Features::executable_properties).
     pub report: CompilerReport,
 }

@@ -120,7 +120,7 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Whether pictures show light that surfaces scatter, with `bounces` scattering events at most.
+    /// True if pictures show light that surfaces scatter, with `bounces` scattering events at most.
     pub fn scatters_light(&self, bounces: u32) -> bool {
         let resamples = self.integrator == Integrator::Restir;
         let indirect = !(resamples && self.indirect.mode == IndirectMode::Off);

@@ -43,7 +43,7 @@ impl Bounds {
         Self::of(corners).unwrap_or(*self)
     }
 
-    /// Whether another box lies inside, also if it touches the edge.
+    /// True if another box lies inside; it may touch the edge.
     fn has_inside(&self, other: &Self) -> bool {
         self.min.cmple(other.min).all() && self.max.cmpge(other.max).all()
     }

@@ -47,7 +47,7 @@ impl Scene {
         )
     }
 
-    /// Whether some surface is seen without light.
+    /// True if some surface is seen without light.
     fn shows_unlit_surfaces(&self) -> bool {
         self.parts()
             .any(|(_, part)| self.materials[part.material as usize].unlit)
@@ -81,7 +81,7 @@ impl Scene {
 }
 
 impl Material {
-    /// Whether its alpha leaves nothing of a surface; never where a texture decides.
+    /// True if a constant alpha below the cutoff removes the whole surface. A texture can leave parts of it.
     fn is_cut_away(&self, mesh: &Mesh) -> bool {
         let opaque = mesh.colors.iter().map(|color| color.w).reduce(f32::max);
         let alpha = self.alpha * opaque.unwrap_or(1.0);

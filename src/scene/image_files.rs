@@ -22,7 +22,7 @@ pub(super) fn read(what: &str, file: SceneFile, progress: &mut Progress<'_>) -> 
     read_file(what, file, MAX_BYTES, progress)
 }
 
-/// What follows where an image file is missing: a notice if `folder` permits it.
+/// Notes that an image file is missing, if `folder` permits it.
 ///
 /// # Errors
 /// It does not.

@@ -42,7 +42,7 @@ struct Ears<'a> {
     known: Vec<Known>,
 }
 
-/// What is known of a corner.
+/// The state of a corner.
 #[derive(Clone, Copy)]
 enum Known {
     Nothing,
@@ -205,7 +205,7 @@ mod tests {
         }
     }
 
-    /// The same ears as a search from the start after each cut finds.
+    /// The ears that a search from the start after each cut finds.
     fn cut_plainly(points: &[Vec3]) -> Vec<[usize; 3]> {
         let corners = flatten(points);
         let mut left: Vec<usize> = (0..points.len()).collect();

@@ -139,7 +139,7 @@ impl Lookup {
     }
 }
 
-/// Whether an error means that no file is there.
+/// True if an error means that no file is there.
 fn is_absence(kind: ErrorKind) -> bool {
     matches!(kind, ErrorKind::NotFound | ErrorKind::NotADirectory)
 }

@@ -1,4 +1,4 @@
-//! How long it takes to read settings: from a file with many keys, and from as many `--set`.
+//! Time of reading settings: from a file with many keys, and from as many `--set`.
 //!
 //! `cargo bench --bench settings` prints one line for each number of keys: `settings keys=… config=… set=…`, median times in
 //! milliseconds. Each key has the value that it has anyway.

@@ -22,6 +22,20 @@ struct Subject {
     results: Vec<&'static str>,
 }
 
+impl Subject {
+    /// A command, by its name and other arguments, that writes two pictures and a report.
+    fn of_pictures(arguments: &[&'static str]) -> Self {
+        let outputs = ["-o", "$/a.exr", "-o", "$/a.png", "--report", "$/a.json"];
+        let arguments = [arguments, &outputs].concat();
+        Self {
+            name: arguments[0],
+            older: [&arguments[..], &["--seed", "5"]].concat(),
+            arguments,
+            results: vec!["a.exr", "a.png"],
+        }
+    }
+}
+
 fn command(folder: &Path, arguments: &[&str]) -> Command {
     let arguments: Vec<String> = (arguments.iter())
         .map(|argument| argument.replace('$', text(folder)))
@@ -208,7 +222,7 @@ mod thorough {
 
     #[test]
     fn render_can_be_stopped_at_any_moment() {
-        let arguments = vec![
+        let arguments = [
             "render",
             "cornell",
             "--width",
@@ -219,45 +233,14 @@ mod thorough {
             "fast",
             "--bounces",
             "1",
-            "-o",
-            "$/a.exr",
-            "-o",
-            "$/a.png",
-            "--report",
-            "$/a.json",
         ];
-        let subject = Subject {
-            name: "render",
-            older: [&arguments[..], &["--seed", "5"]].concat(),
-            arguments,
-            results: vec!["a.exr", "a.png"],
-        };
-        check(&subject, moments());
+        check(&Subject::of_pictures(&arguments), moments());
     }
 
     #[test]
     fn reference_can_be_stopped_at_any_moment() {
-        let arguments = vec![
-            "reference",
-            "cornell",
-            "--width",
-            "48",
-            "--spp",
-            "200",
-            "-o",
-            "$/a.exr",
-            "-o",
-            "$/a.png",
-            "--report",
-            "$/a.json",
-        ];
-        let subject = Subject {
-            name: "reference",
-            older: [&arguments[..], &["--seed", "5"]].concat(),
-            arguments,
-            results: vec!["a.exr", "a.png"],
-        };
-        check(&subject, moments());
+        let arguments = ["reference", "cornell", "--width", "48", "--spp", "200"];
+        check(&Subject::of_pictures(&arguments), moments());
     }
 
     #[test]

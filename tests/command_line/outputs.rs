@@ -101,7 +101,7 @@ fn no_output_overwrites_another_file_of_the_same_command() {
     }
 }
 
-/// What a program that was killed has left has no effect, and goes.
+/// A file that a killed program has left has no effect, and is removed.
 #[test]
 fn a_file_takes_its_place_beside_what_a_killed_program_left() {
     let folder = tempfile::tempdir().unwrap();

@@ -14,7 +14,7 @@ use std::path::Path;
 
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
 
-/// What no message may contain: the content of a file outside of the scene's folder.
+/// Text that no message may contain: the content of a file outside of the scene's folder.
 const SECRET: &str = "hunter2";
 
 /// The folders `scene` and `other` with a file for each purpose in both, and links that lead from one to the other.

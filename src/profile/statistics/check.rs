@@ -2,7 +2,7 @@
 
 use super::Pipeline;
 
-/// How much worse a value may be than the stored one.
+/// The largest differences by which a value may be worse than the stored one.
 #[derive(Clone, Copy, Debug)]
 pub struct Slack {
     /// Vector registers: the granule in which RDNA2 gives them to subgroups of 64 (that of RDNA3 is 12).

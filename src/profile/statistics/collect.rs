@@ -182,7 +182,7 @@ impl Compiler {
         self.seen = compiled.len();
     }
 
-    /// What was made, by tracer and pass.
+    /// The pipelines, sorted by tracer and pass.
     pub fn finish(self) -> Vec<Pipeline> {
         let mut made: Vec<Pipeline> = self
             .made

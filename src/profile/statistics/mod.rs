@@ -24,7 +24,7 @@ pub struct Pipeline {
     pub device: String,
     /// Name and version of the driver.
     pub driver: String,
-    /// How rays are traced.
+    /// Name of the tracer.
     pub tracer: String,
     /// The pass.
     pub pass: String,

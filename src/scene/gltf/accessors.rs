@@ -18,7 +18,7 @@ const MAX_ZEROS: u64 = 1 << 20;
 pub struct Accessors<'a> {
     pub document: &'a Document,
     pub buffers: &'a [&'a [u8]],
-    /// What may still be made of these bytes.
+    /// The memory that the file may still take.
     pub unfolding: &'a Unfolding,
 }
 

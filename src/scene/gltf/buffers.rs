@@ -77,7 +77,7 @@ fn word(bytes: &[u8], at: usize) -> Option<usize> {
 pub struct Buffers<'a> {
     copies: Vec<Vec<u8>>,
     binary: &'a [u8],
-    /// Which of the copies each buffer is, or none for the binary chunk, and its length.
+    /// For each buffer the index of its copy, or none for the binary chunk, and its length in bytes.
     places: Vec<(Option<usize>, usize)>,
 }
 

@@ -23,7 +23,7 @@ pub struct Textures<'a> {
     places: Vec<Option<u32>>,
 }
 
-/// Where the bytes of an image are.
+/// The place of the bytes of an image.
 enum Source<'a> {
     File(SceneFile),
     /// The text of a data URI behind `data:`.
@@ -32,7 +32,7 @@ enum Source<'a> {
     View(u64),
 }
 
-/// What tells sources apart: images of the same source are one in the scene.
+/// The identity of a source: images of the same source are one in the scene.
 #[derive(PartialEq, Eq, Hash)]
 enum Identity<'a> {
     File((u64, u64)),

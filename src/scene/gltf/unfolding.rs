@@ -10,11 +10,11 @@ const RATIO: u64 = 64;
 /// Bytes to which any file may unfold.
 const FREE_BYTES: u64 = 1 << 30;
 
-/// What is left of the bytes to which a file may unfold.
+/// The number of bytes to which a file may still unfold.
 pub struct Unfolding(Cell<u64>);
 
 impl Unfolding {
-    /// Those of a file of which the buffers and the JSON have `file_bytes`.
+    /// The allowance of a file whose buffers and JSON have `file_bytes`.
     pub fn of(file_bytes: u64) -> Self {
         Self(Cell::new(
             FREE_BYTES.saturating_add(file_bytes.saturating_mul(RATIO)),

@@ -17,6 +17,7 @@
 //! Each `o` or `g` begins a mesh; its materials become parts. Polygons are cut by
 //! [`super::polygon`], concave ones too. Free-form curves and surfaces are skipped.
 
+mod building;
 mod lines;
 mod maps;
 mod mtl;
@@ -25,8 +26,9 @@ use super::notices::{Tally, quoted};
 use super::polygon::triangulate;
 use super::progress::Progress;
 use super::scene_folder::{SceneFile, SceneFolder};
-use super::{Instance, Material, Mesh, Part, Scene};
+use super::{Instance, Material, Scene};
 use crate::{Error, Result};
+use building::{Building, Corner, MISSING, join_parts};
 use glam::{DAffine3, Vec2, Vec3};
 use lines::{Line, Lines};
 use mtl::Maps;
@@ -42,9 +44,6 @@ const MAX_MTL_BYTES: u64 = 64 << 20;
 
 /// The most kinds of textures that a notice lists.
 const MAX_KINDS: usize = 16;
-
-/// What a corner lacks.
-const MISSING: u32 = u32::MAX;
 
 /// Reads an OBJ file; the MTL files it names lie in `folder`. Errors name the line, not the file.
 /// The scene is not validated yet.
@@ -119,25 +118,6 @@ struct Reader<'a> {
     points: Vec<Vec3>,
     /// Kinds of textures that are not supported, each once, and not more than one above [`MAX_KINDS`].
     textures: Vec<String>,
-}
-
-/// A corner of a face: indices of its position, of its normal or [`MISSING`], and of its texture coordinates, if its
-/// material has textures, or [`MISSING`].
-#[derive(Clone, Copy, PartialEq, Eq, Hash)]
-struct Corner {
-    position: u32,
-    normal: u32,
-    coordinates: u32,
-}
-
-/// The mesh at hand.
-#[derive(Default)]
-struct Building {
-    mesh: Mesh,
-    /// The vertex of each corner used so far.
-    places: HashMap<Corner, u32>,
-    has_normals: bool,
-    has_coordinates: bool,
 }
 
 impl<'a> Reader<'a> {
@@ -421,75 +401,6 @@ impl<'a> Reader<'a> {
             tally: self.tally,
         }
     }
-}
-
-impl Building {
-    /// The mesh's vertex for a corner, which equal corners share.
-    fn vertex(
-        &mut self,
-        corner: Corner,
-        position: Vec3,
-        normals: &[Vec3],
-        coordinates: &[Vec2],
-    ) -> u32 {
-        let mesh = &mut self.mesh;
-        *self.places.entry(corner).or_insert_with(|| {
-            if let Some(at) = coordinates.get(corner.coordinates as usize) {
-                mesh.uvs[0].resize(mesh.positions.len(), Vec2::ZERO);
-                // In OBJ, v points up.
-                mesh.uvs[0].push(Vec2::new(at.x, 1.0 - at.y));
-            }
-            mesh.positions.push(position);
-            // A normal of zero length is a missing one: validation makes it geometric.
-            let normal = normals.get(corner.normal as usize).copied();
-            mesh.normals.push(normal.unwrap_or(Vec3::ZERO));
-            mesh.positions.len() as u32 - 1
-        })
-    }
-
-    fn push(&mut self, triangle: [u32; 3], material: u32) {
-        let first_triangle = self.mesh.triangles.len() as u32;
-        self.mesh.triangles.push(triangle);
-        match self.mesh.parts.last_mut() {
-            Some(part) if part.material == material => part.triangle_count += 1,
-            _ => self.mesh.parts.push(Part {
-                first_triangle,
-                triangle_count: 1,
-                material,
-            }),
-        }
-    }
-}
-
-/// Brings the triangles of each material together, in the order of their first use.
-fn join_parts(mesh: &mut Mesh) {
-    let mut order: HashMap<u32, usize> = HashMap::new();
-    for part in &mesh.parts {
-        let next = order.len();
-        order.entry(part.material).or_insert(next);
-    }
-    if order.len() == mesh.parts.len() {
-        return;
-    }
-    let mut parts = mesh.parts.clone();
-    parts.sort_by_key(|part| order[&part.material]);
-    let mut triangles = Vec::with_capacity(mesh.triangles.len());
-    mesh.parts.clear();
-    for part in parts {
-        let first = part.first_triangle as usize;
-        let first_triangle = triangles.len() as u32;
-        triangles.extend_from_slice(&mesh.triangles[first..][..part.triangle_count as usize]);
-        match mesh.parts.last_mut() {
-            Some(last) if last.material == part.material => {
-                last.triangle_count += part.triangle_count;
-            }
-            _ => mesh.parts.push(Part {
-                first_triangle,
-                ..part
-            }),
-        }
-    }
-    mesh.triangles = triangles;
 }
 
 /// An index of OBJ: from 1, or negative back from the last.

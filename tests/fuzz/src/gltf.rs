@@ -200,7 +200,7 @@ fn pointers(value: &Value, place: String, out: &mut Vec<String>) {
     out.push(place);
 }
 
-/// Whether a file that was loaded with this outcome has a GLB header and JSON that fits the types of glTF 2.0.
+/// True if a file that was loaded with this outcome has a GLB header and JSON that fits the types of glTF 2.0.
 pub fn is_past_the_header(loaded: &Result<(), String>) -> bool {
     let header = [
         "scene.glb: is ",

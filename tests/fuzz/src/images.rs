@@ -177,19 +177,19 @@ pub fn in_one(file: &Gltf) -> String {
     file.with_uri(&format!("data:application/octet-stream;base64,{data}"))
 }
 
-/// Whether an EXR's header can be read.
+/// True if an EXR's header can be read.
 pub fn has_exr_header(bytes: &[u8]) -> bool {
     MetaData::read_from_buffered(Cursor::new(bytes), true).is_ok()
 }
 
-/// Whether an HDR's header can be read.
+/// True if an HDR's header can be read.
 pub fn has_hdr_header(bytes: &[u8]) -> bool {
     let mut reader = ImageReader::new(Cursor::new(bytes));
     reader.set_format(ImageFormat::Hdr);
     reader.into_dimensions().is_ok()
 }
 
-/// Whether the header of a PNG, JPEG or WebP file can be read.
+/// True if the header of a PNG, JPEG or WebP file can be read.
 pub fn has_image_header(bytes: &[u8]) -> bool {
     let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format();
     matches!(reader.map(|reader| reader.into_dimensions()), Ok(Ok(_)))

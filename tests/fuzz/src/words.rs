@@ -31,7 +31,7 @@ pub const OBJ: &str = r"
     -texres 4 wall.png wall.jpg small.webp 1/1/1 1//1 -1/-1/-1 -1 nan inf 1e38 1e-45 \ #
 ";
 
-/// What TOML is made of, and keys of plans.
+/// The tokens of TOML, and keys of plans.
 pub const TOML: &str = r#"
     [[ ]] [ ] = """ ''' true false nan inf 1e400 0x 0b 1979-05-27 { } , # \u0000 [configurations] [[configurations]]
     [[sweeps]] [sweeps.over] scenes scene look_at environment reference_spp width frames fps start_time seeds

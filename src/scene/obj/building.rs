@@ -1,0 +1,96 @@
+//! The mesh that the faces at hand build.
+
+use crate::scene::{Mesh, Part};
+use glam::{Vec2, Vec3};
+use std::collections::HashMap;
+
+/// The index of a part that a corner lacks.
+pub const MISSING: u32 = u32::MAX;
+
+/// A corner of a face: indices of its position, of its normal or [`MISSING`], and of its texture coordinates, if its
+/// material has textures, or [`MISSING`].
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Corner {
+    pub position: u32,
+    pub normal: u32,
+    pub coordinates: u32,
+}
+
+/// The mesh at hand.
+#[derive(Default)]
+pub struct Building {
+    pub mesh: Mesh,
+    /// The vertex of each corner used so far.
+    places: HashMap<Corner, u32>,
+    pub has_normals: bool,
+    pub has_coordinates: bool,
+}
+
+impl Building {
+    /// The mesh's vertex for a corner, which equal corners share.
+    pub fn vertex(
+        &mut self,
+        corner: Corner,
+        position: Vec3,
+        normals: &[Vec3],
+        coordinates: &[Vec2],
+    ) -> u32 {
+        let mesh = &mut self.mesh;
+        *self.places.entry(corner).or_insert_with(|| {
+            if let Some(at) = coordinates.get(corner.coordinates as usize) {
+                mesh.uvs[0].resize(mesh.positions.len(), Vec2::ZERO);
+                // In OBJ, v points up.
+                mesh.uvs[0].push(Vec2::new(at.x, 1.0 - at.y));
+            }
+            mesh.positions.push(position);
+            // A normal of zero length is a missing one: validation makes it geometric.
+            let normal = normals.get(corner.normal as usize).copied();
+            mesh.normals.push(normal.unwrap_or(Vec3::ZERO));
+            mesh.positions.len() as u32 - 1
+        })
+    }
+
+    pub fn push(&mut self, triangle: [u32; 3], material: u32) {
+        let first_triangle = self.mesh.triangles.len() as u32;
+        self.mesh.triangles.push(triangle);
+        match self.mesh.parts.last_mut() {
+            Some(part) if part.material == material => part.triangle_count += 1,
+            _ => self.mesh.parts.push(Part {
+                first_triangle,
+                triangle_count: 1,
+                material,
+            }),
+        }
+    }
+}
+
+/// Brings the triangles of each material together, in the order of their first use.
+pub fn join_parts(mesh: &mut Mesh) {
+    let mut order: HashMap<u32, usize> = HashMap::new();
+    for part in &mesh.parts {
+        let next = order.len();
+        order.entry(part.material).or_insert(next);
+    }
+    if order.len() == mesh.parts.len() {
+        return;
+    }
+    let mut parts = mesh.parts.clone();
+    parts.sort_by_key(|part| order[&part.material]);
+    let mut triangles = Vec::with_capacity(mesh.triangles.len());
+    mesh.parts.clear();
+    for part in parts {
+        let first = part.first_triangle as usize;
+        let first_triangle = triangles.len() as u32;
+        triangles.extend_from_slice(&mesh.triangles[first..][..part.triangle_count as usize]);
+        match mesh.parts.last_mut() {
+            Some(last) if last.material == part.material => {
+                last.triangle_count += part.triangle_count;
+            }
+            _ => mesh.parts.push(Part {
+                first_triangle,
+                ..part
+            }),
+        }
+    }
+    mesh.triangles = triangles;
+}
