@@ -415,7 +415,7 @@ mod thorough {
     #[test]
     fn coins_that_are_missing_from_a_paths_density_are_seen() {
         assert_seen(
-            "alpha::resampling_with_alpha_is_unbiased",
+            "alpha::thorough::resampling_with_alpha_is_unbiased",
             (
                 "passes/initial_indirect.comp",
                 "if (HAS_BLEND && target > 0.0) target *=",

@@ -417,7 +417,7 @@ pub fn assert_seen(test: &str, (file, right, wrong): (&str, &str, &str)) {
 #[test]
 fn densities_that_forget_the_sphere_are_seen() {
     assert_seen(
-        "a_floor_reflects_the_irradiance_of_the_environment",
+        "thorough::a_floor_reflects_the_irradiance_of_the_environment",
         (
             "lights/environment.glsl",
             "environment_texel(texel).w / sine",
@@ -449,7 +449,7 @@ mod thorough {
     #[test]
     fn a_punctual_light_that_rays_are_said_to_hit_is_seen() {
         assert_seen(
-            "a_floor_reflects_punctual_lights_exactly",
+            "thorough::a_floor_reflects_punctual_lights_exactly",
             (
                 "restir/light_sample.glsl",
                 "is_punctual(value.point.kind) ? 0.0 : pdf_own_measure * solid_angle",
@@ -461,7 +461,7 @@ mod thorough {
     #[test]
     fn an_environment_that_no_candidate_ray_finds_is_seen() {
         assert_seen(
-            "a_floor_reflects_the_irradiance_of_the_environment",
+            "thorough::a_floor_reflects_the_irradiance_of_the_environment",
             (
                 "restir/pilot.glsl",
                 "if (hit.instance == NONE && sees_environment()) return environment_point(direction);",

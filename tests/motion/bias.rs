@@ -214,7 +214,7 @@ fn assert_seen(test: &str, file: &str, right: &str, wrong: &str) {
 #[test]
 fn an_area_that_is_left_out_is_seen() {
     assert_seen(
-        "bias::indirect_light_from_a_floor_that_grows",
+        "bias::thorough::indirect_light_from_a_floor_that_grows",
         "restir/path_sample.glsl",
         "return ratio(measure.x, old_measure.x) * ",
         "return ",
@@ -328,7 +328,7 @@ mod thorough {
     #[test]
     fn what_has_come_behind_the_second_vertex_is_seen_if_it_is_not_looked_for() {
         assert_seen(
-            "bias::indirect_light_that_a_board_cuts_off",
+            "bias::thorough::indirect_light_that_a_board_cuts_off",
             "restir/temporal.glsl",
             "MOVES ? segment_count(value) : 1u",
             "1u",
@@ -338,7 +338,7 @@ mod thorough {
     #[test]
     fn paths_that_are_kept_though_what_lies_behind_may_have_changed_are_seen() {
         assert_seen(
-            "bias::indirect_light_of_lamps_that_move_and_go_on_and_off",
+            "bias::thorough::indirect_light_of_lamps_that_move_and_go_on_and_off",
             "restir/path_sample.glsl",
             "if (value.kind == PATH_ONWARD) return 0.0;",
             "if (value.kind == PATH_ONWARD) return 1.0;",
