@@ -211,30 +211,6 @@ fn path_tracing_has_none() {
     assert!(error.contains("no reservoirs"), "{error}");
 }
 
-/// Where a pixel's data lie is nobody's business but the device's.
-#[test]
-fn orders_and_arrays_give_the_same_bits() {
-    let picture = |changes: &[&str]| {
-        let (device, renderer) = rendered(3, 3, changes);
-        support::assert_no_messages(&device);
-        renderer.frame_radiance().unwrap()
-    };
-    for format in ["reservoirs.format=compact", "reservoirs.format=full"] {
-        let first = picture(&[format, "reservoirs.order=row"]);
-        assert!(first.iter().any(|pixel| pixel[0] > 0.0));
-        for (order, arrays) in [
-            ("column", "soa"),
-            ("swizzle:40", "soa"),
-            ("swizzle:2", "aos"),
-        ] {
-            let order = format!("reservoirs.order={order}");
-            let arrays = format!("reservoirs.arrays={arrays}");
-            let other = picture(&[format, &order, &arrays]);
-            assert!(first == other, "{format} {order} {arrays}");
-        }
-    }
-}
-
 /// Reservoirs of indirect light hold what those of direct light do, and grow old alike.
 #[test]
 fn indirect_light_has_reservoirs_of_its_own() {
@@ -305,5 +281,33 @@ fn sources_are_near_and_own_samples_have_no_jacobian() {
             }
         }
         assert!(own > 100 && others > 100, "{kind:?}: {own} and {others}");
+    }
+}
+
+mod thorough {
+    use super::*;
+
+    /// Where a pixel's data lie is nobody's business but the device's.
+    #[test]
+    fn orders_and_arrays_give_the_same_bits() {
+        let picture = |changes: &[&str]| {
+            let (device, renderer) = rendered(3, 3, changes);
+            support::assert_no_messages(&device);
+            renderer.frame_radiance().unwrap()
+        };
+        for format in ["reservoirs.format=compact", "reservoirs.format=full"] {
+            let first = picture(&[format, "reservoirs.order=row"]);
+            assert!(first.iter().any(|pixel| pixel[0] > 0.0));
+            for (order, arrays) in [
+                ("column", "soa"),
+                ("swizzle:40", "soa"),
+                ("swizzle:2", "aos"),
+            ] {
+                let order = format!("reservoirs.order={order}");
+                let arrays = format!("reservoirs.arrays={arrays}");
+                let other = picture(&[format, &order, &arrays]);
+                assert!(first == other, "{format} {order} {arrays}");
+            }
+        }
     }
 }
