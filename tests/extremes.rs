@@ -121,16 +121,6 @@ fn assert_same(name: &str, a: &[[DVec3; 2]], b: &[[DVec3; 2]]) {
     assert_eq!(differ, 0, "{name}: of {} pixels", a.len());
 }
 
-#[test]
-fn size_changes_nothing() {
-    assert_size_changes_nothing(&scene(), &[-40, -12, 12, 40]);
-}
-
-#[test]
-fn size_changes_nothing_with_all_kinds_of_light() {
-    assert_size_changes_nothing(&scene_of_all_lights(), &[-40, 40]);
-}
-
 fn assert_size_changes_nothing(plain: &Scene, powers: &[i32]) {
     for settings in techniques_for(plain) {
         let seen = picture(plain, &settings);
@@ -175,16 +165,6 @@ fn scaled(scene: &Scene, scale: f64, in_meshes: bool) -> Scene {
     }
     scaled.validate().unwrap();
     scaled
-}
-
-#[test]
-fn brightness_scales_the_picture() {
-    assert_brightness_scales_the_picture(&scene(), &[-60, 35]);
-}
-
-#[test]
-fn brightness_of_all_kinds_of_light_scales_the_picture() {
-    assert_brightness_scales_the_picture(&scene_of_all_lights(), &[-30, 30]);
 }
 
 /// The scene with all its lights brighter.
@@ -355,21 +335,6 @@ fn turned(mut scene: Scene) -> Scene {
     scene
 }
 
-/// Where a ray meets two surfaces at once, rounding may put the shading point behind the other one,
-/// from where it sees nothing, or what is behind.
-#[test]
-fn creases_are_lit_like_what_is_beside_them() {
-    // The centres of some pixels lie on the room's creases to the last bit.
-    let room = procedural::generate("cornell", &[]).unwrap();
-    for scene in [room.clone(), turned(room)] {
-        for settings in techniques() {
-            let lit = direct_light(&scene, &scene.cameras[0], &settings);
-            let odd = odd_ones(&lit, 0.1, 3.0);
-            assert!(odd.is_empty(), "{:?}: {odd:?}", settings.integrator);
-        }
-    }
-}
-
 fn white() -> Material {
     Material {
         base_color: Vec3::splat(0.7),
@@ -408,37 +373,6 @@ fn box_on_ground(reach: f32, slope: f32) -> Scene {
     ])
 }
 
-/// Rounding moves what barycentrics say of a triangle of two thousand kilometres by some centimetres.
-/// A slope of such a size is only known to metres, so the one that is tried is a hundredth of it.
-#[test]
-fn a_landscape_of_two_triangles_is_lit_like_a_floor() {
-    let eye = DVec3::new(2.0, 3.0, 5.0);
-    let camera = support::look_at(eye, DVec3::new(0.0, 0.3, 0.0), DVec3::Y, 0.8);
-    for (reach, slope) in [(1_048_576.0, 0.0), (10_000.0, 0.1)] {
-        for settings in techniques() {
-            let lit = |reach| direct_light(&box_on_ground(reach, slope), &camera, &settings);
-            let (floor, landscape) = (lit(16.0), lit(reach));
-            let seen = floor.iter().filter(|&&value| value > 0.0).count();
-            assert!(seen > floor.len() / 2, "{seen} pixels are lit");
-            let both = || floor.iter().zip(&landscape);
-            let dark = both().filter(|(near, far)| **far < 0.2 * **near).count();
-            let bright = both()
-                .filter(|(near, far)| **far > 5.0 * **near + 0.05)
-                .count();
-            println!(
-                "reach {reach}, slope {slope}, {:?}: {dark} dark, {bright} bright",
-                settings.integrator
-            );
-            // Distances to the ground are known no better, so a ray to the box's foot may meet the
-            // ground first that is inside.
-            assert!(
-                dark + bright <= 20,
-                "{dark} dark, {bright} bright of {seen}"
-            );
-        }
-    }
-}
-
 /// A plate of smooth plastic above a glowing floor of two kilometres. Where it reflects the floor, its lobe is narrower
 /// than the cells to which reservoirs round a point on a light.
 fn plate_over_lava() -> (Scene, Camera) {
@@ -464,80 +398,151 @@ fn plate_over_lava() -> (Scene, Camera) {
 const RUNS: u32 = 24;
 const HALF_WIDTH: f64 = 2.807;
 
-#[test]
-fn lights_wider_than_the_lobes_that_reflect_them_keep_their_brightness() {
-    let (scene, camera) = plate_over_lava();
-    let (device, selection) = support::open_device(None);
-    // The mean of a picture, and its squared standard error.
-    let mean = |seed, settings: &Settings, samples| {
-        let view = View {
-            camera: camera.clone(),
-            width: 32,
-            height: 32,
-            seed,
-            bounces: 1,
-            jitter: false,
-        };
-        let seen = support::render(&device, &scene, selection.variant, &view, settings, samples);
-        let count = (3 * seen.mean.len()) as f64;
-        let sum = |values: &[[f64; 3]]| values.iter().flatten().sum::<f64>();
-        (
-            sum(&seen.mean) / count,
-            sum(&seen.error_squared) / (count * count),
-        )
-    };
-    let [path_tracing, mut accurate] = techniques();
-    let (truth, truth_variance) = mean(0, &path_tracing, 16384);
-    for reuse in [ReuseMode::None, ReuseMode::Spatiotemporal] {
-        accurate.direct.resampling.reuse = reuse;
-        let seen = (1..=RUNS).map(|seed| mean(seed, &accurate, 16).0 / truth - 1.0);
-        let seen: Vec<f64> = seen.collect();
-        let off = seen.iter().sum::<f64>() / f64::from(RUNS);
-        let spread: f64 = seen.iter().map(|run| (run - off).powi(2)).sum();
-        let variance = spread / f64::from(RUNS * (RUNS - 1)) + truth_variance / truth.powi(2);
-        let half_width = HALF_WIDTH * variance.sqrt();
-        println!(
-            "{reuse:?}: {:+.2} ± {:.2} %",
-            100.0 * off,
-            100.0 * half_width
-        );
-        assert!(
-            half_width < 0.003 && off.abs() < 0.005,
-            "{reuse:?}: {off} ± {half_width}"
-        );
-    }
-    support::assert_no_messages(&device);
-}
+mod thorough {
+    use super::*;
 
-/// The foot of a wall on a landscape is lit by the ground right before it. A path's second vertex that is known to
-/// decimetres only lies inside the wall as often as before it.
-#[test]
-fn the_foot_of_a_wall_on_a_landscape_is_lit_by_the_ground_before_it() {
-    let scene = box_on_ground(1_048_576.0, 0.0);
-    // All that is seen is the lowest decimetre of the box.
-    let eye = DVec3::new(0.0, 0.05, 1.5);
-    let camera = support::look_at(eye, DVec3::new(0.0, 0.05, 0.5), DVec3::Y, 0.1);
-    let (device, selection) = support::open_device(None);
-    let [path_tracing, mut accurate] = techniques();
-    accurate.indirect.resampling.reuse = ReuseMode::None;
-    let [(truth, truth_variance), (seen, variance)] =
-        [(path_tracing, 1024), (accurate, 512)].map(|(settings, samples)| {
+    #[test]
+    fn size_changes_nothing() {
+        assert_size_changes_nothing(&scene(), &[-40, -12, 12, 40]);
+    }
+
+    #[test]
+    fn size_changes_nothing_with_all_kinds_of_light() {
+        assert_size_changes_nothing(&scene_of_all_lights(), &[-40, 40]);
+    }
+
+    #[test]
+    fn brightness_scales_the_picture() {
+        assert_brightness_scales_the_picture(&scene(), &[-60, 35]);
+    }
+
+    #[test]
+    fn brightness_of_all_kinds_of_light_scales_the_picture() {
+        assert_brightness_scales_the_picture(&scene_of_all_lights(), &[-30, 30]);
+    }
+
+    #[test]
+    fn lights_wider_than_the_lobes_that_reflect_them_keep_their_brightness() {
+        let (scene, camera) = plate_over_lava();
+        let (device, selection) = support::open_device(None);
+        // The mean of a picture, and its squared standard error.
+        let mean = |seed, settings: &Settings, samples| {
             let view = View {
                 camera: camera.clone(),
                 width: 32,
                 height: 32,
-                seed: 3,
-                bounces: 3,
+                seed,
+                bounces: 1,
                 jitter: false,
             };
-            let variant = selection.variant;
-            let seen = support::render(&device, &scene, variant, &view, &settings, samples);
+            let seen =
+                support::render(&device, &scene, selection.variant, &view, settings, samples);
+            let count = (3 * seen.mean.len()) as f64;
             let sum = |values: &[[f64; 3]]| values.iter().flatten().sum::<f64>();
-            (sum(&seen.mean), sum(&seen.error_squared))
-        });
-    support::assert_no_messages(&device);
-    let off = seen / truth - 1.0;
-    let sigma = (variance + truth_variance).sqrt() / truth;
-    println!("{:+.1} ± {:.1} %", 100.0 * off, 100.0 * sigma);
-    assert!(sigma < 0.005 && off.abs() < 0.02, "{off} ± {sigma}");
+            (
+                sum(&seen.mean) / count,
+                sum(&seen.error_squared) / (count * count),
+            )
+        };
+        let [path_tracing, mut accurate] = techniques();
+        let (truth, truth_variance) = mean(0, &path_tracing, 16384);
+        for reuse in [ReuseMode::None, ReuseMode::Spatiotemporal] {
+            accurate.direct.resampling.reuse = reuse;
+            let seen = (1..=RUNS).map(|seed| mean(seed, &accurate, 16).0 / truth - 1.0);
+            let seen: Vec<f64> = seen.collect();
+            let off = seen.iter().sum::<f64>() / f64::from(RUNS);
+            let spread: f64 = seen.iter().map(|run| (run - off).powi(2)).sum();
+            let variance = spread / f64::from(RUNS * (RUNS - 1)) + truth_variance / truth.powi(2);
+            let half_width = HALF_WIDTH * variance.sqrt();
+            println!(
+                "{reuse:?}: {:+.2} ± {:.2} %",
+                100.0 * off,
+                100.0 * half_width
+            );
+            assert!(
+                half_width < 0.003 && off.abs() < 0.005,
+                "{reuse:?}: {off} ± {half_width}"
+            );
+        }
+        support::assert_no_messages(&device);
+    }
+
+    /// Rounding moves what barycentrics say of a triangle of two thousand kilometres by some centimetres.
+    /// A slope of such a size is only known to metres, so the one that is tried is a hundredth of it.
+    #[test]
+    fn a_landscape_of_two_triangles_is_lit_like_a_floor() {
+        let eye = DVec3::new(2.0, 3.0, 5.0);
+        let camera = support::look_at(eye, DVec3::new(0.0, 0.3, 0.0), DVec3::Y, 0.8);
+        for (reach, slope) in [(1_048_576.0, 0.0), (10_000.0, 0.1)] {
+            for settings in techniques() {
+                let lit = |reach| direct_light(&box_on_ground(reach, slope), &camera, &settings);
+                let (floor, landscape) = (lit(16.0), lit(reach));
+                let seen = floor.iter().filter(|&&value| value > 0.0).count();
+                assert!(seen > floor.len() / 2, "{seen} pixels are lit");
+                let both = || floor.iter().zip(&landscape);
+                let dark = both().filter(|(near, far)| **far < 0.2 * **near).count();
+                let bright = both()
+                    .filter(|(near, far)| **far > 5.0 * **near + 0.05)
+                    .count();
+                println!(
+                    "reach {reach}, slope {slope}, {:?}: {dark} dark, {bright} bright",
+                    settings.integrator
+                );
+                // Distances to the ground are known no better, so a ray to the box's foot may meet the
+                // ground first that is inside.
+                assert!(
+                    dark + bright <= 20,
+                    "{dark} dark, {bright} bright of {seen}"
+                );
+            }
+        }
+    }
+
+    /// The foot of a wall on a landscape is lit by the ground right before it. A path's second vertex that is known to
+    /// decimetres only lies inside the wall as often as before it.
+    #[test]
+    fn the_foot_of_a_wall_on_a_landscape_is_lit_by_the_ground_before_it() {
+        let scene = box_on_ground(1_048_576.0, 0.0);
+        // All that is seen is the lowest decimetre of the box.
+        let eye = DVec3::new(0.0, 0.05, 1.5);
+        let camera = support::look_at(eye, DVec3::new(0.0, 0.05, 0.5), DVec3::Y, 0.1);
+        let (device, selection) = support::open_device(None);
+        let [path_tracing, mut accurate] = techniques();
+        accurate.indirect.resampling.reuse = ReuseMode::None;
+        let [(truth, truth_variance), (seen, variance)] = [(path_tracing, 1024), (accurate, 512)]
+            .map(|(settings, samples)| {
+                let view = View {
+                    camera: camera.clone(),
+                    width: 32,
+                    height: 32,
+                    seed: 3,
+                    bounces: 3,
+                    jitter: false,
+                };
+                let variant = selection.variant;
+                let seen = support::render(&device, &scene, variant, &view, &settings, samples);
+                let sum = |values: &[[f64; 3]]| values.iter().flatten().sum::<f64>();
+                (sum(&seen.mean), sum(&seen.error_squared))
+            });
+        support::assert_no_messages(&device);
+        let off = seen / truth - 1.0;
+        let sigma = (variance + truth_variance).sqrt() / truth;
+        println!("{:+.1} ± {:.1} %", 100.0 * off, 100.0 * sigma);
+        assert!(sigma < 0.005 && off.abs() < 0.02, "{off} ± {sigma}");
+    }
+
+    /// Where a ray meets two surfaces at once, rounding may put the shading point behind the other one,
+    /// from where it sees nothing, or what is behind.
+    #[test]
+    fn creases_are_lit_like_what_is_beside_them() {
+        // The centres of some pixels lie on the room's creases to the last bit.
+        let room = procedural::generate("cornell", &[]).unwrap();
+        for scene in [room.clone(), turned(room)] {
+            for settings in techniques() {
+                let lit = direct_light(&scene, &scene.cameras[0], &settings);
+                let odd = odd_ones(&lit, 0.1, 3.0);
+                assert!(odd.is_empty(), "{:?}: {odd:?}", settings.integrator);
+            }
+        }
+    }
 }

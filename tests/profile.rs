@@ -81,87 +81,6 @@ fn bytes_and_rays_are_what_a_hand_counts() {
     assert_eq!((reservoirs.count, reservoirs.bytes), (1, 16 * 4 * 4));
 }
 
-/// Every slice of a track lies within the one that began last and has not ended, or after it.
-#[test]
-fn traces_nest() {
-    let folder = tempfile::tempdir().unwrap();
-    let trace = folder.path().join("trace.json");
-    let output = profile(&[
-        "cornell",
-        "--width",
-        "32",
-        "--frames",
-        "3",
-        "--warm-up",
-        "2",
-        "--trace",
-        trace.to_str().unwrap(),
-        "--json",
-    ]);
-    assert!(output.status.success(), "{}", said(&output));
-    let trace: Value = serde_json::from_slice(&std::fs::read(trace).unwrap()).unwrap();
-    let events = trace["traceEvents"].as_array().unwrap();
-    let named = |kind: &str| -> Vec<&str> {
-        let events = events.iter().filter(|event| event["name"] == kind);
-        events
-            .map(|event| event["args"]["name"].as_str().unwrap())
-            .collect()
-    };
-    assert_eq!(named("process_name"), ["headwater"]);
-    assert_eq!(named("thread_name"), ["host", "device"]);
-    for track in [1, 2] {
-        let mut open: Vec<(&str, f64)> = Vec::new();
-        let mut frames = Vec::new();
-        let mut last = 0.0;
-        for event in events
-            .iter()
-            .filter(|e| e["ph"] == "X" && e["tid"] == track)
-        {
-            let name = event["name"].as_str().unwrap();
-            let (start, length) = (
-                event["ts"].as_f64().unwrap(),
-                event["dur"].as_f64().unwrap(),
-            );
-            assert!(
-                start >= last && length >= 0.0,
-                "{name} at {start}, {length} long"
-            );
-            last = start;
-            // Times are in microseconds, and differences of large ones are rounded.
-            let rounding = 0.01;
-            open.retain(|(_, end)| *end > start + rounding);
-            if let Some((outer, end)) = open.last() {
-                assert!(
-                    start + length <= end + rounding,
-                    "{name} ends after {outer}"
-                );
-            }
-            match name.strip_prefix("frame ") {
-                Some(number) => {
-                    assert!(open.is_empty(), "{name} within {open:?}");
-                    frames.push(number.parse::<u32>().unwrap());
-                }
-                None => assert_eq!((track, open.len()), (2, 1), "{name} is outside of a frame"),
-            }
-            open.push((name, start + length));
-        }
-        assert_eq!(frames, [0, 1, 2, 3, 4]);
-    }
-    let passes = events.iter().filter(|e| e["name"] == "surfaces").count();
-    assert_eq!(passes, 5);
-    // Microseconds, where the profile has milliseconds.
-    assert_eq!(trace["displayTimeUnit"], "ms");
-    let profile: Profile = serde_json::from_slice(&output.stdout).unwrap();
-    let timed = events.iter().filter(|e| e["ph"] == "X" && e["tid"] == 1);
-    let timed = timed.skip(2).map(|e| e["dur"].as_f64().unwrap() * 1e-3);
-    let mut timed: Vec<f64> = timed.collect();
-    timed.sort_by(f64::total_cmp);
-    assert!(
-        (timed[1] - profile.host.median).abs() < 1e-6 * timed[1],
-        "{timed:?}"
-    );
-}
-
 #[test]
 fn lines_begin_with_what_they_are_about() {
     let output = profile(&SMALL[..SMALL.len() - 1]);
@@ -302,4 +221,89 @@ fn frames_in_flight_have_the_same_bits() {
     });
     assert!(pictures[0] == pictures[1]);
     support::assert_no_messages(&device);
+}
+
+mod thorough {
+    use super::*;
+
+    /// Every slice of a track lies within the one that began last and has not ended, or after it.
+    #[test]
+    fn traces_nest() {
+        let folder = tempfile::tempdir().unwrap();
+        let trace = folder.path().join("trace.json");
+        let output = profile(&[
+            "cornell",
+            "--width",
+            "32",
+            "--frames",
+            "3",
+            "--warm-up",
+            "2",
+            "--trace",
+            trace.to_str().unwrap(),
+            "--json",
+        ]);
+        assert!(output.status.success(), "{}", said(&output));
+        let trace: Value = serde_json::from_slice(&std::fs::read(trace).unwrap()).unwrap();
+        let events = trace["traceEvents"].as_array().unwrap();
+        let named = |kind: &str| -> Vec<&str> {
+            let events = events.iter().filter(|event| event["name"] == kind);
+            events
+                .map(|event| event["args"]["name"].as_str().unwrap())
+                .collect()
+        };
+        assert_eq!(named("process_name"), ["headwater"]);
+        assert_eq!(named("thread_name"), ["host", "device"]);
+        for track in [1, 2] {
+            let mut open: Vec<(&str, f64)> = Vec::new();
+            let mut frames = Vec::new();
+            let mut last = 0.0;
+            for event in events
+                .iter()
+                .filter(|e| e["ph"] == "X" && e["tid"] == track)
+            {
+                let name = event["name"].as_str().unwrap();
+                let (start, length) = (
+                    event["ts"].as_f64().unwrap(),
+                    event["dur"].as_f64().unwrap(),
+                );
+                assert!(
+                    start >= last && length >= 0.0,
+                    "{name} at {start}, {length} long"
+                );
+                last = start;
+                // Times are in microseconds, and differences of large ones are rounded.
+                let rounding = 0.01;
+                open.retain(|(_, end)| *end > start + rounding);
+                if let Some((outer, end)) = open.last() {
+                    assert!(
+                        start + length <= end + rounding,
+                        "{name} ends after {outer}"
+                    );
+                }
+                match name.strip_prefix("frame ") {
+                    Some(number) => {
+                        assert!(open.is_empty(), "{name} within {open:?}");
+                        frames.push(number.parse::<u32>().unwrap());
+                    }
+                    None => assert_eq!((track, open.len()), (2, 1), "{name} is outside of a frame"),
+                }
+                open.push((name, start + length));
+            }
+            assert_eq!(frames, [0, 1, 2, 3, 4]);
+        }
+        let passes = events.iter().filter(|e| e["name"] == "surfaces").count();
+        assert_eq!(passes, 5);
+        // Microseconds, where the profile has milliseconds.
+        assert_eq!(trace["displayTimeUnit"], "ms");
+        let profile: Profile = serde_json::from_slice(&output.stdout).unwrap();
+        let timed = events.iter().filter(|e| e["ph"] == "X" && e["tid"] == 1);
+        let timed = timed.skip(2).map(|e| e["dur"].as_f64().unwrap() * 1e-3);
+        let mut timed: Vec<f64> = timed.collect();
+        timed.sort_by(f64::total_cmp);
+        assert!(
+            (timed[1] - profile.host.median).abs() < 1e-6 * timed[1],
+            "{timed:?}"
+        );
+    }
 }

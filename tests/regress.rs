@@ -59,88 +59,6 @@ fn every_case_passes() {
     assert!(!folder.join("failures").exists());
 }
 
-/// The whole of it in one test, since all of it needs golden frames.
-#[test]
-fn golden_frames_hold_until_a_fault_is_planted() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    bless(folder, &["--only", SOME]);
-    bless(folder, &["--only", WORLD]);
-    let junit = folder.join("junit.xml");
-    let with_junit = |case| ["--only", case, "--junit", junit.to_str().unwrap()];
-    for case in [SOME, WORLD] {
-        let output = regress(folder, &with_junit(case), None);
-        println!("{}", said(&output));
-        assert_status(&output, 0, " 0 failed");
-        assert!(!folder.join("failures").exists());
-        let xml = std::fs::read_to_string(&junit).unwrap();
-        assert!(
-            xml.contains("<testsuites") && xml.contains(case) && xml.contains("failures=\"0\""),
-            "{xml}"
-        );
-    }
-
-    // A merge that forgets the Jacobian, a reservoir whose confidence is wrong as it is packed, and a world reservoir, which
-    // shaders may write by address, with a wrong weight: each is seen first where its pass writes.
-    for (case, scene, change, pass) in [
-        (
-            SOME,
-            "cornell",
-            (
-                "restir/path_sample.glsl",
-                "vec3(solid_angle), pdf_solid_angle",
-                "vec3(1.0), pdf_solid_angle",
-            ),
-            "_indirect wrote another reservoirs",
-        ),
-        (
-            SOME,
-            "cornell",
-            (
-                "restir/reservoir.glsl",
-                "p.words[HISTORY_WORD] = min(uint(r.confidence)",
-                "p.words[HISTORY_WORD] = 2u + min(uint(r.confidence)",
-            ),
-            "frame 0: pass initial_direct wrote another reservoirs",
-        ),
-        (
-            WORLD,
-            "night-city",
-            (
-                "restir/world_reservoirs.glsl",
-                "GpuWorldSample(reservoir.contribution_weight,",
-                "GpuWorldSample(1.01 * reservoir.contribution_weight,",
-            ),
-            "frame 0: pass initial_indirect wrote another world_samples",
-        ),
-    ] {
-        let shaders = tempfile::tempdir().unwrap();
-        planted(&shaders.path().join("glsl"), &[change]);
-        let output = regress(
-            folder,
-            &with_junit(case),
-            Some(&shaders.path().join("glsl")),
-        );
-        println!("{}", said(&output));
-        assert_status(&output, 1, pass);
-        assert!(
-            said(&output).contains(&format!("again: headwater render {scene}")),
-            "{}",
-            said(&output)
-        );
-        for file in [".exr", "-golden.exr", "-difference.png"] {
-            assert!(
-                folder.join(format!("failures/{case}{file}")).is_file(),
-                "{file}"
-            );
-        }
-        let xml = std::fs::read_to_string(&junit).unwrap();
-        assert!(xml.contains("<failure") && xml.contains(pass), "{xml}");
-    }
-    assert_a_killed_program_is_reported(folder, &junit);
-    assert_damage_is_named(folder);
-}
-
 /// A driver that crashes ends the program like a signal that cannot be caught.
 fn assert_a_killed_program_is_reported(folder: &Path, junit: &Path) {
     std::fs::remove_file(junit).unwrap();
@@ -297,4 +215,90 @@ fn a_missing_barrier_is_found_by_validation() {
     // The message names the buffer and the pipeline of the pass that reads too early.
     assert_status(&output, 1, "SYNC-HAZARD-READ-AFTER-WRITE");
     assert_status(&output, 1, "[pilots]");
+}
+
+mod thorough {
+    use super::*;
+
+    /// The whole of it in one test, since all of it needs golden frames.
+    #[test]
+    fn golden_frames_hold_until_a_fault_is_planted() {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path();
+        bless(folder, &["--only", SOME]);
+        bless(folder, &["--only", WORLD]);
+        let junit = folder.join("junit.xml");
+        let with_junit = |case| ["--only", case, "--junit", junit.to_str().unwrap()];
+        for case in [SOME, WORLD] {
+            let output = regress(folder, &with_junit(case), None);
+            println!("{}", said(&output));
+            assert_status(&output, 0, " 0 failed");
+            assert!(!folder.join("failures").exists());
+            let xml = std::fs::read_to_string(&junit).unwrap();
+            assert!(
+                xml.contains("<testsuites") && xml.contains(case) && xml.contains("failures=\"0\""),
+                "{xml}"
+            );
+        }
+
+        // A merge that forgets the Jacobian, a reservoir whose confidence is wrong as it is packed, and a world reservoir, which
+        // shaders may write by address, with a wrong weight: each is seen first where its pass writes.
+        for (case, scene, change, pass) in [
+            (
+                SOME,
+                "cornell",
+                (
+                    "restir/path_sample.glsl",
+                    "vec3(solid_angle), pdf_solid_angle",
+                    "vec3(1.0), pdf_solid_angle",
+                ),
+                "_indirect wrote another reservoirs",
+            ),
+            (
+                SOME,
+                "cornell",
+                (
+                    "restir/reservoir.glsl",
+                    "p.words[HISTORY_WORD] = min(uint(r.confidence)",
+                    "p.words[HISTORY_WORD] = 2u + min(uint(r.confidence)",
+                ),
+                "frame 0: pass initial_direct wrote another reservoirs",
+            ),
+            (
+                WORLD,
+                "night-city",
+                (
+                    "restir/world_reservoirs.glsl",
+                    "GpuWorldSample(reservoir.contribution_weight,",
+                    "GpuWorldSample(1.01 * reservoir.contribution_weight,",
+                ),
+                "frame 0: pass initial_indirect wrote another world_samples",
+            ),
+        ] {
+            let shaders = tempfile::tempdir().unwrap();
+            planted(&shaders.path().join("glsl"), &[change]);
+            let output = regress(
+                folder,
+                &with_junit(case),
+                Some(&shaders.path().join("glsl")),
+            );
+            println!("{}", said(&output));
+            assert_status(&output, 1, pass);
+            assert!(
+                said(&output).contains(&format!("again: headwater render {scene}")),
+                "{}",
+                said(&output)
+            );
+            for file in [".exr", "-golden.exr", "-difference.png"] {
+                assert!(
+                    folder.join(format!("failures/{case}{file}")).is_file(),
+                    "{file}"
+                );
+            }
+            let xml = std::fs::read_to_string(&junit).unwrap();
+            assert!(xml.contains("<failure") && xml.contains(pass), "{xml}");
+        }
+        assert_a_killed_program_is_reported(folder, &junit);
+        assert_damage_is_named(folder);
+    }
 }

@@ -169,29 +169,6 @@ fn neighbours_are_those_that_the_frame_merged() {
     }
 }
 
-/// But not as much more confidence: close pixels merge the same samples, and at full confidence their noise would stay.
-#[test]
-fn a_surface_without_history_has_more_neighbours() {
-    let found = |frames: u32, mis: &str| {
-        let changes = [
-            "direct.spatial.neighbours=1",
-            "direct.spatial.neighbours_without_history=6",
-            mis,
-        ];
-        let seen = look(&mut rendered(frames, 1, &changes));
-        let most = seen.iter().map(|(r, _)| r.neighbours).max().unwrap();
-        (most, seen)
-    };
-    let (most, seen) = found(1, "direct.mis=defensive");
-    assert_eq!(most, 6);
-    for (reservoir, _) in &seen {
-        let merged = 1.0 + reservoir.neighbours as f32;
-        assert_eq!(reservoir.confidence, merged.min(3.0), "{reservoir:?}");
-    }
-    assert_eq!(found(2, "direct.mis=defensive").0, 1);
-    assert_eq!(found(1, "direct.mis=balance").0, 1);
-}
-
 #[test]
 fn without_direct_light_all_are_empty() {
     for reservoir in rendered(1, 0, &[]).1.reservoir_aovs(Kind::Direct).unwrap() {
@@ -309,5 +286,28 @@ mod thorough {
                 assert!(first == other, "{format} {order} {arrays}");
             }
         }
+    }
+
+    /// But not as much more confidence: close pixels merge the same samples, and at full confidence their noise would stay.
+    #[test]
+    fn a_surface_without_history_has_more_neighbours() {
+        let found = |frames: u32, mis: &str| {
+            let changes = [
+                "direct.spatial.neighbours=1",
+                "direct.spatial.neighbours_without_history=6",
+                mis,
+            ];
+            let seen = look(&mut rendered(frames, 1, &changes));
+            let most = seen.iter().map(|(r, _)| r.neighbours).max().unwrap();
+            (most, seen)
+        };
+        let (most, seen) = found(1, "direct.mis=defensive");
+        assert_eq!(most, 6);
+        for (reservoir, _) in &seen {
+            let merged = 1.0 + reservoir.neighbours as f32;
+            assert_eq!(reservoir.confidence, merged.min(3.0), "{reservoir:?}");
+        }
+        assert_eq!(found(2, "direct.mis=defensive").0, 1);
+        assert_eq!(found(1, "direct.mis=balance").0, 1);
     }
 }

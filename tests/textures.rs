@@ -74,64 +74,11 @@ fn plain_and_textured(name: &str) -> [Scene; 2] {
     [plain, textured]
 }
 
-#[test]
-fn textures_of_one_colour_are_that_colour() {
-    for (name, preset, tracer) in [
-        ("cornell", "accurate", Tracer::ComputeBvh),
-        ("cornell", "s1", Tracer::ComputeBvh),
-        ("cornell", "path-tracing", Tracer::RayQuery),
-        ("motion", "accurate", Tracer::ComputeBvh),
-    ] {
-        if support::variants(tracer).is_empty() {
-            continue;
-        }
-        let [plain, textured] = plain_and_textured(name);
-        let settings = Preset::named(preset).unwrap().settings().unwrap();
-        let expected = bits(&plain, &settings, tracer);
-        let found = bits(&textured, &settings, tracer);
-        let differ = expected.iter().zip(&found).filter(|(a, b)| a != b);
-        assert_eq!(differ.count(), 0, "{name} {preset} {tracer:?}");
-    }
-}
-
-#[test]
-fn the_full_variant_renders_textures_to_the_same_bits() {
-    let [_, textured] = plain_and_textured("cornell-glossy");
-    let mut settings = Preset::named("accurate").unwrap().settings().unwrap();
-    let specialised = bits(&textured, &settings, Tracer::ComputeBvh);
-    settings.variant = settings::Variant::Full;
-    assert!(specialised == bits(&textured, &settings, Tracer::ComputeBvh));
-}
-
 /// A scene with base colours, normal maps, emissive textures and alpha from images.
 fn conservatory() -> Scene {
     let mut scene = procedural::generate("conservatory", &[]).unwrap();
     scene.environment = Some(Environment::open("sky:sun=40,width=64").unwrap());
     scene
-}
-
-#[test]
-fn images_and_a_buffer_render_to_the_same_bits() {
-    let scene = conservatory();
-    for (preset, tracer) in [
-        ("path-tracing", Tracer::ComputeBvh),
-        ("accurate", Tracer::ComputeBvh),
-        ("path-tracing", Tracer::RayQuery),
-    ] {
-        let settings = Preset::named(preset).unwrap().settings().unwrap();
-        let mut variants = support::variants(tracer).into_iter();
-        let Some(images) = variants.find(|variant| variant.textures == Textures::Images) else {
-            continue;
-        };
-        let buffer = Variant {
-            textures: Textures::Buffer,
-            ..images
-        };
-        let [expected, found] =
-            [buffer, images].map(|variant| support::frame_bits(&scene, &settings, Some(variant)));
-        assert!(expected.iter().any(|pixel| *pixel != [0; 3]));
-        assert!(expected == found, "{preset} {images:?}");
-    }
 }
 
 /// What is chosen for a device that indexes descriptors and has addresses, after a change of it, or why nothing is.
@@ -275,67 +222,124 @@ fn half_a_lamp(textured: bool) -> Scene {
     scene
 }
 
-#[test]
-fn half_a_lamp_by_texture_lights_as_half_a_lamp() {
-    let [plain, textured] = [false, true].map(half_a_lamp);
-    let mut camera = support::look_at(
-        DVec3::new(0.3, 0.2, 3.0),
-        DVec3::new(0.0, 0.5, 0.0),
-        DVec3::Y,
-        1.2,
-    );
-    camera.aspect_ratio = Some(1.0);
-    let view = View {
-        camera,
-        width: 32,
-        height: 32,
-        seed: 5,
-        bounces: 3,
-        jitter: true,
-    };
-    for (preset, samples, tracer) in [
-        ("path-tracing", 4096, Tracer::ComputeBvh),
-        ("accurate", 768, Tracer::ComputeBvh),
-        ("path-tracing", 1024, Tracer::RayQuery),
-    ] {
-        let Some(&variant) = support::variants(tracer).first() else {
-            continue;
-        };
-        let (device, _) = support::open_device(Some(variant));
-        let settings = Preset::named(preset).unwrap().settings().unwrap();
-        // Each row of the picture sees other parts of floor and lamp.
-        let rows = |scene: &Scene, seed| -> Vec<[f64; 2]> {
-            let view = View {
-                seed,
-                ..view.clone()
+mod thorough {
+    use super::*;
+
+    #[test]
+    fn the_full_variant_renders_textures_to_the_same_bits() {
+        let [_, textured] = plain_and_textured("cornell-glossy");
+        let mut settings = Preset::named("accurate").unwrap().settings().unwrap();
+        let specialised = bits(&textured, &settings, Tracer::ComputeBvh);
+        settings.variant = settings::Variant::Full;
+        assert!(specialised == bits(&textured, &settings, Tracer::ComputeBvh));
+    }
+
+    #[test]
+    fn images_and_a_buffer_render_to_the_same_bits() {
+        let scene = conservatory();
+        for (preset, tracer) in [
+            ("path-tracing", Tracer::ComputeBvh),
+            ("accurate", Tracer::ComputeBvh),
+            ("path-tracing", Tracer::RayQuery),
+        ] {
+            let settings = Preset::named(preset).unwrap().settings().unwrap();
+            let mut variants = support::variants(tracer).into_iter();
+            let Some(images) = variants.find(|variant| variant.textures == Textures::Images) else {
+                continue;
             };
-            let found = support::render(&device, scene, variant, &view, &settings, samples);
-            (found.mean.chunks(32).zip(found.error_squared.chunks(32)))
-                .map(|(mean, error)| {
-                    let sum = |values: &[[f64; 3]]| values.iter().flatten().sum::<f64>();
-                    [sum(mean), sum(error)]
-                })
-                .collect()
-        };
-        let expected = rows(&plain, 5);
-        let found = rows(&textured, 6);
-        let (mut whole, mut of_whole) = ([0.0; 2], 0.0);
-        for (row, ([a, aa], [b, bb])) in expected.iter().zip(&found).enumerate() {
-            // Samples of `accurate` depend on each other: its errors are larger than they seem.
-            let sigma = (aa + bb).sqrt() * if preset == "accurate" { 4.0 } else { 1.0 };
-            assert!(
-                (a - b).abs() < 5.0 * sigma + 1e-9,
-                "{preset} {tracer:?}, row {row}: {a} {b} ± {sigma}"
-            );
-            whole = [whole[0] + a, whole[1] + b];
-            of_whole += sigma * sigma;
+            let buffer = Variant {
+                textures: Textures::Buffer,
+                ..images
+            };
+            let [expected, found] = [buffer, images]
+                .map(|variant| support::frame_bits(&scene, &settings, Some(variant)));
+            assert!(expected.iter().any(|pixel| *pixel != [0; 3]));
+            assert!(expected == found, "{preset} {images:?}");
         }
-        let off = whole[1] / whole[0] - 1.0;
-        println!(
-            "{preset} {tracer:?}: {:.3} ± {:.3} %",
-            100.0 * off,
-            100.0 * of_whole.sqrt() / whole[0]
+    }
+
+    #[test]
+    fn textures_of_one_colour_are_that_colour() {
+        for (name, preset, tracer) in [
+            ("cornell", "accurate", Tracer::ComputeBvh),
+            ("cornell", "s1", Tracer::ComputeBvh),
+            ("cornell", "path-tracing", Tracer::RayQuery),
+            ("motion", "accurate", Tracer::ComputeBvh),
+        ] {
+            if support::variants(tracer).is_empty() {
+                continue;
+            }
+            let [plain, textured] = plain_and_textured(name);
+            let settings = Preset::named(preset).unwrap().settings().unwrap();
+            let expected = bits(&plain, &settings, tracer);
+            let found = bits(&textured, &settings, tracer);
+            let differ = expected.iter().zip(&found).filter(|(a, b)| a != b);
+            assert_eq!(differ.count(), 0, "{name} {preset} {tracer:?}");
+        }
+    }
+
+    #[test]
+    fn half_a_lamp_by_texture_lights_as_half_a_lamp() {
+        let [plain, textured] = [false, true].map(half_a_lamp);
+        let mut camera = support::look_at(
+            DVec3::new(0.3, 0.2, 3.0),
+            DVec3::new(0.0, 0.5, 0.0),
+            DVec3::Y,
+            1.2,
         );
-        assert!(off.abs() < 0.005, "{preset} {tracer:?}: {off}");
+        camera.aspect_ratio = Some(1.0);
+        let view = View {
+            camera,
+            width: 32,
+            height: 32,
+            seed: 5,
+            bounces: 3,
+            jitter: true,
+        };
+        for (preset, samples, tracer) in [
+            ("path-tracing", 4096, Tracer::ComputeBvh),
+            ("accurate", 768, Tracer::ComputeBvh),
+            ("path-tracing", 1024, Tracer::RayQuery),
+        ] {
+            let Some(&variant) = support::variants(tracer).first() else {
+                continue;
+            };
+            let (device, _) = support::open_device(Some(variant));
+            let settings = Preset::named(preset).unwrap().settings().unwrap();
+            // Each row of the picture sees other parts of floor and lamp.
+            let rows = |scene: &Scene, seed| -> Vec<[f64; 2]> {
+                let view = View {
+                    seed,
+                    ..view.clone()
+                };
+                let found = support::render(&device, scene, variant, &view, &settings, samples);
+                (found.mean.chunks(32).zip(found.error_squared.chunks(32)))
+                    .map(|(mean, error)| {
+                        let sum = |values: &[[f64; 3]]| values.iter().flatten().sum::<f64>();
+                        [sum(mean), sum(error)]
+                    })
+                    .collect()
+            };
+            let expected = rows(&plain, 5);
+            let found = rows(&textured, 6);
+            let (mut whole, mut of_whole) = ([0.0; 2], 0.0);
+            for (row, ([a, aa], [b, bb])) in expected.iter().zip(&found).enumerate() {
+                // Samples of `accurate` depend on each other: its errors are larger than they seem.
+                let sigma = (aa + bb).sqrt() * if preset == "accurate" { 4.0 } else { 1.0 };
+                assert!(
+                    (a - b).abs() < 5.0 * sigma + 1e-9,
+                    "{preset} {tracer:?}, row {row}: {a} {b} ± {sigma}"
+                );
+                whole = [whole[0] + a, whole[1] + b];
+                of_whole += sigma * sigma;
+            }
+            let off = whole[1] / whole[0] - 1.0;
+            println!(
+                "{preset} {tracer:?}: {:.3} ± {:.3} %",
+                100.0 * off,
+                100.0 * of_whole.sqrt() / whole[0]
+            );
+            assert!(off.abs() < 0.005, "{preset} {tracer:?}: {off}");
+        }
     }
 }

@@ -421,39 +421,6 @@ fn reservoirs_are_shown_where_there_are_any() {
 }
 
 #[test]
-fn the_same_seed_gives_the_same_file_with_one_thread_and_with_all() {
-    let folder = tempfile::tempdir().unwrap();
-    let make = |name: &str, threads: Option<&str>, seed: &str| {
-        let path = folder.path().join(name);
-        let mut command = headwater(&[
-            "render",
-            "cornell-glossy",
-            "-o",
-            text(&path),
-            "--width",
-            "64",
-            "--seed",
-            seed,
-            "--accumulate",
-            "--frames",
-            "3",
-            "--jitter",
-        ]);
-        if let Some(threads) = threads {
-            command
-                .env("LP_NUM_THREADS", threads)
-                .env("RAYON_NUM_THREADS", threads);
-        }
-        assert!(command.status().unwrap().success());
-        std::fs::read(path).unwrap()
-    };
-    let all = make("all.exr", None, "5");
-    assert!(all == make("again.exr", None, "5"), "two runs differ");
-    assert!(all == make("one.exr", Some("1"), "5"), "one thread differs");
-    assert!(all != make("other.exr", None, "6"), "the seed does nothing");
-}
-
-#[test]
 fn what_the_validation_layers_say_makes_a_command_fail() {
     let folder = tempfile::tempdir().unwrap();
     let shaders = folder.path().join("glsl");
@@ -552,4 +519,41 @@ fn compare_minds_a_full_disk_but_no_closed_pipe() {
     let output = compare(writer.into());
     let errors = String::from_utf8(output.stderr).unwrap();
     assert!(output.status.success() && errors.is_empty(), "{errors}");
+}
+
+mod thorough {
+    use super::*;
+
+    #[test]
+    fn the_same_seed_gives_the_same_file_with_one_thread_and_with_all() {
+        let folder = tempfile::tempdir().unwrap();
+        let make = |name: &str, threads: Option<&str>, seed: &str| {
+            let path = folder.path().join(name);
+            let mut command = headwater(&[
+                "render",
+                "cornell-glossy",
+                "-o",
+                text(&path),
+                "--width",
+                "64",
+                "--seed",
+                seed,
+                "--accumulate",
+                "--frames",
+                "3",
+                "--jitter",
+            ]);
+            if let Some(threads) = threads {
+                command
+                    .env("LP_NUM_THREADS", threads)
+                    .env("RAYON_NUM_THREADS", threads);
+            }
+            assert!(command.status().unwrap().success());
+            std::fs::read(path).unwrap()
+        };
+        let all = make("all.exr", None, "5");
+        assert!(all == make("again.exr", None, "5"), "two runs differ");
+        assert!(all == make("one.exr", Some("1"), "5"), "one thread differs");
+        assert!(all != make("other.exr", None, "6"), "the seed does nothing");
+    }
 }

@@ -105,12 +105,6 @@ fn a_study_that_is_stopped_goes_on_to_the_same_results() {
     stop_and_go_on(PLAN);
 }
 
-#[test]
-fn a_study_of_what_moves_goes_on_to_the_same_results() {
-    let moving = PLAN.replace("\"cornell\"", "\"motion\"");
-    stop_and_go_on(&format!("fps = 4\nstart_time = 0.25{moving}"));
-}
-
 fn stop_and_go_on(plan: &str) {
     let folder = tempfile::tempdir().unwrap();
     let plan = write(folder.path(), plan);
@@ -283,18 +277,6 @@ fn a_refused_study_leaves_no_folder() {
     }
 }
 
-/// The runs of a first look are those of the study: only their reference is another.
-#[test]
-fn a_study_goes_on_from_its_first_look() {
-    let folder = tempfile::tempdir().unwrap();
-    let out = folder.path().join("out");
-    let plan = write(folder.path(), &PLAN.replace("seeds = 24", "seeds = 8"));
-    let study = ["study", "--plan", &plan, "-o", text(&out)];
-    succeed(&[&study[..], &["--quick"]].concat());
-    succeed(&study);
-    assert!(rows(&out).iter().all(|row| row["replays"] == true));
-}
-
 mod thorough {
     use super::*;
 
@@ -399,5 +381,23 @@ mod thorough {
         let (status, verdict, said) = study("path-tracing", "", 2);
         assert_eq!((status, verdict.as_str()), (Some(0), "undecided"), "{said}");
         assert_eq!(said, "");
+    }
+
+    #[test]
+    fn a_study_of_what_moves_goes_on_to_the_same_results() {
+        let moving = PLAN.replace("\"cornell\"", "\"motion\"");
+        stop_and_go_on(&format!("fps = 4\nstart_time = 0.25{moving}"));
+    }
+
+    /// The runs of a first look are those of the study: only their reference is another.
+    #[test]
+    fn a_study_goes_on_from_its_first_look() {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().join("out");
+        let plan = write(folder.path(), &PLAN.replace("seeds = 24", "seeds = 8"));
+        let study = ["study", "--plan", &plan, "-o", text(&out)];
+        succeed(&[&study[..], &["--quick"]].concat());
+        succeed(&study);
+        assert!(rows(&out).iter().all(|row| row["replays"] == true));
     }
 }

@@ -49,39 +49,6 @@ fn assert_mean(name: &str, found: &[[f64; 3]], expected: DVec3) {
     assert!(off.abs() < 0.005, "{name}: {off}");
 }
 
-/// Two sheets that reflect nothing weaken the light of a direction at every pixel alike, and that of an environment and
-/// of a lamp on average.
-#[test]
-fn sheets_weaken_what_passes_them() {
-    let (covers, down) = ([0.4_f32, 0.25], DVec3::new(0.2, -1.0, 0.1));
-    let passed: f64 = covers.iter().map(|alpha| 1.0 - f64::from(*alpha)).product();
-    let mut covered = floor();
-    for (height, alpha) in [6.0, 7.0].into_iter().zip(covers) {
-        add_sheet(&mut covered, height, 4000.0, sheet(0.0, alpha));
-    }
-    let mut direct = covered.clone();
-    direct.punctual_lights = vec![punctual(PunctualShape::Directional, DVec3::ZERO, down)];
-    let cosine = -down.normalize().y;
-    let expected = direct.punctual_lights[0].intensity.as_dvec3() * (passed * cosine * ALBEDO / PI);
-    let mut sky = covered.clone();
-    sky.environment = Some(environment(8, 4, |_, _| Vec3::new(1.0, 2.0, 0.5)));
-    let of_sky = DVec3::new(1.0, 2.0, 0.5) * (passed * ALBEDO);
-    for (technique, tracer, samples) in TECHNIQUES {
-        if let Some(mean) = picture(&direct, &from_above(1, 3), &preset(technique), tracer, 2) {
-            for found in mean {
-                let off = (DVec3::from_array(found) - expected).abs().max_element();
-                assert!(
-                    off < 2e-4 * expected.x,
-                    "{technique} {tracer:?}: {found:?} {expected}"
-                );
-            }
-        }
-        if let Some(found) = mean_of_seeds(&sky, &from_above(1, 3), technique, tracer, samples) {
-            assert_mean(&format!("sky, {technique} {tracer:?}"), &found, of_sky);
-        }
-    }
-}
-
 /// Below the camera, a grey sheet: it is seen with the share that it covers, and through it the floor.
 #[test]
 fn the_camera_sees_sheets_and_what_is_behind_them() {
@@ -97,79 +64,6 @@ fn the_camera_sees_sheets_and_what_is_behind_them() {
             mean_of_seeds(&scene, &from_above(1, 3), technique, tracer, 2 * samples)
         {
             assert_mean(&format!("{technique} {tracer:?}"), &found, expected);
-        }
-    }
-}
-
-/// A sheet of which the texture cuts out one half casts half a shadow.
-#[test]
-fn a_mask_cuts_holes() {
-    let mut scene = floor();
-    let cut = Material {
-        alpha: 0.8,
-        alpha_mode: AlphaMode::Mask { cutoff: 0.5 },
-        base_color_texture: Some(Texture {
-            nearest: true,
-            ..Texture::plain(0)
-        }),
-        ..Material::lambert("cut", Vec3::ZERO)
-    };
-    add_sheet(&mut scene, 6.0, 8.0, cut);
-    // 0.8 × 140/255 is below the cutoff, 0.8 × 180/255 above it.
-    scene.images = vec![image(|i| {
-        [255, 255, 255, if i % 8 < 4 { 140 } else { 180 }]
-    })];
-    let sheet = scene.meshes.last_mut().unwrap();
-    sheet.uvs[0] = (sheet.positions.iter())
-        .map(|p| Vec2::new(p.x / 16.0 + 0.5, 0.5))
-        .collect();
-    scene.punctual_lights = vec![punctual(PunctualShape::Directional, DVec3::ZERO, -DVec3::Y)];
-    scene.validate().unwrap();
-    let light = scene.punctual_lights[0].intensity.as_dvec3() * (ALBEDO / PI);
-    for (technique, tracer, samples) in TECHNIQUES {
-        let Some(mean) = mean_of_seeds(&scene, &from_above(1, 3), technique, tracer, 4 * samples)
-        else {
-            continue;
-        };
-        let mut lit = Vec::new();
-        for (pixel, found) in mean.iter().enumerate() {
-            if floor_point(pixel).x < 0.0 {
-                lit.push(*found);
-            } else {
-                assert_eq!(*found, [0.0; 3], "{technique} {tracer:?}, pixel {pixel}");
-            }
-        }
-        // At the edge, resampling weighs pixels in light and in shadow against each other, which is noise.
-        assert_mean(&format!("{technique} {tracer:?}"), &lit, light);
-    }
-}
-
-/// At the cutoff there is no hole, whatever byte of a texture it is.
-#[test]
-fn a_mask_covers_at_its_cutoff() {
-    let mut scene = floor();
-    for byte in (1..=255_u8).step_by(2) {
-        let material = Material {
-            alpha_mode: AlphaMode::Mask {
-                cutoff: f32::from(byte) / 255.0,
-            },
-            base_color_texture: Some(Texture::plain(scene.images.len() as u32)),
-            ..Material::lambert("cut", Vec3::ZERO)
-        };
-        scene.images.push(image(|_| [255, 255, 255, byte]));
-        // One beside the other, all over the part of the floor that is seen.
-        let corner = Vec3::new(f32::from(byte) / 64.0 - 2.0 - 1.0 / 64.0, 0.5, 2.0);
-        let sheet = support::quad(corner, Vec3::X / 32.0, Vec3::NEG_Z * 4.0);
-        support::add(&mut scene, &material, &sheet);
-        let mesh = scene.meshes.last_mut().unwrap();
-        mesh.uvs[0] = vec![Vec2::splat(0.5); mesh.positions.len()];
-    }
-    scene.punctual_lights = vec![punctual(PunctualShape::Directional, DVec3::ZERO, -DVec3::Y)];
-    scene.validate().unwrap();
-    for (technique, tracer, _) in TECHNIQUES {
-        if let Some(mean) = picture(&scene, &from_above(1, 3), &preset(technique), tracer, 1) {
-            let seen = mean.iter().filter(|found| **found != [0.0; 3]).count();
-            assert_eq!(seen, 0, "{technique} {tracer:?}: pixels with holes");
         }
     }
 }
@@ -218,75 +112,10 @@ fn add_lamp(scene: &mut Scene, corner: Vec3, u: Vec3, v: Vec3) {
     scene.validate().unwrap();
 }
 
-/// The part of a lamp that has no hole and is not black lights a floor, and nothing else does.
-#[test]
-fn lamps_may_have_holes() {
-    let mut scene = floor();
-    // From its front, which is below.
-    let (corner, u, v) = (Vec3::new(-2.0, 5.0, -2.0), Vec3::X * 4.0, Vec3::Z * 4.0);
-    add_lamp(&mut scene, corner, u, v);
-    const CELLS: usize = 64;
-    let expected: DVec3 = (0..SIDE as usize * SIDE as usize)
-        .map(|pixel| {
-            let cells = (0..2 * CELLS * CELLS).map(|cell| {
-                // Half of the width, a quarter of the height.
-                let x = (cell % (2 * CELLS)) as f64 + 0.5;
-                let y = (cell / (2 * CELLS)) as f64 + 0.5;
-                let side = 1.0 / CELLS as f64;
-                let point = corner.as_dvec3() + DVec3::new(x * side, 0.0, y * side);
-                let toward = point - floor_point(pixel);
-                toward.y.powi(2) / toward.length_squared().powi(2) * side * side
-            });
-            DVec3::new(4.0, 2.0, 1.0) * cells.sum::<f64>() * (ALBEDO / PI)
-        })
-        .sum();
-    let expected = expected / f64::from(SIDE * SIDE);
-    for (technique, tracer, samples) in TECHNIQUES {
-        if let Some(found) = mean_of_seeds(&scene, &from_above(1, 3), technique, tracer, samples) {
-            assert_mean(&format!("{technique} {tracer:?}"), &found, expected);
-        }
-    }
-}
-
-/// What the camera sees of it, and through its holes.
-#[test]
-fn the_camera_sees_through_the_holes_of_lamps() {
-    let mut scene = floor();
-    let (corner, u, v) = (Vec3::new(-0.5, 2.0, -0.5), Vec3::X, Vec3::Z);
-    add_lamp(&mut scene, corner, u, v);
-    // Its front, above, is what the camera sees.
-    scene
-        .instances
-        .last_mut()
-        .unwrap()
-        .object_to_world
-        .matrix3
-        .y_axis = DVec3::NEG_Y;
-    scene
-        .instances
-        .last_mut()
-        .unwrap()
-        .object_to_world
-        .translation
-        .y = 4.0;
-    for (technique, tracer, _) in TECHNIQUES {
-        let Some(mean) = picture(&scene, &from_above(1, 3), &preset(technique), tracer, 2) else {
-            continue;
-        };
-        for (pixel, found) in mean.iter().enumerate() {
-            // At half the distance of the floor.
-            let at = floor_point(pixel) * 0.5;
-            let is_lit = at.x < 0.0 && at.z < -0.25 && at.x > -0.5 && at.z > -0.5;
-            let expected = if is_lit { [4.0, 2.0, 1.0] } else { [0.0; 3] };
-            assert_eq!(*found, expected, "{technique} {tracer:?}, pixel {pixel}");
-        }
-    }
-}
-
 #[test]
 fn light_from_the_holes_of_lamps_is_seen() {
     assert_seen(
-        "alpha::lamps_may_have_holes",
+        "alpha::thorough::lamps_may_have_holes",
         (
             "lights/triangle.glsl",
             "if (HAS_ALPHA && light.primitive != NONE)",
@@ -391,7 +220,7 @@ mod thorough {
     #[test]
     fn candidates_that_a_coin_stops_are_seen() {
         assert_seen(
-            "alpha::sheets_weaken_what_passes_them",
+            "alpha::thorough::sheets_weaken_what_passes_them",
             (
                 "passes/initial_direct.comp",
                 "purpose == RAY_MIRROR ? ray_coin(random) : NO_COIN",
@@ -403,7 +232,7 @@ mod thorough {
     #[test]
     fn a_sample_whose_own_light_is_not_weakened_is_seen() {
         assert_seen(
-            "alpha::sheets_weaken_what_passes_them",
+            "alpha::thorough::sheets_weaken_what_passes_them",
             (
                 "restir/merge.glsl",
                 "if (HAS_BLEND && visibility && shades) canonical_light",
@@ -422,5 +251,182 @@ mod thorough {
                 "if (false) target *=",
             ),
         );
+    }
+
+    /// The part of a lamp that has no hole and is not black lights a floor, and nothing else does.
+    #[test]
+    fn lamps_may_have_holes() {
+        let mut scene = floor();
+        // From its front, which is below.
+        let (corner, u, v) = (Vec3::new(-2.0, 5.0, -2.0), Vec3::X * 4.0, Vec3::Z * 4.0);
+        add_lamp(&mut scene, corner, u, v);
+        const CELLS: usize = 64;
+        let expected: DVec3 = (0..SIDE as usize * SIDE as usize)
+            .map(|pixel| {
+                let cells = (0..2 * CELLS * CELLS).map(|cell| {
+                    // Half of the width, a quarter of the height.
+                    let x = (cell % (2 * CELLS)) as f64 + 0.5;
+                    let y = (cell / (2 * CELLS)) as f64 + 0.5;
+                    let side = 1.0 / CELLS as f64;
+                    let point = corner.as_dvec3() + DVec3::new(x * side, 0.0, y * side);
+                    let toward = point - floor_point(pixel);
+                    toward.y.powi(2) / toward.length_squared().powi(2) * side * side
+                });
+                DVec3::new(4.0, 2.0, 1.0) * cells.sum::<f64>() * (ALBEDO / PI)
+            })
+            .sum();
+        let expected = expected / f64::from(SIDE * SIDE);
+        for (technique, tracer, samples) in TECHNIQUES {
+            if let Some(found) =
+                mean_of_seeds(&scene, &from_above(1, 3), technique, tracer, samples)
+            {
+                assert_mean(&format!("{technique} {tracer:?}"), &found, expected);
+            }
+        }
+    }
+
+    /// Two sheets that reflect nothing weaken the light of a direction at every pixel alike, and that of an environment and
+    /// of a lamp on average.
+    #[test]
+    fn sheets_weaken_what_passes_them() {
+        let (covers, down) = ([0.4_f32, 0.25], DVec3::new(0.2, -1.0, 0.1));
+        let passed: f64 = covers.iter().map(|alpha| 1.0 - f64::from(*alpha)).product();
+        let mut covered = floor();
+        for (height, alpha) in [6.0, 7.0].into_iter().zip(covers) {
+            add_sheet(&mut covered, height, 4000.0, sheet(0.0, alpha));
+        }
+        let mut direct = covered.clone();
+        direct.punctual_lights = vec![punctual(PunctualShape::Directional, DVec3::ZERO, down)];
+        let cosine = -down.normalize().y;
+        let expected =
+            direct.punctual_lights[0].intensity.as_dvec3() * (passed * cosine * ALBEDO / PI);
+        let mut sky = covered.clone();
+        sky.environment = Some(environment(8, 4, |_, _| Vec3::new(1.0, 2.0, 0.5)));
+        let of_sky = DVec3::new(1.0, 2.0, 0.5) * (passed * ALBEDO);
+        for (technique, tracer, samples) in TECHNIQUES {
+            if let Some(mean) = picture(&direct, &from_above(1, 3), &preset(technique), tracer, 2) {
+                for found in mean {
+                    let off = (DVec3::from_array(found) - expected).abs().max_element();
+                    assert!(
+                        off < 2e-4 * expected.x,
+                        "{technique} {tracer:?}: {found:?} {expected}"
+                    );
+                }
+            }
+            if let Some(found) = mean_of_seeds(&sky, &from_above(1, 3), technique, tracer, samples)
+            {
+                assert_mean(&format!("sky, {technique} {tracer:?}"), &found, of_sky);
+            }
+        }
+    }
+
+    /// A sheet of which the texture cuts out one half casts half a shadow.
+    #[test]
+    fn a_mask_cuts_holes() {
+        let mut scene = floor();
+        let cut = Material {
+            alpha: 0.8,
+            alpha_mode: AlphaMode::Mask { cutoff: 0.5 },
+            base_color_texture: Some(Texture {
+                nearest: true,
+                ..Texture::plain(0)
+            }),
+            ..Material::lambert("cut", Vec3::ZERO)
+        };
+        add_sheet(&mut scene, 6.0, 8.0, cut);
+        // 0.8 × 140/255 is below the cutoff, 0.8 × 180/255 above it.
+        scene.images = vec![image(|i| {
+            [255, 255, 255, if i % 8 < 4 { 140 } else { 180 }]
+        })];
+        let sheet = scene.meshes.last_mut().unwrap();
+        sheet.uvs[0] = (sheet.positions.iter())
+            .map(|p| Vec2::new(p.x / 16.0 + 0.5, 0.5))
+            .collect();
+        scene.punctual_lights = vec![punctual(PunctualShape::Directional, DVec3::ZERO, -DVec3::Y)];
+        scene.validate().unwrap();
+        let light = scene.punctual_lights[0].intensity.as_dvec3() * (ALBEDO / PI);
+        for (technique, tracer, samples) in TECHNIQUES {
+            let Some(mean) =
+                mean_of_seeds(&scene, &from_above(1, 3), technique, tracer, 4 * samples)
+            else {
+                continue;
+            };
+            let mut lit = Vec::new();
+            for (pixel, found) in mean.iter().enumerate() {
+                if floor_point(pixel).x < 0.0 {
+                    lit.push(*found);
+                } else {
+                    assert_eq!(*found, [0.0; 3], "{technique} {tracer:?}, pixel {pixel}");
+                }
+            }
+            // At the edge, resampling weighs pixels in light and in shadow against each other, which is noise.
+            assert_mean(&format!("{technique} {tracer:?}"), &lit, light);
+        }
+    }
+
+    /// At the cutoff there is no hole, whatever byte of a texture it is.
+    #[test]
+    fn a_mask_covers_at_its_cutoff() {
+        let mut scene = floor();
+        for byte in (1..=255_u8).step_by(2) {
+            let material = Material {
+                alpha_mode: AlphaMode::Mask {
+                    cutoff: f32::from(byte) / 255.0,
+                },
+                base_color_texture: Some(Texture::plain(scene.images.len() as u32)),
+                ..Material::lambert("cut", Vec3::ZERO)
+            };
+            scene.images.push(image(|_| [255, 255, 255, byte]));
+            // One beside the other, all over the part of the floor that is seen.
+            let corner = Vec3::new(f32::from(byte) / 64.0 - 2.0 - 1.0 / 64.0, 0.5, 2.0);
+            let sheet = support::quad(corner, Vec3::X / 32.0, Vec3::NEG_Z * 4.0);
+            support::add(&mut scene, &material, &sheet);
+            let mesh = scene.meshes.last_mut().unwrap();
+            mesh.uvs[0] = vec![Vec2::splat(0.5); mesh.positions.len()];
+        }
+        scene.punctual_lights = vec![punctual(PunctualShape::Directional, DVec3::ZERO, -DVec3::Y)];
+        scene.validate().unwrap();
+        for (technique, tracer, _) in TECHNIQUES {
+            if let Some(mean) = picture(&scene, &from_above(1, 3), &preset(technique), tracer, 1) {
+                let seen = mean.iter().filter(|found| **found != [0.0; 3]).count();
+                assert_eq!(seen, 0, "{technique} {tracer:?}: pixels with holes");
+            }
+        }
+    }
+
+    /// What the camera sees of it, and through its holes.
+    #[test]
+    fn the_camera_sees_through_the_holes_of_lamps() {
+        let mut scene = floor();
+        let (corner, u, v) = (Vec3::new(-0.5, 2.0, -0.5), Vec3::X, Vec3::Z);
+        add_lamp(&mut scene, corner, u, v);
+        // Its front, above, is what the camera sees.
+        scene
+            .instances
+            .last_mut()
+            .unwrap()
+            .object_to_world
+            .matrix3
+            .y_axis = DVec3::NEG_Y;
+        scene
+            .instances
+            .last_mut()
+            .unwrap()
+            .object_to_world
+            .translation
+            .y = 4.0;
+        for (technique, tracer, _) in TECHNIQUES {
+            let Some(mean) = picture(&scene, &from_above(1, 3), &preset(technique), tracer, 2)
+            else {
+                continue;
+            };
+            for (pixel, found) in mean.iter().enumerate() {
+                // At half the distance of the floor.
+                let at = floor_point(pixel) * 0.5;
+                let is_lit = at.x < 0.0 && at.z < -0.25 && at.x > -0.5 && at.z > -0.5;
+                let expected = if is_lit { [4.0, 2.0, 1.0] } else { [0.0; 3] };
+                assert_eq!(*found, expected, "{technique} {tracer:?}, pixel {pixel}");
+            }
+        }
     }
 }

@@ -365,20 +365,6 @@ fn all_kinds() -> Scene {
     scene
 }
 
-#[test]
-fn the_full_variant_renders_all_kinds_of_light_to_the_same_bits() {
-    let scene = all_kinds();
-    for name in ["accurate", "s1", "path-tracing"] {
-        let mut settings = preset(name);
-        let auto = support::frame_bits(&scene, &settings, None);
-        settings.variant = settings::Variant::Full;
-        assert!(
-            auto == support::frame_bits(&scene, &settings, None),
-            "{name}"
-        );
-    }
-}
-
 /// How far the mean of resampling is from that of path tracing, and its standard error, both relative.
 pub fn bias(scene: &Scene, settings: &Settings, samples: u32) -> [f64; 2] {
     let view = |seed| View {
@@ -655,6 +641,20 @@ mod thorough {
                 println!("{name}, {technique} {tracer:?}: {:.3} %", 100.0 * off);
                 assert!(off.abs() < 0.005, "{name}, {technique} {tracer:?}: {off}");
             }
+        }
+    }
+
+    #[test]
+    fn the_full_variant_renders_all_kinds_of_light_to_the_same_bits() {
+        let scene = all_kinds();
+        for name in ["accurate", "s1", "path-tracing"] {
+            let mut settings = preset(name);
+            let auto = support::frame_bits(&scene, &settings, None);
+            settings.variant = settings::Variant::Full;
+            assert!(
+                auto == support::frame_bits(&scene, &settings, None),
+                "{name}"
+            );
         }
     }
 }

@@ -151,15 +151,6 @@ fn temporal(settings: &mut Settings) {
     settings.indirect.resampling.reuse = ReuseMode::Temporal;
 }
 
-#[test]
-fn everything_at_once_with_ray_query_and_full_reservoirs() {
-    let all = playroom(&["camera", "object", "light", "toggle"], 1.0);
-    check("all", all, Some(Tracer::RayQuery), |settings| {
-        settings.reservoirs.format = Format::Full;
-        settings.direct.resampling.light_samples = 24;
-    });
-}
-
 /// A scene in which one instance is moved or scaled between frames 0 and 1.
 fn with_a_step(
     mut scene: Scene,
@@ -343,5 +334,14 @@ mod thorough {
             "if (value.kind == PATH_ONWARD) return 0.0;",
             "if (value.kind == PATH_ONWARD) return 1.0;",
         );
+    }
+
+    #[test]
+    fn everything_at_once_with_ray_query_and_full_reservoirs() {
+        let all = playroom(&["camera", "object", "light", "toggle"], 1.0);
+        check("all", all, Some(Tracer::RayQuery), |settings| {
+            settings.reservoirs.format = Format::Full;
+            settings.direct.resampling.light_samples = 24;
+        });
     }
 }

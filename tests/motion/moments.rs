@@ -170,50 +170,6 @@ fn surfaces_look_as_in_the_scene_that_stands_so() {
     }
 }
 
-/// What carries samples from frame to frame, and what is compared with them, scales with the scene.
-#[test]
-fn a_tiny_scene_in_motion_looks_like_a_large_one() {
-    let scene = all();
-    let mut tiny = scene.clone();
-    let scale = DAffine3::from_scale(DVec3::splat(2_f64.powi(-40)));
-    for instance in &mut tiny.instances {
-        instance.object_to_world = scale * instance.object_to_world;
-    }
-    tiny.cameras[0].camera_to_world.translation *= 2_f64.powi(-40);
-    // Everything hangs from a node that scales it.
-    let motion = tiny.motion.as_mut().unwrap();
-    for node in &mut motion.nodes {
-        node.parent = Some(node.parent.map_or(0, |parent| parent + 1));
-    }
-    motion.nodes.insert(
-        0,
-        Node {
-            parent: None,
-            place: Place::Still(scale),
-        },
-    );
-    let attached = motion.instances.iter_mut().chain(&mut motion.cameras);
-    attached.flatten().for_each(|node| *node += 1);
-    let settings = Preset::named("accurate").unwrap().settings().unwrap();
-    let variant = each_tracer()[0];
-    let [large, small] = [scene, tiny].map(|scene| {
-        let (device, _) = support::open_device(Some(variant));
-        let origin = scene.cameras[0].camera_to_world.translation;
-        let uploaded = Arc::new(GpuScene::new(&device, &scene, origin, variant).unwrap());
-        let first = view(&scene, 0.0);
-        let mut renderer = Renderer::new(&device, uploaded, &first, &settings).unwrap();
-        for number in 0..4 {
-            let time = f64::from(number) / 24.0;
-            renderer.set_time(time);
-            renderer.set_camera(&scene.camera_at(0, time).unwrap());
-            renderer.single_frame(number).unwrap();
-        }
-        renderer.frame_radiance().unwrap()
-    });
-    let differ = large.iter().zip(&small).filter(|(a, b)| a != b).count();
-    assert_eq!(differ, 0, "of {} pixels", large.len());
-}
-
 /// Direct light at a time, from light samples of which most come from the light BVH.
 fn lit_by_near_lights(scene: &Scene, time: f64) -> Vec<[u32; 3]> {
     let (device, selection) = support::open_device(None);
@@ -246,5 +202,53 @@ fn the_light_bvh_follows_its_lights() {
         let moved = lit_by_near_lights(&scene, time);
         let fresh = lit_by_near_lights(&scene.pose_at(time).unwrap(), 0.0);
         assert!(moved == fresh, "at {time} s");
+    }
+}
+
+mod thorough {
+    use super::*;
+
+    /// What carries samples from frame to frame, and what is compared with them, scales with the scene.
+    #[test]
+    fn a_tiny_scene_in_motion_looks_like_a_large_one() {
+        let scene = all();
+        let mut tiny = scene.clone();
+        let scale = DAffine3::from_scale(DVec3::splat(2_f64.powi(-40)));
+        for instance in &mut tiny.instances {
+            instance.object_to_world = scale * instance.object_to_world;
+        }
+        tiny.cameras[0].camera_to_world.translation *= 2_f64.powi(-40);
+        // Everything hangs from a node that scales it.
+        let motion = tiny.motion.as_mut().unwrap();
+        for node in &mut motion.nodes {
+            node.parent = Some(node.parent.map_or(0, |parent| parent + 1));
+        }
+        motion.nodes.insert(
+            0,
+            Node {
+                parent: None,
+                place: Place::Still(scale),
+            },
+        );
+        let attached = motion.instances.iter_mut().chain(&mut motion.cameras);
+        attached.flatten().for_each(|node| *node += 1);
+        let settings = Preset::named("accurate").unwrap().settings().unwrap();
+        let variant = each_tracer()[0];
+        let [large, small] = [scene, tiny].map(|scene| {
+            let (device, _) = support::open_device(Some(variant));
+            let origin = scene.cameras[0].camera_to_world.translation;
+            let uploaded = Arc::new(GpuScene::new(&device, &scene, origin, variant).unwrap());
+            let first = view(&scene, 0.0);
+            let mut renderer = Renderer::new(&device, uploaded, &first, &settings).unwrap();
+            for number in 0..4 {
+                let time = f64::from(number) / 24.0;
+                renderer.set_time(time);
+                renderer.set_camera(&scene.camera_at(0, time).unwrap());
+                renderer.single_frame(number).unwrap();
+            }
+            renderer.frame_radiance().unwrap()
+        });
+        let differ = large.iter().zip(&small).filter(|(a, b)| a != b).count();
+        assert_eq!(differ, 0, "of {} pixels", large.len());
     }
 }

@@ -98,17 +98,6 @@ fn assert_as_brute_force_says(
     }
 }
 
-#[test]
-fn a_room_is_as_the_brute_force_tracer_says() {
-    let (scene, camera) = room();
-    let plans = [(1, 2048), (5, 14336)].map(|(bounces, samples)| Plan {
-        bounces,
-        samples,
-        sharp: &[IMAGE],
-    });
-    assert_as_brute_force_says(&scene, &camera, ROOM_SIZE, 11, &plans);
-}
-
 /// The camera looks at the back wall's middle: of an even and an odd number, no pixels lie on its
 /// diagonals.
 const BOX_SIZE: [u32; 2] = [24, 25];
@@ -146,5 +135,16 @@ mod thorough {
             },
         ];
         assert_as_brute_force_says(&scene, &scene.cameras[0], BOX_SIZE, 31, &plans);
+    }
+
+    #[test]
+    fn a_room_is_as_the_brute_force_tracer_says() {
+        let (scene, camera) = room();
+        let plans = [(1, 2048), (5, 14336)].map(|(bounces, samples)| Plan {
+            bounces,
+            samples,
+            sharp: &[IMAGE],
+        });
+        assert_as_brute_force_says(&scene, &camera, ROOM_SIZE, 11, &plans);
     }
 }
