@@ -40,7 +40,7 @@ fn end(bytes: usize) -> ! {
     // The line has room for any number.
     let _ = writeln!(
         rest,
-        "headwater: out of memory: {bytes} bytes are not to be had; take a smaller picture or scene, or give more memory"
+        "headwater: out of memory: {bytes} bytes cannot be allocated; take a smaller picture or scene, or give more memory"
     );
     let length = length - rest.len();
     end_with(&line[..length])
@@ -53,7 +53,8 @@ pub fn end_with(line: &[u8]) -> ! {
     while ENDS.swap(true, Ordering::Relaxed) {
         std::thread::sleep(Duration::from_secs(1));
     }
-    let _ = std::io::stderr().write_all(line);
+    // Not by the standard library, whose lock a thread may hold that waits for memory or was interrupted.
+    let _ = rustix::io::write(rustix::stdio::stderr(), line);
     signal_hook::low_level::exit(1)
 }
 

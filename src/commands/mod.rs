@@ -72,8 +72,8 @@ enum Command {
 
 /// Runs the command that the process's arguments name.
 pub fn main() -> ExitCode {
-    let line = Cli::command().mut_subcommand("reference", reference::shown);
-    let parsed = line
+    let parsed = Cli::command()
+        .mut_subcommand("reference", reference::shown)
         .try_get_matches()
         .and_then(|matches| Cli::from_arg_matches(&matches));
     let cli = match parsed {
@@ -82,9 +82,7 @@ pub fn main() -> ExitCode {
     };
     let level = if cli.verbose { "headwater=info" } else { "off" };
     env_logger::Builder::from_env(env_logger::Env::default().filter_or("HEADWATER_LOG", level))
-        .format(|line, record| {
-            writeln!(line, "headwater: {}", printable(&record.args().to_string()))
-        })
+        .format(|out, record| writeln!(out, "{}", line(record.args())))
         .init();
     match resources::prepare().and_then(|()| run(cli.command)) {
         Ok(()) => ExitCode::SUCCESS,
@@ -242,5 +240,6 @@ fn line(text: impl std::fmt::Display) -> String {
 
 /// One line on stderr. Where nobody can read it, the work goes on: `eprintln!` would panic.
 fn say(text: impl std::fmt::Display) {
-    let _ = writeln!(std::io::stderr().lock(), "{}", line(text));
+    let line = line(text);
+    let _ = writeln!(std::io::stderr().lock(), "{line}");
 }

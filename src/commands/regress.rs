@@ -93,6 +93,10 @@ pub fn run(args: &Args) -> Result<()> {
 fn bless(args: &Args, cases: &[Case], device: &DeviceInfo, interrupt: &Interrupt) -> Result<()> {
     check_folder(&args.folder)?;
     let mut blessing = Blessing::new(&args.folder, device);
+    // Damage is found before minutes of work.
+    if args.only.is_some() {
+        blessing.add_older()?;
+    }
     let progress = Progress::new(Some(cases.len() as u64), "cases");
     let mut skipped = 0;
     for (number, case) in cases.iter().enumerate() {
@@ -103,9 +107,6 @@ fn bless(args: &Args, cases: &[Case], device: &DeviceInfo, interrupt: &Interrupt
         }
     }
     progress.finish();
-    if args.only.is_some() {
-        blessing.add_older()?;
-    }
     let folder = blessing.finish()?;
     print(format_args!(
         "{} golden frames of {} in {}; {skipped} skipped, which need what the device lacks",

@@ -4,8 +4,6 @@
 use crate::out_of_memory::end_with;
 use crate::{Error, Result};
 use signal_hook::consts::SIGABRT;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 /// Starts the threads that all parallel work shares: one that is first missed in the middle of the work would be a panic.
 /// Aborts, as of a driver without memory, get an exit status of their own; so do panics, which `RUST_BACKTRACE` shows
@@ -14,7 +12,9 @@ use std::sync::atomic::AtomicBool;
 /// # Errors
 /// The system refuses the threads or the handler.
 pub fn prepare() -> Result<()> {
-    signal_hook::flag::register_conditional_shutdown(SIGABRT, 1, Arc::new(AtomicBool::new(true)))
+    const ABORTED: &[u8] = b"headwater: a driver or a library ended the process, perhaps without memory; take a smaller picture or scene, or another device\n";
+    // SAFETY: `end_with` neither allocates nor takes a lock, so that it may run in a signal handler.
+    unsafe { signal_hook::low_level::register(SIGABRT, || end_with(ABORTED)) }
         .map_err(|e| Error::failed(format!("cannot watch for aborts: {e}")))?;
     // Threads that have no memory when they start panic before they do anything, with this text.
     let no_memory = format!("os error {}", libc::ENOMEM);

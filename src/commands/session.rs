@@ -104,14 +104,16 @@ impl Session {
         }
         let moves = scene.motion.is_some();
         let scene_hash = scene.content_hash();
+        // What does not shine now may do so at another time: as long as the scene still moves, that is known.
+        let times = frames.map(|frame| clock.time(frame));
+        let black = scene.why_black(settings.scatters_light(args.bounces), times);
         apply_clock(&clock, &mut scene, "")?;
         let (camera, followed) = match own_camera {
             Some(camera) => (camera, None),
             None => choose_camera(&scene, args.camera.as_deref(), clock.start_time)?,
         };
         let (width, height) = args.size(&camera)?;
-        let times = frames.map(|frame| clock.time(frame));
-        if let Some(why) = scene.why_black(settings.scatters_light(args.bounces), times) {
+        if let Some(why) = black {
             notice(why);
         }
         let instance = open_vulkan(InstanceOptions {

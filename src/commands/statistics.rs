@@ -8,7 +8,7 @@ use crate::files::write_atomically;
 use crate::gpu::InstanceOptions;
 use crate::profile::statistics::{self, CONFIGURATIONS, Compiler, Pipeline};
 use crate::scene::load::Options;
-use crate::scene::{file_of, procedural};
+use crate::scene::{check_name, file_of, procedural};
 use crate::tracing::selection::TracerChoice;
 use crate::{Error, Result};
 use serde_json::json;
@@ -65,6 +65,9 @@ pub fn run(args: &Args) -> Result<()> {
         Some(path) => statistics::read(path)?,
         None => Vec::new(),
     };
+    for name in &scenes {
+        check_name(name)?;
+    }
     let interrupt = Interrupt::watch()?;
     let instance = open_vulkan(InstanceOptions::default())?;
     let (info, reason) = instance.choose(args.device.as_deref())?;
@@ -98,13 +101,25 @@ pub fn run(args: &Args) -> Result<()> {
         let text = statistics::json(&merge(others, &pipelines))?;
         write_atomically(path, |file| writeln!(file, "{text}"))?;
     }
+    let worse = match (&stored, &args.against) {
+        (Some(stored), Some(path)) => worse(&pipelines, stored, path),
+        _ => Vec::new(),
+    };
     match args.json {
-        true => print(format_args!("{:#}", json!({ "pipelines": pipelines })))?,
-        false => print(statistics::table(&pipelines))?,
+        true => print(format_args!(
+            "{:#}",
+            json!({ "pipelines": pipelines, "worse": worse })
+        ))?,
+        false => {
+            print(statistics::table(&pipelines))?;
+            worse.iter().try_for_each(print)?;
+        }
     }
-    match (&stored, &args.against) {
-        (Some(stored), Some(path)) => against(args, &pipelines, stored, path),
-        _ => Ok(()),
+    match worse.len() {
+        0 => Ok(()),
+        count => Err(Error::failed(format!(
+            "{count} values are worse than the stored ones"
+        ))),
     }
 }
 
@@ -121,10 +136,10 @@ fn is_comparable(a: &Pipeline, b: &Pipeline) -> bool {
     (&a.driver, &a.device) == (&b.driver, &b.device)
 }
 
-/// Compares with stored pipelines.
-fn against(args: &Args, pipelines: &[Pipeline], stored: &[Pipeline], path: &Path) -> Result<()> {
+/// A line for each value that is worse than those stored in the file at `path`. What cannot be compared is in a note.
+fn worse(pipelines: &[Pipeline], stored: &[Pipeline], path: &Path) -> Vec<String> {
     let Some(first) = pipelines.first() else {
-        return Ok(());
+        return Vec::new();
     };
     let own: Vec<&Pipeline> = stored
         .iter()
@@ -137,18 +152,15 @@ fn against(args: &Args, pipelines: &[Pipeline], stored: &[Pipeline], path: &Path
             first.device,
             first.driver
         ));
-        return Ok(());
+        return Vec::new();
     }
-    let worse = statistics::compare(pipelines, &own);
-    if !args.json {
-        worse.iter().try_for_each(print)?;
-    }
-    match worse.len() {
-        0 => Ok(()),
-        count => Err(Error::failed(format!(
-            "{count} values of device '{}' are worse than in {}",
-            first.device,
+    let compared = statistics::compare(pipelines, &own);
+    if compared.without > 0 {
+        notice(&format!(
+            "not compared: {} pipelines, since {} has none of their pass, tracer, scenes and settings",
+            compared.without,
             path.display()
-        ))),
+        ));
     }
+    compared.worse
 }

@@ -254,9 +254,9 @@ impl Device {
             linear: true,
             allocation_scheme: AllocationScheme::GpuAllocatorManaged,
         };
-        let allocation = self.allocate(&wanted, wanted.requirements.size).ok();
-        let is_mapped = (allocation.as_ref()).is_some_and(|memory| memory.mapped_ptr().is_some());
-        self.free(allocation);
+        let allocation = self.allocate(&wanted, wanted.requirements.size)?;
+        let is_mapped = allocation.mapped_ptr().is_some();
+        self.free(Some(allocation));
         if is_mapped {
             return Ok(());
         }

@@ -133,14 +133,15 @@ impl Blessing {
         self.pictures.insert(case.name.clone(), image);
     }
 
-    /// Adds the cases of the older set, if there is one, that are not in this one. Their pictures are copied in the end.
+    /// Takes over the cases of the older set, if there is one; those that are added later replace them. Their pictures are
+    /// copied in the end.
     ///
     /// # Errors
     /// The older set is damaged.
     pub fn add_older(&mut self) -> Result<()> {
         if let Some(older) = self.places.set() {
             for (name, golden) in Goldens::read(older)?.cases {
-                self.goldens.cases.entry(name).or_insert(golden);
+                self.goldens.cases.insert(name, golden);
             }
         }
         Ok(())

@@ -43,11 +43,6 @@ impl Bounds {
         Self::of(corners).unwrap_or(*self)
     }
 
-    /// True if another box lies inside; it may touch the edge.
-    fn has_inside(&self, other: &Self) -> bool {
-        self.min.cmple(other.min).all() && self.max.cmpge(other.max).all()
-    }
-
     /// The smallest box around some boxes; none if there are none.
     pub fn around(boxes: impl Iterator<Item = Self>) -> Option<Self> {
         Self::of(boxes.flat_map(|bounds| [bounds.min, bounds.max]))
@@ -70,6 +65,20 @@ impl Bounds {
     }
 }
 
+/// The vertices that are looked at for a tight box. Where instances of large meshes reach equally far in great number, the
+/// box is less tight instead of taking minutes.
+const MOST_VERTICES: usize = 1 << 30;
+
+/// How far a box reaches in each of the six directions.
+const REACHES: [fn(&Bounds) -> f64; 6] = [
+    |bounds| bounds.max.x,
+    |bounds| bounds.max.y,
+    |bounds| bounds.max.z,
+    |bounds| -bounds.min.x,
+    |bounds| -bounds.min.y,
+    |bounds| -bounds.min.z,
+];
+
 impl Mesh {
     /// The box around the mesh's positions in object space.
     pub fn bounds(&self) -> Option<Bounds> {
@@ -81,16 +90,26 @@ impl Scene {
     /// The tight box around all instances; none if nothing is placed.
     pub fn bounds(&self) -> Option<Bounds> {
         let boxes: Vec<Option<Bounds>> = self.meshes.iter().map(Mesh::bounds).collect();
+        // Rounded transforms grow with each coordinate too, so no vertex comes to lie outside of the box around the corners.
+        let placed = self.instances.iter().filter_map(|instance| {
+            let mesh = boxes[instance.mesh as usize]?;
+            Some((mesh.placed(&instance.object_to_world), instance))
+        });
+        let mut placed: Vec<(Bounds, &Instance)> = placed.collect();
         let mut bounds: Option<Bounds> = None;
-        for instance in &self.instances {
-            // Most instances of a large mesh lie within what is known, and need no look at its vertices. Rounded
-            // transforms grow with each coordinate too, so no vertex comes to lie outside of the box around the corners.
-            let loose =
-                boxes[instance.mesh as usize].map(|mesh| mesh.placed(&instance.object_to_world));
-            let is_within = |known: Bounds| loose.is_some_and(|loose| known.has_inside(&loose));
-            if !bounds.is_some_and(is_within) {
-                let own = self.instance_bounds(instance);
-                bounds = Bounds::around(bounds.into_iter().chain(own));
+        let mut vertices = 0;
+        for reach in REACHES {
+            // Those that may reach farthest come first, and what lies within the known box needs no look at its vertices.
+            placed.sort_by(|(a, _), (b, _)| reach(b).total_cmp(&reach(a)));
+            for (own, instance) in &mut placed {
+                if bounds.is_some_and(|known| reach(own) <= reach(&known)) {
+                    break;
+                }
+                vertices += self.meshes[instance.mesh as usize].positions.len();
+                if vertices <= MOST_VERTICES {
+                    *own = self.instance_bounds(instance).unwrap_or(*own);
+                }
+                bounds = Bounds::around(bounds.into_iter().chain([*own]));
             }
         }
         bounds
@@ -165,5 +184,52 @@ mod tests {
         assert_eq!(bounds.center(), DVec3::new(0.5, 1.0, 1.5));
         assert_eq!(bounds.size(), DVec3::new(3.0, 2.0, 3.0));
         assert_eq!(bounds.corners().count(), 8);
+    }
+
+    #[test]
+    fn boxes_of_many_turned_instances_are_tight() {
+        // A linear congruential generator (Numerical Recipes).
+        let mut state = 1_u32;
+        let mut unit = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(state >> 8) / f64::from(1 << 24)
+        };
+        let mut scene = Scene::default();
+        for _ in 0..3 {
+            let positions = (0..50).map(|_| DVec3::new(unit(), unit(), unit()).as_vec3());
+            scene.meshes.push(Mesh {
+                positions: positions.collect(),
+                ..Mesh::default()
+            });
+        }
+        for i in 0..300 {
+            scene.instances.push(Instance {
+                name: String::new(),
+                mesh: i % 3,
+                object_to_world: DAffine3::from_axis_angle(DVec3::Y, 6.0 * unit())
+                    * DAffine3::from_translation(DVec3::new(unit(), unit(), unit())),
+            });
+        }
+        let of_each = scene.instances.iter();
+        let of_each = of_each.filter_map(|instance| scene.instance_bounds(instance));
+        assert_eq!(scene.bounds(), Bounds::around(of_each));
+    }
+
+    #[test]
+    fn instances_in_a_row_need_no_look_at_all_their_vertices() {
+        let mut scene = Scene::default();
+        scene.meshes.push(Mesh {
+            positions: vec![Vec3::ONE; 20_000],
+            ..Mesh::default()
+        });
+        for x in 0..1_000_000 {
+            scene.instances.push(Instance {
+                name: String::new(),
+                mesh: 0,
+                object_to_world: DAffine3::from_translation(DVec3::X * f64::from(x)),
+            });
+        }
+        // By a look at each it would take minutes.
+        assert_eq!(scene.bounds().unwrap().max.x, 1e6);
     }
 }

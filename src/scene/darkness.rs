@@ -1,7 +1,8 @@
 //! Scenes of which every picture is black, found before they are rendered.
 
 use super::lights::Emitters;
-use super::{AlphaMode, Environment, Material, Mesh, Part, Scene};
+use super::{AlphaMode, Environment, Material, Mesh, Scene};
+use std::cell::LazyCell;
 use std::collections::BTreeSet;
 
 /// Most times of a running clock at which lights are looked for.
@@ -49,8 +50,8 @@ impl Scene {
 
     /// True if some surface is seen without light.
     fn shows_unlit_surfaces(&self) -> bool {
-        self.parts()
-            .any(|(_, part)| self.materials[part.material as usize].unlit)
+        let mut parts = self.placed_meshes().flat_map(|mesh| &mesh.parts);
+        parts.any(|part| part.triangle_count > 0 && self.materials[part.material as usize].unlit)
     }
 
     /// The materials that give light at some time, on some triangle in the world.
@@ -58,35 +59,40 @@ impl Scene {
         let lamps = self.lamp_materials();
         let emitters = Emitters::new(self, &lamps);
         let mut found = BTreeSet::new();
-        for (mesh, part) in self.parts() {
-            let shows = |triangle| emitters.emits(mesh, part, triangle);
-            if emitters.may_emit(part)
-                && !found.contains(&part.material)
-                && !self.materials[part.material as usize].is_cut_away(mesh)
-                && part.range().any(shows)
-            {
-                found.insert(part.material);
+        for mesh in self.placed_meshes() {
+            // Once for all parts, of which a mesh may have as many as vertices.
+            let vertex_alpha = LazyCell::new(|| {
+                let alphas = mesh.colors.iter().map(|color| color.w);
+                alphas.reduce(f32::max).unwrap_or(1.0)
+            });
+            for part in &mesh.parts {
+                let shows = |triangle| emitters.emits(mesh, part, triangle);
+                if emitters.may_emit(part)
+                    && !found.contains(&part.material)
+                    && !self.materials[part.material as usize].is_cut_away(&vertex_alpha)
+                    && part.range().any(shows)
+                {
+                    found.insert(part.material);
+                }
             }
         }
         found
     }
 
-    /// The parts with triangles of all meshes that are placed in the world.
-    fn parts(&self) -> impl Iterator<Item = (&Mesh, &Part)> {
+    fn placed_meshes(&self) -> impl Iterator<Item = &Mesh> {
         let placed: BTreeSet<u32> = self.instances.iter().map(|i| i.mesh).collect();
-        let meshes = placed.into_iter().map(|mesh| &self.meshes[mesh as usize]);
-        let parts = meshes.flat_map(|mesh| mesh.parts.iter().map(move |part| (mesh, part)));
-        parts.filter(|(_, part)| part.triangle_count > 0)
+        placed.into_iter().map(|mesh| &self.meshes[mesh as usize])
     }
 }
 
 impl Material {
-    /// True if a constant alpha below the cutoff removes the whole surface. A texture can leave parts of it.
-    fn is_cut_away(&self, mesh: &Mesh) -> bool {
-        let opaque = mesh.colors.iter().map(|color| color.w).reduce(f32::max);
-        let alpha = self.alpha * opaque.unwrap_or(1.0);
-        let cut = matches!(self.alpha_mode, AlphaMode::Mask { cutoff } if alpha < cutoff);
-        cut && self.base_color_texture.is_none()
+    /// True if an alpha below the cutoff removes the whole surface. `vertex_alpha` is the largest of its vertices. A texture
+    /// can leave parts of it.
+    fn is_cut_away(&self, vertex_alpha: &LazyCell<f32, impl FnOnce() -> f32>) -> bool {
+        let AlphaMode::Mask { cutoff } = self.alpha_mode else {
+            return false;
+        };
+        self.base_color_texture.is_none() && self.alpha * **vertex_alpha < cutoff
     }
 }
 
@@ -94,7 +100,7 @@ impl Material {
 mod tests {
     use super::super::motion::Emission;
     use super::super::motion::tracks::Animated;
-    use super::super::{Image, Instance, Motion, PunctualLight, PunctualShape, Texture};
+    use super::super::{Image, Instance, Motion, Part, PunctualLight, PunctualShape, Texture};
     use super::*;
     use glam::{DAffine3, DVec3, Vec2, Vec3};
 

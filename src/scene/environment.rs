@@ -6,11 +6,16 @@ use crate::{Error, Result, image, input_files, memory};
 use ::image::{ImageDecoder, ImageReader};
 use glam::Vec3;
 use std::f64::consts::{PI, TAU};
+use std::fs::File;
+use std::io::{BufReader, ErrorKind, Read, Seek};
 use std::path::Path;
 use std::sync::Arc;
 
 /// The most texels of an environment: samples name a texel in 29 bits, and this many take 1.5 GiB.
 const MAX_TEXELS: u64 = 1 << 26;
+
+/// The longest header of an `.hdr` file, in bytes.
+const MAX_HEADER: u64 = 1 << 16;
 
 /// Light from infinitely far away.
 #[derive(Clone, Debug, PartialEq)]
@@ -156,13 +161,29 @@ fn read(path: &Path) -> Result<Environment> {
     })
 }
 
+/// Checks that the header ends: the decoder would look for its end, a line after an empty one, as far as the file goes.
+fn check_hdr_header(file: &mut BufReader<File>) -> std::io::Result<()> {
+    let mut start = Vec::new();
+    file.by_ref().take(MAX_HEADER).read_to_end(&mut start)?;
+    let mut lines = start.split_inclusive(|byte| *byte == b'\n');
+    let ends = lines.any(|line| line == b"\n") && lines.any(|line| line.ends_with(b"\n"));
+    if !ends {
+        let text =
+            format!("its header does not end within {MAX_HEADER} bytes; is it a complete HDR?");
+        return Err(std::io::Error::new(ErrorKind::InvalidData, text));
+    }
+    file.rewind()
+}
+
 fn read_hdr(path: &Path) -> Result<(u32, u32, Arc<[Vec3]>)> {
     let damaged = |cause: ::image::ImageError| {
         let cause = cause.to_string().replace('\n', " ");
         Error::reading(path, format!("{cause}; export it again"))
     };
     let file = input_files::open(path).map_err(|e| Error::reading(path, e))?;
-    let mut reader = ImageReader::new(std::io::BufReader::new(file));
+    let mut file = BufReader::new(file);
+    check_hdr_header(&mut file).map_err(|e| Error::reading(path, e))?;
+    let mut reader = ImageReader::new(file);
     reader.set_format(::image::ImageFormat::Hdr);
     let decoder = reader.into_decoder().map_err(damaged)?;
     let (width, height) = decoder.dimensions();
@@ -224,6 +245,22 @@ mod tests {
         );
         assert_eq!([at(0, 1), at(1, 1), at(7, 1)], [6.0, 1.0, 1.0]);
         assert_eq!(means.iter().filter(|mean| mean.x > 0.0).count(), 6);
+    }
+
+    #[test]
+    fn a_header_without_an_end_is_not_read_to_the_end_of_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.hdr");
+        for (text, bytes) in [("", 1 << 40), ("\n", 1 << 40), ("\n-Y 1", 20)] {
+            std::fs::write(&path, format!("#?RADIANCE\n{text}")).unwrap();
+            let file = File::options().write(true).open(&path).unwrap();
+            file.set_len(bytes).unwrap();
+            let message = Environment::open(path.to_str().unwrap()).unwrap_err();
+            assert!(
+                message.to_string().contains("header does not end"),
+                "{message}"
+            );
+        }
     }
 
     #[test]

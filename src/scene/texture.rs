@@ -100,7 +100,8 @@ pub struct LitTexels {
     size: [u32; 2],
     /// Blocks along x.
     columns: usize,
-    blocks: Vec<bool>,
+    /// For each corner of blocks, by rows, the number of lit blocks before it along both axes.
+    lit_before: Vec<u32>,
 }
 
 /// Texels along each side of a block.
@@ -110,18 +111,25 @@ impl LitTexels {
     /// Those of an image.
     pub fn of(image: &Image) -> Self {
         let columns = image.width.div_ceil(BLOCK) as usize;
-        let mut blocks = vec![false; columns * image.height.div_ceil(BLOCK) as usize];
-        let rows = image.texels.chunks(image.width as usize).enumerate();
-        for (y, row) in rows {
-            let first = y / BLOCK as usize * columns;
-            for (lit, texels) in blocks[first..].iter_mut().zip(row.chunks(BLOCK as usize)) {
-                *lit = *lit || texels.iter().any(|texel| texel[..3] != [0; 3]);
+        let mut lit_before = vec![0; columns + 1];
+        for texels in image.texels.chunks(image.width as usize * BLOCK as usize) {
+            let mut lit = vec![false; columns];
+            for row in texels.chunks(image.width as usize) {
+                for (lit, texels) in lit.iter_mut().zip(row.chunks(BLOCK as usize)) {
+                    *lit = *lit || texels.iter().any(|texel| texel[..3] != [0; 3]);
+                }
+            }
+            let mut in_row = 0;
+            lit_before.push(0);
+            for lit in lit {
+                in_row += u32::from(lit);
+                lit_before.push(in_row + lit_before[lit_before.len() - columns - 1]);
             }
         }
         Self {
             size: [image.width, image.height],
             columns,
-            blocks,
+            lit_before,
         }
     }
 
@@ -143,30 +151,43 @@ impl LitTexels {
         let margin = 2.0 + 1e-5 * (terms[0] + terms[1] + terms[2]);
         let low = places[0].min(places[1]).min(places[2]) - margin;
         let high = places[0].max(places[1]).max(places[2]) + margin;
-        let [columns, rows] = [0, 1].map(|axis| {
-            self.blocks_along(
-                texture.wrap[axis],
-                axis,
-                low[axis] as i64,
-                high[axis] as i64,
-            )
-        });
-        (rows.iter()).any(|row| columns.iter().any(|x| self.blocks[row * self.columns + x]))
+        let [columns, rows] =
+            [0, 1].map(|axis| self.spans(texture.wrap[axis], axis, low[axis], high[axis]));
+        (rows.iter()).any(|rows| columns.iter().any(|columns| self.has_lit(*columns, *rows)))
     }
 
-    /// The blocks along an axis in which the texels lie that are seen at these indices.
-    fn blocks_along(&self, wrap: Wrap, axis: usize, low: i64, high: i64) -> Vec<usize> {
-        let size = self.size[axis];
-        let (last, period) = (i64::from(size) - 1, 2 * i64::from(size));
-        let (low, high) = match wrap {
-            Wrap::Clamp => (low.clamp(0, last), high.clamp(0, last)),
-            Wrap::Repeat | Wrap::Mirror => (low, high.min(low.saturating_add(period))),
-        };
-        let texels = (low..=high).map(|i| wrapped(wrap, i, size));
-        let mut blocks: Vec<usize> = texels.map(|texel| (texel / BLOCK) as usize).collect();
-        blocks.sort_unstable();
-        blocks.dedup();
-        blocks
+    /// Whether a block is lit of these columns and rows, the last included.
+    fn has_lit(&self, [left, right]: [usize; 2], [top, bottom]: [usize; 2]) -> bool {
+        let before = |column: usize, row: usize| self.lit_before[row * (self.columns + 1) + column];
+        before(right + 1, bottom + 1) + before(left, top)
+            > before(left, bottom + 1) + before(right + 1, top)
+    }
+
+    /// The first and the last block of each span of blocks along an axis in which the texels lie that are seen from one
+    /// index to another.
+    fn spans(&self, wrap: Wrap, axis: usize, low: f32, high: f32) -> Vec<[usize; 2]> {
+        let size = i64::from(self.size[axis]);
+        let last = size - 1;
+        let blocks =
+            |[low, high]: [i64; 2]| [low, high].map(|texel| (texel / i64::from(BLOCK)) as usize);
+        // Far beyond any image, and their products are still integers.
+        let [low, high] = [low, high].map(|index| index.clamp(-1e18, 1e18) as i64);
+        if wrap == Wrap::Clamp {
+            return vec![blocks([low.clamp(0, last), high.clamp(0, last)])];
+        }
+        if high - low >= 2 * size {
+            return vec![blocks([0, last])];
+        }
+        // The indices from low to high lie in three copies of the image at most.
+        let copies = low.div_euclid(size)..=high.div_euclid(size);
+        let spans = copies.map(|copy| {
+            let within = [low, high].map(|index| (index - copy * size).clamp(0, last));
+            match wrap == Wrap::Mirror && copy % 2 != 0 {
+                true => blocks([last - within[1], last - within[0]]),
+                false => blocks(within),
+            }
+        });
+        spans.collect()
     }
 }
 

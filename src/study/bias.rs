@@ -181,7 +181,7 @@ pub fn control(configuration: &Resolved, samples: u32) -> Resolved {
         clock: configuration.clock.stopped_at(configuration.frames - 1),
         accumulate: true,
         count: false,
-        scenes: Vec::new(),
+        scenes: [].into(),
         expect: Expect::Any,
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::{Error, Result};
 use std::fs::{File, TryLockError};
-use std::os::unix::fs::MetadataExt;
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
 /// A study's folder, locked for as long as this lives.
@@ -96,9 +96,11 @@ fn references(folder: &Path) -> PathBuf {
 fn lock(folder: &Path) -> Result<Option<File>> {
     let path = runs(folder);
     loop {
+        // A pipe of that name would never open.
         let file = File::options()
             .create(true)
             .append(true)
+            .custom_flags(libc::O_NONBLOCK)
             .open(&path)
             .map_err(|e| Error::writing(&path, e))?;
         match file.try_lock() {

@@ -10,7 +10,9 @@ use crate::toml_text::{Step, TomlText};
 use crate::{Error, Result, input_files};
 use serde::Deserialize;
 use serde_json::{Map, Value};
+use std::collections::BTreeSet;
 use std::path::Path;
+use std::sync::Arc;
 
 /// A study as its file says it.
 #[derive(Clone, Debug, Deserialize)]
@@ -161,7 +163,7 @@ pub struct Resolved {
     /// Whether rays, lanes and neighbours are counted.
     pub count: bool,
     /// Names of the scenes that it is rendered on; empty: all.
-    pub scenes: Vec<String>,
+    pub scenes: Arc<[String]>,
     /// What the bias check should find.
     pub expect: Expect,
 }
@@ -244,14 +246,19 @@ impl Plan {
     /// An unknown preset or setting, a value out of range, settings of indirect light where there is none, frames of
     /// different times that are summed up, or two configurations of one name.
     pub fn resolve(&self) -> Result<Vec<Resolved>> {
-        let of_sweeps: usize = (self.sweeps.iter())
-            .map(|sweep| product_of(&sweep.over))
-            .fold(0, usize::saturating_add);
+        let products = (self.sweeps.iter()).map(|sweep| self.product(sweep));
+        let products: Vec<Product<'_>> = products.collect::<Result<_>>()?;
+        let of_sweeps = (products.iter()).fold(0, |sum: usize, one| sum.saturating_add(one.count));
         let count = of_sweeps.saturating_add(self.configurations.len());
         if count > MAX_CONFIGURATIONS {
             return Err(self.wrong(&format!(
                 "it has {count} configurations, and at most {MAX_CONFIGURATIONS} are possible; sweep over fewer values"
             )));
+        }
+        let own = self.configurations.iter().map(|c| &c.scenes);
+        let named: BTreeSet<&str> = self.scenes.iter().map(|s| s.name.as_str()).collect();
+        for scenes in own.chain(self.sweeps.iter().map(|sweep| &sweep.scenes)) {
+            self.check_scenes(scenes, &named)?;
         }
         let mut all = Vec::new();
         for (index, c) in self.configurations.iter().enumerate() {
@@ -265,12 +272,13 @@ impl Plan {
                 clock: self.clock(),
                 accumulate: c.accumulate,
                 count: self.count,
-                scenes: c.scenes.clone(),
+                scenes: c.scenes.clone().into(),
             });
         }
-        for (index, sweep) in self.sweeps.iter().enumerate() {
+        for (index, (sweep, product)) in self.sweeps.iter().zip(products).enumerate() {
             let path = [Step::Key("sweeps"), Step::Index(index)];
-            for choice in combinations(&sweep.over).map_err(|e| self.wrong(&e.to_string()))? {
+            let scenes: Arc<[String]> = sweep.scenes.clone().into();
+            for choice in (0..product.count).map(|number| product.choice(number)) {
                 let values = choice
                     .values()
                     .map(|v| v.as_str().map_or(v.to_string(), str::to_owned));
@@ -288,17 +296,8 @@ impl Plan {
                     clock: self.clock(),
                     accumulate: sweep.accumulate,
                     count: self.count,
-                    scenes: sweep.scenes.clone(),
+                    scenes: Arc::clone(&scenes),
                 });
-            }
-        }
-        for scene in all.iter().flat_map(|c| &c.scenes) {
-            let named = self.scenes.iter().map(|scene| scene.name.as_str());
-            if !named.clone().any(|name| name == scene) {
-                return Err(self.wrong(&format!(
-                    "a configuration is for scene '{scene}', which is none of the plan's{}",
-                    nearest(scene, named)
-                )));
             }
         }
         let accumulating = all.iter().find(|c| c.accumulate);
@@ -346,6 +345,36 @@ impl Plan {
         Ok(settings)
     }
 
+    /// Checks the scenes of a configuration or a sweep: each is one of those that the plan has `named`.
+    fn check_scenes(&self, scenes: &[String], named: &BTreeSet<&str>) -> Result<()> {
+        let unknown = scenes.iter().find(|scene| !named.contains(scene.as_str()));
+        unknown.map_or(Ok(()), |scene| {
+            Err(self.wrong(&format!(
+                "a configuration is for scene '{scene}', which is none of the plan's{}",
+                nearest(scene, named.iter().copied())
+            )))
+        })
+    }
+
+    /// What a sweep goes over.
+    ///
+    /// # Errors
+    /// A key without a list of values.
+    fn product<'a>(&self, sweep: &'a Sweep) -> Result<Product<'a>> {
+        let mut product = Product {
+            lists: Vec::new(),
+            count: 1,
+        };
+        for (key, values) in &sweep.over {
+            let values = values.as_array().filter(|values| !values.is_empty());
+            let values = values
+                .ok_or_else(|| self.wrong(&format!("sweeps.over: {key} takes a list of values")))?;
+            product.lists.push((key, values));
+            product.count = product.count.saturating_mul(values.len());
+        }
+        Ok(product)
+    }
+
     fn wrong(&self, what: &str) -> Error {
         Error::input(format!("{}: {what}", self.source.origin))
     }
@@ -367,32 +396,25 @@ impl Plan {
     }
 }
 
-/// The number of combinations of one value for each key.
-fn product_of(over: &Map<String, Value>) -> usize {
-    let values = over.values().filter_map(Value::as_array);
-    values.map(Vec::len).fold(1, usize::saturating_mul)
+/// Every combination of one value for each key; each is made when it is asked for, so that the first one that is wrong ends
+/// the work.
+struct Product<'a> {
+    /// The values of each key, at least one.
+    lists: Vec<(&'a String, &'a [Value])>,
+    /// The number of combinations.
+    count: usize,
 }
 
-/// Every combination of one value for each key.
-fn combinations(over: &Map<String, Value>) -> Result<Vec<Map<String, Value>>> {
-    let mut all = vec![Map::new()];
-    for (key, values) in over {
-        let values = values
-            .as_array()
-            .filter(|v| !v.is_empty())
-            .ok_or_else(|| Error::input(format!("sweeps.over: {key} takes a list of values")))?;
-        all = all
-            .iter()
-            .flat_map(|chosen| {
-                values.iter().map(|value| {
-                    let mut chosen = chosen.clone();
-                    chosen.insert(key.clone(), value.clone());
-                    chosen
-                })
-            })
-            .collect();
+impl Product<'_> {
+    /// Combination `number`, below `count`. The values of the last key change fastest.
+    fn choice(&self, mut number: usize) -> Map<String, Value> {
+        let mut choice = Vec::new();
+        for (key, values) in self.lists.iter().rev() {
+            choice.push(((*key).clone(), values[number % values.len()].clone()));
+            number /= values.len();
+        }
+        choice.into_iter().rev().collect()
     }
-    Ok(all)
 }
 
 #[cfg(test)]
@@ -419,6 +441,22 @@ mod tests {
         assert_eq!(all.len(), 7);
         assert_eq!(all[6].name, "pairwise/3");
         assert_eq!(all[6].settings.direct.resampling.spatial.neighbours, 3);
+    }
+
+    #[test]
+    fn sweeps_without_values_are_refused_before_they_are_multiplied() {
+        let many = vec!["1"; 10_000].join(",");
+        let over = format!("\"direct.a\" = [{many}]\n\"direct.b\" = [{many}]\n\"direct.c\" = []");
+        let text = format!(
+            "scenes = [\"cornell\"]\n[[sweeps]]\npreset = \"accurate\"\n[sweeps.over]\n{over}"
+        );
+        let error = Plan::parse("plan", &text).unwrap().resolve().unwrap_err();
+        assert!(
+            error
+                .to_string()
+                .contains("direct.c takes a list of values"),
+            "{error}"
+        );
     }
 
     #[test]

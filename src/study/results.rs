@@ -439,7 +439,7 @@ mod tests {
             },
             accumulate: false,
             count: false,
-            scenes: Vec::new(),
+            scenes: [].into(),
             expect,
         };
         let bias = Bias::measure(&runs, &reference());

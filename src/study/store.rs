@@ -19,18 +19,17 @@ impl Store {
     /// # Errors
     /// A file that cannot be read.
     pub fn open(path: &Path) -> Result<Self> {
-        let text = match path.exists() {
-            true => input_files::read_text(path, u64::MAX)?,
-            false => String::new(),
+        let bytes = match path.exists() {
+            true => input_files::read(path)?,
+            false => Vec::new(),
         };
         let mut store = Self {
             path: path.to_owned(),
             runs: HashMap::new(),
         };
-        for run in text
-            .lines()
-            .filter_map(|line| serde_json::from_str(line).ok())
-        {
+        // A line may be cut short within a character.
+        let lines = bytes.split(|byte| *byte == b'\n');
+        for run in lines.filter_map(|line| serde_json::from_slice(line).ok()) {
             store.remember(run);
         }
         Ok(store)
@@ -102,19 +101,20 @@ mod tests {
         let mut store = Store::open(&path).unwrap();
         store.add(run("a", 1)).unwrap();
         store.add(run("a", 0)).unwrap();
-        store.add(run("b", 0)).unwrap();
+        store.add(run("é", 0)).unwrap();
         let whole = std::fs::read(&path).unwrap();
-        std::fs::write(&path, &whole[..whole.len() - 9]).unwrap();
+        let within = whole.iter().position(|byte| *byte == 0xA9).unwrap();
+        std::fs::write(&path, &whole[..within]).unwrap();
 
         let mut store = Store::open(&path).unwrap();
-        assert!(store.find("b", 0).is_none());
-        store.add(run("b", 0)).unwrap();
+        assert!(store.find("é", 0).is_none());
+        store.add(run("é", 0)).unwrap();
         let store = Store::open(&path).unwrap();
         let seeds: Vec<u32> = store.of("a", 0..9).iter().map(|r| r.seed).collect();
         assert_eq!(seeds, [0, 1]);
         assert_eq!(store.of("a", 1..9).len(), 1);
         assert!(store.of("c", 0..9).is_empty());
-        assert_eq!(store.find("b", 0).unwrap().mean, [1.0, 2.0, 3.0]);
+        assert_eq!(store.find("é", 0).unwrap().mean, [1.0, 2.0, 3.0]);
     }
 
     #[test]

@@ -26,7 +26,7 @@ fn configuration() -> Resolved {
         },
         accumulate: false,
         count: false,
-        scenes: Vec::new(),
+        scenes: [].into(),
         expect: Expect::Unbiased,
     }
 }

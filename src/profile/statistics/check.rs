@@ -64,27 +64,42 @@ const VALUES: &[Value] = &[
     },
 ];
 
-/// A line for each value that is worse than those of every stored pipeline of the same pass and tracer that a common scene
-/// uses with common settings. `stored` has pipelines of this device and driver alone.
+/// The outcome of a comparison.
+#[derive(Debug, Default)]
+pub struct Compared {
+    /// A line for each value that is worse.
+    pub worse: Vec<String>,
+    /// The number of pipelines for which nothing comparable is stored.
+    pub without: usize,
+}
+
+/// Compares each pipeline with the stored one of the same pass and tracer that has most uses in common with it; of several
+/// such, with the worst. A use is a scene with settings. `stored` has pipelines of this device and driver alone.
 ///
-/// A change of a shader may split what was one pipeline for several scenes, or join several. A pipeline without a
-/// counterpart is in no line.
-pub fn compare(now: &[Pipeline], stored: &[&Pipeline]) -> Vec<String> {
-    let common = |a: &[String], b: &[String]| a.iter().any(|name| b.contains(name));
-    let mut lines = Vec::new();
+/// A change of a shader may split what was one pipeline for several scenes, or join several.
+pub fn compare(now: &[Pipeline], stored: &[&Pipeline]) -> Compared {
+    let mut compared = Compared::default();
     for one in now {
-        let counterparts: Vec<&&Pipeline> = (stored.iter())
-            .filter(|old| (&old.tracer, &old.pass) == (&one.tracer, &one.pass))
-            .filter(|old| common(&old.scenes, &one.scenes) && common(&old.settings, &one.settings))
-            .collect();
+        let same = |old: &&&Pipeline| (&old.tracer, &old.pass) == (&one.tracer, &one.pass);
+        let alike = stored
+            .iter()
+            .filter(same)
+            .map(|old| (alike(one, old), *old));
+        let alike: Vec<(usize, &Pipeline)> = alike.collect();
+        let most = alike.iter().map(|(uses, _)| *uses).max().unwrap_or(0);
+        if most == 0 {
+            compared.without += 1;
+            continue;
+        }
         for value in VALUES {
-            let worst = (counterparts.iter())
-                .filter_map(|old| (value.of)(old))
+            let counterparts = alike.iter().filter(|(uses, _)| *uses == most);
+            let worst = counterparts
+                .filter_map(|(_, old)| (value.of)(old))
                 .reduce(f64::max);
             if let Some((now, stored)) = (value.of)(one).zip(worst)
                 && now > (value.limit)(stored)
             {
-                lines.push(format!(
+                compared.worse.push(format!(
                     "worse {} {} {} ({}; {}): {} {} instead of {}",
                     one.device,
                     one.tracer,
@@ -98,7 +113,13 @@ pub fn compare(now: &[Pipeline], stored: &[&Pipeline]) -> Vec<String> {
             }
         }
     }
-    lines
+    compared
+}
+
+/// The number of uses that two pipelines may have in common.
+fn alike(a: &Pipeline, b: &Pipeline) -> usize {
+    let common = |a: &[String], b: &[String]| a.iter().filter(|name| b.contains(name)).count();
+    common(&a.scenes, &b.scenes) * common(&a.settings, &b.settings)
 }
 
 #[cfg(test)]
@@ -127,7 +148,7 @@ mod tests {
         let check = |change: fn(&mut Pipeline)| {
             let mut now = pipeline(&["garage"]);
             change(&mut now);
-            compare(&[now], &[&stored])
+            compare(&[now], &[&stored]).worse
         };
         assert_eq!(check(|_| ()), [""; 0]);
         assert_eq!(check(|one| one.vgprs = Some(104)), [""; 0]);
@@ -159,5 +180,21 @@ mod tests {
             let start = "worse a GPU compute-bvh path_trace (garage; path-tracing): ";
             assert_eq!(check(change), [format!("{start}{end}")]);
         }
+    }
+
+    #[test]
+    fn the_counterpart_is_the_one_with_most_in_common() {
+        let [mut plain, mut textured] = [
+            pipeline(&["cornell", "terrain"]),
+            pipeline(&["garage", "street", "terrain"]),
+        ];
+        plain.vgprs = Some(40);
+        textured.vgprs = Some(200);
+        let check = |scenes: &[&str]| compare(&[pipeline(scenes)], &[&plain, &textured]);
+        assert_eq!(check(&["cornell", "terrain"]).worse.len(), 1);
+        assert_eq!(check(&["garage", "street"]).worse.len(), 0);
+        // As much in common with both: only what is worse than either counts.
+        assert_eq!(check(&["terrain"]).worse.len(), 0);
+        assert_eq!(check(&["two-rooms"]).without, 1);
     }
 }

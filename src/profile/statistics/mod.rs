@@ -6,13 +6,13 @@ mod collect;
 mod settings;
 mod text;
 
-pub use check::{SLACK, Slack, compare};
+pub use check::{Compared, SLACK, Slack, compare};
 pub use collect::Compiler;
 pub use settings::CONFIGURATIONS;
 pub use text::table;
 
 use crate::gpu::CompilerReport;
-use crate::{Error, Result};
+use crate::{Error, Result, input_files};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -86,7 +86,7 @@ fn value(report: &CompilerReport, name: &str) -> Option<u64> {
 /// # Errors
 /// The file cannot be read or has another form.
 pub fn read(path: &Path) -> Result<Vec<Pipeline>> {
-    let text = std::fs::read_to_string(path).map_err(|e| Error::reading(path, e))?;
+    let text = input_files::read_text(path, input_files::MAX_JSON_BYTES)?;
     serde_json::from_str(&text).map_err(|e| {
         Error::input(format!(
             "{} has no statistics of pipelines ({e}); 'headwater statistics --output' writes them",
