@@ -1,19 +1,31 @@
-//! Memory: how much there is, asked before an input takes much of it. Linux promises more than it has, and then ends
+//! Memory: how much there is, looked up before an input takes much of it. Linux promises more than it has, and then ends
 //! the process that uses it; so a reservation alone proves nothing.
 
 use crate::out_of_memory::may_fail;
+use std::fs::read_to_string;
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Less is taken without a look at what there is.
+/// This many bytes, in one piece or in many, are taken without a look at what there is.
 const LITTLE: u64 = 64 << 20;
 
-/// Checks that there is memory for so many bytes more.
+/// The sum of the pieces that were taken since the last look.
+static TAKEN: AtomicU64 = AtomicU64::new(0);
+
+/// Checks that there is memory for `bytes` more. Small pieces cost nothing: they are summed, and for each [`LITTLE`] there
+/// is one look.
 ///
 /// # Errors
-/// There is not; the text gives both numbers of bytes.
+/// There is less; the text gives both numbers of bytes.
 pub fn check(bytes: u64) -> Result<(), String> {
+    if bytes <= LITTLE && TAKEN.fetch_add(bytes, Ordering::Relaxed) + bytes <= LITTLE {
+        return Ok(());
+    }
+    TAKEN.store(0, Ordering::Relaxed);
+    let needed = bytes.max(LITTLE);
     match available() {
-        Some(available) if bytes > LITTLE && bytes > available => Err(format!(
-            "{bytes} bytes are more than there is memory for, {available} bytes are free"
+        Some(available) if needed > available => Err(format!(
+            "{needed} bytes are more than there is memory for, {available} bytes are free"
         )),
         _ => Ok(()),
     }
@@ -33,20 +45,68 @@ pub fn room_for(bytes: u64) -> Result<Vec<u8>, String> {
     Ok(room)
 }
 
-/// Bytes that the process can still take: what is free or can be freed, and no more than the limit of its control
-/// group. None where the system does not report it.
+/// Bytes that the process can still take: what is free or can be freed, within the limits of its control groups and of
+/// its address space. None where the system does not report it.
 fn available() -> Option<u64> {
-    let report = std::fs::read_to_string("/proc/meminfo").ok()?;
-    let free = kibibytes(&report, "MemAvailable:")? + kibibytes(&report, "SwapFree:").unwrap_or(0);
-    let group = std::fs::read_to_string("/sys/fs/cgroup/memory.max").ok();
-    let limit = group.and_then(|limit| limit.trim().parse().ok());
-    Some((1024 * free).min(limit.unwrap_or(u64::MAX)))
+    let report = read_to_string("/proc/meminfo").ok()?;
+    let kibibytes = |key| value(&report, key);
+    let free = 1024 * (kibibytes("MemAvailable:")? + kibibytes("SwapFree:").unwrap_or(0));
+    let groups = read_to_string("/proc/self/cgroup").unwrap_or_default();
+    let in_groups = left_in_groups(&groups, Path::new("/sys/fs/cgroup"));
+    let limits = [in_groups, left_in_address_space()];
+    Some(limits.into_iter().flatten().fold(free, u64::min))
 }
 
-/// A number of `/proc/meminfo`.
-fn kibibytes(report: &str, key: &str) -> Option<u64> {
-    let line = report.lines().find_map(|line| line.strip_prefix(key))?;
-    line.split_whitespace().next()?.parse().ok()
+/// The number behind a key, of which the report has one per line.
+fn value(report: &str, key: &str) -> Option<u64> {
+    number(report.lines().find_map(|line| line.strip_prefix(key))?)
+}
+
+/// The first word as a number.
+fn number(text: &str) -> Option<u64> {
+    text.split_whitespace().next()?.parse().ok()
+}
+
+/// Bytes that the control groups of a process leave it; none where they have no limit. `groups` is the content of its
+/// `/proc/self/cgroup`, `root` the folder where the hierarchies are mounted.
+fn left_in_groups(groups: &str, root: &Path) -> Option<u64> {
+    let left = groups.lines().filter_map(|line| {
+        let (controllers, path) = line.split_once(':')?.1.split_once(':')?;
+        let (root, limit, used, prefix) = match controllers {
+            "" => (root.to_owned(), "memory.max", "memory.current", ""),
+            _ if controllers.split(',').any(|name| name == "memory") => (
+                root.join("memory"),
+                "memory.limit_in_bytes",
+                "memory.usage_in_bytes",
+                "total_",
+            ),
+            _ => return None,
+        };
+        // Each group has the limits of those around it too. In a container the path may be that of the host: then the
+        // root is the process's own group.
+        let groups = Path::new(path.trim_start_matches('/')).ancestors();
+        let left = groups.filter_map(|group| {
+            let read = |name| read_to_string(root.join(group).join(name)).ok();
+            let limit = number(&read(limit)?)?;
+            // What was read from files counts as used, though it is given up when memory is needed.
+            let statistics = read("memory.stat").unwrap_or_default();
+            let cached = ["inactive_file ", "active_file "].map(|kind| {
+                let key = format!("{prefix}{kind}");
+                value(&statistics, &key).unwrap_or(0)
+            });
+            let used = number(&read(used)?)?.saturating_sub(cached.iter().sum());
+            Some(limit.saturating_sub(used))
+        });
+        left.min()
+    });
+    left.min()
+}
+
+/// Bytes that the limit of the process's address space (`ulimit -v`) leaves it; none where there is no limit.
+fn left_in_address_space() -> Option<u64> {
+    let limit = rustix::process::getrlimit(rustix::process::Resource::As).current?;
+    let used = number(&read_to_string("/proc/self/statm").ok()?)?;
+    Some(limit.saturating_sub(used * rustix::param::page_size() as u64))
 }
 
 #[cfg(test)]
@@ -65,8 +125,41 @@ mod tests {
     #[test]
     fn numbers_of_the_report_are_found() {
         let report = "MemFree:  7 kB\nMemAvailable:   1234 kB\nSwapFree: 0 kB\n";
-        assert_eq!(kibibytes(report, "MemAvailable:"), Some(1234));
-        assert_eq!(kibibytes(report, "SwapFree:"), Some(0));
-        assert_eq!(kibibytes(report, "Other:"), None);
+        assert_eq!(value(report, "MemAvailable:"), Some(1234));
+        assert_eq!(value(report, "SwapFree:"), Some(0));
+        assert_eq!(value(report, "Other:"), None);
+    }
+
+    #[test]
+    fn control_groups_of_both_versions_limit_what_is_left() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, content: &str| {
+            let path = folder.path().join(name);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, content).unwrap();
+        };
+        let left = |groups: &str| left_in_groups(groups, folder.path());
+        assert_eq!(left("0::/\n"), None);
+        write("a/memory.max", "1000\n");
+        write("a/memory.current", "700\n");
+        write(
+            "a/memory.stat",
+            "anon 1\ninactive_file 30\nactive_file 70\n",
+        );
+        write("a/b/memory.max", "max\n");
+        write("a/b/memory.current", "600\n");
+        assert_eq!(left("1:cpu:/x\n0::/a/b\n"), Some(400));
+        assert_eq!(left("0::/other\n"), None);
+        write("memory/memory.limit_in_bytes", "500\n");
+        write("memory/memory.usage_in_bytes", "450\n");
+        write(
+            "memory/memory.stat",
+            "active_file 1\ntotal_active_file 20\n",
+        );
+        let first = "4:cpu,memory:/of/the/host\n";
+        assert_eq!(left(first), Some(70));
+        assert_eq!(left(&format!("{first}0::/a\n")), Some(70));
+        write("a/memory.current", "2000\n");
+        assert_eq!(left("0::/a\n"), Some(0));
     }
 }
