@@ -77,9 +77,20 @@ fn read_at_most(path: &Path, most: u64) -> Result<Vec<u8>> {
             format!("it has {length} bytes, and at most {most} are read; give a smaller file");
         return Err(wrong(&text));
     }
-    let mut bytes = room_for(length).map_err(|cause| wrong(&cause))?;
-    // Not more than there was memory for, even if the file grows.
-    (file.take(length).read_to_end(&mut bytes)).map_err(|cause| wrong(&cause))?;
+    read_length(file, length).map_err(|cause| wrong(&cause))
+}
+
+/// The first `length` bytes of a file, or all if it has become shorter.
+///
+/// # Errors
+/// It cannot be read, or there is no memory for it.
+pub fn read_length(file: impl Read, length: u64) -> io::Result<Vec<u8>> {
+    let no_room = |cause| {
+        let text = format!("{cause}; give a smaller file");
+        io::Error::new(ErrorKind::OutOfMemory, text)
+    };
+    let mut bytes = room_for(length).map_err(no_room)?;
+    file.take(length).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 

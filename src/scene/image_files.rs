@@ -18,7 +18,6 @@ pub(super) fn read(what: &str, file: SceneFile, progress: &mut Progress<'_>) -> 
         let text = format!("it has {length} bytes, an image file at most {MAX_BYTES}");
         return Err(unreadable(what, &file.name, &text));
     }
-    progress.expect(length);
     read_file(what, file, MAX_BYTES, progress)
 }
 

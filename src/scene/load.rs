@@ -1,17 +1,18 @@
 //! Reads a scene from a file of any supported format.
 
-use super::notices::quoted;
 use super::progress::{Progress, Watch, Watched};
 use super::scene_folder::SceneFolder;
 use super::{Scene, gltf, obj};
-use crate::memory::room_for;
-use crate::{Error, Result, input_files};
+use crate::{Error, Result, input_files, memory};
 use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
 
 /// Largest glTF file, in bytes, without its separate buffers: a GLB stores its length in 32 bits.
 const MAX_BYTES: u64 = u32::MAX as u64;
+
+/// Bytes of memory that an OBJ file takes for each of its own.
+const OBJ_RATIO: u64 = 4;
 
 /// What is permitted when a scene is loaded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::Args)]
@@ -56,6 +57,8 @@ pub fn load_watched(path: &Path, options: Options, watch: &mut Watch<'_>) -> Res
             gltf::read(&bytes, &folder, &mut progress)
         }),
         Some("obj") => open_file(path, &mut progress).and_then(|(file, length)| {
+            memory::check(length.saturating_mul(OBJ_RATIO))
+                .map_err(|cause| Error::input(format!("{cause}; give a smaller scene")))?;
             let file = Watched::new(file, &mut progress).take(length);
             obj::read(BufReader::with_capacity(1 << 16, file), &folder)?
                 .load_textures(&folder, &mut progress)
@@ -70,7 +73,7 @@ pub fn load_watched(path: &Path, options: Options, watch: &mut Watch<'_>) -> Res
             Ok(finished(scene, path))
         })
         .map_err(|error| match error {
-            Error::Input(fault) => Error::Input(format!("{}: {fault}", one_line(path))),
+            Error::Input(fault) => Error::Input(format!("{}: {fault}", path.display())),
             other => other,
         })
 }
@@ -91,13 +94,8 @@ fn read_whole(path: &Path, progress: &mut Progress<'_>) -> Result<Vec<u8>> {
             "has {length} bytes, a glTF file at most {MAX_BYTES}; give a smaller scene, or one with its buffers in files of their own"
         )));
     }
-    let no_room = |cause| Error::input(format!("{cause}; give a smaller scene"));
-    let mut bytes = room_for(length).map_err(no_room)?;
-    Watched::new(file, progress)
-        .take(length)
-        .read_to_end(&mut bytes)
-        .map_err(|cause| Error::from_io(cause, unreadable))?;
-    Ok(bytes)
+    input_files::read_length(Watched::new(file, progress), length)
+        .map_err(|cause| Error::from_io(cause, unreadable))
 }
 
 fn finished(mut scene: Scene, path: &Path) -> Scene {
@@ -116,14 +114,4 @@ fn finished(mut scene: Scene, path: &Path) -> Scene {
 /// The error of a file that cannot be read; [`load_watched`] puts the path in front of it.
 fn unreadable(cause: std::io::Error) -> Error {
     Error::input(format!("cannot be read: {cause}"))
-}
-
-/// A path for messages: unchanged unless it contains control characters, which could break the line.
-fn one_line(path: &Path) -> String {
-    let text = path.to_string_lossy();
-    if text.chars().any(char::is_control) {
-        quoted(&text)
-    } else {
-        text.into_owned()
-    }
 }

@@ -1,8 +1,7 @@
 //! Progress of loading a scene, reported to a callback.
 
 use super::scene_folder::{SceneFile, unreadable};
-use crate::memory::room_for;
-use crate::{Error, Result};
+use crate::{Error, Result, input_files};
 use std::fs::File;
 use std::io::Read;
 
@@ -85,10 +84,7 @@ pub(super) fn read_file(
 ) -> Result<Vec<u8>> {
     let name = &file.name;
     let length = at_most.min(file.length);
-    let mut bytes = room_for(length).map_err(|cause| unreadable(what, name, &cause))?;
-    Watched::new(file.file, progress)
-        .take(length)
-        .read_to_end(&mut bytes)
-        .map_err(|cause| Error::from_io(cause, |cause| unreadable(what, name, &cause)))?;
-    Ok(bytes)
+    progress.expect(length);
+    input_files::read_length(Watched::new(file.file, progress), length)
+        .map_err(|cause| Error::from_io(cause, |cause| unreadable(what, name, &cause)))
 }

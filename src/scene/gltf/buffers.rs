@@ -78,7 +78,7 @@ pub struct Buffers<'a> {
     copies: Vec<Vec<u8>>,
     binary: &'a [u8],
     /// For each buffer the index of its copy, or none for the binary chunk, and its length in bytes.
-    places: Vec<(Option<usize>, usize)>,
+    sources: Vec<(Option<usize>, usize)>,
 }
 
 impl<'a> Buffers<'a> {
@@ -89,24 +89,21 @@ impl<'a> Buffers<'a> {
         folder: &SceneFolder<'_>,
         progress: &mut Progress<'_>,
     ) -> Result<Self> {
-        let files = || {
-            let buffers = document.buffers.iter();
-            buffers.filter(|buffer| buffer.file().is_some())
-        };
-        for buffer in files() {
-            progress.expect(buffer.byte_length);
-        }
         // A file is read as far as the longest of the buffers that it may be.
-        let longest = files().map(|buffer| buffer.byte_length).max();
+        let files = document
+            .buffers
+            .iter()
+            .filter(|buffer| buffer.file().is_some());
+        let longest = files.map(|buffer| buffer.byte_length).max();
         let mut buffers = Self {
             copies: Vec::new(),
             binary: binary.unwrap_or_default(),
-            places: Vec::new(),
+            sources: Vec::new(),
         };
         let mut known: HashMap<(u64, u64), usize> = HashMap::new();
         for (index, buffer) in document.buffers.iter().enumerate() {
             let what = format!("buffer {index}");
-            let place = match (&buffer.uri, binary) {
+            let source = match (&buffer.uri, binary) {
                 (None, Some(_)) if index == 0 => None,
                 (None, _) => {
                     return Err(damaged(format!(
@@ -123,26 +120,26 @@ impl<'a> Buffers<'a> {
                     None => {
                         let file = open(&what, uri, folder)?;
                         match known.entry(file.id) {
-                            Entry::Occupied(place) => *place.get(),
-                            Entry::Vacant(place) => {
+                            Entry::Occupied(copy) => *copy.get(),
+                            Entry::Vacant(copy) => {
                                 let most = longest.unwrap_or_default();
                                 let bytes = read_file(&what, file, most, progress)?;
-                                *place.insert(buffers.add(bytes))
+                                *copy.insert(buffers.add(bytes))
                             }
                         }
                     }
                 }),
             };
-            let there = buffers.bytes(place).len();
+            let there = buffers.bytes(source).len();
             if (there as u64) < buffer.byte_length {
-                let source =
+                let file =
                     (buffer.file()).map_or(String::new(), |uri| format!(" in {}", quoted(uri)));
                 return Err(damaged(format!(
-                    "{what} should have {} bytes, there are {there}{source}",
+                    "{what} should have {} bytes, there are {there}{file}",
                     buffer.byte_length
                 )));
             }
-            buffers.places.push((place, buffer.byte_length as usize));
+            buffers.sources.push((source, buffer.byte_length as usize));
         }
         Ok(buffers)
     }
@@ -152,14 +149,14 @@ impl<'a> Buffers<'a> {
         self.copies.len() - 1
     }
 
-    fn bytes(&self, place: Option<usize>) -> &[u8] {
-        place.map_or(self.binary, |place| &self.copies[place])
+    fn bytes(&self, source: Option<usize>) -> &[u8] {
+        source.map_or(self.binary, |copy| &self.copies[copy])
     }
 
     /// The bytes of each buffer, exactly as many as it says.
     pub fn slices(&self) -> Vec<&[u8]> {
-        let slice = |(place, length): &(Option<usize>, usize)| &self.bytes(*place)[..*length];
-        self.places.iter().map(slice).collect()
+        let slice = |(source, length): &(Option<usize>, usize)| &self.bytes(*source)[..*length];
+        self.sources.iter().map(slice).collect()
     }
 
     /// Bytes of all that the buffers are in.
