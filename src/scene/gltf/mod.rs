@@ -44,6 +44,15 @@ const EXTENSIONS: [&str; 9] = [
 /// Bytes that an object of the JSON takes, such as a node without content, with what becomes of it.
 const OBJECT_BYTES: u64 = 1 << 10;
 
+/// Bytes that a string of a list takes, or an entry of a map, without its text.
+const STRING_BYTES: u64 = 128;
+
+/// Bytes that a number of a list takes.
+const NUMBER_BYTES: u64 = 16;
+
+/// The most extensions that a notice lists.
+const MAX_EXTENSIONS: usize = 16;
+
 /// Reads a glTF file from its bytes; files it names lie in `folder`. Errors name the element, not
 /// the file. The scene is not validated yet.
 pub(super) fn read(
@@ -52,7 +61,7 @@ pub(super) fn read(
     progress: &mut Progress<'_>,
 ) -> Result<Scene> {
     let (json, binary) = buffers::split(bytes)?;
-    check_objects(&json)?;
+    check_memory(&json)?;
     let document = parse(&json)?;
     check_extensions(&document)?;
     let mut tally = Tally::default();
@@ -148,14 +157,49 @@ pub(super) fn read(
     Ok(scene)
 }
 
-/// Checks that there is memory for what is read from JSON: its objects take the most of that, and braces count them.
-fn check_objects(json: &[u8]) -> Result<()> {
-    let objects = json.iter().filter(|byte| **byte == b'{').count() as u64;
-    memory::check(objects * OBJECT_BYTES).map_err(|cause| {
+/// Checks that there is memory for what is read from JSON.
+fn check_memory(json: &[u8]) -> Result<()> {
+    memory::check(memory_of(json)).map_err(|cause| {
         Error::input(format!(
-            "its JSON has {objects} objects: {cause}; split the file"
+            "its JSON has too many elements: {cause}; split the file"
         ))
     })
+}
+
+/// Bytes that what is read from JSON takes at most, from a count of its elements.
+fn memory_of(json: &[u8]) -> u64 {
+    let mut bytes = 0;
+    let mut rest = json;
+    while let Some((byte, after)) = rest.split_first() {
+        rest = after;
+        let next = || after.trim_ascii_start().first();
+        bytes += match byte {
+            b'"' => {
+                rest = after_string(after);
+                0
+            }
+            b'[' if matches!(next(), Some(b'-' | b'0'..=b'9')) => STRING_BYTES,
+            // The reader takes a list of an object's members for the object.
+            b'{' | b'[' => OBJECT_BYTES,
+            b',' if next() == Some(&b'"') => STRING_BYTES,
+            b',' => NUMBER_BYTES,
+            _ => 0,
+        };
+    }
+    bytes
+}
+
+/// What follows a string whose content `json` begins with.
+fn after_string(json: &[u8]) -> &[u8] {
+    let mut rest = json;
+    while let Some(at) = rest.iter().position(|byte| matches!(byte, b'"' | b'\\')) {
+        let length = if rest[at] == b'"' { 1 } else { 2 };
+        rest = rest.get(at + length..).unwrap_or_default();
+        if length == 1 {
+            return rest;
+        }
+    }
+    &[]
 }
 
 fn parse(json: &[u8]) -> Result<Document> {
@@ -185,12 +229,11 @@ fn not_json(json: &[u8], cause: &serde_json::Error) -> Error {
         Ok(_) => String::new(),
         Err(fault) => fault.path().iter().take(2).map(|p| p.to_string()).collect(),
     };
-    let place = match element.as_str() {
+    let location = match element.as_str() {
         "" => String::new(),
         element => format!(", in {}", super::notices::quoted(element)),
     };
-    let cause = cause.to_string().replace('\n', " ");
-    damaged(format!("its JSON cannot be read: {cause}{place}"))
+    damaged(format!("its JSON cannot be read: {cause}{location}"))
 }
 
 fn check_version(asset: &document::Asset) -> Result<()> {
@@ -227,12 +270,18 @@ fn notice_ignored(document: &Document, tally: &mut Tally) {
         .extensions_used
         .iter()
         .filter(|name| !EXTENSIONS.contains(&name.as_str()))
+        .take(MAX_EXTENSIONS + 1)
+        .map(|name| name.chars().take(60).collect::<String>())
         .map(|name| name.escape_debug().to_string())
         .collect();
     if !ignored.is_empty() {
-        tally.add("extensions that are not supported are ignored", || {
-            ignored.join(", ")
-        });
+        tally.add(
+            "extensions that are not supported are ignored",
+            || match ignored.get(..MAX_EXTENSIONS) {
+                Some(first) if first.len() < ignored.len() => first.join(", ") + " and others",
+                _ => ignored.join(", "),
+            },
+        );
     }
 }
 

@@ -19,11 +19,11 @@ use std::path::PathBuf;
 pub struct Textures<'a> {
     document: &'a Document,
     uses: &'a Uses,
-    /// For each of the file's images its index in the scene; none if no material needs it, or if its file is missing.
-    places: Vec<Option<u32>>,
+    /// For each of the file's images its index among the scene's; none if no material needs it, or if its file is missing.
+    images: Vec<Option<u32>>,
 }
 
-/// The place of the bytes of an image.
+/// The source of the bytes of an image.
 enum Source<'a> {
     File(SceneFile),
     /// The text of a data URI behind `data:`.
@@ -57,7 +57,7 @@ impl<'a> Textures<'a> {
         let mut textures = Self {
             document,
             uses,
-            places: vec![None; document.images.len()],
+            images: vec![None; document.images.len()],
         };
         let mut encoded = Vec::new();
         let mut known: HashMap<Identity<'_>, u32> = HashMap::new();
@@ -70,7 +70,7 @@ impl<'a> Textures<'a> {
             for (kind, info) in slots(material, uses.emits[index]) {
                 let Some(info) = info else { continue };
                 let index = textures.image_of(&format!("{kind} of {what}"), info.index)?;
-                if textures.places[index].is_some() || missing[index] {
+                if textures.images[index].is_some() || missing[index] {
                     continue;
                 }
                 let image = &document.images[index];
@@ -82,22 +82,22 @@ impl<'a> Textures<'a> {
                     continue;
                 };
                 let identity = source.identity();
-                if let Some(place) = known.get(&identity) {
-                    textures.places[index] = Some(*place);
+                if let Some(known) = known.get(&identity) {
+                    textures.images[index] = Some(*known);
                     continue;
                 }
                 let name = match &source {
                     Source::File(_) => image.uri.as_deref().unwrap_or_default(),
                     _ => &image.name,
                 };
-                let place = encoded.len() as u32;
+                let own = encoded.len() as u32;
                 encoded.push(images::Encoded {
                     bytes: source.read(&what, accessors, progress)?,
                     name: name.to_owned(),
                     what,
                 });
-                known.insert(identity, place);
-                textures.places[index] = Some(place);
+                known.insert(identity, own);
+                textures.images[index] = Some(own);
             }
         }
         let images = images::decode(&encoded, &mut images::TexelCount::default(), progress)?;
@@ -120,7 +120,7 @@ impl<'a> Textures<'a> {
         let Some(info) = info else {
             return Ok(None);
         };
-        let Some(image) = self.places[self.image_of(what, info.index)?] else {
+        let Some(image) = self.images[self.image_of(what, info.index)?] else {
             return Ok(None);
         };
         let placed = info.extensions.transform.clone().unwrap_or_default();
@@ -222,7 +222,7 @@ fn transform(placed: &TextureTransform) -> Affine2 {
 }
 
 impl<'a> Source<'a> {
-    /// That of an image; none if its file is missing.
+    /// The source of an image's bytes; none if its file is missing.
     fn of(what: &str, image: &'a FileImage, folder: &SceneFolder<'_>) -> Result<Option<Self>> {
         match (&image.uri, image.buffer_view) {
             (Some(uri), _) => match uri.strip_prefix("data:") {

@@ -1,7 +1,7 @@
 //! A limit on what a file's elements unfold to: many may share the same bytes, and a small file could else ask for any
 //! amount of memory or time.
 
-use crate::{Error, Result};
+use crate::{Error, Result, memory};
 use std::cell::Cell;
 
 /// Elements may unfold to this many bytes per byte of the file, and [`FREE_BYTES`].
@@ -24,13 +24,14 @@ impl Unfolding {
     /// Takes the bytes of an element; `what` names it in the message.
     ///
     /// # Errors
-    /// There are not as many left.
+    /// There are not as many left, or there is no memory for them.
     pub fn take(&self, what: &str, bytes: u128) -> Result<()> {
         let bytes = u64::try_from(bytes).ok();
         match bytes.and_then(|bytes| self.0.get().checked_sub(bytes)) {
             Some(left) => {
                 self.0.set(left);
-                Ok(())
+                memory::check(bytes.unwrap_or_default())
+                    .map_err(|cause| Error::input(format!("{what}: {cause}; split the file")))
             }
             None => Err(Error::input(format!(
                 "{what}: with it the file unfolds to more than {RATIO} times its size; split the file"
