@@ -8,11 +8,18 @@
 use super::load::Options;
 use super::notices::quoted;
 use crate::{Error, Result, input_files};
-use rustix::fs::{Mode, OFlags, openat};
+use rustix::fs::{Mode, OFlags, open, openat};
 use std::fs::File;
 use std::io::{self, ErrorKind};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Component, Path, PathBuf};
+
+/// How folders on the way to a file are opened. One that may be passed through need not be readable, except where the
+/// system has no such flag.
+#[cfg(target_os = "linux")]
+const THROUGH: OFlags = OFlags::PATH.union(OFlags::DIRECTORY);
+#[cfg(not(target_os = "linux"))]
+const THROUGH: OFlags = OFlags::DIRECTORY;
 
 /// The folder of a scene, and what the user permits.
 #[derive(Clone, Copy)]
@@ -36,7 +43,7 @@ pub(super) struct SceneFile {
 enum Lookup {
     Found(SceneFile),
     Missing,
-    /// All names lead out of the folder; this is the last.
+    /// No file in the folder has any of the names, and this name leads out of it.
     Outside(PathBuf),
 }
 
@@ -75,6 +82,7 @@ impl<'a> SceneFolder<'a> {
         if permitted.is_empty() {
             return Ok(Lookup::Outside(names.last().cloned().unwrap_or_default()));
         }
+        let mut outside = None;
         for name in permitted {
             let opened = match self.options.allow_outside {
                 true => input_files::open(&self.path.join(&name)).map(Some),
@@ -82,7 +90,10 @@ impl<'a> SceneFolder<'a> {
             };
             let file = match opened {
                 Ok(Some(file)) => file,
-                Ok(None) => return Ok(Lookup::Outside(name)),
+                Ok(None) => {
+                    outside.get_or_insert(name);
+                    continue;
+                }
                 Err(cause) if is_absence(cause.kind()) => continue,
                 Err(cause) => return Err(unreadable(what, &name, &cause)),
             };
@@ -95,7 +106,7 @@ impl<'a> SceneFolder<'a> {
                 name,
             }));
         }
-        Ok(Lookup::Missing)
+        Ok(outside.map_or(Lookup::Missing, Lookup::Outside))
     }
 
     /// Opens a plain file; none if a link on the way to it leads out of the folder.
@@ -110,18 +121,19 @@ impl<'a> SceneFolder<'a> {
             return Ok(None);
         };
         input_files::check_plain(&real.metadata()?)?;
-        let mut at = File::open(&folder)?;
+        let mut at = open(&folder, THROUGH | OFlags::CLOEXEC, Mode::empty())?;
         let mut parts = inner.components().peekable();
         while let Some(part) = parts.next() {
-            let last = match parts.peek() {
-                Some(_) => OFlags::DIRECTORY,
-                None => OFlags::NONBLOCK | OFlags::NOCTTY,
+            let how = match parts.peek() {
+                Some(_) => THROUGH,
+                None => OFlags::RDONLY | OFlags::NONBLOCK | OFlags::NOCTTY,
             };
-            let flags = OFlags::RDONLY | OFlags::NOFOLLOW | OFlags::CLOEXEC | last;
-            at = openat(&at, part.as_os_str(), flags, Mode::empty())?.into();
+            let flags = how | OFlags::NOFOLLOW | OFlags::CLOEXEC;
+            at = openat(&at, part.as_os_str(), flags, Mode::empty())?;
         }
-        input_files::check_plain(&at.metadata()?)?;
-        Ok(Some(at))
+        let file = File::from(at);
+        input_files::check_plain(&file.metadata()?)?;
+        Ok(Some(file))
     }
 }
 
@@ -139,9 +151,12 @@ impl Lookup {
     }
 }
 
-/// True if an error means that no file is there.
+/// True if an error means that no file is there: none has a name that is too long.
 fn is_absence(kind: ErrorKind) -> bool {
-    matches!(kind, ErrorKind::NotFound | ErrorKind::NotADirectory)
+    matches!(
+        kind,
+        ErrorKind::NotFound | ErrorKind::NotADirectory | ErrorKind::InvalidFilename
+    )
 }
 
 /// The error of a file that cannot be read.
