@@ -10,18 +10,24 @@ const MAX_EAR_CLIPPING_CORNERS: usize = 512;
 /// has no correct triangulation; it is cut into the same number of triangles.
 pub(super) fn triangulate(points: &[Vec3], mut triangle: impl FnMut([usize; 3])) {
     let count = points.len();
-    let corners = flatten(points);
-    let mut ears = Ears::of(&corners);
-    if !is_convex(&corners) && count <= MAX_EAR_CLIPPING_CORNERS {
-        while ears.left.len() > 3
-            && let Some(ear) = ears.cut_first()
-        {
-            triangle(ear);
+    if (4..=MAX_EAR_CLIPPING_CORNERS).contains(&count) {
+        let corners = flatten(points);
+        if !is_convex(&corners) {
+            let mut ears = Ears::of(&corners);
+            while ears.left.len() > 3
+                && let Some(ear) = ears.cut_first()
+            {
+                triangle(ear);
+            }
+            let left = ears.left;
+            for pair in left[1..].windows(2) {
+                triangle([left[0], pair[0], pair[1]]);
+            }
+            return;
         }
     }
-    let left = ears.left;
-    for pair in left.get(1..).unwrap_or_default().windows(2) {
-        triangle([left[0], pair[0], pair[1]]);
+    for second in 1..count.saturating_sub(1) {
+        triangle([0, second, second + 1]);
     }
 }
 
@@ -47,9 +53,9 @@ struct Ears<'a> {
 enum Known {
     Nothing,
     Ear,
-    /// It is none as long as its neighbours stay.
+    /// The corner is no ear as long as its neighbours stay.
     Reflex,
-    /// It is none as long as this corner stays; none before this one lies in the triangle.
+    /// The corner is no ear as long as the given one stays, the first in the triangle.
     Blocked(usize),
 }
 
@@ -65,27 +71,27 @@ impl<'a> Ears<'a> {
 
     /// Cuts off the first ear; none if there is none.
     fn cut_first(&mut self) -> Option<[usize; 3]> {
-        let place = (0..self.left.len()).find(|&place| self.is_ear(place))?;
-        let [before, ear, after] = self.around(place);
-        self.left.remove(place);
+        let position = (0..self.left.len()).find(|&position| self.is_ear(position))?;
+        let [before, ear, after] = self.around(position);
+        self.left.remove(position);
         self.is_left[ear] = false;
         self.known[before] = Known::Nothing;
         self.known[after] = Known::Nothing;
         Some([before, ear, after])
     }
 
-    /// The corner at a place between its neighbours.
-    fn around(&self, place: usize) -> [usize; 3] {
+    /// The corner at a position in [`Self::left`], between its neighbours.
+    fn around(&self, position: usize) -> [usize; 3] {
         let count = self.left.len();
         [
-            self.left[(place + count - 1) % count],
-            self.left[place],
-            self.left[(place + 1) % count],
+            self.left[(position + count - 1) % count],
+            self.left[position],
+            self.left[(position + 1) % count],
         ]
     }
 
-    fn is_ear(&mut self, place: usize) -> bool {
-        let corner = self.left[place];
+    fn is_ear(&mut self, position: usize) -> bool {
+        let corner = self.left[position];
         let begin = match self.known[corner] {
             Known::Ear => return true,
             Known::Reflex => return false,
@@ -93,7 +99,7 @@ impl<'a> Ears<'a> {
             Known::Blocked(by) => by,
             Known::Nothing => 0,
         };
-        let [a, b, c] = self.around(place).map(|corner| self.corners[corner]);
+        let [a, b, c] = self.around(position).map(|corner| self.corners[corner]);
         let inside =
             |p: DVec2| turn(a, b, p) >= 0.0 && turn(b, c, p) >= 0.0 && turn(c, a, p) >= 0.0;
         let blocks = |&other: &usize| {
@@ -190,8 +196,8 @@ mod tests {
             (|x, y| Vec3::new(y, 5.0, x), Vec3::Y),
         ];
         for start in 0..L.len() {
-            for (place, normal) in frames {
-                let mut points = L.map(|[x, y]| place(x, y));
+            for (point, normal) in frames {
+                let mut points = L.map(|[x, y]| point(x, y));
                 points.rotate_left(start);
                 let front = areas(&points, normal);
                 assert_eq!(front.len(), 4);
