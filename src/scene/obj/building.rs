@@ -21,7 +21,7 @@ pub struct Corner {
 pub struct Building {
     pub mesh: Mesh,
     /// The vertex of each corner used so far.
-    places: HashMap<Corner, u32>,
+    vertices: HashMap<Corner, u32>,
     pub has_normals: bool,
     pub has_coordinates: bool,
 }
@@ -36,7 +36,7 @@ impl Building {
         coordinates: &[Vec2],
     ) -> u32 {
         let mesh = &mut self.mesh;
-        *self.places.entry(corner).or_insert_with(|| {
+        *self.vertices.entry(corner).or_insert_with(|| {
             if let Some(at) = coordinates.get(corner.coordinates as usize) {
                 mesh.uvs[0].resize(mesh.positions.len(), Vec2::ZERO);
                 // In OBJ, v points up.

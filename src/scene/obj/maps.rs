@@ -72,15 +72,15 @@ pub fn load(
         }
         let files = [roughness, metallic].map(|found| found.map(|(_, file)| file));
         let index = match surfaces.entry(files) {
-            Entry::Occupied(place) => *place.get(),
-            Entry::Vacant(place) => {
+            Entry::Occupied(image) => *image.get(),
+            Entry::Vacant(image) => {
                 let texels = like.texels.len() as u64;
                 count.add(texels, || what(map))?;
                 memory::check(BYTES * texels)
                     .map_err(|cause| Error::input(format!("{}: {cause}; scale it", what(map))))?;
                 let [roughness, metallic] = files.map(|file| Some(&read.images[file?]));
                 images.push(combine(like, roughness, metallic));
-                *place.insert(images.len() as u32 - 1)
+                *image.insert(images.len() as u32 - 1)
             }
         };
         material.metallic_roughness_texture = Some(texture(map, index));
@@ -91,7 +91,7 @@ pub fn load(
 /// The images of files.
 struct Files<'a> {
     /// For the paths of each texture the index of its image; none where the file is missing.
-    places: HashMap<&'a [PathBuf; 2], Option<usize>>,
+    image_of: HashMap<&'a [PathBuf; 2], Option<usize>>,
     images: Vec<Image>,
 }
 
@@ -103,42 +103,42 @@ impl<'a> Files<'a> {
         progress: &mut Progress<'_>,
         tally: &mut Tally,
     ) -> Result<Self> {
-        let mut places = HashMap::new();
+        let mut image_of = HashMap::new();
         let mut known: HashMap<(u64, u64), usize> = HashMap::new();
         let mut encoded = Vec::new();
         for map in maps.flat_map(Maps::all) {
-            if places.contains_key(&map.files) {
+            if image_of.contains_key(&map.files) {
                 continue;
             }
             let what = what(map);
             let name = map.files[1].to_string_lossy();
-            let place = match folder.open_dispensable(&what, &map.files)? {
+            let image = match folder.open_dispensable(&what, &map.files)? {
                 None => {
                     image_files::missing(&what, &name, folder, tally)?;
                     None
                 }
                 Some(file) => Some(match known.entry(file.id) {
-                    Entry::Occupied(place) => *place.get(),
-                    Entry::Vacant(place) => {
+                    Entry::Occupied(image) => *image.get(),
+                    Entry::Vacant(image) => {
                         encoded.push(Encoded {
                             bytes: image_files::read(&what, file, progress)?.into(),
                             name: name.into_owned(),
                             what,
                         });
-                        *place.insert(encoded.len() - 1)
+                        *image.insert(encoded.len() - 1)
                     }
                 }),
             };
-            places.insert(&map.files, place);
+            image_of.insert(&map.files, image);
         }
         let images = images::decode(&encoded, count, progress)?;
-        Ok(Self { places, images })
+        Ok(Self { image_of, images })
     }
 
     /// A texture with the index of its image, unless that is missing.
     fn of<'b>(&self, map: &'b Option<Box<Map>>) -> Option<(&'b Map, usize)> {
         let map = map.as_deref()?;
-        Some((map, (*self.places.get(&map.files)?)?))
+        Some((map, (*self.image_of.get(&map.files)?)?))
     }
 }
 

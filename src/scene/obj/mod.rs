@@ -27,7 +27,7 @@ use super::polygon::triangulate;
 use super::progress::Progress;
 use super::scene_folder::{SceneFile, SceneFolder};
 use super::{Instance, Material, Scene};
-use crate::{Error, Result};
+use crate::{Error, Result, memory};
 use building::{Building, Corner, MISSING, join_parts};
 use glam::{DAffine3, Vec2, Vec3};
 use lines::{Line, Lines};
@@ -39,8 +39,20 @@ use std::path::Path;
 /// What faces without a material look like.
 const GREY: Vec3 = Vec3::splat(0.8);
 
-/// The largest MTL file, in bytes: a material takes up to fifty times what its line has.
+/// The largest MTL file, in bytes.
 const MAX_MTL_BYTES: u64 = 64 << 20;
+
+/// Bytes of memory that an MTL file takes at most for each of its own: a material has about 430, and its line may have 7.
+const MTL_RATIO: u64 = 128;
+
+/// Bytes of memory that a mesh takes beside its vertices and triangles, with its instance.
+const MESH_BYTES: u64 = 1 << 10;
+
+/// Bytes of memory that a corner of a face takes until the face is cut.
+const CORNER_BYTES: u64 = 96;
+
+/// Bytes of memory that the name of an MTL file takes beside its text.
+const NAME_BYTES: u64 = 128;
 
 /// The most kinds of textures that a notice lists.
 const MAX_KINDS: usize = 16;
@@ -169,6 +181,7 @@ impl<'a> Reader<'a> {
             }
             "f" | "fo" => self.face(line)?,
             "o" | "g" => {
+                check_memory(line, MESH_BYTES)?;
                 self.finish_mesh();
                 self.mesh.mesh.name = line.rest.to_owned();
             }
@@ -231,6 +244,7 @@ impl<'a> Reader<'a> {
         if self.corners.len() < 3 {
             return Err(line.wrong("a face needs three corners"));
         }
+        check_memory(line, self.corners.len() as u64 * CORNER_BYTES)?;
         let Self {
             corners,
             points,
@@ -267,37 +281,44 @@ impl<'a> Reader<'a> {
 
     fn material_library(&mut self, line: &Line) -> Result<()> {
         // A name may contain spaces, and there may be several names.
-        if line.words().nth(1).is_some()
-            && let Ok(Some(file)) = self.open_library(line, line.rest)
-        {
-            return self.read_library(line.rest, file);
+        if self.library(line, line.rest)? {
+            return Ok(());
         }
+        let is_one = line.words().nth(1).is_none();
         for name in line.words() {
-            if !self.library_names.insert(name.to_owned()) {
-                continue;
-            }
-            match self.open_library(line, name)? {
-                Some(file) => self.read_library(name, file)?,
-                None => self
-                    .tally
+            if is_one || !self.library(line, name)? {
+                self.tally
                     .add("MTL files that cannot be read are left out", || {
                         format!("{}: {}", line.place(), quoted(name))
-                    }),
+                    });
             }
         }
         Ok(())
     }
 
-    fn open_library(&self, line: &Line, name: &str) -> Result<Option<SceneFile>> {
-        let what = format!("mtllib in {}", line.place());
-        // One after the other: what is inside with backslashes may be outside with slashes.
-        for name in [name.to_owned(), name.replace('\\', "/")] {
-            let found = self.folder.open_dispensable(&what, &[name.into()])?;
-            if found.is_some() {
-                return Ok(found);
-            }
+    /// Reads the MTL file of this name, unless that was tried before; false if there is none.
+    fn library(&mut self, line: &Line, name: &str) -> Result<bool> {
+        check_memory(line, name.len() as u64 + NAME_BYTES)?;
+        if !self.library_names.insert(name.to_owned()) {
+            return Ok(true);
         }
-        Ok(None)
+        match self.open_library(line, name)? {
+            Some(file) => self.read_library(name, file).map(|()| true),
+            None => Ok(false),
+        }
+    }
+
+    fn open_library(&self, line: &Line, name: &str) -> Result<Option<SceneFile>> {
+        let open = |name: &str| {
+            let what = format!("mtllib in {}", line.place());
+            self.folder.open_dispensable(&what, &[name.into()])
+        };
+        let found = open(name)?;
+        // One after the other: what is inside with backslashes may be outside with slashes.
+        match name.replace('\\', "/") {
+            other if found.is_none() && other != name => open(&other),
+            _ => Ok(found),
+        }
     }
 
     /// Reads an MTL file, unless it was read before; `name` is how the OBJ file calls it.
@@ -312,8 +333,16 @@ impl<'a> Reader<'a> {
                 file.length
             )));
         }
+        memory::check(file.length * MTL_RATIO).map_err(|cause| {
+            Error::input(format!(
+                "{}: {cause}; remove materials that nothing uses",
+                quoted(name)
+            ))
+        })?;
         let folder = file.name.parent().unwrap_or(Path::new(""));
-        let library = mtl::read(BufReader::new(file.file.take(file.length)), folder)
+        let source = BufReader::new(file.file.take(file.length));
+        let first = self.scene.materials.len();
+        let library = mtl::read(source, folder, &mut self.scene.materials, &mut self.maps)
             .map_err(|fault| Error::input(format!("{}, {fault}", quoted(name))))?;
         for texture in library.textures {
             if self.textures.len() <= MAX_KINDS && !self.textures.contains(&texture) {
@@ -331,11 +360,8 @@ impl<'a> Reader<'a> {
                     format!("material {}", quoted(&material))
                 });
         }
-        for (material, maps) in library.materials {
-            let index = self.scene.materials.len() as u32;
-            self.materials.insert(material.name.clone(), index);
-            self.scene.materials.push(material);
-            self.maps.push(maps);
+        for (index, material) in self.scene.materials.iter().enumerate().skip(first) {
+            self.materials.insert(material.name.clone(), index as u32);
         }
         Ok(())
     }
@@ -401,6 +427,11 @@ impl<'a> Reader<'a> {
             tally: self.tally,
         }
     }
+}
+
+/// Checks that there is memory for what a line takes.
+fn check_memory(line: &Line, bytes: u64) -> Result<()> {
+    memory::check(bytes).map_err(|cause| line.wrong(&format!("{cause}; give a smaller scene")))
 }
 
 /// An index of OBJ: from 1, or negative back from the last.

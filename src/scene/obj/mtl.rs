@@ -10,11 +10,9 @@ use glam::{Affine2, Mat2, Vec2, Vec3};
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
 
-/// What an MTL file holds.
+/// What an MTL file holds beside materials.
 #[derive(Default)]
 pub struct Library {
-    /// The materials in file order, without their textures, and these.
-    pub materials: Vec<(Material, Maps)>,
     /// The kinds of textures it names that are ignored, each once, and not more than one above [`MAX_KINDS`].
     pub textures: Vec<String>,
     /// Options of the other textures that would change the picture, and are ignored; each with its place.
@@ -55,7 +53,7 @@ impl Maps {
         }
     }
 
-    /// Those that there are.
+    /// The textures that the material has.
     pub fn all(&self) -> impl Iterator<Item = &Map> {
         [
             &self.base_color,
@@ -83,15 +81,24 @@ pub struct Map {
     pub place: String,
 }
 
-/// Reads an MTL file, which lies in `folder`, given from that of the OBJ file. Errors name the line, not the file.
-pub fn read(source: impl BufRead, folder: &Path) -> Result<Library> {
+/// Reads an MTL file, which lies in `folder`, given from that of the OBJ file. Appends its materials in file order,
+/// without their textures, and these. Errors name the line, not the file.
+pub fn read(
+    source: impl BufRead,
+    folder: &Path,
+    materials: &mut Vec<Material>,
+    maps: &mut Vec<Maps>,
+) -> Result<Library> {
     let mut library = Library::default();
+    let first = materials.len();
     let mut lines = Lines::new(source);
     while let Some(line) = lines.next()? {
         if line.keyword == "newmtl" {
-            let material = Material::lambert(line.rest, GREY);
-            library.materials.push((material, Maps::default()));
-        } else if let Some((material, maps)) = library.materials.last_mut() {
+            materials.push(Material::lambert(line.rest, GREY));
+            maps.push(Maps::default());
+        } else if let (Some(material), Some(maps)) =
+            (materials[first..].last_mut(), maps.last_mut())
+        {
             for factor in ["Kd", "Ke", "Pm"] {
                 if line.keyword == factor {
                     maps.stated.push(factor);
@@ -111,11 +118,11 @@ pub fn read(source: impl BufRead, folder: &Path) -> Result<Library> {
                 "norm" => Some(&mut maps.normal),
                 _ => None,
             };
-            if let Some(place) = followed {
+            if let Some(slot) = followed {
                 if kind.starts_with("map_P") {
                     physical(material);
                 }
-                *place = Some(Box::new(map(&line, folder, &mut library.options)?));
+                *slot = Some(Box::new(map(&line, folder, &mut library.options)?));
                 continue;
             }
             let texture =
@@ -129,7 +136,7 @@ pub fn read(source: impl BufRead, folder: &Path) -> Result<Library> {
             }
         }
     }
-    for (material, maps) in &mut library.materials {
+    for (material, maps) in materials.iter_mut().zip(maps).skip(first) {
         maps.replace_unstated_factors(material);
     }
     Ok(library)
