@@ -123,7 +123,10 @@ impl Encoded<'_> {
         let reader = ImageReader::new(Cursor::new(&*self.bytes))
             .with_guessed_format()
             .map_err(|cause| self.damaged(cause))?;
-        let Some(format) = reader.format() else {
+        // The library reads other formats too, for environments.
+        let Some(format @ (ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP)) =
+            reader.format()
+        else {
             return Err(self.wrong("is neither PNG, JPEG nor WebP; convert it to one of them"));
         };
         let decoder = reader.into_decoder().map_err(|cause| self.damaged(cause))?;

@@ -5,15 +5,24 @@ use super::gather::ElementCounts;
 use super::images::ImageSizes;
 use super::{Fetch, GeometryAccess, Textures, Variant};
 use crate::gpu::DeviceInfo;
-use crate::layouts::LIGHT_MASK;
+use crate::layouts::{GpuLight, GpuLightChoice, LIGHT_MASK};
 use crate::scene::Scene;
-use crate::{Error, Result};
+use crate::scene::lights::{AliasColumn, LampTriangle, LightTriangle};
+use crate::{Error, Result, memory};
 
 /// Shaders count a triangle's words in 32 bits, nine for its corners.
 const MAX_TRIANGLES: u64 = u32::MAX as u64 / 9;
 
 /// Reservoirs have 29 bits for the index of a light.
 const MAX_LIGHTS: u64 = LIGHT_MASK as u64 + 1;
+
+/// Bytes of the host's memory that an emissive triangle takes while a scene is put on a device: itself in object and
+/// world space, what shaders read of it, kept for time 0 too, the alias table over all, and a few numbers.
+const LIGHT_BYTES: usize = size_of::<LampTriangle>()
+    + size_of::<LightTriangle>()
+    + 2 * (size_of::<GpuLight>() + size_of::<GpuLightChoice>())
+    + size_of::<AliasColumn>()
+    + 8 * size_of::<f64>();
 
 /// The size of a scene on a device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -47,7 +56,7 @@ impl SceneSizes {
         counted.max_by_key(|(_, bytes)| *bytes).unwrap_or_default()
     }
 
-    /// Whether a device can hold the scene and read it as a variant does.
+    /// Whether a device can hold the scene and read it as a variant does, and the host its lights.
     ///
     /// # Errors
     /// It cannot: which buffer, its bytes, and the limit.
@@ -64,6 +73,12 @@ impl SceneSizes {
                 self.triangle_lights
             )));
         }
+        memory::check(self.triangle_lights * LIGHT_BYTES as u64).map_err(|cause| {
+            Error::input(format!(
+                "the scene's {} emissive triangles: {cause}; use a smaller scene",
+                self.triangle_lights
+            ))
+        })?;
         let samples_images = variant.textures == Textures::Images;
         if let Some(excess) = self.images.excess(device).filter(|_| samples_images) {
             return Err(Error::input(format!(
