@@ -94,3 +94,37 @@ fn an_image_that_many_use_is_in_memory_once() {
     // 64 MiB when decoded.
     assert!(peak < 512 << 20, "{peak} in memory");
 }
+
+/// A zlib stream that unpacks to 258 zeros for each 13 bits of its own; its checksum is missing.
+fn unpacks_to_zeros(bytes: usize) -> Vec<u8> {
+    // The last block, with the fixed codes; a zero; then 258 times the byte before, again and again.
+    let mut bits: Vec<u8> = vec![1, 1, 0, 0, 0, 1, 1, 0, 0, 0, 0];
+    for _ in 0..bytes / 258 {
+        bits.extend([1, 1, 0, 0, 0, 1, 0, 1, 0, 0, 0, 0, 0]);
+    }
+    bits.extend([0; 7]);
+    let packed = (bits.chunks(8)).map(|byte| byte.iter().rev().fold(0, |sum, bit| 2 * sum + bit));
+    [0x78, 0x01].into_iter().chain(packed).collect()
+}
+
+#[test]
+fn colour_profiles_of_images_take_little() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut png = std::io::Cursor::new(Vec::new());
+    let image = image::GrayImage::new(1, 1);
+    image.write_to(&mut png, image::ImageFormat::Png).unwrap();
+    let mut png = png.into_inner();
+    let data = [&b"iCCPa\0\0"[..], &unpacks_to_zeros(400 << 20)].concat();
+    let mut chunk = (data.len() as u32 - 4).to_be_bytes().to_vec();
+    chunk.extend(&data);
+    chunk.extend(crc32fast::hash(&data).to_be_bytes());
+    // Behind the header.
+    png.splice(33..33, chunk);
+    std::fs::write(folder.path().join("a.png"), png).unwrap();
+    let path = folder.path().join("a.obj");
+    std::fs::write(folder.path().join("a.mtl"), "newmtl a\nmap_Kd a.png\n").unwrap();
+    let face = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\n";
+    std::fs::write(&path, format!("mtllib a.mtl\n{face}")).unwrap();
+    let peak = peak_memory(&["scene", "inspect", path.to_str().unwrap()]);
+    assert!(peak < 256 << 20, "{peak} in memory");
+}

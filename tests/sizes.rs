@@ -76,6 +76,22 @@ fn sizes_are_known_before_they_are_taken() {
     }
 }
 
+#[test]
+fn emissive_triangles_must_fit_the_memory_of_the_host() {
+    let _alone = alone();
+    let (_, info) = support::tests_device();
+    let scene = procedural::generate("cornell", &[]).unwrap();
+    let mut sizes = SceneSizes::of(&scene);
+    let selection = select(&info, Wanted::default(), &sizes).unwrap();
+    sizes.check(&info, selection.variant).unwrap();
+    // 250 GB: more than the machines of the tests have.
+    sizes.triangle_lights = 1 << 29;
+    let error = sizes.check(&info, selection.variant).unwrap_err();
+    let text = error.to_string();
+    assert!(text.contains("536870912 emissive triangles"), "{text}");
+    assert!(text.contains("more than there is memory for"), "{text}");
+}
+
 /// Gives some meshes vertex colours and others textures, by one set of coordinates or both, and lights one too.
 fn vary(scene: &mut Scene) {
     scene.images = vec![Image {

@@ -4,7 +4,7 @@ use super::notices::quoted;
 use super::progress::Progress;
 use super::texture::Image;
 use crate::{Error, Result, memory};
-use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::io::Cursor;
@@ -21,6 +21,10 @@ pub(super) const BYTES: u64 = size_of::<[u8; 4]>() as u64;
 /// The most texels that are decoded at the same time, where an image alone has not more: those of the largest image.
 /// While an image is decoded it takes up to four times the memory that it has later.
 const TEXELS_AT_ONCE: u64 = MAX_SIZE as u64 * MAX_SIZE as u64;
+
+/// The most bytes that a decoder takes for what is no texel, such as the colour profile of a PNG file, which may unpack
+/// to a thousand times its size.
+const MAX_METADATA: u64 = 16 << 20;
 
 /// An image as it is in a file.
 pub(super) struct Encoded<'a> {
@@ -120,9 +124,12 @@ impl Encoded<'_> {
 
     /// A decoder that has read the size, which is within the limits, and the format.
     fn decoder(&self) -> Result<(impl ImageDecoder, ImageFormat)> {
-        let reader = ImageReader::new(Cursor::new(&*self.bytes))
+        let mut reader = ImageReader::new(Cursor::new(&*self.bytes))
             .with_guessed_format()
             .map_err(|cause| self.damaged(cause))?;
+        let mut limits = Limits::default();
+        limits.max_alloc = Some(MAX_METADATA);
+        reader.limits(limits);
         // The library reads other formats too, for environments.
         let Some(format @ (ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP)) =
             reader.format()

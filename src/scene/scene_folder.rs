@@ -48,7 +48,8 @@ enum Lookup {
 }
 
 impl<'a> SceneFolder<'a> {
-    /// The folder in which the scene's file lies; an empty path is the current folder.
+    /// The folder in which the scene's file lies; an empty path is the current folder. Where the file is a link, the
+    /// folder of the link counts.
     pub const fn new(path: &'a Path, options: Options) -> Self {
         Self { path, options }
     }

@@ -4,10 +4,12 @@ use crate::files::{Folder, Gltf};
 use crate::textures::{encoded, textured};
 use headwater::image::Image;
 use headwater::scene::load::{Options, load, load_watched};
+use headwater::scene::progress::Step;
 use headwater::scene::{Environment, Scene};
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::Path;
+use std::process::Command;
 
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
 
@@ -20,11 +22,16 @@ fn lengthen(path: &Path) {
 /// The scene, and the bytes that were read for it.
 fn load_counted(path: &Path) -> (Scene, u64) {
     let mut read = 0;
-    let watch = &mut |_, done: u64, _| {
-        read = done.max(read);
+    let mut expected = 0;
+    let watch = &mut |step, done, total| {
+        if step == Step::Reading {
+            (read, expected) = (done, total);
+        }
         Ok(())
     };
-    (load_watched(path, Options::default(), watch).unwrap(), read)
+    let scene = load_watched(path, Options::default(), watch).unwrap();
+    assert_eq!(read, expected, "bytes");
+    (scene, read)
 }
 
 #[test]
@@ -254,4 +261,80 @@ fn names_that_nodes_share_are_cut() {
         Folder::new().load("a.glb", file.glb()).cameras[0].name,
         "own"
     );
+}
+
+/// The message with which the program refuses a scene where its address space has 400 MB.
+fn refuse_in_little_memory(path: &Path) -> String {
+    let inspect = "ulimit -v 400000 && exec \"$0\" scene inspect \"$1\"";
+    let output = Command::new("bash")
+        .args(["-c", inspect, env!("CARGO_BIN_EXE_headwater")])
+        .arg(path)
+        // Each thread takes address space.
+        .env("RAYON_NUM_THREADS", "2")
+        .env_remove("RUST_BACKTRACE")
+        .output()
+        .unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{path:?}: {said}");
+    assert!(said.contains("more than there is memory for"), "{said}");
+    said
+}
+
+#[test]
+fn small_files_that_take_much_memory_are_refused() {
+    let folder = Folder::new();
+    let json = |list: &str, item: &str| {
+        let items = vec![item; 500_000].join(",");
+        format!(r#"{{"asset":{{"version":"2.0"}},"{list}":[{items}]}}"#)
+    };
+    folder.write("nodes.gltf", json("nodes", "[]"));
+    folder.write("materials.gltf", json("materials", "[ ]"));
+    let name = format!(r#""{}""#, "a,".repeat(4)) + r#","","","","","","""#;
+    folder.write("names.gltf", json("extensionsUsed", &name));
+    folder.write(
+        "meshes.obj",
+        SQUARE.to_owned() + &"g\nf 1 1 1\n".repeat(1_000_000),
+    );
+    let corners = "1 ".repeat(5_000_000);
+    folder.write("face.obj", format!("{SQUARE}f {corners}\n"));
+    folder.write("a.mtl", "newmtl\n".repeat(500_000));
+    folder.write("materials.obj", format!("mtllib a.mtl\n{SQUARE}f 1 2 3\n"));
+    for (name, element) in [
+        ("nodes.gltf", "JSON"),
+        ("materials.gltf", "JSON"),
+        ("names.gltf", "JSON"),
+        ("meshes.obj", "line "),
+        ("face.obj", "line 5, \"f\""),
+        ("materials.obj", "\"a.mtl\""),
+    ] {
+        let said = refuse_in_little_memory(&folder.path(name));
+        assert!(said.contains(name) && said.contains(element), "{said}");
+    }
+}
+
+#[test]
+fn what_a_small_file_unfolds_to_must_fit_the_memory() {
+    let mut file = Gltf::triangle();
+    let keys = 100_000_u32;
+    let times: Vec<u8> = (0..keys).flat_map(|i| (i as f32).to_le_bytes()).collect();
+    let view = file.add_view(&times);
+    let times = file.add_accessor(json!({
+        "bufferView": view, "componentType": 5126, "count": keys, "type": "SCALAR",
+    }));
+    let view = file.add_view(&vec![0; 12 * keys as usize]);
+    let values = file.add_accessor(json!({
+        "bufferView": view, "componentType": 5126, "count": keys, "type": "VEC3",
+    }));
+    let nodes = 200;
+    file.json["nodes"] = vec![json!({ "mesh": 0 }); nodes].into();
+    file.json["scenes"][0]["nodes"] = (0..nodes).collect();
+    file.json["animations"] = json!([{
+        "samplers": [{ "input": times, "output": values }],
+        "channels": (0..nodes)
+            .map(|node| json!({ "sampler": 0, "target": { "node": node, "path": "translation" } }))
+            .collect::<Vec<_>>(),
+    }]);
+    let folder = Folder::new();
+    let said = refuse_in_little_memory(&folder.write("a.glb", file.glb()));
+    assert!(said.contains("accessor"), "{said}");
 }

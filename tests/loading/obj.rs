@@ -26,6 +26,29 @@ fn polygons_and_negative_indices() {
 }
 
 #[test]
+fn names_of_mtl_files_may_have_spaces() {
+    let folder = Folder::new();
+    folder.write("my lib.mtl", "newmtl red\nKd 1 0 0\n");
+    folder.write("b.mtl", "newmtl blue\nKd 0 0 1\n");
+    let text = format!("mtllib my lib.mtl\n{SQUARE}usemtl red\nf 1 2 3\n");
+    let scene = folder.load("scene.obj", text);
+    assert_eq!(scene.materials[0].name, "red");
+    assert!(scene.notices.is_empty(), "{:?}", scene.notices);
+    // Several names are tried once all together, then each alone, however long the line is.
+    let names = "lost.mtl ".repeat(1000) + "b.mtl";
+    let text = format!("mtllib {names}\n{SQUARE}usemtl blue\nf 1 2 3\n");
+    let scene = folder.load("scene.obj", text);
+    assert_eq!(scene.materials[0].name, "blue");
+    let lost = "MTL files that cannot be read are left out: line 1: \"lost.mtl\"";
+    assert_eq!(scene.notices, [lost]);
+    let text = folder.refuse(
+        "scene.obj",
+        format!("mtllib ../my lib.mtl\n{SQUARE}f 1 2 3\n"),
+    );
+    assert!(text.contains("\"../my lib.mtl\""), "{text}");
+}
+
+#[test]
 fn objects_become_meshes_and_materials_parts() {
     let folder = Folder::new();
     folder.write(

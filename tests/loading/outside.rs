@@ -8,8 +8,9 @@ use headwater::scene::load::{Options, load_watched};
 use image::ImageFormat;
 use serde_json::json;
 use std::ffi::CString;
+use std::fs::Permissions;
 use std::os::unix::ffi::OsStrExt;
-use std::os::unix::fs::symlink;
+use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::Path;
 
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
@@ -331,6 +332,67 @@ fn a_scene_named_without_a_folder_lies_in_the_current_one() {
             "{arguments:?} {output:?}"
         );
     }
+}
+
+#[test]
+fn the_folder_of_a_link_to_a_scene_counts() {
+    let folder = folders();
+    folder.write("other/b.gltf", with_buffer("buffer.bin"));
+    folder.write("other/only.gltf", with_buffer("only.bin"));
+    folder.write("other/only.bin", Gltf::triangle().binary);
+    for name in ["b.gltf", "only.gltf"] {
+        let link = folder.path("scene").join(name);
+        symlink(format!("../other/{name}"), link).unwrap();
+    }
+    std::fs::remove_file(folder.path("other/buffer.bin")).unwrap();
+    headwater::scene::load::load(&folder.path("scene/b.gltf")).unwrap();
+    let only = headwater::scene::load::load(&folder.path("scene/only.gltf"));
+    let text = only.unwrap_err().to_string();
+    assert!(text.contains("there is no file \"only.bin\""), "{text}");
+}
+
+#[test]
+fn textures_of_mtl_files_in_folders_may_lie_above_them() {
+    let folder = folders();
+    std::fs::create_dir(folder.path("scene/sub")).unwrap();
+    let with_map = |map: &str| {
+        folder.write("scene/sub/m.mtl", format!("newmtl red\nmap_Kd {map}\n"));
+        load(&folder, "scene/a.obj", &with_library("sub/m.mtl"))
+    };
+    assert_eq!(with_map("../wall.png").unwrap().images.len(), 1);
+    assert_outside(with_map("../../other/wall.png"), "line 2", "above");
+    // Of two files of that name, one lies outside.
+    symlink("../../other/wall.png", folder.path("scene/sub/wall.png")).unwrap();
+    assert_eq!(with_map("wall.png").unwrap().images.len(), 1);
+    std::fs::remove_file(folder.path("scene/wall.png")).unwrap();
+    assert_outside(with_map("wall.png"), "line 2", "by the link");
+}
+
+#[test]
+fn folders_need_not_be_readable() {
+    let folder = folders();
+    let path = folder.write("scene/a.gltf", with_buffer("here/sub/buffer.bin"));
+    std::fs::create_dir(folder.path("scene/sub")).unwrap();
+    std::fs::copy(
+        folder.path("scene/buffer.bin"),
+        folder.path("scene/sub/buffer.bin"),
+    )
+    .unwrap();
+    let set_mode = |mode| {
+        for name in ["", "scene", "scene/sub"] {
+            let mode = Permissions::from_mode(mode);
+            std::fs::set_permissions(folder.path(name), mode).unwrap();
+        }
+    };
+    set_mode(0o311);
+    const NOBODY: u32 = 65534;
+    // SAFETY: it changes as whom this thread, which ends with the test, opens files; root reads any folder.
+    let before = unsafe { libc::setfsuid(NOBODY) };
+    let loaded = headwater::scene::load::load(&path);
+    // SAFETY: as above.
+    unsafe { libc::setfsuid(before as u32) };
+    set_mode(0o700);
+    assert_eq!(loaded.unwrap().triangle_count(), 1);
 }
 
 fn make_pipe(path: &Path) {

@@ -295,3 +295,23 @@ fn out_of_range(what: &str, kind: &str, index: u64, count: usize) -> Error {
 fn damaged(fault: impl std::fmt::Display) -> Error {
     Error::input(format!("{fault}; the file is damaged, export it again"))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn elements_of_json_are_counted_outside_of_strings() {
+        for (json, bytes) in [
+            (r#" "[{,\"[{,\\" "#, 0),
+            ("{}", OBJECT_BYTES),
+            ("[ [],\n[]]", 3 * OBJECT_BYTES + NUMBER_BYTES),
+            ("[ -1 , 2,3]", STRING_BYTES + 2 * NUMBER_BYTES),
+            (r#"["","" , ""]"#, OBJECT_BYTES + 2 * STRING_BYTES),
+            (r#"{"a":1,"b":["#, 2 * OBJECT_BYTES + STRING_BYTES),
+            (r#""\"#, 0),
+        ] {
+            assert_eq!(memory_of(json.as_bytes()), bytes, "{json}");
+        }
+    }
+}

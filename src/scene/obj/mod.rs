@@ -48,8 +48,8 @@ const MTL_RATIO: u64 = 128;
 /// Bytes of memory that a mesh takes beside its vertices and triangles, with its instance.
 const MESH_BYTES: u64 = 1 << 10;
 
-/// Bytes of memory that a corner of a face takes until the face is cut.
-const CORNER_BYTES: u64 = 96;
+/// Bytes of memory that a face takes for each byte of its line until it is cut: a corner takes 96, and has at least two.
+const FACE_RATIO: u64 = 48;
 
 /// Bytes of memory that the name of an MTL file takes beside its text.
 const NAME_BYTES: u64 = 128;
@@ -202,6 +202,7 @@ impl<'a> Reader<'a> {
     }
 
     fn face(&mut self, line: &Line) -> Result<()> {
+        check_memory(line, line.rest.len() as u64 * FACE_RATIO)?;
         let material = match self.material {
             Some(material) => material,
             None => self.grey(),
@@ -244,7 +245,6 @@ impl<'a> Reader<'a> {
         if self.corners.len() < 3 {
             return Err(line.wrong("a face needs three corners"));
         }
-        check_memory(line, self.corners.len() as u64 * CORNER_BYTES)?;
         let Self {
             corners,
             points,
