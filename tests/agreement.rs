@@ -77,8 +77,8 @@ mod thorough {
         let (folder, drivers_before) = support::other_drivers();
         let (mut of_variants, mut of_drivers) = (0, 0);
         let is_plain = support::open_device(None).1.variant == PLAIN;
-        let thorough = support::is_thorough();
-        let scenes = if thorough { &SCENES[..] } else { &SCENES[2..] };
+        let all = support::takes_largest();
+        let scenes = if all { &SCENES[..] } else { &SCENES[2..] };
         let pictures = (scenes.iter()).flat_map(|scene| PRESETS.map(|preset| (*scene, preset)));
         for (scene, (preset, frames)) in pictures {
             // At the same time, since one thread compiles the shaders of a picture.

@@ -8,7 +8,7 @@ mod support;
 use image::ImageReader;
 use std::path::Path;
 use std::process::{Command, Output};
-use support::{is_thorough, said};
+use support::{said, takes_largest};
 
 fn assert_succeeded(what: &str, output: &Output) {
     assert!(output.status.success(), "{what}: {}", said(output));
@@ -126,7 +126,7 @@ fn without_a_tool_nothing_is_captured() {
 /// A whole capture, and one that begins later with what it needs of the frames before it.
 #[test]
 fn gfxreconstruct_replays_the_same_pictures() {
-    if !is_thorough() {
+    if !takes_largest() {
         return;
     }
     let refused = cannot_present();
@@ -186,7 +186,7 @@ fn gfxreconstruct_replays_the_same_pictures() {
 /// A frame with the names of its passes and buffers.
 #[test]
 fn renderdoc_shows_passes_and_buffers() {
-    if !is_thorough() {
+    if !takes_largest() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();

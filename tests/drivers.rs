@@ -106,7 +106,7 @@ fn texels_are_read_as_far_as_the_device_says_and_refused_beyond() {
     };
     assert!(error.contains(spoke), "{error}");
     // All of lavapipe's 2 GiB take a while; these are more than it binds otherwise.
-    let most = if support::is_thorough() {
+    let most = if support::takes_largest() {
         1 << 31
     } else {
         160 << 20

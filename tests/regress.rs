@@ -5,7 +5,7 @@ mod support;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::Duration;
-use support::{is_thorough, planted, said};
+use support::{planted, said, takes_largest};
 
 /// The cases that faults are planted in: compiling the shaders of all cases takes minutes.
 const SOME: &str = "cornell-accurate";
@@ -42,7 +42,7 @@ fn bless(folder: &Path, cases: &[&str]) {
 /// All cases render to the same bits again on the first driver, and agree with its golden frames on those after it.
 #[test]
 fn every_case_passes() {
-    if !is_thorough() {
+    if !takes_largest() {
         return;
     }
     let own = tempfile::tempdir().unwrap();
@@ -191,7 +191,7 @@ fn program_without_barriers(folder: &Path) -> PathBuf {
 /// validation does.
 #[test]
 fn a_missing_barrier_is_found_by_validation() {
-    if !is_thorough() {
+    if !takes_largest() {
         return;
     }
     let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();

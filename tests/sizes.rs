@@ -264,7 +264,7 @@ fn world_reservoirs_too_many_to_bind_are_read_by_address() {
     let addressed = second_frame(128, &settings, GeometryChoice::BufferAddresses, few).unwrap();
     assert!(bits(&bound) == bits(&addressed));
 
-    if support::is_thorough() {
+    if support::takes_largest() {
         // 192 MiB each. The mean says that points and samples belong together; if both were those of another vertex,
         // there would only be more noise.
         let mean = |secondary| {
@@ -406,7 +406,7 @@ fn a_picture_in_few_strips_in_many_and_resumed_has_the_same_bits() {
 #[test]
 fn ground_past_the_limits_of_bindings_is_where_it_should_be() {
     let _alone = alone();
-    if !support::is_thorough() {
+    if !support::takes_largest() {
         return;
     }
     let settings = [("triangles".to_owned(), "12500000".to_owned())];

@@ -179,7 +179,7 @@ mod thorough {
     #[test]
     fn resampling_with_alpha_is_unbiased() {
         let scene = box_with_alpha();
-        let all = support::is_thorough();
+        let all = support::takes_largest();
         let presets = [("accurate", 704), ("fast", 1024)];
         for (name, samples) in presets.into_iter().take(if all { 2 } else { 1 }) {
             let [off, sigma] = crate::bias(&scene, &preset(name), samples);

@@ -418,7 +418,7 @@ mod thorough {
     #[test]
     fn resampling_all_kinds_of_light_is_unbiased() {
         let scene = all_kinds();
-        let all = support::is_thorough();
+        let all = support::takes_largest();
         let formats = [Format::Compact, Format::Full];
         for format in formats.into_iter().take(if all { 2 } else { 1 }) {
             let mut settings = preset("accurate");

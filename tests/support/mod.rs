@@ -139,8 +139,8 @@ pub fn open_device(variant: Option<Variant>) -> (Arc<Device>, Selection) {
     (device.clone(), selection)
 }
 
-/// Whether the largest scenes are wanted, and all else that takes long.
-pub fn is_thorough() -> bool {
+/// True if tests take their largest scenes, and run what needs other drivers or capture tools (`tools/test --all`).
+pub fn takes_largest() -> bool {
     std::env::var_os("HEADWATER_TEST_ALL").is_some()
 }
 
