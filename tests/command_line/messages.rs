@@ -36,13 +36,17 @@ fn what_a_picture_or_scene_contains_is_escaped() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let out = text(&folder.join("a.exr")).to_owned();
-    for format in [
-        &b"\x1b[31mRED\x1b]0;title\x07\r"[..],
-        &[0x9b, 0xff, 1, 2, b'\r'],
+    for (format, said) in [
+        (
+            &b"\x1b[31mRED\x1b]0;title\x07\r"[..],
+            r"\u001b[31mRED\u001b]0;title\u0007\r",
+        ),
+        (&[0x9b, 0xff, 1, 2, b'\r'], r"\u0001\u0002\r"),
     ] {
         let bytes = [b"#?RADIANCE\nFORMAT=", format, b"\n\n-Y 8 +X 16\n"].concat();
         let sky = file(folder, "sky.hdr", bytes);
-        refused(&["render", "cornell", "-o", &out, "--environment", &sky]);
+        let line = refused(&["render", "cornell", "-o", &out, "--environment", &sky]);
+        assert!(line.contains(said), "{line}");
     }
 
     let mut layers = Image::new(1, 1);
@@ -51,7 +55,9 @@ fn what_a_picture_or_scene_contains_is_escaped() {
     }
     let picture = folder.join("layers.exr");
     layers.write(&picture, 0.0).unwrap();
-    refused(&["compare", text(&picture), text(&picture)]);
+    let line = refused(&["compare", text(&picture), text(&picture)]);
+    assert!(line.contains(r"a\u001b[31m"), "{line}");
+    assert!(line.contains(r"b\n"), "{line}");
 
     // Names in plain text stay on their line; in JSON they remain what they are.
     let name = "a\n\u{1b}[31m\u{9b}\u{202e}";
@@ -67,7 +73,8 @@ fn what_a_picture_or_scene_contains_is_escaped() {
     assert!(plain.status.success(), "{plain:?}");
     let plain = String::from_utf8(plain.stdout).unwrap();
     assert_printable(&plain);
-    assert!(plain.contains("\\u001b[2Jscene\\n"), "{plain}");
+    assert!(plain.contains(r"\u001b[2Jscene\n"), "{plain}");
+    assert!(plain.contains(r"a\n\u001b[31m\u009b\u202e"), "{plain}");
     let json = run(&["scene", "inspect", &scene, "--json"]);
     let json = String::from_utf8(json.stdout).unwrap();
     assert_printable(&json);

@@ -12,7 +12,7 @@ fn writers(folder: &Path) -> Vec<Vec<String>> {
     let plan = "scenes = [\"cornell\"]\n[[configurations]]\nname = \"a\"\npreset = \"fast\"\n";
     std::fs::write(folder.join("plan.toml"), plan).unwrap();
     let a = good("a.exr");
-    let commands: [(&[&str], &[&str]); 8] = [
+    let commands: [(&[&str], &[&str]); 9] = [
         (&["render", NO_SCENE, "-o", &a], &["-o", "--report"]),
         (&["reference", NO_SCENE, "-o", &a], &["-o", "--report"]),
         (&["render", NO_SCENE], &["-o"]),
@@ -21,6 +21,7 @@ fn writers(folder: &Path) -> Vec<Vec<String>> {
         (&["compare", "no-a.exr", "no-b.exr"], &["--diff"]),
         (&["scene", "generate", "cornell"], &["-o"]),
         (&["regress", "no-golden-frames"], &["--junit"]),
+        (&["statistics", NO_SCENE], &["-o"]),
     ];
     let with = |command: &[&str], option: &str| -> Vec<String> {
         let words = command.iter().copied().chain([option]);
@@ -38,7 +39,7 @@ fn ending(arguments: &[String]) -> &'static str {
         arguments[arguments.len() - 1].as_str(),
     ) {
         ("scene", _) => "glb",
-        ("profile", _) | (_, "--report") => "json",
+        ("profile" | "statistics", _) | (_, "--report") => "json",
         (_, "--junit") => "xml",
         _ => "exr",
     }
@@ -77,6 +78,30 @@ fn every_output_is_checked_before_any_work() {
         std::fs::write(folder.join(in_way), "").unwrap();
         let line = fail(&["regress", text(&folder.join(name)), "--bless"], 1);
         assert!(line.contains("it is a file; name a folder"), "{line}");
+    }
+}
+
+#[test]
+fn every_folder_for_outputs_is_checked_before_any_work() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("file"), "").unwrap();
+    let golden = at("golden");
+    std::fs::create_dir_all(golden.join("driver")).unwrap();
+    let list = r#"{"version": 1, "device": "a", "driver": "a", "commit": "a", "cases": {}}"#;
+    std::fs::write(golden.join("driver/golden.json"), list).unwrap();
+    let (a, golden) = (at("a.exr"), text(&golden));
+    let (a, file) = (text(&a), at("file"));
+    for wrong in [file.clone(), file.join("inner"), "/proc/a".into()] {
+        let wrong = text(&wrong);
+        let capture = ["--capture", "0..0", "--presented", wrong];
+        for arguments in [
+            &["regress", golden, "-o", wrong][..],
+            &[&["render", NO_SCENE, "-o", a], &capture[..]].concat(),
+        ] {
+            let line = fail(arguments, 1);
+            assert!(line.contains("cannot write"), "{arguments:?}: {line}");
+        }
     }
 }
 

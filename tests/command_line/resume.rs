@@ -42,7 +42,7 @@ macro_rules! metadata {
     };
 }
 
-const DAMAGE: [Damage; 32] = [
+const DAMAGE: [Damage; 33] = [
     (metadata!("headwater.samples", "-1"), "'-1', not 1 to"),
     (metadata!("headwater.samples", "0"), "'0', not 1 to"),
     (metadata!("headwater.samples", "NaN"), "'NaN', not 1 to"),
@@ -76,6 +76,7 @@ const DAMAGE: [Damage; 32] = [
         metadata!("headwater.settings", "no JSON"),
         "headwater.settings",
     ),
+    (metadata!("headwater.settings", "0"), "headwater.settings"),
     (
         |image| set(image, "headwater.settings", &"x\n\u{1b}".repeat(4000)),
         "headwater.settings",
