@@ -106,6 +106,15 @@ fn assert_damage_is_named(folder: &Path) {
         2,
         "golden.json: it is damaged",
     );
+    std::fs::remove_file(&list).unwrap();
+    let made = Command::new("mkfifo").arg(&list).status().unwrap();
+    assert!(made.success());
+    assert_status(
+        &regress(folder, &only, None),
+        2,
+        "golden.json: it is a pipe",
+    );
+    std::fs::remove_file(&list).unwrap();
     std::fs::write(&list, &text).unwrap();
     std::fs::write(&picture, &bytes[..bytes.len() - 100]).unwrap();
     assert_status(

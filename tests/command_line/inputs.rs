@@ -59,7 +59,15 @@ fn pipes_folders_and_devices_are_refused_as_every_input() {
             check(&["compare", text(picture), text(&good)], kind);
             check(&["compare", text(&good), text(picture)], kind);
         }
-        check(&["profile", "cornell", "--against", text(&json)], kind);
+        for command in [["profile", "cornell"], ["statistics", "furnace"]] {
+            check(&[&command[..], &["--against", text(&json)]].concat(), kind);
+        }
+        if name == "pipe" {
+            check(
+                &["reference", "cornell", "-o", text(&exr), "--resume"],
+                kind,
+            );
+        }
         assert!(!at("study").exists() && !Path::new(out).exists());
     }
 }
