@@ -5,12 +5,17 @@
 
 use crate::{headwater, messages, text};
 use headwater::image::Image;
+use headwater::scene::load::load;
+use std::collections::BTreeSet;
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 const SIGNALS: [i32; 3] = [libc::SIGINT, libc::SIGTERM, libc::SIGKILL];
+
+/// The command that does not watch for signals: it is killed by all of them.
+const UNWATCHED: &str = "scene generate";
 
 /// A command under test; `$` in its arguments stands for its folder.
 struct Subject {
@@ -62,6 +67,14 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     paths.flat_map(inner).collect()
 }
 
+/// The names of all files in a folder, from that folder on.
+fn names(folder: &Path) -> BTreeSet<PathBuf> {
+    let names = files(folder).into_iter();
+    names
+        .map(|path| path.strip_prefix(folder).unwrap().to_owned())
+        .collect()
+}
+
 /// Fails unless a file can be read as what its name says.
 fn assert_whole(path: &Path) {
     let extension = path.extension().and_then(|e| e.to_str());
@@ -70,6 +83,7 @@ fn assert_whole(path: &Path) {
         Some("exr" | "png") => drop(Image::read(path).unwrap()),
         Some("json") => drop(serde_json::from_str::<serde_json::Value>(&content()).unwrap()),
         Some("xml") => assert!(content().trim_end().ends_with("</testsuites>"), "{path:?}"),
+        Some("glb") => drop(load(path).unwrap()),
         Some("csv") => assert!(content().ends_with('\n'), "{path:?}"),
         _ => {}
     }
@@ -163,9 +177,13 @@ fn check(subject: &Subject, moments: u32) {
     succeed(&older, &subject.older);
     // The second run finds compiled shaders, as all later ones do.
     succeed(&whole, &subject.arguments);
-    let began = Instant::now();
-    succeed(&whole, &subject.arguments);
-    let duration = began.elapsed();
+    // The shorter of two, since signals that come after the end say nothing.
+    let duration = [(); 2].map(|()| {
+        let began = Instant::now();
+        succeed(&whole, &subject.arguments);
+        began.elapsed()
+    });
+    let duration = duration[0].min(duration[1]);
     let mut counts = Counts::default();
     for i in 0..moments {
         // Multiples of the golden ratio leave no gap.
@@ -189,14 +207,22 @@ fn check(subject: &Subject, moments: u32) {
             let [now, expected] = [&work, &whole].map(|f| std::fs::read(f.join(name)).unwrap());
             assert!(now == expected, "{}: {name} at {moment:?}", subject.name);
         }
-        let left: Vec<PathBuf> = files(&work)
-            .into_iter()
-            .filter(|p| is_temporary(p))
-            .collect();
-        assert_eq!(left, Vec::<PathBuf>::new());
+        for path in files(&work) {
+            assert_whole(&path);
+        }
+        let mut expected = names(&whole);
+        if has_older {
+            expected.extend(names(&older));
+        }
+        assert_eq!(names(&work), expected, "{} at {moment:?}", subject.name);
         std::fs::remove_dir_all(&work).unwrap();
     }
     println!("{} of {duration:?}: {counts:?}", subject.name);
+    // Else the signals came too early or too late to say anything.
+    let is_watched = subject.name != UNWATCHED;
+    assert!(counts.by_status > 0 || !is_watched, "{counts:?}");
+    assert!(counts.killed > 0, "{counts:?}");
+    assert!(2 * counts.done < counts.moments, "{counts:?}");
 }
 
 fn copy(from: &Path, to: &Path) {
@@ -344,7 +370,7 @@ mod thorough {
             "$/a.glb",
         ];
         let subject = Subject {
-            name: "scene generate",
+            name: UNWATCHED,
             older: vec!["scene", "generate", "cornell", "-o", "$/a.glb"],
             arguments,
             results: vec!["a.glb"],
