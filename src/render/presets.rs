@@ -5,6 +5,8 @@ use crate::nearest::nearest;
 use crate::toml_text::TomlText;
 use crate::{Error, Result};
 use serde_json::Value;
+use std::collections::HashMap;
+use std::sync::LazyLock;
 
 /// A named set of changes.
 #[derive(Clone, Copy, Debug)]
@@ -72,6 +74,18 @@ impl Preset {
     /// # Errors
     /// Never with the presets of this build; a test says so.
     pub fn settings(&self) -> Result<Settings> {
+        // A plan asks for them once for each of its configurations.
+        static PARSED: LazyLock<HashMap<&str, Settings>> = LazyLock::new(|| {
+            let pair = |preset: &Preset| Some((preset.name, preset.parse().ok()?));
+            PRESETS.iter().filter_map(pair).collect()
+        });
+        match PARSED.get(self.name) {
+            Some(settings) => Ok(settings.clone()),
+            None => self.parse(),
+        }
+    }
+
+    fn parse(&self) -> Result<Settings> {
         Settings::default().with(&TomlText::new(self.name, self.text).parse::<Value>()?)
     }
 }

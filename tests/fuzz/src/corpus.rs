@@ -28,7 +28,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     write(folder, "environment", environments(), words::IMAGE)?;
     write(folder, "picture", pictures(), words::IMAGE)?;
     write(folder, "settings", settings()?, &toml_words)?;
-    write(folder, "plan", plans(), &toml_words)?;
+    write(folder, "plan", plans()?, &toml_words)?;
     Ok(())
 }
 
@@ -56,7 +56,7 @@ fn settings() -> Result<Files, Box<dyn Error>> {
     Ok(files)
 }
 
-fn plans() -> Files {
+fn plans() -> Result<Files, Box<dyn Error>> {
     let tables = r#"fps = 24
 start_time = 0.5
 most_seeds = 8
@@ -75,9 +75,26 @@ expect = "any"
 scenes = ["cornell"]
 set = { "indirect.mis" = "balance" }
 "#;
-    let mut files: Files = (PLANS.iter())
-        .map(|(name, text)| (format!("{name}.toml"), (*text).into()))
-        .collect();
-    files.push(("tables.toml".into(), tables.into()));
-    files
+    let mut files = vec![("tables.toml".into(), tables.into())];
+    for (name, text) in PLANS {
+        files.push((format!("{name}.toml"), with_small_sweeps(text)?.into()));
+    }
+    Ok(files)
+}
+
+/// A plan with at most two values in each sweep: the time of an execution is that of its configurations.
+fn with_small_sweeps(plan: &str) -> Result<String, Box<dyn Error>> {
+    let mut plan: toml::Table = plan.parse()?;
+    let sweeps = plan.get_mut("sweeps").and_then(toml::Value::as_array_mut);
+    for sweep in sweeps.into_iter().flatten() {
+        let over = sweep.get_mut("over").and_then(toml::Value::as_table_mut);
+        let lists = over
+            .into_iter()
+            .flatten()
+            .filter_map(|(_, value)| value.as_array_mut());
+        for (index, list) in lists.enumerate() {
+            list.truncate(if index == 0 { 2 } else { 1 });
+        }
+    }
+    Ok(toml::to_string(&plan)?)
 }

@@ -7,6 +7,10 @@ use libfuzzer_sys::{fuzz_mutator, fuzz_target, fuzzer_mutate};
 use std::sync::LazyLock;
 
 static TARGET: LazyLock<(&str, Run)> = LazyLock::new(|| {
+    // libFuzzer sees nothing of what other threads do.
+    let threads = rayon::ThreadPoolBuilder::new().num_threads(1);
+    let pool = threads.use_current_thread().build_global();
+    pool.expect("no other pool");
     let name = std::env::var("HEADWATER_FUZZ_TARGET").unwrap_or_default();
     let target = TARGETS.into_iter().find(|(target, _)| *target == name);
     target.expect("HEADWATER_FUZZ_TARGET names a target")

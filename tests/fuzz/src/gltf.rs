@@ -109,15 +109,11 @@ fn with_other_bytes(bytes: &[u8], max_size: usize) -> Vec<u8> {
 
 /// One change somewhere in a document. Most keep the type of a value, since nothing of a file is read if one is wrong.
 fn edit(document: &mut Value, random: &mut Random) {
-    let mut places = Vec::new();
-    pointers(document, String::new(), &mut places);
-    let place = &places[random.index(places.len())];
-    let other = document
-        .pointer(&places[random.index(places.len())])
-        .cloned()
-        .unwrap_or_default();
+    let values = count(document);
+    let other = nth(document, &mut random.index(values)).cloned();
+    let other = other.unwrap_or_default();
     let key = KEYS[random.index(KEYS.len())];
-    let Some(value) = document.pointer_mut(place) else {
+    let Some(value) = nth(document, &mut random.index(values)) else {
         return;
     };
     match (value, random.index(16)) {
@@ -181,23 +177,26 @@ fn other_text(text: &str, random: &mut Random) -> String {
     TEXTS[random.index(TEXTS.len())].to_owned()
 }
 
-/// The JSON pointers of all values.
-fn pointers(value: &Value, place: String, out: &mut Vec<String>) {
-    match value {
-        Value::Object(fields) => {
-            for (key, value) in fields {
-                let key = key.replace('~', "~0").replace('/', "~1");
-                pointers(value, format!("{place}/{key}"), out);
-            }
-        }
-        Value::Array(items) => {
-            for (index, value) in items.iter().enumerate() {
-                pointers(value, format!("{place}/{index}"), out);
-            }
-        }
-        _ => {}
+/// Number of values in a document, itself included.
+fn count(value: &Value) -> usize {
+    1 + match value {
+        Value::Object(fields) => fields.values().map(count).sum(),
+        Value::Array(items) => items.iter().map(count).sum(),
+        _ => 0,
     }
-    out.push(place);
+}
+
+/// The value at `index`, which counts down, in the order of the document.
+fn nth<'a>(value: &'a mut Value, index: &mut usize) -> Option<&'a mut Value> {
+    if *index == 0 {
+        return Some(value);
+    }
+    *index -= 1;
+    match value {
+        Value::Object(fields) => fields.values_mut().find_map(|value| nth(value, index)),
+        Value::Array(items) => items.iter_mut().find_map(|value| nth(value, index)),
+        _ => None,
+    }
 }
 
 /// True if a file that was loaded with this outcome has a GLB header and JSON that fits the types of glTF 2.0.

@@ -37,13 +37,122 @@ fn encoded(form: &str, format: ImageFormat) -> Vec<u8> {
     bytes.into_inner()
 }
 
+/// The smallest RGB image as PNG in base64.
+pub fn small_png() -> String {
+    use base64::Engine;
+    base64::engine::general_purpose::STANDARD.encode(encoded("rgb8", ImageFormat::Png))
+}
+
+/// PNG files with a palette, with few bits per texel, and with interlaced rows.
+fn packed_pngs() -> Vec<(String, Vec<u8>)> {
+    use png::{BitDepth, ColorType};
+    let mut files = Vec::new();
+    for (depth, bits) in [
+        (BitDepth::One, 1_usize),
+        (BitDepth::Two, 2),
+        (BitDepth::Four, 4),
+        (BitDepth::Eight, 8),
+    ] {
+        for (name, color) in [
+            ("palette", ColorType::Indexed),
+            ("bits", ColorType::Grayscale),
+        ] {
+            // One column: interlaced, it has as many rows as otherwise.
+            let height = 11;
+            let mut bytes = Vec::new();
+            let mut encoder = png::Encoder::new(&mut bytes, 1, height);
+            encoder.set_depth(depth);
+            encoder.set_color(color);
+            if color == ColorType::Indexed {
+                encoder.set_palette((0..6).map(|i| 40 * i).collect::<Vec<u8>>());
+                encoder.set_trns(vec![255, 128]);
+            }
+            let rows: Vec<u8> = (0..height as u8)
+                .map(|row| (row % 2) << (8 - bits))
+                .collect();
+            let mut writer = encoder.write_header().expect("a header");
+            writer.write_image_data(&rows).expect("a PNG");
+            writer.finish().expect("a PNG");
+            files.push((format!("{name}{bits}.png"), bytes.clone()));
+            // The byte of the header that says so; the decoder that is built for fuzzing ignores the checksum.
+            bytes[28] = 1;
+            files.push((format!("{name}{bits}-interlaced.png"), bytes));
+        }
+    }
+    files
+}
+
+/// JPEG files that the encoder cannot write: progressive with one scan, of four colours, and with a preview inside. The
+/// Huffman tables have one code each, for zero.
+fn other_jpegs() -> Vec<(String, Vec<u8>)> {
+    let segment = |marker: u8, content: &[u8]| {
+        let length = (content.len() as u16 + 2).to_be_bytes();
+        [&[0xff, marker][..], &length, content].concat()
+    };
+    let frame = |marker: u8, components: u8| {
+        let sampled = (1..=components).flat_map(|id| [id, 0x11, 0]);
+        let content: Vec<u8> = [8, 0, 8, 0, 8, components]
+            .into_iter()
+            .chain(sampled)
+            .collect();
+        segment(marker, &content)
+    };
+    let table = |class: u8| segment(0xc4, &[&[class << 4, 1][..], &[0; 15], &[0]].concat());
+    let scan = |components: u8, last: u8| {
+        let tables = (1..=components).flat_map(|id| [id, 0]);
+        let content = [components].into_iter().chain(tables).chain([0, last, 0]);
+        segment(0xda, &content.collect::<Vec<u8>>())
+    };
+    let file = |frame: Vec<u8>, scan: Vec<u8>| {
+        let quantization = segment(0xdb, &[&[0][..], &[1; 64]].concat());
+        let parts = [
+            vec![0xff, 0xd8],
+            quantization,
+            frame,
+            table(0),
+            table(1),
+            scan,
+        ];
+        [parts.concat(), vec![0, 0xff, 0xd9]].concat()
+    };
+    let whole = encoded("rgb8", ImageFormat::Jpeg);
+    let preview = [&b"Exif\0\0"[..], &encoded("grey8", ImageFormat::Jpeg)[..]].concat();
+    let preview = [&whole[..2], &segment(0xe1, &preview), &whole[2..]].concat();
+    vec![
+        ("progressive.jpg".into(), file(frame(0xc2, 1), scan(1, 0))),
+        ("cmyk.jpg".into(), file(frame(0xc0, 4), scan(4, 63))),
+        ("preview.jpg".into(), preview),
+    ]
+}
+
+/// WebP files that the encoder cannot write, of one texel each.
+fn other_webps() -> Vec<(String, Vec<u8>)> {
+    use base64::Engine;
+    [
+        ("lossy.webp", "UklGRiIAAABXRUJQVlA4IBYAAAAwAQCdASoBAAEADsD+JaQAA3AAAAAA"),
+        (
+            "alpha.webp",
+            "UklGRkoAAABXRUJQVlA4WAoAAAAQAAAAAAAAAAAAQUxQSAwAAAARBxAR/Q9ERP8DAABWUDggGAAAABQBAJ0BKgEAAQAAAP4AAA3AAP7mtQAAAA==",
+        ),
+        (
+            "animated.webp",
+            "UklGRlIAAABXRUJQVlA4WAoAAAASAAAAAAAAAAAAQU5JTQYAAAD/////AABBTk1GJgAAAAAAAAAAAAAAAAAAAGQAAABWUDhMDQAAAC8AAAAQBxAREYiI/gcA",
+        ),
+    ]
+    .map(|(name, text)| {
+        let bytes = base64::engine::general_purpose::STANDARD.decode(text);
+        (name.to_owned(), bytes.expect("base64"))
+    })
+    .to_vec()
+}
+
 /// PNG files, with their names.
 pub fn pngs() -> Vec<(String, Vec<u8>)> {
-    [
+    let plain = [
         "grey8", "greya8", "rgb8", "rgba8", "grey16", "rgb16", "rgba16",
     ]
-    .map(|form| (format!("{form}.png"), encoded(form, ImageFormat::Png)))
-    .to_vec()
+    .map(|form| (format!("{form}.png"), encoded(form, ImageFormat::Png)));
+    [plain.to_vec(), packed_pngs()].concat()
 }
 
 /// PNG, JPEG and WebP files, with their names.
@@ -55,6 +164,8 @@ pub fn textures() -> Vec<(String, Vec<u8>)> {
     for form in ["rgb8", "rgba8"] {
         files.push((format!("{form}.webp"), encoded(form, ImageFormat::WebP)));
     }
+    files.extend(other_jpegs());
+    files.extend(other_webps());
     files
 }
 
@@ -62,7 +173,12 @@ pub fn textures() -> Vec<(String, Vec<u8>)> {
 pub fn hdrs() -> Vec<(String, Vec<u8>)> {
     let mut old = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=1.0\n\n-Y 2 +X 4\n".to_vec();
     old.extend([9, 8, 7, 128].repeat(8));
+    // A texel of which the first three bytes are 1 repeats the one before.
+    let mut runs =
+        b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=2.5\nEXPOSURE=0.5\n\n-Y 2 +X 8\n".to_vec();
+    runs.extend([9, 8, 7, 128, 1, 1, 1, 7].repeat(2));
     vec![
+        ("runs.hdr".into(), runs),
         ("new.hdr".into(), encoded("rgb32f", ImageFormat::Hdr)),
         ("old.hdr".into(), old),
     ]
@@ -79,6 +195,7 @@ pub fn exrs() -> Vec<(String, Vec<u8>)> {
         ("piz", Compression::PIZ),
         ("pxr24", Compression::PXR24),
         ("b44", Compression::B44),
+        ("b44a", Compression::B44A),
         ("dwaa", Compression::DWAA(None)),
     ] {
         for (kind, blocks) in [
@@ -88,21 +205,53 @@ pub fn exrs() -> Vec<(String, Vec<u8>)> {
             let channels = SpecificChannels::rgb(|at: Vec2<usize>| {
                 (f16::from_f32(at.x() as f32), at.y() as f32, 0.5_f32)
             });
-            let encoding = Encoding {
+            let mut encoding = Encoding {
                 compression,
                 blocks,
                 line_order: LineOrder::Increasing,
             };
             let size = (SIZE.0 as usize, SIZE.1 as usize);
-            let layer = Layer::new(size, LayerAttributes::default(), encoding, channels);
+            let mut attributes = LayerAttributes::default();
+            if compression == Compression::RLE {
+                encoding.line_order = LineOrder::Decreasing;
+                attributes.layer_position = Vec2(5, -7);
+            }
+            let layer = Layer::new(size, attributes, encoding, channels);
             let mut bytes = Cursor::new(Vec::new());
             exr::image::Image::from_layer(layer)
                 .write()
                 .to_buffered(&mut bytes)
                 .expect("an EXR");
-            files.push((format!("{name}-{kind}.exr"), bytes.into_inner()));
+            let bytes = bytes.into_inner();
+            if compression == Compression::ZIP16 {
+                // The mode of levels, behind the width and the height of a tile; the sampling of the first channel, behind
+                // its name, type and flag.
+                files.extend(patched("mip", &bytes, b"tiledesc\0\x09\0\0\0", 8, &[1]));
+                let sampling = [2, 0, 0, 0, 2, 0, 0, 0];
+                files.extend(patched(
+                    "sampled",
+                    &bytes,
+                    b"chlist\0",
+                    4 + 2 + 8,
+                    &sampling,
+                ));
+            }
+            files.push((format!("{name}-{kind}.exr"), bytes));
         }
     }
+    let parts = ["left", "right"].map(|name| {
+        let channels = SpecificChannels::rgb(|at: Vec2<usize>| (at.x() as f32, 0.5_f32, 0.25_f32));
+        let attributes = LayerAttributes::named(name);
+        Layer::new((3, 2), attributes, Encoding::UNCOMPRESSED, channels)
+    });
+    let mut bytes = Cursor::new(Vec::new());
+    exr::image::Image::empty(ImageAttributes::new(IntegerBounds::from_dimensions((3, 2))))
+        .with_layer(parts[0].clone())
+        .with_layer(parts[1].clone())
+        .write()
+        .to_buffered(&mut bytes)
+        .expect("an EXR of two parts");
+    files.push(("parts.exr".into(), bytes.into_inner()));
     let folder = Folder::new(&[]);
     for (name, layers) in [
         (
@@ -135,6 +284,23 @@ pub fn exrs() -> Vec<(String, Vec<u8>)> {
     files
 }
 
+/// A file with other bytes at an offset from the end of a text, if it has the text.
+fn patched(
+    name: &str,
+    bytes: &[u8],
+    text: &[u8],
+    offset: usize,
+    other: &[u8],
+) -> Option<(String, Vec<u8>)> {
+    let found = bytes
+        .windows(text.len())
+        .position(|window| window == text)?;
+    let start = found + text.len() + offset;
+    let mut bytes = bytes.to_vec();
+    bytes[start..start + other.len()].copy_from_slice(other);
+    Some((format!("{name}.exr"), bytes))
+}
+
 fn written(folder: &Folder, picture: &Image) -> Vec<u8> {
     let path = folder.write("a.exr", &[]);
     picture.write(&path, 0.0).expect("an EXR");
@@ -150,6 +316,8 @@ pub fn folder() -> Folder {
         ("wall.png", &png),
         ("wall.jpg", &jpg),
         ("small.webp", &webp),
+        ("triangle.bin", &Gltf::triangle().binary),
+        ("my scene.mtl", b"newmtl other\nKd 1 0 0\n"),
     ])
 }
 
@@ -189,8 +357,13 @@ pub fn has_hdr_header(bytes: &[u8]) -> bool {
     reader.into_dimensions().is_ok()
 }
 
-/// True if the header of a PNG, JPEG or WebP file can be read.
-pub fn has_image_header(bytes: &[u8]) -> bool {
+/// True if the header of an image in one of these formats can be read.
+pub fn has_image_header(bytes: &[u8], formats: &[ImageFormat]) -> bool {
     let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format();
-    matches!(reader.map(|reader| reader.into_dimensions()), Ok(Ok(_)))
+    reader.is_ok_and(|reader| {
+        reader
+            .format()
+            .is_some_and(|format| formats.contains(&format))
+            && reader.into_dimensions().is_ok()
+    })
 }

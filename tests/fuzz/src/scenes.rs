@@ -14,7 +14,17 @@ pub fn gltf() -> Files {
     let mut files: Files = (features().iter())
         .map(|(name, file)| (format!("{name}.gltf"), images::in_one(file).into()))
         .collect();
-    files.push(("beside.gltf".into(), images::shown("wall.png").into()));
+    for (name, uri) in [
+        ("beside", "wall.png"),
+        ("outside", "../wall.png"),
+        ("lost", "lost.png"),
+    ] {
+        files.push((format!("{name}.gltf"), images::shown(uri).into()));
+    }
+    let inside = images::shown(&format!("data:image/png;base64,{}", images::small_png()));
+    files.push(("data-image.gltf".into(), inside.into()));
+    let external = Gltf::triangle().with_uri("triangle.bin");
+    files.push(("external.gltf".into(), external.into()));
     files
 }
 
@@ -23,6 +33,7 @@ pub fn glb() -> headwater::Result<Files> {
     let mut files: Files = (features().into_iter())
         .map(|(name, file)| (format!("{name}.glb"), file.glb()))
         .collect();
+    files.push(("chunks.glb".into(), with_another_chunk(&Gltf::triangle())));
     let folder = tempfile::tempdir().map_err(|e| headwater::Error::failed(e.to_string()))?;
     for name in [
         "cornell",
@@ -40,6 +51,17 @@ pub fn glb() -> headwater::Result<Files> {
         }
     }
     Ok(files)
+}
+
+/// A `.glb` file with a chunk of an unknown type between its JSON and its bytes.
+fn with_another_chunk(file: &Gltf) -> Vec<u8> {
+    let bytes = file.glb();
+    let json = u32::from_le_bytes([bytes[12], bytes[13], bytes[14], bytes[15]]) as usize;
+    let (before, after) = bytes.split_at(20 + json);
+    let mut bytes = [before, b"\x04\0\0\0WHATmore", after].concat();
+    let length = bytes.len() as u32;
+    bytes[8..12].copy_from_slice(&length.to_le_bytes());
+    bytes
 }
 
 fn push(list: &mut Value, item: Value) {
@@ -183,7 +205,7 @@ fn lit() -> Gltf {
 fn packed() -> Gltf {
     let mut file = Gltf::triangle();
     let places = file.add_view(&[0, 2]);
-    let values = file.add_view(&floats(&[[0.0, 0.0, 1.0]; 2]));
+    let values = file.add_view(&floats(&[[0.0, 0.0, 1.0], [0.0, 2.0, 1.0]]));
     file.json["accessors"][0]["sparse"] = json!({
         "count": 2,
         "indices": { "bufferView": places, "componentType": 5121 },
@@ -218,6 +240,93 @@ fn packed() -> Gltf {
     file
 }
 
+/// A triangle with texture coordinates, an image and a normal map, but without tangents.
+fn without_tangents() -> Gltf {
+    let mut file = Gltf::triangle();
+    let coordinates = float_bytes(&[0.0, 0.0, 1.0, 0.0, 0.0, 2.0]);
+    let coordinates = accessor(&mut file, &coordinates, 5126, "VEC2", 3);
+    file.primitive()["attributes"]["TEXCOORD_0"] = coordinates.into();
+    file.with(|json| {
+        json["images"] = json!([{ "uri": "wall.png" }]);
+        json["textures"] = json!([{ "source": 0 }]);
+        json["materials"][0]["normalTexture"] = json!({ "index": 0 });
+    })
+}
+
+/// Two triangles that share vertices without normals, 16-bit texture coordinates, colours, joints and weights.
+fn shared() -> Gltf {
+    let mut file = Gltf::triangle();
+    let corners = [
+        [0.0, 0.0, 0.0],
+        [1.0, 0.0, 0.0],
+        [1.0, 1.0, 0.5],
+        [0.0, 1.0, 0.0],
+    ];
+    let positions = file.add_vectors(&corners);
+    let indices = file.add_indices(5123, &[0, 1, 2, 0, 2, 3]);
+    let words = |words: &[u16]| -> Vec<u8> { words.iter().flat_map(|w| w.to_le_bytes()).collect() };
+    let coordinates = words(&[0, 0, 65535, 0, 65535, 65535, 0, 65535]);
+    let coordinates = accessor(&mut file, &coordinates, 5123, "VEC2", 4);
+    let colors = words(&[65535, 0, 9000, 65535].repeat(4));
+    let colors = accessor(&mut file, &colors, 5123, "VEC4", 4);
+    let joints = accessor(&mut file, &words(&[0; 16]), 5123, "VEC4", 4);
+    let weights = accessor(
+        &mut file,
+        &words(&[65535, 0, 0, 0].repeat(4)),
+        5123,
+        "VEC4",
+        4,
+    );
+    for normalized in [coordinates, colors, weights] {
+        file.json["accessors"][normalized]["normalized"] = true.into();
+    }
+    file.primitive()["attributes"] = json!({
+        "POSITION": positions, "TEXCOORD_0": coordinates, "COLOR_0": colors, "JOINTS_0": joints, "WEIGHTS_0": weights,
+    });
+    file.primitive()["indices"] = indices.into();
+    file.with(|json| {
+        json["skins"] = json!([{ "joints": [0] }]);
+        json["nodes"][0]["skin"] = 0.into();
+    })
+}
+
+/// Images of textures of kinds that are not read: KTX2 without another source, and textures of specular lobes.
+fn other_textures() -> Gltf {
+    without_tangents().with(|json| {
+        json["textures"] = json!([
+            { "source": 0 },
+            { "extensions": { "KHR_texture_basisu": { "source": 1 } } },
+        ]);
+        push(
+            &mut json["images"],
+            json!({ "uri": "wall.ktx2", "mimeType": "image/ktx2" }),
+        );
+        json["extensionsUsed"] = json!(["KHR_texture_basisu", "KHR_materials_specular"]);
+        json["materials"][0] = json!({
+            "alphaMode": "GLASS",
+            "extensions": { "KHR_materials_specular": {
+                "specularTexture": { "index": 0 }, "specularColorTexture": { "index": 0 },
+            } },
+        });
+        push(
+            &mut json["materials"],
+            json!({ "emissiveTexture": { "index": 1 } }),
+        );
+    })
+}
+
+/// A node with a matrix that an animation moves, and a camera that is scaled to nothing.
+fn odd_nodes() -> Gltf {
+    moving().with(|json| {
+        json["nodes"][0]["matrix"] = json!([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 4, 5, 6, 1]);
+        json["nodes"][1]["scale"] = json!([0, 0, 0]);
+    })
+}
+
+fn asset(asset: Value) -> Gltf {
+    Gltf::triangle().with(|json| json["asset"] = asset)
+}
+
 fn features() -> Vec<(&'static str, Gltf)> {
     vec![
         ("plain", Gltf::triangle()),
@@ -225,6 +334,29 @@ fn features() -> Vec<(&'static str, Gltf)> {
         ("moving", moving()),
         ("lit", lit()),
         ("packed", packed()),
+        ("without-tangents", without_tangents()),
+        ("shared", shared()),
+        ("other-textures", other_textures()),
+        ("odd-nodes", odd_nodes()),
+        ("old", asset(json!({ "version": "1.0" }))),
+        (
+            "minimum",
+            asset(json!({ "version": "2.0", "minVersion": "2.1" })),
+        ),
+        (
+            "required",
+            Gltf::triangle().with(|json| {
+                json["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]);
+            }),
+        ),
+        (
+            "no-scenes",
+            Gltf::triangle().with(|json| {
+                let fields = json.as_object_mut().expect("an object");
+                fields.remove("scene");
+                fields.remove("scenes");
+            }),
+        ),
     ]
 }
 
@@ -239,6 +371,15 @@ pub fn obj() -> Files {
         map_Pm wall.png\nnorm -blendu on -cc off -texres 4 -type sphere wall.png\nd -halo .5\nTr .5\n\
         newmtl z\nKd .5\nPr 0\nd 1\nmap_Pm wall.jpg\n";
     let lines = "# head\nmtllib scene.obj lost.mtl\r\nv 0 0 \\\n 0 # x\nv 1 0 0\nv 0 1 0\no na\u{ef}ve\nf 1 2 3\n";
+    let names = "mtllib my scene.mtl\nmtllib scene.obj\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\n\
+        usemtl lost\nf 1/1 2/2 3/3\nusemtl sizes\nf 1/1 3/3 2/2\nnewmtl lost\nmap_Kd lost.png\n\
+        newmtl sizes\nmap_Pr wall.png\nmap_Pm small.webp\n";
+    let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\n";
+    let mut kinds = format!("mtllib scene.obj\n{corners}usemtl k\nf 1/1 2/2 3/3\nnewmtl k\n");
+    // More kinds of textures than a notice lists.
+    for kind in 0..20 {
+        kinds += &format!("map_{kind} wall.png\n");
+    }
     let mut latin = lines.as_bytes().to_vec();
     latin.extend(b"g caf\xe9\nf 3 2 1\n");
     vec![
@@ -246,5 +387,7 @@ pub fn obj() -> Files {
         ("materials.obj".into(), materials.into()),
         ("lines.obj".into(), lines.into()),
         ("latin.obj".into(), latin),
+        ("names.obj".into(), names.into()),
+        ("kinds.obj".into(), kinds.into()),
     ]
 }

@@ -1,6 +1,8 @@
 //! Images of textures: PNG, JPEG and WebP, beside a scene that shows them.
 
 use crate::{Folder, images};
+use headwater::scene::load::Options;
+use image::ImageFormat;
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
@@ -14,6 +16,7 @@ static FOLDER: LazyLock<(Folder, PathBuf)> = LazyLock::new(|| {
 pub fn run(bytes: &[u8]) -> bool {
     let (folder, scene) = &*FOLDER;
     folder.write("image", bytes);
-    let _ = folder.open(scene);
-    images::has_image_header(bytes)
+    let _ = folder.open(scene, Options::default());
+    let formats = [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::WebP];
+    images::has_image_header(bytes, &formats)
 }
