@@ -2,11 +2,12 @@
 //! the file has no name until it is complete, so that nothing is left of it even after SIGKILL.
 
 use crate::{Error, Result};
+use rustix::fs::{OFlags, fcntl_setfl};
 use std::borrow::Cow;
 use std::fs::File;
 use std::io::{BufWriter, ErrorKind, Write};
 use std::os::unix::ffi::OsStrExt;
-use std::os::unix::fs::{FileTypeExt, MetadataExt};
+use std::os::unix::fs::{FileTypeExt, MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 use tempfile::TempPath;
 
@@ -25,7 +26,7 @@ pub fn write_atomically(
     let failed = |e: std::io::Error| Error::writing(path, e);
     // A rename would replace the device with a file.
     if is_device(path) {
-        let file = File::options().write(true).open(path).map_err(failed)?;
+        let file = open_device(path).map_err(failed)?;
         let mut output = BufWriter::new(file);
         return write(&mut output)
             .and_then(|()| output.flush())
@@ -65,9 +66,28 @@ pub fn check_writable(path: &Path) -> Result<()> {
         _ => {}
     }
     if is_device(path) {
+        let opened = open_device(path).map_err(|e| Error::writing(path, e))?;
+        // It stays open: the reader of a pipe takes the close for the end of what is written.
+        std::mem::forget(opened);
         return Ok(());
     }
     New::beside(path, &target(path)).map(drop)
+}
+
+/// Opens a device or a pipe for writing. It never waits: of a pipe that nobody reads, the system would wait for a reader.
+fn open_device(path: &Path) -> std::io::Result<File> {
+    let mut options = File::options();
+    options.write(true).custom_flags(libc::O_NONBLOCK);
+    let file = options.open(path).map_err(|e| match e.raw_os_error() {
+        Some(libc::ENXIO) => std::io::Error::new(
+            ErrorKind::NotConnected,
+            "it is a pipe that nobody reads; start its reader first",
+        ),
+        _ => e,
+    })?;
+    // Once it is open, writing waits as usual.
+    fcntl_setfl(&file, OFlags::empty())?;
+    Ok(file)
 }
 
 /// Whether two paths lead to the same file, which need not exist yet: by another spelling or a link. Devices,
@@ -311,5 +331,28 @@ mod tests {
         check_writable(null).unwrap();
         write_atomically(null, |f| f.write_all(b"new")).unwrap();
         assert!(!null.is_file());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_pipe_is_written_if_somebody_reads_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let pipe = folder.path().join("pipe");
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+        assert!(made.unwrap().success());
+        for error in [check_writable(&pipe), write_atomically(&pipe, |_| Ok(()))] {
+            let error = error.unwrap_err();
+            assert!(error.to_string().contains("nobody reads"), "{error}");
+        }
+        let reader = std::thread::spawn({
+            let pipe = pipe.clone();
+            move || std::fs::read(pipe).unwrap()
+        });
+        // More than a pipe holds.
+        let bytes = vec![7; 1 << 20];
+        while write_atomically(&pipe, |f| f.write_all(&bytes)).is_err() {
+            std::thread::yield_now();
+        }
+        assert_eq!(reader.join().unwrap(), bytes);
     }
 }

@@ -3,22 +3,18 @@
 
 use crate::out_of_memory::end_with;
 use crate::{Error, Result};
-use signal_hook::consts::SIGABRT;
+use signal_hook::consts::{SIGABRT, SIGBUS, SIGSEGV};
 
 /// Starts the threads that all parallel work shares: one that is first missed in the middle of the work would be a panic.
-/// Aborts, as of a driver without memory, get an exit status of their own; so do panics, which `RUST_BACKTRACE` shows
-/// in full.
+/// Crashes and panics get a line and an exit status of ours, unless `RUST_BACKTRACE` is set.
 ///
 /// # Errors
 /// The system refuses the threads or the handler.
 pub fn prepare() -> Result<()> {
-    const ABORTED: &[u8] = b"headwater: a driver or a library ended the process, perhaps without memory; take a smaller picture or scene, or another device\n";
-    // SAFETY: `end_with` neither allocates nor takes a lock, so that it may run in a signal handler.
-    unsafe { signal_hook::low_level::register(SIGABRT, || end_with(ABORTED)) }
-        .map_err(|e| Error::failed(format!("cannot watch for aborts: {e}")))?;
     // Threads that have no memory when they start panic before they do anything, with this text.
     let no_memory = format!("os error {}", libc::ENOMEM);
     if std::env::var_os("RUST_BACKTRACE").is_none() {
+        watch_for_crashes()?;
         std::panic::set_hook(Box::new(move |panic| {
             let panic = panic.to_string();
             let line = super::line(match panic.contains(&no_memory) {
@@ -34,4 +30,16 @@ pub fn prepare() -> Result<()> {
             "cannot start threads: {e}; allow more of them (ulimit -u), or set RAYON_NUM_THREADS to a small number"
         ))
     })
+}
+
+/// Drivers that find no memory crash in their own ways.
+fn watch_for_crashes() -> Result<()> {
+    const CRASHED: &[u8] = b"headwater: a driver or a library crashed, perhaps out of memory; take a smaller picture or scene, or another device; RUST_BACKTRACE=1 lets it crash\n";
+    for signal in [SIGABRT, SIGBUS, SIGSEGV] {
+        // SAFETY: `end_with` neither allocates nor takes a lock, so that it may run in a handler, and does not return to
+        // where the signal came from.
+        unsafe { signal_hook_registry::register_unchecked(signal, |_| end_with(CRASHED)) }
+            .map_err(|e| Error::failed(format!("cannot watch for crashes: {e}")))?;
+    }
+    Ok(())
 }

@@ -6,14 +6,14 @@ use super::recorder::{Recorder, Submission};
 use super::records::Records;
 use crate::{Error, Result};
 use ash::{ext, khr, vk};
-use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{
     Allocation, AllocationCreateDesc, AllocationScheme, Allocator, AllocatorCreateDesc,
 };
+use gpu_allocator::{AllocationError, MemoryLocation};
 use std::collections::VecDeque;
 use std::ffi::CString;
 use std::mem::ManuallyDrop;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Optional features, enabled only if they are used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -254,9 +254,14 @@ impl Device {
             linear: true,
             allocation_scheme: AllocationScheme::GpuAllocatorManaged,
         };
-        let allocation = self.allocate(&wanted, wanted.requirements.size)?;
-        let is_mapped = allocation.mapped_ptr().is_some();
-        self.free(Some(allocation));
+        let allocation = match self.lock_allocator()?.allocate(&wanted) {
+            Ok(allocation) => Some(allocation),
+            // Such a device may have no memory that the host could map.
+            Err(AllocationError::NoCompatibleMemoryTypeFound) => None,
+            Err(cause) => return Err(self.lacks(&wanted, wanted.requirements.size, &cause)),
+        };
+        let is_mapped = (allocation.as_ref()).is_some_and(|memory| memory.mapped_ptr().is_some());
+        self.free(allocation);
         if is_mapped {
             return Ok(());
         }
@@ -314,16 +319,26 @@ impl Device {
         wanted: &AllocationCreateDesc<'_>,
         bytes: u64,
     ) -> Result<Allocation> {
-        self.allocator
-            .lock()
-            .map_err(|_| Error::failed("the memory allocator panicked in another thread"))?
-            .allocate(wanted)
-            .map_err(|e| {
-                Error::failed(format!(
-                    "{} needs {bytes} bytes, which device '{}' does not have ({e})",
-                    wanted.name, self.info.name
-                ))
-            })
+        let allocated = self.lock_allocator()?.allocate(wanted);
+        allocated.map_err(|cause| self.lacks(wanted, bytes, &cause))
+    }
+
+    fn lock_allocator(&self) -> Result<MutexGuard<'_, Allocator>> {
+        let panicked = |_| Error::failed("the memory allocator panicked in another thread");
+        self.allocator.lock().map_err(panicked)
+    }
+
+    /// The error for memory that is not there.
+    fn lacks(
+        &self,
+        wanted: &AllocationCreateDesc<'_>,
+        bytes: u64,
+        cause: &AllocationError,
+    ) -> Error {
+        Error::failed(format!(
+            "{} needs {bytes} bytes, which device '{}' does not have ({cause})",
+            wanted.name, self.info.name
+        ))
     }
 
     /// Gives memory back, if there is any.

@@ -260,7 +260,7 @@ impl Goldens {
                     .file_name()
                     .is_some_and(|n| n.to_string_lossy().starts_with('.'))
             })
-            .filter(|path| path.join(LIST).is_file())
+            .filter(|path| path.join(LIST).exists())
             .collect();
         others.sort();
         match others.first() {
