@@ -13,7 +13,7 @@ use super::session::{Purpose, Session};
 use crate::image::Format;
 use crate::layouts::PixelSums;
 use crate::render::outputs::Sums;
-use crate::{Error, Result};
+use crate::{Error, Result, input_files};
 use clap::ValueEnum;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use glam::Vec3;
@@ -78,6 +78,9 @@ pub fn run(args: &Args) -> Result<()> {
     let (settings, changed) = args.scene.settings()?;
     let settings = settings.of_path_tracing();
     let clock = args.scene.clock(None)?;
+    // What is resumed is read before it is written.
+    let resumed = args.output.iter().find(|path| args.resume && path.exists());
+    resumed.map_or(Ok(()), |path| input_files::check(path))?;
     args.scene.check_outputs(&args.output)?;
     ignored::note_for_scene(&args.scene, &changed, &args.output, false);
     ignored::note_for_reference(&args.scene, &changed);

@@ -81,17 +81,18 @@ impl Scene {
     }
 }
 
-/// Which triangles give light at some time: those of a material that does, unless its texture is black all over them.
+/// The choice of the triangles that emit at some time: all with a material that does, except where its emissive texture is
+/// black all over the triangle.
 pub struct Emitters<'a> {
     scene: &'a Scene,
-    /// Which materials do.
+    /// For each material whether it emits at some time.
     lamps: &'a [bool],
     /// For each image that some emission has as its texture, where it is not black.
     lit: HashMap<u32, LitTexels>,
 }
 
 impl<'a> Emitters<'a> {
-    /// Those of a scene, given which of its materials give light at some time.
+    /// The choice for a scene; `lamps` are its [`Scene::lamp_materials`].
     pub fn new(scene: &'a Scene, lamps: &'a [bool]) -> Self {
         let materials = scene.materials.iter().zip(lamps);
         let textures = materials.filter(|(_, is_lamp)| **is_lamp);
@@ -107,12 +108,12 @@ impl<'a> Emitters<'a> {
         }
     }
 
-    /// Whether some triangles of a mesh's part may.
+    /// Whether triangles of a mesh's part may emit.
     pub fn may_emit(&self, part: &Part) -> bool {
         self.lamps[part.material as usize]
     }
 
-    /// Whether a triangle of a mesh's part does.
+    /// Whether a triangle of a mesh's part emits.
     pub fn emits(&self, mesh: &Mesh, part: &Part, triangle: u32) -> bool {
         let texture = self.scene.materials[part.material as usize].emissive_texture;
         self.may_emit(part)
@@ -122,7 +123,7 @@ impl<'a> Emitters<'a> {
             })
     }
 
-    /// How many triangles of a mesh's part do.
+    /// The number of triangles of a mesh's part that emit.
     pub fn count(&self, mesh: &Mesh, part: &Part) -> u64 {
         let texture = self.scene.materials[part.material as usize].emissive_texture;
         match (self.may_emit(part), texture) {

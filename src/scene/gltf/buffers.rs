@@ -179,7 +179,7 @@ fn open(what: &str, uri: &str, folder: &SceneFolder<'_>) -> Result<SceneFile> {
 
 /// The path, from the scene's folder, of the file that a URI names.
 pub fn file_name<'a>(what: &str, uri: &'a str) -> Result<Cow<'a, str>> {
-    // That of another machine is none that can be opened.
+    // A file of another machine cannot be opened.
     let local = (uri.strip_prefix("file://localhost")).or_else(|| uri.strip_prefix("file://"));
     let uri = local.filter(|path| path.starts_with('/')).unwrap_or(uri);
     if uri.contains("://") {
