@@ -136,11 +136,15 @@ pub fn run(args: &Args) -> Result<()> {
         scene.environment = (planned.environment.as_deref().map(Environment::open)).transpose()?;
         let clock = plan.clock();
         let own = own(planned);
-        let scatters = |c: &&Resolved| c.settings.scatters_light(plan.bounces);
-        let frames = own.iter().map(|c| c.frames).max().unwrap_or(1);
-        let times = (0..frames).map(|frame| clock.time(frame));
         // As long as the scene moves: what does not shine now may do so at another time.
-        let black = scene.why_black(own.iter().any(scatters), times);
+        if loaded.borrow_mut().insert(name.clone()) {
+            let scatters = |c: &&Resolved| c.settings.scatters_light(plan.bounces);
+            let frames = own.iter().map(|c| c.frames).max().unwrap_or(1);
+            let times = (0..frames).map(|frame| clock.time(frame));
+            if let Some(why) = scene.why_black(own.iter().any(scatters), times) {
+                notice(&format!("{name}: {why}"));
+            }
+        }
         apply_clock(&clock, &mut scene, &format!("{name}: "))?;
         let wanted = Wanted {
             tracer: args.tracer,
@@ -148,11 +152,6 @@ pub fn run(args: &Args) -> Result<()> {
         };
         let selection = selection::select(&info, wanted, &SceneSizes::of(&scene))?;
         let device = Device::open(&instance, info.clone(), selection.features())?;
-        if loaded.borrow_mut().insert(name.clone())
-            && let Some(why) = black
-        {
-            notice(&format!("{name}: {why}"));
-        }
         let (camera, moving) = camera(planned, &scene, clock.start_time)?;
         let (width, height) = size_for(&camera, Some(plan.width), None)?;
         let view = View {

@@ -159,6 +159,7 @@ pub fn exponent(number: f64) -> i64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::random::Random;
     use glam::Vec3;
 
     #[test]
@@ -188,12 +189,8 @@ mod tests {
 
     #[test]
     fn boxes_of_many_turned_instances_are_tight() {
-        // A linear congruential generator (Numerical Recipes).
-        let mut state = 1_u32;
-        let mut unit = || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            f64::from(state >> 8) / f64::from(1 << 24)
-        };
+        let mut random = Random::new(1);
+        let mut unit = || f64::from(random.unit());
         let mut scene = Scene::default();
         for _ in 0..3 {
             let positions = (0..50).map(|_| DVec3::new(unit(), unit(), unit()).as_vec3());

@@ -9,6 +9,7 @@ pub mod forecast;
 pub mod plan;
 pub mod planned_scene;
 pub mod plans;
+mod product;
 pub mod reference;
 pub mod results;
 pub mod run;

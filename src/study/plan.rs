@@ -2,6 +2,7 @@
 
 use super::planned_scene::PlannedScene;
 use super::plans::PLANS;
+use super::product::Product;
 use crate::nearest::nearest;
 use crate::render::presets::Preset;
 use crate::render::settings::Integrator;
@@ -246,8 +247,9 @@ impl Plan {
     /// An unknown preset or setting, a value out of range, settings of indirect light where there is none, frames of
     /// different times that are summed up, or two configurations of one name.
     pub fn resolve(&self) -> Result<Vec<Resolved>> {
-        let products = (self.sweeps.iter()).map(|sweep| self.product(sweep));
-        let products: Vec<Product<'_>> = products.collect::<Result<_>>()?;
+        let products = self.sweeps.iter().map(|sweep| Product::of(&sweep.over));
+        let products: Vec<Product<'_>> =
+            (products.collect::<std::result::Result<_, _>>()).map_err(|what| self.wrong(&what))?;
         let of_sweeps = (products.iter()).fold(0, |sum: usize, one| sum.saturating_add(one.count));
         let count = of_sweeps.saturating_add(self.configurations.len());
         if count > MAX_CONFIGURATIONS {
@@ -356,25 +358,6 @@ impl Plan {
         })
     }
 
-    /// What a sweep goes over.
-    ///
-    /// # Errors
-    /// A key without a list of values.
-    fn product<'a>(&self, sweep: &'a Sweep) -> Result<Product<'a>> {
-        let mut product = Product {
-            lists: Vec::new(),
-            count: 1,
-        };
-        for (key, values) in &sweep.over {
-            let values = values.as_array().filter(|values| !values.is_empty());
-            let values = values
-                .ok_or_else(|| self.wrong(&format!("sweeps.over: {key} takes a list of values")))?;
-            product.lists.push((key, values));
-            product.count = product.count.saturating_mul(values.len());
-        }
-        Ok(product)
-    }
-
     fn wrong(&self, what: &str) -> Error {
         Error::input(format!("{}: {what}", self.source.origin))
     }
@@ -393,27 +376,6 @@ impl Plan {
     /// Runs at most.
     pub fn most_seeds(&self) -> u32 {
         self.most_seeds.unwrap_or(4 * self.seeds).max(self.seeds)
-    }
-}
-
-/// Every combination of one value for each key; each is made when it is asked for, so that the first one that is wrong ends
-/// the work.
-struct Product<'a> {
-    /// The values of each key, at least one.
-    lists: Vec<(&'a String, &'a [Value])>,
-    /// The number of combinations.
-    count: usize,
-}
-
-impl Product<'_> {
-    /// Combination `number`, below `count`. The values of the last key change fastest.
-    fn choice(&self, mut number: usize) -> Map<String, Value> {
-        let mut choice = Vec::new();
-        for (key, values) in self.lists.iter().rev() {
-            choice.push(((*key).clone(), values[number % values.len()].clone()));
-            number /= values.len();
-        }
-        choice.into_iter().rev().collect()
     }
 }
 

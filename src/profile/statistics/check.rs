@@ -84,7 +84,7 @@ pub fn compare(now: &[Pipeline], stored: &[&Pipeline]) -> Compared {
         let alike = stored
             .iter()
             .filter(same)
-            .map(|old| (alike(one, old), *old));
+            .map(|old| (common_uses(one, old), *old));
         let alike: Vec<(usize, &Pipeline)> = alike.collect();
         let most = alike.iter().map(|(uses, _)| *uses).max().unwrap_or(0);
         if most == 0 {
@@ -117,7 +117,7 @@ pub fn compare(now: &[Pipeline], stored: &[&Pipeline]) -> Compared {
 }
 
 /// The number of uses that two pipelines may have in common.
-fn alike(a: &Pipeline, b: &Pipeline) -> usize {
+fn common_uses(a: &Pipeline, b: &Pipeline) -> usize {
     let common = |a: &[String], b: &[String]| a.iter().filter(|name| b.contains(name)).count();
     common(&a.scenes, &b.scenes) * common(&a.settings, &b.settings)
 }
