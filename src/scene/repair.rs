@@ -93,12 +93,14 @@ impl Mesh {
     /// Makes tangents unit vectors with a sign; those without a length become 0.
     fn normalize_tangents(&mut self) {
         for tangent in &mut self.tangents {
-            let length = tangent.truncate().length();
+            // In f32 the square of a length above 1e19 overflows.
+            let direction = tangent.truncate().as_dvec3();
+            let length = direction.length();
             if length < 1e-3 {
                 *tangent = Vec4::ZERO;
             } else if (length - 1.0).abs() > 1e-6 || tangent.w.abs() != 1.0 {
                 let sign = if tangent.w < 0.0 { -1.0 } else { 1.0 };
-                *tangent = (tangent.truncate() / length).extend(sign);
+                *tangent = (direction / length).as_vec3().extend(sign);
             }
         }
     }
@@ -247,6 +249,29 @@ mod tests {
         }
         assert!(repair(&mut mesh).is_empty());
         assert_eq!(mesh.triangles.len(), 2);
+    }
+
+    #[test]
+    fn tangents_become_unit_whatever_their_length() {
+        let mut mesh = roof();
+        let long = Vec3::new(3e38, -3e38, 0.0);
+        mesh.tangents = vec![
+            long.extend(0.5),
+            (Vec3::X * 2e19).extend(-1e-30),
+            (Vec3::Y * 1e-30).extend(1.0),
+            Vec3::Z.extend(-1.0),
+        ];
+        let diagonal = std::f32::consts::FRAC_1_SQRT_2;
+        let expected = [
+            Vec4::new(diagonal, -diagonal, 0.0, 1.0),
+            Vec4::new(1.0, 0.0, 0.0, -1.0),
+            Vec4::ZERO,
+            Vec4::new(0.0, 0.0, 1.0, -1.0),
+        ];
+        for _ in 0..2 {
+            repair(&mut mesh);
+            assert_eq!(mesh.tangents, expected);
+        }
     }
 
     #[test]

@@ -183,7 +183,7 @@ fn check(subject: &Subject, moments: u32) {
         succeed(&whole, &subject.arguments);
         began.elapsed()
     });
-    let duration = duration[0].min(duration[1]);
+    let mut duration = duration[0].min(duration[1]);
     let mut counts = Counts::default();
     for i in 0..moments {
         // Multiples of the golden ratio leave no gap.
@@ -202,7 +202,12 @@ fn check(subject: &Subject, moments: u32) {
         } else {
             &[]
         };
+        let began = Instant::now();
         succeed(&work, &[&subject.arguments[..], resume].concat());
+        // The machine may have been busy before.
+        if resume.is_empty() {
+            duration = duration.min(began.elapsed());
+        }
         for name in &subject.results {
             let [now, expected] = [&work, &whole].map(|f| std::fs::read(f.join(name)).unwrap());
             assert!(now == expected, "{}: {name} at {moment:?}", subject.name);

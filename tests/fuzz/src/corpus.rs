@@ -46,13 +46,19 @@ fn write(folder: &Path, target: &str, files: Files, words: &str) -> Result<(), B
     Ok(())
 }
 
-/// The presets, and all settings as they are by default.
+/// The presets, and each section of the settings as it is by default: an execution takes as long as it has keys.
 fn settings() -> Result<Files, Box<dyn Error>> {
     let mut files: Files = (PRESETS.iter())
         .map(|preset| (format!("{}.toml", preset.name), preset.text.into()))
         .collect();
-    let all = toml::to_string(&Settings::default().to_value()?)?;
-    files.push(("all.toml".into(), all.into()));
+    let all: toml::Table = toml::to_string(&Settings::default().to_value()?)?.parse()?;
+    for (key, value) in all {
+        let section = toml::Table::from_iter([(key.clone(), value)]);
+        files.push((
+            format!("default-{key}.toml"),
+            toml::to_string(&section)?.into(),
+        ));
+    }
     Ok(files)
 }
 

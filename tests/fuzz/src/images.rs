@@ -345,6 +345,11 @@ pub fn in_one(file: &Gltf) -> String {
     file.with_uri(&format!("data:application/octet-stream;base64,{data}"))
 }
 
+/// True if the first byte is that of EXR files.
+pub fn is_exr(bytes: &[u8]) -> bool {
+    bytes.first() == Some(&0x76)
+}
+
 /// True if an EXR's header can be read.
 pub fn has_exr_header(bytes: &[u8]) -> bool {
     MetaData::read_from_buffered(Cursor::new(bytes), true).is_ok()

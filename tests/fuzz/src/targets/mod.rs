@@ -9,17 +9,34 @@ mod plan;
 mod settings;
 mod texture;
 
-/// A loader, called with the bytes of a file. True if the file has a readable header.
-pub type Run = fn(&[u8]) -> bool;
+/// A kind of file.
+pub struct Target {
+    /// The name of the target.
+    pub name: &'static str,
+    /// Loads a file of these bytes, and checks what its loader promises.
+    pub run: fn(&[u8]),
+    /// Whether the file has a readable header. Does not call the loader.
+    pub has_header: fn(&[u8]) -> bool,
+}
 
-/// All targets by their names.
-pub const TARGETS: [(&str, Run); 8] = [
-    ("gltf", gltf::run),
-    ("glb", glb::run),
-    ("obj", obj::run),
-    ("texture", texture::run),
-    ("environment", environment::run),
-    ("picture", picture::run),
-    ("settings", settings::run),
-    ("plan", plan::run),
-];
+macro_rules! targets {
+    ($($name:ident),*) => {
+        [$(Target {
+            name: stringify!($name),
+            run: $name::run,
+            has_header: $name::has_header,
+        }),*]
+    };
+}
+
+/// All targets.
+pub const TARGETS: [Target; 8] = targets!(
+    gltf,
+    glb,
+    obj,
+    texture,
+    environment,
+    picture,
+    settings,
+    plan
+);

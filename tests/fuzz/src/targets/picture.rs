@@ -7,10 +7,12 @@ use std::sync::LazyLock;
 
 static FOLDER: LazyLock<Folder> = LazyLock::new(|| Folder::new(&[]));
 
-/// Loads the file, and checks what its loader promises; whether it has a readable header.
-pub fn run(bytes: &[u8]) -> bool {
-    let is_exr = bytes.first() == Some(&0x76);
-    let name = if is_exr { "a.exr" } else { "a.png" };
+pub fn run(bytes: &[u8]) {
+    let name = if images::is_exr(bytes) {
+        "a.exr"
+    } else {
+        "a.png"
+    };
     if let Some(image) = checked(Image::read(&FOLDER.write(name, bytes))) {
         let pixels = image.width as usize * image.height as usize;
         assert!(pixels > 0, "a picture has pixels");
@@ -26,7 +28,10 @@ pub fn run(bytes: &[u8]) -> bool {
             check_writing(&image);
         }
     }
-    match is_exr {
+}
+
+pub fn has_header(bytes: &[u8]) -> bool {
+    match images::is_exr(bytes) {
         true => images::has_exr_header(bytes),
         false => images::has_image_header(bytes, &[ImageFormat::Png]),
     }

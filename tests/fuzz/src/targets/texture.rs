@@ -12,11 +12,13 @@ static FOLDER: LazyLock<(Folder, PathBuf)> = LazyLock::new(|| {
     (folder, scene)
 });
 
-/// Loads the file, and checks what its loader promises; whether it has a readable header.
-pub fn run(bytes: &[u8]) -> bool {
+pub fn run(bytes: &[u8]) {
     let (folder, scene) = &*FOLDER;
     folder.write("image", bytes);
-    let _ = folder.open(scene, Options::default());
+    folder.open(scene, Options::default());
+}
+
+pub fn has_header(bytes: &[u8]) -> bool {
     let formats = [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::WebP];
     images::has_image_header(bytes, &formats)
 }
