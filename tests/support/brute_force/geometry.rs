@@ -46,6 +46,7 @@ pub fn triangles_of(scene: &Scene) -> Vec<Triangle> {
 
 impl Triangle {
     /// Möller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", 1997: (t, u, v).
+    #[inline]
     pub fn meets(&self, origin: DVec3, direction: DVec3) -> Option<(f64, f64, f64)> {
         let [a, b, c] = self.corners;
         let (edge1, edge2) = (b - a, c - a);

@@ -5,7 +5,7 @@ use super::geometry::Triangle;
 use glam::DVec3;
 
 /// Triangles of a leaf.
-const LEAF: usize = 2;
+const LEAF: usize = 4;
 
 pub struct Node {
     pub low: DVec3,
@@ -61,13 +61,21 @@ pub fn build(triangles: &mut [Triangle]) -> Vec<Node> {
 
 impl Node {
     /// Where a ray comes in, before `t_max`; infinite if it does not.
+    #[inline]
     fn entered(&self, origin: DVec3, inverse: DVec3, t_max: f64) -> f64 {
         let (to_low, to_high) = (
             (self.low - origin) * inverse,
             (self.high - origin) * inverse,
         );
-        let enter = to_low.min(to_high).max_element().max(0.0);
-        let leave = to_low.max(to_high).min_element().min(t_max);
+        // Not f64::min and max, which are slower since they pass over what is not a number.
+        let lower = |a: f64, b: f64| if a < b { a } else { b };
+        let higher = |a: f64, b: f64| if a > b { a } else { b };
+        let (mut enter, mut leave) = (0.0, t_max);
+        for axis in 0..3 {
+            let (a, b) = (to_low[axis], to_high[axis]);
+            enter = higher(lower(a, b), enter);
+            leave = lower(higher(a, b), leave);
+        }
         if enter * (1.0 - 1e-12) <= leave {
             enter * (1.0 - 1e-12)
         } else {
