@@ -1,5 +1,6 @@
 //! Errors, by the exit status of the process.
 
+use crate::printable::printable;
 use std::path::Path;
 
 /// An error that is shown to the user. Its text is one line: what failed, where, what to do.
@@ -25,9 +26,9 @@ pub enum Error {
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
-    /// An error in the arguments or the input.
-    pub fn input(message: impl Into<String>) -> Self {
-        Self::Input(message.into())
+    /// An error in the arguments or the input. The message may quote them: it becomes one line.
+    pub fn input(message: impl AsRef<str>) -> Self {
+        Self::Input(printable(message.as_ref()))
     }
 
     /// An error during the work.
@@ -37,7 +38,7 @@ impl Error {
 
     /// A file that cannot be read; counts as wrong input.
     pub fn reading(path: &Path, cause: impl std::fmt::Display) -> Self {
-        Self::Input(format!("cannot read {}: {cause}", path.display()))
+        Self::input(format!("cannot read {}: {cause}", path.display()))
     }
 
     /// A file that cannot be written; counts as failed work.
@@ -57,6 +58,20 @@ impl Error {
             Self::Failed(_) => 1,
             Self::Input(_) => 2,
             Self::Interrupted { signal, .. } => 128 + *signal as u8,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_an_error_quotes_leaves_it_one_line() {
+        let path = Path::new("a\nb");
+        for error in [Error::input("x\ny"), Error::reading(path, "x\u{2028}y")] {
+            assert_eq!(error.to_string().lines().count(), 1);
+            assert!(!error.to_string().contains('\u{2028}'));
         }
     }
 }

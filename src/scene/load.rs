@@ -3,7 +3,6 @@
 use super::progress::{Progress, Watch, Watched};
 use super::scene_folder::SceneFolder;
 use super::{Scene, gltf, obj};
-use crate::printable::printable;
 use crate::{Error, Result, input_files, memory};
 use std::fs::File;
 use std::io::{BufReader, Read};
@@ -74,9 +73,7 @@ pub fn load_watched(path: &Path, options: Options, watch: &mut Watch<'_>) -> Res
             Ok(finished(scene, path))
         })
         .map_err(|error| match error {
-            Error::Input(fault) => {
-                Error::Input(format!("{}: {fault}", printable(&path.to_string_lossy())))
-            }
+            Error::Input(fault) => Error::input(format!("{}: {fault}", path.to_string_lossy())),
             other => other,
         })
 }

@@ -156,7 +156,7 @@ impl Mesh {
         Some(copy)
     }
 
-    fn drop_unused_vertices(&mut self) {
+    pub(super) fn drop_unused_vertices(&mut self) {
         let mut moved = vec![u32::MAX; self.positions.len()];
         for &vertex in self.triangles.as_flattened() {
             moved[vertex as usize] = 0;

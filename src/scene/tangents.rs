@@ -34,6 +34,8 @@ impl Mesh {
                 self.fill_tangents(&faces, set);
             }
         }
+        // All triangles of a vertex may have taken copies of it.
+        self.drop_unused_vertices();
     }
 
     fn fill_tangents(&mut self, faces: &[usize], set: usize) {
@@ -166,6 +168,21 @@ mod tests {
         assert_eq!(mesh.positions.len(), 6);
         assert_eq!(mesh.uvs[0].len(), 6);
         let before = mesh.tangents.clone();
+        mesh.make_tangents(&mapped());
+        assert_eq!(before, mesh.tangents);
+    }
+
+    #[test]
+    fn vertices_whose_tangents_are_all_replaced_go() {
+        let mut mesh = square();
+        mesh.triangles.truncate(1);
+        mesh.parts[0].triangle_count = 1;
+        mesh.tangents = vec![Vec4::new(0.6, 0.8, 0.0, 1.0); 4];
+        mesh.tangents[2] = Vec4::ZERO;
+        mesh.make_tangents(&mapped());
+        assert_eq!(mesh.positions.len(), 3);
+        let before = mesh.tangents.clone();
+        assert!(before.iter().all(|tangent| *tangent == before[0]));
         mesh.make_tangents(&mapped());
         assert_eq!(before, mesh.tangents);
     }
