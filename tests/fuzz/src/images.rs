@@ -364,11 +364,20 @@ pub fn has_hdr_header(bytes: &[u8]) -> bool {
 
 /// True if the header of an image in one of these formats can be read.
 pub fn has_image_header(bytes: &[u8], formats: &[ImageFormat]) -> bool {
+    image_size(bytes, formats).is_some()
+}
+
+/// True if an image has a million texels or more.
+pub fn is_large(bytes: &[u8]) -> bool {
+    let formats = [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::WebP];
+    let size = image_size(bytes, &formats);
+    size.is_some_and(|(width, height)| u64::from(width) * u64::from(height) >= 1_000_000)
+}
+
+/// The width and height in the header of an image in one of these formats.
+fn image_size(bytes: &[u8], formats: &[ImageFormat]) -> Option<(u32, u32)> {
     let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format();
-    reader.is_ok_and(|reader| {
-        reader
-            .format()
-            .is_some_and(|format| formats.contains(&format))
-            && reader.into_dimensions().is_ok()
-    })
+    let reader = reader.ok()?;
+    reader.format().filter(|format| formats.contains(format))?;
+    reader.into_dimensions().ok()
 }

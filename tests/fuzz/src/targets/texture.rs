@@ -1,6 +1,6 @@
 //! Images of textures: PNG, JPEG and WebP, beside a scene that shows them.
 
-use crate::{Folder, images};
+use crate::{Folder, images, is_thorough};
 use headwater::scene::load::Options;
 use image::ImageFormat;
 use std::path::PathBuf;
@@ -13,6 +13,10 @@ static FOLDER: LazyLock<(Folder, PathBuf)> = LazyLock::new(|| {
 });
 
 pub fn run(bytes: &[u8]) {
+    // A few bytes can stand for an image that takes a second: a corpus of these would be read for minutes.
+    if images::is_large(bytes) && !is_thorough(bytes) {
+        return;
+    }
     let (folder, scene) = &*FOLDER;
     folder.write("image", bytes);
     folder.open(scene, Options::default());
