@@ -15,7 +15,8 @@ use crate::study::folder::Folder;
 use crate::study::forecast::Forecast;
 use crate::study::plan::{Expect, Plan, Resolved};
 use crate::study::planned_scene::PlannedScene;
-use crate::study::results::{self, Row};
+use crate::study::results::{Row, judge};
+use crate::study::results_text;
 use crate::study::store::Store;
 use crate::study::subject::Subject;
 use crate::study::work::{self, Work};
@@ -209,11 +210,13 @@ pub fn run(args: &Args) -> Result<()> {
         rows.append(&mut work.rows(&own(planned))?);
     }
     progress.finish();
-    results::judge(&mut rows);
-    let json = results::json(&rows, &info.name, &info.driver)?;
+    judge(&mut rows);
+    let json = results_text::json(&rows, &info.name, &info.driver)?;
     write_atomically(&json_file, |file| writeln!(file, "{json:#}"))?;
-    write_atomically(&csv_file, |file| write!(file, "{}", results::csv(&rows)))?;
-    print(results::table(&rows).trim_end())?;
+    write_atomically(&csv_file, |file| {
+        write!(file, "{}", results_text::csv(&rows))
+    })?;
+    print(results_text::table(&rows).trim_end())?;
     verdict(&rows)?;
     check_messages(&instance.validation_messages())
 }

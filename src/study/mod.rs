@@ -12,6 +12,7 @@ pub mod plans;
 mod product;
 pub mod reference;
 pub mod results;
+pub mod results_text;
 pub mod run;
 pub mod store;
 pub mod subject;

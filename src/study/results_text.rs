@@ -1,0 +1,184 @@
+//! The results of a study as JSON, CSV and a table.
+
+use super::bias::LEVEL;
+use super::results::Row;
+use crate::Result;
+use crate::json::value_of;
+use crate::printable::printable;
+use serde_json::Value;
+use std::fmt::Write as _;
+
+/// All rows as lines for a reader.
+pub fn table(rows: &[Row]) -> String {
+    // A name from a plan stays on its line.
+    let printable_names = |row: &Row| Row {
+        scene: printable(&row.scene),
+        configuration: printable(&row.configuration),
+        ..row.clone()
+    };
+    let rows: Vec<Row> = rows.iter().map(printable_names).collect();
+    let width = |least: usize, text: fn(&Row) -> &str| {
+        let longest = rows.iter().map(|row| text(row).chars().count()).max();
+        longest.unwrap_or(0).max(least)
+    };
+    let (scenes, names) = (width(5, |r| &r.scene), width(13, |r| &r.configuration));
+    let mut text = format!(
+        "{:scenes$} {:names$} {:>5} {:>8} {:>7} {:>9} {:>8} {:>8} {:>17}  {:>19}  verdict\n",
+        "scene",
+        "configuration",
+        "seeds",
+        "bias %",
+        "± 99 %",
+        "90 % sees",
+        "p (Holm)",
+        "blocks p",
+        "blocks % (99 %)",
+        "rmse first → last",
+    );
+    for row in &rows {
+        let (bias, _) = row.deciding();
+        let blocks = row.block_bias.map_or("–".to_owned(), |blocks| {
+            let [low, high] = blocks.interval.map(|bias| 100.0 * bias);
+            format!("{:.2} ({low:.2}–{high:.2})", 100.0 * blocks.relative)
+        });
+        let largest = |a: f64, b: f64| if b.abs() > a.abs() { b } else { a };
+        let _ = writeln!(
+            text,
+            "{:scenes$} {:names$} {:5} {:+8.3} {:7.3} {:9.3} {:8.3} {:8.3} {blocks:>17}  {:8.5} → {:8.5}  {}{}{}",
+            row.scene,
+            row.configuration,
+            bias.seeds,
+            100.0 * bias.relative.iter().copied().fold(0.0, largest),
+            100.0 * bias.widest(),
+            100.0 * row.detectable_bias,
+            row.corrected_p_value,
+            row.blocks_p_value,
+            row.rmse.first().copied().unwrap_or(0.0),
+            row.rmse.last().copied().unwrap_or(0.0),
+            row.verdict.text(),
+            if row.confirmation.is_some() {
+                " on fresh seeds"
+            } else {
+                ""
+            },
+            (row.complaint().map(str::to_owned))
+                .or_else(|| row.open_question())
+                .map_or(String::new(), |text| format!(": {text}")),
+        );
+    }
+    text += &costs(&rows);
+    let _ = writeln!(
+        text,
+        "bias: the largest of the channels' means, ± its 99 % half-width. 90 % sees: the bias that this check detects with a power of 90 %. p: chance of what was seen without bias; below {LEVEL} it counts. blocks %: root mean square of the bias of blocks, noise taken off, and its interval."
+    );
+    text
+}
+
+/// What frames cost, a line each: the time of every pass and, where the plan asks for them, rays,
+/// lanes in use and neighbours.
+fn costs(rows: &[Row]) -> String {
+    let mut text = String::new();
+    for row in rows {
+        let total: f64 = row.milliseconds.iter().map(|(_, ms)| ms).sum();
+        let passes = row.milliseconds.iter().map(|(pass, ms)| {
+            let mut part = format!("{pass} {ms:.2} ms");
+            let Some(counts) = row.counts.iter().find(|c| c.pass == *pass) else {
+                return part;
+            };
+            let _ = write!(part, ", {} rays", counts.rays);
+            for (what, share) in [
+                ("tracing", counts.tracing_share()),
+                ("merging", counts.merging_share()),
+            ] {
+                if let Some(share) = share {
+                    let _ = write!(part, ", {:.0} % of lanes {what}", 100.0 * share);
+                }
+            }
+            if counts.neighbours > 0 {
+                let _ = write!(part, ", {} neighbours", counts.neighbours);
+            }
+            part
+        });
+        let passes = passes.collect::<Vec<_>>().join("; ");
+        let _ = writeln!(
+            text,
+            "{} {}: {total:.2} ms, {:.0} bytes a pixel ({passes})",
+            row.scene, row.configuration, row.bytes_per_pixel
+        );
+        if !row.first_runs.is_empty() {
+            let total: f64 = row.first_runs.iter().map(|(_, ms)| ms).sum();
+            let passes = row.first_runs.iter();
+            let passes = passes.map(|(pass, ms)| format!("{pass} {ms:.2} ms"));
+            let _ = writeln!(
+                text,
+                "{} {}, first runs with compilation, not counted above: {total:.2} ms ({})",
+                row.scene,
+                row.configuration,
+                passes.collect::<Vec<_>>().join("; ")
+            );
+        }
+    }
+    text
+}
+
+/// All rows as CSV: a line for each frame. Milliseconds are medians as in [`Row::milliseconds`], rays those
+/// of the last frame; without counting, the rays are left out.
+pub fn csv(rows: &[Row]) -> String {
+    let mut text = String::from(
+        "scene,configuration,seeds,frame,rmse,rmse_clamped,relmse,correlation,bias_r,bias_g,bias_b,half_width,verdict,milliseconds,rays,bytes_per_pixel,block_bias,block_bias_low,block_bias_high\n",
+    );
+    let quoted = |s: &str| format!("\"{}\"", printable(s).replace('"', "\"\""));
+    for row in rows {
+        let (bias, _) = row.deciding();
+        let [r, g, b] = bias.relative;
+        // Empty where nothing is known.
+        let blocks = row
+            .block_bias
+            .map_or([const { String::new() }; 3], |blocks| {
+                let [low, high] = blocks.interval;
+                [blocks.relative, low, high].map(|value| value.to_string())
+            });
+        let blocks = blocks.join(",");
+        let milliseconds: f64 = row.milliseconds.iter().map(|(_, ms)| ms).sum();
+        let rays: u64 = row.counts.iter().map(|c| c.rays).sum();
+        let rays = if row.counts.is_empty() {
+            String::new()
+        } else {
+            rays.to_string()
+        };
+        for frame in 0..row.rmse.len() {
+            let _ = writeln!(
+                text,
+                "{},{},{},{frame},{},{},{},{},{r},{g},{b},{},{},{milliseconds},{rays},{},{blocks}",
+                quoted(&row.scene),
+                quoted(&row.configuration),
+                row.seeds,
+                row.rmse[frame],
+                row.rmse_clamped[frame],
+                row.relmse[frame],
+                row.correlation[frame],
+                bias.widest(),
+                row.verdict.text(),
+                row.bytes_per_pixel,
+            );
+        }
+    }
+    text
+}
+
+/// All rows as JSON with a version: 2 since the verdict `undecided`, which was `unclear`, with `missing`, the
+/// expectation `any`, `detectable_bias`, which was `found_nine_times_in_ten`, and `first_runs`, which were among
+/// `milliseconds`.
+///
+/// # Errors
+/// Never with finite numbers.
+pub fn json(rows: &[Row], device: &str, driver: &str) -> Result<Value> {
+    let rows = value_of("results", &rows)?;
+    Ok(serde_json::json!({
+        "version": 2,
+        "device": device,
+        "driver": driver,
+        "commit": env!("HEADWATER_COMMIT"),
+        "rows": rows,
+    }))
+}
