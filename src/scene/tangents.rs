@@ -34,8 +34,6 @@ impl Mesh {
                 self.fill_tangents(&faces, set);
             }
         }
-        // All triangles of a vertex may have taken copies of it.
-        self.drop_unused_vertices();
     }
 
     fn fill_tangents(&mut self, faces: &[usize], set: usize) {
@@ -64,6 +62,8 @@ impl Mesh {
                 }
             }
         }
+        // All triangles of a vertex may have taken copies of it.
+        self.drop_unused_vertices();
     }
 }
 

@@ -11,6 +11,10 @@ use std::io::Cursor;
 /// Width and height of the images: more than a block of JPEG, and not of whole bytes at one bit per texel.
 const SIZE: (u32, u32) = (19, 11);
 
+/// The formats of textures.
+pub const TEXTURE_FORMATS: [ImageFormat; 3] =
+    [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::WebP];
+
 /// An image in the memory form that is called `form`, such as `rgb8`.
 fn texels(form: &str) -> DynamicImage {
     let picture = image::RgbaImage::from_fn(SIZE.0, SIZE.1, |x, y| {
@@ -369,8 +373,7 @@ pub fn has_image_header(bytes: &[u8], formats: &[ImageFormat]) -> bool {
 
 /// True if an image has a million texels or more.
 pub fn is_large(bytes: &[u8]) -> bool {
-    let formats = [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::WebP];
-    let size = image_size(bytes, &formats);
+    let size = image_size(bytes, &TEXTURE_FORMATS);
     size.is_some_and(|(width, height)| u64::from(width) * u64::from(height) >= 1_000_000)
 }
 

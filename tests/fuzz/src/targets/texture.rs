@@ -2,7 +2,6 @@
 
 use crate::{Folder, images, is_thorough};
 use headwater::scene::load::Options;
-use image::ImageFormat;
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
@@ -23,6 +22,5 @@ pub fn run(bytes: &[u8]) {
 }
 
 pub fn has_header(bytes: &[u8]) -> bool {
-    let formats = [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::WebP];
-    images::has_image_header(bytes, &formats)
+    images::has_image_header(bytes, &images::TEXTURE_FORMATS)
 }
