@@ -18,6 +18,7 @@ mod memory;
 pub mod metrics;
 mod nearest;
 pub mod out_of_memory;
+mod panics;
 mod printable;
 pub mod profile;
 pub mod progress;

@@ -2,14 +2,12 @@
 
 use super::{Image, Samples};
 use crate::files::write_atomically;
+use crate::panics::caught;
 use crate::{Error, input_files, memory};
 use ::exr::meta::header::Header;
 use ::exr::prelude::*;
-use std::cell::Cell;
 use std::io::Cursor;
-use std::panic::{UnwindSafe, catch_unwind, set_hook, take_hook};
 use std::path::Path;
-use std::sync::Once;
 
 /// Name of the attribute that holds the metadata as JSON.
 const METADATA: &str = "headwater";
@@ -72,30 +70,11 @@ fn string(text: &Text) -> String {
 pub(super) fn read(path: &Path) -> crate::Result<Image> {
     let bytes = input_files::read(path)?;
     // The decoder can panic on damaged files; a panic must become an error.
-    match quietly(|| decode(&bytes)) {
+    match caught(|| decode(&bytes)) {
         Some(Ok(image)) => Ok(image),
         Some(Err(e)) => Err(Error::reading(path, e)),
         None => Err(Error::reading(path, "it is damaged; is it a complete EXR?")),
     }
-}
-
-/// Runs `work`; `None` if it panicked, without printing the panic. Panics of other threads are
-/// printed as usual.
-fn quietly<T>(work: impl FnOnce() -> T + UnwindSafe) -> Option<T> {
-    thread_local!(static QUIET: Cell<bool> = const { Cell::new(false) });
-    static HOOK: Once = Once::new();
-    HOOK.call_once(|| {
-        let usual = take_hook();
-        set_hook(Box::new(move |panic| {
-            if !QUIET.get() {
-                usual(panic);
-            }
-        }));
-    });
-    QUIET.set(true);
-    let outcome = catch_unwind(work);
-    QUIET.set(false);
-    outcome.ok()
 }
 
 fn decode(bytes: &[u8]) -> std::result::Result<Image, String> {

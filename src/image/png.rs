@@ -3,6 +3,7 @@
 use super::Image;
 use super::tonemap::{from_srgb, to_srgb_byte, tone_map};
 use crate::files::write_atomically;
+use crate::panics::caught;
 use crate::{Error, Result, input_files, memory};
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 use std::path::Path;
@@ -47,7 +48,9 @@ pub(super) fn read(path: &Path) -> Result<Image> {
     }
     // A byte of a file becomes two, and then a float twice.
     memory::check(claimed.saturating_mul(10)).map_err(|cause| Error::reading(path, cause))?;
-    let decoded = image::load_from_memory_with_format(&bytes, image::ImageFormat::Png)
+    let decode = || image::load_from_memory_with_format(&bytes, image::ImageFormat::Png);
+    let decoded = caught(decode)
+        .ok_or_else(|| Error::reading(path, "it is damaged; is it a complete PNG?"))?
         .map_err(|e| Error::reading(path, format!("{e}; is it a complete PNG?")))?
         .into_rgb16();
     let mut picture = Image::new(decoded.width(), decoded.height());

@@ -2,6 +2,7 @@
 
 use super::sky;
 use super::validate::{BRIGHTEST, is_within};
+use crate::panics::caught;
 use crate::{Error, Result, image, input_files, memory};
 use ::image::{ImageDecoder, ImageReader};
 use glam::Vec3;
@@ -176,6 +177,14 @@ fn check_hdr_header(file: &mut BufReader<File>) -> std::io::Result<()> {
 }
 
 fn read_hdr(path: &Path) -> Result<(u32, u32, Arc<[Vec3]>)> {
+    // The decoder may panic on damaged data.
+    caught(|| decode_hdr(path)).unwrap_or_else(|| {
+        let text = "it is damaged; is it a complete HDR?";
+        Err(Error::reading(path, text))
+    })
+}
+
+fn decode_hdr(path: &Path) -> Result<(u32, u32, Arc<[Vec3]>)> {
     let damaged = |cause: ::image::ImageError| {
         let cause = cause.to_string().replace('\n', " ");
         Error::reading(path, format!("{cause}; export it again"))

@@ -3,6 +3,7 @@
 use super::notices::quoted;
 use super::progress::Progress;
 use super::texture::Image;
+use crate::panics::caught;
 use crate::{Error, Result, memory};
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use rayon::prelude::*;
@@ -73,8 +74,7 @@ pub(super) fn decode(
     // All sizes first: what is too much must not fill the memory.
     let sizes: Vec<u64> = (encoded.iter())
         .map(|image| {
-            let (width, height) = image.decoder()?.0.dimensions();
-            let texels = u64::from(width) * u64::from(height);
+            let texels = image.texels()?;
             count.add(texels, || image.label())?;
             Ok(texels)
         })
@@ -122,6 +122,23 @@ impl Encoded<'_> {
         self.wrong(format!("cannot be decoded: {cause}; export it again"))
     }
 
+    /// Its width times its height, which are within the limits.
+    fn texels(&self) -> Result<u64> {
+        self.guarded(|| {
+            let (width, height) = self.decoder()?.0.dimensions();
+            Ok(u64::from(width) * u64::from(height))
+        })
+    }
+
+    fn decode(&self) -> Result<Image> {
+        self.guarded(|| self.decoded())
+    }
+
+    /// What a decoder says; that it panics, as it may on damaged data, is an error.
+    fn guarded<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<T> {
+        caught(work).unwrap_or_else(|| Err(self.damaged("it is damaged")))
+    }
+
     /// A decoder that has read the size, which is within the limits, and the format.
     fn decoder(&self) -> Result<(impl ImageDecoder, ImageFormat)> {
         let mut reader = ImageReader::new(Cursor::new(&*self.bytes))
@@ -146,7 +163,7 @@ impl Encoded<'_> {
         Ok((decoder, format))
     }
 
-    fn decode(&self) -> Result<Image> {
+    fn decoded(&self) -> Result<Image> {
         let (decoder, format) = self.decoder()?;
         // Decoders may fill up what is missing, and tell no one.
         let is_whole = match format {

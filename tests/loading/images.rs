@@ -175,6 +175,43 @@ fn images_that_are_cut_off_are_refused() {
     }
 }
 
+/// Found by fuzzing: the library's decoder panics where a scan has the first colour alone and another has finer samples.
+#[test]
+fn scans_and_samplings_of_jpeg_are_read_or_refused_in_one_line() {
+    let whole = write(&noisy().crop_imm(0, 0, 19, 11), ImageFormat::Jpeg);
+    let place_of = |marker: u8| whole.windows(2).position(|pair| pair == [0xFF, marker]);
+    let (frame, scan) = (place_of(0xC0).unwrap(), place_of(0xDA).unwrap());
+    let data = &whole[scan + 2 + usize::from(whole[scan + 3])..];
+    // A scan of the first colour.
+    let single: &[u8] = &[0xFF, 0xDA, 0, 8, 1, 1, 0, 0, 63, 0];
+    let mut refused = 0;
+    for start in [
+        &whole[..scan + 2 + usize::from(whole[scan + 3])],
+        &[&whole[..scan], single].concat(),
+    ] {
+        for component in 0..usize::from(whole[frame + 9]) {
+            for sampling in [
+                0x00, 0x11, 0x12, 0x14, 0x21, 0x22, 0x24, 0x41, 0x42, 0x44, 0xFF,
+            ] {
+                let mut bytes = [start, data].concat();
+                bytes[frame + 11 + 3 * component] = sampling;
+                let folder = Folder::new();
+                let path = folder.write("scene.glb", with_image(&bytes).glb());
+                let loaded = load_watched(&path, Options::default(), &mut |_, _, _| Ok(()));
+                if let Err(error) = loaded {
+                    let text = error.to_string();
+                    assert!(
+                        text.lines().count() == 1 && text.contains("image 0"),
+                        "{text}"
+                    );
+                    refused += 1;
+                }
+            }
+        }
+    }
+    assert!(refused > 0);
+}
+
 #[test]
 fn the_smallest_and_the_largest_image() {
     let single = GrayImage::from_pixel(1, 1, image::Luma([7]));
