@@ -161,6 +161,54 @@ mod tests {
         }
     }
 
+    /// A PNG of one row of two pixels with indices, whose palette has this many bytes.
+    fn with_palette(length: usize) -> Vec<u8> {
+        let row = [0, 0b0100_0000];
+        // Stored without compression, with its checksum (Adler-32).
+        let (mut a, mut b) = (1_u32, 0_u32);
+        for byte in row {
+            a += u32::from(byte);
+            b += a;
+        }
+        let data = [
+            &[0x78, 1, 1, 2, 0, 0xFD, 0xFF][..],
+            &row,
+            &(b << 16 | a).to_be_bytes(),
+        ]
+        .concat();
+        let header = [0, 0, 0, 2, 0, 0, 0, 1, 1, 3, 0, 0, 0];
+        let mut file = b"\x89PNG\r\n\x1a\n".to_vec();
+        let chunks: [(&[u8; 4], &[u8]); 4] = [
+            (b"IHDR", &header),
+            (b"PLTE", &vec![9; length]),
+            (b"IDAT", &data),
+            (b"IEND", &[]),
+        ];
+        for (kind, data) in chunks {
+            let named = [&kind[..], data].concat();
+            file.extend((data.len() as u32).to_be_bytes());
+            file.extend(&named);
+            file.extend(crc32fast::hash(&named).to_be_bytes());
+        }
+        file
+    }
+
+    /// Found by fuzzing: the library's decoder panics where a colour has not three bytes.
+    #[test]
+    fn palettes_of_any_length_are_read_or_refused_in_one_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        for length in 1..800 {
+            let bytes = with_palette(length);
+            if length % 3 == 0 && length <= 768 {
+                std::fs::write(&path, bytes).unwrap();
+                assert_eq!(Image::read(&path).unwrap().pixels(), 2);
+            } else {
+                refused(&path, &bytes);
+            }
+        }
+    }
+
     /// Expects one line of wrong input, and returns it.
     fn refused(path: &Path, bytes: &[u8]) -> String {
         std::fs::write(path, bytes).unwrap();
