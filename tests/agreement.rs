@@ -24,7 +24,7 @@ const NEAR: f32 = 1e-3;
 const MAX_APART: f64 = 0.03;
 /// The relative difference of the means that these pixels may cause.
 const MAX_MEAN: f64 = 1e-3;
-/// Most of the time goes into compiling shaders: those of `accurate` for the last scene, which has all kinds of lights and
+/// The scene and the preset of each picture without `--all`. Compiling shaders takes most of the time: those of `accurate` for the last scene, which has all kinds of lights and
 /// surfaces, take lavapipe five minutes.
 const FEW: [(&str, (&str, u32)); 2] =
     [("conservatory", PRESETS[0]), ("cornell-glossy", PRESETS[1])];

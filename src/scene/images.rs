@@ -74,7 +74,7 @@ pub(super) fn decode(
     // All sizes first: what is too much must not fill the memory.
     let sizes: Vec<u64> = (encoded.iter())
         .map(|image| {
-            let texels = image.texels()?;
+            let texels = image.guarded(Encoded::texels)?;
             count.add(texels, || image.label())?;
             Ok(texels)
         })
@@ -87,7 +87,8 @@ pub(super) fn decode(
         progress.pause()?;
         let (_, sizes) = sizes.split_at(images.len());
         let batch = &encoded[images.len()..][..batch_length(sizes)];
-        let decoded: Result<Vec<Image>> = batch.par_iter().map(Encoded::decode).collect();
+        let decoded = batch.par_iter().map(|image| image.guarded(Encoded::decode));
+        let decoded: Result<Vec<Image>> = decoded.collect();
         images.extend(decoded?);
     }
     progress.pause()?;
@@ -122,21 +123,15 @@ impl Encoded<'_> {
         self.wrong(format!("cannot be decoded: {cause}; export it again"))
     }
 
-    /// Its width times its height, which are within the limits.
+    /// Runs work of a decoder. A panic, as damaged data can cause, is an error.
+    fn guarded<T>(&self, work: impl FnOnce(&Self) -> Result<T>) -> Result<T> {
+        caught(|| work(self)).unwrap_or_else(|| Err(self.damaged("it is damaged")))
+    }
+
+    /// The number of texels, of a size within the limits.
     fn texels(&self) -> Result<u64> {
-        self.guarded(|| {
-            let (width, height) = self.decoder()?.0.dimensions();
-            Ok(u64::from(width) * u64::from(height))
-        })
-    }
-
-    fn decode(&self) -> Result<Image> {
-        self.guarded(|| self.decoded())
-    }
-
-    /// What a decoder says; that it panics, as it may on damaged data, is an error.
-    fn guarded<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<T> {
-        caught(work).unwrap_or_else(|| Err(self.damaged("it is damaged")))
+        let (width, height) = self.decoder()?.0.dimensions();
+        Ok(u64::from(width) * u64::from(height))
     }
 
     /// A decoder that has read the size, which is within the limits, and the format.
@@ -163,7 +158,7 @@ impl Encoded<'_> {
         Ok((decoder, format))
     }
 
-    fn decoded(&self) -> Result<Image> {
+    fn decode(&self) -> Result<Image> {
         let (decoder, format) = self.decoder()?;
         // Decoders may fill up what is missing, and tell no one.
         let is_whole = match format {
