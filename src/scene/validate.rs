@@ -15,12 +15,28 @@ use punctual::check_punctual;
 /// The largest world coordinate: beyond it, squared distances overflow f32.
 pub const LARGEST_COORDINATE: f64 = 1e15;
 
+/// The smallest size of a scene: below it, areas of its triangles and squares of distances underflow f32.
+pub const SMALLEST_SCENE: f64 = 1e-12;
+
+/// A mesh is coarse if a step of f32 at its furthest vertex is more than this part of its size.
+const COARSE: f32 = 5e-3;
+
 /// The largest emission, in W/(m²·sr): a sample may be [`crate::layouts::MAX_RADIANCE`] times as bright as the
 /// brightest light, and a picture, whose radiance is not in the device's unit, must hold it in f32.
 pub const BRIGHTEST: f32 = 1e12;
 
 /// An instance is flat if its volume scale is below this, relative to the lengths of its axes.
 const SINGULAR: f64 = 1e-15;
+
+/// Whether the positions of a mesh are much further from its origin than from each other.
+fn is_coarse(mesh: &Mesh) -> bool {
+    let low = mesh.positions.iter().copied().reduce(Vec3::min);
+    let high = mesh.positions.iter().copied().reduce(Vec3::max);
+    low.zip(high).is_some_and(|(low, high)| {
+        let furthest = low.abs().max(high.abs()).max_element();
+        furthest * f32::EPSILON > COARSE * (high - low).max_element()
+    })
+}
 
 /// Whether every channel is between 0 and a limit. By comparison, because the smallest and the largest element of a
 /// vector with NaN in it may be those of the rest.
@@ -58,6 +74,12 @@ impl Scene {
         }
         for (index, mesh) in self.meshes.iter_mut().enumerate() {
             check_mesh(index, mesh, &self.materials)?;
+            if is_coarse(mesh) {
+                tally.add(
+                    "meshes are so far from their origin that f32 holds their vertices coarsely; move the mesh there, and its node back",
+                    || label("mesh", index, &mesh.name),
+                );
+            }
             mesh.repair(index, &mut tally);
             mesh.make_tangents(&self.materials);
         }
@@ -97,6 +119,16 @@ impl Scene {
             if flat[index] {
                 tally.add("instances scaled to nothing are skipped", || what);
             }
+        }
+        let placed = self.instances.iter().filter_map(|instance| {
+            let bounds = boxes[instance.mesh as usize]?;
+            Some(bounds.placed(&instance.object_to_world))
+        });
+        let size = Bounds::around(placed).map(|bounds| bounds.size().max_element());
+        if let Some(size) = size.filter(|size| *size < SMALLEST_SCENE) {
+            return Err(Error::input(format!(
+                "the scene is {size:.1e} units wide, and {SMALLEST_SCENE:e} is as small as can be rendered; scale it up"
+            )));
         }
         self.retain_instances(|index, _| !flat[index]);
         Ok(())

@@ -1,7 +1,7 @@
 //! Valid OBJ files.
 
 use crate::files::Folder;
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use headwater::scene::texture::Wrap;
 use headwater::scene::{Material, Scene, Texture};
 
@@ -23,6 +23,60 @@ fn polygons_and_negative_indices() {
         assert_eq!(scene.notices.len(), 1, "{:?}", scene.notices);
         assert!(scene.notices[0].contains("grey"));
     }
+}
+
+/// Steps of f32 are a unit at 10⁷, so the square would be lost.
+#[test]
+fn vertices_far_from_the_origin_keep_their_distances() {
+    for far in [0.0, 1e5, 1e7, 1e12] {
+        let text = format!(
+            "v {far}.125 0 0\nv {far}.25 0 0\nv {far}.25 1e-1 0\nv {far}.125 1e-1 0\nf 1 2 3 4"
+        );
+        let scene = Folder::new().load("scene.obj", text);
+        let bounds = scene.bounds().unwrap();
+        let expected = DVec3::new(far + 0.125, 0.0, 0.0);
+        assert!(
+            (bounds.min - expected).abs().max_element() < 1e-8 + 2e-16 * far,
+            "{far}: {bounds:?}"
+        );
+        let size = bounds.size() - DVec3::new(0.125, 0.1, 0.0);
+        assert!(
+            size.abs().max_element() < 1e-8 + 2e-16 * far,
+            "{far}: {bounds:?}"
+        );
+        assert_eq!(scene.notices.len(), 1, "{:?}", scene.notices);
+    }
+    // An object of its own has an origin of its own.
+    let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\no far\nv 1e7 0 0\nv 10000000.1 0 0\nv 1e7 1 0\nf 4 5 6";
+    let scene = Folder::new().load("scene.obj", text);
+    assert_eq!(scene.notices.len(), 1, "{:?}", scene.notices);
+    let corner = scene.meshes[1].positions[1].as_dvec3();
+    let place = scene.instances[1].object_to_world;
+    let corner = place.transform_point3(corner);
+    assert!((corner.x - 10_000_000.1).abs() < 1e-6, "{corner}");
+    // Where all vertices come first, they have one.
+    let text =
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1e7 0 0\nv 10000001 0 0\nv 1e7 1 0\nf 1 2 3\no far\nf 4 5 6";
+    let scene = Folder::new().load("scene.obj", text);
+    let notice = "meshes are so far from their origin";
+    let found = scene.notices.iter().any(|line| line.starts_with(notice));
+    assert!(found, "{:?}", scene.notices);
+}
+
+#[test]
+fn scenes_that_are_too_small_are_refused() {
+    for size in ["1e-13", "1e-20", "1e-30"] {
+        let text = format!("v 0 0 0\nv {size} 0 0\nv 0 {size} 0\nf 1 2 3");
+        let line = Folder::new().refuse("scene.obj", text);
+        assert!(line.contains("scale it up"), "{line}");
+    }
+    for size in ["1e20", "1e30"] {
+        let text = format!("v 0 0 0\nv {size} 0 0\nv 0 {size} 0\nf 1 2 3");
+        let line = Folder::new().refuse("scene.obj", text);
+        assert!(line.contains("scale the"), "{line}");
+    }
+    let scene = Folder::new().load("scene.obj", "v 0 0 0\nv 2e-12 0 0\nv 0 2e-12 0\nf 1 2 3");
+    assert_eq!(scene.triangle_count(), 1);
 }
 
 #[test]

@@ -103,24 +103,24 @@ impl<'a> Line<'a> {
         self.rest.split_whitespace()
     }
 
-    /// The first three words as finite numbers.
-    pub fn floats(&self) -> Result<[f32; 3]> {
+    /// The first three words as numbers that f32 can hold, if coarsely.
+    pub fn numbers(&self) -> Result<[f64; 3]> {
         let mut words = self.words();
-        let mut floats = [0.0; 3];
-        for float in &mut floats {
+        let mut numbers = [0.0; 3];
+        for number in &mut numbers {
             let word = words
                 .next()
                 .ok_or_else(|| self.wrong("three numbers are needed"))?;
-            *float = self.float(word)?;
+            *number = self.number(word)?;
         }
-        Ok(floats)
+        Ok(numbers)
     }
 
-    /// A word as a finite number.
-    pub fn float(&self, word: &str) -> Result<f32> {
+    /// A word as a number that f32 can hold, if coarsely.
+    pub fn number(&self, word: &str) -> Result<f64> {
         word.parse()
             .ok()
-            .filter(|number: &f32| number.is_finite())
+            .filter(|number: &f64| number.abs() <= f64::from(f32::MAX))
             .ok_or_else(|| self.wrong(&format!("{} is no finite number", quoted(word))))
     }
 

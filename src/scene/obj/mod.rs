@@ -26,10 +26,10 @@ use super::notices::{Tally, quoted};
 use super::polygon::triangulate;
 use super::progress::Progress;
 use super::scene_folder::{SceneFile, SceneFolder};
-use super::{Instance, Material, Scene};
+use super::{Bounds, Instance, Material, Scene};
 use crate::{Error, Result, memory};
 use building::{Building, Corner, MISSING, join_parts};
-use glam::{DAffine3, Vec2, Vec3};
+use glam::{DAffine3, DVec3, Vec2, Vec3};
 use lines::{Line, Lines};
 use mtl::Maps;
 use std::collections::{HashMap, HashSet};
@@ -110,7 +110,11 @@ impl Untextured {
 
 struct Reader<'a> {
     folder: &'a SceneFolder<'a>,
-    positions: Vec<Vec3>,
+    positions: Vec<DVec3>,
+    /// The origin of the mesh at hand.
+    center: DVec3,
+    /// How many of the positions were looked at for that origin and those before.
+    centered: usize,
     normals: Vec<Vec3>,
     coordinates: Vec<Vec2>,
     scene: Scene,
@@ -137,6 +141,8 @@ impl<'a> Reader<'a> {
         Self {
             folder,
             positions: Vec::new(),
+            center: DVec3::ZERO,
+            centered: 0,
             normals: Vec::new(),
             coordinates: Vec::new(),
             scene: Scene::default(),
@@ -158,16 +164,14 @@ impl<'a> Reader<'a> {
     fn statement(&mut self, line: &Line) -> Result<bool> {
         match line.keyword {
             "v" => {
-                let [x, y, z] = line.floats()?;
-                self.positions.push(Vec3::new(x, y, z));
+                self.positions.push(line.numbers()?.into());
                 if line.words().count() >= 6 {
                     self.tally
                         .add("vertex colours are ignored", || line.place());
                 }
             }
             "vn" => {
-                let [x, y, z] = line.floats()?;
-                self.normals.push(Vec3::new(x, y, z));
+                self.normals.push(DVec3::from(line.numbers()?).as_vec3());
             }
             "vt" => {
                 let mut words = line.words();
@@ -210,6 +214,11 @@ impl<'a> Reader<'a> {
         let textured = self.maps[material as usize].all().next().is_some();
         self.corners.clear();
         self.points.clear();
+        // By the mesh's own vertices, or where all vertices of a file come first, by all of them.
+        if self.mesh.mesh.triangles.is_empty() && self.centered < self.positions.len() {
+            self.center = center_of(&self.positions[self.centered..]);
+            self.centered = self.positions.len();
+        }
         for word in line.words() {
             let mut numbers = word.split('/');
             let position = numbers.next().unwrap_or_default();
@@ -235,7 +244,8 @@ impl<'a> Reader<'a> {
                         line.place()
                     });
             }
-            self.points.push(self.positions[position as usize]);
+            let position_here = self.positions[position as usize] - self.center;
+            self.points.push(position_here.as_vec3());
             self.corners.push(Corner {
                 position,
                 normal,
@@ -396,7 +406,7 @@ impl<'a> Reader<'a> {
         self.scene.instances.push(Instance {
             name: mesh.name.clone(),
             mesh: self.scene.meshes.len() as u32,
-            object_to_world: DAffine3::IDENTITY,
+            object_to_world: DAffine3::from_translation(self.center),
         });
         self.scene.meshes.push(mesh);
     }
@@ -427,6 +437,17 @@ impl<'a> Reader<'a> {
             tally: self.tally,
         }
     }
+}
+
+/// Where a mesh has its origin: in the middle of the vertices if these are much further from 0 than from each other, so that
+/// f32 is as fine as it would be there; else at 0.
+fn center_of(positions: &[DVec3]) -> DVec3 {
+    const FAR: f64 = 256.0;
+    let bounds = Bounds::of(positions.iter().copied());
+    let is_far = |b: &Bounds| b.center().abs().max_element() > FAR * b.size().max_element();
+    bounds
+        .filter(is_far)
+        .map_or(DVec3::ZERO, |bounds| bounds.center())
 }
 
 /// Checks that there is memory for what a line takes.

@@ -6,7 +6,7 @@ use super::{GREY, MAX_KINDS};
 use crate::Result;
 use crate::scene::Material;
 use crate::scene::notices::quoted;
-use glam::{Affine2, Mat2, Vec2, Vec3};
+use glam::{Affine2, DVec3, Mat2, Vec2, Vec3};
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
 
@@ -246,7 +246,7 @@ fn color(line: &Line) -> Result<Vec3> {
     if line.words().count() == 1 {
         return Ok(Vec3::splat(number(line)?));
     }
-    line.floats().map(Vec3::from_array)
+    line.numbers().map(|color| DVec3::from(color).as_vec3())
 }
 
 fn share(line: &Line) -> Result<f32> {
@@ -263,5 +263,5 @@ fn number(line: &Line) -> Result<f32> {
         .words()
         .last()
         .ok_or_else(|| line.wrong("a number is needed"))?;
-    line.float(word)
+    line.number(word).map(|number| number as f32)
 }
