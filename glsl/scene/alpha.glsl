@@ -21,7 +21,8 @@ float coverage_at(GpuInstance instance, uint primitive, vec2 weights) {
     TriangleOwner owner = triangle_owner(instance, primitive);
     GpuMaterial material = material_at(owner.material);
     if (material.alpha_mode == ALPHA_OPAQUE || (material.alpha_mode == ALPHA_BLEND && owner.light != NONE)) return 1.0;
-    float alpha = material.alpha;
+    bool mask = material.alpha_mode == ALPHA_MASK;
+    float alpha = mask ? 1.0 : material.alpha;
     if (HAS_VERTEX_COLORS && instance.first_color != NONE) {
         uint first = 3u * (instance.first_color + primitive);
         float a = corner_alpha(first);
@@ -31,7 +32,7 @@ float coverage_at(GpuInstance instance, uint primitive, vec2 weights) {
         GpuTexture used = load_textures(material.base_color_texture);
         alpha *= texture_at(used, uv_at(instance, primitive, weights, used.set), false).a;
     }
-    if (material.alpha_mode == ALPHA_MASK) return alpha >= 1.0 ? 1.0 : 0.0;
+    if (mask) return alpha >= material.alpha ? 1.0 : 0.0;
     return clamp(alpha, 0.0, 1.0);
 }
 

@@ -59,7 +59,7 @@ crate::gpu_struct! {
         pub normal_scale: f32,
         /// ALPHA_…
         pub alpha_mode: u32,
-        /// Coverage, which texture and vertex colours multiply; with ALPHA_MASK divided by the cutoff.
+        /// Coverage, which texture and vertex colours multiply; with ALPHA_MASK the least product of these that covers.
         pub alpha: f32,
     }
 }

@@ -105,6 +105,23 @@ const fn wrap(wrap: Wrap) -> u32 {
     }
 }
 
+/// The least product of texture and vertex colour at which a material with this cutoff is there: at the cutoff itself there is no
+/// hole, and one step of f32 below it there is.
+fn least_coverage(material: &Material, cutoff: f32) -> f32 {
+    // From two steps below the rounded quotient: no smaller product reaches the cutoff.
+    let mut least = (cutoff / material.alpha).next_down().next_down();
+    while least < f32::INFINITY && material.alpha * least < cutoff {
+        least = least.next_up();
+    }
+    // Devices round a texel's value, and 255 steps are far apart.
+    let rounding = if material.base_color_texture.is_some() {
+        4.0 * f32::EPSILON
+    } else {
+        0.0
+    };
+    least * (1.0 - rounding)
+}
+
 /// A material without its textures, given the unit of radiance.
 pub fn gpu_material(material: &Material, radiance: f64) -> GpuMaterial {
     // KHR_materials_ior: an index of 0 stands for a reflectance of 1 at every angle.
@@ -123,11 +140,7 @@ pub fn gpu_material(material: &Material, radiance: f64) -> GpuMaterial {
     };
     let (alpha_mode, alpha) = match material.alpha_mode {
         AlphaMode::Opaque => (ALPHA_OPAQUE, 1.0),
-        // Enlarged by what the division and the product with a texel may round down: at the cutoff there is no hole.
-        AlphaMode::Mask { cutoff } => (
-            ALPHA_MASK,
-            material.alpha / cutoff * (1.0 + 2.0 * f32::EPSILON),
-        ),
+        AlphaMode::Mask { cutoff } => (ALPHA_MASK, least_coverage(material, cutoff)),
         AlphaMode::Blend => (ALPHA_BLEND, material.alpha),
     };
     GpuMaterial {
@@ -143,5 +156,41 @@ pub fn gpu_material(material: &Material, radiance: f64) -> GpuMaterial {
         normal_scale: material.normal_scale,
         alpha_mode,
         alpha,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn masks_cover_at_their_cutoff_and_not_below() {
+        for step in 1..1000_u16 {
+            let cutoff = f32::from(step) / 1000.0;
+            for alpha in [
+                1.0,
+                cutoff,
+                cutoff.next_up(),
+                cutoff.next_down(),
+                0.3,
+                1e-30,
+            ] {
+                let material = Material {
+                    alpha,
+                    ..Material::default()
+                };
+                let least = least_coverage(&material, cutoff);
+                assert!(alpha * least >= cutoff, "{alpha} {cutoff}: {least}");
+                assert!(
+                    alpha * least.next_down() < cutoff,
+                    "{alpha} {cutoff}: {least}"
+                );
+            }
+        }
+        let clear = Material {
+            alpha: 0.0,
+            ..Material::default()
+        };
+        assert_eq!(least_coverage(&clear, 0.5), f32::INFINITY);
     }
 }

@@ -394,6 +394,37 @@ mod thorough {
         }
     }
 
+    /// One step of f32 below the cutoff a surface is not there.
+    #[test]
+    fn a_mask_is_a_hole_just_below_its_cutoff() {
+        for (alpha, is_there) in [(0.5_f32, true), (0.5_f32.next_down(), false)] {
+            let mut scene = floor();
+            let sheet = Material {
+                alpha,
+                alpha_mode: AlphaMode::Mask { cutoff: 0.5 },
+                ..Material::lambert("sheet", Vec3::ZERO)
+            };
+            let corner = Vec3::new(-2.0, 0.5, 2.0);
+            support::add(
+                &mut scene,
+                &sheet,
+                &support::quad(corner, Vec3::X * 4.0, Vec3::NEG_Z * 4.0),
+            );
+            scene.punctual_lights =
+                vec![punctual(PunctualShape::Directional, DVec3::ZERO, -DVec3::Y)];
+            scene.validate().unwrap();
+            for (technique, tracer, _) in TECHNIQUES {
+                let Some(mean) = picture(&scene, &from_above(1, 3), &preset(technique), tracer, 1)
+                else {
+                    continue;
+                };
+                let lit = mean.iter().filter(|found| **found != [0.0; 3]).count();
+                let expected = if is_there { 0 } else { mean.len() };
+                assert_eq!(lit, expected, "{technique} {tracer:?}, alpha {alpha}");
+            }
+        }
+    }
+
     /// What the camera sees of it, and through its holes.
     #[test]
     fn the_camera_sees_through_the_holes_of_lamps() {
