@@ -4,9 +4,11 @@
 #include "core/math.glsl"
 #include "scene/geometry.glsl"
 
-// The share of its intensity that a spot sends in a direction with this cosine to its axis.
-float spot_share(GpuPunctualLight light, float cosine) {
-    return square(clamp(cosine * light.angle_scale + light.angle_offset, 0.0, 1.0));
+// The share of its intensity that a spot sends in a unit direction. Distances of unit vectors tell angles of 1e-5 radians
+// apart, where all cosines are 1.
+float spot_share(GpuPunctualLight light, vec3 direction) {
+    vec3 off = direction - light.direction;
+    return square(clamp(light.angle_offset - light.angle_scale * dot(off, off), 0.0, 1.0));
 }
 
 // The irradiance, of a surface that faces it, at a point whose unit direction to the light and distance are given.
@@ -17,5 +19,5 @@ vec3 punctual_irradiance(GpuPunctualLight light, vec3 direction, float distance)
         float share = square(distance / light.range);
         arriving *= clamp(1.0 - square(share), 0.0, 1.0);
     }
-    return light.kind == LIGHT_SPOT ? arriving * spot_share(light, -dot(direction, light.direction)) : arriving;
+    return light.kind == LIGHT_SPOT ? arriving * spot_share(light, -direction) : arriving;
 }

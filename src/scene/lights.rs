@@ -252,13 +252,18 @@ impl AliasTable {
     pub fn new(weights: &[f64], uniform_share: f64) -> Self {
         let count = weights.len();
         let total: f64 = weights.iter().sum();
+        let is_used = |weight: &f64| *weight > 0.0 || total == 0.0;
+        // Of all that have a weight: a light without power would waste its candidates.
+        let used = weights.iter().filter(|weight| is_used(weight)).count();
         let share = if total > 0.0 { uniform_share } else { 1.0 };
+        let uniform = share * (count as f64 / used as f64);
         // The mean height is 1: columns below it are filled up from columns above it.
         let mut heights: Vec<f64> = weights
             .iter()
             .map(|w| {
                 let own = if total > 0.0 { w / total } else { 0.0 };
-                (1.0 - share) * own * count as f64 + share
+                let uniform = if is_used(w) { uniform } else { 0.0 };
+                (1.0 - share) * own * count as f64 + uniform
             })
             .collect();
         let mut columns: Vec<AliasColumn> = (0..count as u32)
@@ -305,8 +310,11 @@ mod tests {
         let total: f64 = weights.iter().sum();
         assert!((table.probabilities.iter().sum::<f64>() - 1.0).abs() < 1e-12);
         for (weight, got) in weights.iter().zip(&table.probabilities) {
-            let wanted =
-                (1.0 - UNIFORM_SHARE) * weight / total + UNIFORM_SHARE / weights.len() as f64;
+            // The uniform share is that of the six that have a weight.
+            let wanted = match *weight {
+                0.0 => 0.0,
+                weight => (1.0 - UNIFORM_SHARE) * weight / total + UNIFORM_SHARE / 6.0,
+            };
             assert!((got - wanted).abs() < 1e-9, "{weight}: {got} {wanted}");
         }
     }

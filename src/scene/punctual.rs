@@ -26,7 +26,7 @@ pub enum PunctualShape {
     Spot {
         /// At least 0.
         inner: f64,
-        /// Above `inner`, at most π/2.
+        /// Above 0, at least `inner` and at most π/2.
         outer: f64,
     },
     /// Parallel, from infinitely far away.

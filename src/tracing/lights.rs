@@ -219,15 +219,20 @@ fn gpu_light(light: &LightTriangle, material: &Material, units: &Units) -> GpuLi
     }
 }
 
+/// The least difference of the squared distances of a spot's angles.
+const SHARPEST: f64 = 1e-30;
+
 fn gpu_punctual(light: &PunctualLight, units: &Units) -> GpuPunctualLight {
-    let (kind, scale, offset) = match light.shape {
-        PunctualShape::Point => (LIGHT_POINT, 0.0, 1.0),
-        PunctualShape::Directional => (LIGHT_DIRECTIONAL, 0.0, 1.0),
+    let (kind, offset, scale) = match light.shape {
+        PunctualShape::Point => (LIGHT_POINT, 1.0, 0.0),
+        PunctualShape::Directional => (LIGHT_DIRECTIONAL, 1.0, 0.0),
         PunctualShape::Spot { inner, outer } => {
-            // As KHR_lights_punctual has it, except that its least difference of .001 dims the axis of narrow spots: at an
-            // outer angle of one degree to a fortieth. Cosines on the device differ by 6e-8.
-            let scale = 1.0 / (inner.cos() - outer.cos()).max(1e-5);
-            (LIGHT_SPOT, scale, -outer.cos() * scale)
+            // As KHR_lights_punctual has it, except that its least difference of 0.001 dims the axis of narrow spots: at an
+            // outer angle of one degree to a fortieth. Finite, so that nothing is multiplied by infinity at a sharp edge.
+            // The squared distance of unit vectors at an angle tells angles of 1e-5 radians apart, where all cosines are 1.
+            let squared = |angle: f64| 4.0 * (angle / 2.0).sin().powi(2);
+            let scale = 1.0 / (squared(outer) - squared(inner)).max(SHARPEST);
+            (LIGHT_SPOT, squared(outer) * scale, scale)
         }
     };
     // Intensity falls off by squared lengths, irradiance does not.
@@ -243,8 +248,8 @@ fn gpu_punctual(light: &PunctualLight, units: &Units) -> GpuPunctualLight {
             .range
             .map_or(0.0, |range| (range / units.length) as f32),
         intensity: (light.intensity.as_dvec3() / unit).as_vec3(),
-        angle_scale: scale as f32,
         angle_offset: offset as f32,
+        angle_scale: scale as f32,
         padding: UVec3::ZERO,
     }
 }
@@ -298,7 +303,7 @@ mod tests {
     #[test]
     fn spots_of_any_angle_have_all_of_their_light_on_the_axis() {
         let units = Units::of(&Scene::default(), glam::DVec3::ZERO);
-        for degrees in [0.3_f64, 1.0, 2.0, 10.0, 89.0] {
+        for degrees in [0.0006_f64, 0.3, 1.0, 2.0, 10.0, 89.0] {
             let light = PunctualLight {
                 name: String::new(),
                 light_to_world: DAffine3::IDENTITY,
@@ -310,11 +315,41 @@ mod tests {
                 range: None,
             };
             let spot = gpu_punctual(&light, &units);
-            let share = (spot.angle_scale + spot.angle_offset)
-                .clamp(0.0, 1.0)
-                .powi(2);
-            assert!(share > 0.98, "{degrees}: {share}");
+            let share = spot.angle_offset.clamp(0.0, 1.0).powi(2);
+            assert!(share > 0.999, "{degrees}: {share}");
         }
+    }
+
+    fn point_light(intensity: f32) -> PunctualLight {
+        PunctualLight {
+            name: String::new(),
+            light_to_world: DAffine3::IDENTITY,
+            shape: PunctualShape::Point,
+            intensity: Vec3::splat(intensity),
+            range: None,
+        }
+    }
+
+    fn lights_of(intensities: &[f32]) -> Lights {
+        let scene = Scene {
+            punctual_lights: intensities.iter().map(|i| point_light(*i)).collect(),
+            ..Scene::default()
+        };
+        gpu_lights(&scene, &Units::of(&scene, glam::DVec3::ZERO))
+    }
+
+    fn probabilities(choices: &[GpuLightChoice]) -> Vec<f32> {
+        choices.iter().map(|choice| choice.probability).collect()
+    }
+
+    #[test]
+    fn lights_without_power_have_no_candidates() {
+        let lights = lights_of(&[3.0, 0.0, 1.0]);
+        let [bright, off, dim] = probabilities(&lights.choices)[..] else {
+            panic!()
+        };
+        assert_eq!(off, 0.0);
+        assert!((bright - 0.725).abs() < 1e-6 && (dim - 0.275).abs() < 1e-6);
     }
 
     #[test]

@@ -57,6 +57,13 @@ fn punctual_lights_stand_where_their_nodes_are() {
             Vec3::ONE,
             None,
         ),
+        // As Blender writes a spot whose edge is sharp.
+        (
+            json!({ "type": "spot", "spot": { "innerConeAngle": 0.5, "outerConeAngle": 0.5 } }),
+            spot(0.5, 0.5),
+            Vec3::ONE,
+            None,
+        ),
     ] {
         let scene = Folder::new().load("scene.glb", lit(&light).glb());
         assert_eq!(scene.notices, Vec::<String>::new());
@@ -111,7 +118,11 @@ fn broken_lights_are_refused() {
         (json!({ "type": "point", "intensity": -1 }), "intensity"),
         (json!({ "type": "point", "range": 0 }), "range"),
         (
-            json!({ "type": "spot", "spot": { "innerConeAngle": 0.5, "outerConeAngle": 0.5 } }),
+            json!({ "type": "spot", "spot": { "innerConeAngle": 0.6, "outerConeAngle": 0.5 } }),
+            "cone angles",
+        ),
+        (
+            json!({ "type": "spot", "spot": { "innerConeAngle": 0, "outerConeAngle": 0 } }),
             "cone angles",
         ),
         (

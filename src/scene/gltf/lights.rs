@@ -37,10 +37,15 @@ fn shape(what: &str, light: &Light) -> Result<PunctualShape> {
         "directional" => Ok(PunctualShape::Directional),
         "spot" => {
             let (inner, outer) = (light.spot.inner_cone_angle, light.spot.outer_cone_angle);
-            // Cones over π/2 would light what is behind them; the extension forbids them.
-            if !(inner >= 0.0 && inner < outer && outer <= std::f64::consts::FRAC_PI_2 + 1e-6) {
+            // Cones over π/2 would light what is behind them; the extension forbids them. It forbids equal angles too, but
+            // Blender writes them for a spot with a sharp edge.
+            if !(inner >= 0.0
+                && inner <= outer
+                && outer > 0.0
+                && outer <= std::f64::consts::FRAC_PI_2 + 1e-6)
+            {
                 return Err(Error::input(format!(
-                    "{what}: its cone angles are {inner} and {outer}; they must be 0 ≤ inner < outer ≤ π/2"
+                    "{what}: its cone angles are {inner} and {outer}; they must be 0 ≤ inner ≤ outer ≤ π/2, and outer above 0"
                 )));
             }
             Ok(PunctualShape::Spot {

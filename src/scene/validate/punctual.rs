@@ -36,10 +36,10 @@ pub(super) fn check_punctual(what: &str, light: &PunctualLight) -> Result<()> {
         ));
     }
     if let PunctualShape::Spot { inner, outer } = shape
-        && !(*inner >= 0.0 && inner < outer && *outer <= FRAC_PI_2)
+        && !(*inner >= 0.0 && inner <= outer && *outer > 0.0 && *outer <= FRAC_PI_2)
     {
         return wrong(format!(
-            "its cone angles are {inner} and {outer}; they must be 0 ≤ inner < outer ≤ π/2"
+            "its cone angles are {inner} and {outer}; they must be 0 ≤ inner ≤ outer ≤ π/2, and outer above 0"
         ));
     }
     if let Some(range) = range
