@@ -553,6 +553,33 @@ fn normal_maps_turn_the_normal() {
     });
 }
 
+/// A mirror in a room of one brightness shows it everywhere, however far its normal map tilts.
+#[test]
+fn mirrors_with_normal_maps_have_no_black_pixels() {
+    for texel in [
+        [218, 128, 217, 255],
+        [250, 100, 170, 255],
+        [128, 3, 150, 255],
+        [20, 60, 140, 255],
+    ] {
+        let mut bytes = std::io::Cursor::new(Vec::new());
+        let image = RgbaImage::from_pixel(1, 1, image::Rgba(texel));
+        image.write_to(&mut bytes, ImageFormat::Png).unwrap();
+        let mut file = square();
+        let view = file.add_view(&bytes.into_inner());
+        let file = file.with(|json| {
+            json["images"] = json!([{ "bufferView": view, "mimeType": "image/png" }]);
+            json["textures"] = json!([{ "source": 0 }]);
+            json["materials"][0] = json!({
+                "normalTexture": { "index": 0 },
+                "pbrMetallicRoughness": { "metallicFactor": 1, "roughnessFactor": 0 },
+            });
+        });
+        let scene = surrounded(load(&file), 1.0);
+        assert_shows("tilted mirror", &scene, 1e-3, |_| Some(DVec3::ONE));
+    }
+}
+
 #[test]
 fn a_wrong_closed_form_is_noticed() {
     let scene = surrounded(load(&tiled(json!({ "index": 0 }))), 1.0);

@@ -93,10 +93,11 @@ float aim_at_light(inout PathSample value, uint epoch) {
 
 // Shading domain at the second vertex for a viewer along `direction`.
 Domain vertex_domain(PathSample value, vec3 direction) {
+    GpuMaterial material = value.material;
+    if (!VARIES) material = material_at(value.material_index);
     vec3 geometric_normal, shading_normal;
-    face_viewer(value.point, direction, geometric_normal, shading_normal);
-    return make_domain(value.point.position, value.clearance, geometric_normal, shading_normal,
-                       VARIES ? value.material : material_at(value.material_index), direction);
+    face_viewer(value.point, material, direction, geometric_normal, shading_normal);
+    return make_domain(value.point.position, value.clearance, geometric_normal, shading_normal, material, direction);
 }
 
 // ---- Target and shadow rays
@@ -237,7 +238,8 @@ void unpack_sample(PackedReservoir p, out PathSample value) {
         value.clearance = uintBitsToFloat(p.words[11]);
         value.point.normal = unpack_octahedral(p.words[12]);
         value.point.shading_normal = unpack_octahedral(p.words[13]);
-        value.point.interpolated = (p.words[14] & INTERPOLATED) != 0u;
+        // Compiled away in scenes of flat triangles, with all that bends normals.
+        value.point.interpolated = (HAS_SMOOTH_NORMALS || HAS_NORMAL_MAPS) && (p.words[14] & INTERPOLATED) != 0u;
         value.material_index = p.words[14] & ~INTERPOLATED;
         if (VARIES) {
             vec2 barycentrics;

@@ -25,8 +25,27 @@ struct Surface {
     uint light;
 };
 
-// The normals on the side of a viewer that looks along `direction`.
-void face_viewer(TrianglePoint point, vec3 direction, out vec3 geometric_normal, out vec3 shading_normal) {
+// A shading normal that is bent towards the geometric one until the mirror direction of a viewer along `direction` leaves the
+// surface. Where it does not, a mirror would be black: in rings on smooth spheres of few triangles, and where a normal map tilts
+// far. In the plane of both normals, with all angles from the geometric one, the viewer at φ with the projected length m and the
+// shading normal at α, the mirror direction's cosine is m · cos(2α − φ).
+vec3 reflecting_outwards(vec3 shading_normal, vec3 geometric_normal, vec3 direction) {
+    float along = dot(shading_normal, geometric_normal), facing = -dot(shading_normal, direction);
+    float viewed = -dot(geometric_normal, direction);
+    float least = min(MIN_FACING, viewed);
+    vec3 aside = shading_normal - along * geometric_normal;
+    float size = dot(aside, aside);
+    if (2.0 * facing * along - viewed >= least || size <= TINY) return shading_normal;
+    aside *= inversesqrt(size);
+    vec2 viewer = vec2(-dot(aside, direction), viewed);
+    float cosine = least / length(viewer), sine = sqrt(max(1.0 - cosine * cosine, 0.0));
+    viewer = normalize(viewer);
+    float twice = clamp(viewer.y * cosine - viewer.x * sine, -1.0, 1.0);
+    return sqrt(0.5 * (1.0 - twice)) * aside + sqrt(0.5 * (1.0 + twice)) * geometric_normal;
+}
+
+// The normals of a material's surface on the side of a viewer that looks along `direction`.
+void face_viewer(TrianglePoint point, GpuMaterial material, vec3 direction, out vec3 geometric_normal, out vec3 shading_normal) {
     geometric_normal = dot(point.normal, direction) < 0.0 ? point.normal : -point.normal;
     shading_normal = geometric_normal;
     if (!point.interpolated) return;
@@ -35,6 +54,9 @@ void face_viewer(TrianglePoint point, vec3 direction, out vec3 geometric_normal,
     // bent until it just faces the viewer.
     float facing = -dot(shading_normal, direction);
     if (facing < MIN_FACING) shading_normal = normalize(shading_normal - (MIN_FACING - facing) * direction);
+    // A matte surface has no mirror direction to lose.
+    bool reflects = HAS_SPECULAR && (material.metallic > 0.0 || material.dielectric_f90 > 0.0);
+    if (reflects) shading_normal = reflecting_outwards(shading_normal, geometric_normal, direction);
 }
 
 // What the camera sees of an unlit surface; 0 for all others.
@@ -56,7 +78,7 @@ Surface surface_at(Hit hit, Ray ray) {
     surface.error = point.error;
     surface.material = material_at(owner.material, instance, hit.primitive, hit.barycentrics);
     map_normal(point, surface.material, instance, hit.primitive, hit.barycentrics);
-    face_viewer(point, ray.direction, surface.geometric_normal, surface.shading_normal);
+    face_viewer(point, surface.material, ray.direction, surface.geometric_normal, surface.shading_normal);
     refine_by_ray(surface.position, surface.error, surface.geometric_normal, ray.origin, ray.direction);
     surface.material_index = owner.material;
     surface.instance = owner.instance;

@@ -1,6 +1,6 @@
 //! Tests of shader functions: the BSDF and its sampling, against the f64 tracer and against its own density.
 
-use crate::support::brute_force::Surface;
+use crate::support::brute_force::{Surface, reflecting_outwards};
 use crate::support::random::Random;
 use crate::{Function, number, vector};
 use glam::{DVec2, DVec3, Vec3};
@@ -47,6 +47,58 @@ fn upper(random: &mut Random) -> DVec3 {
 fn words(direction: Vec3, last: u32, rest: [u32; 4]) -> [u32; 8] {
     let [x, y, z] = direction.to_array().map(f32::to_bits);
     [x, y, z, last, rest[0], rest[1], rest[2], rest[3]]
+}
+
+/// Shading normals that lean as far as they can, seen from all sides, at grazing angles too.
+#[test]
+fn normals_reflect_their_viewer_off_the_surface() {
+    let mut random = Random(8);
+    let geometric = DVec3::new(0.36, -0.48, 0.8);
+    let side_of = |d: DVec3| if d.dot(geometric) < 0.0 { -d } else { d };
+    let pairs: Vec<(Vec3, Vec3)> = (0..20_000)
+        .map(|_| {
+            let mut viewer = side_of(random.direction());
+            if random.unit() < 0.3 {
+                viewer -= viewer.dot(geometric) * 0.999 * geometric;
+            }
+            let shading = side_of(random.direction()).as_vec3();
+            (shading, -viewer.normalize().as_vec3())
+        })
+        // `face_viewer` has turned it towards the viewer before.
+        .filter(|(shading, direction)| shading.dot(*direction) < -0.01)
+        .collect();
+    let function = Function {
+        includes: &["scene/surface.glsl"],
+        body: "x.xyz = floatBitsToUint(reflecting_outwards(uintBitsToFloat(a.xyz), vec3(0.36, -0.48, 0.8), uintBitsToFloat(b.xyz)));",
+        ..Function::default()
+    };
+    let inputs: Vec<_> = (pairs.iter())
+        .map(|(shading, direction)| {
+            words(
+                *shading,
+                0,
+                words(*direction, 0, [0; 4])[..4].try_into().unwrap(),
+            )
+        })
+        .collect();
+    let mut bent = 0;
+    for ((shading, direction), output) in pairs.iter().zip(function.run(&inputs)) {
+        let (shading, direction) = (shading.as_dvec3(), direction.as_dvec3());
+        let expected = reflecting_outwards(shading, geometric, direction);
+        let found = vector(&output);
+        bent += usize::from(expected != shading);
+        // Where the viewer sees the surface from its edge the condition is a small difference.
+        assert!(
+            (found - expected).length() < 2e-3,
+            "{shading} {direction}: {found}, not {expected}"
+        );
+        let mirrored = direction - 2.0 * direction.dot(found) * found;
+        assert!(
+            mirrored.dot(geometric) > 0.0,
+            "{shading} {direction}: {mirrored}"
+        );
+    }
+    assert!(bent > pairs.len() / 10, "{bent}");
 }
 
 #[test]

@@ -32,6 +32,10 @@ pub struct Sampled {
 }
 
 impl Surface {
+    pub fn has_specular_lobe(&self) -> bool {
+        self.metallic > 0.0 || self.dielectric_f90 > 0.0
+    }
+
     pub fn new(material: &Material) -> Self {
         let roughness = f64::from(material.roughness);
         let ior = f64::from(material.ior);

@@ -17,6 +17,7 @@ use glam::DVec3;
 use headwater::scene::Scene;
 use light::Light;
 pub use material::Surface;
+pub use path::reflecting_outwards;
 pub use picture::{Image, Options, camera_ray};
 use tree::Node;
 

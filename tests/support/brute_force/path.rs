@@ -46,6 +46,9 @@ impl Tracer {
             if facing < 0.01 {
                 shading = (shading - (0.01 - facing) * direction).normalize();
             }
+            if surface.has_specular_lobe() {
+                shading = reflecting_outwards(shading, geometric, direction);
+            }
             let frame = Frame::new(shading, geometric);
             let outgoing = frame.to_local(-direction);
             if outgoing.z <= 0.0 {
@@ -72,4 +75,25 @@ impl Tracer {
         }
         radiance
     }
+}
+
+/// The shading normal turned towards the geometric one until the reflection of a viewer along `direction` is above the surface by
+/// an angle whose sine is a hundredth, or as much as the viewer is. By bisection: the angle grows as the normal turns.
+pub fn reflecting_outwards(shading: DVec3, geometric: DVec3, direction: DVec3) -> DVec3 {
+    let height = |normal: DVec3| (direction - 2.0 * direction.dot(normal) * normal).dot(geometric);
+    let least = (-geometric.dot(direction)).min(0.01);
+    if height(shading) >= least {
+        return shading;
+    }
+    let turned = |part: f64| (shading * (1.0 - part) + geometric * part).normalize();
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if height(turned(middle)) < least {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    turned(high)
 }
