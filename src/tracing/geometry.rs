@@ -5,10 +5,10 @@ use super::gather::Gathered;
 use crate::layouts::NONE;
 use crate::scene::lights::Emitters;
 use crate::scene::{AlphaMode, Material, Mesh};
-use glam::{DVec3, UVec2, UVec3, Vec2, Vec3, Vec4};
+use glam::{DAffine3, DVec3, UVec2, UVec3, Vec2, Vec3, Vec4};
 use obvhs::cwbvh::node::CwBvhNode;
 
-/// The place of a mesh in the arrays, and the translation of its object space.
+/// The place of a mesh in the arrays, and of its positions there in its object space.
 #[derive(Clone, Copy, Debug)]
 pub struct MeshPlace {
     /// First triangle in [`Geometry::positions`].
@@ -31,9 +31,9 @@ pub struct MeshPlace {
     pub opaque: bool,
     /// Number of emissive triangles.
     pub lights: u32,
-    /// What was subtracted from every position.
-    pub centre: DVec3,
-    /// Bounds of the moved positions.
+    /// From the positions here to those of the mesh.
+    pub to_object: DAffine3,
+    /// Bounds of the positions here.
     pub bounds: (Vec3, Vec3),
 }
 
@@ -103,10 +103,12 @@ impl Geometry {
         } else {
             Vec3::ZERO
         };
+        let unit = unit_of(extent);
+        let stored = |position: Vec3| (position - centre) / unit;
         let corners: Vec<[Vec3; 3]> = mesh
             .triangles
             .iter()
-            .map(|t| t.map(|i| mesh.positions[i as usize] - centre))
+            .map(|t| t.map(|i| stored(mesh.positions[i as usize])))
             .collect();
         let mut place = MeshPlace {
             first_triangle: self.positions.len() as u32,
@@ -120,8 +122,9 @@ impl Geometry {
             opaque: (mesh.parts.iter())
                 .all(|part| materials[part.material as usize].alpha_mode == AlphaMode::Opaque),
             lights: 0,
-            centre: centre.as_dvec3(),
-            bounds: (low - centre, high - centre),
+            to_object: DAffine3::from_translation(centre.as_dvec3())
+                * DAffine3::from_scale(DVec3::splat(unit.into())),
+            bounds: (stored(low), stored(high)),
         };
         let order: Vec<u32> = if trees {
             let tree = Tree::over_triangles(&corners);
@@ -192,6 +195,16 @@ impl Geometry {
         }
         self.order.extend(order);
         self.meshes.push(place);
+    }
+}
+
+/// The unit of a mesh's positions, a power of two. It is 1 unless products of two coordinates could leave the range of f32.
+fn unit_of(extent: f32) -> f32 {
+    let power = extent.clamp(f32::MIN_POSITIVE, f32::MAX).log2() as i32;
+    if power.abs() < 40 {
+        1.0
+    } else {
+        2.0_f32.powi(power)
     }
 }
 

@@ -125,9 +125,7 @@ impl ScenePoser {
                 min: min.as_dvec3(),
                 max: max.as_dvec3(),
             };
-            let centred = from_origin
-                * *place
-                * DAffine3::from_translation(self.instances[index].mesh.centre);
+            let centred = from_origin * *place * self.instances[index].mesh.to_object;
             check_place(*moving, &centred, Some(&bounds), time, farthest)?;
             to_world[index] = *place;
         }
@@ -167,9 +165,7 @@ impl ScenePoser {
 
     /// The transform of a traced instance from the mesh's stored positions to the device's world.
     fn on_device(&self, object_to_world: &DAffine3, index: usize) -> DAffine3 {
-        self.units.to_device()
-            * *object_to_world
-            * DAffine3::from_translation(self.instances[index].mesh.centre)
+        self.units.to_device() * *object_to_world * self.instances[index].mesh.to_object
     }
 
     /// For each of the scene's `count` instances, the transform of its points from `now` to `before`.

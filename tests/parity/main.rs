@@ -1,9 +1,11 @@
 //! The tracers against an f64 oracle, on random, grazing and edge-aimed rays.
 
+mod hostile;
+#[path = "../support/mod.rs"]
 mod support;
 
 use glam::{DAffine3, DMat3, DVec3, Quat, Vec3};
-use headwater::gpu::DriverKind;
+use headwater::gpu::{Device, DriverKind};
 use headwater::layouts::{NONE, RayAnswer, RayQuery};
 use headwater::render::ray_list::RayTracer;
 use headwater::render::{Renderer, Settings, View};
@@ -153,8 +155,25 @@ fn rays(scene: &Scene, seed: u64) -> Vec<RayQuery> {
         .collect()
 }
 
-/// Distance of a line to the nearest edge of a triangle, relative to the coordinates there.
+/// Distance of a line to the nearest edge of a triangle.
+fn distance_to_edges(origin: DVec3, direction: DVec3, corners: [DVec3; 3]) -> f64 {
+    nearest_edge(origin, direction, corners, |_| 1.0)
+}
+
+/// The same, relative to the coordinates there.
 fn edge_distance(origin: DVec3, direction: DVec3, corners: [DVec3; 3]) -> f64 {
+    nearest_edge(origin, direction, corners, |at| {
+        at.length().max((at - origin).length())
+    })
+}
+
+/// The least distance to an edge, in units that depend on the point of the edge.
+fn nearest_edge(
+    origin: DVec3,
+    direction: DVec3,
+    corners: [DVec3; 3],
+    unit: impl Fn(DVec3) -> f64,
+) -> f64 {
     let d = direction.normalize();
     (0..3)
         .map(|i| {
@@ -163,8 +182,7 @@ fn edge_distance(origin: DVec3, direction: DVec3, corners: [DVec3; 3]) -> f64 {
             let across = |v: DVec3| v - d * v.dot(d);
             let (from, edge) = (across(p - origin), across(q - p));
             let s = (-from.dot(edge) / edge.length_squared().max(1e-300)).clamp(0.0, 1.0);
-            let at = p + (q - p) * s;
-            (from + edge * s).length() / at.length().max((at - origin).length())
+            (from + edge * s).length() / unit(p + (q - p) * s)
         })
         .fold(f64::INFINITY, f64::min)
 }
@@ -252,7 +270,25 @@ fn compare(
     outcome
 }
 
-/// What a variant answers, and which driver ran it; none if the scene is too large for the variant.
+/// What a variant answers on a device; none if the scene is too large for the variant.
+fn answers_on(
+    device: &Arc<Device>,
+    scene: &Scene,
+    origin: DVec3,
+    rays: &[RayQuery],
+    variant: Variant,
+) -> Option<Vec<RayAnswer>> {
+    let uploaded = match GpuScene::new(device, scene, origin, variant) {
+        Err(e) if e.to_string().contains("as texels") => return None,
+        uploaded => Arc::new(uploaded.unwrap()),
+    };
+    let tracer = RayTracer::new(device, uploaded, rays).unwrap();
+    tracer.run().unwrap();
+    support::assert_no_messages(device);
+    Some(tracer.answers().unwrap())
+}
+
+/// The same, and which driver ran it.
 fn answers(
     scene: &Scene,
     origin: DVec3,
@@ -260,14 +296,25 @@ fn answers(
     variant: Variant,
 ) -> Option<(Vec<RayAnswer>, DriverKind)> {
     let (device, _) = support::open_device(Some(variant));
-    let uploaded = match GpuScene::new(&device, scene, origin, variant) {
-        Err(e) if e.to_string().contains("as texels") => return None,
-        uploaded => Arc::new(uploaded.unwrap()),
-    };
-    let tracer = RayTracer::new(&device, uploaded, rays).unwrap();
-    tracer.run().unwrap();
-    support::assert_no_messages(&device);
-    Some((tracer.answers().unwrap(), device.info.driver_kind))
+    let answers = answers_on(&device, scene, origin, rays, variant)?;
+    Some((answers, device.info.driver_kind))
+}
+
+/// Finds the triangle of its mesh that an instance's primitive is: the compute BVH has them in the order of its leaves.
+fn leaf_order(scene: &Scene, origin: DVec3, tracer: Tracer) -> impl Fn(u32, u32) -> u32 {
+    let leaves = Geometry::new(&gather(scene, origin), true);
+    let meshes: Vec<u32> = scene
+        .instances
+        .iter()
+        .map(|instance| instance.mesh)
+        .collect();
+    move |instance, primitive| {
+        let first = leaves.meshes[meshes[instance as usize] as usize].first_triangle;
+        match tracer {
+            Tracer::ComputeBvh => leaves.order[(first + primitive) as usize],
+            Tracer::RayQuery => primitive,
+        }
+    }
 }
 
 /// Checks both tracers, with `origin` moved to zero as the renderer moves its camera there.
@@ -278,7 +325,6 @@ fn check(name: &str, scene: &Scene, origin: DVec3) {
     }
     let oracle = brute_force::Tracer::new(&near);
     let rays = rays(&near, 7);
-    let leaf_order = Geometry::new(&gather(scene, origin), true);
     for tracer in [Tracer::ComputeBvh, Tracer::RayQuery] {
         let answers: Vec<Vec<RayAnswer>> = support::variants(tracer)
             .into_iter()
@@ -294,16 +340,8 @@ fn check(name: &str, scene: &Scene, origin: DVec3) {
             answers.iter().all(|a| bits(a) == bits(&answers[0])),
             "{name}: the accessors differ"
         );
-        let outcome = compare(&near, &oracle, &rays, &answers[0], |instance, primitive| {
-            let mesh = scene.instances[instance as usize].mesh as usize;
-            match tracer {
-                Tracer::ComputeBvh => {
-                    let first = leaf_order.meshes[mesh].first_triangle;
-                    leaf_order.order[(first + primitive) as usize]
-                }
-                Tracer::RayQuery => primitive,
-            }
-        });
+        let triangle_of = leaf_order(scene, origin, tracer);
+        let outcome = compare(&near, &oracle, &rays, &answers[0], triangle_of);
         let share = outcome.excused as f64 / RAYS as f64;
         println!(
             "{name} {}: {} hits, {} differ at an edge ({share:.1e}), {} elsewhere",

@@ -1,0 +1,530 @@
+//! Differential fuzzing: hostile meshes and rays through both tracers and the f64 oracle. Of each scene the meshes are made of
+//! needles, fans, coplanar and equal triangles, of sizes from 1e-20 to 1e14, and rays aim at edges and corners, along planes and
+//! axes, and begin and end on surfaces.
+//!
+//! Where rounding decides, an answer may be either: a crossing close to an edge, or to an end of the ray, may be found or not.
+//! Everything else is a fault. It is reduced to few triangles and one ray, and printed. `HEADWATER_RAY_SEED` gives other scenes,
+//! and `HEADWATER_RAYS` more rays.
+
+use super::support::brute_force::{self, Hit};
+use super::support::random::Random;
+use super::{answers_on, bumpy_sphere, corners, leaf_order, support, unshared};
+use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
+use headwater::gpu::DriverKind;
+use headwater::layouts::{RayAnswer, RayQuery};
+use headwater::scene::{Instance, Material, Mesh, Part, Scene};
+use headwater::tracing::gather::gather;
+use headwater::tracing::{Tracer, Variant};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::Command;
+
+const RAYS_PER_SCENE: usize = 4_000;
+/// What f32 leaves open, relative to the coordinates that a ray and a triangle have there.
+const BOUND: f64 = 1e-5;
+
+/// The number that an environment variable has, if it is set.
+fn number(variable: &str) -> Option<u64> {
+    let value = std::env::var(variable).ok()?;
+    Some(value.parse().expect("a number"))
+}
+
+/// A power of ten, uniform in its exponent.
+fn power(random: &mut Random, low: f64, high: f64) -> f64 {
+    10_f64.powf(low + (high - low) * random.unit())
+}
+
+fn within_cube(random: &mut Random) -> DVec3 {
+    DVec3::new(random.unit(), random.unit(), random.unit()) * 2.0 - 1.0
+}
+
+/// Triangles of one kind, with coordinates up to about 1.
+fn faces(random: &mut Random) -> Vec<[DVec3; 3]> {
+    let count = 1 + random.index(60);
+    let plane = random.direction();
+    let kind = random.index(8);
+    if kind == 0 {
+        let rings = 3 + random.index(10) as u32;
+        let sphere = bumpy_sphere(rings, 0.8).into_iter();
+        return sphere.map(|face| face.map(|p| p.as_dvec3())).collect();
+    }
+    let hub = within_cube(random) * 0.3;
+    let mut face = |_| {
+        let [a, b, c] = [(); 3].map(|()| within_cube(random));
+        match kind {
+            // Anything, and what meets in one corner.
+            1 => [a, b, c],
+            2 => [hub, a, a + (b - a) * 0.3],
+            // Needles, and slivers whose third corner is on the edge.
+            3 => [a, b, a + c * power(random, -7.0, -1.0)],
+            4 => [
+                a,
+                b,
+                a + (b - a) * random.unit() + c * power(random, -7.0, -2.0),
+            ],
+            // In one plane, which is an axis' or is not.
+            5 => [a, b, c].map(|p| p - plane * p.dot(plane)),
+            6 => [a, b, c].map(|p| p.with_y(0.25)),
+            // A small one beside large ones.
+            _ => {
+                let size = power(random, -4.0, 0.0);
+                [a, a + b * size, a + c * size]
+            }
+        }
+    };
+    let mut faces: Vec<_> = (0..count).map(&mut face).collect();
+    if random.index(4) == 0 {
+        // Each once more, turned over.
+        faces.extend(faces.clone().into_iter().map(|[a, b, c]| [a, c, b]));
+    }
+    faces
+}
+
+/// A scene of a few meshes, each in a few places. Object spaces have any size, the world has a size of `scale`.
+fn scene(random: &mut Random) -> Scene {
+    let scale = power(random, -9.0, 11.0);
+    let mut scene = Scene::default();
+    for _ in 0..1 + random.index(4) {
+        let size = power(random, -20.0, 14.5);
+        let faces = faces(random).into_iter();
+        let faces: Vec<_> = faces
+            .map(|face| face.map(|p| (p * size).as_vec3()))
+            .collect();
+        support::add(&mut scene, &Material::default(), &faces);
+        let mesh = scene.instances.pop().unwrap().mesh;
+        // Twice at least, or meshes are gathered.
+        for _ in 0..2 + random.index(2) {
+            let turn = DQuat::from_axis_angle(random.direction(), 6.0 * random.unit());
+            let side = if random.index(4) == 0 { -1.0 } else { 1.0 };
+            let stretch = DVec3::new(side, power(random, -0.5, 0.5), power(random, -0.5, 0.5));
+            let matrix = DMat3::from_quat(turn) * DMat3::from_diagonal(stretch) * (scale / size);
+            scene.instances.push(Instance {
+                name: String::new(),
+                mesh,
+                object_to_world: DAffine3::from_mat3_translation(
+                    matrix,
+                    within_cube(random) * scale,
+                ),
+            });
+        }
+    }
+    scene
+}
+
+/// Rays at what is in a scene.
+fn rays(scene: &Scene, random: &mut Random, count: usize) -> Vec<RayQuery> {
+    let triangles = super::all_triangles(scene);
+    let (low, high) = super::bounds(scene);
+    let size = (high - low).max_element();
+    let mut ray = |_| {
+        let (instance, triangle) = triangles[random.index(triangles.len())];
+        let [a, b, c] = corners(scene, instance, triangle);
+        let at = |random: &mut Random| {
+            let (u, v) = (random.unit(), random.unit());
+            match random.index(5) {
+                0 => a,
+                1 => a + (b - a) * u,
+                2 => a + (b - a) * u + random.direction() * size * power(random, -7.0, -3.0),
+                _ => a + (b - a) * u * 0.5 + (c - a) * v * 0.5,
+            }
+        };
+        let target = at(random);
+        let far = size * power(random, -3.0, 2.0);
+        let mut origin = match random.index(6) {
+            // From anywhere, along the triangle's plane, along an axis, from a point of a triangle.
+            0 => {
+                target
+                    + ((b - a) * random.unit() + (c - a) * random.unit()).normalize_or(DVec3::X)
+                        * far
+            }
+            1 => target + [DVec3::X, -DVec3::Y, DVec3::Z][random.index(3)] * far,
+            2 => at(random),
+            _ => target + random.direction() * far,
+        };
+        // In f32, so that a ray along an axis has zeros.
+        let target = target.as_vec3();
+        origin = origin.as_vec3().as_dvec3();
+        let mut direction = target.as_dvec3() - origin;
+        if direction == DVec3::ZERO {
+            direction = random.direction() * size;
+        }
+        // Up to the target, or not quite, or twice as far, or without an end and of any length.
+        let t_max = [1.0, 0.999, 2.0, 1e30][random.index(4)];
+        if t_max > 2.0 {
+            direction *= power(random, -5.0, 5.0) / direction.length();
+        }
+        RayQuery {
+            origin: origin.as_vec3(),
+            t_max,
+            direction: direction.as_vec3(),
+            any: (random.index(5) == 0).into(),
+        }
+    };
+    (0..count).map(&mut ray).collect()
+}
+
+/// A crossing of a ray and a triangle, known up to rounding.
+struct Crossing {
+    /// Along the ray, in lengths of its direction.
+    t: f64,
+    /// How far the crossing may be from there.
+    slack: f64,
+    /// The distance of the ray from the nearest edge, relative to the coordinates.
+    to_edge: f64,
+}
+
+impl Crossing {
+    fn of(scene: &Scene, ray: &RayQuery, t: f64, instance: u32, triangle: u32) -> Self {
+        let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+        let corners = corners(scene, instance, triangle);
+        let [a, b, c] = corners;
+        let size = size_at(origin, direction, t, corners);
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        let sine = normal.dot(direction.normalize()).abs();
+        Self {
+            t,
+            slack: BOUND * size / (sine * direction.length()),
+            to_edge: super::distance_to_edges(origin, direction, corners) / size,
+        }
+    }
+
+    /// Whether every tracer must find it.
+    fn is_certain(&self, ray: &RayQuery) -> bool {
+        self.to_edge > BOUND && self.t > self.slack && self.t + self.slack < f64::from(ray.t_max)
+    }
+}
+
+/// The size of the coordinates with which a crossing is computed.
+fn size_at(origin: DVec3, direction: DVec3, t: f64, corners: [DVec3; 3]) -> f64 {
+    let way = direction.length() * t;
+    let furthest = corners.map(DVec3::length).into_iter().fold(0.0, f64::max);
+    origin.length().max(way).max(furthest)
+}
+
+/// The longest edge over the height above it of a triangle that is seen along a unit direction.
+fn aspect_ratio(direction: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
+    let across = |edge: DVec3| edge - direction * edge.dot(direction);
+    let edges = [across(b - a), across(c - b), across(a - c)];
+    let longest = edges
+        .map(DVec3::length_squared)
+        .into_iter()
+        .fold(0.0, f64::max);
+    longest / edges[0].cross(edges[1]).length()
+}
+
+/// The first crossing that every tracer must find.
+fn first_certain(
+    scene: &Scene,
+    oracle: &brute_force::Tracer,
+    ray: &RayQuery,
+) -> Option<(Crossing, Hit)> {
+    let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+    let mut start = 0.0;
+    loop {
+        let hit = oracle.closest(
+            origin + direction * start,
+            direction,
+            f64::from(ray.t_max) - start,
+        )?;
+        let t = start + hit.t;
+        let crossing = Crossing::of(scene, ray, t, hit.instance, hit.triangle);
+        if crossing.is_certain(ray) {
+            return Some((crossing, hit));
+        }
+        // Past it, by what f64 tells apart.
+        start = t + 1e-13 * (t + origin.length() / direction.length());
+    }
+}
+
+/// What becomes of a ray.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Class {
+    /// The same triangle, or none.
+    Same,
+    /// Another answer, which rounding permits: at an edge, at an end of the ray, of triangles in one place.
+    Rounding,
+    /// A crossing that nothing excuses is missed.
+    Missed,
+    /// What is found is not on the ray, or not on the triangle.
+    Elsewhere,
+    /// What is found is behind something else.
+    Behind,
+}
+
+impl Class {
+    fn is_fault(self) -> bool {
+        self > Self::Rounding
+    }
+}
+
+/// Judges an answer. `triangle` is the one that it names, by instance and index in the mesh.
+fn judge(
+    scene: &Scene,
+    oracle: &brute_force::Tracer,
+    ray: &RayQuery,
+    answer: &RayAnswer,
+    triangle: impl Fn(u32, u32) -> u32,
+) -> Class {
+    let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+    let certain = first_certain(scene, oracle, ray);
+    let closest = || oracle.closest(origin, direction, f64::from(ray.t_max));
+    if answer.t < 0.0 {
+        return match (certain, closest()) {
+            (Some(_), _) => Class::Missed,
+            (None, Some(_)) => Class::Rounding,
+            (None, None) => Class::Same,
+        };
+    }
+    let number = triangle(answer.instance, answer.primitive);
+    let corners = corners(scene, answer.instance, number);
+    let [a, b, c] = corners;
+    let (u, v) = (f64::from(answer.u), f64::from(answer.v));
+    let found = Crossing::of(scene, ray, answer.t.into(), answer.instance, number);
+    let unit = direction.normalize();
+    // Weights of a triangle that the ray sees as a thin line are known to a part that grows with its thinness.
+    let widened = 1.0 + 0.1 * aspect_ratio(unit, corners);
+    let bound = widened * BOUND * size_at(origin, direction, found.t, corners);
+    // The point of the triangle must be on the ray, and where the ray says.
+    let off = a + (b - a) * u + (c - a) * v - origin;
+    let along = off.dot(unit);
+    let is_inside = u >= -1e-6 && v >= -1e-6 && u + v <= 1.0 + 1e-6;
+    let is_there = (off - unit * along).length() <= bound
+        && (along - found.t * direction.length()).abs()
+            <= bound + widened * found.slack * direction.length();
+    if ray.any == 0 && !(is_inside && is_there && found.t <= f64::from(ray.t_max)) {
+        return Class::Elsewhere;
+    }
+    match certain {
+        Some((first, hit))
+            if ray.any == 0 && (hit.instance, hit.triangle) != (answer.instance, number) =>
+        {
+            if first.t + first.slack < found.t - found.slack {
+                Class::Behind
+            } else {
+                Class::Rounding
+            }
+        }
+        Some(_) => Class::Same,
+        None => match closest() {
+            Some(hit) if (hit.instance, hit.triangle) == (answer.instance, number) => Class::Same,
+            _ => Class::Rounding,
+        },
+    }
+}
+
+/// The classes of a scene's rays with a tracer, and which driver ran it; none if the device has no such tracer.
+fn classes(scene: &Scene, rays: &[RayQuery], variant: Variant) -> (Vec<Class>, DriverKind) {
+    let (device, _) = support::open_device(Some(variant));
+    let answers = answers_on(&device, scene, DVec3::ZERO, rays, variant).expect("a small scene");
+    let oracle = brute_force::Tracer::new(scene);
+    let triangle_of = leaf_order(scene, DVec3::ZERO, variant.tracer);
+    let judged = rays.iter().zip(&answers);
+    let classes = judged.map(|(ray, answer)| judge(scene, &oracle, ray, answer, &triangle_of));
+    (classes.collect(), device.info.driver_kind)
+}
+
+/// A part of a scene: of each instance some of the triangles.
+fn part(scene: &Scene, kept: &[(u32, u32)]) -> Scene {
+    let mut part = Scene {
+        materials: scene.materials.clone(),
+        ..Scene::default()
+    };
+    for (number, placed) in (0..).zip(&scene.instances) {
+        let mesh = &scene.meshes[placed.mesh as usize];
+        let of_this = kept.iter().filter(|(instance, _)| *instance == number);
+        let triangles: Vec<_> = of_this
+            .map(|(_, triangle)| mesh.triangles[*triangle as usize])
+            .collect();
+        if triangles.is_empty() {
+            continue;
+        }
+        let placed = Instance {
+            mesh: part.meshes.len() as u32,
+            ..placed.clone()
+        };
+        // Twice in one place, or meshes are gathered.
+        part.instances.extend([placed.clone(), placed]);
+        part.meshes.push(Mesh {
+            positions: triangles
+                .iter()
+                .flatten()
+                .map(|corner| mesh.positions[*corner as usize])
+                .collect(),
+            parts: vec![Part {
+                triangle_count: triangles.len() as u32,
+                ..mesh.parts[0]
+            }],
+            triangles: (0..triangles.len() as u32)
+                .map(|t| [3 * t, 3 * t + 1, 3 * t + 2])
+                .collect(),
+            ..Mesh::default()
+        });
+    }
+    part
+}
+
+/// The smallest part of a scene found in which a ray still goes wrong: parts are left out, in halves and then in smaller pieces, as
+/// long as it does.
+fn reduced(scene: &Scene, ray: &RayQuery, variant: Variant) -> Scene {
+    let fails = |kept: &[(u32, u32)]| {
+        !kept.is_empty() && classes(&part(scene, kept), &[*ray], variant).0[0].is_fault()
+    };
+    let mut kept = super::all_triangles(scene);
+    let mut piece = kept.len().div_ceil(2);
+    loop {
+        let mut start = 0;
+        while start < kept.len() {
+            let mut rest = kept.clone();
+            rest.drain(start..(start + piece).min(kept.len()));
+            if fails(&rest) {
+                kept = rest;
+            } else {
+                start += piece;
+            }
+        }
+        if piece == 1 {
+            return part(scene, &kept);
+        }
+        piece = piece.div_ceil(2);
+    }
+}
+
+/// A scene of plain triangles and a ray as Rust code, for a test that keeps it.
+fn as_code(scene: &Scene, ray: &RayQuery) -> String {
+    let mut text = format!("{ray:?}");
+    for placed in scene.instances.iter().step_by(2) {
+        let mesh = &scene.meshes[placed.mesh as usize];
+        text += &format!("\n    {:?} at {:?}", mesh.positions, placed.object_to_world);
+    }
+    text
+}
+
+/// Traces about so many rays through scenes from a seed, and fails on a fault of Headwater's own tracer. Drivers' tracers are
+/// counted too: their faults are not ours.
+fn fuzz(seed: u64, count: usize) {
+    let mut random = Random(seed);
+    let mut counts: BTreeMap<(&str, Class), usize> = BTreeMap::new();
+    let mut faults = Vec::new();
+    for number in 0..count.div_ceil(RAYS_PER_SCENE) {
+        let mut scene = scene(&mut random);
+        scene.validate().unwrap();
+        if random.index(4) == 0 {
+            scene = gather(&unshared(&scene), DVec3::ZERO).scene.into_owned();
+        }
+        if scene.instances.is_empty() {
+            continue;
+        }
+        let rays = rays(&scene, &mut random, RAYS_PER_SCENE);
+        for tracer in [Tracer::ComputeBvh, Tracer::RayQuery] {
+            let Some(variant) = support::variants(tracer).first().copied() else {
+                continue;
+            };
+            let (classes, driver) = classes(&scene, &rays, variant);
+            for class in &classes {
+                *counts.entry((tracer.name(), *class)).or_default() += 1;
+            }
+            let is_ours =
+                tracer == Tracer::ComputeBvh || !matches!(driver, DriverKind::Llvmpipe { .. });
+            let fault = classes.iter().position(|class| class.is_fault());
+            if let Some(fault) = fault.filter(|_| is_ours && faults.len() < 5) {
+                let least = reduced(&scene, &rays[fault], variant);
+                faults.push(format!(
+                    "scene {number}, {:?}: {}",
+                    classes[fault],
+                    as_code(&least, &rays[fault])
+                ));
+            }
+        }
+    }
+    println!("seed {seed}");
+    for ((tracer, class), count) in counts {
+        println!("{tracer}, {class:?}: {count}");
+    }
+    assert!(
+        faults.is_empty(),
+        "hostile rays go wrong:\n{}",
+        faults.join("\n")
+    );
+}
+
+/// A find: products of coordinates of 1e-20 lose their digits, and a ray hit elsewhere. Positions have a unit of their own since.
+#[test]
+fn tiny_meshes_that_are_placed_large_keep_their_places() {
+    let corners = [
+        Vec3::new(-1.3877393e-20, 1.1595505e-20, 1.884795e-20),
+        Vec3::new(-1.1277861e-20, 6.731282e-21, 1.7354858e-20),
+        Vec3::new(1.21996725e-20, -2.2246629e-21, 3.6925056e-21),
+    ];
+    let mut scene = support::scene_of(&[(Material::default(), vec![corners])]);
+    scene.instances[0].object_to_world = DAffine3 {
+        matrix3: DMat3::from_cols(
+            DVec3::new(
+                -4.032252381942375e29,
+                1.8068334701428916e29,
+                -8.210636000326314e28,
+            ),
+            DVec3::new(
+                -2.6037288113723775e29,
+                -2.8187047170365214e29,
+                6.584096136014525e29,
+            ),
+            DVec3::new(
+                1.0218545500178055e29,
+                3.059215843218683e29,
+                1.7137748337096574e29,
+            ),
+        ),
+        translation: DVec3::new(
+            -1_110_400_578.658_977_7,
+            4_740_092_641.324_363,
+            7_440_546_287.100_52,
+        ),
+    };
+    let ray = RayQuery {
+        origin: Vec3::new(3_442_154_000.0, 5_768_099_000.0, 16_689_598_000.0),
+        t_max: 1.0,
+        direction: Vec3::new(-2_227_472_600.0, 619_663_360.0, -2_503_607_300.0),
+        any: 0,
+    };
+    for tracer in [Tracer::ComputeBvh, Tracer::RayQuery] {
+        for variant in support::variants(tracer) {
+            let (classes, _) = classes(&scene, &[ray], variant);
+            assert_eq!(classes, [Class::Same], "{}", tracer.name());
+        }
+    }
+}
+
+#[test]
+fn hostile_rays_find_what_the_oracle_finds() {
+    let seed = number("HEADWATER_RAY_SEED").unwrap_or(1);
+    let count = number("HEADWATER_RAYS").unwrap_or(200_000);
+    fuzz(seed, count as usize);
+}
+
+/// Runs the test above once more, with a fault in the shaders.
+#[test]
+fn a_planted_fault_is_found_and_reduced() {
+    let (file, right, wrong) = (
+        "scene/trace_compute_bvh.glsl",
+        "bool inside = min(u, min(v, w)) >= 0.0 ||",
+        "bool inside = min(u, min(v, w)) > 0.01 * abs(u + v + w) ||",
+    );
+    let folder = tempfile::tempdir().unwrap();
+    support::planted(folder.path(), &[(file, right, wrong)]);
+    let output = Command::new(std::env::current_exe().unwrap())
+        .args([
+            "--exact",
+            "hostile::hostile_rays_find_what_the_oracle_finds",
+        ])
+        .env("HEADWATER_GLSL", Path::new(folder.path()))
+        .output()
+        .unwrap();
+    let said = support::said(&output);
+    assert!(
+        said.contains("hostile rays go wrong") && said.contains("Missed: RayQuery"),
+        "{said}"
+    );
+    // One triangle is left.
+    let is_triangle = |line: &str| line.contains("[Vec3(") && line.matches(", Vec3(").count() == 2;
+    assert!(said.lines().any(is_triangle), "{said}");
+}
