@@ -169,6 +169,8 @@ struct Crossing {
     t: f64,
     /// How far the crossing may be from there.
     slack: f64,
+    /// How far the point of the triangle may be beside the ray.
+    beside: f64,
     /// The distance of the ray from the nearest edge, relative to the coordinates.
     to_edge: f64,
 }
@@ -179,11 +181,14 @@ impl Crossing {
         let corners = corners(scene, instance, triangle);
         let [a, b, c] = corners;
         let size = size_at(origin, direction, t, corners);
-        let normal = (b - a).cross(c - a).normalize_or_zero();
-        let sine = normal.dot(direction.normalize()).abs();
+        let unit = direction.normalize();
+        let sine = (b - a).cross(c - a).normalize_or_zero().dot(unit).abs();
+        // Weights of a triangle that the ray sees as a thin line are known to a part that grows with its thinness.
+        let beside = (1.0 + 0.1 * aspect_ratio(unit, corners)) * BOUND * size;
         Self {
             t,
-            slack: BOUND * size / (sine * direction.length()),
+            slack: beside / (sine * direction.length()),
+            beside,
             to_edge: super::distance_to_edges(origin, direction, corners) / size,
         }
     }
@@ -281,16 +286,13 @@ fn judge(
     let (u, v) = (f64::from(answer.u), f64::from(answer.v));
     let found = Crossing::of(scene, ray, answer.t.into(), answer.instance, number);
     let unit = direction.normalize();
-    // Weights of a triangle that the ray sees as a thin line are known to a part that grows with its thinness.
-    let widened = 1.0 + 0.1 * aspect_ratio(unit, corners);
-    let bound = widened * BOUND * size_at(origin, direction, found.t, corners);
     // The point of the triangle must be on the ray, and where the ray says.
     let off = a + (b - a) * u + (c - a) * v - origin;
     let along = off.dot(unit);
     let is_inside = u >= -1e-6 && v >= -1e-6 && u + v <= 1.0 + 1e-6;
-    let is_there = (off - unit * along).length() <= bound
-        && (along - found.t * direction.length()).abs()
-            <= bound + widened * found.slack * direction.length();
+    let late = (along - found.t * direction.length()).abs();
+    let is_there = (off - unit * along).length() <= found.beside
+        && late <= found.beside + found.slack * direction.length();
     if ray.any == 0 && !(is_inside && is_there && found.t <= f64::from(ray.t_max)) {
         return Class::Elsewhere;
     }
