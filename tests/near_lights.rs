@@ -122,7 +122,7 @@ fn presets() -> &'static [&'static str] {
     }
 }
 
-/// What a pixel shows of an irradiance.
+/// The radiance with which a pixel shows an irradiance.
 fn reflected(irradiance: f64) -> f64 {
     irradiance * f64::from(ALBEDO) / PI
 }

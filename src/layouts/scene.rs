@@ -128,7 +128,7 @@ crate::gpu_struct! {
         pub range: f32,
         /// Intensity; of a directional light the irradiance of a surface that faces it.
         pub intensity: Vec3,
-        /// Of a spot: the square root of its share is this,
+        /// A spot's share of its intensity, or rather its square root, is this,
         pub angle_offset: f32,
         /// less this times the squared distance of unit vectors along its axis and to the point, within 0 and 1.
         pub angle_scale: f32,

@@ -28,7 +28,7 @@ pub const BRIGHTEST: f32 = 1e12;
 /// An instance is flat if its volume scale is below this, relative to the lengths of its axes.
 const SINGULAR: f64 = 1e-15;
 
-/// Whether the positions of a mesh are much further from its origin than from each other.
+/// True if the positions of a mesh are much further from its origin than from each other.
 fn is_coarse(mesh: &Mesh) -> bool {
     let low = mesh.positions.iter().copied().reduce(Vec3::min);
     let high = mesh.positions.iter().copied().reduce(Vec3::max);

@@ -20,7 +20,7 @@ use std::path::Path;
 use std::process::Command;
 
 const RAYS_PER_SCENE: usize = 4_000;
-/// What f32 leaves open, relative to the coordinates that a ray and a triangle have there.
+/// The uncertainty that f32 leaves, relative to the coordinates that a ray and a triangle have there.
 const BOUND: f64 = 1e-5;
 
 /// The number that an environment variable has, if it is set.
@@ -167,9 +167,9 @@ fn rays(scene: &Scene, random: &mut Random, count: usize) -> Vec<RayQuery> {
 struct Crossing {
     /// Along the ray, in lengths of its direction.
     t: f64,
-    /// How far the crossing may be from there.
+    /// The distance from there, in the same unit, within which the crossing may be.
     slack: f64,
-    /// How far the point of the triangle may be beside the ray.
+    /// The distance at which the point of the triangle may be beside the ray.
     beside: f64,
     /// The distance of the ray from the nearest edge, relative to the coordinates.
     to_edge: f64,
@@ -193,7 +193,7 @@ impl Crossing {
         }
     }
 
-    /// Whether every tracer must find it.
+    /// True if every tracer must find it.
     fn is_certain(&self, ray: &RayQuery) -> bool {
         self.to_edge > BOUND && self.t > self.slack && self.t + self.slack < f64::from(ray.t_max)
     }
@@ -241,7 +241,7 @@ fn first_certain(
     }
 }
 
-/// What becomes of a ray.
+/// The comparison of a tracer's answer with the oracle's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Class {
     /// The same triangle, or none.
@@ -250,9 +250,9 @@ enum Class {
     Rounding,
     /// A crossing that nothing excuses is missed.
     Missed,
-    /// What is found is not on the ray, or not on the triangle.
+    /// A hit that is not on the ray, or not on the triangle.
     Elsewhere,
-    /// What is found is behind something else.
+    /// A hit behind something else.
     Behind,
 }
 
@@ -314,7 +314,7 @@ fn judge(
     }
 }
 
-/// The classes of a scene's rays with a tracer, and which driver ran it; none if the device has no such tracer.
+/// The classes of a scene's rays with a tracer, and which driver ran it.
 fn classes(scene: &Scene, rays: &[RayQuery], variant: Variant) -> (Vec<Class>, DriverKind) {
     let (device, _) = support::open_device(Some(variant));
     let answers = answers_on(&device, scene, DVec3::ZERO, rays, variant).expect("a small scene");

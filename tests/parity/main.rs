@@ -32,7 +32,7 @@ fn corners(scene: &Scene, instance: u32, triangle: u32) -> [DVec3; 3] {
     })
 }
 
-/// How much of a triangle is there. Without textures it is the same all over it.
+/// The part of a triangle that is there. Without textures it is the same all over it.
 fn coverage(scene: &Scene, instance: u32, triangle: u32) -> f64 {
     let mesh = &scene.meshes[scene.instances[instance as usize].mesh as usize];
     let part = mesh.parts.iter().find(|p| p.range().contains(&triangle));
@@ -44,7 +44,7 @@ fn coverage(scene: &Scene, instance: u32, triangle: u32) -> f64 {
     }
 }
 
-/// What a ray meets.
+/// The surfaces that a ray meets.
 #[derive(Debug)]
 struct Truth {
     /// The first hit of a surface that covers all.
@@ -270,7 +270,7 @@ fn compare(
     outcome
 }
 
-/// What a variant answers on a device; none if the scene is too large for the variant.
+/// The answers of a variant on a device; none if the scene is too large for the variant.
 fn answers_on(
     device: &Arc<Device>,
     scene: &Scene,
@@ -450,7 +450,7 @@ fn instances_turned_mirrored_and_sheared() {
     check("instances", &placed(DVec3::ZERO, 1.0), DVec3::ZERO);
 }
 
-/// Of every four instances one covers all, one has holes only, and two cover a part: whether meshes are shared or not, what
+/// One of every four instances covers all, one has holes only, and two cover a part: whether meshes are shared or not, what
 /// a ray passes weakens it once.
 #[test]
 fn surfaces_that_cover_a_part() {

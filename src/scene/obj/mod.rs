@@ -113,7 +113,7 @@ struct Reader<'a> {
     positions: Vec<DVec3>,
     /// The origin of the mesh at hand.
     center: DVec3,
-    /// How many of the positions were looked at for that origin and those before.
+    /// The number of positions that were looked at for that origin and those before.
     centered: usize,
     normals: Vec<Vec3>,
     coordinates: Vec<Vec2>,
