@@ -2,7 +2,7 @@
 
 mod materials;
 mod meshes;
-mod punctual;
+pub(super) mod punctual;
 
 use super::notices::{Tally, label};
 use super::{Bounds, Camera, Instance, Mesh, Scene};

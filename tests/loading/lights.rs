@@ -57,7 +57,13 @@ fn punctual_lights_stand_where_their_nodes_are() {
             Vec3::ONE,
             None,
         ),
-        // As Blender writes a spot whose edge is sharp.
+        // As Blender writes a spot whose edge is sharp, also one of a right angle, which f32 rounds up.
+        (
+            json!({ "type": "spot", "spot": { "innerConeAngle": 1.570_796_4, "outerConeAngle": 1.570_796_4 } }),
+            spot(FRAC_PI_2, FRAC_PI_2),
+            Vec3::ONE,
+            None,
+        ),
         (
             json!({ "type": "spot", "spot": { "innerConeAngle": 0.5, "outerConeAngle": 0.5 } }),
             spot(0.5, 0.5),

@@ -3,9 +3,11 @@
 use super::damaged;
 use super::document::{Document, Light};
 use super::nodes::Placed;
+use crate::Result;
+use crate::scene::validate::punctual::check_cone;
 use crate::scene::{PunctualLight, PunctualShape};
-use crate::{Error, Result};
 use glam::Vec3;
+use std::f64::consts::FRAC_PI_2;
 
 /// The light of a node, if it has one.
 pub fn of_node(document: &Document, place: &Placed<'_>) -> Result<Option<PunctualLight>> {
@@ -36,22 +38,15 @@ fn shape(what: &str, light: &Light) -> Result<PunctualShape> {
         "point" => Ok(PunctualShape::Point),
         "directional" => Ok(PunctualShape::Directional),
         "spot" => {
-            let (inner, outer) = (light.spot.inner_cone_angle, light.spot.outer_cone_angle);
-            // Cones over π/2 would light what is behind them; the extension forbids them. It forbids equal angles too, but
-            // Blender writes them for a spot with a sharp edge.
-            if !(inner >= 0.0
-                && inner <= outer
-                && outer > 0.0
-                && outer <= std::f64::consts::FRAC_PI_2 + 1e-6)
-            {
-                return Err(Error::input(format!(
-                    "{what}: its cone angles are {inner} and {outer}; they must be 0 ≤ inner ≤ outer ≤ π/2, and outer above 0"
-                )));
-            }
-            Ok(PunctualShape::Spot {
-                inner,
-                outer: outer.min(std::f64::consts::FRAC_PI_2),
-            })
+            // Files have π/2 rounded to f32, which may be above it.
+            let rounded = |angle: f64| match angle {
+                angle if angle <= FRAC_PI_2 + 1e-6 => angle.min(FRAC_PI_2),
+                angle => angle,
+            };
+            let inner = rounded(light.spot.inner_cone_angle);
+            let outer = rounded(light.spot.outer_cone_angle);
+            check_cone(what, inner, outer)?;
+            Ok(PunctualShape::Spot { inner, outer })
         }
         other => Err(damaged(format!(
             "{what}: its type is {}, not point, spot or directional",

@@ -9,6 +9,17 @@ use std::f64::consts::FRAC_PI_2;
 /// are large enough to need it, and within f32 in others.
 const MOST_INTENSE: f32 = 1e30;
 
+/// Checks the cone angles of a spot; `what` names it in the message. Cones over π/2 would light what is behind them, and
+/// `KHR_lights_punctual` forbids them. It forbids equal angles too, but Blender writes them for a spot with a sharp edge.
+pub fn check_cone(what: &str, inner: f64, outer: f64) -> Result<()> {
+    if inner >= 0.0 && inner <= outer && outer > 0.0 && outer <= FRAC_PI_2 {
+        return Ok(());
+    }
+    Err(Error::input(format!(
+        "{what}: its cone angles are {inner} and {outer}; they must be 0 ≤ inner ≤ outer ≤ π/2, and outer above 0"
+    )))
+}
+
 /// Checks a light; `what` names it in the message.
 pub(super) fn check_punctual(what: &str, light: &PunctualLight) -> Result<()> {
     let PunctualLight {
@@ -35,12 +46,8 @@ pub(super) fn check_punctual(what: &str, light: &PunctualLight) -> Result<()> {
             "intensity × colour is {intensity}; it must be within 0 and {limit:e}"
         ));
     }
-    if let PunctualShape::Spot { inner, outer } = shape
-        && !(*inner >= 0.0 && inner <= outer && *outer > 0.0 && *outer <= FRAC_PI_2)
-    {
-        return wrong(format!(
-            "its cone angles are {inner} and {outer}; they must be 0 ≤ inner ≤ outer ≤ π/2, and outer above 0"
-        ));
+    if let PunctualShape::Spot { inner, outer } = shape {
+        check_cone(what, *inner, *outer)?;
     }
     if let Some(range) = range
         && !(*range > 0.0 && range.is_finite())
