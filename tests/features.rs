@@ -523,19 +523,25 @@ fn punctual_lights_shine_as_the_extension_says() {
     );
 }
 
-/// A normal map of one direction turns a directional light's cosine.
-#[test]
-fn normal_maps_turn_the_normal() {
-    let texel = [204, 128, 230, 255];
+/// The square with a normal map of one texel.
+fn with_normal(texel: [u8; 4]) -> Gltf {
     let mut bytes = std::io::Cursor::new(Vec::new());
     let image = RgbaImage::from_pixel(1, 1, image::Rgba(texel));
     image.write_to(&mut bytes, ImageFormat::Png).unwrap();
     let mut file = square();
     let view = file.add_view(&bytes.into_inner());
-    let file = file.with(|json| {
+    file.with(|json| {
         json["images"] = json!([{ "bufferView": view, "mimeType": "image/png" }]);
         json["textures"] = json!([{ "source": 0 }]);
         json["materials"][0]["normalTexture"] = json!({ "index": 0 });
+    })
+}
+
+/// A normal map of one direction turns a directional light's cosine.
+#[test]
+fn normal_maps_turn_the_normal() {
+    let texel = [204, 128, 230, 255];
+    let file = with_normal(texel).with(|json| {
         json["extensionsUsed"] = json!(["KHR_lights_punctual"]);
         json["extensions"] =
             json!({ "KHR_lights_punctual": { "lights": [{ "type": "directional" }] } });
@@ -562,18 +568,9 @@ fn mirrors_with_normal_maps_have_no_black_pixels() {
         [128, 3, 150, 255],
         [20, 60, 140, 255],
     ] {
-        let mut bytes = std::io::Cursor::new(Vec::new());
-        let image = RgbaImage::from_pixel(1, 1, image::Rgba(texel));
-        image.write_to(&mut bytes, ImageFormat::Png).unwrap();
-        let mut file = square();
-        let view = file.add_view(&bytes.into_inner());
-        let file = file.with(|json| {
-            json["images"] = json!([{ "bufferView": view, "mimeType": "image/png" }]);
-            json["textures"] = json!([{ "source": 0 }]);
-            json["materials"][0] = json!({
-                "normalTexture": { "index": 0 },
-                "pbrMetallicRoughness": { "metallicFactor": 1, "roughnessFactor": 0 },
-            });
+        let file = with_normal(texel).with(|json| {
+            json["materials"][0]["pbrMetallicRoughness"] =
+                json!({ "metallicFactor": 1, "roughnessFactor": 0 });
         });
         let scene = surrounded(load(&file), 1.0);
         assert_shows("tilted mirror", &scene, 1e-3, |_| Some(DVec3::ONE));

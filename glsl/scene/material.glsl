@@ -47,6 +47,11 @@ vec3 schlick(vec3 f0, vec3 f90, float cosine) {
     return f0 + (f90 - f0) * (m2 * m2 * m);
 }
 
+// True if a surface has a specular lobe; else it is pure Lambert.
+bool has_specular_lobe(float metallic, float dielectric_f90) {
+    return HAS_SPECULAR && (metallic > 0.0 || dielectric_f90 > 0.0);
+}
+
 // Fresnel reflectance of the whole specular lobe, compensation included.
 vec3 specular_fresnel(Bsdf bsdf, float cosine) {
     if (!HAS_SPECULAR) return vec3(0.0);
@@ -108,7 +113,7 @@ Bsdf make_bsdf(GpuMaterial material, float cosine_out) {
     float diffuse = luminance(bsdf.diffuse) * diffuse_share(bsdf, cosine_out);
     // Both lobes keep a minimum share, because the estimate above holds at the mirror direction only.
     float p = specular / max(specular + diffuse, TINY);
-    bool has_specular = bsdf.dielectric_f90 > 0.0 || bsdf.metallic > 0.0;
+    bool has_specular = has_specular_lobe(bsdf.metallic, bsdf.dielectric_f90);
     bool has_diffuse = max_component(bsdf.diffuse) > 0.0;
     bsdf.specular_probability = !has_specular ? 0.0 : !has_diffuse ? 1.0 : clamp(p, 0.1, 0.9);
     return bsdf;

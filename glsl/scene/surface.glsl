@@ -2,6 +2,7 @@
 // The surface at a ray's hit, or at a given point on a triangle: position with its rounding error, normals, material,
 // instance and light.
 #include "core/rounding.glsl"
+#include "scene/material.glsl"
 #include "scene/normal_map.glsl"
 #include "scene/textures.glsl"
 #include "scene/trace.glsl"
@@ -55,8 +56,9 @@ void face_viewer(TrianglePoint point, GpuMaterial material, vec3 direction, out 
     float facing = -dot(shading_normal, direction);
     if (facing < MIN_FACING) shading_normal = normalize(shading_normal - (MIN_FACING - facing) * direction);
     // A matte surface has no mirror direction to lose.
-    bool reflects = HAS_SPECULAR && (material.metallic > 0.0 || material.dielectric_f90 > 0.0);
-    if (reflects) shading_normal = reflecting_outwards(shading_normal, geometric_normal, direction);
+    if (has_specular_lobe(material.metallic, material.dielectric_f90)) {
+        shading_normal = reflecting_outwards(shading_normal, geometric_normal, direction);
+    }
 }
 
 // What the camera sees of an unlit surface; 0 for all others.

@@ -36,7 +36,7 @@ impl Bounds {
     }
 
     /// A box around this one under a transform, which is not tight.
-    pub(super) fn placed(&self, transform: &DAffine3) -> Self {
+    fn placed(&self, transform: &DAffine3) -> Self {
         let corners = self
             .corners()
             .map(|corner| transform.transform_point3(corner));
@@ -118,8 +118,13 @@ impl Scene {
     /// For each instance a box around its mesh's box, which is fast to compute but not tight.
     pub fn loose_boxes(&self) -> Vec<Bounds> {
         let bounds: Vec<Option<Bounds>> = self.meshes.iter().map(Mesh::bounds).collect();
+        self.placed_boxes(&bounds)
+    }
+
+    /// The same, given the box of each mesh.
+    pub(super) fn placed_boxes(&self, of_meshes: &[Option<Bounds>]) -> Vec<Bounds> {
         let of_instance = |instance: &Instance| {
-            Some(bounds[instance.mesh as usize]?.placed(&instance.object_to_world))
+            Some(of_meshes[instance.mesh as usize]?.placed(&instance.object_to_world))
         };
         self.instances.iter().filter_map(of_instance).collect()
     }

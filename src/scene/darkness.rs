@@ -100,7 +100,7 @@ impl Material {
 mod tests {
     use super::super::motion::Emission;
     use super::super::motion::tracks::Animated;
-    use super::super::{Image, Instance, Motion, Part, PunctualLight, PunctualShape, Texture};
+    use super::super::{Image, Instance, Motion, Part, PunctualLight, Texture};
     use super::*;
     use glam::{DAffine3, DVec3, Vec2, Vec3};
 
@@ -132,16 +132,6 @@ mod tests {
         Material {
             emission: Vec3::ONE,
             ..Material::default()
-        }
-    }
-
-    fn light(intensity: f32) -> PunctualLight {
-        PunctualLight {
-            name: String::new(),
-            light_to_world: DAffine3::IDENTITY,
-            shape: PunctualShape::Point,
-            intensity: Vec3::splat(intensity),
-            range: None,
         }
     }
 
@@ -187,9 +177,9 @@ mod tests {
     #[test]
     fn lights_without_a_surface_need_surfaces_that_scatter() {
         let mut dark = scene(Material::default());
-        dark.punctual_lights = vec![light(0.0)];
+        dark.punctual_lights = vec![PunctualLight::point(0.0)];
         assert!(why(&dark).starts_with("the scene has no light"));
-        dark.punctual_lights.push(light(1.0));
+        dark.punctual_lights.push(PunctualLight::point(1.0));
         assert_eq!(why(&dark), "");
         let unscattered = dark.why_black(false, [0.0]);
         assert!(unscattered.unwrap().contains("--bounces"));

@@ -33,6 +33,20 @@ pub enum PunctualShape {
     Directional,
 }
 
+#[cfg(test)]
+impl PunctualLight {
+    /// A white point at the origin.
+    pub fn point(intensity: f32) -> Self {
+        Self {
+            name: String::new(),
+            light_to_world: DAffine3::IDENTITY,
+            shape: PunctualShape::Point,
+            intensity: Vec3::splat(intensity),
+            range: None,
+        }
+    }
+}
+
 impl PunctualLight {
     /// Its position in the world.
     pub fn position(&self) -> DVec3 {

@@ -216,7 +216,7 @@ impl Scene {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Instance, Motion, Part, PunctualLight, PunctualShape, Texture};
+    use super::super::{Instance, Motion, Part, PunctualLight, Texture};
     use super::*;
     use glam::{DAffine3, DVec3, Vec3, Vec4};
 
@@ -276,13 +276,7 @@ mod tests {
         scene.instances.push(instance(1, 1.0));
         scene.instances.push(instance(1, -1.0));
         scene.motion = Some(Motion::default());
-        scene.punctual_lights = vec![PunctualLight {
-            name: String::new(),
-            light_to_world: DAffine3::IDENTITY,
-            shape: PunctualShape::Point,
-            intensity: Vec3::ONE,
-            range: None,
-        }];
+        scene.punctual_lights = vec![PunctualLight::point(1.0)];
         scene.environment = Some(crate::scene::sky::generate("width=64").unwrap());
         let all = Requirements {
             triangles: 5,

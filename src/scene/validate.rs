@@ -19,7 +19,7 @@ pub const LARGEST_COORDINATE: f64 = 1e15;
 pub const SMALLEST_SCENE: f64 = 1e-12;
 
 /// A mesh is coarse if a step of f32 at its furthest vertex is more than this part of its size.
-const COARSE: f32 = 5e-3;
+const COARSE: f64 = 5e-3;
 
 /// The largest emission, in W/(m²·sr): a sample may be [`crate::layouts::MAX_RADIANCE`] times as bright as the
 /// brightest light, and a picture, whose radiance is not in the device's unit, must hold it in f32.
@@ -30,11 +30,9 @@ const SINGULAR: f64 = 1e-15;
 
 /// True if the positions of a mesh are much further from its origin than from each other.
 fn is_coarse(mesh: &Mesh) -> bool {
-    let low = mesh.positions.iter().copied().reduce(Vec3::min);
-    let high = mesh.positions.iter().copied().reduce(Vec3::max);
-    low.zip(high).is_some_and(|(low, high)| {
-        let furthest = low.abs().max(high.abs()).max_element();
-        furthest * f32::EPSILON > COARSE * (high - low).max_element()
+    mesh.bounds().is_some_and(|bounds| {
+        let furthest = bounds.min.abs().max(bounds.max.abs()).max_element();
+        furthest * f64::from(f32::EPSILON) > COARSE * bounds.size().max_element()
     })
 }
 
@@ -120,11 +118,8 @@ impl Scene {
                 tally.add("instances scaled to nothing are skipped", || what);
             }
         }
-        let placed = self.instances.iter().filter_map(|instance| {
-            let bounds = boxes[instance.mesh as usize]?;
-            Some(bounds.placed(&instance.object_to_world))
-        });
-        let size = Bounds::around(placed).map(|bounds| bounds.size().max_element());
+        let all = Bounds::around(self.placed_boxes(&boxes).into_iter());
+        let size = all.map(|bounds| bounds.size().max_element());
         if let Some(size) = size.filter(|size| *size < SMALLEST_SCENE) {
             return Err(Error::input(format!(
                 "the scene is {size:.1e} units wide, and {SMALLEST_SCENE:e} is as small as can be rendered; scale it up"

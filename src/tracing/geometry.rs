@@ -2,6 +2,7 @@
 
 use super::compute_bvh::Tree;
 use super::gather::Gathered;
+use super::units::power_of_two;
 use crate::layouts::NONE;
 use crate::scene::lights::Emitters;
 use crate::scene::{AlphaMode, Material, Mesh};
@@ -198,14 +199,15 @@ impl Geometry {
     }
 }
 
+/// Products of two coordinates between this and its reciprocal stay within f32 with all their digits.
+const ORDINARY: f32 = (1_u64 << 40) as f32;
+
 /// The unit of a mesh's positions, a power of two. It is 1 unless products of two coordinates could leave the range of f32.
 fn unit_of(extent: f32) -> f32 {
-    let power = extent.clamp(f32::MIN_POSITIVE, f32::MAX).log2() as i32;
-    if power.abs() < 40 {
-        1.0
-    } else {
-        2.0_f32.powi(power)
+    if (ORDINARY.recip()..ORDINARY).contains(&extent) {
+        return 1.0;
     }
+    power_of_two(extent.clamp(f32::MIN_POSITIVE, f32::MAX).into()) as f32
 }
 
 /// Least and greatest coordinates; a point at the origin if there are none.

@@ -305,14 +305,11 @@ mod tests {
         let units = Units::of(&Scene::default(), glam::DVec3::ZERO);
         for degrees in [0.0006_f64, 0.3, 1.0, 2.0, 10.0, 89.0] {
             let light = PunctualLight {
-                name: String::new(),
-                light_to_world: DAffine3::IDENTITY,
                 shape: PunctualShape::Spot {
                     inner: 0.0,
                     outer: degrees.to_radians(),
                 },
-                intensity: Vec3::ONE,
-                range: None,
+                ..PunctualLight::point(1.0)
             };
             let spot = gpu_punctual(&light, &units);
             let share = spot.angle_offset.clamp(0.0, 1.0).powi(2);
@@ -320,19 +317,12 @@ mod tests {
         }
     }
 
-    fn point_light(intensity: f32) -> PunctualLight {
-        PunctualLight {
-            name: String::new(),
-            light_to_world: DAffine3::IDENTITY,
-            shape: PunctualShape::Point,
-            intensity: Vec3::splat(intensity),
-            range: None,
-        }
-    }
-
     fn lights_of(intensities: &[f32]) -> Lights {
         let scene = Scene {
-            punctual_lights: intensities.iter().map(|i| point_light(*i)).collect(),
+            punctual_lights: intensities
+                .iter()
+                .map(|i| PunctualLight::point(*i))
+                .collect(),
             ..Scene::default()
         };
         gpu_lights(&scene, &Units::of(&scene, glam::DVec3::ZERO))

@@ -92,7 +92,7 @@ impl Units {
 }
 
 /// The largest power of two that is not above a number; 1 for 0.
-fn power_of_two(number: f64) -> f64 {
+pub(super) fn power_of_two(number: f64) -> f64 {
     if number > 0.0 {
         2.0_f64.powi(exponent(number) as i32)
     } else {

@@ -247,8 +247,7 @@ mod thorough {
 
     /// Moments of each command.
     fn moments() -> u32 {
-        let given = std::env::var("HEADWATER_SIGNAL_MOMENTS").ok();
-        given.map_or(12, |number| number.parse().unwrap())
+        crate::support::number_in("HEADWATER_SIGNAL_MOMENTS").map_or(12, |number| number as u32)
     }
 
     #[test]

@@ -17,7 +17,6 @@ use headwater::scene::{
 };
 use headwater::tracing::{GpuScene, Tracer};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
-use std::process::Command;
 use std::sync::Arc;
 
 pub const ALBEDO: f64 = 0.5;
@@ -381,14 +380,8 @@ pub fn bias(scene: &Scene, settings: &Settings, samples: u32) -> [f64; 2] {
 }
 
 /// Runs a test of this file once more by itself, with a fault in the shaders, and expects it to fail.
-pub fn assert_seen(test: &str, (file, right, wrong): (&str, &str, &str)) {
-    let folder = tempfile::tempdir().unwrap();
-    support::planted(folder.path(), &[(file, right, wrong)]);
-    let output = Command::new(std::env::current_exe().unwrap())
-        .args(["--exact", test])
-        .env("HEADWATER_GLSL", folder.path())
-        .output()
-        .unwrap();
+pub fn assert_seen(test: &str, fault: (&str, &str, &str)) {
+    let output = support::run_with_fault(test, fault, |command| command);
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(
         !output.status.success() && said.contains("0 passed; 1 failed"),

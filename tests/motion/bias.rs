@@ -11,7 +11,6 @@ use headwater::scene::motion::tracks::{Interpolation, Track};
 use headwater::scene::motion::{AnimatedTransform, Node, Place};
 use headwater::scene::{Instance, Motion, Scene, procedural};
 use headwater::tracing::{GpuScene, Tracer};
-use std::process::Command;
 use std::sync::Arc;
 
 const WIDTH: u32 = 64;
@@ -187,13 +186,8 @@ fn with_a_step(
 
 /// Runs a test of this file once more by itself, with a fault in temporal reuse, and expects it to fail.
 fn assert_seen(test: &str, file: &str, right: &str, wrong: &str) {
-    let folder = tempfile::tempdir().unwrap();
-    support::planted(folder.path(), &[(file, right, wrong)]);
-    let output = Command::new(std::env::current_exe().unwrap())
-        .args(["--exact", test, "--nocapture"])
-        .env("HEADWATER_GLSL", folder.path())
-        .output()
-        .unwrap();
+    let fault = (file, right, wrong);
+    let output = support::run_with_fault(test, fault, |command| command.arg("--nocapture"));
     let text = |bytes| String::from_utf8_lossy(bytes).into_owned();
     let (said, failed) = (text(&output.stdout), text(&output.stderr));
     println!("{said}{failed}");

@@ -8,26 +8,18 @@
 
 use super::support::brute_force::{self, Hit};
 use super::support::random::Random;
-use super::{answers_on, bumpy_sphere, corners, leaf_order, support, unshared};
+use super::{answers, bumpy_sphere, corners, leaf_order, support, unshared};
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 use headwater::gpu::DriverKind;
 use headwater::layouts::{RayAnswer, RayQuery};
-use headwater::scene::{Instance, Material, Mesh, Part, Scene};
+use headwater::scene::{Instance, Material, Scene};
 use headwater::tracing::gather::gather;
 use headwater::tracing::{Tracer, Variant};
 use std::collections::BTreeMap;
-use std::path::Path;
-use std::process::Command;
 
 const RAYS_PER_SCENE: usize = 4_000;
 /// The uncertainty that f32 leaves, relative to the coordinates that a ray and a triangle have there.
 const BOUND: f64 = 1e-5;
-
-/// The number that an environment variable has, if it is set.
-fn number(variable: &str) -> Option<u64> {
-    let value = std::env::var(variable).ok()?;
-    Some(value.parse().expect("a number"))
-}
 
 /// A power of ten, uniform in its exponent.
 fn power(random: &mut Random, low: f64, high: f64) -> f64 {
@@ -316,51 +308,33 @@ fn judge(
 
 /// The classes of a scene's rays with a tracer, and which driver ran it.
 fn classes(scene: &Scene, rays: &[RayQuery], variant: Variant) -> (Vec<Class>, DriverKind) {
-    let (device, _) = support::open_device(Some(variant));
-    let answers = answers_on(&device, scene, DVec3::ZERO, rays, variant).expect("a small scene");
+    let (answers, driver) = answers(scene, DVec3::ZERO, rays, variant).expect("a small scene");
     let oracle = brute_force::Tracer::new(scene);
     let triangle_of = leaf_order(scene, DVec3::ZERO, variant.tracer);
     let judged = rays.iter().zip(&answers);
     let classes = judged.map(|(ray, answer)| judge(scene, &oracle, ray, answer, &triangle_of));
-    (classes.collect(), device.info.driver_kind)
+    (classes.collect(), driver)
 }
 
 /// A part of a scene: of each instance some of the triangles.
 fn part(scene: &Scene, kept: &[(u32, u32)]) -> Scene {
-    let mut part = Scene {
-        materials: scene.materials.clone(),
-        ..Scene::default()
-    };
+    let mut part = Scene::default();
     for (number, placed) in (0..).zip(&scene.instances) {
         let mesh = &scene.meshes[placed.mesh as usize];
         let of_this = kept.iter().filter(|(instance, _)| *instance == number);
-        let triangles: Vec<_> = of_this
-            .map(|(_, triangle)| mesh.triangles[*triangle as usize])
+        let faces: Vec<_> = of_this
+            .map(|(_, triangle)| {
+                mesh.triangles[*triangle as usize].map(|i| mesh.positions[i as usize])
+            })
             .collect();
-        if triangles.is_empty() {
+        if faces.is_empty() {
             continue;
         }
-        let placed = Instance {
-            mesh: part.meshes.len() as u32,
-            ..placed.clone()
-        };
+        support::add(&mut part, &Material::default(), &faces);
+        let mut added = part.instances.pop().unwrap();
+        added.object_to_world = placed.object_to_world;
         // Twice in one place, or meshes are gathered.
-        part.instances.extend([placed.clone(), placed]);
-        part.meshes.push(Mesh {
-            positions: triangles
-                .iter()
-                .flatten()
-                .map(|corner| mesh.positions[*corner as usize])
-                .collect(),
-            parts: vec![Part {
-                triangle_count: triangles.len() as u32,
-                ..mesh.parts[0]
-            }],
-            triangles: (0..triangles.len() as u32)
-                .map(|t| [3 * t, 3 * t + 1, 3 * t + 2])
-                .collect(),
-            ..Mesh::default()
-        });
+        part.instances.extend([added.clone(), added]);
     }
     part
 }
@@ -498,30 +472,23 @@ fn tiny_meshes_that_are_placed_large_keep_their_places() {
 
 #[test]
 fn hostile_rays_find_what_the_oracle_finds() {
-    let seed = number("HEADWATER_RAY_SEED").unwrap_or(1);
-    let count = number("HEADWATER_RAYS").unwrap_or(100_000);
+    let seed = support::number_in("HEADWATER_RAY_SEED").unwrap_or(1);
+    let count = support::number_in("HEADWATER_RAYS").unwrap_or(100_000);
     fuzz(seed, count as usize);
 }
 
 /// Runs the test above once more, with a fault in the shaders.
 #[test]
 fn a_planted_fault_is_found_and_reduced() {
-    let (file, right, wrong) = (
+    let fault = (
         "scene/trace_compute_bvh.glsl",
         "bool inside = min(u, min(v, w)) >= 0.0 ||",
         "bool inside = min(u, min(v, w)) > 0.01 * abs(u + v + w) ||",
     );
-    let folder = tempfile::tempdir().unwrap();
-    support::planted(folder.path(), &[(file, right, wrong)]);
-    let output = Command::new(std::env::current_exe().unwrap())
-        .args([
-            "--exact",
-            "hostile::hostile_rays_find_what_the_oracle_finds",
-        ])
-        .env("HEADWATER_GLSL", Path::new(folder.path()))
-        .env("HEADWATER_RAYS", "20000")
-        .output()
-        .unwrap();
+    let test = "hostile::hostile_rays_find_what_the_oracle_finds";
+    let output = support::run_with_fault(test, fault, |command| {
+        command.env("HEADWATER_RAYS", "20000")
+    });
     let said = support::said(&output);
     assert!(
         said.contains("hostile rays go wrong") && said.contains("Missed: RayQuery"),

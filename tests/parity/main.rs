@@ -5,7 +5,7 @@ mod hostile;
 mod support;
 
 use glam::{DAffine3, DMat3, DVec3, Quat, Vec3};
-use headwater::gpu::{Device, DriverKind};
+use headwater::gpu::DriverKind;
 use headwater::layouts::{NONE, RayAnswer, RayQuery};
 use headwater::render::ray_list::RayTracer;
 use headwater::render::{Renderer, Settings, View};
@@ -270,25 +270,7 @@ fn compare(
     outcome
 }
 
-/// The answers of a variant on a device; none if the scene is too large for the variant.
-fn answers_on(
-    device: &Arc<Device>,
-    scene: &Scene,
-    origin: DVec3,
-    rays: &[RayQuery],
-    variant: Variant,
-) -> Option<Vec<RayAnswer>> {
-    let uploaded = match GpuScene::new(device, scene, origin, variant) {
-        Err(e) if e.to_string().contains("as texels") => return None,
-        uploaded => Arc::new(uploaded.unwrap()),
-    };
-    let tracer = RayTracer::new(device, uploaded, rays).unwrap();
-    tracer.run().unwrap();
-    support::assert_no_messages(device);
-    Some(tracer.answers().unwrap())
-}
-
-/// The same, and which driver ran it.
+/// The answers of a variant, and which driver ran it; none if the scene is too large for the variant.
 fn answers(
     scene: &Scene,
     origin: DVec3,
@@ -296,8 +278,14 @@ fn answers(
     variant: Variant,
 ) -> Option<(Vec<RayAnswer>, DriverKind)> {
     let (device, _) = support::open_device(Some(variant));
-    let answers = answers_on(&device, scene, origin, rays, variant)?;
-    Some((answers, device.info.driver_kind))
+    let uploaded = match GpuScene::new(&device, scene, origin, variant) {
+        Err(e) if e.to_string().contains("as texels") => return None,
+        uploaded => Arc::new(uploaded.unwrap()),
+    };
+    let tracer = RayTracer::new(&device, uploaded, rays).unwrap();
+    tracer.run().unwrap();
+    support::assert_no_messages(&device);
+    Some((tracer.answers().unwrap(), device.info.driver_kind))
 }
 
 /// Finds the triangle of its mesh that an instance's primitive is: the compute BVH has them in the order of its leaves.

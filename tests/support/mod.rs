@@ -13,7 +13,7 @@ use headwater::tracing::selection::{self, Selection, Wanted};
 use headwater::tracing::{GeometryAccess, GpuScene, SceneSizes, Textures, Tracer, Variant};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use std::process::Output;
+use std::process::{Command, Output};
 use std::sync::{Arc, LazyLock, Mutex};
 use std::thread::available_parallelism;
 
@@ -146,10 +146,20 @@ pub fn takes_largest() -> bool {
 
 /// The folder in which drivers leave pictures for each other, if they do, and the number of drivers before this one.
 pub fn other_drivers() -> (Option<PathBuf>, usize) {
-    let before = std::env::var("HEADWATER_DRIVERS_BEFORE");
+    let before = number_in("HEADWATER_DRIVERS_BEFORE");
     (
         std::env::var_os("HEADWATER_PICTURES").map(PathBuf::from),
-        before.map_or(0, |number| number.parse().expect("a number of drivers")),
+        before.unwrap_or(0) as usize,
+    )
+}
+
+/// The number that an environment variable has, if it is set.
+pub fn number_in(variable: &str) -> Option<u64> {
+    let value = std::env::var(variable).ok()?;
+    Some(
+        value
+            .parse()
+            .unwrap_or_else(|_| panic!("{variable}={value} is no number")),
     )
 }
 
@@ -299,4 +309,19 @@ pub fn planted(folder: &Path, changes: &[(&str, &str, &str)]) {
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
         std::fs::write(path, source).unwrap();
     }
+}
+
+/// Runs a test of this file once more by itself, in a process of its own, with a fault in the shaders: (file, text, replacement).
+/// `change` adds to the command.
+pub fn run_with_fault(
+    test: &str,
+    fault: (&str, &str, &str),
+    change: impl FnOnce(&mut Command) -> &mut Command,
+) -> Output {
+    let folder = tempfile::tempdir().unwrap();
+    planted(folder.path(), &[fault]);
+    let mut command = Command::new(std::env::current_exe().unwrap());
+    command.args(["--exact", test]);
+    command.env("HEADWATER_GLSL", folder.path());
+    change(&mut command).output().unwrap()
 }

@@ -103,7 +103,7 @@ impl Surface {
 
     /// Probability of sampling the specular lobe.
     pub fn specular_probability(&self, outgoing: DVec3) -> f64 {
-        if self.metallic == 0.0 && self.dielectric_f90 == 0.0 {
+        if !self.has_specular_lobe() {
             return 0.0;
         }
         let (dielectric, specular) = self.fresnel(outgoing.z);
