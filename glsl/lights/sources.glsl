@@ -62,5 +62,6 @@ LightSample draw_light_sample(inout Receiver receiver, uint index, uvec4 bits, o
 float candidate_weight(Domain domain, LightSample value, float light_pdf, uint bsdf_samples, out float target) {
     float bsdf_pdf;
     target = luminance(contribution(domain, value, bsdf_pdf));
-    return target / (float(restir.at.reuse.light_samples) * light_pdf + float(bsdf_samples) * bsdf_pdf);
+    // A light that is off has no target, and no density either.
+    return target > 0.0 ? target / (float(restir.at.reuse.light_samples) * light_pdf + float(bsdf_samples) * bsdf_pdf) : 0.0;
 }
