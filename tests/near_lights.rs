@@ -99,11 +99,12 @@ fn assert_shows(
     assert!(error.abs() < most, "{what}");
 }
 
+/// One for each format of reservoirs; all with `--all`.
 fn presets() -> &'static [&'static str] {
     if support::takes_largest() {
         &["path-tracing", "fast", "balanced", "accurate", "s1"]
     } else {
-        &["path-tracing", "accurate"]
+        &["path-tracing", "accurate", "s1"]
     }
 }
 
