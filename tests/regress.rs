@@ -161,8 +161,8 @@ fn without_barriers() -> String {
 }
 
 /// The program, built without the barriers between passes, in a folder of its own. What it depends on is linked from
-/// where the tests are built, so that only the crate itself is compiled anew.
-fn program_without_barriers(folder: &Path) -> PathBuf {
+/// where the tests are built, so that only the crate itself is compiled anew. `recording` is its text of [`RECORDING`].
+fn program_without_barriers(folder: &Path, recording: &str) -> PathBuf {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let program = Path::new(env!("CARGO_BIN_EXE_headwater"));
     let script = r#"
@@ -179,7 +179,7 @@ fn program_without_barriers(folder: &Path) -> PathBuf {
         .status()
         .unwrap();
     assert!(status.success());
-    std::fs::write(folder.join(RECORDING), without_barriers()).unwrap();
+    std::fs::write(folder.join(RECORDING), recording).unwrap();
     let built = Command::new("cargo")
         .args([
             "build",
@@ -202,12 +202,12 @@ fn program_without_barriers(folder: &Path) -> PathBuf {
 #[test]
 fn a_missing_barrier_is_found_by_validation() {
     // The fault fits the code at any time, not only where it is built.
-    without_barriers();
+    let recording = without_barriers();
     if !takes_largest() {
         return;
     }
     let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
-    let program = program_without_barriers(folder.path());
+    let program = program_without_barriers(folder.path(), &recording);
     let golden = folder.path().join("golden");
     let only = ["--only", SOME];
     bless(folder.path(), &only);

@@ -168,7 +168,8 @@ void unpack_sample(PackedReservoir p, out LightSample value) {
     }
     value = LightSample(point, uintBitsToFloat(uvec3(p.words[4], p.words[5], p.words[6])),
                         unpack_octahedral(p.words[7]), uintBitsToFloat(uvec3(p.words[8], p.words[9], p.words[10])));
-    // Rounding turns a spot's axis by 3e-5 radians, which is more than the width of a narrow cone.
+    // Rounding turns a spot's axis by 3e-5 radians, which is more than the width of a narrow cone. The axis alone is read again:
+    // to read all of the light takes more instructions.
     if (is_punctual(point.kind)) value.normal = punctual_light_at(point.index, CURRENT).direction;
 }
 

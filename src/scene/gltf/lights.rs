@@ -39,10 +39,8 @@ fn shape(what: &str, light: &Light) -> Result<PunctualShape> {
         "directional" => Ok(PunctualShape::Directional),
         "spot" => {
             // Files have π/2 rounded to f32, which may be above it.
-            let rounded = |angle: f64| match angle {
-                angle if angle <= FRAC_PI_2 + 1e-6 => angle.min(FRAC_PI_2),
-                angle => angle,
-            };
+            let is_rounded = |angle: f64| (FRAC_PI_2..FRAC_PI_2 + 1e-6).contains(&angle);
+            let rounded = |angle: f64| if is_rounded(angle) { FRAC_PI_2 } else { angle };
             let inner = rounded(light.spot.inner_cone_angle);
             let outer = rounded(light.spot.outer_cone_angle);
             check_cone(what, inner, outer)?;
