@@ -34,14 +34,27 @@ void refine_by_ray(inout vec3 position, inout vec3 position_error, vec3 normal, 
 // The distance along the normal by which a ray origin clears the surface.
 float clearance_of(vec3 normal, vec3 error) { return 2.0 * dot(abs(normal), error); }
 
-// The distance by which to move a hit point back along its ray, so that it lies before the surface and before any
-// other surface that the ray does not graze. In a crease the point may lie behind the other wall, which would then
-// occlude everything. At most half the ray's length, so that it does not pass the ray's own origin.
+// The distance towards the viewer by which rays that leave a hit point begin, so that they begin before the surface and before
+// any other surface that the viewer's ray does not graze. In a crease the point may lie behind the other wall, which would then
+// occlude everything. At most half the length of the viewer's ray, so that they do not begin behind the viewer. The point
+// itself is not moved: a lamp that is a millimetre above the floor of a landscape would light another floor.
 float back_off_distance(vec3 error, float ray_length) { return min(component_sum(error), 0.5 * ray_length); }
 
-// A ray origin off the surface on the side of `direction`, moved by the bound of the rounding error. A constant
-// offset would leak light in small scenes and detach shadows in large ones.
-vec3 offset_origin(vec3 position, vec3 error, vec3 normal, vec3 direction) {
+// Rays begin beside the point that is shaded, so that a BSDF ray finds the lights of another point than light samples do. That
+// matters for lights within this distance: those of them that are no larger either are left to light samples alone. A larger one,
+// such as a wall that shines beside the point, light samples hardly ever meet where it is near, and it looks the same from beside.
+// It is measured from where BSDF rays begin, so that both techniques agree on which lights are near.
+float near_distance(float clearance, float back_off) { return 256.0 * (clearance + back_off); }
+
+// The part of an offset by which an end of a ray leaves its surface whose other end is `height` above the plane of that surface.
+// Of a height that is not much larger, the two ends keep a third: all of it would carry each of them past the other one, which then
+// sees the back of a lamp. A quarter is left in any case, since a light that grazes the surface needs a clear ray as well.
+float share_of_offset(float rise, float height) { return clamp(height / max(3.0 * rise, TINY), 0.25, 1.0); }
+
+// An end of a ray off the surface on the side of `direction`, moved by the bound of the rounding error. A constant
+// offset would leak light in small scenes and detach shadows in large ones. The other end is `height` above the surface's plane.
+vec3 offset_origin(vec3 position, vec3 error, vec3 normal, vec3 direction, float height) {
     float distance = clearance_of(normal, error);
+    distance *= share_of_offset(distance, height);
     return position + (dot(direction, normal) < 0.0 ? -distance : distance) * normal;
 }

@@ -29,16 +29,26 @@ uint light_index(LightPoint point) {
     return is_punctual(point.kind) ? scene.at.triangle_light_count + point.index : point.index;
 }
 
-// Selects a light by the alias table: two random words, no search (Walker; Vose).
-uint pick_light(uint count, uvec2 bits) {
+// Where the alias table begins that light samples are drawn from: of all lights, or of those that are not rare. A third one is
+// that of rare lights.
+uint choices_of_samples() { return RARE_LIGHTS ? scene.at.light_count : 0u; }
+uint choices_of_rare() { return 2u * scene.at.light_count; }
+
+// Selects a light by an alias table: two random words, no search (Walker; Vose).
+uint pick_light(uint table, uint count, uvec2 bits) {
     uint fraction;
     uint slot = scale_to(bits, count, fraction);
-    GpuLightChoice choice = load_light_choices(slot);
+    GpuLightChoice choice = load_light_choices(table + slot);
     return fraction < choice.keep_below ? slot : choice.alias;
 }
 
-// The probability of selecting the light of a point by this table.
-float light_probability(LightPoint point) { return load_light_choices(light_index(point)).probability; }
+// The probability with which light samples select the light of a point.
+float light_probability(LightPoint point) { return load_light_choices(choices_of_samples() + light_index(point)).probability; }
+
+// The probability with which a candidate among rare lights selects the light of a point: 0 if it is not rare.
+float rare_probability(LightPoint point) {
+    return RARE_LIGHTS ? load_light_choices(choices_of_rare() + light_index(point)).probability : 0.0;
+}
 
 // Draws a point of a light, given by its index among all.
 LightPoint draw_point(uint light, uvec4 bits) {

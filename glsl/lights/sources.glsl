@@ -21,9 +21,10 @@ float mean_probability(Receiver receiver, float of_all, float of_near) {
     return has_near_lights(receiver) ? mix(of_all, of_near, restir.at.reuse.near_share) : of_all;
 }
 
-// The probability of selecting the light of a point among all.
+// The probability of selecting the light of a point among all; 0 for rare lights, which reservoirs do not hold.
 float probability_among_all(LightPoint point) {
-    return restir.at.reuse.uniform_candidates != 0u ? 1.0 / float(scene.at.light_count) : light_probability(point);
+    if (restir.at.reuse.uniform_candidates == 0u) return light_probability(point);
+    return rare_probability(point) > 0.0 ? 0.0 : 1.0 / float(scene.at.light_count);
 }
 
 // The mean density with which the receiver's light samples are drawn at a point, in its own measure. `direction` is the one
@@ -36,7 +37,10 @@ float light_sample_pdf_own_measure(Receiver receiver, LightPoint point, vec3 dir
 // The sample at a point of a light that was selected among near lights with a probability, and its mean density.
 LightSample near_light_sample(Receiver receiver, uint light, float near, uvec4 bits, out float pdf) {
     LightSample value = new_light_sample(draw_point(light, bits));
-    pdf = pdf_own_measure(value.point, value.position, mean_probability(receiver, probability_among_all(value.point), near));
+    float of_all = probability_among_all(value.point);
+    // Where light samples are not drawn by power they find rare lights, whose light has its own candidates.
+    if (RARE_LIGHTS && of_all == 0.0) value.emission = vec3(0.0);
+    pdf = pdf_own_measure(value.point, value.position, mean_probability(receiver, of_all, near));
     return value;
 }
 
@@ -51,7 +55,7 @@ LightSample draw_light_sample(inout Receiver receiver, uint index, uvec4 bits, o
     } else {
         uint count = scene.at.light_count;
         uint unused;
-        light = restir.at.reuse.uniform_candidates != 0u ? scale_to(bits.xy, count, unused) : pick_light(count, bits.xy);
+        light = restir.at.reuse.uniform_candidates != 0u ? scale_to(bits.xy, count, unused) : pick_light(choices_of_samples(), count, bits.xy);
         if (has_near_lights(receiver)) near = near_light_probability(receiver, light);
     }
     return near_light_sample(receiver, light, near, bits, pdf);
@@ -59,9 +63,27 @@ LightSample draw_light_sample(inout Receiver receiver, uint index, uvec4 bits, o
 
 // The weight of a candidate: its target over the sum of the densities of all light and BSDF samples. `light_pdf` is the mean
 // density of the light samples.
-float candidate_weight(Domain domain, LightSample value, float light_pdf, uint bsdf_samples, out float target) {
+float candidate_weight(Domain domain, LightSample value, float light_pdf, float light_samples, uint bsdf_samples,
+                       out float target) {
     float bsdf_pdf;
     target = luminance(contribution(domain, value, bsdf_pdf));
     // A light that is off has no target, and no density either.
-    return target > 0.0 ? target / (float(restir.at.reuse.light_samples) * light_pdf + float(bsdf_samples) * bsdf_pdf) : 0.0;
+    return target > 0.0 ? target / (light_samples * light_pdf + float(bsdf_samples) * bsdf_pdf) : 0.0;
+}
+
+// ---- Rare lights
+//
+// Resampling compares candidates before their shadow rays. Beside a much brighter lamp a dim one is selected almost never, also
+// where the bright lamp is hidden: then nearly all pixels lack the dim lamp's light, and no firefly warns. So lamps of
+// very little power are left out of reservoirs. They have a candidate of their own, drawn with the same probability for each of
+// them, and a shadow ray that is theirs alone; BSDF rays find them too. Rust decides which are rare: src/tracing/rare_lights.rs.
+
+// Draws a point of a rare light.
+LightPoint draw_rare(uvec4 bits) { return draw_point(pick_light(choices_of_rare(), scene.at.light_count, bits.xy), bits); }
+
+// The density of a candidate among rare lights at a point, in its own measure; 0 if its light is not rare. `direction` is the
+// one towards it.
+float rare_pdf_own_measure(LightPoint point, vec3 direction) {
+    float probability = rare_probability(point);
+    return probability > 0.0 ? pdf_own_measure(point, direction, probability) : 0.0;
 }

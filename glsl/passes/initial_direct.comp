@@ -27,6 +27,9 @@ const float MORE_FOR_BRIGHTNESS = 256.0;
 // The share of the additional candidates that narrow lobes get in any case.
 const float MORE_FOR_LOBE = 0.25;
 
+// A candidate among rare lights has a ray for certain if it would add this part of what other candidates found, or more.
+const float RARE_PART = 0.25;
+
 // The number of BSDF candidates besides the pilot: more for narrow lobes, and where nearby pilots hit bright lights.
 uint more_bsdf_samples(ivec2 pixel, Bsdf bsdf) {
     if (restir.at.more_bsdf_samples == 0u) return 0u;
@@ -135,11 +138,28 @@ float own_weight(LightSample value, float target) {
     return mis_weight(grid_mis(), 0u, terms, own_share, own_share, grid_share);
 }
 
+// The light that a point of a rare light adds to the pixel if nothing is between them, by the balance heuristic of the candidates that
+// find it.
+vec3 rare_light(Domain domain, LightSample value, uint bsdf_samples) {
+    float bsdf_pdf;
+    vec3 light = contribution(domain, value, bsdf_pdf);
+    if (max_component(light) <= 0.0) return vec3(0.0);
+    return light / (rare_pdf_own_measure(value.point, value.position) + float(bsdf_samples) * bsdf_pdf);
+}
+
 // Adds what a BSDF ray hit; returns whether it is selected now.
 bool add_hit(inout Stream stream, Domain domain, LightSample value, float light_pdf, uint index, float choice,
              uint bsdf_samples) {
+    if (!found_by_rays(domain, value)) return false;
+    if (rare_probability(value.point) > 0.0) {
+        // What weakens the ray on its way, the hit does not know.
+        float passed = HAS_BLEND ? trace_transmittance(shadow_ray(domain, value, CURRENT)) : 1.0;
+        vec3 light = rare_light(domain, value, bsdf_samples) * passed;
+        if (max_component(light) > 0.0) ADD_LIGHT(own_pixel(), light)
+        return false;
+    }
     float target;
-    float weight = candidate_weight(domain, value, light_pdf, bsdf_samples, target);
+    float weight = candidate_weight(domain, value, light_pdf, float(restir.at.reuse.light_samples), bsdf_samples, target);
     if (weight > 0.0) weight *= own_weight(value, target);
     return stream_add(stream, index, weight, target, choice);
 }
@@ -187,7 +207,7 @@ void main() {
                 value = draw_light_sample(receiver, i, bits, light_pdf);
             }
             float target;
-            float weight = candidate_weight(domain, value, light_pdf, bsdf_samples, target);
+            float weight = candidate_weight(domain, value, light_pdf, float(light_samples), bsdf_samples, target);
             if (stream_add(stream, i, weight, target, choice)) reservoir.value = value;
         }
         if (HASH_GRID != HASH_GRID_NONE) {
@@ -207,12 +227,15 @@ void main() {
         }
 
         // The BSDF candidates, of which the pilot is the first, then the mirror's ray, then the shadow ray of the
-        // selected candidate.
-        uint turns = bsdf_samples + 2u;
+        // selected candidate, then that of the candidate among rare lights.
+        uint turns = bsdf_samples + (RARE_LIGHTS ? 3u : 2u);
         uint turn = PILOTS ? 1u : 0u;
         for (; turn < turns; turn += 1u) {
-            uint purpose = turn < bsdf_samples ? RAY_CANDIDATE : turn == bsdf_samples ? RAY_MIRROR : RAY_SHADOW;
+            uint purpose = RAY_SHADOW + turn - bsdf_samples - 1u;
+            if (turn <= bsdf_samples) purpose = turn < bsdf_samples ? RAY_CANDIDATE : RAY_MIRROR;
             Ray ray;
+            vec3 rare = vec3(0.0);
+            float chance = 1.0;
             bool wanted;
             float choice = 0.0;
             if (purpose == RAY_CANDIDATE) {
@@ -223,6 +246,16 @@ void main() {
             } else if (purpose == RAY_MIRROR) {
                 // A mirror reflects the light of one direction, which no reservoir can share.
                 wanted = mirror && mirror_ray(domain, ray);
+            } else if (purpose == RAY_RARE) {
+                Random own = pass_random(pixel, FIRST_STREAM + STREAM_RARE);
+                LightSample drawn = new_light_sample(draw_rare(random_bits(own)));
+                rare = rare_light(domain, drawn, bsdf_samples);
+                float light = luminance(rare);
+                // Roulette: where the candidate would add little to what was found, it seldom has a ray. A hidden light
+                // that was selected has been dropped by now, and so does not make the ray less likely.
+                chance = clamp(light / max(RARE_PART * stream.weight_sum, TINY), restir.at.reuse.rare_lights, 1.0);
+                wanted = light > 0.0 && to_unit(random_bits(own).x) < chance;
+                if (wanted) ray = shadow_ray(domain, drawn, CURRENT);
             } else {
                 // What a BSDF ray hit is visible.
                 wanted = VISIBILITY >= VISIBILITY_INITIAL && stream.chosen < light_samples;
@@ -230,9 +263,13 @@ void main() {
             }
             if (!wanted) continue;
             // What a mirror reflects no other pixel shares, so a coin may decide for it.
-            Hit hit = trace(ray, purpose == RAY_SHADOW, purpose == RAY_MIRROR ? ray_coin(random) : NO_COIN);
+            Hit hit = trace(ray, purpose >= RAY_SHADOW, purpose == RAY_MIRROR ? ray_coin(random) : NO_COIN);
             if (purpose == RAY_SHADOW) {
                 if (hit.transmittance == 0.0) stream = empty_stream();
+                continue;
+            }
+            if (purpose == RAY_RARE) {
+                if (hit.transmittance > 0.0) ADD_LIGHT(pixel, rare * (hit.transmittance / chance))
                 continue;
             }
             LightPoint light = light_found(hit, ray.direction);

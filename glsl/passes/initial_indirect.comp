@@ -104,9 +104,8 @@ void main() {
                 purpose = RAY_NONE;
                 continue;
             }
-            surface.position -= back_off_distance(surface.error, hit.t) * ray.direction;
             Domain vertex = make_domain(surface.position, clearance_of(surface.geometric_normal, surface.error),
-                                        surface.geometric_normal, surface.shading_normal, surface.material, ray.direction);
+                                        surface.back_off, surface.geometric_normal, surface.shading_normal, surface.material, ray.direction);
             // Later vertices add little, and their walks through the light BVH would take more time than they save.
             Receiver receiver = distant_receiver();
             if (left_first(path)) receiver = receiver_at(vertex);

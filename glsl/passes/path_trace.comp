@@ -32,6 +32,8 @@ float heuristic_weight(float pdf, float other) {
 struct Arrival {
     // Unit, towards the light.
     vec3 direction;
+    // The distance of a point of an area light from where BSDF rays begin, or its size if that is larger; LARGEST of others.
+    float nearness;
     // Radiance; of a punctual light irradiance.
     vec3 light;
     // With which the point was drawn; of a punctual light its probability.
@@ -40,8 +42,10 @@ struct Arrival {
     Ray shadow_ray;
 };
 
-Arrival arrival_at(Surface surface, LightPoint point) {
+// `viewed` is the direction of the ray that hit the surface.
+Arrival arrival_at(Surface surface, vec3 viewed, LightPoint point) {
     Arrival arrival;
+    arrival.nearness = LARGEST;
     float probability = light_probability(point);
     if (is_environment(point.kind)) {
         vec2 place = texel_corner(point.index) + point.place;
@@ -55,23 +59,27 @@ Arrival arrival_at(Surface surface, LightPoint point) {
         arrival.direction = light.kind == LIGHT_DIRECTIONAL ? -light.direction : normalize(toward);
         arrival.light = punctual_irradiance(light, arrival.direction, length(toward));
         arrival.pdf_solid_angle = probability;
-        vec3 from = offset_origin(surface.position, surface.error, surface.geometric_normal, arrival.direction);
+        vec3 from = ray_origin(surface, viewed, arrival.direction, abs(dot(toward, surface.geometric_normal)));
         arrival.shadow_ray = Ray(from, 1.0 - 1e-6, light.position - from);
     } else {
         GpuLight light = light_at(point.index, CURRENT);
         vec3 position = light_position(light, point.place), toward = position - surface.position;
         float distance_squared = dot(toward, toward);
+        float distance = sqrt(distance_squared);
+        float from_rays = length(position - ray_origin(surface, viewed, surface.geometric_normal, LARGEST));
+        arrival.nearness = max(from_rays, sqrt(light.area));
         arrival.direction = toward * inversesqrt(max(distance_squared, TINY));
         float cosine = -dot(light.normal, arrival.direction);
         arrival.light = light_emission(light, point.index, point.place, cosine);
         arrival.pdf_solid_angle = area_to_solid_angle(probability / light.area, distance_squared, cosine);
-        vec3 from = offset_origin(surface.position, surface.error, surface.geometric_normal, arrival.direction);
-        vec3 to = offset_origin(position, light_position_error(light), light.normal, -arrival.direction);
+        vec3 from = ray_origin(surface, viewed, arrival.direction, abs(dot(toward, surface.geometric_normal)));
+        float height = abs(dot(toward, light.normal));
+        vec3 to = offset_origin(position, light_position_error(light), light.normal, -arrival.direction, height);
         // Ends short of the light by the rounding error along the whole ray.
         arrival.shadow_ray = Ray(from, 1.0 - 1e-6, to - from);
     }
     if (is_distant(point.kind)) {
-        vec3 from = offset_origin(surface.position, surface.error, surface.geometric_normal, arrival.direction);
+        vec3 from = ray_origin(surface, viewed, arrival.direction, LARGEST);
         arrival.shadow_ray = Ray(from, LARGEST, arrival.direction);
     }
     return arrival;
@@ -83,6 +91,8 @@ struct Path {
     uint scatterings;
     // The density of the current ray, for the MIS weight of a light that it hits.
     float pdf_solid_angle;
+    // The distance within which the ray finds no lights that are no larger: `near_distance`.
+    float near;
     bool mirror;
 };
 
@@ -121,7 +131,7 @@ void main() {
             vec2 offset = frame.at.jitter != 0u ? to_unit(random_bits(random)).xy : vec2(0.5);
             ray = camera_ray(frame.at.view.camera, vec2(pixel) + offset, vec2(frame.at.view.width, frame.at.view.height));
             radiance = vec3(0.0);
-            path = Path(vec3(1.0), 0u, 0.0, true);
+            path = Path(vec3(1.0), 0u, 0.0, 0.0, true);
             purpose = RAY_PATH;
         }
         Hit hit = trace(ray, purpose == RAY_SHADOW, purpose == RAY_SHADOW ? NO_COIN : ray_coin(random));
@@ -158,13 +168,13 @@ void main() {
                 float pdf_light = area_to_solid_angle(pdf_area, distance_squared, cosine);
                 weight = heuristic_weight(path.pdf_solid_angle, pdf_light);
             }
-            radiance += path.throughput * emission * weight;
+            if (max(hit.t, sqrt(light.area)) >= path.near) radiance += path.throughput * emission * weight;
         }
         if (path.scatterings >= frame.at.view.bounces) {
             purpose = RAY_NONE;
             continue;
         }
-        surface.position -= back_off_distance(surface.error, hit.t) * ray.direction;
+        float near = near_distance(clearance_of(surface.geometric_normal, surface.error), surface.back_off);
         vec3 tangent, bitangent;
         tangent_frame(surface.shading_normal, tangent, bitangent);
         vec3 outgoing = -vec3(dot(ray.direction, tangent), dot(ray.direction, bitangent),
@@ -178,14 +188,14 @@ void main() {
         Ray shadow_ray;
         bool shadow = false;
         if (scene.at.light_count > 0u && is_wanted(path.scatterings + 1u)) {
-            LightPoint point = draw_point(pick_light(scene.at.light_count, light_bits.xy), light_bits);
-            Arrival arrival = arrival_at(surface, point);
+            LightPoint point = draw_point(pick_light(0u, scene.at.light_count, light_bits.xy), light_bits);
+            Arrival arrival = arrival_at(surface, ray.direction, point);
             vec3 incoming = vec3(dot(arrival.direction, tangent), dot(arrival.direction, bitangent),
                                  dot(arrival.direction, surface.shading_normal));
             if (max_component(arrival.light) > 0.0 && dot(arrival.direction, surface.geometric_normal) > 0.0) {
                 float pdf_bsdf;
                 vec3 f = evaluate_bsdf(bsdf, outgoing, incoming, pdf_bsdf);
-                if (is_punctual(point.kind)) pdf_bsdf = 0.0;
+                if (is_punctual(point.kind) || arrival.nearness < near) pdf_bsdf = 0.0;
                 float pdf_light = arrival.pdf_solid_angle;
                 float weight = heuristic_weight(pdf_light, pdf_bsdf) / pdf_light;
                 shadowed = path.throughput * f * arrival.light * (max(incoming.z, 0.0) * weight);
@@ -201,11 +211,12 @@ void main() {
         path.throughput *= chosen.weight;
         path.scatterings += 1u;
         path.pdf_solid_angle = chosen.pdf_solid_angle;
+        path.near = chosen.mirror ? 0.0 : near;
         path.mirror = chosen.mirror;
         alive = alive && max_component(path.throughput) > 0.0;
         bool survives = survives_roulette(path.throughput, path.scatterings, frame.at.view.roulette_start,
                                           frame.at.view.roulette_floor, bsdf_numbers.w);
-        next = Ray(offset_origin(surface.position, surface.error, surface.geometric_normal, direction), LARGEST, direction);
+        next = Ray(ray_origin(surface, ray.direction, direction, LARGEST), LARGEST, direction);
         next_purpose = alive && survives ? RAY_PATH : RAY_NONE;
         purpose = shadow ? RAY_SHADOW : next_purpose;
         ray = next;

@@ -34,9 +34,11 @@ void main() {
             if (light.kind != LIGHT_NONE) {
                 LightSample value = new_light_sample(light);
                 // Of light samples by power: a walk through the light BVH is not worth its time here.
-                float light_pdf = light_sample_pdf_own_measure(distant_receiver(), value.point, value.position);
-                float target;
-                float weight = accept_weight(candidate_weight(domain, value, light_pdf, 1u, target));
+                bool rare = rare_probability(value.point) > 0.0;
+                float light_pdf = rare ? rare_pdf_own_measure(value.point, value.position)
+                                       : light_sample_pdf_own_measure(distant_receiver(), value.point, value.position);
+                float light_samples = rare ? 1.0 : float(restir.at.reuse.light_samples), target;
+                float weight = accept_weight(candidate_weight(domain, value, light_pdf, light_samples, 1u, target));
                 // The mean is 0 if all lights were off when it was computed; then nothing can be relative to it.
                 if (restir.at.mean_light_luminance > 0.0) pilot.brightness = weight / restir.at.mean_light_luminance;
             }

@@ -68,17 +68,34 @@ vec3 arriving_radiance(LightSample value, vec3 from, out vec3 direction, out flo
     return emits ? value.emission : vec3(0.0);
 }
 
+// True if BSDF rays find the sample: not a point of a punctual light, nor of a small one that is near.
+bool found_by_rays(Domain domain, LightSample value) {
+    if (is_punctual(value.point.kind)) return false;
+    if (is_environment(value.point.kind) || !is_near(domain, value.position)) return true;
+    return light_at(value.point.index, CURRENT).area >= square(near_distance(domain));
+}
+
+// The place at which the light of a sample is evaluated: the point itself. In a crease with a lamp the point lies in the lamp's
+// plane, up to rounding, and would have no light from it; there it is where rays begin. A lamp close above the point is no crease.
+vec3 lit_position(Domain domain, LightSample value) {
+    if (!is_triangle(value.point.kind)) return domain.position;
+    vec3 toward = value.position - domain.position;
+    float height = abs(dot(value.normal, toward));
+    bool in_crease = height < min(0.25 * (domain.clearance + domain.back_off), 0.01 * length(toward));
+    return in_crease ? ray_start(domain) : domain.position;
+}
+
 // The integrand in the sample's measure: f · cosine · arriving radiance · solid angle per unit of the measure, without
-// visibility. `pdf_own_measure` is the density with which BSDF sampling would find the point: 0 for a punctual light.
+// visibility. `pdf_own_measure` is the density with which BSDF rays find the point.
 vec3 contribution(Domain domain, LightSample value, out float pdf_own_measure) {
     pdf_own_measure = 0.0;
     vec3 direction;
     float solid_angle;
-    vec3 radiance = arriving_radiance(value, domain.position, direction, solid_angle);
+    vec3 radiance = arriving_radiance(value, lit_position(domain, value), direction, solid_angle);
     // Early out: from the back of a light.
     if (max_component(radiance) <= 0.0) return vec3(0.0);
     vec3 light = reflected_light(domain, direction, radiance, pdf_own_measure) * solid_angle;
-    pdf_own_measure = is_punctual(value.point.kind) ? 0.0 : pdf_own_measure * solid_angle;
+    pdf_own_measure = found_by_rays(domain, value) ? pdf_own_measure * solid_angle : 0.0;
     return light;
 }
 
@@ -91,10 +108,11 @@ vec3 contribution(Domain domain, LightSample value) {
 Ray shadow_ray(Domain domain, LightSample value, uint epoch) {
     if (is_distant(value.point.kind)) return Ray(ray_origin(domain, value.position), LARGEST, value.position);
     vec3 direction = value.position - domain.position;
-    vec3 from = ray_origin(domain, direction);
+    vec3 from = ray_origin(domain, direction, abs(dot(direction, domain.geometric_normal)));
     vec3 to = value.position;
     if (is_triangle(value.point.kind)) {
-        to = offset_origin(to, light_position_error(light_at(value.point.index, epoch)), value.normal, -direction);
+        vec3 error = light_position_error(light_at(value.point.index, epoch));
+        to = offset_origin(to, error, value.normal, -direction, abs(dot(direction, value.normal)));
     }
     // Ends short of the light by the rounding error along the whole ray.
     return Ray(from, 1.0 - 1e-6, to - from);

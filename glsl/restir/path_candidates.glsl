@@ -19,6 +19,8 @@ struct Path {
     // The vertex that the current ray left, and the density of the ray, for the MIS weight of a light that it hits.
     Receiver receiver;
     float pdf_solid_angle;
+    // The distance within which the ray finds no lights that are no larger: `near_distance`.
+    float near;
     bool mirror;
     // Whether it began with the reflection of a perfect mirror that the camera sees.
     bool is_mirrored;
@@ -40,24 +42,34 @@ struct Candidate {
 // The path that begins with a mirror reflection. Lights that the first ray hits belong to direct light, so that nothing asks
 // for the receiver that it left.
 Path mirror_path(vec3 reflectance) {
-    return Path(reflectance, vec3(1.0), 1u, distant_receiver(), 0.0, true, true, false, empty_path_sample());
+    return Path(reflectance, vec3(1.0), 1u, distant_receiver(), 0.0, 0.0, true, true, false, empty_path_sample());
 }
 
 // The path that begins with the pixel's pilot ray.
 Path first_path(BsdfSample first) {
-    return Path(first.weight, vec3(1.0), 1u, distant_receiver(), first.pdf_solid_angle, false, false, true, empty_path_sample());
+    return Path(first.weight, vec3(1.0), 1u, distant_receiver(), first.pdf_solid_angle, 0.0, false, false, true, empty_path_sample());
 }
 
 // Whether the current ray started at the first vertex, or at the second.
 bool left_first(Path path) { return path.scatterings == 1u; }
 bool left_second(Path path) { return path.scatterings == 2u; }
 
+// The number of light samples of a vertex, in the mean. Those among rare lights take the place of the others.
+float vertex_samples() {
+    return float(restir.at.reuse.light_samples) * (RARE_LIGHTS ? 1.0 - restir.at.reuse.rare_lights : 1.0);
+}
+
+// The sum of the densities of a vertex' light samples at a point, in its own measure.
+float vertex_pdf_own_measure(Receiver receiver, LightPoint point, vec3 direction) {
+    if (rare_probability(point) > 0.0) return restir.at.reuse.rare_lights * rare_pdf_own_measure(point, direction);
+    return vertex_samples() * light_sample_pdf_own_measure(receiver, point, direction);
+}
+
 // The MIS weight of a vertex' light samples against the BSDF ray that leaves it, for a point that the ray would find with a
 // density of `bsdf_pdf` in the point's measure; `found_light` has that of the ray. It counts the vertex' own samples alone:
 // counting those of merged reservoirs as well gave more outliers.
 float light_sampling_share(Receiver receiver, LightSample value, float bsdf_pdf) {
-    float light_pdf = light_sample_pdf_own_measure(receiver, value.point, value.position);
-    return share_of(float(restir.at.reuse.light_samples) * light_pdf, bsdf_pdf);
+    return share_of(vertex_pdf_own_measure(receiver, value.point, value.position), bsdf_pdf);
 }
 
 // The candidate of a path that ends at a light: `directly` from its second vertex, or from a later vertex. `radiance` is
@@ -70,12 +82,12 @@ Candidate make_candidate(Path path, vec3 light, bool directly, LightPoint end, v
     return found;
 }
 
-// The light that a BSDF ray found, weighed against next-event estimation at the previous vertex, which finds the same
-// point with a density of `pdf_solid_angle`.
+// The light that a BSDF ray found, weighed against next-event estimation at the previous vertex, whose samples find the same
+// point with densities whose sum is `pdf_solid_angle`.
 Candidate found_light(Path path, LightPoint end, vec3 radiance, float pdf_solid_angle) {
     float weight = 1.0;
     if (!path.mirror) {
-        weight = 1.0 / (1.0 + float(restir.at.reuse.light_samples) * (pdf_solid_angle / path.pdf_solid_angle));
+        weight = 1.0 / (1.0 + pdf_solid_angle / path.pdf_solid_angle);
     }
     return make_candidate(path, path.throughput * radiance * weight, left_second(path), end, radiance);
 }
@@ -86,14 +98,15 @@ Candidate light_hit(Path path, uint index, Hit hit, vec3 direction) {
     GpuLight light = light_at(index, CURRENT);
     float cosine = -dot(light.normal, direction);
     vec3 emission = light_emission(light, index, stored_place(end.place), cosine);
-    float pdf_area = light_sample_pdf_own_measure(path.receiver, end, direction);
+    if (max(hit.t, sqrt(light.area)) < path.near) emission = vec3(0.0);
+    float pdf_area = vertex_pdf_own_measure(path.receiver, end, direction);
     return found_light(path, end, emission, area_to_solid_angle(pdf_area, square(hit.t), cosine));
 }
 
 // The light of the environment in the direction of a ray that hit nothing.
 Candidate environment_hit(Path path, vec3 direction) {
     LightSample value = new_light_sample(environment_point(direction));
-    float pdf_solid_angle = light_sample_pdf_own_measure(path.receiver, value.point, value.position);
+    float pdf_solid_angle = vertex_pdf_own_measure(path.receiver, value.point, value.position);
     return found_light(path, value.point, value.emission, pdf_solid_angle);
 }
 
@@ -106,9 +119,11 @@ bool has_world_reservoirs(Path path) {
 // reservoirs, merges it with some of the previous frame. `slot` is that of the path's pixel. Returns whether its shadow ray
 // must be traced.
 bool sample_light_at(Path path, Domain vertex, Receiver receiver, uint slot, inout Random random, out Candidate found, out Ray ray) {
-    bool in_world = has_world_reservoirs(path);
+    bool rare = RARE_LIGHTS && to_unit(random_bits(random).x) < restir.at.reuse.rare_lights;
+    bool in_world = !rare && has_world_reservoirs(path);
     // BSDF rays share the light with the samples; but not in a weight that other vertices take over.
     uint bsdf_samples = in_world ? 0u : 1u;
+    float light_samples = in_world ? float(restir.at.reuse.light_samples) : vertex_samples();
     // Two random streams for each vertex: one for the path that a mirror begins.
     Random world_random = pass_random(own_pixel(), STREAM_WORLD + 2u * path.scatterings + (path.is_mirrored ? 1u : 0u));
     uint normal = pack_octahedral(vertex.geometric_normal);
@@ -124,16 +139,24 @@ bool sample_light_at(Path path, Domain vertex, Receiver receiver, uint slot, ino
     // Its own selection, and the one that it keeps for others.
     Stream points = empty_stream(), kept = empty_stream();
     LightReservoir own = empty_light_reservoir(1.0), for_others = empty_light_reservoir(1.0);
-    for (uint i = 0u; i < restir.at.reuse.light_samples; i += 1u) {
+    for (uint i = 0u; i < (rare ? 1u : restir.at.reuse.light_samples); i += 1u) {
         uvec4 bits = random_bits(random);
         float choice = random_choice(random);
-        float light_pdf;
-        LightSample value = draw_light_sample(receiver, i, bits, light_pdf);
-        float target;
-        float weight = candidate_weight(resampling, value, light_pdf, bsdf_samples, target);
+        float light_pdf, target, weight;
+        LightSample value;
+        if (rare) {
+            value = new_light_sample(draw_rare(bits));
+            float bsdf_pdf;
+            target = luminance(contribution(resampling, value, bsdf_pdf));
+            float rare_pdf = restir.at.reuse.rare_lights * rare_pdf_own_measure(value.point, value.position);
+            weight = target > 0.0 ? target / (rare_pdf + bsdf_pdf) : 0.0;
+        } else {
+            value = draw_light_sample(receiver, i, bits, light_pdf);
+            weight = candidate_weight(resampling, value, light_pdf, light_samples, bsdf_samples, target);
+        }
         if (stream_add(points, i, weight, target, choice)) own.value = value;
         if (in_world && !keeps_merged) {
-            weight = candidate_weight(stored, value, light_pdf, 0u, target);
+            weight = candidate_weight(stored, value, light_pdf, light_samples, 0u, target);
             if (stream_add(kept, i, weight, target, random_choice(world_random))) for_others.value = value;
         }
     }
@@ -153,10 +176,12 @@ bool sample_light_at(Path path, Domain vertex, Receiver receiver, uint slot, ino
     LightSample point = own.value;
     vec3 direction;
     float solid_angle, pdf_solid_angle;
-    vec3 radiance = arriving_radiance(point, vertex.position, direction, solid_angle);
+    vec3 radiance = arriving_radiance(point, lit_position(vertex, point), direction, solid_angle);
     vec3 reflected = reflected_light(vertex, direction, radiance, pdf_solid_angle);
     vec3 light = path.throughput * reflected * (solid_angle * own.contribution_weight);
-    if (in_world && !is_punctual(point.point.kind)) light *= light_sampling_share(receiver, point, pdf_solid_angle * solid_angle);
+    if (in_world && found_by_rays(vertex, point)) light *= light_sampling_share(receiver, point, pdf_solid_angle * solid_angle);
+    // A merged reservoir counts as if the vertex always had one.
+    if (RARE_LIGHTS && in_world) light /= 1.0 - restir.at.reuse.rare_lights;
     found = make_candidate(path, light, left_first(path), point.point, reflected);
     ray = shadow_ray(vertex, point, CURRENT);
     return max_component(found.light) > 0.0;
@@ -176,6 +201,7 @@ bool scatter(inout Path path, Domain vertex, Receiver receiver, vec4 numbers, ou
     path.scatterings += 1u;
     path.receiver = receiver;
     path.pdf_solid_angle = onward.pdf_solid_angle;
+    path.near = onward.mirror ? 0.0 : near_distance(vertex);
     path.mirror = onward.mirror;
     return survives_roulette(path.throughput, path.scatterings, restir.at.view.roulette_start, restir.at.view.roulette_floor, numbers.w)
         && alive;

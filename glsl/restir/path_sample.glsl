@@ -97,7 +97,7 @@ Domain vertex_domain(PathSample value, vec3 direction) {
     if (!VARIES) material = material_at(value.material_index);
     vec3 geometric_normal, shading_normal;
     face_viewer(value.point, material, direction, geometric_normal, shading_normal);
-    return make_domain(value.point.position, value.clearance, geometric_normal, shading_normal, material, direction);
+    return make_domain(value.point.position, value.clearance, 0.0, geometric_normal, shading_normal, material, direction);
 }
 
 // ---- Target and shadow rays
@@ -115,7 +115,8 @@ vec3 outgoing_radiance(PathSample value, vec3 direction) {
 vec3 contribution(Domain domain, PathSample value) {
     vec3 direction;
     float cosine, pdf_solid_angle;
-    float solid_angle = solid_angle_per_area(domain.position, value.point.position, value.point.normal, direction, cosine);
+    // From where the ray began that found the vertex: a point in a crease may lie in the plane of the other wall.
+    float solid_angle = solid_angle_per_area(ray_start(domain), value.point.position, value.point.normal, direction, cosine);
     vec3 light = reflected_light(domain, direction, vec3(solid_angle), pdf_solid_angle);
     // Early out: usually the vertex is behind the surface.
     if (max_component(light) <= 0.0) return vec3(0.0);

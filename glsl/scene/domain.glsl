@@ -7,8 +7,9 @@
 // A shading point with its outgoing direction.
 struct Domain {
     vec3 position;
-    // Distance along the normal by which a ray origin clears rounding errors.
+    // Distances along the normal and towards the viewer by which a ray origin clears rounding errors.
     float clearance;
+    float back_off;
     // Unit, on the viewer's side.
     vec3 geometric_normal;
     vec3 shading_normal;
@@ -34,11 +35,12 @@ vec3 to_world(Domain domain, vec3 direction) {
 }
 
 // Shading domain for a viewer along the unit vector `direction`, with normals on the viewer's side.
-Domain make_domain(vec3 position, float clearance, vec3 geometric_normal, vec3 shading_normal, GpuMaterial material,
-                   vec3 direction) {
+Domain make_domain(vec3 position, float clearance, float back_off, vec3 geometric_normal, vec3 shading_normal,
+                   GpuMaterial material, vec3 direction) {
     Domain domain;
     domain.position = position;
     domain.clearance = clearance;
+    domain.back_off = back_off;
     domain.geometric_normal = geometric_normal;
     domain.shading_normal = shading_normal;
     tangent_frame(shading_normal, domain.tangent, domain.bitangent);
@@ -47,10 +49,23 @@ Domain make_domain(vec3 position, float clearance, vec3 geometric_normal, vec3 s
     return domain;
 }
 
-// A ray origin off the surface on the side of `direction`.
-vec3 ray_origin(Domain domain, vec3 direction) {
+// The place towards the viewer from which rays begin, before they clear the surface.
+vec3 ray_start(Domain domain) { return domain.position + domain.back_off * to_world(domain, domain.outgoing); }
+
+// A ray origin off the surface on the side of `direction`, for a ray that ends `height` above the surface's plane.
+vec3 ray_origin(Domain domain, vec3 direction, float height) {
     float side = dot(direction, domain.geometric_normal) < 0.0 ? -1.0 : 1.0;
-    return domain.position + (side * domain.clearance) * domain.geometric_normal;
+    vec3 off = domain.back_off * to_world(domain, domain.outgoing) + (side * domain.clearance) * domain.geometric_normal;
+    return domain.position + share_of_offset(abs(dot(off, domain.geometric_normal)), height) * off;
+}
+
+vec3 ray_origin(Domain domain, vec3 direction) { return ray_origin(domain, direction, LARGEST); }
+
+float near_distance(Domain domain) { return near_distance(domain.clearance, domain.back_off); }
+
+bool is_near(Domain domain, vec3 point) {
+    vec3 toward = point - ray_origin(domain, domain.geometric_normal);
+    return dot(toward, toward) < square(near_distance(domain));
 }
 
 // Reflected radiance towards the viewer of light from a direction: f · cosine · radiance. `pdf_solid_angle` is the

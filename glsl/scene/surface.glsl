@@ -14,6 +14,8 @@ struct Surface {
     // Bound of the position's rounding error, for each axis. Within the triangle's plane the error may be larger,
     // since barycentrics are not exact.
     vec3 error;
+    // The distance towards the viewer by which rays begin that leave it.
+    float back_off;
     // Unit normals on the side the ray came from.
     vec3 geometric_normal;
     vec3 shading_normal;
@@ -70,6 +72,15 @@ vec3 unlit_radiance(Hit hit) {
     return with_textures(material, instance, hit.primitive, hit.barycentrics).base_color;
 }
 
+// A ray origin off the surface on the side of `direction`, for a ray that ends `height` above the surface's plane; `viewed` is the
+// direction of the ray that hit the surface.
+vec3 ray_origin(Surface surface, vec3 viewed, vec3 direction, float height) {
+    float clearance = clearance_of(surface.geometric_normal, surface.error);
+    float side = dot(direction, surface.geometric_normal) < 0.0 ? -1.0 : 1.0;
+    vec3 off = (side * clearance) * surface.geometric_normal - surface.back_off * viewed;
+    return surface.position + share_of_offset(abs(dot(off, surface.geometric_normal)), height) * off;
+}
+
 // The surface at the hit of a ray of unit direction.
 Surface surface_at(Hit hit, Ray ray) {
     GpuInstance instance = load_instances(hit.instance);
@@ -82,6 +93,7 @@ Surface surface_at(Hit hit, Ray ray) {
     map_normal(point, surface.material, instance, hit.primitive, hit.barycentrics);
     face_viewer(point, surface.material, ray.direction, surface.geometric_normal, surface.shading_normal);
     refine_by_ray(surface.position, surface.error, surface.geometric_normal, ray.origin, ray.direction);
+    surface.back_off = back_off_distance(surface.error, dot(surface.position - ray.origin, ray.direction));
     surface.material_index = owner.material;
     surface.instance = owner.instance;
     surface.light = owner.light;

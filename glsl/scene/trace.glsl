@@ -40,6 +40,8 @@ const uint RAY_CANDIDATE = 3u;
 const uint RAY_MIRROR = 4u;
 // Visibility: any hit.
 const uint RAY_SHADOW = 5u;
+// The same, of a candidate among rare lights.
+const uint RAY_RARE = 6u;
 
 #if TRACE_RAY_QUERY
 #include "scene/trace_ray_query.glsl"

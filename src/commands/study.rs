@@ -11,6 +11,7 @@ use crate::render::settings::EnvironmentSettings;
 use crate::scene::camera::framing_camera;
 use crate::scene::load::Options;
 use crate::scene::{Camera, Environment, MovingCamera, Scene, check_name, open_watched};
+use crate::study::axes;
 use crate::study::folder::Folder;
 use crate::study::forecast::Forecast;
 use crate::study::plan::{Expect, Plan, Resolved};
@@ -111,8 +112,9 @@ pub fn run(args: &Args) -> Result<()> {
     let instance = open_vulkan(crate::gpu::InstanceOptions::default())?;
     let (info, _) = instance.choose(args.device.as_deref())?;
     let folder = Folder::open(&args.output)?;
-    let [json_file, csv_file] = ["results.json", "results.csv"].map(|name| args.output.join(name));
-    let written = [&json_file, &csv_file].map(|file| ("a result", file.as_path()));
+    let files = ["results.json", "results.csv", "axes.svg"].map(|name| args.output.join(name));
+    let written = files.each_ref().map(|file| ("a result", file.as_path()));
+    let [json_file, csv_file, axes_file] = &files;
     check_files(written, [])?;
     let mut store = Store::open(&folder.runs())?;
     let check = || match interrupt.pending() {
@@ -212,10 +214,15 @@ pub fn run(args: &Args) -> Result<()> {
     progress.finish();
     judge(&mut rows);
     let json = results_text::json(&rows, &info.name, &info.driver)?;
-    write_atomically(&json_file, |file| writeln!(file, "{json:#}"))?;
-    write_atomically(&csv_file, |file| {
+    write_atomically(json_file, |file| writeln!(file, "{json:#}"))?;
+    write_atomically(csv_file, |file| {
         write!(file, "{}", results_text::csv(&rows))
     })?;
+    match axes::svg(&rows)? {
+        Some(figure) => write_atomically(axes_file, |file| write!(file, "{figure}"))?,
+        // That of an earlier plan would stand beside other results.
+        None => drop(std::fs::remove_file(axes_file)),
+    }
     print(results_text::table(&rows).trim_end())?;
     verdict(&rows)?;
     check_messages(&instance.validation_messages())

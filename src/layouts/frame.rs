@@ -63,7 +63,9 @@ crate::gpu_struct! {
         pub uniform_candidates: u32,
         /// Light samples of a pixel, or of a vertex of a path.
         pub light_samples: u32,
-        /// Those that are drawn from the light BVH, where it finds lights; they come first.
+        /// Probability of a candidate among rare lights; used only where they are apart.
+        pub rare_lights: f32,
+        /// The number of light samples drawn from the light BVH, where it finds lights; they come first.
         pub near_samples: u32,
         /// Their share of all; of a single sample the probability.
         pub near_share: f32,

@@ -113,6 +113,8 @@ crate::gpu_constants! {
     pub const STREAM_TILES: u32 = 6;
     /// Random stream of those who fill the hash grid; the next one is that of the choice among its reservoirs.
     pub const STREAM_GRID: u32 = 7;
+    /// Random stream of the candidates among rare lights.
+    pub const STREAM_RARE: u32 = 9;
     /// Random stream of the first spatial pass; that of pass n is n higher.
     pub const STREAM_SPATIAL: u32 = 16;
     /// Added to these by passes of indirect light, except by the pilots, which both kinds share.

@@ -1,5 +1,7 @@
 //! Error metrics between two pictures in linear RGB.
 
+use super::statistics::median;
+
 /// Errors of a picture against a reference.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Errors {
@@ -71,6 +73,20 @@ pub fn error_correlation(a: [&[[f32; 3]]; 2], b: [&[[f32; 3]]; 2]) -> f64 {
     }
 }
 
+/// The median over pixels of the luminance over that of the reference, of those that the reference lights; 1 if there is
+/// none. A mean does not show that most pixels lack light, since a few bright ones make up for it.
+pub fn median_ratio(pairs: impl IntoIterator<Item = (f64, f64)>) -> f64 {
+    let lit = pairs.into_iter().filter(|(_, reference)| *reference > 0.0);
+    let ratios: Vec<f64> = lit
+        .map(|(picture, reference)| picture / reference)
+        .collect();
+    if ratios.is_empty() {
+        1.0
+    } else {
+        median(ratios.into_iter())
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -91,6 +107,13 @@ mod tests {
         let (moved, other) = (a.map(|p| p.map(|v| v + 0.5)), [[1.5; 3]; 2]);
         let same = error_correlation([&a, &reference], [&moved, &other]);
         assert!((same - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_median_is_of_pixels_with_light() {
+        let pairs = [(0.5, 1.0), (7.0, 0.0), (0.2, 1.0), (900.0, 1.0)];
+        assert_eq!(median_ratio(pairs), 0.5);
+        assert_eq!(median_ratio([(1.0, 0.0)]), 1.0);
     }
 
     #[test]

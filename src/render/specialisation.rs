@@ -68,6 +68,8 @@ crate::gpu_specialisation! {
         pub visibility: Visibility = Visibility::Weights,
         /// Maximum number of neighbours of a spatial merge.
         pub neighbours: u32 = 3,
+        /// True if rare lights are left to candidates of their own.
+        pub rare_lights: bool = false,
         /// Whether light samples are drawn from the light BVH.
         pub light_bvh: bool = false,
         /// Whether those of direct light come from light lists.
@@ -86,7 +88,7 @@ crate::gpu_specialisation! {
 #[cfg(headwater)]
 mod values {
     use super::Specialisation;
-    use crate::choices::PixelOrder;
+    use crate::choices::{PixelOrder, Visibility};
     use crate::render::reservoir_layout::ReservoirLayout;
     use crate::render::settings::{
         Arrays, Candidates, Energy, IndirectMode, Order, Resampling, Settings, Shift, Variant,
@@ -140,9 +142,12 @@ mod values {
             }
         }
 
-        /// With the way in which one kind of light is resampled.
-        pub fn with_resampling(self, resampling: &Resampling) -> Self {
+        /// With the way in which one kind of light is resampled in a scene.
+        pub fn with_resampling(self, resampling: &Resampling, scene: &GpuScene) -> Self {
             Self {
+                rare_lights: resampling.rare_lights > 0.0
+                    && resampling.visibility == Visibility::Weights
+                    && scene.first_lights().has_rare(),
                 mis: resampling.mis,
                 visibility: resampling.visibility,
                 light_bvh: resampling.candidates == Candidates::LightBvh,

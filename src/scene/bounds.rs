@@ -36,7 +36,7 @@ impl Bounds {
     }
 
     /// A box around this one under a transform, which is not tight.
-    fn placed(&self, transform: &DAffine3) -> Self {
+    pub(super) fn placed(&self, transform: &DAffine3) -> Self {
         let corners = self
             .corners()
             .map(|corner| transform.transform_point3(corner));

@@ -1,7 +1,7 @@
 //! Emissive triangles, and the alias table that samples them.
 
 use super::texture::{LitTexels, srgb};
-use super::{AlphaMode, Material, Mesh, Part, Scene, Texture};
+use super::{AlphaMode, Material, Mesh, Part, PunctualLight, PunctualShape, Scene, Texture};
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 use std::collections::{BTreeSet, HashMap};
 
@@ -221,6 +221,16 @@ pub fn light_triangles(scene: &Scene) -> Vec<LightTriangle> {
 pub fn power(light: &LightTriangle, material: &Material) -> f64 {
     let sides = if material.double_sided { 2.0 } else { 1.0 };
     sides * light.area * luminance(material.emission * light.emission_mean)
+}
+
+/// The same of a light at a point, over π as for triangles; none for one that is infinitely far away.
+pub fn punctual_power(light: &PunctualLight) -> Option<f64> {
+    let share = match light.shape {
+        PunctualShape::Point => 1.0,
+        PunctualShape::Spot { outer, .. } => (outer / 2.0).sin().powi(2),
+        PunctualShape::Directional => return None,
+    };
+    Some(4.0 * share * luminance(light.intensity))
 }
 
 /// Luminance of a colour in linear sRGB (ITU-R BT.709).

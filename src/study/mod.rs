@@ -2,6 +2,7 @@
 //! configuration is biased. A plan says what; every finished run is kept, so that a study that was
 //! stopped goes on where it was.
 
+pub mod axes;
 pub mod bias;
 pub mod block_bias;
 pub mod folder;

@@ -5,8 +5,11 @@ pub const PLANS: &[(&str, &str)] = &[
     ("bias-matrix", include_str!("plans/bias-matrix.toml")),
     ("bias-sample", include_str!("plans/bias-sample.toml")),
     ("confidence-cap", include_str!("plans/confidence-cap.toml")),
+    ("contrast", include_str!("plans/contrast.toml")),
+    ("contrast-paths", include_str!("plans/contrast-paths.toml")),
     ("direct-layouts", include_str!("plans/direct-layouts.toml")),
     ("direct-light", include_str!("plans/direct-light.toml")),
+    ("extremes", include_str!("plans/extremes.toml")),
     ("indirect-light", include_str!("plans/indirect-light.toml")),
     (
         "indirect-matrix",

@@ -2,9 +2,11 @@
 
 use crate::gpu::Device;
 use crate::image::Image;
+use crate::metrics::error::median_ratio;
 use crate::metrics::statistics::Estimate;
 use crate::progress::Watch;
 use crate::render::{Renderer, Settings, View};
+use crate::scene::lights::luminance;
 use crate::tracing::GpuScene;
 use crate::{Error, Result, input_files};
 use glam::DVec3;
@@ -136,6 +138,14 @@ impl Reference {
     /// Means of a picture's channels, and of its blocks' luminance, emission left out.
     pub fn reduce(&self, picture: &[[f32; 3]]) -> ([f64; 3], Vec<f64>) {
         self.means(|i, c| f64::from(picture[i][c]) - f64::from(self.emission[i][c]))
+    }
+
+    /// The median of a picture's luminance over the reference's, over the pixels that are lit and show no lamp.
+    pub fn median_ratio(&self, picture: &[[f32; 3]]) -> f64 {
+        let pixels = picture.iter().zip(&self.mean).zip(&self.emission);
+        let lit = pixels.filter(|(_, emission)| **emission == [0.0; 3]);
+        let of = |pixel: &[f32; 3]| luminance((*pixel).into());
+        median_ratio(lit.map(|((picture, mean), _)| (of(picture), of(mean))))
     }
 
     /// How large a difference of these means may be that comes of rounding alone: a picture without noise is the

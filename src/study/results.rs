@@ -29,6 +29,8 @@ pub struct Row {
     pub relmse: Vec<f64>,
     /// Likewise, the temporal correlation of errors with those of the frame before.
     pub correlation: Vec<f64>,
+    /// Likewise, the median over pixels of their luminance over the reference's.
+    pub median: Vec<f64>,
     /// Median over seeds of what passes take, the median over frames each; first runs are left out.
     pub milliseconds: Milliseconds,
     /// What passes took that ran for the first time, in which some drivers compile them; empty where all runs are
@@ -126,6 +128,7 @@ impl Row {
             rmse_clamped: mean(|r| &r.rmse_clamped),
             relmse: mean(|r| &r.relmse),
             correlation: mean(|r| &r.correlation),
+            median: mean(|r| &r.median),
             milliseconds: medians(runs.iter().map(|run| &run.milliseconds)),
             first_runs: first_runs(runs),
             counts: Vec::new(),

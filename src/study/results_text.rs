@@ -23,7 +23,7 @@ pub fn table(rows: &[Row]) -> String {
     };
     let (scenes, names) = (width(5, |r| &r.scene), width(13, |r| &r.configuration));
     let mut text = format!(
-        "{:scenes$} {:names$} {:>5} {:>8} {:>7} {:>9} {:>8} {:>8} {:>17}  {:>19}  verdict\n",
+        "{:scenes$} {:names$} {:>5} {:>8} {:>7} {:>9} {:>8} {:>8} {:>17}  {:>19} {:>6}  verdict\n",
         "scene",
         "configuration",
         "seeds",
@@ -34,6 +34,7 @@ pub fn table(rows: &[Row]) -> String {
         "blocks p",
         "blocks % (99 %)",
         "rmse first → last",
+        "median",
     );
     for row in &rows {
         let (bias, _) = row.deciding();
@@ -44,7 +45,7 @@ pub fn table(rows: &[Row]) -> String {
         let largest = |a: f64, b: f64| if b.abs() > a.abs() { b } else { a };
         let _ = writeln!(
             text,
-            "{:scenes$} {:names$} {:5} {:+8.3} {:7.3} {:9.3} {:8.3} {:8.3} {blocks:>17}  {:8.5} → {:8.5}  {}{}{}",
+            "{:scenes$} {:names$} {:5} {:+8.3} {:7.3} {:9.3} {:8.3} {:8.3} {blocks:>17}  {:8.5} → {:8.5} {:6.3}  {}{}{}",
             row.scene,
             row.configuration,
             bias.seeds,
@@ -55,6 +56,7 @@ pub fn table(rows: &[Row]) -> String {
             row.blocks_p_value,
             row.rmse.first().copied().unwrap_or(0.0),
             row.rmse.last().copied().unwrap_or(0.0),
+            row.median.last().copied().unwrap_or(1.0),
             row.verdict.text(),
             if row.confirmation.is_some() {
                 " on fresh seeds"
@@ -69,7 +71,7 @@ pub fn table(rows: &[Row]) -> String {
     text += &costs(&rows);
     let _ = writeln!(
         text,
-        "bias: the largest of the channels' means, ± its 99 % half-width. 90 % sees: the bias that this check detects with a power of 90 %. p: chance of what was seen without bias; below {LEVEL} it counts. blocks %: root mean square of the bias of blocks, noise taken off, and its interval."
+        "bias: the largest of the channels' means, ± its 99 % half-width. 90 % sees: the bias that this check detects with a power of 90 %. p: chance of what was seen without bias; below {LEVEL} it counts. blocks %: root mean square of the bias of blocks, noise taken off, and its interval. median: that of the last frame's lit pixels, each over the reference."
     );
     text
 }
@@ -125,7 +127,7 @@ fn costs(rows: &[Row]) -> String {
 /// of the last frame; without counting, the rays are left out.
 pub fn csv(rows: &[Row]) -> String {
     let mut text = String::from(
-        "scene,configuration,seeds,frame,rmse,rmse_clamped,relmse,correlation,bias_r,bias_g,bias_b,half_width,verdict,milliseconds,rays,bytes_per_pixel,block_bias,block_bias_low,block_bias_high\n",
+        "scene,configuration,seeds,frame,rmse,rmse_clamped,relmse,correlation,bias_r,bias_g,bias_b,half_width,verdict,milliseconds,rays,bytes_per_pixel,block_bias,block_bias_low,block_bias_high,median\n",
     );
     let quoted = |s: &str| format!("\"{}\"", printable(s).replace('"', "\"\""));
     for row in rows {
@@ -149,7 +151,7 @@ pub fn csv(rows: &[Row]) -> String {
         for frame in 0..row.rmse.len() {
             let _ = writeln!(
                 text,
-                "{},{},{},{frame},{},{},{},{},{r},{g},{b},{},{},{milliseconds},{rays},{},{blocks}",
+                "{},{},{},{frame},{},{},{},{},{r},{g},{b},{},{},{milliseconds},{rays},{},{blocks},{}",
                 quoted(&row.scene),
                 quoted(&row.configuration),
                 row.seeds,
@@ -160,6 +162,7 @@ pub fn csv(rows: &[Row]) -> String {
                 bias.widest(),
                 row.verdict.text(),
                 row.bytes_per_pixel,
+                row.median[frame],
             );
         }
     }

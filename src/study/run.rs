@@ -36,6 +36,9 @@ pub struct Run {
     /// first.
     #[serde(default)]
     pub correlation: Vec<f64>,
+    /// The median ratio of each frame to its reference: [`Reference::median_ratio`](super::reference::Reference::median_ratio).
+    #[serde(default)]
+    pub median: Vec<f64>,
     /// Mean of the channels, emission seen directly left out: of the last frame, or of all frames
     /// where they show one time and do not depend on each other.
     pub mean: [f64; 3],
@@ -68,6 +71,7 @@ impl Run {
             &self.rmse_clamped,
             &self.relmse,
             &self.correlation,
+            &self.median,
         ];
         of_frames.iter().all(|list| list.len() == frames) && self.blocks.len() == blocks
     }
@@ -132,6 +136,7 @@ pub fn measure(
         run.rmse.push(errors.rmse);
         run.rmse_clamped.push(errors.rmse_clamped);
         run.relmse.push(errors.relmse);
+        run.median.push(reference.median_ratio(&picture));
         let last = before.as_deref().map(|before| {
             let before = [before, &references.of(number - 1).mean];
             error_correlation(before, [&picture, &reference.mean])

@@ -126,18 +126,20 @@ mod tests {
             rmse_clamped: vec![0.0; 2],
             relmse: vec![0.0; 2],
             correlation: vec![0.0; 2],
+            median: vec![1.0; 2],
             blocks: vec![0.0; 3],
             ..run("a", 0)
         };
-        let lists: [fn(&mut Run) -> &mut Vec<f64>; 5] = [
+        let lists: [fn(&mut Run) -> &mut Vec<f64>; 6] = [
             |run| &mut run.rmse,
             |run| &mut run.rmse_clamped,
             |run| &mut run.relmse,
             |run| &mut run.correlation,
+            |run| &mut run.median,
             |run| &mut run.blocks,
         ];
         let mut store = Store::open(&path).unwrap();
-        for (seed, list) in (0..).zip(lists) {
+        for (seed, list) in (0..).zip(&lists) {
             let mut longer = Run {
                 seed,
                 ..whole.clone()
@@ -151,7 +153,7 @@ mod tests {
             list(&mut shorter).pop();
             store.add(shorter).unwrap();
         }
-        assert_eq!(store.of("a", 0..20).len(), 10);
+        assert_eq!(store.of("a", 0..20).len(), 2 * lists.len());
         store.keep_whole("a", 2, 3);
         assert!(store.of("a", 0..20).is_empty());
         store.add(whole).unwrap();

@@ -181,8 +181,9 @@ scene_buffers! {
     environment: [Vec4] as Elements::Words; |c| c.environment_texels;
     /// The alias table that draws them: a texel is kept if 32 random bits are below the first number, else the second is taken.
     environment_columns: [UVec2] as Elements::Plain("uvec2"); |c| c.environment_texels;
-    /// The alias table over the lights of all kinds: triangles, punctual lights, the environment.
-    light_choices: [GpuLightChoice] as Elements::Records(GpuLightChoice::LAYOUT); |c| c.lights();
+    /// The alias table over the lights of all kinds: triangles, punctual lights, the environment. Where some are rare, two more
+    /// follow: of those that are not, and of those that are.
+    light_choices: [GpuLightChoice] as Elements::Records(GpuLightChoice::LAYOUT); |c| 3 * c.lights();
     /// Where each of the scene's instances was in the previous frame; empty where nothing moves.
     previous_transforms: [GpuPreviousTransform] as Elements::Records(GpuPreviousTransform::LAYOUT); |c| c.previous_transforms;
 }

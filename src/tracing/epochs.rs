@@ -59,6 +59,8 @@ impl EpochContents {
             contents.punctual_lights.extend(&pose.lights.punctual);
             if epoch == 0 {
                 contents.light_choices.extend(&pose.lights.choices);
+                contents.light_choices.extend(&pose.lights.common_choices);
+                contents.light_choices.extend(&pose.lights.rare_choices);
             }
         }
         contents

@@ -1,6 +1,7 @@
 //! The lights of a scene at one time, as shaders read them: emissive triangles, punctual lights, and the table that
 //! selects among these and the environment.
 
+use super::rare_lights::RareLights;
 use super::units::Units;
 use crate::layouts::{
     GpuLight, GpuLightChoice, GpuPunctualLight, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, NONE,
@@ -25,6 +26,8 @@ pub struct LightSources {
     environment: Option<(f64, f64)>,
     /// Half the scene's diagonal, squared: distant lights fall on as large a disc.
     disc: f64,
+    /// None if no light is rare.
+    rare: Option<RareLights>,
 }
 
 /// Lights at one time.
@@ -36,6 +39,10 @@ pub struct Lights {
     pub punctual: Vec<GpuPunctualLight>,
     /// The alias table over all: triangles, punctual lights, the environment.
     pub choices: Vec<GpuLightChoice>,
+    /// The same table without rare lights; empty where no light is rare.
+    pub common_choices: Vec<GpuLightChoice>,
+    /// The table of rare lights alone, in which each lamp has the same probability; empty where no light is rare.
+    pub rare_choices: Vec<GpuLightChoice>,
     /// For each of them its power over π, in the device's units; distant lights count for at most as much as all others.
     pub powers: Vec<f64>,
     /// Mean luminance of triangles and environment, weighted by their power; 0 without any.
@@ -43,6 +50,11 @@ pub struct Lights {
 }
 
 impl Lights {
+    /// True if some lights are rare.
+    pub fn has_rare(&self) -> bool {
+        !self.rare_choices.is_empty()
+    }
+
     /// The share of directional lights and of the environment in the power of all, as the table has it.
     pub fn distant_share(&self) -> f32 {
         let distant = (0..self.choices.len()).filter(|index| self.is_distant(*index));
@@ -76,14 +88,51 @@ impl LightSources {
         });
         let primitives = primitives.collect();
         let bounds = Bounds::around(scene.loose_boxes().into_iter());
-        Self {
+        let mut sources = Self {
             lamps,
             primitives,
             materials: scene.materials.clone(),
             punctual: scene.punctual_lights.clone(),
             environment: scene.environment.as_ref().map(brightness),
             disc: bounds.map_or(1.0, |bounds| 0.25 * bounds.size().length_squared()),
+            rare: None,
+        };
+        let triangles: Vec<LightTriangle> = (sources.lamps.iter())
+            .map(|lamp| lamp.placed(&scene.instances[lamp.instance as usize].object_to_world))
+            .collect();
+        // A lamp that is off now may be the brightest one later.
+        let mut brightest = sources.materials.clone();
+        for emission in scene.motion.iter().flat_map(|motion| &motion.emission) {
+            brightest[emission.material as usize].emission = emission.brightest();
         }
+        let powers = sources.powers(&triangles, &brightest, &sources.punctual);
+        // A lamp is what an instance has of a material.
+        let names = (0..powers.len()).map(|index| match sources.lamps.get(index) {
+            Some(lamp) => (lamp.instance, lamp.material),
+            None => (NONE, index as u32),
+        });
+        sources.rare = RareLights::find(&powers, names);
+        sources
+    }
+
+    /// The power of each light over π, in the scene's units.
+    fn powers(
+        &self,
+        triangles: &[LightTriangle],
+        materials: &[Material],
+        punctual: &[PunctualLight],
+    ) -> Vec<f64> {
+        let mut powers: Vec<f64> = (triangles.iter())
+            .map(|light| lights::power(light, &materials[light.material as usize]))
+            .collect();
+        powers.extend(punctual.iter().map(|light| self.power(light)));
+        let environment = self.environment.map(|(integral, _)| integral * self.disc);
+        powers.extend(environment);
+        limit_distant(&mut powers, |index| {
+            (index.checked_sub(triangles.len()))
+                .is_some_and(|rest| punctual.get(rest).is_none_or(PunctualLight::is_distant))
+        });
+        powers
     }
 
     /// The lights where the transforms of instances are `place_of`, and emission of materials and transforms of punctual
@@ -106,23 +155,19 @@ impl LightSources {
         let triangles: Vec<LightTriangle> = (self.lamps.iter())
             .map(|lamp| lamp.placed(&place_of(lamp.instance)))
             .collect();
-        let mut powers: Vec<f64> = (triangles.iter())
-            .map(|light| lights::power(light, &materials[light.material as usize]))
-            .collect();
-        powers.extend(punctual.iter().map(|light| self.power(light)));
-        let environment = self.environment.map(|(integral, _)| integral * self.disc);
-        powers.extend(environment);
-        limit_distant(&mut powers, |index| {
-            (index.checked_sub(triangles.len()))
-                .is_some_and(|rest| punctual.get(rest).is_none_or(PunctualLight::is_distant))
-        });
+        let mut powers = self.powers(&triangles, &materials, &punctual);
         let gpu_triangles: Vec<GpuLight> = (triangles.iter().zip(&self.primitives))
             .map(|(light, primitive)| GpuLight {
                 primitive: *primitive,
                 ..gpu_light(light, &materials[light.material as usize], units)
             })
             .collect();
-        let choices = choices(&powers);
+        let choices = choices(&powers, UNIFORM_SHARE);
+        let (mut common_choices, mut rare_choices) = (Vec::new(), Vec::new());
+        if let Some(rare) = &self.rare {
+            common_choices = self::choices(&rare.common_weights(&powers), UNIFORM_SHARE);
+            rare_choices = self::choices(&rare.rare_weights(&powers), 0.0);
+        }
         for power in &mut powers {
             *power /= units.length * units.length * units.radiance;
         }
@@ -136,18 +181,15 @@ impl LightSources {
                 .map(|light| gpu_punctual(light, units))
                 .collect(),
             choices,
+            common_choices,
+            rare_choices,
             powers,
         }
     }
 
     /// The power of a punctual light over π, which is how [`lights::power`] counts that of triangles.
     fn power(&self, light: &PunctualLight) -> f64 {
-        luminance(light.intensity)
-            * match light.shape {
-                PunctualShape::Point => 4.0,
-                PunctualShape::Spot { outer, .. } => 2.0 * (1.0 - outer.cos()),
-                PunctualShape::Directional => self.disc,
-            }
+        lights::punctual_power(light).unwrap_or_else(|| luminance(light.intensity) * self.disc)
     }
 }
 
@@ -188,9 +230,9 @@ fn limit_distant(powers: &mut [f64], is_distant: impl Fn(usize) -> bool) {
     }
 }
 
-/// The alias table for lights of these powers.
-pub fn choices(powers: &[f64]) -> Vec<GpuLightChoice> {
-    let table = AliasTable::new(powers, UNIFORM_SHARE);
+/// The alias table for lights of these powers, of which a share is uniform.
+fn choices(powers: &[f64], uniform_share: f64) -> Vec<GpuLightChoice> {
+    let table = AliasTable::new(powers, uniform_share);
     let columns = table.columns.iter().zip(&table.probabilities);
     columns
         .map(|(column, probability)| GpuLightChoice {
@@ -330,6 +372,14 @@ mod tests {
 
     fn probabilities(choices: &[GpuLightChoice]) -> Vec<f32> {
         choices.iter().map(|choice| choice.probability).collect()
+    }
+
+    #[test]
+    fn rare_lights_have_a_table_of_their_own() {
+        let lights = lights_of(&[1000.0, 1.0, 0.0, 2.0]);
+        assert!(lights.has_rare());
+        assert_eq!(probabilities(&lights.common_choices), [1.0, 0.0, 0.0, 0.0]);
+        assert_eq!(probabilities(&lights.rare_choices), [0.0, 0.5, 0.0, 0.5]);
     }
 
     #[test]

@@ -12,6 +12,7 @@ pub mod light_bvh;
 pub mod lights;
 pub mod materials;
 mod pose;
+mod rare_lights;
 pub mod ray_query;
 pub mod scene;
 pub mod selection;

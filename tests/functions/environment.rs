@@ -141,7 +141,7 @@ fn points_are_drawn_by_their_density() {
         includes: &["lights/light_point.glsl"],
         body: "Random random = random_start(a.x, 1u, 2u);
             uvec4 bits = random_bits(random);
-            LightPoint p = draw_point(pick_light(scene.at.light_count, bits.xy), bits);
+            LightPoint p = draw_point(pick_light(0u, scene.at.light_count, bits.xy), bits);
             float sine;
             vec3 direction = environment_direction(texel_corner(p.index) + p.place, sine);
             float pdf = pdf_own_measure(p, direction, light_probability(p));

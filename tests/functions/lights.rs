@@ -10,7 +10,7 @@ use headwater::tracing::lights::{Lights, gpu_lights};
 
 const BODY: &str = "Random random = random_start(a.x, 1u, 2u);
     uvec4 bits = random_bits(random);
-    LightPoint p = draw_point(pick_light(a.y, bits.xy), bits);
+    LightPoint p = draw_point(pick_light(0u, a.y, bits.xy), bits);
     float pdf_area = pdf_own_measure(p, vec3(0.0), light_probability(p));
     x = uvec4(floatBitsToUint(light_position(light_at(p.index, CURRENT), p.place)), p.index); y.x = floatBitsToUint(pdf_area);";
 
@@ -155,7 +155,7 @@ fn every_light_gets_its_exact_share_of_the_random_words() {
     let choices: Vec<GpuLightChoice> = (0..COUNT).map(choice).collect();
     let function = Function {
         includes: &["lights/light_point.glsl"],
-        body: "x.x = pick_light(a.x, a.yz);",
+        body: "x.x = pick_light(0u, a.x, a.yz);",
         lights: Lights {
             choices: choices.clone(),
             ..Lights::default()

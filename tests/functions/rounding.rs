@@ -43,7 +43,7 @@ fn behind_the_plane(fault: Option<(&str, &str, &str)>) -> usize {
             vec3 error = vec3(6e-7) + pow(10.0, v.w) * vec3(1.0, 0.03, 0.3);
             vec3 position = POINT + u.z * s + u.w * t;
             refine_by_ray(position, error, normal, origin, direction);
-            vec3 clear = offset_origin(position, error, normal, normal);
+            vec3 clear = offset_origin(position, error, normal, normal, LARGEST);
             x = uvec4(floatBitsToUint(clear), 0u);
             y = uvec4(floatBitsToUint(normal), 0u);",
         fault,

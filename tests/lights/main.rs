@@ -431,8 +431,8 @@ mod thorough {
             "thorough::a_floor_reflects_punctual_lights_exactly",
             (
                 "restir/light_sample.glsl",
-                "is_punctual(value.point.kind) ? 0.0 : pdf_own_measure * solid_angle",
-                "pdf_own_measure * solid_angle",
+                "if (is_punctual(value.point.kind)) return false;",
+                "if (is_punctual(value.point.kind)) return true;",
             ),
         );
     }

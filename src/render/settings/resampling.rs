@@ -163,6 +163,12 @@ pub struct Resampling {
     /// path chooses from, unless `secondary=power`. Cost: one target each, no ray. Unbiased at any value.
     #[schemars(range(min = 1, max = 1024))]
     pub light_samples: u32,
+    /// Least probability with which a pixel, or probability with which a vertex of a path, traces a ray to a rare lamp. Rare
+    /// are the dimmest lamps that have less than 1/96 of all power together: brighter ones that are hidden would win against
+    /// them in resampling. They have candidates of their own, and no reuse. 0: they are resampled like others.
+    /// Only with `visibility=weights`. Unbiased at any value.
+    #[schemars(range(min = 0.0, max = 0.95))]
+    pub rare_lights: f32,
     /// Whose reservoirs a pixel merges with its own. Unbiased at any value; of indirect light in motion,
     /// only paths that reach a light from their second vertex are reused over time.
     pub reuse: ReuseMode,
@@ -201,6 +207,7 @@ impl Default for Resampling {
         Self {
             candidates: Candidates::Auto,
             light_samples: 8,
+            rare_lights: 0.1,
             reuse: ReuseMode::default(),
             mis: Mis::default(),
             visibility: Visibility::default(),

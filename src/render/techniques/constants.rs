@@ -65,6 +65,7 @@ impl ReuseConstants {
         Self {
             uniform_candidates: is_uniform.into(),
             light_samples: resampling.light_samples,
+            rare_lights: resampling.rare_lights,
             near_samples,
             near_share,
             temporal_confidence_cap: resampling.temporal.confidence_cap as f32,

@@ -99,7 +99,8 @@ impl Restir {
             bindings.pass(name, &counters.specialise(name, specialisation)?)
         };
         let surfaces = pass("surfaces", specialisation)?;
-        let for_direct = specialisation.with_resampling(&settings.direct.resampling);
+        let for_direct =
+            specialisation.with_resampling(&settings.direct.resampling, &bindings.scene);
         let pilot_pass = (direct_pilots || has_indirect)
             .then(|| pass("pilots", for_direct))
             .transpose()?;
@@ -108,7 +109,7 @@ impl Restir {
             ReuseConstants::new(resampling, &settings.light_bvh, distant_share)
         };
         let reuse = |kind: Kind, resampling: Resampling, bytes: u64| {
-            let special = specialisation.with_resampling(&resampling);
+            let special = specialisation.with_resampling(&resampling, &bindings.scene);
             let initial = pass(kind.passes().initial, special)?;
             let shares = kind.is_shared(settings);
             let make = |name: &str| pass(name, special);
@@ -314,7 +315,9 @@ impl Restir {
             let pixels = self.constants.view.width as usize * self.constants.view.height as usize;
             return Ok(vec![empty; pixels]);
         };
-        let specialisation = self.specialisation.with_resampling(&reuse.resampling);
+        let specialisation = self
+            .specialisation
+            .with_resampling(&reuse.resampling, &self.bindings.scene);
         let pass = self.bindings.pass(kind.passes().aovs, &specialisation)?;
         let outputs = FrameOutputs {
             constants: &reuse.constants,

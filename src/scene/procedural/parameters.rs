@@ -21,9 +21,17 @@ impl fmt::Display for Range {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Whole(low, high) => write!(f, "{low} to {high}"),
-            Self::Real(low, high) => write!(f, "{low} to {high}"),
+            Self::Real(low, high) => write!(f, "{} to {}", short(*low), short(*high)),
             Self::Words(words) => write!(f, "{}", words.join(" | ")),
         }
+    }
+}
+
+/// A number without a row of zeros.
+fn short(number: f64) -> String {
+    match number.abs() {
+        0.0 | 1e-3..1e6 => number.to_string(),
+        _ => format!("{number:e}"),
     }
 }
 

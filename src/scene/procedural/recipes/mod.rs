@@ -5,6 +5,8 @@ mod city_grid;
 mod colourful_mess;
 mod conservatory;
 mod cornell;
+mod divided_room;
+mod extremes;
 mod figures;
 mod furnace;
 mod garage;
@@ -54,6 +56,18 @@ pub const SCENES: &[Procedural] = &[
         description: "The box with metal spheres of roughness .1, .3 and .6 and a dielectric block",
         parameters: cornell::GLOSSY_PARAMETERS,
         make: cornell::glossy,
+    },
+    Procedural {
+        name: "divided-room",
+        description: "A room with a wall across it: the lamps that the camera sees are dim, the one behind the wall is bright",
+        parameters: divided_room::PARAMETERS,
+        make: divided_room::make,
+    },
+    Procedural {
+        name: "extremes",
+        description: "A corner with a ball and two lamps, of which each quantity can be taken to its limits",
+        parameters: extremes::PARAMETERS,
+        make: extremes::make,
     },
     Procedural {
         name: "figures",

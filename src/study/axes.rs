@@ -1,0 +1,180 @@
+//! Error and bias against what scenes differ in, as a figure.
+
+use super::results::Row;
+use crate::{Error, Result};
+use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
+use plotters::prelude::*;
+use std::collections::BTreeMap;
+
+/// Pixels of a panel.
+const PANEL: (u32, u32) = (360, 300);
+/// Pixels of a line below the panels, one for each configuration.
+const LINE: u32 = 20;
+/// An axis has this many scenes at least.
+const LEAST: usize = 3;
+/// Colours that colour-blind people tell apart too (Okabe and Ito, 2008). Beyond this number of configurations they repeat.
+const COLORS: [RGBColor; 7] = [
+    RGBColor(0, 0, 0),
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+];
+
+/// A configuration at one value of an axis.
+struct Point {
+    value: f64,
+    /// The square root of relMSE, of the last frame.
+    error: f64,
+    /// The bias of the mean, and half its 99 % interval, in percent; of the channel that has the largest.
+    bias: [f64; 2],
+}
+
+/// For each parameter that scenes of one name differ in, for each configuration its points.
+type Axes<'a> = BTreeMap<(&'a str, &'a str), BTreeMap<&'a str, Vec<Point>>>;
+
+/// A figure with two panels for each parameter in which at least three of the study's scenes differ: the error and the bias of
+/// every configuration. None if there is no such parameter.
+///
+/// # Errors
+/// Those of the library that draws.
+pub fn svg(rows: &[Row]) -> Result<Option<String>> {
+    let mut axes = Axes::new();
+    for row in rows {
+        let Some((scene, (key, value))) = (row.scene.split_once(':'))
+            .and_then(|(scene, setting)| Some((scene, setting.split_once('=')?)))
+        else {
+            continue;
+        };
+        // A second setting would not be a number.
+        let Some(value) = value.parse().ok().filter(|value: &f64| *value > 0.0) else {
+            continue;
+        };
+        let (bias, _) = row.deciding();
+        let channels = [0, 1, 2].map(|channel| [bias.relative[channel], bias.half_width[channel]]);
+        let largest = |a: [f64; 2], b: [f64; 2]| if b[0].abs() > a[0].abs() { b } else { a };
+        let point = Point {
+            value,
+            error: row.relmse.last().copied().unwrap_or(0.0).sqrt(),
+            bias: channels
+                .into_iter()
+                .reduce(largest)
+                .unwrap_or_default()
+                .map(|b| 100.0 * b),
+        };
+        let lines = axes.entry((scene, key)).or_default();
+        lines.entry(&row.configuration).or_default().push(point);
+    }
+    axes.retain(|_, lines| lines.values().any(|points| points.len() >= LEAST));
+    if axes.is_empty() {
+        return Ok(None);
+    }
+    for points in axes.values_mut().flat_map(BTreeMap::values_mut) {
+        points.sort_by(|a, b| a.value.total_cmp(&b.value));
+    }
+    let mut text = String::new();
+    draw(&axes, &mut text).map_err(|e| Error::failed(format!("the figure of axes: {e}")))?;
+    Ok(Some(text))
+}
+
+/// An error of the library, which writes to a text and so has none of its own.
+type Failure = Box<dyn std::error::Error>;
+
+fn draw(axes: &Axes<'_>, text: &mut String) -> std::result::Result<(), Failure> {
+    let mut names: Vec<&str> = axes.values().flat_map(BTreeMap::keys).copied().collect();
+    names.sort_unstable();
+    names.dedup();
+    let (width, height) = (PANEL.0 * axes.len() as u32, 2 * PANEL.1);
+    let size = (width, height + LINE * (names.len() as u32 + 1));
+    let root = SVGBackend::with_string(text, size).into_drawing_area();
+    root.fill(&WHITE)?;
+    let (panels, legend) = root.split_vertically(height);
+    let panels = panels.split_evenly((2, axes.len()));
+    let color = |name: &str| {
+        let index = names.iter().position(|known| *known == name);
+        COLORS[index.unwrap_or(0) % COLORS.len()]
+    };
+    for (column, ((scene, key), lines)) in axes.iter().enumerate() {
+        let points = || lines.values().flatten();
+        let values = range(points().map(|point| point.value));
+        let errors = range(points().map(|point| point.error));
+        let title = format!("{scene}: {key}");
+        let (above, below) = (&panels[column], &panels[axes.len() + column]);
+
+        let mut chart = chart(
+            above,
+            &title,
+            "relative error",
+            values.clone(),
+            errors.log_scale(),
+        )?;
+        for (name, points) in lines {
+            let line = points.iter().map(|point| (point.value, point.error));
+            chart.draw_series(LineSeries::new(line, color(name)).point_size(3))?;
+        }
+
+        let widest = points().map(|point| point.bias[0].abs() + point.bias[1]);
+        let widest = widest.fold(1.0, f64::max);
+        let mut chart = self::chart(below, "", "bias, ± 99 %", values, -widest..widest)?;
+        for (name, points) in lines {
+            chart.draw_series(points.iter().map(|point| {
+                let [bias, half_width] = point.bias;
+                let (low, high) = (bias - half_width, bias + half_width);
+                ErrorBar::new_vertical(point.value, low, bias, high, color(name).filled(), 6)
+            }))?;
+        }
+    }
+    for (index, name) in names.iter().enumerate() {
+        let (x, y) = (20, (LINE / 2 + LINE * index as u32) as i32);
+        let mark = [(x, y), (x + 14, y + 8)];
+        legend.draw(&Rectangle::new(mark, color(name).filled()))?;
+        legend.draw(&Text::new(*name, (x + 20, y - 3), ("sans-serif", 14)))?;
+    }
+    root.present()?;
+    Ok(())
+}
+
+/// A panel with axes: values of the parameter to the right.
+fn chart<'a, 'b, Y: AsRangedCoord<Value = f64>>(
+    area: &'a DrawingArea<SVGBackend<'b>, plotters::coord::Shift>,
+    title: &str,
+    what: &str,
+    values: std::ops::Range<f64>,
+    up: Y,
+) -> std::result::Result<
+    ChartContext<'a, SVGBackend<'b>, Cartesian2d<LogCoord<f64>, Y::CoordDescType>>,
+    Failure,
+>
+where
+    Y::CoordDescType: ValueFormatter<f64> + Ranged<ValueType = f64>,
+{
+    let mut chart = ChartBuilder::on(area)
+        .caption(title, ("sans-serif", 16))
+        .margin(10)
+        .x_label_area_size(30)
+        .y_label_area_size(60)
+        .build_cartesian_2d(values.log_scale(), up)?;
+    chart
+        .configure_mesh()
+        .light_line_style(TRANSPARENT)
+        .y_desc(what)
+        .x_label_formatter(&|value| format!("{value:e}"))
+        .draw()?;
+    Ok(chart)
+}
+
+/// A range around positive numbers for a logarithmic axis.
+fn range(values: impl Iterator<Item = f64>) -> std::ops::Range<f64> {
+    let (low, high) = values
+        .filter(|value| *value > 0.0)
+        .fold((f64::INFINITY, 0.0_f64), |(low, high), v| {
+            (low.min(v), high.max(v))
+        });
+    if low > high {
+        0.5..2.0
+    } else {
+        0.7 * low..1.4 * high
+    }
+}

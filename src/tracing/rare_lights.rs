@@ -1,0 +1,156 @@
+//! Rare lights: lamps so dim beside others that resampling would lose their light.
+//!
+//! Resampling compares candidates before their shadow rays. A lamp that is a million times brighter takes every reservoir, also
+//! where it is hidden, and then nothing of a dim lamp is left. So dim lamps are kept out of reservoirs, and have candidates and
+//! shadow rays of their own (`glsl/lights/sources.glsl`).
+
+use std::collections::HashMap;
+use std::hash::Hash;
+
+/// The dimmest lamps are rare if they have less than this part of all power together: draws by power select them so seldom
+/// that a brighter lamp nearly always takes their place.
+const SHARE: f64 = 1.0 / 96.0;
+
+/// A rare lamp has less than this part of the mean power of lamps, so that none is rare among its like.
+const PART: f64 = 1.0 / 8.0;
+
+/// The same power up to the rounding of areas.
+const SAME: f64 = 1.0 - 1e-6;
+
+/// The lights of a scene of which some are rare.
+pub struct RareLights {
+    /// For each light the number of its lamp. A lamp is all that shines together: the slivers of a bright one are not rare.
+    lamps: Vec<usize>,
+    /// For each light true if it is rare. The same at all times: reservoirs of an earlier frame must hold no light that has
+    /// candidates of its own now.
+    is_rare: Vec<bool>,
+}
+
+impl RareLights {
+    /// Finds those among lights of which the largest powers at any time are known; none if no light is rare. Lights with the
+    /// same name in `names` are one lamp.
+    pub fn find<Name: Hash + Eq>(
+        powers: &[f64],
+        names: impl Iterator<Item = Name>,
+    ) -> Option<Self> {
+        let mut numbers = HashMap::new();
+        let lamps: Vec<usize> = names
+            .map(|name| {
+                let next = numbers.len();
+                *numbers.entry(name).or_insert(next)
+            })
+            .collect();
+        let of_lamps = sums(powers, &lamps, numbers.len());
+        let mut lit: Vec<f64> = of_lamps.iter().copied().filter(|p| *p > 0.0).collect();
+        lit.sort_by(f64::total_cmp);
+        let total: f64 = lit.iter().sum();
+        let dim = PART * total / lit.len() as f64;
+        // The least power of a lamp that is not rare. Lamps of the same power are rare together, or none of them is.
+        let mut sum = 0.0;
+        let common = SAME
+            * lit.into_iter().find(|power| {
+                sum += power;
+                sum >= SHARE * total || *power >= dim
+            })?;
+        let is_rare = lamps
+            .iter()
+            .map(|lamp| of_lamps[*lamp] > 0.0 && of_lamps[*lamp] < common);
+        let is_rare: Vec<bool> = is_rare.collect();
+        is_rare.contains(&true).then_some(Self { lamps, is_rare })
+    }
+
+    /// The weights with which light samples select lights of these powers: 0 for rare ones.
+    pub fn common_weights(&self, powers: &[f64]) -> Vec<f64> {
+        self.weights_among(powers, false)
+    }
+
+    /// The weights with which candidates among rare lights select them: each lamp has the same, and its lights share it by power.
+    pub fn rare_weights(&self, powers: &[f64]) -> Vec<f64> {
+        let weights = self.weights_among(powers, true);
+        let of_lamps = sums(&weights, &self.lamps, self.lamps.len());
+        let shares = weights.iter().zip(&self.lamps);
+        let shares = shares.map(|(weight, lamp)| {
+            let lamp = of_lamps[*lamp];
+            if lamp > 0.0 { weight / lamp } else { 0.0 }
+        });
+        shares.collect()
+    }
+
+    /// The powers of lights that are rare, or of those that are not, and 0 for the others. If none of them has power now, all
+    /// of them count the same.
+    fn weights_among(&self, powers: &[f64], rare: bool) -> Vec<f64> {
+        let lights = || self.is_rare.iter().zip(powers);
+        let is_lit = lights().any(|(is_rare, power)| *is_rare == rare && *power > 0.0);
+        let weight = |(is_rare, power): (&bool, &f64)| match (*is_rare == rare, is_lit) {
+            (false, _) => 0.0,
+            (true, true) => *power,
+            (true, false) => 1.0,
+        };
+        lights().map(weight).collect()
+    }
+}
+
+/// The sum of the values of each lamp.
+fn sums(values: &[f64], lamps: &[usize], count: usize) -> Vec<f64> {
+    let mut sums = vec![0.0; count];
+    for (value, lamp) in values.iter().zip(lamps) {
+        sums[*lamp] += value;
+    }
+    sums
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// True for each lamp of its own that is rare.
+    fn rare(powers: &[f64]) -> Vec<bool> {
+        let found = RareLights::find(powers, 0..powers.len());
+        found.map_or(vec![false; powers.len()], |found| found.is_rare)
+    }
+
+    #[test]
+    fn few_dim_lamps_beside_a_bright_one_are_rare() {
+        assert_eq!(rare(&[1000.0, 1.0, 0.0, 2.0]), [false, true, false, true]);
+        assert_eq!(rare(&[20.0, 1.0]), [false; 2]);
+        assert_eq!(rare(&[5.0]), [false]);
+        assert!(rare(&[]).is_empty());
+        // As dim as others may be, together they are not.
+        let with = |bright: &[f64], dim: usize| rare(&[bright, &vec![1.0; dim]].concat());
+        assert!(with(&[1000.0], 10).contains(&true));
+        assert!(!with(&[1000.0], 11).contains(&true));
+        // Many bright lamps make one rare that is not so much dimmer than each of them.
+        assert!(with(&[20.0; 30], 1).contains(&true));
+        assert!(!with(&[7.0; 30], 1).contains(&true));
+    }
+
+    /// Equal lamps at different places have slightly different areas.
+    #[test]
+    fn lamps_that_differ_by_rounding_are_rare_together() {
+        let dim: Vec<f64> = (0..11).map(|i| 1.0 + 1e-15 * f64::from(i)).collect();
+        assert!(!rare(&[vec![1000.0], dim].concat()).contains(&true));
+    }
+
+    #[test]
+    fn slivers_of_a_bright_lamp_are_not_rare() {
+        let powers = [1000.0, 0.001, 1.0];
+        let found = RareLights::find(&powers, [7, 7, 8].into_iter()).unwrap();
+        assert_eq!(found.is_rare, [false, false, true]);
+        assert_eq!(found.common_weights(&powers), [1000.0, 0.001, 0.0]);
+        assert_eq!(found.rare_weights(&powers), [0.0, 0.0, 1.0]);
+    }
+
+    #[test]
+    fn rare_lamps_count_the_same_and_share_by_power() {
+        let powers = [1e6, 3.0, 1.0, 1.0];
+        let found = RareLights::find(&powers, [0, 1, 1, 2].into_iter()).unwrap();
+        assert_eq!(found.rare_weights(&powers), [0.0, 0.75, 0.25, 1.0]);
+        // While all of them are off, some must still be drawn.
+        let weights = found.rare_weights(&[1e6, 0.0, 0.0, 0.0]);
+        assert_eq!(weights, [0.0, 0.5, 0.5, 1.0]);
+        assert_eq!(
+            found.common_weights(&[0.0, 3.0, 1.0, 1.0]),
+            [1.0, 0.0, 0.0, 0.0]
+        );
+    }
+}

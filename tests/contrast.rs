@@ -1,0 +1,237 @@
+//! Lights of very different brightness. An opaque wall divides a room, each half has lamps, and one that the camera does
+//! not see is far brighter than the others: what the camera sees must not lack the light of the dim ones. Resampling that
+//! compares candidates before their shadow rays shows a clean picture that is nearly black, so the median over the pixels
+//! counts, and not only the mean. `headwater study --plan contrast` has many more cases, and intervals.
+
+mod support;
+
+use headwater::metrics::error::median_ratio;
+use headwater::render::presets::Preset;
+use headwater::render::{Renderer, Settings, View};
+use headwater::scene::{Scene, procedural};
+use headwater::tracing::GpuScene;
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+const FRAMES: u32 = 64;
+/// Samples of the truth, which path tracing finds without the bright lamp.
+const TRUE_SAMPLES: u32 = 4096;
+const WIDTH: u32 = 32;
+const HEIGHT: u32 = 24;
+/// Pictures of shadow edges are larger, and how far from the edge they are looked at, in pixels.
+const EDGE_WIDTH: u32 = 96;
+const EDGE_HEIGHT: u32 = 72;
+const BESIDE_EDGE: usize = 5;
+/// The sum of the channels from which a pixel shows a lamp.
+const LAMP: f64 = 17.0;
+
+fn divided_room(more: &str) -> Scene {
+    let settings = more.split(',').filter_map(|pair| pair.split_once('='));
+    let settings: Vec<_> = settings
+        .map(|(key, value)| (key.to_owned(), value.to_owned()))
+        .collect();
+    procedural::generate("divided-room", &settings).unwrap()
+}
+
+/// The room without the bright lamp, or without the dim ones.
+fn without(mut scene: Scene, lamp: &str) -> Scene {
+    scene.instances.retain(|instance| instance.name != lamp);
+    scene.motion = None;
+    scene
+}
+
+fn preset(name: &str, change: &[&str]) -> Settings {
+    let settings = Preset::named(name).unwrap().settings().unwrap();
+    change.iter().fold(settings, |settings, change| {
+        let change = Settings::parse_change(change).unwrap();
+        settings.with(&change).unwrap()
+    })
+}
+
+fn view(scene: &Scene, bounces: u32, seed: u32, width: u32, height: u32) -> View {
+    View {
+        camera: scene.cameras[0].clone(),
+        width,
+        height,
+        seed,
+        bounces,
+        jitter: false,
+    }
+}
+
+/// The sum of the channels of each pixel, of the mean of so many samples.
+fn picture(scene: &Scene, settings: &Settings, view: &View, samples: u32) -> Vec<f64> {
+    let (device, selection) = support::open_device(None);
+    let rendered = support::render(&device, scene, selection.variant, view, settings, samples);
+    support::assert_no_messages(&device);
+    (rendered.mean.iter())
+        .map(|pixel| pixel.iter().sum())
+        .collect()
+}
+
+/// The picture that the dim lamps of a room make. Rooms that differ in contrast alone share it.
+fn truth_of(room: &str, scene: &Scene, view: &View) -> Vec<f64> {
+    static TRUTHS: Mutex<BTreeMap<(String, u32), Vec<f64>>> = Mutex::new(BTreeMap::new());
+    let lamps = room.split(',').filter(|pair| !pair.starts_with("contrast"));
+    let mut truths = TRUTHS.lock().unwrap_or_else(PoisonError::into_inner);
+    let truth = truths
+        .entry((lamps.collect(), view.bounces))
+        .or_insert_with(|| {
+            let dim = without(scene.clone(), "bright lamp");
+            picture(&dim, &preset("path-tracing", &[]), view, TRUE_SAMPLES)
+        });
+    truth.clone()
+}
+
+/// More cases with `--all`.
+fn of<T>(all: &'static [T], few: &'static [T]) -> &'static [T] {
+    if support::takes_largest() { all } else { few }
+}
+
+/// Checks a preset's picture of a room: the median of its pixels over the truth, and the mean, which one picture knows to
+/// about 1 %.
+fn assert_dim_lamps_are_seen(room: &str, name: &str, change: &[&str], bounces: u32) {
+    let scene = divided_room(room);
+    let view = view(&scene, bounces, 3, WIDTH, HEIGHT);
+    let truth = truth_of(room, &scene, &view);
+    let found = picture(&scene, &preset(name, change), &view, FRAMES);
+    let pairs: Vec<(f64, f64)> = (found.into_iter().zip(truth))
+        .filter(|(_, truth)| *truth > 0.0 && *truth < LAMP)
+        .collect();
+    assert!(pairs.len() > 600);
+    let median = median_ratio(pairs.iter().copied());
+    let mean = pairs.iter().map(|p| p.0).sum::<f64>() / pairs.iter().map(|p| p.1).sum::<f64>();
+    let what =
+        format!("{name} {change:?}, {bounces} bounces, {room}: median {median:.3}, mean {mean:.3}");
+    println!("{what}");
+    assert!((0.9..1.1).contains(&median), "{what}");
+    assert!((mean - 1.0).abs() < 0.04, "{what}");
+}
+
+/// Pixels that the bright lamp does not light, but lights beside: those up to five pixels from the edge of a shadow.
+fn beside_the_edge(scene: &Scene, view: &View) -> Vec<usize> {
+    let bright = without(scene.clone(), "dim lamp");
+    let light = picture(&bright, &preset("path-tracing", &[]), view, 256);
+    let (width, height) = (view.width as usize, view.height as usize);
+    let is_lit_near = |pixel: usize| {
+        let (x, y) = (pixel % width, pixel / width);
+        let near = |at: usize, size: usize| {
+            at.saturating_sub(BESIDE_EDGE)..=(at + BESIDE_EDGE).min(size - 1)
+        };
+        near(y, height).any(|y| near(x, width).any(|x| light[y * width + x] > 0.0))
+    };
+    (0..light.len())
+        .filter(|pixel| light[*pixel] == 0.0 && is_lit_near(*pixel))
+        .collect()
+}
+
+/// Checks the pixels in the bright lamp's shadow, close to its edge: of the mean of all frames, or of the last frame alone
+/// while the camera moves.
+fn assert_umbra_is_right(contrast: &str, name: &str, moving: bool) {
+    let speed = if moving { "1" } else { "0" };
+    let mut scene = divided_room(&format!(
+        "wall=short,lamps=4,contrast={contrast},camera={speed}"
+    ));
+    // Its highlights are noise of single pixels.
+    for material in &mut scene.materials {
+        (material.metallic, material.specular) = (0.0, 0.0);
+    }
+    let time = |frame: u32| f64::from(frame) / 30.0;
+    let mut view = view(&scene, 1, 3, EDGE_WIDTH, EDGE_HEIGHT);
+    let settings = preset(name, &[]);
+    let found = if moving {
+        let (device, selection) = support::open_device(None);
+        let origin = view.camera.camera_to_world.translation;
+        let uploaded = GpuScene::new(&device, &scene, origin, selection.variant).unwrap();
+        let mut renderer = Renderer::new(&device, Arc::new(uploaded), &view, &settings).unwrap();
+        for frame in 0..FRAMES {
+            renderer.set_time(time(frame));
+            renderer.set_camera(&scene.camera_at(0, time(frame)).unwrap());
+            renderer.single_frame(frame).unwrap();
+        }
+        view.camera = scene.camera_at(0, time(FRAMES - 1)).unwrap();
+        let radiance = renderer.frame_radiance().unwrap();
+        support::assert_no_messages(&device);
+        (radiance.iter())
+            .map(|p| p.iter().map(|v| f64::from(*v)).sum())
+            .collect()
+    } else {
+        picture(&scene, &settings, &view, FRAMES)
+    };
+    let dim = without(scene.clone(), "bright lamp");
+    let truth = picture(&dim, &preset("path-tracing", &[]), &view, 1024);
+    let umbra = beside_the_edge(&scene, &view);
+    let lit: Vec<(f64, f64)> = (umbra.iter())
+        .map(|pixel| (found[*pixel], truth[*pixel]))
+        .filter(|(_, truth)| *truth > 0.0 && *truth < LAMP)
+        .collect();
+    assert!(lit.len() > 100, "{}", lit.len());
+    let median = median_ratio(lit.iter().copied());
+    let what = format!(
+        "{name}, contrast {contrast}, moving {moving}, {} pixels: median {median:.3}",
+        lit.len()
+    );
+    println!("{what}");
+    assert!((0.85..1.15).contains(&median), "{what}");
+}
+
+#[test]
+fn a_dim_lamp_is_seen_beside_a_hidden_bright_one() {
+    assert_dim_lamps_are_seen("contrast=1e4", "fast", &[], 1);
+}
+
+mod thorough {
+    use super::*;
+
+    #[test]
+    #[should_panic(expected = "median 0.0")]
+    fn dim_lamps_that_are_resampled_with_the_bright_one_are_missed() {
+        assert_dim_lamps_are_seen("contrast=1e6", "fast", &["direct.rare_lights=0"], 1);
+    }
+
+    #[test]
+    fn presets_see_dim_lamps_at_every_contrast_and_number() {
+        const ROOMS: &[&str] = &[
+            "contrast=1e9",
+            "lamps=1000,contrast=1e6",
+            "contrast=50",
+            "contrast=300",
+            "lamps=30",
+        ];
+        for name in ["fast", "accurate", "balanced"] {
+            for room in of(ROOMS, &ROOMS[..2]) {
+                assert_dim_lamps_are_seen(room, name, &[], 1);
+            }
+        }
+    }
+
+    #[test]
+    fn indirect_light_of_dim_lamps_is_seen() {
+        for name in of(&["fast", "accurate", "balanced"], &["fast", "accurate"]) {
+            assert_dim_lamps_are_seen("contrast=1e9", name, &[], 3);
+        }
+    }
+
+    #[test]
+    fn every_source_of_candidates_sees_dim_lamps() {
+        for source in ["uniform", "light-bvh", "hash-grid"] {
+            let change = format!("direct.candidates={source}");
+            assert_dim_lamps_are_seen("lamps=30,contrast=1e6", "accurate", &[&change], 1);
+        }
+        let change = [
+            "indirect.secondary=world-reservoirs",
+            "world_reservoirs.min_lights=0",
+        ];
+        assert_dim_lamps_are_seen("contrast=1e6", "accurate", &change, 3);
+    }
+
+    #[test]
+    fn shadows_of_a_bright_lamp_have_the_light_of_dim_ones() {
+        for name in of(&["fast", "accurate", "balanced"], &["fast", "accurate"]) {
+            for contrast in of(&["1e9", "1e4"], &["1e9"]) {
+                assert_umbra_is_right(contrast, name, false);
+                assert_umbra_is_right(contrast, name, true);
+            }
+        }
+    }
+}
