@@ -137,6 +137,7 @@ fn inspect(name: &str, load: Options, as_json: bool) -> Result<()> {
     let features = requirements.features();
     let requirements = value_of("requirements", &requirements)?;
     let bounds = scene.bounds();
+    let limits = scene.limits();
     let cameras: Vec<_> = scene
         .cameras
         .iter()
@@ -160,6 +161,7 @@ fn inspect(name: &str, load: Options, as_json: bool) -> Result<()> {
         "cameras": cameras,
         "motion": scene.motion.as_ref().map(moves),
         "requirements": requirements,
+        "limits": limits,
         "notices": scene.notices,
     });
     if as_json {
@@ -174,7 +176,10 @@ fn inspect(name: &str, load: Options, as_json: bool) -> Result<()> {
     for (key, list) in lists.iter().filter(|(_, list)| !list.is_empty()) {
         print(format_args!("{key:20} {}", list.join(", ")))?;
     }
-    let machine_readable = ["notices", "requirements"];
+    for limit in &limits {
+        print(format_args!("{:20} {}", "near a limit", printable(limit)))?;
+    }
+    let machine_readable = ["notices", "requirements", "limits"];
     if let Some(fields) = summary.as_object() {
         for (key, value) in
             (fields.iter()).filter(|(key, _)| !machine_readable.contains(&key.as_str()))

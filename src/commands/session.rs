@@ -11,6 +11,7 @@ use crate::Result;
 use crate::gpu::{Device, Features, Instance, InstanceOptions, PassTime};
 use crate::render::settings::Variant;
 use crate::render::{Clock, Renderer, Settings, Tracking, View};
+use crate::scene::limits::SMALLEST_HEIGHT;
 use crate::scene::{Environment, MovingCamera};
 use crate::tracing::selection::{self, Selection, TexturesChoice, Wanted};
 use crate::tracing::{GpuScene, SceneSizes};
@@ -115,6 +116,10 @@ impl Session {
         let (width, height) = args.size(&camera)?;
         if let Some(why) = black {
             notice(why);
+        }
+        let eye = camera.camera_to_world.translation;
+        if let Some(light) = scene.closest_light(eye, SMALLEST_HEIGHT) {
+            notice(&light.to_string());
         }
         let instance = open_vulkan(InstanceOptions {
             validation: validates,

@@ -12,6 +12,7 @@ mod gltf;
 mod image_files;
 mod images;
 pub mod lights;
+pub mod limits;
 pub mod load;
 pub mod motion;
 mod notices;

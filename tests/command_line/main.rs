@@ -287,6 +287,32 @@ fn assumptions_are_one_notice_and_status_0() {
 }
 
 #[test]
+fn a_light_too_close_to_a_surface_is_one_notice() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mesh, out) = (folder.path().join("a.obj"), folder.path().join("a.exr"));
+    std::fs::write(
+        folder.path().join("a.mtl"),
+        "newmtl floor\nKd 0.5 0.5 0.5\nnewmtl lamp\nKe 1 1 1\n",
+    )
+    .unwrap();
+    let floor = "v -1 0 -1\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nusemtl floor\nf 1 2 3 4\n";
+    for (height, notices) in [(1e-6, 1), (1e-4, 0)] {
+        let [low, high] = [-1.0, 1.0].map(|side| side * height);
+        let lamp = format!(
+            "v {low} {height} {low}\nv {high} {height} {low}\nv {high} {height} {high}\nusemtl lamp\nf 5 6 7\n"
+        );
+        std::fs::write(&mesh, format!("mtllib a.mtl\n{floor}{lamp}")).unwrap();
+        let arguments = ["--look-at", "0,4,0.001,0,0,0", "--width", "16"];
+        let said = succeed(&[&["render", text(&mesh), "-o", text(&out)], &arguments[..]].concat());
+        assert_eq!(
+            said.matches("close to a surface").count(),
+            notices,
+            "{said}"
+        );
+    }
+}
+
+#[test]
 fn json_is_one_object_and_help_is_no_error() {
     for arguments in [
         vec!["info", "--json"],

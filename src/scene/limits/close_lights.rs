@@ -1,0 +1,240 @@
+//! Lights so close to a surface that positions in f32 limit how exactly it is lit.
+
+use super::super::lights::{LightTriangle, light_triangles};
+use super::super::notices::label;
+use super::super::{Bounds, Mesh, PunctualShape, Scene};
+use glam::DVec3;
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// The height of a light above a surface, over its distance from the camera, below which its light there may be wrong by more
+/// than 0.5 %.
+pub const COARSE_LIGHT: f64 = 2.5e-5;
+
+/// The same, by more than 5 %.
+pub const SMALLEST_HEIGHT: f64 = 2e-6;
+
+/// Lamps larger than this many times their height are not taken for small: only a small part of them is that close.
+const SMALL: f64 = 20.0;
+
+/// A light that is close to a surface which it shines at.
+#[derive(Clone, Debug)]
+pub struct CloseLight {
+    /// The light's distance from the surface, over that from the camera.
+    pub height: f64,
+    name: String,
+}
+
+impl fmt::Display for CloseLight {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { height, name } = self;
+        let (limit, error) = if *height < SMALLEST_HEIGHT {
+            (SMALLEST_HEIGHT, "5 %")
+        } else {
+            (COARSE_LIGHT, "0.5 %")
+        };
+        write!(
+            f,
+            "{name} is close to a surface: its height is {height:.1e} times its distance from the camera; below {limit:e} its light there can be wrong by more than {error}"
+        )
+    }
+}
+
+/// A light that may be close to something.
+struct Candidate {
+    at: DVec3,
+    /// The distance that is close.
+    reach: f64,
+    /// The distance from the camera.
+    away: f64,
+    /// The diagonal of its bounding box; 0 of a point.
+    size: f64,
+    /// The direction in which it shines; none: in all.
+    front: Option<DVec3>,
+    /// The instance that it is a part of, and its material there.
+    own: Option<(u32, u32)>,
+    name: String,
+}
+
+impl Scene {
+    /// The light that is closest to a surface it shines at, in proportion to its distance from a camera at `eye`, if that is
+    /// below `limit`. What moves is taken where it is at rest.
+    pub fn closest_light(&self, eye: DVec3, limit: f64) -> Option<CloseLight> {
+        closest(self, &light_triangles(self), eye, limit)
+    }
+}
+
+/// The same, given the emissive triangles.
+pub(super) fn closest(
+    scene: &Scene,
+    lights: &[LightTriangle],
+    eye: DVec3,
+    limit: f64,
+) -> Option<CloseLight> {
+    let lists = lists(candidates(scene, lights, eye, limit));
+    if lists.is_empty() {
+        return None;
+    }
+    let boxes: Vec<Option<Bounds>> = scene.meshes.iter().map(Mesh::bounds).collect();
+    let mut closest: Option<CloseLight> = None;
+    for (index, instance) in (0..).zip(&scene.instances) {
+        let mesh = &scene.meshes[instance.mesh as usize];
+        let place = |corner: &u32| {
+            let position = mesh.positions[*corner as usize].as_dvec3();
+            instance.object_to_world.transform_point3(position)
+        };
+        let bounds = boxes[instance.mesh as usize];
+        let bounds = bounds.map(|b| b.placed(&instance.object_to_world));
+        if bounds.is_none_or(|bounds| lists.iter().all(|list| list.near(&bounds).next().is_none()))
+        {
+            continue;
+        }
+        for part in &mesh.parts {
+            for triangle in part.range() {
+                let corners = mesh.triangles[triangle as usize].each_ref().map(place);
+                let Some(bounds) = Bounds::of(corners.into_iter()) else {
+                    continue;
+                };
+                for light in lists.iter().flat_map(|list| list.near(&bounds)) {
+                    if light.own == Some((index, part.material)) {
+                        continue;
+                    }
+                    let off = closest_point(light.at, corners) - light.at;
+                    let distance = off.length();
+                    let height = distance / light.away;
+                    let is_lit = light.front.is_none_or(|front| front.dot(off) > 0.0);
+                    let is_small = light.size <= SMALL * distance;
+                    let is_closest = closest.as_ref().is_none_or(|known| height < known.height);
+                    if is_lit && is_small && height < limit && is_closest {
+                        closest = Some(CloseLight {
+                            height,
+                            name: light.name.clone(),
+                        });
+                    }
+                }
+            }
+        }
+    }
+    closest
+}
+
+/// Candidates of about the same reach, by their place along an axis. A far light reaches far, and in one list with the others it
+/// would make each triangle look at all of them.
+struct List {
+    axis: usize,
+    reach: f64,
+    candidates: Vec<Candidate>,
+}
+
+impl List {
+    /// Those that reach into a box.
+    fn near(&self, bounds: &Bounds) -> impl Iterator<Item = &Candidate> {
+        let (low, high) = (bounds.min[self.axis], bounds.max[self.axis]);
+        let first = (self.candidates).partition_point(|c| c.at[self.axis] < low - self.reach);
+        let within = self.candidates[first..].iter();
+        let within = within.take_while(move |c| c.at[self.axis] <= high + self.reach);
+        let bounds = *bounds;
+        within.filter(move |candidate| {
+            let off = candidate.at - candidate.at.clamp(bounds.min, bounds.max);
+            off.abs().max_element() <= candidate.reach
+        })
+    }
+}
+
+fn lists(candidates: Vec<Candidate>) -> Vec<List> {
+    let mut by_reach: BTreeMap<i32, Vec<Candidate>> = BTreeMap::new();
+    for candidate in candidates {
+        let power_of_two = candidate.reach.log2().floor() as i32;
+        by_reach.entry(power_of_two).or_default().push(candidate);
+    }
+    let lists = by_reach.into_values().map(|mut candidates| {
+        let around = Bounds::of(candidates.iter().map(|c| c.at));
+        // The one along which they lie farthest apart.
+        let axis = around.map_or(0, |bounds| bounds.size().max_position());
+        candidates.sort_by(|a, b| a.at[axis].total_cmp(&b.at[axis]));
+        let reach = candidates.iter().map(|c| c.reach).fold(0.0, f64::max);
+        List {
+            axis,
+            reach,
+            candidates,
+        }
+    });
+    lists.collect()
+}
+
+/// Lights without a surface, and lamps that are small enough.
+fn candidates(scene: &Scene, lights: &[LightTriangle], eye: DVec3, limit: f64) -> Vec<Candidate> {
+    let mut candidates = Vec::new();
+    for (index, light) in scene.punctual_lights.iter().enumerate() {
+        let at = light.position();
+        let away = at.distance(eye);
+        let is_lit = light.intensity.max_element() > 0.0;
+        if light.is_distant() || !is_lit || away == 0.0 {
+            continue;
+        }
+        candidates.push(Candidate {
+            at,
+            reach: limit * away,
+            away,
+            size: 0.0,
+            front: matches!(light.shape, PunctualShape::Spot { .. }).then(|| light.direction()),
+            own: None,
+            name: label("light", index, &light.name),
+        });
+    }
+    // By instance and material: the bounds, and the normal if it is the same all over.
+    let mut lamps: BTreeMap<(u32, u32), (Bounds, Option<DVec3>)> = BTreeMap::new();
+    for light in lights {
+        let Some(own) = Bounds::of(light.corners.into_iter()) else {
+            continue;
+        };
+        let sides = scene.materials[light.material as usize].double_sided;
+        let front = (!sides).then_some(light.normal);
+        let lamp = lamps
+            .entry((light.instance, light.material))
+            .or_insert((own, front));
+        *lamp = (
+            Bounds {
+                min: lamp.0.min.min(own.min),
+                max: lamp.0.max.max(own.max),
+            },
+            lamp.1.filter(|normal| normal.dot(light.normal) > 0.999),
+        );
+    }
+    for (own, (bounds, front)) in lamps {
+        let (at, size) = (bounds.center(), bounds.size().length());
+        let away = at.distance(eye);
+        let reach = limit * away;
+        if size > SMALL * reach || away == 0.0 {
+            continue;
+        }
+        let instance = &scene.instances[own.0 as usize];
+        candidates.push(Candidate {
+            at,
+            reach,
+            away,
+            size,
+            front,
+            own: Some(own),
+            name: label("the lamp of instance", own.0 as usize, &instance.name),
+        });
+    }
+    candidates
+}
+
+/// The point of a triangle that is closest to another point (Ericson, Real-Time Collision Detection, 5.1.5).
+fn closest_point(p: DVec3, [a, b, c]: [DVec3; 3]) -> DVec3 {
+    let normal = (b - a).cross(c - a);
+    let inside = |from: DVec3, to: DVec3| (to - from).cross(p - from).dot(normal) >= 0.0;
+    if normal != DVec3::ZERO && inside(a, b) && inside(b, c) && inside(c, a) {
+        return p - normal * ((p - a).dot(normal) / normal.length_squared());
+    }
+    let on_edge = |from: DVec3, to: DVec3| {
+        let edge = to - from;
+        let along = (p - from).dot(edge) / edge.length_squared().max(f64::MIN_POSITIVE);
+        from + edge * along.clamp(0.0, 1.0)
+    };
+    let points = [on_edge(a, b), on_edge(b, c), on_edge(c, a)].into_iter();
+    let nearer = |x: &DVec3, y: &DVec3| x.distance_squared(p).total_cmp(&y.distance_squared(p));
+    points.min_by(nearer).unwrap_or(a)
+}

@@ -1,0 +1,146 @@
+//! Emissive triangles that overlap in one plane. A ray finds one of them, while light samples count both, so that no picture of
+//! them is right.
+
+use super::super::lights::LightTriangle;
+use super::super::notices::label;
+use super::super::{Bounds, Scene};
+use glam::{DVec2, DVec3};
+use std::collections::{BTreeSet, HashMap};
+
+/// Planes whose normals differ by less are parallel.
+const PARALLEL: f64 = 1e-5;
+
+/// Parallel planes whose distances from the origin differ by less, in proportion to the largest coordinate, are the same: rounding
+/// to f32 moves them by a tenth of it.
+const SAME_PLANE: f64 = 1e-6;
+
+/// Planes are sorted into cells several times, each time moved by such a part of a cell, so that those which differ by rounding
+/// share a cell at least once.
+const SHIFTS: [f64; 4] = [0.1, 0.35, 0.6, 0.85];
+
+/// Pairs are not counted beyond this number: n copies of a triangle are n² of them.
+const MOST: usize = 1000;
+
+/// The part of the smaller triangle from which on an overlap is one: neighbours share an edge up to rounding.
+const LEAST_OVERLAP: f64 = 1e-3;
+
+/// A line that names lights that overlap, if some do.
+pub(super) fn text(scene: &Scene, lights: &[LightTriangle]) -> Option<String> {
+    let overlaps = overlapping(lights);
+    let (first, second) = *overlaps.first()?;
+    let name = |light: usize| {
+        let instance = lights[light].instance as usize;
+        label("instance", instance, &scene.instances[instance].name)
+    };
+    let more = if overlaps.len() == MOST {
+        "or more "
+    } else {
+        ""
+    };
+    Some(format!(
+        "overlap: {} {more}pairs of emissive triangles overlap in one plane, for example of {} and {}; a ray finds either, so their light is wrong; move one of them",
+        overlaps.len(),
+        name(first),
+        name(second)
+    ))
+}
+
+/// Pairs of lights, by their index.
+fn overlapping(lights: &[LightTriangle]) -> BTreeSet<(usize, usize)> {
+    let corners = lights.iter().flat_map(|light| light.corners);
+    let size = corners
+        .map(|corner| corner.abs().max_element())
+        .fold(0.0, f64::max);
+    // As thick as planes that are the same lie apart.
+    let boxes = lights.iter().map(|light| {
+        let [a, b, c] = light.corners;
+        Bounds {
+            min: a.min(b).min(c) - SAME_PLANE * size,
+            max: a.max(b).max(c) + SAME_PLANE * size,
+        }
+    });
+    let boxes: Vec<Bounds> = boxes.collect();
+    let mut found = BTreeSet::new();
+    for shift in SHIFTS {
+        let mut planes: HashMap<[i64; 4], Vec<usize>> = HashMap::new();
+        for (index, light) in lights.iter().enumerate().filter(|(_, l)| l.area > 0.0) {
+            let normal = towards_one_side(light.normal) / PARALLEL;
+            let offset = normal.dot(light.corners[0]) * (PARALLEL / SAME_PLANE / size);
+            let plane = [normal.x, normal.y, normal.z, offset];
+            let plane = plane.map(|value| (value + shift).floor() as i64);
+            planes.entry(plane).or_default().push(index);
+        }
+        for mut members in planes.into_values() {
+            let around = Bounds::around(members.iter().map(|light| boxes[*light]));
+            // Along the widest axis the fewest boxes overlap.
+            let axis = around.map_or(0, |bounds| bounds.size().max_position());
+            let low = |light: usize| boxes[light].min[axis];
+            members.sort_by(|a, b| low(*a).total_cmp(&low(*b)));
+            for (number, &light) in members.iter().enumerate() {
+                let own = boxes[light];
+                for &other in &members[number + 1..] {
+                    if low(other) >= own.max[axis] {
+                        break;
+                    }
+                    let may_touch = own.min.cmple(boxes[other].max).all()
+                        && boxes[other].min.cmple(own.max).all();
+                    if may_touch && overlap(&lights[light], &lights[other]) {
+                        found.insert((light.min(other), light.max(other)));
+                    }
+                    if found.len() == MOST {
+                        return found;
+                    }
+                }
+            }
+        }
+    }
+    found
+}
+
+/// The normal or its opposite, the same for both.
+fn towards_one_side(normal: DVec3) -> DVec3 {
+    let first = normal.to_array().into_iter().find(|x| x.abs() > 0.1);
+    normal * first.unwrap_or(1.0).signum()
+}
+
+/// True if two triangles in one plane overlap by more than rounding.
+fn overlap(one: &LightTriangle, other: &LightTriangle) -> bool {
+    let origin = one.corners[0];
+    let u = (one.corners[1] - origin).normalize_or_zero();
+    let v = one.normal.cross(u);
+    let flat = |light: &LightTriangle| {
+        light
+            .corners
+            .map(|corner| DVec2::new((corner - origin).dot(u), (corner - origin).dot(v)))
+    };
+    let clip = counter_clockwise(flat(other));
+    let mut left = counter_clockwise(flat(one)).to_vec();
+    // Sutherland and Hodgman, 1974: what lies to the left of each edge is kept.
+    for edge in 0..3 {
+        let (from, to) = (clip[edge], clip[(edge + 1) % 3]);
+        let side = |p: DVec2| (to - from).perp_dot(p - from);
+        let mut kept = Vec::with_capacity(left.len() + 1);
+        for (index, &p) in left.iter().enumerate() {
+            let next = left[(index + 1) % left.len()];
+            let (here, there) = (side(p), side(next));
+            if here >= 0.0 {
+                kept.push(p);
+            }
+            if (here >= 0.0) != (there >= 0.0) {
+                kept.push(p + (next - p) * (here / (here - there)));
+            }
+        }
+        left = kept;
+    }
+    let next = left.iter().cycle().skip(1);
+    let twice: f64 = left.iter().zip(next).map(|(p, q)| p.perp_dot(*q)).sum();
+    0.5 * twice > LEAST_OVERLAP * one.area.min(other.area)
+}
+
+fn counter_clockwise([a, b, c]: [DVec2; 3]) -> [DVec2; 3] {
+    if (b - a).perp_dot(c - a) < 0.0 {
+        [a, c, b]
+    } else {
+        [a, b, c]
+    }
+}
