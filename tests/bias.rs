@@ -267,8 +267,8 @@ fn an_mis_weight_in_world_reservoirs_is_found() {
         ),
         (
             "restir/path_candidates.glsl",
-            "candidate_weight(stored, value, light_pdf, 0u, target)",
-            "candidate_weight(stored, value, light_pdf, 1u, target)",
+            "candidate_weight(stored, value, light_pdf, light_samples, 0u, target)",
+            "candidate_weight(stored, value, light_pdf, light_samples, 1u, target)",
         ),
     );
 }
@@ -417,22 +417,6 @@ mod thorough {
         }));
     }
 
-    #[test]
-    fn empty_world_reservoirs_that_are_skipped_are_found() {
-        let change = (
-            "restir/world_reservoirs.glsl",
-            "if (entry == 0u) continue;",
-            "if (entry == 0u || !(previous_world_samples.at[(entry & WORLD_VERTEX_MASK) - 1u].weight > 0.0)) continue;",
-        );
-        let plan = |tables: &str| {
-            let settings = format!(r#""world_reservoirs.table" = {tables}"#);
-            world_plan(r#""motion""#, 2048, 16384, &settings)
-        };
-        // With 1e-9, all have one bucket, and nearly every vertex is dropped.
-        assert!(study_with_fault(&plan("[0.25, 1e-9]"), &[]).0);
-        assert_biased(&plan("[0.25]"), change);
-    }
-
     /// What a vertex keeps stands for a matte white point, which reflects any colour: surfaces that do not must not keep what they
     /// merged.
     #[test]
@@ -458,5 +442,70 @@ mod thorough {
                 "max_component(diffuse) > 0.01",
             ),
         );
+    }
+}
+
+mod largest {
+    use super::*;
+
+    #[test]
+    fn empty_world_reservoirs_that_are_skipped_are_found() {
+        let change = (
+            "restir/world_reservoirs.glsl",
+            "if (entry == 0u) continue;",
+            "if (entry == 0u || !(previous_world_samples.at[(entry & WORLD_VERTEX_MASK) - 1u].weight > 0.0)) continue;",
+        );
+        let plan = |tables: &str| {
+            let settings = format!(r#""world_reservoirs.table" = {tables}"#);
+            world_plan(r#""motion""#, 2048, 16384, &settings)
+        };
+        // With 1e-9, all have one bucket, and nearly every vertex is dropped.
+        assert!(study_with_fault(&plan("[0.25, 1e-9]"), &[]).0);
+        assert_biased(&plan("[0.25]"), change);
+    }
+
+    /// Roulette and shares of the candidates among rare lights: what each divides by.
+    #[test]
+    fn shares_of_rare_lights_that_are_forgotten_are_found() {
+        let plan = |name: &str, bounces: u32, settings: &str| {
+            format!(
+                r#"
+scenes = ["divided-room:lamps=4,wall=short,contrast=200"]
+width = 32
+frames = 8
+seeds = 256
+most_seeds = 2048
+bounces = {bounces}
+reference_spp = 8192
+[[configurations]]
+name = "{name}"
+preset = "accurate"
+accumulate = true
+set = {{ {settings} }}
+"#
+            )
+        };
+        let direct = plan("direct", 1, r#""direct.reuse" = "none""#);
+        assert_found(
+            &direct,
+            (
+                "passes/initial_direct.comp",
+                "rare * (hit.transmittance / chance)",
+                "rare * hit.transmittance",
+            ),
+        );
+        let world = r#""direct.mode" = "off", "indirect.mode" = "path", "indirect.secondary" = "world-reservoirs", "world_reservoirs.min_lights" = 0"#;
+        let indirect = plan("indirect", 3, world);
+        let place = "restir/path_candidates.glsl";
+        assert_found(
+            &indirect,
+            (
+                place,
+                "(RARE_LIGHTS ? 1.0 - restir.at.reuse.rare_lights : 1.0)",
+                "1.0",
+            ),
+        );
+        let share = "if (RARE_LIGHTS && in_world) light /= 1.0 - restir.at.reuse.rare_lights;";
+        assert_biased(&indirect, (place, share, ""));
     }
 }

@@ -7,7 +7,7 @@ use headwater::render::settings::{Secondary, Variant};
 use headwater::scene::procedural;
 use headwater::scene::requirements::Requirements;
 
-mod thorough {
+mod largest {
     use super::*;
 
     /// A scene that lacks what can be left out, and one that has it all; on the software drivers the pictures are the
