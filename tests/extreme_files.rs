@@ -16,8 +16,11 @@ fn preset(name: &str) -> Settings {
     Preset::named(name).unwrap().settings().unwrap()
 }
 
-/// Loads an OBJ file of quads, each with a material: its name, reflectance and radiance.
-fn open_obj(quads: &[((&str, f64, f64), [[f64; 3]; 4])]) -> Scene {
+/// A material's name, reflectance and radiance, and the corners of a quad that has it.
+type Quad<'a> = ((&'a str, f64, f64), [[f64; 3]; 4]);
+
+/// Loads an OBJ file of quads.
+fn open_obj(quads: &[Quad<'_>]) -> Scene {
     let (mut obj, mut mtl) = ("mtllib scene.mtl\n".to_owned(), String::new());
     for ((name, reflectance, radiance), corners) in quads {
         writeln!(obj, "usemtl {name}").unwrap();

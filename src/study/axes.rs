@@ -136,6 +136,9 @@ fn draw(axes: &Axes<'_>, text: &mut String) -> std::result::Result<(), Failure> 
     Ok(())
 }
 
+/// A chart with values of a parameter on a logarithmic axis to the right.
+type Chart<'a, 'b, Y> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<LogCoord<f64>, Y>>;
+
 /// A panel with axes: values of the parameter to the right.
 fn chart<'a, 'b, Y: AsRangedCoord<Value = f64>>(
     area: &'a DrawingArea<SVGBackend<'b>, plotters::coord::Shift>,
@@ -143,10 +146,7 @@ fn chart<'a, 'b, Y: AsRangedCoord<Value = f64>>(
     what: &str,
     values: std::ops::Range<f64>,
     up: Y,
-) -> std::result::Result<
-    ChartContext<'a, SVGBackend<'b>, Cartesian2d<LogCoord<f64>, Y::CoordDescType>>,
-    Failure,
->
+) -> std::result::Result<Chart<'a, 'b, Y::CoordDescType>, Failure>
 where
     Y::CoordDescType: ValueFormatter<f64> + Ranged<ValueType = f64>,
 {
