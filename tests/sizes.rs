@@ -141,7 +141,13 @@ fn assert_sizes(name: &str, scene: &Scene) {
         } else {
             // An empty buffer has 16 bytes, so that it can be bound.
             let bytes = known.max(16).next_multiple_of(16);
-            assert_eq!(taken, bytes, "{name}: {buffer}");
+            // Only where some lights are rare there are three tables of them.
+            let one_table = (known / 3).max(16).next_multiple_of(16);
+            let is_one_table = buffer == "light_choices" && taken == one_table;
+            assert!(
+                taken == bytes || is_one_table,
+                "{name}: {buffer}, {taken} and not {bytes}"
+            );
         }
     }
 }

@@ -65,7 +65,7 @@ Reservoir unpack_reservoir(PackedReservoir p) {
 void record_origin(inout Reservoir r, uint pixel, Domain domain) {
     if (!KEEPS_DEBUG_WORDS || r.contribution_weight <= 0.0) return;
     r.origin = pixel;
-    r.origin_solid_angle = sample_solid_angle(domain.position, r.value);
+    r.origin_solid_angle = sample_solid_angle(ray_start(domain), r.value);
 }
 
 // The target function: the luminance that a sample adds per unit of its weight.

@@ -23,7 +23,8 @@ void write_aovs() {
     float jacobian = 0.0;
     if (KEEPS_DEBUG_WORDS && reservoir.contribution_weight > 0.0) {
         source = vec2(reservoir.origin % restir.at.view.width, reservoir.origin / restir.at.view.width);
-        float here = sample_solid_angle(surface_position(data, primary_ray(pixel)), reservoir.value);
+        // From where rays begin: a point in a crease may lie in the plane of the sample's surface.
+        float here = sample_solid_angle(ray_start(unpack_domain(data, primary_ray(pixel))), reservoir.value);
         jacobian = here / max(reservoir.origin_solid_angle, TINY);
     }
     reservoir_aovs.at[pixel_index(pixel)] =
