@@ -231,7 +231,7 @@ void main() {
         uint turns = bsdf_samples + (RARE_LIGHTS ? 3u : 2u);
         uint turn = PILOTS ? 1u : 0u;
         for (; turn < turns; turn += 1u) {
-            uint purpose = RAY_SHADOW + turn - bsdf_samples - 1u;
+            uint purpose = !RARE_LIGHTS || turn == bsdf_samples + 1u ? RAY_SHADOW : RAY_RARE;
             if (turn <= bsdf_samples) purpose = turn < bsdf_samples ? RAY_CANDIDATE : RAY_MIRROR;
             Ray ray;
             vec3 rare = vec3(0.0);

@@ -66,7 +66,7 @@ Arrival arrival_at(Surface surface, vec3 viewed, LightPoint point) {
         vec3 position = light_position(light, point.place), toward = position - surface.position;
         float distance_squared = dot(toward, toward);
         float distance = sqrt(distance_squared);
-        float from_rays = length(position - ray_origin(surface, viewed, surface.geometric_normal, LARGEST));
+        float from_rays = length(position - ray_origin(surface, viewed, surface.geometric_normal));
         arrival.nearness = max(from_rays, sqrt(light.area));
         arrival.direction = toward * inversesqrt(max(distance_squared, TINY));
         float cosine = -dot(light.normal, arrival.direction);
@@ -79,7 +79,7 @@ Arrival arrival_at(Surface surface, vec3 viewed, LightPoint point) {
         arrival.shadow_ray = Ray(from, 1.0 - 1e-6, to - from);
     }
     if (is_distant(point.kind)) {
-        vec3 from = ray_origin(surface, viewed, arrival.direction, LARGEST);
+        vec3 from = ray_origin(surface, viewed, arrival.direction);
         arrival.shadow_ray = Ray(from, LARGEST, arrival.direction);
     }
     return arrival;
@@ -216,7 +216,7 @@ void main() {
         alive = alive && max_component(path.throughput) > 0.0;
         bool survives = survives_roulette(path.throughput, path.scatterings, frame.at.view.roulette_start,
                                           frame.at.view.roulette_floor, bsdf_numbers.w);
-        next = Ray(ray_origin(surface, ray.direction, direction, LARGEST), LARGEST, direction);
+        next = Ray(ray_origin(surface, ray.direction, direction), LARGEST, direction);
         next_purpose = alive && survives ? RAY_PATH : RAY_NONE;
         purpose = shadow ? RAY_SHADOW : next_purpose;
         ray = next;

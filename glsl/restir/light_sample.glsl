@@ -49,13 +49,21 @@ LightSample new_light_sample(LightPoint point) {
 // ---- Target and shadow ray
 
 // The radiance that arrives from a sample, its unit direction, and the solid angle per unit of the sample's measure. Of a
-// punctual light the irradiance of a surface that faces it.
-vec3 arriving_radiance(LightSample value, vec3 from, out vec3 direction, out float solid_angle) {
+// punctual light the irradiance of a surface that faces it. `back_off` leads from the point to where its rays begin; 0 of points
+// that are exact.
+vec3 arriving_radiance(LightSample value, vec3 from, vec3 back_off, out vec3 direction, out float solid_angle) {
     solid_angle = 1.0;
     direction = value.position;
     if (is_distant(value.point.kind)) return value.emission;
-    float cosine;
-    solid_angle = solid_angle_per_area(from, value.position, value.normal, direction, cosine);
+    vec3 toward = value.position - from;
+    float distance_squared = max(dot(toward, toward), TINY), inverse = inversesqrt(distance_squared);
+    direction = toward * inverse;
+    float cosine = -dot(value.normal, direction);
+    // In a crease with a lamp the point lies in the lamp's plane, up to rounding, and would have no light from it: its distance
+    // from the plane is known no better than to a part of that of the rays' start. A lamp close above the point is no crease.
+    float least = min(0.25 * inverse * abs(dot(value.normal, back_off)), 0.01);
+    if (abs(cosine) < least) cosine = least;
+    solid_angle = abs(cosine) / distance_squared;
     if (is_punctual(value.point.kind)) {
         solid_angle = 1.0;
         GpuPunctualLight light = load_punctual_lights(value.point.index);
@@ -75,23 +83,13 @@ bool found_by_rays(Domain domain, LightSample value) {
     return light_at(value.point.index, CURRENT).area >= square(near_distance(domain));
 }
 
-// The place at which the light of a sample is evaluated: the point itself. In a crease with a lamp the point lies in the lamp's
-// plane, up to rounding, and would have no light from it; there it is where rays begin. A lamp close above the point is no crease.
-vec3 lit_position(Domain domain, LightSample value) {
-    if (!is_triangle(value.point.kind)) return domain.position;
-    vec3 toward = value.position - domain.position;
-    float height = abs(dot(value.normal, toward));
-    bool in_crease = height < min(0.25 * (domain.clearance + domain.back_off), 0.01 * length(toward));
-    return in_crease ? ray_start(domain) : domain.position;
-}
-
 // The integrand in the sample's measure: f · cosine · arriving radiance · solid angle per unit of the measure, without
 // visibility. `pdf_own_measure` is the density with which BSDF rays find the point.
 vec3 contribution(Domain domain, LightSample value, out float pdf_own_measure) {
     pdf_own_measure = 0.0;
     vec3 direction;
     float solid_angle;
-    vec3 radiance = arriving_radiance(value, lit_position(domain, value), direction, solid_angle);
+    vec3 radiance = arriving_radiance(value, domain.position, domain.back_off, direction, solid_angle);
     // Early out: from the back of a light.
     if (max_component(radiance) <= 0.0) return vec3(0.0);
     vec3 light = reflected_light(domain, direction, radiance, pdf_own_measure) * solid_angle;
@@ -125,7 +123,7 @@ uint light_of(LightSample value) { return value.point.kind == LIGHT_NONE ? NONE 
 float sample_solid_angle(vec3 from, LightSample value) {
     vec3 direction;
     float solid_angle;
-    arriving_radiance(value, from, direction, solid_angle);
+    arriving_radiance(value, from, vec3(0.0), direction, solid_angle);
     return solid_angle;
 }
 

@@ -176,7 +176,7 @@ bool sample_light_at(Path path, Domain vertex, Receiver receiver, uint slot, ino
     LightSample point = own.value;
     vec3 direction;
     float solid_angle, pdf_solid_angle;
-    vec3 radiance = arriving_radiance(point, lit_position(vertex, point), direction, solid_angle);
+    vec3 radiance = arriving_radiance(point, vertex.position, vertex.back_off, direction, solid_angle);
     vec3 reflected = reflected_light(vertex, direction, radiance, pdf_solid_angle);
     vec3 light = path.throughput * reflected * (solid_angle * own.contribution_weight);
     if (in_world && found_by_rays(vertex, point)) light *= light_sampling_share(receiver, point, pdf_solid_angle * solid_angle);

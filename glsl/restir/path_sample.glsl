@@ -87,7 +87,7 @@ void place_vertex(inout PathSample value, uint epoch) {
 float aim_at_light(inout PathSample value, uint epoch) {
     LightSample light = light_sample_at(value.end, epoch);
     float solid_angle;
-    value.radiance = arriving_radiance(light, value.point.position, value.direction, solid_angle);
+    value.radiance = arriving_radiance(light, value.point.position, vec3(0.0), value.direction, solid_angle);
     return solid_angle;
 }
 

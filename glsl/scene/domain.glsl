@@ -7,9 +7,10 @@
 // A shading point with its outgoing direction.
 struct Domain {
     vec3 position;
-    // Distances along the normal and towards the viewer by which a ray origin clears rounding errors.
+    // Distance along the normal by which a ray origin clears rounding errors.
     float clearance;
-    float back_off;
+    // From the position to where rays begin, before they clear the surface: towards the viewer.
+    vec3 back_off;
     // Unit, on the viewer's side.
     vec3 geometric_normal;
     vec3 shading_normal;
@@ -40,7 +41,7 @@ Domain make_domain(vec3 position, float clearance, float back_off, vec3 geometri
     Domain domain;
     domain.position = position;
     domain.clearance = clearance;
-    domain.back_off = back_off;
+    domain.back_off = -back_off * direction;
     domain.geometric_normal = geometric_normal;
     domain.shading_normal = shading_normal;
     tangent_frame(shading_normal, domain.tangent, domain.bitangent);
@@ -50,18 +51,23 @@ Domain make_domain(vec3 position, float clearance, float back_off, vec3 geometri
 }
 
 // The place towards the viewer from which rays begin, before they clear the surface.
-vec3 ray_start(Domain domain) { return domain.position + domain.back_off * to_world(domain, domain.outgoing); }
+vec3 ray_start(Domain domain) { return domain.position + domain.back_off; }
 
-// A ray origin off the surface on the side of `direction`, for a ray that ends `height` above the surface's plane.
-vec3 ray_origin(Domain domain, vec3 direction, float height) {
+// From the position to a ray origin off the surface on the side of `direction`.
+vec3 ray_offset(Domain domain, vec3 direction) {
     float side = dot(direction, domain.geometric_normal) < 0.0 ? -1.0 : 1.0;
-    vec3 off = domain.back_off * to_world(domain, domain.outgoing) + (side * domain.clearance) * domain.geometric_normal;
+    return domain.back_off + (side * domain.clearance) * domain.geometric_normal;
+}
+
+vec3 ray_origin(Domain domain, vec3 direction) { return domain.position + ray_offset(domain, direction); }
+
+// A ray origin for a ray that ends `height` above the surface's plane.
+vec3 ray_origin(Domain domain, vec3 direction, float height) {
+    vec3 off = ray_offset(domain, direction);
     return domain.position + share_of_offset(abs(dot(off, domain.geometric_normal)), height) * off;
 }
 
-vec3 ray_origin(Domain domain, vec3 direction) { return ray_origin(domain, direction, LARGEST); }
-
-float near_distance(Domain domain) { return near_distance(domain.clearance, domain.back_off); }
+float near_distance(Domain domain) { return near_distance(domain.clearance, length(domain.back_off)); }
 
 bool is_near(Domain domain, vec3 point) {
     vec3 toward = point - ray_origin(domain, domain.geometric_normal);

@@ -72,12 +72,18 @@ vec3 unlit_radiance(Hit hit) {
     return with_textures(material, instance, hit.primitive, hit.barycentrics).base_color;
 }
 
-// A ray origin off the surface on the side of `direction`, for a ray that ends `height` above the surface's plane; `viewed` is the
-// direction of the ray that hit the surface.
-vec3 ray_origin(Surface surface, vec3 viewed, vec3 direction, float height) {
+// From a surface to a ray origin off it on the side of `direction`; `viewed` is the direction of the ray that hit the surface.
+vec3 ray_offset(Surface surface, vec3 viewed, vec3 direction) {
     float clearance = clearance_of(surface.geometric_normal, surface.error);
     float side = dot(direction, surface.geometric_normal) < 0.0 ? -1.0 : 1.0;
-    vec3 off = (side * clearance) * surface.geometric_normal - surface.back_off * viewed;
+    return (side * clearance) * surface.geometric_normal - surface.back_off * viewed;
+}
+
+vec3 ray_origin(Surface surface, vec3 viewed, vec3 direction) { return surface.position + ray_offset(surface, viewed, direction); }
+
+// A ray origin for a ray that ends `height` above the surface's plane.
+vec3 ray_origin(Surface surface, vec3 viewed, vec3 direction, float height) {
+    vec3 off = ray_offset(surface, viewed, direction);
     return surface.position + share_of_offset(abs(dot(off, surface.geometric_normal)), height) * off;
 }
 
