@@ -416,33 +416,6 @@ mod thorough {
             !passes && said.contains("the same seed gives another picture")
         }));
     }
-
-    /// What a vertex keeps stands for a matte white point, which reflects any colour: surfaces that do not must not keep what they
-    /// merged.
-    #[test]
-    fn colours_that_a_surface_does_not_reflect_stay_in_world_reservoirs() {
-        let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("chequered.obj");
-        std::fs::write(folder.path().join("chequered.mtl"), CHEQUERED_MATERIALS).unwrap();
-        std::fs::write(&file, chequered_floor()).unwrap();
-        let scene = format!(
-            r#"{{ scene = "{}", look_at = "0,1.5,4,0,1,-2,45" }}"#,
-            file.display()
-        );
-        assert_found(
-            &world_plan(
-                &scene,
-                8192,
-                65536,
-                r#""world_reservoirs.stores" = ["merged"]"#,
-            ),
-            (
-                "restir/world_reservoirs.glsl",
-                "min(diffuse.x, min(diffuse.y, diffuse.z)) > 0.01",
-                "max_component(diffuse) > 0.01",
-            ),
-        );
-    }
 }
 
 mod largest {
@@ -507,5 +480,32 @@ set = {{ {settings} }}
         );
         let share = "if (RARE_LIGHTS && in_world) light /= 1.0 - restir.at.reuse.rare_lights;";
         assert_biased(&indirect, (place, share, ""));
+    }
+
+    /// What a vertex keeps stands for a matte white point, which reflects any colour: surfaces that do not must not keep what they
+    /// merged.
+    #[test]
+    fn colours_that_a_surface_does_not_reflect_stay_in_world_reservoirs() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("chequered.obj");
+        std::fs::write(folder.path().join("chequered.mtl"), CHEQUERED_MATERIALS).unwrap();
+        std::fs::write(&file, chequered_floor()).unwrap();
+        let scene = format!(
+            r#"{{ scene = "{}", look_at = "0,1.5,4,0,1,-2,45" }}"#,
+            file.display()
+        );
+        assert_found(
+            &world_plan(
+                &scene,
+                8192,
+                65536,
+                r#""world_reservoirs.stores" = ["merged"]"#,
+            ),
+            (
+                "restir/world_reservoirs.glsl",
+                "min(diffuse.x, min(diffuse.y, diffuse.z)) > 0.01",
+                "max_component(diffuse) > 0.01",
+            ),
+        );
     }
 }

@@ -226,15 +226,6 @@ mod thorough {
     use super::*;
 
     #[test]
-    fn the_full_variant_renders_textures_to_the_same_bits() {
-        let [_, textured] = plain_and_textured("cornell-glossy");
-        let mut settings = Preset::named("accurate").unwrap().settings().unwrap();
-        let specialised = bits(&textured, &settings, Tracer::ComputeBvh);
-        settings.variant = settings::Variant::Full;
-        assert!(specialised == bits(&textured, &settings, Tracer::ComputeBvh));
-    }
-
-    #[test]
     fn images_and_a_buffer_render_to_the_same_bits() {
         let scene = conservatory();
         for (preset, tracer) in [
@@ -341,5 +332,18 @@ mod thorough {
             );
             assert!(off.abs() < 0.005, "{preset} {tracer:?}: {off}");
         }
+    }
+}
+
+mod largest {
+    use super::*;
+
+    #[test]
+    fn the_full_variant_renders_textures_to_the_same_bits() {
+        let [_, textured] = plain_and_textured("cornell-glossy");
+        let mut settings = Preset::named("accurate").unwrap().settings().unwrap();
+        let specialised = bits(&textured, &settings, Tracer::ComputeBvh);
+        settings.variant = settings::Variant::Full;
+        assert!(specialised == bits(&textured, &settings, Tracer::ComputeBvh));
     }
 }

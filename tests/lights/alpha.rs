@@ -229,30 +229,6 @@ mod thorough {
         );
     }
 
-    #[test]
-    fn a_sample_whose_own_light_is_not_weakened_is_seen() {
-        assert_seen(
-            "alpha::thorough::sheets_weaken_what_passes_them",
-            (
-                "restir/merge.glsl",
-                "if (HAS_BLEND && visibility && shades) canonical_light",
-                "if (false) canonical_light",
-            ),
-        );
-    }
-
-    #[test]
-    fn coins_that_are_missing_from_a_paths_density_are_seen() {
-        assert_seen(
-            "alpha::thorough::resampling_with_alpha_is_unbiased",
-            (
-                "passes/initial_indirect.comp",
-                "if (HAS_BLEND && target > 0.0) target *=",
-                "if (false) target *=",
-            ),
-        );
-    }
-
     /// The part of a lamp that has no hole and is not black lights a floor, and nothing else does.
     #[test]
     fn lamps_may_have_holes() {
@@ -459,5 +435,33 @@ mod thorough {
                 assert_eq!(*found, expected, "{technique} {tracer:?}, pixel {pixel}");
             }
         }
+    }
+}
+
+mod largest {
+    use super::*;
+
+    #[test]
+    fn a_sample_whose_own_light_is_not_weakened_is_seen() {
+        assert_seen(
+            "alpha::thorough::sheets_weaken_what_passes_them",
+            (
+                "restir/merge.glsl",
+                "if (HAS_BLEND && visibility && shades) canonical_light",
+                "if (false) canonical_light",
+            ),
+        );
+    }
+
+    #[test]
+    fn coins_that_are_missing_from_a_paths_density_are_seen() {
+        assert_seen(
+            "alpha::thorough::resampling_with_alpha_is_unbiased",
+            (
+                "passes/initial_indirect.comp",
+                "if (HAS_BLEND && target > 0.0) target *=",
+                "if (false) target *=",
+            ),
+        );
     }
 }

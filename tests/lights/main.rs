@@ -636,6 +636,10 @@ mod thorough {
             }
         }
     }
+}
+
+mod largest {
+    use super::*;
 
     #[test]
     fn the_full_variant_renders_all_kinds_of_light_to_the_same_bits() {
