@@ -482,7 +482,7 @@ set = {{ {settings} }}
         assert_biased(&indirect, (place, share, ""));
     }
 
-    /// What a vertex keeps stands for a matte white point, which reflects any colour: surfaces that do not must not keep what they
+    /// The light sample that a vertex keeps stands for a matte white point, which reflects any colour: surfaces that do not must not keep what they
     /// merged.
     #[test]
     fn colours_that_a_surface_does_not_reflect_stay_in_world_reservoirs() {

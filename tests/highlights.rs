@@ -17,7 +17,7 @@ const HEIGHT: u32 = 36;
 const SAMPLES: u32 = 16;
 const SEEDS: u32 = 200;
 const RADIANCE: f32 = 10.0;
-/// Of the lamp, which is a square 0.8 above the floor and emits downwards.
+/// The lamp's corner and its side: a square 0.8 above the floor that emits downwards.
 const CORNER: DVec3 = DVec3::new(-0.3, 0.8, -0.5);
 const SIDE: f64 = 0.6;
 
@@ -51,10 +51,10 @@ fn camera() -> Camera {
     )
 }
 
-/// What the metal shows in each pixel's centre, by a sum over the lamp; none where the lamp is seen or nearly mirrored.
+/// The radiance that the metal shows in each pixel's centre, by a sum over the lamp; none where the lamp is seen or nearly mirrored.
 fn truth() -> Vec<Option<f64>> {
     let surface = Surface::new(&metal());
-    // Of the floor, whose normal is +Y.
+    // The shading frame of the floor, whose normal is +Y.
     let local = |v: DVec3| DVec3::new(v.x, v.z, v.y);
     let shown = |pixel: u32, cells: usize| {
         let (origin, way) = camera_ray(&camera(), [pixel % WIDTH, pixel / WIDTH], [WIDTH, HEIGHT]);

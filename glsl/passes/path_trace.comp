@@ -42,11 +42,10 @@ struct Arrival {
     Ray shadow_ray;
 };
 
-// `viewed` is the direction of the ray that hit the surface.
-Arrival arrival_at(Surface surface, vec3 viewed, LightPoint point) {
+// `viewed` is the direction of the ray that hit the surface, `probability` that of the draw of the point's light.
+Arrival arrival_at(Surface surface, vec3 viewed, LightPoint point, float probability) {
     Arrival arrival;
     arrival.nearness = LARGEST;
-    float probability = light_probability(point);
     if (is_environment(point.kind)) {
         vec2 place = texel_corner(point.index) + point.place;
         float sine;
@@ -85,17 +84,17 @@ Arrival arrival_at(Surface surface, vec3 viewed, LightPoint point) {
     return arrival;
 }
 
+// A narrow lobe is one below this width, a roughness of 0.1.
+const float NARROW_ALPHA = 0.01;
+
 // Beside a lamp's mirror image a smooth surface shows the tail of its lobe, whose light comes from the part of the lamp that is nearest
 // to the image. One point of the lamp seldom lies there, and a ray that is drawn from the lobe seldom reaches the lamp at all, but
 // then counts nearly all of its radiance: single pixels would be up to a hundred times too bright. So narrow lobes compare several
 // points of the lamp that is drawn, and one of them gets the shadow ray. They are points of one lamp: points of several would leave the
 // ray to the brightest, which may be hidden. Where lamps are many, what is seldom drawn is the lamp, and one point will do.
 // Two other ways were tried: to draw a tenth of the rays from a wider lobe, and to draw half of the points around the mirror
-// direction. Both made the image itself noisier, by a factor of up to four, and what is beside it hardly less noisy.
-//
-// A narrow lobe is one below this width, a roughness of 0.1. Wider ones have few such outliers, and their images would become noisier.
-const float NARROW_ALPHA = 0.01;
-
+// direction. Both made the image itself noisier, by a factor of up to four, and what is beside it hardly less noisy. Wider lobes have few
+// such outliers, and their images would become noisier by this.
 float points_of_lamp(bool narrow, float probability) { return narrow ? clamp(round(32.0 * probability), 1.0, 16.0) : 1.0; }
 
 // The number of independent samples that they are worth in MIS weights: all of them depend on the draw of the lamp.
@@ -109,7 +108,7 @@ struct Path {
     float pdf_solid_angle;
     // The distance within which the ray finds no lights that are no larger: `near_distance`.
     float near;
-    // Whether the surface where the ray begins compares points of lamps.
+    // True if the surface where the ray begins compares points of lamps.
     bool narrow;
     bool mirror;
 };
@@ -216,7 +215,7 @@ void main() {
             float sum = 0.0, selected = 0.0;
             for (float i = 0.0; i < points; i += 1.0) {
                 LightPoint point = draw_point(light, light_bits);
-                Arrival arrival = arrival_at(surface, ray.direction, point);
+                Arrival arrival = arrival_at(surface, ray.direction, point, probability);
                 vec3 incoming = vec3(dot(arrival.direction, tangent), dot(arrival.direction, bitangent),
                                      dot(arrival.direction, surface.shading_normal));
                 if (max_component(arrival.light) > 0.0 && dot(arrival.direction, surface.geometric_normal) > 0.0) {

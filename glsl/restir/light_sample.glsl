@@ -55,15 +55,8 @@ vec3 arriving_radiance(LightSample value, vec3 from, vec3 back_off, out vec3 dir
     solid_angle = 1.0;
     direction = value.position;
     if (is_distant(value.point.kind)) return value.emission;
-    vec3 toward = value.position - from;
-    float distance_squared = max(dot(toward, toward), TINY), inverse = inversesqrt(distance_squared);
-    direction = toward * inverse;
-    float cosine = -dot(value.normal, direction);
-    // In a crease with a lamp the point lies in the lamp's plane, up to rounding, and would have no light from it: its distance
-    // from the plane is known no better than to a part of that of the rays' start. A lamp close above the point is no crease.
-    float least = min(0.25 * inverse * abs(dot(value.normal, back_off)), 0.01);
-    if (abs(cosine) < least) cosine = least;
-    solid_angle = abs(cosine) / distance_squared;
+    float cosine;
+    solid_angle = solid_angle_per_area(from, back_off, value.position, value.normal, direction, cosine);
     if (is_punctual(value.point.kind)) {
         solid_angle = 1.0;
         GpuPunctualLight light = load_punctual_lights(value.point.index);

@@ -84,11 +84,20 @@ vec3 reflected_light(Domain domain, vec3 direction, vec3 radiance, out float pdf
 }
 
 // The solid angle per unit area at `point` seen from `from`: |cosine| / distance². Also returns the unit direction
-// there and the cosine, which is positive on the side of `normal`.
-float solid_angle_per_area(vec3 from, vec3 point, vec3 normal, out vec3 direction, out float cosine) {
+// there and the cosine, which is positive on the side of `normal`. `back_off` leads from `from` to where its rays begin.
+float solid_angle_per_area(vec3 from, vec3 back_off, vec3 point, vec3 normal, out vec3 direction, out float cosine) {
     vec3 toward = point - from;
-    float distance_squared = max(dot(toward, toward), TINY);
-    direction = toward * inversesqrt(distance_squared);
+    float distance_squared = max(dot(toward, toward), TINY), inverse = inversesqrt(distance_squared);
+    direction = toward * inverse;
     cosine = -dot(normal, direction);
+    // In a crease with a lamp `from` lies in the lamp's plane, up to rounding, and would have no light from it: its distance
+    // from the plane is known no better than to a part of that of the rays' start. A lamp close above it is no crease.
+    float least = min(0.25 * inverse * abs(dot(normal, back_off)), 0.01);
+    if (abs(cosine) < least) cosine = least;
     return abs(cosine) / distance_squared;
+}
+
+// The same from a point that is exact.
+float solid_angle_per_area(vec3 from, vec3 point, vec3 normal, out vec3 direction, out float cosine) {
+    return solid_angle_per_area(from, vec3(0.0), point, normal, direction, cosine);
 }
