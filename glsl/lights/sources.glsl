@@ -34,31 +34,39 @@ float light_sample_pdf_own_measure(Receiver receiver, LightPoint point, vec3 dir
     return pdf_own_measure(point, direction, mean_probability(receiver, probability_among_all(point), near));
 }
 
-// The sample at a point of a light that was selected among near lights with a probability, and its mean density.
-LightSample near_light_sample(Receiver receiver, uint light, float near, uvec4 bits, out float pdf) {
+// The sample at a point of a light that was selected, among near lights with a probability of `near`, and its mean density. If `rare`,
+// the light was selected among rare lights.
+LightSample sample_of_light(Receiver receiver, bool rare, uint light, float near, uvec4 bits, out float pdf) {
     LightSample value = new_light_sample(draw_point(light, bits));
-    float of_all = probability_among_all(value.point);
+    float probability = rare ? rare_probability(value.point) : probability_among_all(value.point);
     // Where light samples are not drawn by power they find rare lights, whose light has its own candidates.
-    if (RARE_LIGHTS && of_all == 0.0) value.emission = vec3(0.0);
-    pdf = pdf_own_measure(value.point, value.position, mean_probability(receiver, of_all, near));
+    if (RARE_LIGHTS && probability == 0.0) value.emission = vec3(0.0);
+    if (!rare) probability = mean_probability(receiver, probability, near);
+    pdf = pdf_own_measure(value.point, value.position, probability);
     return value;
 }
 
 // Draws a light and a point of it, for number `index` of the receiver's light samples, in ascending order. Also returns the
-// density as above.
-LightSample draw_light_sample(inout Receiver receiver, uint index, uvec4 bits, out float pdf) {
+// density as above. If `rare`, the light is a rare one. Both kinds share their code, because neighbouring vertices may differ.
+LightSample draw_light_sample(inout Receiver receiver, bool rare, uint index, uvec4 bits, out float pdf) {
     uint light;
     float near = 0.0;
-    if (draws_near(receiver, index, bits)) {
+    if (!rare && draws_near(receiver, index, bits)) {
         // The words that are left are too few for a cluster, a light and a place on it.
         light = draw_near_light(receiver, index, restir.at.reuse.near_samples, pcg4d(bits).xy, near);
     } else {
         uint count = scene.at.light_count;
         uint unused;
-        light = restir.at.reuse.uniform_candidates != 0u ? scale_to(bits.xy, count, unused) : pick_light(choices_of_samples(), count, bits.xy);
-        if (has_near_lights(receiver)) near = near_light_probability(receiver, light);
+        light = !rare && restir.at.reuse.uniform_candidates != 0u
+            ? scale_to(bits.xy, count, unused)
+            : pick_light(rare ? choices_of_rare() : choices_of_samples(), count, bits.xy);
+        if (!rare && has_near_lights(receiver)) near = near_light_probability(receiver, light);
     }
-    return near_light_sample(receiver, light, near, bits, pdf);
+    return sample_of_light(receiver, rare, light, near, bits, pdf);
+}
+
+LightSample draw_light_sample(inout Receiver receiver, uint index, uvec4 bits, out float pdf) {
+    return draw_light_sample(receiver, false, index, bits, pdf);
 }
 
 // The weight of a candidate: its target over the sum of the densities of all light and BSDF samples. `light_pdf` is the mean

@@ -202,7 +202,7 @@ void main() {
                     + 2u * min(uint(part * float(restir.at.light_list)), restir.at.light_list - 1u);
                 float near = uintBitsToFloat(light_lists.at[entry + 1u]);
                 count_read(2u);
-                value = near_light_sample(receiver, light_lists.at[entry], near, bits, light_pdf);
+                value = sample_of_light(receiver, false, light_lists.at[entry], near, bits, light_pdf);
             } else {
                 value = draw_light_sample(receiver, i, bits, light_pdf);
             }

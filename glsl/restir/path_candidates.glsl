@@ -123,7 +123,7 @@ bool sample_light_at(Path path, Domain vertex, Receiver receiver, uint slot, ino
     bool in_world = !rare && has_world_reservoirs(path);
     // BSDF rays share the light with the samples; but not in a weight that other vertices take over.
     uint bsdf_samples = in_world ? 0u : 1u;
-    float light_samples = in_world ? float(restir.at.reuse.light_samples) : vertex_samples();
+    float light_samples = rare ? restir.at.reuse.rare_lights : in_world ? float(restir.at.reuse.light_samples) : vertex_samples();
     // Two random streams for each vertex: one for the path that a mirror begins.
     Random world_random = pass_random(own_pixel(), STREAM_WORLD + 2u * path.scatterings + (path.is_mirrored ? 1u : 0u));
     uint normal = pack_octahedral(vertex.geometric_normal);
@@ -142,18 +142,9 @@ bool sample_light_at(Path path, Domain vertex, Receiver receiver, uint slot, ino
     for (uint i = 0u; i < (rare ? 1u : restir.at.reuse.light_samples); i += 1u) {
         uvec4 bits = random_bits(random);
         float choice = random_choice(random);
-        float light_pdf, target, weight;
-        LightSample value;
-        if (rare) {
-            value = new_light_sample(draw_rare(bits));
-            float bsdf_pdf;
-            target = luminance(contribution(resampling, value, bsdf_pdf));
-            float rare_pdf = restir.at.reuse.rare_lights * rare_pdf_own_measure(value.point, value.position);
-            weight = target > 0.0 ? target / (rare_pdf + bsdf_pdf) : 0.0;
-        } else {
-            value = draw_light_sample(receiver, i, bits, light_pdf);
-            weight = candidate_weight(resampling, value, light_pdf, light_samples, bsdf_samples, target);
-        }
+        float light_pdf, target;
+        LightSample value = draw_light_sample(receiver, rare, i, bits, light_pdf);
+        float weight = candidate_weight(resampling, value, light_pdf, light_samples, bsdf_samples, target);
         if (stream_add(points, i, weight, target, choice)) own.value = value;
         if (in_world && !keeps_merged) {
             weight = candidate_weight(stored, value, light_pdf, light_samples, 0u, target);
