@@ -411,6 +411,28 @@ mod thorough {
         assert_size_changes_nothing(&scene_of_all_lights(), &[-40, 40]);
     }
 
+    /// A step of f64 is there a ten thousandth of a unit.
+    #[test]
+    fn a_scene_at_a_million_million_units_is_lit_as_at_home() {
+        let plain = scene();
+        let mut far = plain.clone();
+        let way = DVec3::new(0.8e12, -0.4e12, 0.5e12);
+        for instance in &mut far.instances {
+            instance.object_to_world.translation += way;
+        }
+        for camera in &mut far.cameras {
+            camera.camera_to_world.translation += way;
+        }
+        for settings in techniques_for(&plain) {
+            let light = |scene| -> f64 {
+                let seen = picture(scene, &settings);
+                seen.iter().map(|[mean, _]| mean.element_sum()).sum()
+            };
+            let ratio = light(&far) / light(&plain);
+            assert!((ratio - 1.0).abs() < 0.02, "{ratio}");
+        }
+    }
+
     #[test]
     fn brightness_scales_the_picture() {
         assert_brightness_scales_the_picture(&scene(), &[-103, 35]);

@@ -7,6 +7,7 @@ use headwater::gpu::{DeviceInfo, DriverKind};
 use headwater::render::presets::Preset;
 use headwater::render::settings;
 use headwater::render::{Settings, View};
+use headwater::scene::lights;
 use headwater::scene::texture::Wrap;
 use headwater::scene::{Environment, Image, Material, Scene, Texture, procedural};
 use headwater::tracing::selection::{TexturesChoice, Wanted, select};
@@ -220,6 +221,20 @@ fn half_a_lamp(textured: bool) -> Scene {
     let laid = |p: &Vec3| Vec2::new(p.x + 0.5, p.z + 0.5);
     scene.meshes[1].uvs[1] = scene.meshes[1].positions.iter().map(laid).collect();
     scene
+}
+
+/// A column of texels between the points at which a lamp's brightness is estimated. Without power no light sample would find it.
+#[test]
+fn a_lamp_that_is_lit_between_the_points_of_its_estimate_has_power() {
+    let mut scene = half_a_lamp(true);
+    let texel = |x: usize| if x == 24 { [255; 4] } else { [0, 0, 0, 255] };
+    scene.images = vec![image(&std::array::from_fn::<_, 64, _>(texel))];
+    scene.validate().unwrap();
+    let lights = lights::light_triangles(&scene);
+    assert_eq!(lights.len(), 2);
+    for light in lights {
+        assert!(lights::power(&light, &scene.materials[light.material as usize]) > 0.0);
+    }
 }
 
 mod thorough {

@@ -45,11 +45,12 @@ vec4 to_unit(uvec4 bits) { return vec4(bits >> 8u) * 5.9604644775390625e-8; }
 
 // A uniform number in (0, 1] that decides whether a weighted candidate is selected. Small numbers are as precise as
 // large ones, and none is 0: a rare candidate would otherwise be selected too often, and take on the weight of all.
-float random_choice(inout Random random) {
-    uvec2 bits = random_bits(random).xy;
+float random_choice(uvec2 bits) {
     float rest = (float(bits.y) + 0.5) * 2.3283064365386963e-10;
     return (float(bits.x) + rest) * 2.3283064365386963e-10;
 }
+
+float random_choice(inout Random random) { return random_choice(random_bits(random).xy); }
 
 // An integer below `count` from 64 random bits, and 32 bits that are uniform whichever it is. With 32 bits alone, the
 // probabilities of ten million integers would differ by a thousandth.

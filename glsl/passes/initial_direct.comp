@@ -152,7 +152,7 @@ bool add_hit(inout Stream stream, Domain domain, LightSample value, float light_
              uint bsdf_samples) {
     if (!found_by_rays(domain, value)) return false;
     if (rare_probability(value.point) > 0.0) {
-        // What weakens the ray on its way, the hit does not know.
+        // The ray may have passed through surfaces that cover a part, and the hit does not say how much light they take.
         float passed = HAS_BLEND ? trace_transmittance(shadow_ray(domain, value, CURRENT)) : 1.0;
         vec3 light = rare_light(domain, value, bsdf_samples) * passed;
         if (max_component(light) > 0.0) ADD_LIGHT(own_pixel(), light)
@@ -254,7 +254,7 @@ void main() {
                 // Roulette: where the candidate would add little to what was found, it seldom has a ray. A hidden light
                 // that was selected has been dropped by now, and so does not make the ray less likely.
                 chance = clamp(light / max(RARE_PART * stream.weight_sum, TINY), restir.at.reuse.rare_lights, 1.0);
-                wanted = light > 0.0 && to_unit(random_bits(own).x) < chance;
+                wanted = light > 0.0 && random_choice(own) <= chance;
                 if (wanted) ray = shadow_ray(domain, drawn, CURRENT);
             } else {
                 // What a BSDF ray hit is visible.

@@ -227,7 +227,7 @@ void main() {
                     vec3 added = path.throughput * f * arrival.light * (max(incoming.z, 0.0) * weight);
                     float size = max_component(added);
                     sum += size;
-                    if (size > 0.0 && (size == sum || to_unit(light_bits.x) * sum < size)) {
+                    if (size > 0.0 && (size == sum || random_choice(light_bits.xy) * sum <= size)) {
                         selected = size;
                         shadowed = added;
                         shadow_ray = arrival.shadow_ray;

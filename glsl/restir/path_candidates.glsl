@@ -119,7 +119,7 @@ bool has_world_reservoirs(Path path) {
 // reservoirs, merges it with some of the previous frame. `slot` is that of the path's pixel. Returns whether its shadow ray
 // must be traced.
 bool sample_light_at(Path path, Domain vertex, Receiver receiver, uint slot, inout Random random, out Candidate found, out Ray ray) {
-    bool rare = RARE_LIGHTS && to_unit(random_bits(random).x) < restir.at.reuse.rare_lights;
+    bool rare = RARE_LIGHTS && random_choice(random) <= restir.at.reuse.rare_lights;
     bool in_world = !rare && has_world_reservoirs(path);
     // BSDF rays share the light with the samples; but not in a weight that other vertices take over.
     uint bsdf_samples = in_world ? 0u : 1u;

@@ -99,7 +99,8 @@ Surface surface_at(Hit hit, Ray ray) {
     map_normal(point, surface.material, instance, hit.primitive, hit.barycentrics);
     face_viewer(point, surface.material, ray.direction, surface.geometric_normal, surface.shading_normal);
     refine_by_ray(surface.position, surface.error, surface.geometric_normal, ray.origin, ray.direction);
-    surface.back_off = back_off_distance(surface.error, dot(surface.position - ray.origin, ray.direction));
+    // Rounding may move a very close hit behind the ray's origin.
+    surface.back_off = back_off_distance(surface.error, max(dot(surface.position - ray.origin, ray.direction), 0.0));
     surface.material_index = owner.material;
     surface.instance = owner.instance;
     surface.light = owner.light;

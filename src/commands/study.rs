@@ -26,7 +26,7 @@ use crate::tracing::selection::{self, TracerChoice, Wanted};
 use crate::{Error, Result};
 use std::cell::RefCell;
 use std::collections::BTreeSet;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 
 /// Arguments of `study`.
@@ -220,8 +220,13 @@ pub fn run(args: &Args) -> Result<()> {
     })?;
     match axes::svg(&rows)? {
         Some(figure) => write_atomically(axes_file, |file| write!(file, "{figure}"))?,
-        // That of an earlier plan would stand beside other results.
-        None => drop(std::fs::remove_file(axes_file)),
+        // The figure of an earlier plan would stand beside other results.
+        None => match std::fs::remove_file(axes_file) {
+            Err(error) if error.kind() != ErrorKind::NotFound => {
+                return Err(Error::input(format!("{}: {error}", axes_file.display())));
+            }
+            _ => {}
+        },
     }
     print(results_text::table(&rows).trim_end())?;
     verdict(&rows)?;

@@ -128,9 +128,10 @@ crate::gpu_struct! {
         pub range: f32,
         /// Intensity; of a directional light the irradiance of a surface that faces it.
         pub intensity: Vec3,
-        /// A spot's share of its intensity, or rather its square root, is this,
+        /// The square root of a spot's share of its intensity is this offset less the product of `angle_scale` and a squared distance,
+        /// within 0 and 1.
         pub angle_offset: f32,
-        /// less this times the squared distance of unit vectors along its axis and to the point, within 0 and 1.
+        /// The factor of the squared distance of the unit vectors along the spot's axis and to the point that is lit.
         pub angle_scale: f32,
         /// Fills the last four words.
         pub padding: UVec3,

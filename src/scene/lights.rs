@@ -169,8 +169,8 @@ pub fn lamp_triangles(scene: &Scene, lamps: &[bool]) -> Vec<LampTriangle> {
     triangles
 }
 
-/// The mean over a triangle of what multiplies its emission, from points on a grid: only the choice of lights depends on
-/// it.
+/// The mean over a triangle of what multiplies its emission, from points on a grid. Above 0, because light samples must find what is lit
+/// between the points, too.
 fn emission_mean(scene: &Scene, mesh: &Mesh, material: &Material, triangle: u32) -> Vec3 {
     const SIDE: usize = 8;
     let mask = match material.alpha_mode {
@@ -204,6 +204,10 @@ fn emission_mean(scene: &Scene, mesh: &Mesh, material: &Material, triangle: u32)
                 sum += texture.map_or(Vec3::ONE, |texture| at(texture, weights).truncate());
             }
         }
+    }
+    if sum == Vec3::ZERO {
+        // As if half of a point were lit.
+        sum = Vec3::splat(0.5);
     }
     sum / (SIDE * SIDE) as f32
 }
@@ -263,7 +267,7 @@ impl AliasTable {
         let count = weights.len();
         let total: f64 = weights.iter().sum();
         let is_used = |weight: &f64| *weight > 0.0 || total == 0.0;
-        // Of all that have a weight: a light without power would waste its candidates.
+        // Entries without a weight get no share: lights without power would waste candidates.
         let used = weights.iter().filter(|weight| is_used(weight)).count();
         let share = if total > 0.0 { uniform_share } else { 1.0 };
         let uniform = share * (count as f64 / used as f64);

@@ -28,12 +28,27 @@ pub const BRIGHTEST: f32 = 1e12;
 /// An instance is flat if its volume scale is below this, relative to the lengths of its axes.
 const SINGULAR: f64 = 1e-15;
 
-/// True if the positions of a mesh are much further from its origin than from each other.
+/// True if the positions of a mesh are much further from its origin than from each other, or those of the corners of at least one
+/// triangle in ten: of a mesh with parts in two far places no part is held finely.
 fn is_coarse(mesh: &Mesh) -> bool {
-    mesh.bounds().is_some_and(|bounds| {
-        let furthest = bounds.min.abs().max(bounds.max.abs()).max_element();
-        furthest * f64::from(f32::EPSILON) > COARSE * bounds.size().max_element()
-    })
+    let step = |furthest: f64| furthest * f64::from(f32::EPSILON);
+    let Some(bounds) = mesh.bounds() else {
+        return false;
+    };
+    let furthest = bounds.min.abs().max(bounds.max.abs()).max_element();
+    if step(furthest) > COARSE * bounds.size().max_element() {
+        return true;
+    }
+    let is_coarse = |triangle: &&[u32; 3]| {
+        let corners = triangle.map(|i| mesh.positions[i as usize]);
+        let [a, b, c] = corners;
+        let furthest = corners.map(|p| p.abs().max_element());
+        let furthest = furthest.into_iter().fold(0.0, f32::max);
+        let size = (b - a).abs().max((c - a).abs()).max_element();
+        size > 0.0 && step(furthest.into()) > 2.0 * COARSE * f64::from(size)
+    };
+    let coarse = mesh.triangles.iter().filter(is_coarse).count();
+    coarse > 0 && 10 * coarse >= mesh.triangles.len()
 }
 
 /// Whether every channel is between 0 and a limit. By comparison, because the smallest and the largest element of a
@@ -119,8 +134,11 @@ impl Scene {
             }
         }
         let all = Bounds::around(self.placed_boxes(&boxes).into_iter());
-        let size = all.map(|bounds| bounds.size().max_element());
-        if let Some(size) = size.filter(|size| *size < SMALLEST_SCENE) {
+        let size = all.map_or(0.0, |bounds| bounds.size().max_element());
+        // A scene that moves may be larger at other times, and one without a size shows nothing.
+        let stands = !(0..self.instances.len())
+            .any(|index| (self.motion.as_ref()).is_some_and(|m| m.moves_instance(index)));
+        if stands && size > 0.0 && size < SMALLEST_SCENE {
             return Err(Error::input(format!(
                 "the scene is {size:.1e} units wide, and {SMALLEST_SCENE:e} is as small as can be rendered; scale it up"
             )));

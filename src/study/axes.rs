@@ -39,7 +39,7 @@ type Axes<'a> = BTreeMap<(&'a str, &'a str), BTreeMap<&'a str, Vec<Point>>>;
 /// every configuration. None if there is no such parameter.
 ///
 /// # Errors
-/// Those of the library that draws.
+/// The library that draws may fail.
 pub fn svg(rows: &[Row]) -> Result<Option<String>> {
     let mut axes = Axes::new();
     for row in rows {

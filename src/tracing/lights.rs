@@ -105,6 +105,7 @@ impl LightSources {
         for emission in scene.motion.iter().flat_map(|motion| &motion.emission) {
             brightest[emission.material as usize].emission = emission.brightest();
         }
+        // Not limited: a sun that the scene shuts out takes every reservoir, however seldom it is drawn.
         let powers = sources.powers(&triangles, &brightest, &sources.punctual);
         // A lamp is what an instance has of a material.
         let names = (0..powers.len()).map(|index| match sources.lamps.get(index) {
@@ -115,7 +116,8 @@ impl LightSources {
         sources
     }
 
-    /// The power of each light over π, in the scene's units.
+    /// The power of each light over π, in the scene's units, and of a distant light that which its radiance has on a disc around the
+    /// scene.
     fn powers(
         &self,
         triangles: &[LightTriangle],
@@ -128,10 +130,6 @@ impl LightSources {
         powers.extend(punctual.iter().map(|light| self.power(light)));
         let environment = self.environment.map(|(integral, _)| integral * self.disc);
         powers.extend(environment);
-        limit_distant(&mut powers, |index| {
-            (index.checked_sub(triangles.len()))
-                .is_some_and(|rest| punctual.get(rest).is_none_or(PunctualLight::is_distant))
-        });
         powers
     }
 
@@ -156,6 +154,10 @@ impl LightSources {
             .map(|lamp| lamp.placed(&place_of(lamp.instance)))
             .collect();
         let mut powers = self.powers(&triangles, &materials, &punctual);
+        limit_distant(&mut powers, |index| {
+            (index.checked_sub(triangles.len()))
+                .is_some_and(|rest| punctual.get(rest).is_none_or(PunctualLight::is_distant))
+        });
         let gpu_triangles: Vec<GpuLight> = (triangles.iter().zip(&self.primitives))
             .map(|(light, primitive)| GpuLight {
                 primitive: *primitive,

@@ -46,6 +46,11 @@ fn vertices_far_from_the_origin_keep_their_distances() {
         );
         assert_eq!(scene.notices.len(), 1, "{:?}", scene.notices);
     }
+    // One mesh has one origin, so what is far away on both sides of it is held coarsely.
+    let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nv 1e6 0 0\nv 1000001 0 0\nv 1e6 1 0\nf 4 5 6";
+    let scene = Folder::new().load("scene.obj", text);
+    let coarse = |notice: &String| notice.contains("coarsely");
+    assert!(scene.notices.iter().any(coarse), "{:?}", scene.notices);
     // An object of its own has an origin of its own.
     let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\no far\nv 1e7 0 0\nv 10000000.1 0 0\nv 1e7 1 0\nf 4 5 6";
     let scene = Folder::new().load("scene.obj", text);

@@ -285,7 +285,7 @@ fn judge(
     let late = (along - found.t * direction.length()).abs();
     let is_there = (off - unit * along).length() <= found.beside
         && late <= found.beside + found.slack * direction.length();
-    if ray.any == 0 && !(is_inside && is_there && found.t <= f64::from(ray.t_max)) {
+    if !(is_inside && is_there && found.t <= f64::from(ray.t_max)) {
         return Class::Elsewhere;
     }
     match certain {
@@ -477,24 +477,45 @@ fn hostile_rays_find_what_the_oracle_finds() {
     fuzz(seed, count as usize);
 }
 
-/// Runs the test above once more, with a fault in the shaders.
-#[test]
-fn a_planted_fault_is_found_and_reduced() {
-    let fault = (
-        "scene/trace_compute_bvh.glsl",
-        "bool inside = min(u, min(v, w)) >= 0.0 ||",
-        "bool inside = min(u, min(v, w)) > 0.01 * abs(u + v + w) ||",
-    );
+/// Runs the test above once more with a change of the shaders that makes faults of a class, and checks that they are reduced to
+/// one triangle.
+fn assert_found(change: (&str, &str), class: &str) {
+    let fault = ("scene/trace_compute_bvh.glsl", change.0, change.1);
     let test = "hostile::hostile_rays_find_what_the_oracle_finds";
     let output = support::run_with_fault(test, fault, |command| {
         command.env("HEADWATER_RAYS", "20000")
     });
     let said = support::said(&output);
     assert!(
-        said.contains("hostile rays go wrong") && said.contains("Missed: RayQuery"),
+        said.contains("hostile rays go wrong") && said.contains(&format!("{class}: RayQuery")),
         "{said}"
     );
     // One triangle is left.
     let is_triangle = |line: &str| line.contains("[Vec3(") && line.matches(", Vec3(").count() == 2;
     assert!(said.lines().any(is_triangle), "{said}");
+}
+
+#[test]
+fn edges_that_let_rays_through_are_found_and_reduced() {
+    let inside = "bool inside = min(u, min(v, w)) >= 0.0 ||";
+    let narrower = "bool inside = min(u, min(v, w)) > 0.01 * abs(u + v + w) ||";
+    assert_found((inside, narrower), "Missed");
+}
+
+mod thorough {
+    use super::*;
+
+    #[test]
+    fn shadows_of_nothing_are_found() {
+        let meets = "if (meets_triangle(primitive, level, t, front, weights)";
+        let too_often = "if ((meets_triangle(primitive, level, t, front, weights) || any_hit)";
+        assert_found((meets, too_often), "Elsewhere");
+    }
+
+    #[test]
+    fn hits_behind_others_are_found() {
+        // Of two triangles the one that is met last is taken.
+        let nearest = "float t = hit.t;";
+        assert_found((nearest, "float t = ray.t_max;"), "Behind");
+    }
 }

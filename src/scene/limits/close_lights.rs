@@ -11,7 +11,8 @@ use std::fmt;
 /// than 0.5 %.
 pub const COARSE_LIGHT: f64 = 2.5e-5;
 
-/// The same, by more than 5 %.
+/// The height of a light above a surface, over its distance from the camera, below which its light there may be wrong by more
+/// than 5 %.
 pub const SMALLEST_HEIGHT: f64 = 2e-6;
 
 /// Lamps larger than this many times their height are not taken for small: only a small part of them is that close.
@@ -127,7 +128,7 @@ struct List {
 }
 
 impl List {
-    /// Those that reach into a box.
+    /// The candidates that reach into a box.
     fn near(&self, bounds: &Bounds) -> impl Iterator<Item = &Candidate> {
         let (low, high) = (bounds.min[self.axis], bounds.max[self.axis]);
         let first = (self.candidates).partition_point(|c| c.at[self.axis] < low - self.reach);

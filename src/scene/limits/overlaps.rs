@@ -15,7 +15,7 @@ const PARALLEL: f64 = 1e-5;
 const SAME_PLANE: f64 = 1e-6;
 
 /// Planes are sorted into cells several times, each time moved by such a part of a cell, so that those which differ by rounding
-/// share a cell at least once.
+/// nearly always share a cell at least once.
 const SHIFTS: [f64; 4] = [0.1, 0.35, 0.6, 0.85];
 
 /// Pairs are not counted beyond this number: n copies of a triangle are n² of them.

@@ -1,4 +1,4 @@
-//! A corner of a room of which each quantity can be taken to its limits, one at a time; two metres wide, the floor at height 0.
+//! The corner of a room; each parameter takes one quantity to its limit. It is two metres wide, with the floor at height 0.
 //! Beside a large lamp, which the camera does not see, a small one is close to the floor.
 
 use crate::scene::procedural::modelling::{Builder, Shape, emitter, metal};

@@ -65,7 +65,7 @@ pub const SCENES: &[Procedural] = &[
     },
     Procedural {
         name: "extremes",
-        description: "A corner with a ball and two lamps, of which each quantity can be taken to its limits",
+        description: "The corner of a room with a ball and two lamps; each parameter takes one quantity to its limit",
         parameters: extremes::PARAMETERS,
         make: extremes::make,
     },
