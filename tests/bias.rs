@@ -482,8 +482,8 @@ set = {{ {settings} }}
         assert_biased(&indirect, (place, share, ""));
     }
 
-    /// The light sample that a vertex keeps stands for a matte white point, which reflects any colour: surfaces that do not must not keep what they
-    /// merged.
+    /// The light sample that a vertex keeps stands for a matte white point, which reflects any colour: surfaces that do not must
+    /// not keep what they merged.
     #[test]
     fn colours_that_a_surface_does_not_reflect_stay_in_world_reservoirs() {
         let folder = tempfile::tempdir().unwrap();

@@ -86,9 +86,6 @@ float candidate_weight(Domain domain, LightSample value, float light_pdf, float 
 // very little power are left out of reservoirs. They have a candidate of their own, drawn with the same probability for each of
 // them, and a shadow ray that is theirs alone; BSDF rays find them too. Rust decides which are rare: src/tracing/rare_lights.rs.
 
-// Draws a point of a rare light.
-LightPoint draw_rare(uvec4 bits) { return draw_point(pick_light(choices_of_rare(), scene.at.light_count, bits.xy), bits); }
-
 // The density of a candidate among rare lights at a point, in its own measure; 0 if its light is not rare. `direction` is the
 // one towards it.
 float rare_pdf_own_measure(LightPoint point, vec3 direction) {

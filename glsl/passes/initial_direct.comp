@@ -139,12 +139,12 @@ float own_weight(LightSample value, float target) {
 }
 
 // The light that a point of a rare light adds to the pixel if nothing is between them, by the balance heuristic of the candidates that
-// find it.
-vec3 rare_light(Domain domain, LightSample value, uint bsdf_samples) {
+// find it. `rare_pdf` is the density of candidates among rare lights there.
+vec3 rare_light(Domain domain, LightSample value, float rare_pdf, uint bsdf_samples) {
     float bsdf_pdf;
     vec3 light = contribution(domain, value, bsdf_pdf);
     if (max_component(light) <= 0.0) return vec3(0.0);
-    return light / (rare_pdf_own_measure(value.point, value.position) + float(bsdf_samples) * bsdf_pdf);
+    return light / (rare_pdf + float(bsdf_samples) * bsdf_pdf);
 }
 
 // Adds what a BSDF ray hit; returns whether it is selected now.
@@ -154,7 +154,7 @@ bool add_hit(inout Stream stream, Domain domain, LightSample value, float light_
     if (rare_probability(value.point) > 0.0) {
         // The ray may have passed through surfaces that cover a part, and the hit does not say how much light they take.
         float passed = HAS_BLEND ? trace_transmittance(shadow_ray(domain, value, CURRENT)) : 1.0;
-        vec3 light = rare_light(domain, value, bsdf_samples) * passed;
+        vec3 light = rare_light(domain, value, rare_pdf_own_measure(value.point, value.position), bsdf_samples) * passed;
         if (max_component(light) > 0.0) ADD_LIGHT(own_pixel(), light)
         return false;
     }
@@ -248,8 +248,9 @@ void main() {
                 wanted = mirror && mirror_ray(domain, ray);
             } else if (purpose == RAY_RARE) {
                 Random own = pass_random(pixel, FIRST_STREAM + STREAM_RARE);
-                LightSample drawn = new_light_sample(draw_rare(random_bits(own)));
-                rare = rare_light(domain, drawn, bsdf_samples);
+                float rare_pdf;
+                LightSample drawn = draw_light_sample(receiver, true, 0u, random_bits(own), rare_pdf);
+                rare = rare_light(domain, drawn, rare_pdf, bsdf_samples);
                 float light = luminance(rare);
                 // Roulette: where the candidate would add little to what was found, it seldom has a ray. A hidden light
                 // that was selected has been dropped by now, and so does not make the ray less likely.

@@ -223,7 +223,7 @@ pub fn run(args: &Args) -> Result<()> {
         // The figure of an earlier plan would stand beside other results.
         None => match std::fs::remove_file(axes_file) {
             Err(error) if error.kind() != ErrorKind::NotFound => {
-                return Err(Error::input(format!("{}: {error}", axes_file.display())));
+                return Err(Error::writing(axes_file, error));
             }
             _ => {}
         },

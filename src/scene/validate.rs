@@ -111,6 +111,7 @@ impl Scene {
     fn check_instances(&mut self, tally: &mut Tally) -> Result<()> {
         let boxes: Vec<Option<Bounds>> = self.meshes.iter().map(Mesh::bounds).collect();
         let mut flat = vec![false; self.instances.len()];
+        let mut any_moves = false;
         for (index, instance) in self.instances.iter().enumerate() {
             let what = label("instance", index, &instance.name);
             let Some(bounds) = boxes.get(instance.mesh as usize) else {
@@ -128,6 +129,7 @@ impl Scene {
             )?;
             // A moving instance may be flat at some times.
             let moves = (self.motion.as_ref()).is_some_and(|m| m.moves_instance(index));
+            any_moves |= moves;
             flat[index] = !moves && is_singular(instance.object_to_world.matrix3);
             if flat[index] {
                 tally.add("instances scaled to nothing are skipped", || what);
@@ -136,9 +138,7 @@ impl Scene {
         let all = Bounds::around(self.placed_boxes(&boxes).into_iter());
         let size = all.map_or(0.0, |bounds| bounds.size().max_element());
         // A scene that moves may be larger at other times, and one without a size shows nothing.
-        let stands = !(0..self.instances.len())
-            .any(|index| (self.motion.as_ref()).is_some_and(|m| m.moves_instance(index)));
-        if stands && size > 0.0 && size < SMALLEST_SCENE {
+        if !any_moves && size > 0.0 && size < SMALLEST_SCENE {
             return Err(Error::input(format!(
                 "the scene is {size:.1e} units wide, and {SMALLEST_SCENE:e} is as small as can be rendered; scale it up"
             )));
