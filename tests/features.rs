@@ -577,6 +577,21 @@ fn mirrors_with_normal_maps_have_no_black_pixels() {
     }
 }
 
+/// Rough lobes around a mirror direction that barely leaves the surface lose what falls below it, but not more than half.
+#[test]
+fn rough_metal_under_a_normal_map_of_85_degrees_keeps_half_of_its_light() {
+    for roughness in [0.2, 0.5] {
+        let file = with_normal([254, 128, 139, 255]).with(|json| {
+            json["materials"][0]["pbrMetallicRoughness"] =
+                json!({ "metallicFactor": 1, "roughnessFactor": roughness });
+        });
+        let scene = surrounded(load(&file), 1.0);
+        assert_shows("tilted metal", &scene, 1.0 / 3.0, |_| {
+            Some(DVec3::splat(0.75))
+        });
+    }
+}
+
 #[test]
 fn a_wrong_closed_form_is_noticed() {
     let scene = surrounded(load(&tiled(json!({ "index": 0 }))), 1.0);

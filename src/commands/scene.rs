@@ -7,6 +7,7 @@ use super::{open_scene, print};
 use crate::image::Image;
 use crate::json::value_of;
 use crate::printable::printable;
+use crate::scene::camera::framing_camera;
 use crate::scene::load::Options;
 use crate::scene::requirements::Requirements;
 use crate::scene::{Environment, Motion, environment, export, procedural};
@@ -137,7 +138,15 @@ fn inspect(name: &str, load: Options, as_json: bool) -> Result<()> {
     let features = requirements.features();
     let requirements = value_of("requirements", &requirements)?;
     let bounds = scene.bounds();
-    let limits = scene.limits();
+    let eyes = match scene.cameras.as_slice() {
+        [] => vec![framing_camera(&scene).camera_to_world.translation],
+        cameras => cameras
+            .iter()
+            .map(|c| c.camera_to_world.translation)
+            .collect(),
+    };
+    let limits = scene.limits(&eyes);
+    let texts: Vec<&str> = limits.iter().map(|limit| limit.text.as_str()).collect();
     let cameras: Vec<_> = scene
         .cameras
         .iter()
@@ -161,7 +170,7 @@ fn inspect(name: &str, load: Options, as_json: bool) -> Result<()> {
         "cameras": cameras,
         "motion": scene.motion.as_ref().map(moves),
         "requirements": requirements,
-        "limits": limits,
+        "limits": texts,
         "notices": scene.notices,
     });
     if as_json {
@@ -177,7 +186,12 @@ fn inspect(name: &str, load: Options, as_json: bool) -> Result<()> {
         print(format_args!("{key:20} {}", list.join(", ")))?;
     }
     for limit in &limits {
-        print(format_args!("{:20} {}", "near a limit", printable(limit)))?;
+        let key = if limit.passed {
+            "past a limit"
+        } else {
+            "near a limit"
+        };
+        print(format_args!("{key:20} {}", printable(&limit.text)))?;
     }
     let machine_readable = ["notices", "requirements", "limits"];
     if let Some(fields) = summary.as_object() {

@@ -11,7 +11,6 @@ use crate::Result;
 use crate::gpu::{Device, Features, Instance, InstanceOptions, PassTime};
 use crate::render::settings::Variant;
 use crate::render::{Clock, Renderer, Settings, Tracking, View};
-use crate::scene::limits::SMALLEST_HEIGHT;
 use crate::scene::{Environment, MovingCamera};
 use crate::tracing::selection::{self, Selection, TexturesChoice, Wanted};
 use crate::tracing::{GpuScene, SceneSizes};
@@ -117,10 +116,6 @@ impl Session {
         if let Some(why) = black {
             notice(why);
         }
-        let eye = camera.camera_to_world.translation;
-        if let Some(light) = scene.closest_light(eye, SMALLEST_HEIGHT) {
-            notice(&light.to_string());
-        }
         let instance = open_vulkan(InstanceOptions {
             validation: validates,
             presentation: captured,
@@ -159,6 +154,9 @@ impl Session {
         };
         let device = Device::open(&instance, info, features)?;
         let origin = camera.camera_to_world.translation;
+        for limit in scene.limits(&[origin]).iter().filter(|l| l.passed) {
+            notice(&limit.text);
+        }
         if sizes.triangles >= MANY_TRIANGLES {
             super::say(format_args!(
                 "building trees over {} triangles",

@@ -2,9 +2,7 @@
 
 use super::kind::Kind;
 use super::ray_list::RayTracer;
-use super::settings::{
-    Boxes, Candidates, Far, Integrator, LightBvhSettings, LightChoice, Settings,
-};
+use super::settings::{Boxes, Candidates, Far, Integrator, LightChoice, Resampling, Settings};
 use crate::gpu::{Buffer, Device, Resource};
 use crate::tracing::buffers::{LIGHT_BVH, usage};
 use crate::tracing::light_bvh::{LightBvh, LightBvhOptions};
@@ -41,7 +39,7 @@ impl LightBvhBuffer {
         let lights = scene.first_lights();
         let start = Instant::now();
         let bvh = match settings.has_candidates(Candidates::LightBvh, bounces) {
-            true => Some(build(device, scene, &settings.light_bvh)?),
+            true => Some(build(device, scene, settings, bounces)?),
             false => None,
         };
         let contents = bvh.as_ref().map(|bvh| bvh.contents(lights));
@@ -106,9 +104,11 @@ impl LightBvhBuffer {
 fn build(
     device: &Arc<Device>,
     scene: &Arc<GpuScene>,
-    settings: &LightBvhSettings,
+    settings: &Settings,
+    bounces: u32,
 ) -> Result<LightBvh> {
-    let (lights, options) = (scene.first_lights(), settings.options());
+    let (lights, options) = (scene.first_lights(), settings.light_bvh_options(bounces));
+    let settings = &settings.light_bvh;
     let surfaces = match options.needs_surfaces() {
         true => scene.surface_points(SURFACE_POINTS)?,
         false => Vec::new(),
@@ -134,25 +134,36 @@ fn build(
 impl Settings {
     /// Whether some kind of light has these candidates, with at most `bounces` scattering events.
     pub fn has_candidates(&self, candidates: Candidates, bounces: u32) -> bool {
+        self.integrator == Integrator::Restir && self.drawing_from(candidates, bounces).count() > 0
+    }
+
+    /// The settings of each kind of light that has these candidates.
+    fn drawing_from(
+        &self,
+        candidates: Candidates,
+        bounces: u32,
+    ) -> impl Iterator<Item = &Resampling> {
         let kinds = [
             (Kind::Direct, &self.direct.resampling),
             (Kind::Indirect, &self.indirect.resampling),
         ];
-        self.integrator == Integrator::Restir
-            && kinds.iter().any(|(kind, resampling)| {
+        (kinds.into_iter())
+            .filter(move |(kind, resampling)| {
                 kind.is_wanted(self, bounces) && resampling.candidates == candidates
             })
+            .map(|(_, resampling)| resampling)
     }
-}
 
-impl LightBvhSettings {
-    /// How the tree is built.
-    fn options(&self) -> LightBvhOptions {
+    /// How the light BVH is built.
+    fn light_bvh_options(&self, bounces: u32) -> LightBvhOptions {
+        let settings = &self.light_bvh;
         LightBvhOptions {
-            scale: self.scale.number(),
-            cut: self.far == Far::Joined,
-            clusters: self.cluster,
-            by_power: self.choice == LightChoice::Contribution,
+            scale: settings.scale.number(),
+            cut: settings.far == Far::Joined,
+            clusters: settings.cluster,
+            by_power: settings.choice == LightChoice::Contribution,
+            leaves_out_rare: (self.drawing_from(Candidates::LightBvh, bounces))
+                .all(Resampling::sets_rare_lights_apart),
         }
     }
 }

@@ -88,7 +88,7 @@ crate::gpu_specialisation! {
 #[cfg(headwater)]
 mod values {
     use super::Specialisation;
-    use crate::choices::{PixelOrder, Visibility};
+    use crate::choices::PixelOrder;
     use crate::render::reservoir_layout::ReservoirLayout;
     use crate::render::settings::{
         Arrays, Candidates, Energy, IndirectMode, Order, Resampling, Settings, Shift, Variant,
@@ -145,9 +145,7 @@ mod values {
         /// With the way in which one kind of light is resampled in a scene.
         pub fn with_resampling(self, resampling: &Resampling, scene: &GpuScene) -> Self {
             Self {
-                rare_lights: resampling.rare_lights > 0.0
-                    && resampling.visibility == Visibility::Weights
-                    && scene.first_lights().has_rare(),
+                rare_lights: resampling.sets_rare_lights_apart() && scene.first_lights().has_rare(),
                 mis: resampling.mis,
                 visibility: resampling.visibility,
                 light_bvh: resampling.candidates == Candidates::LightBvh,

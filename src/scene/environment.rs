@@ -1,5 +1,6 @@
 //! Environments: light from infinitely far away, as an image over the sphere.
 
+use super::lights::luminance;
 use super::sky;
 use super::validate::{BRIGHTEST, is_within};
 use crate::panics::caught;
@@ -115,6 +116,18 @@ impl Environment {
             above = std::mem::replace(&mut here, below);
         }
         means
+    }
+
+    /// The integrals of its luminance over the sphere, and of the square.
+    pub fn integrals(&self) -> (f64, f64) {
+        let (mut integral, mut squares) = (0.0, 0.0);
+        for (index, mean) in self.means().into_iter().enumerate() {
+            let solid_angle = self.solid_angle(index as u32 / self.width);
+            let luminance = luminance(mean) * f64::from(self.intensity);
+            integral += luminance * solid_angle;
+            squares += luminance * luminance * solid_angle;
+        }
+        (integral, squares)
     }
 
     /// The largest radiance in any channel.
@@ -254,6 +267,15 @@ mod tests {
         );
         assert_eq!([at(0, 1), at(1, 1), at(7, 1)], [6.0, 1.0, 1.0]);
         assert_eq!(means.iter().filter(|mean| mean.x > 0.0).count(), 6);
+    }
+
+    #[test]
+    fn a_constant_environment_has_its_radiance_on_the_whole_sphere() {
+        let mut constant = environment(16, 8, |_, _| Vec3::ONE);
+        constant.intensity = 3.0;
+        let (integral, squares) = constant.integrals();
+        assert!((integral / (6.0 * TAU) - 1.0).abs() < 1e-6, "{integral}");
+        assert!((squares / (18.0 * TAU) - 1.0).abs() < 1e-6, "{squares}");
     }
 
     #[test]

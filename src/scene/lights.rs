@@ -1,7 +1,9 @@
 //! Emissive triangles, and the alias table that samples them.
 
 use super::texture::{LitTexels, srgb};
-use super::{AlphaMode, Material, Mesh, Part, PunctualLight, PunctualShape, Scene, Texture};
+use super::{
+    AlphaMode, Bounds, Material, Mesh, Part, PunctualLight, PunctualShape, Scene, Texture,
+};
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 use std::collections::{BTreeSet, HashMap};
 
@@ -45,6 +47,16 @@ pub struct LampTriangle {
     pub emission_mean: Vec3,
 }
 
+/// What tells lamps apart. A lamp is what one instance has of one material; each punctual light is one, and so is the environment.
+pub type LampName = (Option<u32>, u32);
+
+impl LightTriangle {
+    /// The lamp that it is a part of.
+    pub fn lamp(&self) -> LampName {
+        (Some(self.instance), self.material)
+    }
+}
+
 impl LampTriangle {
     /// The triangle in world space.
     pub fn placed(&self, object_to_world: &DAffine3) -> LightTriangle {
@@ -78,6 +90,15 @@ impl Scene {
             lights[emission.material as usize] = true;
         }
         lights
+    }
+
+    /// The materials, with the largest emission that they have at any time.
+    pub fn brightest_materials(&self) -> Vec<Material> {
+        let mut brightest = self.materials.clone();
+        for emission in self.motion.iter().flat_map(|motion| &motion.emission) {
+            brightest[emission.material as usize].emission = emission.brightest();
+        }
+        brightest
     }
 }
 
@@ -227,14 +248,56 @@ pub fn power(light: &LightTriangle, material: &Material) -> f64 {
     sides * light.area * luminance(material.emission * light.emission_mean)
 }
 
-/// The same of a light at a point, over π as for triangles; none for one that is infinitely far away.
-pub fn punctual_power(light: &PunctualLight) -> Option<f64> {
-    let share = match light.shape {
-        PunctualShape::Point => 1.0,
-        PunctualShape::Spot { outer, .. } => (outer / 2.0).sin().powi(2),
-        PunctualShape::Directional => return None,
-    };
-    Some(4.0 * share * luminance(light.intensity))
+/// Light from infinitely far away, which falls on a disc around the scene.
+#[derive(Clone, Copy, Debug)]
+pub struct DistantLight {
+    /// The area of the disc over π: half the scene's diagonal, squared.
+    disc: f64,
+    /// The integral of the environment's luminance over the sphere.
+    environment: Option<f64>,
+}
+
+impl DistantLight {
+    /// That of a scene, whose environment has this integral.
+    pub fn of(scene: &Scene, environment: Option<f64>) -> Self {
+        let bounds = Bounds::around(scene.loose_boxes().into_iter());
+        Self {
+            disc: bounds.map_or(1.0, |bounds| 0.25 * bounds.size().length_squared()),
+            environment,
+        }
+    }
+
+    /// The power over π of each light of all kinds, in the scene's units: of triangles as [`power`] has it, of punctual lights, and of the
+    /// environment.
+    pub fn powers(
+        &self,
+        triangles: &[LightTriangle],
+        materials: &[Material],
+        punctual: &[PunctualLight],
+    ) -> Vec<f64> {
+        let powers = triangles.iter();
+        let mut powers: Vec<f64> = powers
+            .map(|light| power(light, &materials[light.material as usize]))
+            .collect();
+        powers.extend(punctual.iter().map(|light| self.punctual_power(light)));
+        powers.extend(self.environment.map(|integral| integral * self.disc));
+        powers
+    }
+
+    fn punctual_power(&self, light: &PunctualLight) -> f64 {
+        let area = match light.shape {
+            PunctualShape::Point => 4.0,
+            PunctualShape::Spot { outer, .. } => 4.0 * (outer / 2.0).sin().powi(2),
+            PunctualShape::Directional => self.disc,
+        };
+        area * luminance(light.intensity)
+    }
+}
+
+/// For each light, of `count` of all kinds, the lamp that it is a part of.
+pub fn lamp_names(triangles: &[LightTriangle], count: usize) -> impl Iterator<Item = LampName> {
+    let others = (triangles.len()..count).map(|index| (None, index as u32));
+    triangles.iter().map(LightTriangle::lamp).chain(others)
 }
 
 /// Luminance of a colour in linear sRGB (ITU-R BT.709).

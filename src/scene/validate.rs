@@ -132,7 +132,9 @@ impl Scene {
             any_moves |= moves;
             flat[index] = !moves && is_singular(instance.object_to_world.matrix3);
             if flat[index] {
-                tally.add("instances scaled to nothing are skipped", || what);
+                tally.add("instances that a scale of 0 makes flat are skipped", || {
+                    what
+                });
             }
         }
         let all = Bounds::around(self.placed_boxes(&boxes).into_iter());
@@ -414,7 +416,7 @@ mod tests {
         assert_eq!(scene.instances.len(), 3);
         assert_eq!(
             scene.notices,
-            ["instances scaled to nothing are skipped: instance 1 \"twig\""]
+            ["instances that a scale of 0 makes flat are skipped: instance 1 \"twig\""]
         );
     }
 

@@ -7,9 +7,9 @@ use crate::layouts::{
     GpuLight, GpuLightChoice, GpuPunctualLight, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, NONE,
 };
 use crate::scene::lights::{
-    self, AliasTable, LampTriangle, LightTriangle, UNIFORM_SHARE, luminance,
+    self, AliasTable, DistantLight, LampTriangle, LightTriangle, UNIFORM_SHARE,
 };
-use crate::scene::{AlphaMode, Bounds, Environment, Material, PunctualLight, PunctualShape, Scene};
+use crate::scene::{AlphaMode, Environment, Material, PunctualLight, PunctualShape, Scene};
 use glam::{DAffine3, UVec3, Vec3};
 use std::collections::HashMap;
 
@@ -21,11 +21,9 @@ pub struct LightSources {
     primitives: Vec<u32>,
     materials: Vec<Material>,
     punctual: Vec<PunctualLight>,
-    /// Of the environment: the integral of its luminance over the sphere, and the mean of its luminance, weighted by
-    /// itself.
-    environment: Option<(f64, f64)>,
-    /// Half the scene's diagonal, squared: distant lights fall on as large a disc.
-    disc: f64,
+    /// The mean of the environment's luminance, weighted by itself.
+    environment_mean: Option<f64>,
+    distant: DistantLight,
     /// None if no light is rare.
     rare: Option<RareLights>,
 }
@@ -43,6 +41,8 @@ pub struct Lights {
     pub common_choices: Vec<GpuLightChoice>,
     /// The table of rare lights alone, in which each lamp has the same probability; empty where no light is rare.
     pub rare_choices: Vec<GpuLightChoice>,
+    /// For each light true if it is rare; empty where none is.
+    pub rare: Vec<bool>,
     /// For each of them its power over π, in the device's units; distant lights count for at most as much as all others.
     pub powers: Vec<f64>,
     /// Mean luminance of triangles and environment, weighted by their power; 0 without any.
@@ -52,7 +52,12 @@ pub struct Lights {
 impl Lights {
     /// True if some lights are rare.
     pub fn has_rare(&self) -> bool {
-        !self.rare_choices.is_empty()
+        !self.rare.is_empty()
+    }
+
+    /// True if a light, by its index among those of all kinds, is rare.
+    pub fn is_rare(&self, index: usize) -> bool {
+        self.rare.get(index).is_some_and(|is_rare| *is_rare)
     }
 
     /// The share of directional lights and of the environment in the power of all, as the table has it.
@@ -87,50 +92,29 @@ impl LightSources {
             indices[lamp.triangle as usize]
         });
         let primitives = primitives.collect();
-        let bounds = Bounds::around(scene.loose_boxes().into_iter());
+        let integrals = scene.environment.as_ref().map(Environment::integrals);
         let mut sources = Self {
             lamps,
             primitives,
             materials: scene.materials.clone(),
             punctual: scene.punctual_lights.clone(),
-            environment: scene.environment.as_ref().map(brightness),
-            disc: bounds.map_or(1.0, |bounds| 0.25 * bounds.size().length_squared()),
+            environment_mean: integrals.map(|(integral, squares)| match integral > 0.0 {
+                true => squares / integral,
+                false => 0.0,
+            }),
+            distant: DistantLight::of(scene, integrals.map(|(integral, _)| integral)),
             rare: None,
         };
         let triangles: Vec<LightTriangle> = (sources.lamps.iter())
             .map(|lamp| lamp.placed(&scene.instances[lamp.instance as usize].object_to_world))
             .collect();
-        // A lamp that is off now may be the brightest one later.
-        let mut brightest = sources.materials.clone();
-        for emission in scene.motion.iter().flat_map(|motion| &motion.emission) {
-            brightest[emission.material as usize].emission = emission.brightest();
-        }
-        // Not limited: a sun that the scene shuts out takes every reservoir, however seldom it is drawn.
-        let powers = sources.powers(&triangles, &brightest, &sources.punctual);
-        // A lamp is what an instance has of a material.
-        let names = (0..powers.len()).map(|index| match sources.lamps.get(index) {
-            Some(lamp) => (lamp.instance, lamp.material),
-            None => (NONE, index as u32),
-        });
+        // A lamp that is off now may be the brightest one later. Not limited: a sun that the scene shuts out takes every
+        // reservoir, however seldom it is drawn.
+        let brightest = scene.brightest_materials();
+        let powers = (sources.distant).powers(&triangles, &brightest, &sources.punctual);
+        let names = lights::lamp_names(&triangles, powers.len());
         sources.rare = RareLights::find(&powers, names);
         sources
-    }
-
-    /// The power of each light over π, in the scene's units, and of a distant light that which its radiance has on a disc around the
-    /// scene.
-    fn powers(
-        &self,
-        triangles: &[LightTriangle],
-        materials: &[Material],
-        punctual: &[PunctualLight],
-    ) -> Vec<f64> {
-        let mut powers: Vec<f64> = (triangles.iter())
-            .map(|light| lights::power(light, &materials[light.material as usize]))
-            .collect();
-        powers.extend(punctual.iter().map(|light| self.power(light)));
-        let environment = self.environment.map(|(integral, _)| integral * self.disc);
-        powers.extend(environment);
-        powers
     }
 
     /// The lights where the transforms of instances are `place_of`, and emission of materials and transforms of punctual
@@ -153,7 +137,7 @@ impl LightSources {
         let triangles: Vec<LightTriangle> = (self.lamps.iter())
             .map(|lamp| lamp.placed(&place_of(lamp.instance)))
             .collect();
-        let mut powers = self.powers(&triangles, &materials, &punctual);
+        let mut powers = self.distant.powers(&triangles, &materials, &punctual);
         limit_distant(&mut powers, |index| {
             (index.checked_sub(triangles.len()))
                 .is_some_and(|rest| punctual.get(rest).is_none_or(PunctualLight::is_distant))
@@ -166,15 +150,17 @@ impl LightSources {
             .collect();
         let choices = choices(&powers, UNIFORM_SHARE);
         let (mut common_choices, mut rare_choices) = (Vec::new(), Vec::new());
+        let mut is_rare = Vec::new();
         if let Some(rare) = &self.rare {
+            is_rare = rare.is_rare.clone();
             common_choices = self::choices(&rare.common_weights(&powers), UNIFORM_SHARE);
             rare_choices = self::choices(&rare.rare_weights(&powers), 0.0);
         }
         for power in &mut powers {
             *power /= units.length * units.length * units.radiance;
         }
-        let environment = self.environment.zip(powers.last());
-        let environment = environment.map(|((_, mean), power)| (*power, mean / units.radiance));
+        let environment = self.environment_mean.zip(powers.last());
+        let environment = environment.map(|(mean, power)| (*power, mean / units.radiance));
         Lights {
             mean_luminance: mean_luminance(&gpu_triangles, environment),
             triangles: gpu_triangles,
@@ -185,33 +171,10 @@ impl LightSources {
             choices,
             common_choices,
             rare_choices,
+            rare: is_rare,
             powers,
         }
     }
-
-    /// The power of a punctual light over π, which is how [`lights::power`] counts that of triangles.
-    fn power(&self, light: &PunctualLight) -> f64 {
-        lights::punctual_power(light).unwrap_or_else(|| luminance(light.intensity) * self.disc)
-    }
-}
-
-/// The integral of an environment's luminance over the sphere, and its mean, weighted by itself.
-fn brightness(environment: &Environment) -> (f64, f64) {
-    let (mut integral, mut squares) = (0.0, 0.0);
-    for (index, mean) in environment.means().into_iter().enumerate() {
-        let solid_angle = environment.solid_angle(index as u32 / environment.width);
-        let luminance = luminance(mean) * f64::from(environment.intensity);
-        integral += luminance * solid_angle;
-        squares += luminance * luminance * solid_angle;
-    }
-    (
-        integral,
-        if integral > 0.0 {
-            squares / integral
-        } else {
-            0.0
-        },
-    )
 }
 
 /// Distant lights are taken to have at most as much power as all others together: how much of their light arrives is
@@ -328,7 +291,7 @@ fn mean_luminance(lights: &[GpuLight], environment: Option<(f64, f64)>) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::f64::consts::TAU;
+    use crate::tracing::light_bvh::{LightBvh, LightBvhOptions};
 
     #[test]
     fn lights_are_weighted_by_their_power() {
@@ -385,6 +348,25 @@ mod tests {
     }
 
     #[test]
+    fn rare_lights_are_left_out_of_the_light_bvh() {
+        let lights = lights_of(&[1000.0, 1.0, 800.0, 2.0]);
+        for (leaves_out_rare, in_tree) in [(true, vec![0, 2]), (false, vec![0, 1, 2, 3])] {
+            let options = LightBvhOptions {
+                scale: None,
+                cut: true,
+                clusters: true,
+                by_power: true,
+                leaves_out_rare,
+            };
+            let bvh = LightBvh::new(&lights, &[], &[], options);
+            let places = bvh.contents(&lights).entries.into_iter().take(4);
+            let found = places.zip(0..).filter(|(entry, _)| entry.leaf != NONE);
+            let found: Vec<i32> = found.map(|(_, light)| light).collect();
+            assert_eq!(found, in_tree);
+        }
+    }
+
+    #[test]
     fn lights_without_power_have_no_candidates() {
         let lights = lights_of(&[3.0, 0.0, 1.0]);
         let [bright, off, dim] = probabilities(&lights.choices)[..] else {
@@ -403,19 +385,5 @@ mod tests {
         assert_eq!(limited(vec![1.0, 3.0, 6.0, 2.0]), [1.0, 3.0, 3.0, 1.0]);
         assert_eq!(limited(vec![1.0, 3.0, 1.0, 2.0]), [1.0, 3.0, 1.0, 2.0]);
         assert_eq!(limited(vec![0.0, 0.0, 1.0, 2.0]), [0.0, 0.0, 1.0, 2.0]);
-    }
-
-    #[test]
-    fn a_constant_environment_has_its_radiance_on_the_whole_sphere() {
-        let environment = Environment {
-            name: String::new(),
-            width: 16,
-            height: 8,
-            texels: vec![Vec3::ONE; 128].into(),
-            rotation: 0.0,
-            intensity: 3.0,
-        };
-        let (integral, mean) = brightness(&environment);
-        assert!((integral / (6.0 * TAU) - 1.0).abs() < 1e-6 && (mean - 3.0).abs() < 1e-6);
     }
 }

@@ -23,7 +23,7 @@ pub struct RareLights {
     lamps: Vec<usize>,
     /// For each light true if it is rare. The same at all times: reservoirs of an earlier frame must hold no light that has
     /// candidates of its own now.
-    is_rare: Vec<bool>,
+    pub is_rare: Vec<bool>,
 }
 
 impl RareLights {

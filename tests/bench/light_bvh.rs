@@ -78,12 +78,14 @@ fn main() {
             cut: true,
             clusters: true,
             by_power: true,
+            leaves_out_rare: false,
         };
         let published = LightBvhOptions {
             scale: None,
             cut: false,
             clusters: true,
             by_power: false,
+            leaves_out_rare: false,
         };
         let bvh = LightBvh::new(lights, groups, &surfaces, joined);
         let contents = bvh.contents(lights);

@@ -137,6 +137,41 @@ fn json_is_never_cut() {
     );
 }
 
+/// A lamp that is brighter than another one beyond what is tested, and the same of a scene that says nothing.
+#[test]
+fn limits_that_a_scene_passes_are_noticed() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = text(&folder.path().join("a.exr")).to_owned();
+    for (contrast, is_past) in [("4e9", true), ("1e8", false)] {
+        let scene = text(&folder.path().join("a.glb")).to_owned();
+        let set = format!("contrast={contrast}");
+        let generated = run(&[
+            "scene",
+            "generate",
+            "divided-room",
+            "-o",
+            &scene,
+            "--set",
+            &set,
+        ]);
+        assert!(generated.status.success(), "{generated:?}");
+        let inspected = run(&["scene", "inspect", &scene]).stdout;
+        let inspected = String::from_utf8(inspected).unwrap();
+        let line = inspected.lines().find(|line| line.contains("contrast: "));
+        let key = if is_past {
+            "past a limit"
+        } else {
+            "near a limit"
+        };
+        assert!(
+            line.is_some_and(|line| line.starts_with(key)),
+            "{inspected}"
+        );
+        let said = succeed(&["render", &scene, "-o", &out, "--width", "8"]);
+        assert_eq!(said.contains("note: contrast: "), is_past, "{said}");
+    }
+}
+
 mod thorough {
     use super::*;
 

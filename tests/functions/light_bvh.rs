@@ -58,6 +58,7 @@ fn ways() -> Vec<LightBvhOptions> {
                 cut,
                 clusters: by_power,
                 by_power,
+                leaves_out_rare: false,
             });
         }
     }

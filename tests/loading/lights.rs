@@ -122,6 +122,11 @@ fn broken_lights_are_refused() {
         (json!({ "type": "laser" }), "laser"),
         (json!({}), "type"),
         (json!({ "type": "point", "intensity": -1 }), "intensity"),
+        (json!({ "type": "point", "intensity": 2e30 }), "2e30"),
+        (
+            json!({ "type": "directional", "intensity": 2e12 }),
+            "within 0 and 1e12",
+        ),
         (json!({ "type": "point", "range": 0 }), "range"),
         (
             json!({ "type": "spot", "spot": { "innerConeAngle": 0.6, "outerConeAngle": 0.5 } }),

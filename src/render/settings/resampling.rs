@@ -186,6 +186,11 @@ pub struct Resampling {
 }
 
 impl Resampling {
+    /// Whether rare lights have candidates of their own.
+    pub fn sets_rare_lights_apart(&self) -> bool {
+        self.rare_lights > 0.0 && self.visibility == Visibility::Weights
+    }
+
     /// Maximum number of neighbours, where a surface has no history.
     pub fn most_neighbours(&self) -> u32 {
         let Spatial {

@@ -225,13 +225,10 @@ fn parse(json: &[u8]) -> Result<Document> {
 fn not_json(json: &[u8], cause: &serde_json::Error) -> Error {
     // Read again to find the element: to follow it in every file would slow loading down.
     let json = &mut serde_json::Deserializer::from_slice(json);
-    let element: String = match serde_path_to_error::deserialize::<_, Document>(json) {
-        Ok(_) => String::new(),
-        Err(fault) => fault.path().iter().take(2).map(|p| p.to_string()).collect(),
-    };
-    let location = match element.as_str() {
-        "" => String::new(),
-        element => format!(", in {}", super::notices::quoted(element)),
+    let fault = serde_path_to_error::deserialize::<_, Document>(json);
+    let location = match fault.map_err(|fault| fault.path().to_string()) {
+        Err(element) if element != "." => format!(", in {}", super::notices::quoted(&element)),
+        _ => String::new(),
     };
     damaged(format!("its JSON cannot be read: {cause}{location}"))
 }

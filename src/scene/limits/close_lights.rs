@@ -1,6 +1,6 @@
 //! Lights so close to a surface that positions in f32 limit how exactly it is lit.
 
-use super::super::lights::{LightTriangle, light_triangles};
+use super::super::lights::{LampName, LightTriangle};
 use super::super::notices::label;
 use super::super::{Bounds, Mesh, PunctualShape, Scene};
 use glam::DVec3;
@@ -9,30 +9,36 @@ use std::fmt;
 
 /// The height of a light above a surface, over its distance from the camera, below which its light there may be wrong by more
 /// than 0.5 %.
-pub const COARSE_LIGHT: f64 = 2.5e-5;
+const COARSE_LIGHT: f64 = 2.5e-5;
 
 /// The height of a light above a surface, over its distance from the camera, below which its light there may be wrong by more
 /// than 5 %.
-pub const SMALLEST_HEIGHT: f64 = 2e-6;
+pub(super) const SMALLEST_HEIGHT: f64 = 2e-6;
 
 /// Lamps larger than this many times their height are not taken for small: only a small part of them is that close.
 const SMALL: f64 = 20.0;
 
 /// A light that is close to a surface which it shines at.
 #[derive(Clone, Debug)]
-pub struct CloseLight {
+pub(super) struct CloseLight {
     /// The light's distance from the surface, over that from the camera.
     pub height: f64,
     name: String,
 }
 
+impl CloseLight {
+    /// Whether its light there may be wrong by more than 5 %.
+    pub fn is_wrong(&self) -> bool {
+        self.height < SMALLEST_HEIGHT
+    }
+}
+
 impl fmt::Display for CloseLight {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { height, name } = self;
-        let (limit, error) = if *height < SMALLEST_HEIGHT {
-            (SMALLEST_HEIGHT, "5 %")
-        } else {
-            (COARSE_LIGHT, "0.5 %")
+        let (limit, error) = match self.is_wrong() {
+            true => (SMALLEST_HEIGHT, "5 %"),
+            false => (COARSE_LIGHT, "0.5 %"),
         };
         write!(
             f,
@@ -53,26 +59,14 @@ struct Candidate {
     /// The direction in which it shines; none: in all.
     front: Option<DVec3>,
     /// The instance that it is a part of, and its material there.
-    own: Option<(u32, u32)>,
+    own: Option<LampName>,
     name: String,
 }
 
-impl Scene {
-    /// The light that is closest to a surface it shines at, in proportion to its distance from a camera at `eye`, if that is
-    /// below `limit`. What moves is taken where it is at rest.
-    pub fn closest_light(&self, eye: DVec3, limit: f64) -> Option<CloseLight> {
-        closest(self, &light_triangles(self), eye, limit)
-    }
-}
-
-/// The same, given the emissive triangles.
-pub(super) fn closest(
-    scene: &Scene,
-    lights: &[LightTriangle],
-    eye: DVec3,
-    limit: f64,
-) -> Option<CloseLight> {
-    let lists = lists(candidates(scene, lights, eye, limit));
+/// The light that is closest to a surface it shines at, in proportion to its distance from a camera at `eye`, if its light there
+/// may be wrong.
+pub(super) fn closest(scene: &Scene, lights: &[LightTriangle], eye: DVec3) -> Option<CloseLight> {
+    let lists = lists(candidates(scene, lights, eye));
     if lists.is_empty() {
         return None;
     }
@@ -97,7 +91,7 @@ pub(super) fn closest(
                     continue;
                 };
                 for light in lists.iter().flat_map(|list| list.near(&bounds)) {
-                    if light.own == Some((index, part.material)) {
+                    if light.own == Some((Some(index), part.material)) {
                         continue;
                     }
                     let off = closest_point(light.at, corners) - light.at;
@@ -106,7 +100,7 @@ pub(super) fn closest(
                     let is_lit = light.front.is_none_or(|front| front.dot(off) > 0.0);
                     let is_small = light.size <= SMALL * distance;
                     let is_closest = closest.as_ref().is_none_or(|known| height < known.height);
-                    if is_lit && is_small && height < limit && is_closest {
+                    if is_lit && is_small && height < COARSE_LIGHT && is_closest {
                         closest = Some(CloseLight {
                             height,
                             name: light.name.clone(),
@@ -164,7 +158,7 @@ fn lists(candidates: Vec<Candidate>) -> Vec<List> {
 }
 
 /// Lights without a surface, and lamps that are small enough.
-fn candidates(scene: &Scene, lights: &[LightTriangle], eye: DVec3, limit: f64) -> Vec<Candidate> {
+fn candidates(scene: &Scene, lights: &[LightTriangle], eye: DVec3) -> Vec<Candidate> {
     let mut candidates = Vec::new();
     for (index, light) in scene.punctual_lights.iter().enumerate() {
         let at = light.position();
@@ -175,7 +169,7 @@ fn candidates(scene: &Scene, lights: &[LightTriangle], eye: DVec3, limit: f64) -
         }
         candidates.push(Candidate {
             at,
-            reach: limit * away,
+            reach: COARSE_LIGHT * away,
             away,
             size: 0.0,
             front: matches!(light.shape, PunctualShape::Spot { .. }).then(|| light.direction()),
@@ -183,17 +177,15 @@ fn candidates(scene: &Scene, lights: &[LightTriangle], eye: DVec3, limit: f64) -
             name: label("light", index, &light.name),
         });
     }
-    // By instance and material: the bounds, and the normal if it is the same all over.
-    let mut lamps: BTreeMap<(u32, u32), (Bounds, Option<DVec3>)> = BTreeMap::new();
+    // The bounds, and the normal if it is the same all over.
+    let mut lamps: BTreeMap<LampName, (Bounds, Option<DVec3>)> = BTreeMap::new();
     for light in lights {
         let Some(own) = Bounds::of(light.corners.into_iter()) else {
             continue;
         };
         let sides = scene.materials[light.material as usize].double_sided;
         let front = (!sides).then_some(light.normal);
-        let lamp = lamps
-            .entry((light.instance, light.material))
-            .or_insert((own, front));
+        let lamp = lamps.entry(light.lamp()).or_insert((own, front));
         *lamp = (
             Bounds {
                 min: lamp.0.min.min(own.min),
@@ -205,11 +197,12 @@ fn candidates(scene: &Scene, lights: &[LightTriangle], eye: DVec3, limit: f64) -
     for (own, (bounds, front)) in lamps {
         let (at, size) = (bounds.center(), bounds.size().length());
         let away = at.distance(eye);
-        let reach = limit * away;
+        let reach = COARSE_LIGHT * away;
         if size > SMALL * reach || away == 0.0 {
             continue;
         }
-        let instance = &scene.instances[own.0 as usize];
+        let Some(index) = own.0 else { continue };
+        let name = &scene.instances[index as usize].name;
         candidates.push(Candidate {
             at,
             reach,
@@ -217,7 +210,7 @@ fn candidates(scene: &Scene, lights: &[LightTriangle], eye: DVec3, limit: f64) -
             size,
             front,
             own: Some(own),
-            name: label("the lamp of instance", own.0 as usize, &instance.name),
+            name: label("the lamp of instance", index as usize, name),
         });
     }
     candidates

@@ -1,13 +1,15 @@
-//! Limits that a scene comes near. What holds within them, and which test says so: `tests/LIMITS.md`.
+//! Limits that a scene comes near or passes. What holds within them, and which test says so: `tests/LIMITS.md`.
 
 mod close_lights;
 mod overlaps;
 
-use super::lights::{self, LightTriangle, light_triangles};
+use super::lights::{self, DistantLight, LampName, LightTriangle, light_triangles};
+use super::notices::label;
 use super::validate::{BRIGHTEST, LARGEST_COORDINATE, SMALLEST_SCENE};
-use super::{PunctualShape, Scene};
-pub use close_lights::{COARSE_LIGHT, CloseLight, SMALLEST_HEIGHT};
+use super::{Bounds, Environment, PunctualShape, Scene};
+use glam::DVec3;
 use std::collections::HashMap;
+use std::fmt;
 
 /// A scene comes near a limit if a quantity that is this many times larger, or smaller, passes it.
 const NEAR: f64 = 1e3;
@@ -15,75 +17,143 @@ const NEAR: f64 = 1e3;
 /// The largest ratio of the powers of two lamps that is tested.
 const CONTRAST: f64 = 1e9;
 
+/// The smallest radiance of a surface that is tested, in W/(m²·sr).
+const DIMMEST: f64 = 1e-30;
+
 /// The smallest half angle of a spot that is tested, in radians.
 const NARROWEST: f64 = 1e-5;
 
+/// A limit that a scene comes near or passes.
+#[derive(Clone, Debug)]
+pub struct Limit {
+    /// One line: the quantity, where it is, and what it means.
+    pub text: String,
+    /// True if pictures of the scene may be wrong; false if they are right, and would not be if the quantity went much further.
+    pub passed: bool,
+}
+
+impl fmt::Display for Limit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text)
+    }
+}
+
 impl Scene {
-    /// The limits that a valid scene comes near or passes: each a line that says what, where, and what it means.
-    pub fn limits(&self) -> Vec<String> {
+    /// The limits that a valid scene comes near or passes, seen by cameras at `eyes`. Lights count with their largest emission at
+    /// any time, and what moves is taken where it is.
+    pub fn limits(&self, eyes: &[DVec3]) -> Vec<Limit> {
+        let triangles = light_triangles(self);
+        let mut found = self.size_and_distance();
+        found.extend(self.brightest());
+        found.extend(self.dimmest());
+        found.extend(self.narrowest_spot());
+        found.extend(self.contrast(&triangles));
+        let close = eyes.iter();
+        let close = close.filter_map(|eye| close_lights::closest(self, &triangles, *eye));
+        let closest = close.min_by(|a, b| a.height.total_cmp(&b.height));
+        found.extend(closest.map(|light| Limit {
+            text: format!("height of a light: {light}"),
+            passed: light.is_wrong(),
+        }));
+        found.extend(overlaps::text(self, &triangles).map(|text| Limit { text, passed: true }));
+        found
+    }
+
+    fn size_and_distance(&self) -> Vec<Limit> {
         let mut found = Vec::new();
-        if let Some(bounds) = self.bounds() {
+        let mut near = |text: String| {
+            found.push(Limit {
+                text,
+                passed: false,
+            });
+        };
+        if let Some(bounds) = Bounds::around(self.loose_boxes().into_iter()) {
             let size = bounds.size().max_element();
             if size < SMALLEST_SCENE * NEAR {
-                found.push(format!(
+                near(format!(
                     "size: the scene is {size:.1e} units wide; below {SMALLEST_SCENE:e} it is refused"
                 ));
             }
             let furthest = bounds.min.abs().max(bounds.max.abs()).max_element();
             if furthest > LARGEST_COORDINATE / NEAR {
-                found.push(format!(
+                near(format!(
                     "distance: the scene reaches {furthest:.1e} from the origin; beyond {LARGEST_COORDINATE:e} it is refused"
                 ));
             }
         }
-        let emissions = self.materials.iter().map(|m| m.emission.max_element());
-        let brightest = emissions.fold(0.0, f32::max);
-        if f64::from(brightest) > f64::from(BRIGHTEST) / NEAR {
-            found.push(format!(
-                "radiance: a material emits {brightest:.1e} W/(m²·sr); above {BRIGHTEST:e} it is refused"
-            ));
-        }
-        for light in &self.punctual_lights {
-            if let PunctualShape::Spot { outer, .. } = light.shape
-                && outer < NARROWEST
-            {
-                found.push(format!(
-                    "angle: a spot has a half angle of {outer:.1e} radians; below {NARROWEST:e} its edge is not tested"
-                ));
-                break;
-            }
-        }
-        let lights = light_triangles(self);
-        found.extend(self.contrast(&lights));
-        let eyes = self.cameras.iter().map(|c| c.camera_to_world.translation);
-        let close = eyes.filter_map(|eye| close_lights::closest(self, &lights, eye, COARSE_LIGHT));
-        let closest = close.min_by(|a, b| a.height.total_cmp(&b.height));
-        found.extend(closest.map(|light| format!("height of a light: {light}")));
-        found.extend(overlaps::text(self, &lights));
         found
     }
 
-    /// A line if some lamp is much brighter than another one.
-    fn contrast(&self, lights: &[LightTriangle]) -> Option<String> {
-        let mut lamps: HashMap<(u32, u32), f64> = HashMap::new();
-        for light in lights {
-            let power = lights::power(light, &self.materials[light.material as usize]);
-            *lamps.entry((light.instance, light.material)).or_default() += power;
-        }
-        let points = self.punctual_lights.iter();
-        let points = points.filter_map(lights::punctual_power);
-        let lit = lamps.into_values().chain(points);
-        let lit: Vec<f64> = lit.filter(|power| *power > 0.0).collect();
-        let (low, high) = lit
+    /// A line if a material or the environment is very bright.
+    fn brightest(&self) -> Option<Limit> {
+        let materials = self.brightest_materials().into_iter();
+        let emissions = materials.map(|material| material.emission.max_element());
+        let all = emissions.chain(self.environment.as_ref().map(Environment::brightest));
+        let brightest = f64::from(all.fold(0.0, f32::max));
+        (brightest > f64::from(BRIGHTEST) / NEAR).then(|| Limit {
+            text: format!(
+                "radiance: a light has {brightest:.1e} W/(m²·sr); above {BRIGHTEST:e} it is refused"
+            ),
+            passed: false,
+        })
+    }
+
+    /// A line if a material shines very dimly.
+    fn dimmest(&self) -> Option<Limit> {
+        let materials = self.brightest_materials();
+        let lit = materials
             .iter()
-            .fold((f64::INFINITY, 0.0_f64), |(low, high), power| {
-                (low.min(*power), high.max(*power))
+            .enumerate()
+            .filter_map(|(index, material)| {
+                let emission = f64::from(material.emission.max_element());
+                (emission > 0.0).then_some((index, emission))
             });
-        (high > CONTRAST * low).then(|| {
-            format!(
-                "contrast: one lamp has {:.1e} times the power of another; up to {CONTRAST:e} is tested",
+        let (index, emission) = lit.min_by(|(_, a), (_, b)| a.total_cmp(b))?;
+        (emission < DIMMEST * NEAR).then(|| Limit {
+            text: format!(
+                "radiance: {} emits {emission:.1e} W/(m²·sr); below {DIMMEST:e} its light may be lost",
+                label("material", index, &self.materials[index].name)
+            ),
+            passed: emission < DIMMEST,
+        })
+    }
+
+    fn narrowest_spot(&self) -> Option<Limit> {
+        let lights = self.punctual_lights.iter().enumerate();
+        let spots = lights.filter_map(|(index, light)| match light.shape {
+            PunctualShape::Spot { outer, .. } => Some((index, outer)),
+            _ => None,
+        });
+        let (index, outer) = spots.min_by(|(_, a), (_, b)| a.total_cmp(b))?;
+        (outer < NARROWEST).then(|| Limit {
+            text: format!(
+                "angle: {} has a half angle of {outer:.1e} radians; below {NARROWEST:e} its cone may be wrong, down to black",
+                label("light", index, &self.punctual_lights[index].name)
+            ),
+            passed: true,
+        })
+    }
+
+    /// A line if some lamp is much brighter than another one.
+    fn contrast(&self, triangles: &[LightTriangle]) -> Option<Limit> {
+        let environment = self.environment.as_ref().map(|e| e.integrals().0);
+        let distant = DistantLight::of(self, environment);
+        let materials = self.brightest_materials();
+        let powers = distant.powers(triangles, &materials, &self.punctual_lights);
+        let mut lamps: HashMap<LampName, f64> = HashMap::new();
+        for (name, power) in lights::lamp_names(triangles, powers.len()).zip(powers) {
+            *lamps.entry(name).or_default() += power;
+        }
+        let lit = lamps.into_values().filter(|power| *power > 0.0);
+        let (low, high) = lit.fold((f64::INFINITY, 0.0_f64), |(low, high), power| {
+            (low.min(power), high.max(power))
+        });
+        (high > CONTRAST / NEAR * low).then(|| Limit {
+            text: format!(
+                "contrast: one lamp has {:.1e} times the power of another; above {CONTRAST:e} the light of the dimmer one may be lost",
                 high / low
-            )
+            ),
+            passed: high > CONTRAST * low,
         })
     }
 }
@@ -92,7 +162,7 @@ impl Scene {
 mod tests {
     use super::super::{Instance, Material, Mesh, Part, PunctualLight};
     use super::*;
-    use glam::{DAffine3, DVec3, Vec3};
+    use glam::{DAffine3, Vec3};
 
     /// A floor that reaches from −1 to 1, seen from a height of 4.
     fn floor() -> Scene {
@@ -115,11 +185,6 @@ mod tests {
             }],
             materials: vec![Material::default()],
             instances: vec![place(DVec3::ZERO, 1.0)],
-            cameras: vec![super::super::camera::look_at(
-                DVec3::Y * 4.0,
-                DVec3::X * 0.01,
-                1.0,
-            )],
             ..Scene::default()
         }
     }
@@ -157,12 +222,21 @@ mod tests {
         }
     }
 
+    fn limits(scene: &Scene) -> Vec<Limit> {
+        scene.limits(&[DVec3::Y * 4.0])
+    }
+
+    /// Fails unless a scene is near these limits, and past those that end with an exclamation mark.
     #[track_caller]
-    fn assert_near(scene: &Scene, limits: &[&str]) {
-        let found = scene.limits();
-        assert_eq!(found.len(), limits.len(), "{found:?}");
-        for (found, limit) in found.iter().zip(limits) {
-            assert!(found.starts_with(limit), "{found}");
+    fn assert_near(scene: &Scene, wanted: &[&str]) {
+        let found = limits(scene);
+        assert_eq!(found.len(), wanted.len(), "{found:?}");
+        for (found, wanted) in found.iter().zip(wanted) {
+            assert!(
+                found.text.starts_with(wanted.trim_end_matches('!')),
+                "{found}"
+            );
+            assert_eq!(found.passed, wanted.ends_with('!'), "{found}");
         }
     }
 
@@ -185,19 +259,6 @@ mod tests {
         assert_near(&scene, &["distance"]);
 
         let mut scene = floor();
-        add_lamp(&mut scene, DVec3::Y, 0.5, 1e10);
-        add_lamp(&mut scene, DVec3::Y * 2.0, 0.5, 1.0);
-        assert_near(&scene, &["radiance", "contrast"]);
-
-        let mut scene = floor();
-        let bright = PunctualLight {
-            intensity: Vec3::splat(1e10),
-            ..point(2.0)
-        };
-        scene.punctual_lights = vec![point(2.0), bright];
-        assert_near(&scene, &["contrast"]);
-
-        let mut scene = floor();
         scene.punctual_lights = vec![PunctualLight {
             shape: PunctualShape::Spot {
                 inner: 0.0,
@@ -205,7 +266,36 @@ mod tests {
             },
             ..point(2.0)
         }];
-        assert_near(&scene, &["angle"]);
+        assert_near(&scene, &["angle!"]);
+    }
+
+    #[test]
+    fn very_bright_and_very_dim_lamps_are_named() {
+        let lamps = |bright: f32, dim: f32| {
+            let mut scene = floor();
+            add_lamp(&mut scene, DVec3::Y, 0.5, bright);
+            add_lamp(&mut scene, DVec3::Y * 2.0, 0.5, dim);
+            scene
+        };
+        assert_near(&lamps(1e6, 2.0), &[]);
+        assert_near(&lamps(1e8, 1.0), &["contrast"]);
+        assert_near(&lamps(1e10, 1.0), &["radiance", "contrast!"]);
+        assert_near(&lamps(1e-28, 1e-28), &["radiance"]);
+        assert_near(&lamps(1e-28, 1e-31), &["radiance!"]);
+
+        let bright = PunctualLight {
+            intensity: Vec3::splat(1e10),
+            ..point(2.0)
+        };
+        let sun = PunctualLight {
+            shape: PunctualShape::Directional,
+            ..bright.clone()
+        };
+        for light in [bright, sun] {
+            let mut scene = floor();
+            scene.punctual_lights = vec![point(2.0), light];
+            assert_near(&scene, &["contrast!"]);
+        }
     }
 
     #[test]
@@ -213,22 +303,22 @@ mod tests {
         for (part, close) in [(1e-6, true), (2e-5, true), (3e-5, false)] {
             let mut scene = floor();
             scene.punctual_lights = vec![point(4.0 * part)];
-            let closest = scene.closest_light(DVec3::Y * 4.0, COARSE_LIGHT);
+            let triangles = light_triangles(&scene);
+            let closest = close_lights::closest(&scene, &triangles, DVec3::Y * 4.0);
             assert_eq!(closest.is_some(), close, "{part}");
             if let Some(light) = closest {
                 assert!((light.height / part - 1.0).abs() < 0.01, "{light}");
                 assert!(light.to_string().contains("\"bulb\""), "{light}");
-                assert_eq!(
-                    light.to_string().contains("more than 5 %"),
-                    part < SMALLEST_HEIGHT
-                );
+                assert_eq!(light.to_string().contains("more than 5 %"), part < 2e-6);
             }
-            assert_eq!(!scene.limits().is_empty(), close);
+            assert_eq!(!limits(&scene).is_empty(), close);
 
             let mut scene = floor();
             let height = 4.0 * part;
             add_lamp(&mut scene, DVec3::new(0.3, height, 0.4), height, 1.0);
-            assert_eq!(!scene.limits().is_empty(), close, "{:?}", scene.limits());
+            let found = limits(&scene);
+            assert_eq!(!found.is_empty(), close, "{found:?}");
+            assert!(found.iter().all(|limit| limit.passed == (part < 2e-6)));
         }
     }
 
@@ -262,10 +352,12 @@ mod tests {
             let mut scene = floor();
             add_lamp(&mut scene, DVec3::Y, 0.5, 1.0);
             add_lamp(&mut scene, at, 0.5, 1.0);
-            let found = scene.limits();
+            let found = limits(&scene);
             assert_eq!(found.len(), usize::from(overlaps), "{at}: {found:?}");
             assert!(
-                found.iter().all(|line| line.starts_with("overlap")),
+                found
+                    .iter()
+                    .all(|limit| limit.passed && limit.text.starts_with("overlap")),
                 "{found:?}"
             );
         }
@@ -286,7 +378,7 @@ mod tests {
         add_lamp(&mut scene, DVec3::Y, 0.5, 1.0);
         let lamp = scene.instances[1].clone();
         scene.instances.extend(vec![lamp; 100_000]);
-        let found = scene.limits();
-        assert!(found[0].contains("1000 or more pairs"), "{found:?}");
+        let found = limits(&scene);
+        assert!(found[0].text.contains("1000 or more pairs"), "{found:?}");
     }
 }

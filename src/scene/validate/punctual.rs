@@ -43,7 +43,8 @@ pub(super) fn check_punctual(what: &str, light: &PunctualLight) -> Result<()> {
     };
     if !is_within(*intensity, limit) {
         return wrong(format!(
-            "intensity × colour is {intensity}; it must be within 0 and {limit:e}"
+            "intensity × colour is {:?}; it must be within 0 and {limit:e}",
+            intensity.to_array()
         ));
     }
     if let PunctualShape::Spot { inner, outer } = shape {

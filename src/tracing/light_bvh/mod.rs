@@ -34,6 +34,8 @@ pub struct LightBvhOptions {
     pub clusters: bool,
     /// Whether the lights of a node are drawn by their power; otherwise uniformly.
     pub by_power: bool,
+    /// Whether rare lights are left out, because they have candidates of their own.
+    pub leaves_out_rare: bool,
 }
 
 impl LightBvhOptions {
@@ -63,10 +65,10 @@ pub struct NearLight {
 }
 
 impl NearLight {
-    /// Those among a scene's lights, in the order of their indices. `groups` are those of triangles ([`connected`]).
+    /// Those among a scene's lights that the tree holds, in the order of their indices. `groups` are those of triangles ([`connected`]).
     ///
     /// [`connected`]: connected::connected
-    fn of(lights: &Lights, groups: &[u32]) -> Vec<Self> {
+    fn of(lights: &Lights, groups: &[u32], options: LightBvhOptions) -> Vec<Self> {
         let triangles = lights.triangles.iter().map(|light| {
             let corners = [
                 light.corner,
@@ -91,6 +93,7 @@ impl NearLight {
         let all = triangles.chain(punctual).zip(&lights.powers);
         (all.enumerate())
             .filter(|(index, _)| !lights.is_distant(*index))
+            .filter(|(index, _)| !(options.leaves_out_rare && lights.is_rare(*index)))
             .map(|(index, ((low, high, normal, area), power))| Self {
                 index: index as u32,
                 group: groups.get(index).copied().unwrap_or(index as u32),
@@ -182,7 +185,7 @@ impl LightBvh {
         surfaces: &[Vec3],
         options: LightBvhOptions,
     ) -> Self {
-        let near = NearLight::of(lights, groups);
+        let near = NearLight::of(lights, groups, options);
         let clusters = match options.clusters {
             true => clusters::clusters(&near),
             false => (0..near.len() as u32).map(|light| vec![light]).collect(),
@@ -270,7 +273,7 @@ impl LightBvh {
     /// What shaders read, for the lights at any time.
     pub fn contents(&self, lights: &Lights) -> LightBvhContents {
         // Clusters are made, so groups do not matter any more.
-        let near = NearLight::of(lights, &[]);
+        let near = NearLight::of(lights, &[], self.options);
         let nodes = self.nodes(&near);
         let weights = self.order.iter().map(|light| match self.options.by_power {
             true => near[*light as usize].power,

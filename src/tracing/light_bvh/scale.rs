@@ -77,6 +77,7 @@ mod tests {
             cut: false,
             clusters: true,
             by_power: false,
+            leaves_out_rare: false,
         };
         let bvh = LightBvh::new(&lights, &[], &surfaces, options);
         let nodes = bvh.contents(&lights).nodes;

@@ -28,7 +28,7 @@ impl LightBvh {
         lights: &Lights,
         mut trace: impl FnMut(Vec<RayQuery>) -> Result<Vec<f32>, E>,
     ) -> Result<(), E> {
-        let near = NearLight::of(lights, &[]);
+        let near = NearLight::of(lights, &[], self.options);
         let mut random = Random::new(0);
         let mut margins = vec![None; self.tree.len()];
         let shining: Vec<(usize, LightSum, f32)> = (self.tree.iter().enumerate())
@@ -122,6 +122,7 @@ mod tests {
         cut: false,
         clusters: true,
         by_power: true,
+        leaves_out_rare: false,
     };
 
     /// A lamp that goes on later must be found then.
