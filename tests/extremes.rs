@@ -401,6 +401,21 @@ const HALF_WIDTH: f64 = 2.807;
 mod thorough {
     use super::*;
 
+    /// Scales that are no powers of two round, so that comparisons of bits can fail.
+    #[test]
+    fn other_scales_change_bits() {
+        let plain = scene();
+        for settings in techniques() {
+            let seen = picture(&plain, &settings);
+            for in_meshes in [false, true] {
+                assert!(seen != picture(&scaled(&plain, 3.0, in_meshes), &settings));
+            }
+            let times_three = seen.iter().map(|values| values.map(|v| v * 3.0));
+            let times_three: Vec<[DVec3; 2]> = times_three.collect();
+            assert!(times_three != picture(&brighter(&plain, 3.0), &settings));
+        }
+    }
+
     #[test]
     fn size_changes_nothing() {
         assert_size_changes_nothing(&scene(), &[-40, -12, 12, 46]);

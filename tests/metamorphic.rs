@@ -341,7 +341,30 @@ mod thorough {
         for (technique, settings) in techniques() {
             let bits = |scene: &Scene| support::frame_bits(scene, &settings, None);
             assert!(bits(&scene()) == bits(&renamed), "{technique}");
+            let mut brighter = scene();
+            let lamp = brighter.materials.iter_mut().find(|m| m.is_emissive());
+            lamp.unwrap().emission *= 1.0 + f32::EPSILON;
+            assert!(bits(&scene()) != bits(&brighter), "{technique}");
         }
+    }
+
+    #[test]
+    fn reuse_that_gains_energy_is_found() {
+        if !support::takes_largest() {
+            return;
+        }
+        let fault = (
+            "restir/algebra.glsl",
+            "front * share / neighbour_share * pair;",
+            "1.005 * front * share / neighbour_share * pair;",
+        );
+        let test = "thorough::furnaces_keep_their_energy_over_four_thousand_frames";
+        let output = support::run_with_fault(test, fault, |command| command);
+        let said = support::said(&output);
+        assert!(
+            !output.status.success() && said.contains("Estimate"),
+            "{said}"
+        );
     }
 
     /// Reuse over thousands of frames neither gains energy nor loses any.

@@ -217,6 +217,33 @@ mod thorough {
         }
     }
 
+    /// Rays begin off the surface; what arrives at it does not depend on where.
+    #[test]
+    fn light_that_is_taken_where_rays_begin_is_found() {
+        if !support::takes_largest() {
+            return;
+        }
+        let fault = (
+            "restir/light_sample.glsl",
+            "arriving_radiance(value, domain.position,",
+            "arriving_radiance(value, ray_start(domain),",
+        );
+        for test in [
+            "points_of_light_close_to_a_floor_light_it_as_they_should",
+            "small_lamps_close_to_a_floor_light_it_as_they_should",
+        ] {
+            let test = format!("thorough::{test}");
+            let output = support::run_with_fault(&test, fault, |command| command);
+            let said = support::said(&output);
+            assert!(
+                !output.status.success()
+                    && said.contains("accurate, ")
+                    && said.contains("panicked"),
+                "{said}"
+            );
+        }
+    }
+
     #[test]
     fn small_lamps_close_to_a_floor_light_it_as_they_should() {
         for name in presets() {
