@@ -10,6 +10,8 @@ use std::collections::BTreeMap;
 const PANEL: (u32, u32) = (360, 300);
 /// Pixels of a line below the panels, one for each configuration.
 const LINE: u32 = 20;
+/// Bars of one value stand beside each other, at this part of the axis.
+const BESIDE: f64 = 0.012;
 /// An axis has this many scenes at least.
 const LEAST: usize = 3;
 /// Colours that colour-blind people tell apart too (Okabe and Ito, 2008). Beyond this number of configurations they repeat.
@@ -26,7 +28,7 @@ const COLORS: [RGBColor; 7] = [
 /// A configuration at one value of an axis.
 struct Point {
     value: f64,
-    /// The square root of relMSE, of the last frame.
+    /// The RMSE of the last frame over the mean of the reference.
     error: f64,
     /// The bias of the mean, and half its 99 % interval, in percent; of the channel that has the largest.
     bias: [f64; 2],
@@ -57,7 +59,7 @@ pub fn svg(rows: &[Row]) -> Result<Option<String>> {
         let largest = |a: [f64; 2], b: [f64; 2]| if b[0].abs() > a[0].abs() { b } else { a };
         let point = Point {
             value,
-            error: row.relmse.last().copied().unwrap_or(0.0).sqrt(),
+            error: row.rmse.last().copied().unwrap_or(0.0) / bias.brightness(),
             bias: channels
                 .into_iter()
                 .reduce(largest)
@@ -106,7 +108,7 @@ fn draw(axes: &Axes<'_>, text: &mut String) -> std::result::Result<(), Failure> 
         let mut chart = chart(
             above,
             &title,
-            "relative error",
+            "RMSE / mean",
             values.clone(),
             errors.log_scale(),
         )?;
@@ -118,11 +120,15 @@ fn draw(axes: &Axes<'_>, text: &mut String) -> std::result::Result<(), Failure> 
         let widest = points().map(|point| point.bias[0].abs() + point.bias[1]);
         let widest = widest.fold(1.0, f64::max);
         let mut chart = self::chart(below, "", "bias, ± 99 %", values, -widest..widest)?;
-        for (name, points) in lines {
+        for (index, (name, points)) in lines.iter().enumerate() {
+            // Beside each other, or bars of the same value would hide all but the last one.
+            let aside = index as f64 - 0.5 * (lines.len() - 1) as f64;
+            let aside = (chart.x_range().end / chart.x_range().start).powf(BESIDE * aside);
             chart.draw_series(points.iter().map(|point| {
                 let [bias, half_width] = point.bias;
                 let (low, high) = (bias - half_width, bias + half_width);
-                ErrorBar::new_vertical(point.value, low, bias, high, color(name).filled(), 6)
+                let at = point.value * aside;
+                ErrorBar::new_vertical(at, low, bias, high, color(name).filled(), 6)
             }))?;
         }
     }
@@ -160,9 +166,21 @@ where
         .configure_mesh()
         .light_line_style(TRANSPARENT)
         .y_desc(what)
-        .x_label_formatter(&|value| format!("{value:e}"))
+        .x_labels(6)
+        .x_label_formatter(&short)
+        .y_label_formatter(&short)
         .draw()?;
     Ok(chart)
+}
+
+/// A number to two digits.
+fn short(number: &f64) -> String {
+    let rounded: f64 = format!("{number:.1e}").parse().unwrap_or(*number);
+    match rounded.abs() {
+        0.0 => "0".into(),
+        0.001..1e4 => rounded.to_string(),
+        _ => format!("{rounded:e}"),
+    }
 }
 
 /// A range around positive numbers for a logarithmic axis.
@@ -175,6 +193,19 @@ fn range(values: impl Iterator<Item = f64>) -> std::ops::Range<f64> {
     if low > high {
         0.5..2.0
     } else {
-        0.7 * low..1.4 * high
+        let room = (high / low).powf(0.06).max(1.4);
+        low / room..high * room
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short() {
+        let numbers = [0.1 + 0.2, 0.0, -1.25, 1e-10 * 1.0000001, 9.9999e7, 1000.0];
+        let texts = numbers.map(|number| short(&number));
+        assert_eq!(texts, ["0.3", "0", "-1.2", "1e-10", "1e8", "1000"]);
     }
 }

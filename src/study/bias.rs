@@ -94,6 +94,11 @@ impl Bias {
         }
     }
 
+    /// What biases are relative to: the mean of the reference, over the channels.
+    pub fn brightness(&self) -> f64 {
+        self.scale.iter().sum::<f64>() / 3.0
+    }
+
     /// The largest half-width.
     pub fn widest(&self) -> f64 {
         self.half_width.iter().copied().fold(0.0, f64::max)
