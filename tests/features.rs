@@ -202,6 +202,11 @@ fn assert_shows(name: &str, scene: &Scene, slack: f64, expected: impl Fn(DVec2) 
     let shown = (SIDE * SIDE) as usize;
     assert!(compared > shown / 2, "{name}: {compared} pixels compared");
     let error = variance.sqrt();
+    println!(
+        "{name}: {:.4} of what is expected, ± {:.4}",
+        1.0 + difference / sum,
+        error / sum
+    );
     assert!(error <= WIDEST * sum, "{name}: too noisy to show anything");
     let allowed = SIGMAS * error + (slack + 2e-5) * sum;
     assert!(
@@ -577,18 +582,16 @@ fn mirrors_with_normal_maps_have_no_black_pixels() {
     }
 }
 
-/// Rough lobes around a mirror direction that barely leaves the surface lose what falls below it, but not more than half.
+/// Rough lobes around a mirror direction that barely leaves the surface lose what falls below it.
 #[test]
-fn rough_metal_under_a_normal_map_of_85_degrees_keeps_half_of_its_light() {
-    for roughness in [0.2, 0.5] {
+fn rough_metal_under_a_normal_map_of_85_degrees_keeps_most_of_its_light() {
+    for (roughness, kept) in [(0.2, 0.57), (0.5, 0.54)] {
         let file = with_normal([254, 128, 139, 255]).with(|json| {
             json["materials"][0]["pbrMetallicRoughness"] =
                 json!({ "metallicFactor": 1, "roughnessFactor": roughness });
         });
         let scene = surrounded(load(&file), 1.0);
-        assert_shows("tilted metal", &scene, 1.0 / 3.0, |_| {
-            Some(DVec3::splat(0.75))
-        });
+        assert_shows("tilted metal", &scene, 0.03, |_| Some(DVec3::splat(kept)));
     }
 }
 

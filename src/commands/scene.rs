@@ -146,7 +146,6 @@ fn inspect(name: &str, load: Options, as_json: bool) -> Result<()> {
             .collect(),
     };
     let limits = scene.limits(&eyes);
-    let texts: Vec<&str> = limits.iter().map(|limit| limit.text.as_str()).collect();
     let cameras: Vec<_> = scene
         .cameras
         .iter()
@@ -170,7 +169,7 @@ fn inspect(name: &str, load: Options, as_json: bool) -> Result<()> {
         "cameras": cameras,
         "motion": scene.motion.as_ref().map(moves),
         "requirements": requirements,
-        "limits": texts,
+        "limits": limits,
         "notices": scene.notices,
     });
     if as_json {

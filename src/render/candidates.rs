@@ -3,7 +3,7 @@
 
 use super::Settings;
 use super::kind::Kind;
-use super::settings::{Candidates, Integrator, Secondary};
+use super::settings::{Candidates, Integrator, Resampling, Secondary};
 use crate::tracing::GpuScene;
 use std::cell::LazyCell;
 use std::collections::HashSet;
@@ -20,14 +20,18 @@ impl Settings {
         if self.integrator != Integrator::Restir {
             return settings;
         }
-        // Hundreds of thousands of lights are counted only where something asks, and once.
-        let counts = LazyCell::new(|| count(scene));
+        // Hundreds of thousands of lights are counted only where something asks, and once: with rare lights, and without.
+        let counts = [false, true].map(|apart| LazyCell::new(move || count(scene, apart)));
+        let counts = |resampling: &Resampling| {
+            let (lights, lamps) = *counts[usize::from(resampling.sets_rare_lights_apart())];
+            (lights, lamps)
+        };
         for (kind, resampling) in [
             (Kind::Direct, &mut settings.direct.resampling),
             (Kind::Indirect, &mut settings.indirect.resampling),
         ] {
             if kind.is_wanted(self, bounces) && resampling.candidates == Candidates::Auto {
-                let (lights, lamps) = *counts;
+                let (lights, lamps) = counts(resampling);
                 let (fitting, reason) = fitting(lights, lamps);
                 resampling.candidates = fitting;
                 log::info!("candidates of {} light: {reason}", kind.name());
@@ -38,7 +42,7 @@ impl Settings {
             && self.indirect.secondary == Secondary::WorldReservoirs
             && min_lights > 0
         {
-            let (lights, lamps) = *counts;
+            let (lights, lamps) = counts(&self.indirect.resampling);
             if lights < min_lights || lamps < 2 {
                 settings.indirect.secondary = Secondary::Ris;
             }
@@ -48,15 +52,17 @@ impl Settings {
 }
 
 /// Numbers of lights that are not distant, and of lamps that they form: triangles with common corners are one. Distant lights
-/// do not count, since the light BVH lacks them, and any vertex finds them.
-fn count(scene: &GpuScene) -> (usize, usize) {
+/// do not count, since the light BVH lacks them, and any vertex finds them. Nor do rare lights where they are set apart, because
+/// reservoirs do not hold them.
+fn count(scene: &GpuScene, sets_rare_apart: bool) -> (usize, usize) {
     let lights = scene.first_lights();
+    let counts =
+        |index: &usize| !(lights.is_distant(*index) || sets_rare_apart && lights.is_rare(*index));
     let triangles = lights.triangles.len();
-    let others = (triangles..lights.choices.len())
-        .filter(|index| !lights.is_distant(*index))
-        .count();
-    let lamps: HashSet<_> = scene.light_groups.iter().collect();
-    (triangles + others, lamps.len() + others)
+    let own: Vec<usize> = (0..triangles).filter(counts).collect();
+    let others = (triangles..lights.choices.len()).filter(counts).count();
+    let lamps: HashSet<_> = own.iter().map(|index| scene.light_groups[*index]).collect();
+    (own.len() + others, lamps.len() + others)
 }
 
 /// What fits so many lights that form so many lamps, and why.

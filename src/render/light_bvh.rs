@@ -154,7 +154,7 @@ impl Settings {
             .map(|(_, resampling)| resampling)
     }
 
-    /// How the light BVH is built.
+    /// The options of the light BVH. It lacks rare lights if all that draws from it sets them apart.
     fn light_bvh_options(&self, bounces: u32) -> LightBvhOptions {
         let settings = &self.light_bvh;
         LightBvhOptions {
@@ -165,5 +165,32 @@ impl Settings {
             leaves_out_rare: (self.drawing_from(Candidates::LightBvh, bounces))
                 .all(Resampling::sets_rare_lights_apart),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::render::settings::Visibility;
+
+    /// A kind of light that does not set rare lights apart must find them in the tree.
+    #[test]
+    fn rare_lights_are_left_out_only_if_all_set_them_apart() {
+        let mut settings = Settings {
+            integrator: Integrator::Restir,
+            ..Settings::default()
+        };
+        for resampling in [
+            &mut settings.direct.resampling,
+            &mut settings.indirect.resampling,
+        ] {
+            resampling.candidates = Candidates::LightBvh;
+            resampling.visibility = Visibility::Weights;
+        }
+        assert!(settings.light_bvh_options(2).leaves_out_rare);
+        settings.direct.resampling.rare_lights = 0.0;
+        assert!(!settings.light_bvh_options(2).leaves_out_rare);
+        settings.direct.resampling.candidates = Candidates::Power;
+        assert!(settings.light_bvh_options(2).leaves_out_rare);
     }
 }

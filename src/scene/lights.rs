@@ -47,7 +47,7 @@ pub struct LampTriangle {
     pub emission_mean: Vec3,
 }
 
-/// What tells lamps apart. A lamp is what one instance has of one material; each punctual light is one, and so is the environment.
+/// The name of a lamp. A lamp is what one instance has of one material; each punctual light is one, and so is the environment.
 pub type LampName = (Option<u32>, u32);
 
 impl LightTriangle {
@@ -248,17 +248,17 @@ pub fn power(light: &LightTriangle, material: &Material) -> f64 {
     sides * light.area * luminance(material.emission * light.emission_mean)
 }
 
-/// Light from infinitely far away, which falls on a disc around the scene.
+/// The powers of lights of all kinds. That of a light infinitely far away is the one that falls on a disc around the scene.
 #[derive(Clone, Copy, Debug)]
-pub struct DistantLight {
+pub struct LightPowers {
     /// The area of the disc over π: half the scene's diagonal, squared.
     disc: f64,
     /// The integral of the environment's luminance over the sphere.
     environment: Option<f64>,
 }
 
-impl DistantLight {
-    /// That of a scene, whose environment has this integral.
+impl LightPowers {
+    /// For lights of a scene, whose environment has this integral.
     pub fn of(scene: &Scene, environment: Option<f64>) -> Self {
         let bounds = Bounds::around(scene.loose_boxes().into_iter());
         Self {
@@ -269,7 +269,7 @@ impl DistantLight {
 
     /// The power over π of each light of all kinds, in the scene's units: of triangles as [`power`] has it, of punctual lights, and of the
     /// environment.
-    pub fn powers(
+    pub fn of_all(
         &self,
         triangles: &[LightTriangle],
         materials: &[Material],

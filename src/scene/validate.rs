@@ -132,9 +132,10 @@ impl Scene {
             any_moves |= moves;
             flat[index] = !moves && is_singular(instance.object_to_world.matrix3);
             if flat[index] {
-                tally.add("instances that a scale of 0 makes flat are skipped", || {
-                    what
-                });
+                tally.add(
+                    "flat instances (a scale of 0, or axes in one plane) are skipped",
+                    || what,
+                );
             }
         }
         let all = Bounds::around(self.placed_boxes(&boxes).into_iter());
@@ -416,7 +417,9 @@ mod tests {
         assert_eq!(scene.instances.len(), 3);
         assert_eq!(
             scene.notices,
-            ["instances that a scale of 0 makes flat are skipped: instance 1 \"twig\""]
+            [
+                "flat instances (a scale of 0, or axes in one plane) are skipped: instance 1 \"twig\""
+            ]
         );
     }
 

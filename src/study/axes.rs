@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 const PANEL: (u32, u32) = (360, 300);
 /// Pixels of a line below the panels, one for each configuration.
 const LINE: u32 = 20;
-/// Bars of one value stand beside each other, at this part of the axis.
+/// Bars of one value stand beside each other, at most this part of the axis apart.
 const BESIDE: f64 = 0.012;
 /// An axis has this many scenes at least.
 const LEAST: usize = 3;
@@ -120,10 +120,11 @@ fn draw(axes: &Axes<'_>, text: &mut String) -> std::result::Result<(), Failure> 
         let widest = points().map(|point| point.bias[0].abs() + point.bias[1]);
         let widest = widest.fold(1.0, f64::max);
         let mut chart = self::chart(below, "", "bias, ± 99 %", values, -widest..widest)?;
+        let beside = BESIDE.min(0.1 / lines.len() as f64);
         for (index, (name, points)) in lines.iter().enumerate() {
             // Beside each other, or bars of the same value would hide all but the last one.
             let aside = index as f64 - 0.5 * (lines.len() - 1) as f64;
-            let aside = (chart.x_range().end / chart.x_range().start).powf(BESIDE * aside);
+            let aside = (chart.x_range().end / chart.x_range().start).powf(beside * aside);
             chart.draw_series(points.iter().map(|point| {
                 let [bias, half_width] = point.bias;
                 let (low, high) = (bias - half_width, bias + half_width);

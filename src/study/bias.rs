@@ -94,7 +94,7 @@ impl Bias {
         }
     }
 
-    /// What biases are relative to: the mean of the reference, over the channels.
+    /// The mean of what the channels' biases are relative to, which is the reference's mean; of a channel without light, the brightest one's.
     pub fn brightness(&self) -> f64 {
         self.scale.iter().sum::<f64>() / 3.0
     }

@@ -7,7 +7,7 @@ use crate::layouts::{
     GpuLight, GpuLightChoice, GpuPunctualLight, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, NONE,
 };
 use crate::scene::lights::{
-    self, AliasTable, DistantLight, LampTriangle, LightTriangle, UNIFORM_SHARE,
+    self, AliasTable, LampTriangle, LightPowers, LightTriangle, UNIFORM_SHARE,
 };
 use crate::scene::{AlphaMode, Environment, Material, PunctualLight, PunctualShape, Scene};
 use glam::{DAffine3, UVec3, Vec3};
@@ -23,7 +23,7 @@ pub struct LightSources {
     punctual: Vec<PunctualLight>,
     /// The mean of the environment's luminance, weighted by itself.
     environment_mean: Option<f64>,
-    distant: DistantLight,
+    light_powers: LightPowers,
     /// None if no light is rare.
     rare: Option<RareLights>,
 }
@@ -43,7 +43,7 @@ pub struct Lights {
     pub rare_choices: Vec<GpuLightChoice>,
     /// For each light true if it is rare; empty where none is.
     pub rare: Vec<bool>,
-    /// For each of them its power over π, in the device's units; distant lights count for at most as much as all others.
+    /// For each light its power over π, in the device's units; distant lights count for at most as much as all others.
     pub powers: Vec<f64>,
     /// Mean luminance of triangles and environment, weighted by their power; 0 without any.
     pub mean_luminance: f32,
@@ -102,7 +102,7 @@ impl LightSources {
                 true => squares / integral,
                 false => 0.0,
             }),
-            distant: DistantLight::of(scene, integrals.map(|(integral, _)| integral)),
+            light_powers: LightPowers::of(scene, integrals.map(|(integral, _)| integral)),
             rare: None,
         };
         let triangles: Vec<LightTriangle> = (sources.lamps.iter())
@@ -111,7 +111,7 @@ impl LightSources {
         // A lamp that is off now may be the brightest one later. Not limited: a sun that the scene shuts out takes every
         // reservoir, however seldom it is drawn.
         let brightest = scene.brightest_materials();
-        let powers = (sources.distant).powers(&triangles, &brightest, &sources.punctual);
+        let powers = (sources.light_powers).of_all(&triangles, &brightest, &sources.punctual);
         let names = lights::lamp_names(&triangles, powers.len());
         sources.rare = RareLights::find(&powers, names);
         sources
@@ -137,7 +137,7 @@ impl LightSources {
         let triangles: Vec<LightTriangle> = (self.lamps.iter())
             .map(|lamp| lamp.placed(&place_of(lamp.instance)))
             .collect();
-        let mut powers = self.distant.powers(&triangles, &materials, &punctual);
+        let mut powers = self.light_powers.of_all(&triangles, &materials, &punctual);
         limit_distant(&mut powers, |index| {
             (index.checked_sub(triangles.len()))
                 .is_some_and(|rest| punctual.get(rest).is_none_or(PunctualLight::is_distant))

@@ -137,7 +137,7 @@ fn json_is_never_cut() {
     );
 }
 
-/// A lamp that is brighter than another one beyond what is tested, and the same of a scene that says nothing.
+/// A contrast beyond what is tested gives a notice, and one that is only near it gives none.
 #[test]
 fn limits_that_a_scene_passes_are_noticed() {
     let folder = tempfile::tempdir().unwrap();

@@ -360,7 +360,8 @@ fn cameras_and_materials() {
         ("normalTexture", json!({ "index": -1 })),
     ] {
         let text = refuse(|json| json["materials"][0][factor] = value);
-        assert_names(&text, &["JSON", "line 1", "\"materials[0]\""]);
+        let path = format!("\"materials[0].{factor}");
+        assert_names(&text, &["JSON", "line 1", &path]);
     }
 }
 

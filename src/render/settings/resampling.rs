@@ -186,7 +186,7 @@ pub struct Resampling {
 }
 
 impl Resampling {
-    /// Whether rare lights have candidates of their own.
+    /// True if rare lights have candidates of their own.
     pub fn sets_rare_lights_apart(&self) -> bool {
         self.rare_lights > 0.0 && self.visibility == Visibility::Weights
     }

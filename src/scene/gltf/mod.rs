@@ -227,7 +227,12 @@ fn not_json(json: &[u8], cause: &serde_json::Error) -> Error {
     let json = &mut serde_json::Deserializer::from_slice(json);
     let fault = serde_path_to_error::deserialize::<_, Document>(json);
     let location = match fault.map_err(|fault| fault.path().to_string()) {
-        Err(element) if element != "." => format!(", in {}", super::notices::quoted(&element)),
+        Err(element) if element != "." => {
+            // The end of a long path tells more than its beginning.
+            let length = element.chars().count();
+            let end: String = element.chars().skip(length.saturating_sub(60)).collect();
+            format!(", in {}", super::notices::quoted(&end))
+        }
         _ => String::new(),
     };
     damaged(format!("its JSON cannot be read: {cause}{location}"))

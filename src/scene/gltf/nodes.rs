@@ -211,7 +211,10 @@ pub fn camera(
         return wrong(format!("aspectRatio is {aspect}; it must be positive"));
     }
     let Some(axes) = rigid(placed.to_world.matrix3) else {
-        tally.add("cameras scaled to nothing are skipped", || what);
+        tally.add(
+            "flat cameras (a scale of 0, or axes in one plane) are skipped",
+            || what,
+        );
         return Ok(None);
     };
     Ok(Some(Camera {

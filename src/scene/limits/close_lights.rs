@@ -13,7 +13,7 @@ const COARSE_LIGHT: f64 = 2.5e-5;
 
 /// The height of a light above a surface, over its distance from the camera, below which its light there may be wrong by more
 /// than 5 %.
-pub(super) const SMALLEST_HEIGHT: f64 = 2e-6;
+const SMALLEST_HEIGHT: f64 = 2e-6;
 
 /// Lamps larger than this many times their height are not taken for small: only a small part of them is that close.
 const SMALL: f64 = 20.0;
@@ -27,7 +27,7 @@ pub(super) struct CloseLight {
 }
 
 impl CloseLight {
-    /// Whether its light there may be wrong by more than 5 %.
+    /// True if its light there may be wrong by more than 5 %.
     pub fn is_wrong(&self) -> bool {
         self.height < SMALLEST_HEIGHT
     }

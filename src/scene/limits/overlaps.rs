@@ -60,32 +60,41 @@ fn overlapping(lights: &[LightTriangle]) -> BTreeSet<(usize, usize)> {
         }
     });
     let boxes: Vec<Bounds> = boxes.collect();
+    let plane = |light: &LightTriangle, shift: f64| {
+        let normal = towards_one_side(light.normal) / PARALLEL;
+        let offset = normal.dot(light.corners[0]) * (PARALLEL / SAME_PLANE / size);
+        [normal.x, normal.y, normal.z, offset].map(|value| (value + shift).floor() as i64)
+    };
     let mut found = BTreeSet::new();
-    for shift in SHIFTS {
+    for (number, shift) in SHIFTS.into_iter().enumerate() {
         let mut planes: HashMap<[i64; 4], Vec<usize>> = HashMap::new();
         for (index, light) in lights.iter().enumerate().filter(|(_, l)| l.area > 0.0) {
-            let normal = towards_one_side(light.normal) / PARALLEL;
-            let offset = normal.dot(light.corners[0]) * (PARALLEL / SAME_PLANE / size);
-            let plane = [normal.x, normal.y, normal.z, offset];
-            let plane = plane.map(|value| (value + shift).floor() as i64);
-            planes.entry(plane).or_default().push(index);
+            planes.entry(plane(light, shift)).or_default().push(index);
         }
-        for mut members in planes.into_values() {
-            let around = Bounds::around(members.iter().map(|light| boxes[*light]));
-            // Along the widest axis the fewest boxes overlap.
-            let axis = around.map_or(0, |bounds| bounds.size().max_position());
-            let low = |light: usize| boxes[light].min[axis];
-            members.sort_by(|a, b| low(*a).total_cmp(&low(*b)));
-            for (number, &light) in members.iter().enumerate() {
-                let own = boxes[light];
-                for &other in &members[number + 1..] {
+        // A pair is compared where it meets first.
+        let met = |one: &LightTriangle, other: &LightTriangle| {
+            (SHIFTS[..number].iter()).any(|shift| plane(one, *shift) == plane(other, *shift))
+        };
+        for (mut members, axis) in planes
+            .into_values()
+            .flat_map(|members| strips(members, &boxes))
+        {
+            let low = |member: &Member| boxes[member.light].min[axis];
+            members.sort_by(|a, b| low(a).total_cmp(&low(b)));
+            for (number, member) in members.iter().enumerate() {
+                let own = boxes[member.light];
+                for other in &members[number + 1..] {
                     if low(other) >= own.max[axis] {
                         break;
                     }
-                    let may_touch = own.min.cmple(boxes[other].max).all()
-                        && boxes[other].min.cmple(own.max).all();
-                    if may_touch && overlap(&lights[light], &lights[other]) {
-                        found.insert((light.min(other), light.max(other)));
+                    let box_of_other = &boxes[other.light];
+                    let may_touch = (member.begins || other.begins)
+                        && own.min.cmple(box_of_other.max).all()
+                        && box_of_other.min.cmple(own.max).all();
+                    let (one, two) = (&lights[member.light], &lights[other.light]);
+                    if may_touch && !met(one, two) && overlap(one, two) {
+                        let (one, two) = (member.light, other.light);
+                        found.insert((one.min(two), one.max(two)));
                     }
                     if found.len() == MOST {
                         return found;
@@ -95,6 +104,44 @@ fn overlapping(lights: &[LightTriangle]) -> BTreeSet<(usize, usize)> {
         }
     }
     found
+}
+
+/// A light in a strip.
+struct Member {
+    light: usize,
+    /// True in the first of its strips.
+    begins: bool,
+}
+
+/// Divides lights of one plane into strips across its second widest axis, which overlap by no more than lights do, so that a
+/// lamp of many triangles in rows and columns is not compared row with row. Also returns the widest axis, along which the
+/// fewest boxes of a strip overlap.
+fn strips(members: Vec<usize>, boxes: &[Bounds]) -> impl Iterator<Item = (Vec<Member>, usize)> {
+    let around = Bounds::around(members.iter().map(|light| boxes[*light]));
+    let size = around.map_or(DVec3::ONE, |bounds| bounds.size());
+    let mut axes = [0, 1, 2];
+    axes.sort_by(|a, b| size[*b].total_cmp(&size[*a]));
+    let [along, across, _] = axes;
+    let low = around.map_or(0.0, |bounds| bounds.min[across]);
+    let count = members.len() as f64;
+    let mean = members
+        .iter()
+        .map(|light| boxes[*light].size()[across])
+        .sum::<f64>()
+        / count;
+    // Twice as many places as lights at most, and few lights for each strip.
+    let strips = (size[across] / mean).min(count.sqrt()).max(1.0).floor();
+    let strip = |at: f64| ((at - low) / size[across] * strips).clamp(0.0, strips - 1.0) as usize;
+    let mut divided: Vec<Vec<Member>> = (0..strips as usize).map(|_| Vec::new()).collect();
+    for light in members {
+        let first = strip(boxes[light].min[across]);
+        let last = strip(boxes[light].max[across]);
+        for (place, strip) in divided[first..=last].iter_mut().enumerate() {
+            let begins = place == 0;
+            strip.push(Member { light, begins });
+        }
+    }
+    divided.into_iter().map(move |strip| (strip, along))
 }
 
 /// The normal or its opposite, the same for both.

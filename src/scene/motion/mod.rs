@@ -104,7 +104,7 @@ impl Emission {
     pub fn brightest(&self) -> Vec3 {
         let color = self.color.keys().fold(DVec3::ZERO, DVec3::max);
         let strength = self.strength.keys().fold(0.0, f64::max);
-        (color * strength).as_vec3()
+        (color * strength).as_vec3().min(Vec3::splat(BRIGHTEST))
     }
 
     fn changes(&self) -> bool {

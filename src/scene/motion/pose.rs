@@ -119,7 +119,7 @@ fn rigid_camera(index: usize, place: &DAffine3, time: f64) -> Result<DAffine3> {
             Ok(DAffine3::from_mat3_translation(axes, place.translation))
         }
         _ => Err(Error::input(format!(
-            "camera {index}: at {time} s it has no direction, it is scaled to nothing"
+            "camera {index}: at {time} s it has no direction, since its scale is 0 or its axes are in one plane"
         ))),
     }
 }

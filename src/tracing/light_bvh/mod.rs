@@ -10,7 +10,7 @@
 //!   its children are looked at one by one; elsewhere it is so far away that its lights are found as one. Every light is in
 //!   the cut at every point, near ones by themselves and far ones in company.
 //!
-//! Directional lights and the environment are not in the tree. The tree and the clusters are made once; where lights move or
+//! Directional lights and the environment are not in the tree, nor are rare lights that have candidates of their own. The tree and the clusters are made once; where lights move or
 //! change, the boxes follow.
 
 mod clusters;
@@ -34,7 +34,7 @@ pub struct LightBvhOptions {
     pub clusters: bool,
     /// Whether the lights of a node are drawn by their power; otherwise uniformly.
     pub by_power: bool,
-    /// Whether rare lights are left out, because they have candidates of their own.
+    /// True if rare lights are left out, because they have candidates of their own.
     pub leaves_out_rare: bool,
 }
 
@@ -65,7 +65,7 @@ pub struct NearLight {
 }
 
 impl NearLight {
-    /// Those among a scene's lights that the tree holds, in the order of their indices. `groups` are those of triangles ([`connected`]).
+    /// The lights of a scene that the tree holds, in the order of their indices. `groups` are those of triangles ([`connected`]).
     ///
     /// [`connected`]: connected::connected
     fn of(lights: &Lights, groups: &[u32], options: LightBvhOptions) -> Vec<Self> {
