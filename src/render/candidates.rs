@@ -5,6 +5,7 @@ use super::Settings;
 use super::kind::Kind;
 use super::settings::{Candidates, Integrator, Resampling, Secondary};
 use crate::tracing::GpuScene;
+use crate::tracing::lights::Lights;
 use std::cell::LazyCell;
 use std::collections::HashSet;
 
@@ -21,11 +22,11 @@ impl Settings {
             return settings;
         }
         // Hundreds of thousands of lights are counted only where something asks, and once: with rare lights, and without.
-        let counts = [false, true].map(|apart| LazyCell::new(move || count(scene, apart)));
-        let counts = |resampling: &Resampling| {
-            let (lights, lamps) = *counts[usize::from(resampling.sets_rare_lights_apart())];
-            (lights, lamps)
-        };
+        let counts = [false, true].map(|apart| {
+            LazyCell::new(move || count(scene.first_lights(), &scene.light_groups, apart))
+        });
+        let counts =
+            |resampling: &Resampling| *counts[usize::from(resampling.sets_rare_lights_apart())];
         for (kind, resampling) in [
             (Kind::Direct, &mut settings.direct.resampling),
             (Kind::Indirect, &mut settings.indirect.resampling),
@@ -54,14 +55,13 @@ impl Settings {
 /// Numbers of lights that are not distant, and of lamps that they form: triangles with common corners are one. Distant lights
 /// do not count, since the light BVH lacks them, and any vertex finds them. Nor do rare lights where they are set apart, because
 /// reservoirs do not hold them.
-fn count(scene: &GpuScene, sets_rare_apart: bool) -> (usize, usize) {
-    let lights = scene.first_lights();
+fn count(lights: &Lights, groups: &[u32], sets_rare_apart: bool) -> (usize, usize) {
     let counts =
         |index: &usize| !(lights.is_distant(*index) || sets_rare_apart && lights.is_rare(*index));
     let triangles = lights.triangles.len();
     let own: Vec<usize> = (0..triangles).filter(counts).collect();
     let others = (triangles..lights.choices.len()).filter(counts).count();
-    let lamps: HashSet<_> = own.iter().map(|index| scene.light_groups[*index]).collect();
+    let lamps: HashSet<_> = own.iter().map(|index| groups[*index]).collect();
     (own.len() + others, lamps.len() + others)
 }
 
@@ -84,6 +84,21 @@ fn fitting(lights: usize, lamps: usize) -> (Candidates, String) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::{PunctualLight, Scene};
+    use crate::tracing::Units;
+    use crate::tracing::lights::gpu_lights;
+
+    #[test]
+    fn rare_lights_that_are_set_apart_do_not_count() {
+        let dim = vec![PunctualLight::point(1.0); 100];
+        let scene = Scene {
+            punctual_lights: [vec![PunctualLight::point(1e6); 2], dim].concat(),
+            ..Scene::default()
+        };
+        let lights = gpu_lights(&scene, &Units::of(&scene, glam::DVec3::ZERO));
+        assert_eq!(count(&lights, &[], true), (2, 2));
+        assert_eq!(count(&lights, &[], false), (102, 102));
+    }
 
     #[test]
     fn few_lights_and_one_lamp_are_selected_by_power_and_many_from_the_light_bvh() {

@@ -47,7 +47,8 @@ pub struct LampTriangle {
     pub emission_mean: Vec3,
 }
 
-/// The name of a lamp. A lamp is what one instance has of one material; each punctual light is one, and so is the environment.
+/// The name of a lamp: the instance and the material of which it is what the one has of the other, or no instance and the index of
+/// a punctual light; that of the environment follows the last one.
 pub type LampName = (Option<u32>, u32);
 
 impl LightTriangle {
@@ -296,7 +297,7 @@ impl LightPowers {
 
 /// For each light, of `count` of all kinds, the lamp that it is a part of.
 pub fn lamp_names(triangles: &[LightTriangle], count: usize) -> impl Iterator<Item = LampName> {
-    let others = (triangles.len()..count).map(|index| (None, index as u32));
+    let others = (0..count - triangles.len()).map(|index| (None, index as u32));
     triangles.iter().map(LightTriangle::lamp).chain(others)
 }
 

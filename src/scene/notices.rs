@@ -52,13 +52,27 @@ pub(super) fn label(kind: &str, index: usize, name: &str) -> String {
     format!("{kind} {index} {}", quoted(name))
 }
 
+/// The most characters of a text from a file in a message.
+const LONGEST: usize = 60;
+
 /// A text from a file for messages: quoted, on one line, at most 60 characters.
 pub(super) fn quoted(text: &str) -> String {
-    if text.chars().nth(60).is_some() {
-        let start: String = text.chars().take(57).collect();
+    if text.chars().nth(LONGEST).is_some() {
+        let start: String = text.chars().take(LONGEST - 3).collect();
         format!("{:?}", start + "...")
     } else {
         format!("{text:?}")
+    }
+}
+
+/// The same, of a text whose end says more than its start.
+pub(super) fn quoted_end(text: &str) -> String {
+    match text.chars().count().checked_sub(LONGEST) {
+        None | Some(0) => quoted(text),
+        Some(more) => {
+            let end: String = text.chars().skip(more + 3).collect();
+            format!("{:?}", "...".to_owned() + &end)
+        }
     }
 }
 
@@ -74,6 +88,13 @@ mod tests {
         tally.add_many("skipped", 2, || "b".into());
         let lines: Vec<String> = tally.into_lines().collect();
         assert_eq!(lines, ["skipped: 3 times, first a", "ignored: x"]);
+    }
+
+    #[test]
+    fn the_end_of_a_long_path_is_kept() {
+        let path = |length: usize| "a".repeat(length - 2) + ".b";
+        assert_eq!(quoted_end(&path(60)), format!("{:?}", path(60)));
+        assert_eq!(quoted_end(&path(61)), format!("\"...{}\"", path(57)));
     }
 
     #[test]

@@ -94,7 +94,7 @@ impl Bias {
         }
     }
 
-    /// The mean of what the channels' biases are relative to, which is the reference's mean; of a channel without light, the brightest one's.
+    /// The mean over the channels of what their biases are relative to ([`Reference::scale`]).
     pub fn brightness(&self) -> f64 {
         self.scale.iter().sum::<f64>() / 3.0
     }

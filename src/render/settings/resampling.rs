@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Candidates {
-    /// `light-bvh` if the scene has 64 lights or more that are not infinitely far away, and they form more than one lamp;
+    /// `light-bvh` if the scene has 64 lights or more that are neither rare nor infinitely far away, and they form more than one lamp;
     /// otherwise `power`.
     #[default]
     Auto,

@@ -228,10 +228,7 @@ fn not_json(json: &[u8], cause: &serde_json::Error) -> Error {
     let fault = serde_path_to_error::deserialize::<_, Document>(json);
     let location = match fault.map_err(|fault| fault.path().to_string()) {
         Err(element) if element != "." => {
-            // The end of a long path tells more than its beginning.
-            let length = element.chars().count();
-            let end: String = element.chars().skip(length.saturating_sub(60)).collect();
-            format!(", in {}", super::notices::quoted(&end))
+            format!(", in {}", super::notices::quoted_end(&element))
         }
         _ => String::new(),
     };

@@ -201,8 +201,6 @@ fn candidates(scene: &Scene, lights: &[LightTriangle], eye: DVec3) -> Vec<Candid
         if size > SMALL * reach || away == 0.0 {
             continue;
         }
-        let Some(index) = own.0 else { continue };
-        let name = &scene.instances[index as usize].name;
         candidates.push(Candidate {
             at,
             reach,
@@ -210,7 +208,7 @@ fn candidates(scene: &Scene, lights: &[LightTriangle], eye: DVec3) -> Vec<Candid
             size,
             front,
             own: Some(own),
-            name: label("the lamp of instance", index as usize, name),
+            name: scene.lamp_label(&own),
         });
     }
     candidates

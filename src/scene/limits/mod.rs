@@ -6,7 +6,7 @@ mod overlaps;
 use super::lights::{self, LampName, LightPowers, LightTriangle, light_triangles};
 use super::notices::label;
 use super::validate::{BRIGHTEST, LARGEST_COORDINATE, SMALLEST_SCENE};
-use super::{Bounds, Environment, Material, PunctualShape, Scene};
+use super::{Bounds, Material, PunctualShape, Scene};
 use glam::DVec3;
 use serde::Serialize;
 use std::collections::HashMap;
@@ -83,16 +83,20 @@ impl Scene {
 
     /// A line if a material or the environment is very bright.
     fn brightest(&self, materials: &[Material]) -> Option<Limit> {
-        let emissions = materials
-            .iter()
-            .map(|material| material.emission.max_element());
-        let all = emissions.chain(self.environment.as_ref().map(Environment::brightest));
-        let (brightest, limit) = (all.fold(0.0, f32::max), BRIGHTEST);
-        (f64::from(brightest) > f64::from(limit) / NEAR).then(|| Limit {
+        let emissions = materials.iter().enumerate().map(|(index, material)| {
+            let name = label("material", index, &material.name);
+            (name, material.emission.max_element())
+        });
+        let environment = self.environment.as_ref();
+        let environment = environment.map(|e| ("the environment".to_owned(), e.brightest()));
+        let all = emissions.chain(environment);
+        let (name, brightest) = all.max_by(|(_, a), (_, b)| a.total_cmp(b))?;
+        let limit = f64::from(BRIGHTEST);
+        (f64::from(brightest) > limit / NEAR).then(|| Limit {
             text: format!(
-                "radiance: a light has {brightest:.1e} W/(m²·sr); {limit:e} is as bright as can be rendered"
+                "radiance: {name} has {brightest:.1e} W/(m²·sr); above {limit:e} pictures may be wrong"
             ),
-            passed: brightest > limit,
+            passed: f64::from(brightest) > limit,
         })
     }
 
@@ -144,24 +148,27 @@ impl Scene {
         let (dimmest, low) = lit().min_by(|a, b| a.1.total_cmp(b.1).then(a.0.cmp(b.0)))?;
         let (brightest, high) = lit().max_by(|a, b| a.1.total_cmp(b.1).then(b.0.cmp(a.0)))?;
         let ratio = high / low;
-        let label = |name| self.lamp_label(name, triangles.len());
         (ratio > CONTRAST / NEAR).then(|| Limit {
             text: format!(
                 "contrast: {} has {ratio:.1e} times the power of {}; above {CONTRAST:e} the dimmer one's light may be lost",
-                label(brightest),
-                label(dimmest)
+                self.lamp_label(brightest),
+                self.lamp_label(dimmest)
             ),
             passed: ratio > ROUNDED * CONTRAST,
         })
     }
 
-    /// A lamp's name for messages, given the number of emissive triangles.
-    fn lamp_label(&self, (instance, index): &LampName, triangles: usize) -> String {
+    /// A lamp's name for messages.
+    fn lamp_label(&self, (instance, index): &LampName) -> String {
+        let index = *index as usize;
         if let Some(instance) = instance {
+            let material = label("material", index, &self.materials[index].name);
             let name = &self.instances[*instance as usize].name;
-            return label("the lamp of instance", *instance as usize, name);
+            return format!(
+                "{} ({material})",
+                label("instance", *instance as usize, name)
+            );
         }
-        let index = *index as usize - triangles;
         match self.punctual_lights.get(index) {
             Some(light) => label("light", index, &light.name),
             None => "the environment".into(),
@@ -171,7 +178,7 @@ impl Scene {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Instance, Mesh, Part, PunctualLight};
+    use super::super::{Environment, Instance, Mesh, Part, PunctualLight};
     use super::*;
     use glam::{DAffine3, Vec3};
 
@@ -305,7 +312,33 @@ mod tests {
         for light in [bright, sun] {
             let mut scene = floor();
             scene.punctual_lights = vec![point(2.0), light];
-            assert_near(&scene, &["contrast!"]);
+            assert_near(&scene, &["contrast: light 1 \"bulb\" has!"]);
+        }
+
+        let mut scene = lamps(1e-6, 1.0);
+        scene.environment = Some(Environment {
+            intensity: 2.0,
+            ..environment(1e12)
+        });
+        let contrast = "contrast: the environment has";
+        assert_near(
+            &scene,
+            &["radiance: the environment!", &format!("{contrast}!")],
+        );
+        let found = limits(&scene);
+        let dim = "times the power of instance 1 (material 1);";
+        assert!(found[1].text.contains(dim), "{found:?}");
+    }
+
+    /// An environment of one radiance.
+    fn environment(radiance: f32) -> Environment {
+        Environment {
+            name: "bright".into(),
+            width: 4,
+            height: 2,
+            texels: vec![Vec3::splat(radiance); 8].into(),
+            rotation: 0.0,
+            intensity: 1.0,
         }
     }
 
@@ -391,6 +424,21 @@ mod tests {
         // One below all of them.
         let found = limits(&lamps(DVec3::new(9.5, 1.0, 9.5), 30.0));
         assert!(found[0].text.contains("800 pairs"), "{found:?}");
+    }
+
+    /// The same pair is named every time, also where the search ends early.
+    #[test]
+    fn overlaps_in_several_planes_are_named_in_one_order() {
+        let mut scene = floor();
+        for height in [1.0, 2.0, 3.0] {
+            add_lamp(&mut scene, DVec3::Y * height, 0.5, 1.0);
+            let lamp = scene.instances[scene.instances.len() - 1].clone();
+            scene.instances.extend(vec![lamp; 50]);
+        }
+        let first = limits(&scene)[0].text.clone();
+        for _ in 0..8 {
+            assert_eq!(limits(&scene)[0].text, first);
+        }
     }
 
     #[test]

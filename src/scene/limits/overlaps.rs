@@ -5,7 +5,7 @@ use super::super::lights::LightTriangle;
 use super::super::notices::label;
 use super::super::{Bounds, Scene};
 use glam::{DVec2, DVec3};
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Planes whose normals differ by less are parallel.
 const PARALLEL: f64 = 1e-5;
@@ -66,14 +66,14 @@ fn overlapping(lights: &[LightTriangle]) -> BTreeSet<(usize, usize)> {
         [normal.x, normal.y, normal.z, offset].map(|value| (value + shift).floor() as i64)
     };
     let mut found = BTreeSet::new();
-    for (number, shift) in SHIFTS.into_iter().enumerate() {
-        let mut planes: HashMap<[i64; 4], Vec<usize>> = HashMap::new();
+    for (earlier, shift) in SHIFTS.into_iter().enumerate() {
+        let mut planes: BTreeMap<[i64; 4], Vec<usize>> = BTreeMap::new();
         for (index, light) in lights.iter().enumerate().filter(|(_, l)| l.area > 0.0) {
             planes.entry(plane(light, shift)).or_default().push(index);
         }
         // A pair is compared where it meets first.
         let met = |one: &LightTriangle, other: &LightTriangle| {
-            (SHIFTS[..number].iter()).any(|shift| plane(one, *shift) == plane(other, *shift))
+            (SHIFTS[..earlier].iter()).any(|shift| plane(one, *shift) == plane(other, *shift))
         };
         for (mut members, axis) in planes
             .into_values()
@@ -93,8 +93,8 @@ fn overlapping(lights: &[LightTriangle]) -> BTreeSet<(usize, usize)> {
                         && box_of_other.min.cmple(own.max).all();
                     let (one, two) = (&lights[member.light], &lights[other.light]);
                     if may_touch && !met(one, two) && overlap(one, two) {
-                        let (one, two) = (member.light, other.light);
-                        found.insert((one.min(two), one.max(two)));
+                        let pair = [member.light, other.light];
+                        found.insert((pair[0].min(pair[1]), pair[0].max(pair[1])));
                     }
                     if found.len() == MOST {
                         return found;
@@ -123,19 +123,19 @@ fn strips(members: Vec<usize>, boxes: &[Bounds]) -> impl Iterator<Item = (Vec<Me
     axes.sort_by(|a, b| size[*b].total_cmp(&size[*a]));
     let [along, across, _] = axes;
     let low = around.map_or(0.0, |bounds| bounds.min[across]);
-    let count = members.len() as f64;
+    let number = members.len() as f64;
     let mean = members
         .iter()
         .map(|light| boxes[*light].size()[across])
         .sum::<f64>()
-        / count;
-    // Twice as many places as lights at most, and few lights for each strip.
-    let strips = (size[across] / mean).min(count.sqrt()).max(1.0).floor();
-    let strip = |at: f64| ((at - low) / size[across] * strips).clamp(0.0, strips - 1.0) as usize;
-    let mut divided: Vec<Vec<Member>> = (0..strips as usize).map(|_| Vec::new()).collect();
+        / number;
+    // So a light is in fewer than three strips in the mean, and there are few in each.
+    let count = (size[across] / mean).min(number.sqrt()).max(1.0).floor();
+    let strip_at = |at: f64| ((at - low) / size[across] * count).clamp(0.0, count - 1.0) as usize;
+    let mut divided: Vec<Vec<Member>> = (0..count as usize).map(|_| Vec::new()).collect();
     for light in members {
-        let first = strip(boxes[light].min[across]);
-        let last = strip(boxes[light].max[across]);
+        let first = strip_at(boxes[light].min[across]);
+        let last = strip_at(boxes[light].max[across]);
         for (place, strip) in divided[first..=last].iter_mut().enumerate() {
             let begins = place == 0;
             strip.push(Member { light, begins });

@@ -10,8 +10,8 @@
 //!   its children are looked at one by one; elsewhere it is so far away that its lights are found as one. Every light is in
 //!   the cut at every point, near ones by themselves and far ones in company.
 //!
-//! Directional lights and the environment are not in the tree, nor are rare lights that have candidates of their own. The tree and the clusters are made once; where lights move or
-//! change, the boxes follow.
+//! Directional lights and the environment are not in the tree, nor are rare lights if all that draws from it sets them apart. The
+//! tree and the clusters are made once; where lights move or change, the boxes follow.
 
 mod clusters;
 pub mod connected;
