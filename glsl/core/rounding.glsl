@@ -5,34 +5,42 @@
 // Bound of the rounding error of a point at this distance along a ray, for each axis.
 vec3 ray_error(vec3 origin, vec3 direction, float depth) { return 2.4e-7 * (abs(origin) + abs(depth * direction)); }
 
-// The distance along a ray of unit direction to the plane of a surface that faces it, and the error bound of the
-// point there. `position` and `position_error` describe a point of the surface near the ray.
-float depth_along(vec3 origin, vec3 direction, vec3 position, vec3 position_error, vec3 normal, out vec3 error) {
+// The distance along the normal by which a ray origin clears the surface.
+float clearance_of(vec3 normal, vec3 error) { return 2.0 * dot(abs(normal), error); }
+
+// The distance along a ray of unit direction to the plane of a surface that faces it. `position` is a point of the surface near
+// the ray; its clearance becomes that of the point on the ray.
+float depth_along(vec3 origin, vec3 direction, vec3 position, vec3 normal, inout float clearance) {
     vec3 off = position - origin;
     float along = dot(off, direction);
-    float cosine = min(dot(direction, normal), -1e-6);
     // The error of the normal acts only on the distance between the ray and the position.
-    float depth = along + dot(off - along * direction, normal) / cosine;
-    vec3 rounding = ray_error(origin, direction, depth);
-    float depth_error = dot(abs(normal), position_error + rounding) / -cosine;
-    error = rounding + depth_error * abs(direction);
+    float depth = along + dot(off - along * direction, normal) / min(dot(direction, normal), -1e-6);
+    // The ray's rounding enters twice: in the depth, and in the point that is made of it.
+    clearance += 2.0 * clearance_of(normal, ray_error(origin, direction, depth));
     return depth;
+}
+
+// Bound of the error of a point that `depth_along` found. Along a ray that grazes the surface it is much larger than along the
+// normal, which the error of each axis no longer tells: a clearance made of it would reach past the other wall of a crease.
+vec3 depth_along_error(vec3 origin, vec3 direction, float depth, vec3 normal, float clearance) {
+    vec3 rounding = ray_error(origin, direction, depth);
+    float depth_error = max(0.5 * clearance - dot(abs(normal), rounding), 0.0) / max(abs(dot(direction, normal)), 1e-6);
+    return rounding + depth_error * abs(direction);
 }
 
 // On a triangle as large as a landscape, the error of a point from barycentrics can exceed the size of objects on it,
 // and the point would lie inside them. Then the point where the ray meets the plane is more precise. All three
 // coordinates come from one of the two points, since a mixture would lie off the plane.
-void refine_by_ray(inout vec3 position, inout vec3 position_error, vec3 normal, vec3 origin, vec3 direction) {
-    vec3 error;
-    float depth = depth_along(origin, direction, position, position_error, normal, error);
-    if (component_sum(error) < component_sum(position_error)) {
+void refine_by_ray(inout vec3 position, inout vec3 error, inout float clearance, vec3 normal, vec3 origin, vec3 direction) {
+    float refined_clearance = clearance;
+    float depth = depth_along(origin, direction, position, normal, refined_clearance);
+    vec3 refined = depth_along_error(origin, direction, depth, normal, refined_clearance);
+    if (component_sum(refined) < component_sum(error)) {
         position = origin + depth * direction;
-        position_error = error;
+        error = refined;
+        clearance = refined_clearance;
     }
 }
-
-// The distance along the normal by which a ray origin clears the surface.
-float clearance_of(vec3 normal, vec3 error) { return 2.0 * dot(abs(normal), error); }
 
 // The distance towards the viewer by which rays that leave a hit point begin, so that they begin before the surface and before
 // any other surface that the viewer's ray does not graze. In a crease the point may lie behind the other wall, which would then

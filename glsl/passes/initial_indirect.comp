@@ -104,7 +104,7 @@ void main() {
                 purpose = RAY_NONE;
                 continue;
             }
-            Domain vertex = make_domain(surface.position, clearance_of(surface.geometric_normal, surface.error),
+            Domain vertex = make_domain(surface.position, surface.clearance,
                                         surface.back_off, surface.geometric_normal, surface.shading_normal, surface.material, ray.direction);
             // Later vertices add little, and their walks through the light BVH would take more time than they save.
             Receiver receiver = distant_receiver();

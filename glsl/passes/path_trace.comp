@@ -191,7 +191,7 @@ void main() {
             purpose = RAY_NONE;
             continue;
         }
-        float near = near_distance(clearance_of(surface.geometric_normal, surface.error), surface.back_off);
+        float near = near_distance(surface.clearance, surface.back_off);
         vec3 tangent, bitangent;
         tangent_frame(surface.shading_normal, tangent, bitangent);
         vec3 outgoing = -vec3(dot(ray.direction, tangent), dot(ray.direction, bitangent),

@@ -68,10 +68,10 @@ GpuMaterial unpack_material(SampleData data) {
 // `numbers` in [0, 1) round its colour; a pixel's are the same in every frame, so that a surface at rest stays the same.
 SampleData pack_sample_data(Surface surface, Ray ray, vec3 numbers) {
     // The depth along the ray: camera, pixel and depth then give the position.
-    vec3 error;
     vec3 normal = surface.geometric_normal;
-    float depth = depth_along(ray.origin, ray.direction, surface.position, surface.error, normal, error);
-    return SampleData(depth, pack_normals(normal, surface.shading_normal, clearance_of(normal, error)),
+    float clearance = surface.clearance;
+    float depth = depth_along(ray.origin, ray.direction, surface.position, normal, clearance);
+    return SampleData(depth, pack_normals(normal, surface.shading_normal, clearance),
                       surface.material_index, surface.instance, pack_material(surface.material, numbers));
 }
 
@@ -99,10 +99,8 @@ vec3 surface_position(SampleData data, Ray ray) { return ray.origin + data.depth
 
 Domain unpack_domain(SampleData data, Ray ray) {
     float clearance = uintBitsToFloat((data.packed_normals.z >> 24u) << 23u);
-    vec3 normal = geometric_normal(data), ways = abs(ray.direction);
-    // The clearance tells the error of the depth: `depth_along` has the error of which it is twice the part along the normal.
-    vec3 error = ray_error(ray.origin, ray.direction, data.depth);
-    error += max(0.5 * clearance - dot(abs(normal), error), 0.0) / max(dot(abs(normal), ways), 1e-6) * ways;
+    vec3 normal = geometric_normal(data);
+    vec3 error = depth_along_error(ray.origin, ray.direction, data.depth, normal, clearance);
     return make_domain(surface_position(data, ray), clearance, back_off_distance(error, data.depth), normal,
                        shading_normal(data), unpack_material(data), ray.direction);
 }

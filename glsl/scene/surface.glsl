@@ -14,7 +14,8 @@ struct Surface {
     // Bound of the position's rounding error, for each axis. Within the triangle's plane the error may be larger,
     // since barycentrics are not exact.
     vec3 error;
-    // The distance towards the viewer by which rays begin that leave it.
+    // The distances along the normal and towards the viewer by which rays begin that leave it.
+    float clearance;
     float back_off;
     // Unit normals on the side the ray came from.
     vec3 geometric_normal;
@@ -74,9 +75,8 @@ vec3 unlit_radiance(Hit hit) {
 
 // From a surface to a ray origin off it on the side of `direction`; `viewed` is the direction of the ray that hit the surface.
 vec3 ray_offset(Surface surface, vec3 viewed, vec3 direction) {
-    float clearance = clearance_of(surface.geometric_normal, surface.error);
     float side = dot(direction, surface.geometric_normal) < 0.0 ? -1.0 : 1.0;
-    return (side * clearance) * surface.geometric_normal - surface.back_off * viewed;
+    return (side * surface.clearance) * surface.geometric_normal - surface.back_off * viewed;
 }
 
 vec3 ray_origin(Surface surface, vec3 viewed, vec3 direction) { return surface.position + ray_offset(surface, viewed, direction); }
@@ -98,7 +98,8 @@ Surface surface_at(Hit hit, Ray ray) {
     surface.material = material_at(owner.material, instance, hit.primitive, hit.barycentrics);
     map_normal(point, surface.material, instance, hit.primitive, hit.barycentrics);
     face_viewer(point, surface.material, ray.direction, surface.geometric_normal, surface.shading_normal);
-    refine_by_ray(surface.position, surface.error, surface.geometric_normal, ray.origin, ray.direction);
+    surface.clearance = clearance_of(surface.geometric_normal, surface.error);
+    refine_by_ray(surface.position, surface.error, surface.clearance, surface.geometric_normal, ray.origin, ray.direction);
     // Rounding may move a very close hit behind the ray's origin.
     surface.back_off = back_off_distance(surface.error, max(dot(surface.position - ray.origin, ray.direction), 0.0));
     surface.material_index = owner.material;
