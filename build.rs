@@ -21,8 +21,8 @@ mod gpu {
 mod render {
     pub mod specialisation;
 }
-#[path = "src/tracing"]
-mod tracing {
+#[path = "src/device_scene"]
+mod device_scene {
     pub mod buffers;
 }
 #[path = "src/choices.rs"]
@@ -44,7 +44,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "src/layouts",
         "src/render/specialisation.rs",
         "src/shader_variants.rs",
-        "src/tracing/buffers.rs",
+        "src/device_scene/buffers.rs",
     ] {
         println!("cargo:rerun-if-changed={path}");
     }

@@ -1,11 +1,12 @@
 //! Headwater: a headless Vulkan renderer that path traces real scenes with reservoir resampling
 //! and measures how much accuracy each faster setting costs.
 //!
-//! The way of the data: [`scene`] → [`gpu`] → [`tracing`] → [`render`] → `image` → `metrics`.
+//! The way of the data: [`scene`] → [`gpu`] → [`device_scene`] → [`render`] → `image` → `metrics`.
 #![warn(missing_docs)]
 
 pub mod choices;
 pub mod commands;
+pub mod device_scene;
 mod environment_variable;
 pub mod error;
 pub mod files;
@@ -30,6 +31,5 @@ pub mod shader_variants;
 mod short_hash;
 pub mod study;
 pub mod toml_text;
-pub mod tracing;
 
 pub use error::{Error, Result};

@@ -5,6 +5,7 @@
 mod support;
 
 use glam::{DAffine3, DQuat, DVec3, EulerRot, Vec3};
+use headwater::device_scene::{Tracer, Variant};
 use headwater::render::outputs::Sums;
 use headwater::render::presets::Preset;
 use headwater::render::settings::{Candidates, GridMode, Integrator, ReuseMode, Secondary};
@@ -13,7 +14,6 @@ use headwater::scene::validate::{BRIGHTEST, LARGEST_COORDINATE};
 use headwater::scene::{
     Camera, Environment, Material, PunctualLight, PunctualShape, Scene, procedural,
 };
-use headwater::tracing::{Tracer, Variant};
 
 /// Glossy spheres with smooth normals, one of them placed twice, so that not all is gathered.
 fn scene() -> Scene {

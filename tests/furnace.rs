@@ -3,9 +3,9 @@
 mod support;
 
 use glam::{DVec3, Vec3};
+use headwater::device_scene::GpuScene;
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::{Material, Scene};
-use headwater::tracing::GpuScene;
 use std::sync::Arc;
 
 const ROUGHNESS: [f32; 13] = [

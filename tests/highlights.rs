@@ -4,11 +4,11 @@
 mod support;
 
 use glam::{DVec3, Vec3};
+use headwater::device_scene::GpuScene;
 use headwater::metrics::statistics::Estimate;
 use headwater::render::presets::Preset;
 use headwater::render::{Renderer, View};
 use headwater::scene::{Camera, Material, Scene};
-use headwater::tracing::GpuScene;
 use std::sync::Arc;
 use support::brute_force::{Surface, camera_ray};
 

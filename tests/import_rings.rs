@@ -14,7 +14,7 @@ const CHECKED: &[&str] = &[
     "render",
     "render/techniques",
     "study",
-    "tracing",
+    "device_scene",
 ];
 
 /// Module paths, such as `["gpu", "buffer"]`, with the source of each.

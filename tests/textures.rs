@@ -3,6 +3,8 @@
 mod support;
 
 use glam::{Affine2, DVec3, Vec2, Vec3, Vec4};
+use headwater::device_scene::selection::{TexturesChoice, Wanted, select};
+use headwater::device_scene::{SceneSizes, Textures, Tracer, Variant};
 use headwater::gpu::{DeviceInfo, DriverKind};
 use headwater::render::presets::Preset;
 use headwater::render::settings;
@@ -10,8 +12,6 @@ use headwater::render::{Settings, View};
 use headwater::scene::lights;
 use headwater::scene::texture::Wrap;
 use headwater::scene::{Environment, Image, Material, Scene, Texture, procedural};
-use headwater::tracing::selection::{TexturesChoice, Wanted, select};
-use headwater::tracing::{SceneSizes, Textures, Tracer, Variant};
 
 /// The bits of a frame by a tracer that the tests' device has.
 fn bits(scene: &Scene, settings: &Settings, tracer: Tracer) -> Vec<[u32; 3]> {

@@ -3,6 +3,8 @@
 
 mod support;
 
+use headwater::device_scene::Variant;
+use headwater::device_scene::shaders::spirv;
 use headwater::gpu::{Buffer, ComputePass, Device, Recording, Usage};
 use headwater::layouts::{
     COUNTER_CELLS, COUNTER_DROPPED, COUNTER_PLACES, COUNTER_VERTICES, COUNTERS, NONE,
@@ -15,8 +17,6 @@ use headwater::render::specialisation::Specialisation;
 use headwater::render::techniques::prefix_sum::PrefixSum;
 use headwater::render::techniques::world_table::{TableSize, WorldTable};
 use headwater::scene::procedural;
-use headwater::tracing::Variant;
-use headwater::tracing::shaders::spirv;
 use std::collections::BTreeMap;
 use std::process::Command;
 use std::sync::Arc;

@@ -1,5 +1,5 @@
 #pragma once
-// The light BVH (src/tracing/light_bvh). A walk finds the nodes whose lights matter at a receiver, always in the same order, so
+// The light BVH (src/device_scene/light_bvh). A walk finds the nodes whose lights matter at a receiver, always in the same order, so
 // that nothing has to be remembered between one walk and the next.
 #include "core/random.glsl"
 #include "core/math.glsl"

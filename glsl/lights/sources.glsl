@@ -84,7 +84,7 @@ float candidate_weight(Domain domain, LightSample value, float light_pdf, float 
 // Resampling compares candidates before their shadow rays. Beside a much brighter lamp a dim one is selected almost never, also
 // where the bright lamp is hidden: then nearly all pixels lack the dim lamp's light, and no firefly warns. So lamps of
 // very little power are left out of reservoirs. They have a candidate of their own, drawn with the same probability for each of
-// them, and a shadow ray that is theirs alone; BSDF rays find them too. Rust decides which are rare: src/tracing/rare_lights.rs.
+// them, and a shadow ray that is theirs alone; BSDF rays find them too. Rust decides which are rare: src/device_scene/rare_lights.rs.
 
 // The density of a candidate among rare lights at a point, in its own measure; 0 if its light is not rare. `direction` is the
 // one towards it.

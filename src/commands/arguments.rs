@@ -1,5 +1,6 @@
 //! Options that several commands share.
 
+use crate::device_scene::selection::{GeometryChoice, TexturesChoice, TracerChoice, Wanted};
 use crate::files::{check_writable, is_same_file};
 use crate::image::Format;
 use crate::render::presets::{self, Preset};
@@ -10,7 +11,6 @@ use crate::scene::load::Options;
 use crate::scene::validate::check_camera;
 use crate::scene::{Camera, environment, file_of};
 use crate::toml_text::TomlText;
-use crate::tracing::selection::{GeometryChoice, TexturesChoice, TracerChoice, Wanted};
 use crate::{Error, Result, input_files};
 use glam::DVec3;
 use std::path::{Path, PathBuf};

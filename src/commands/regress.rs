@@ -6,6 +6,7 @@ use super::progress::Progress;
 use super::render;
 use super::session::{Purpose, Session};
 use super::{NOTHING_WRITTEN, open_vulkan, print, print_part};
+use crate::device_scene::selection::{GeometryChoice, TexturesChoice, TracerChoice};
 use crate::files::{check_writable, write_atomically};
 use crate::gpu::{DeviceInfo, InstanceOptions};
 use crate::image::{Image, png};
@@ -14,7 +15,6 @@ use crate::printable::printable;
 use crate::regress::{
     Blessing, Case, Goldens, Rendered, Step, Verdict, cases, judge_exactly, judge_loosely, report,
 };
-use crate::tracing::selection::{GeometryChoice, TexturesChoice, TracerChoice};
 use crate::{Error, Result};
 use clap::Parser;
 use std::io::Write;
@@ -314,7 +314,7 @@ fn render_case(
 }
 
 /// What a device lacks for what a case asks for.
-fn lacks(device: &DeviceInfo, wanted: &crate::tracing::selection::Wanted) -> Option<String> {
+fn lacks(device: &DeviceInfo, wanted: &crate::device_scene::selection::Wanted) -> Option<String> {
     let lacking = [
         (
             wanted.tracer == TracerChoice::RayQuery && !device.ray_query,

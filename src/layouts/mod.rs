@@ -1,8 +1,8 @@
 //! The structures and constants that Rust and the shaders share, besides enumerations
 //! ([`crate::choices`]), specialisation constants ([`crate::render::specialisation`]) and the buffers of a
-//! scene ([`crate::tracing::buffers`]).
+//! scene ([`crate::device_scene::buffers`]).
 //!
-//! Positions, lengths and radiance in them are in the units of the device ([`crate::tracing::units`]).
+//! Positions, lengths and radiance in them are in the units of the device ([`crate::device_scene::units`]).
 //!
 //! The build script compiles this file too, for the GLSL text.
 
@@ -23,9 +23,9 @@ pub use scene::{
 };
 
 use crate::choices;
+use crate::device_scene::buffers::{self, SceneTable};
 use crate::gpu::layout::{GpuStruct, StructLayout};
 use crate::render::specialisation::Specialisation;
-use crate::tracing::buffers::{self, SceneTable};
 
 crate::gpu_constants! {
     /// "None": no normals, no light, no hit.

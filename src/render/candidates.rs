@@ -4,8 +4,8 @@
 use super::Settings;
 use super::kind::Kind;
 use super::settings::{Candidates, Integrator, Resampling, Secondary};
-use crate::tracing::GpuScene;
-use crate::tracing::lights::Lights;
+use crate::device_scene::GpuScene;
+use crate::device_scene::lights::Lights;
 use std::cell::LazyCell;
 use std::collections::HashSet;
 
@@ -84,9 +84,9 @@ fn fitting(lights: usize, lamps: usize) -> (Candidates, String) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::device_scene::Units;
+    use crate::device_scene::lights::gpu_lights;
     use crate::scene::{PunctualLight, Scene};
-    use crate::tracing::Units;
-    use crate::tracing::lights::gpu_lights;
 
     #[test]
     fn rare_lights_that_are_set_apart_do_not_count() {

@@ -3,11 +3,11 @@
 use super::kind::Kind;
 use super::ray_list::RayTracer;
 use super::settings::{Boxes, Candidates, Far, Integrator, LightChoice, Resampling, Settings};
+use crate::device_scene::buffers::{LIGHT_BVH, usage};
+use crate::device_scene::light_bvh::{LightBvh, LightBvhOptions};
+use crate::device_scene::sizes::check_buffer;
+use crate::device_scene::{Fetch, GpuScene, Variant};
 use crate::gpu::{Buffer, Device, Resource};
-use crate::tracing::buffers::{LIGHT_BVH, usage};
-use crate::tracing::light_bvh::{LightBvh, LightBvhOptions};
-use crate::tracing::sizes::check_buffer;
-use crate::tracing::{Fetch, GpuScene, Variant};
 use crate::{Error, Result};
 use glam::Vec3;
 use std::sync::{Arc, Mutex};

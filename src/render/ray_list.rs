@@ -4,9 +4,9 @@ use super::counters::Counters;
 use super::settings::Settings;
 use super::specialisation::Specialisation;
 use crate::Result;
+use crate::device_scene::GpuScene;
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage, in_rows};
 use crate::layouts::{RAYS_PER_GROUP, RayAnswer, RayBatch, RayQuery};
-use crate::tracing::GpuScene;
 use std::sync::Arc;
 
 crate::bindings! {

@@ -13,12 +13,12 @@ use super::settings::{DirectMode, Integrator, Settings};
 use super::techniques::{PathTracer, Restir};
 use super::tracking::Tracking;
 use super::view::View;
+use crate::device_scene::GpuScene;
 use crate::gpu::{Device, PassTime};
 use crate::layouts::{
     FrameConstants, GpuCamera, PixelSums, PrimarySurface, ReservoirAov, ViewConstants,
 };
 use crate::scene::{Camera, MovingCamera};
-use crate::tracing::GpuScene;
 use crate::{Error, Result};
 use glam::Vec3;
 use std::sync::Arc;

@@ -5,8 +5,8 @@ use super::light_bvh::LightBvhBuffer;
 use super::settings::{Energy, Settings};
 use super::specialisation::Specialisation;
 use crate::Result;
+use crate::device_scene::GpuScene;
 use crate::gpu::{Buffer, ComputePass, Device, Resource, Usage};
-use crate::tracing::GpuScene;
 use std::sync::Arc;
 
 /// The scene and the tables, and how shaders are specialised by them.

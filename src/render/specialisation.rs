@@ -89,11 +89,11 @@ crate::gpu_specialisation! {
 mod values {
     use super::Specialisation;
     use crate::choices::PixelOrder;
+    use crate::device_scene::GpuScene;
     use crate::render::reservoir_layout::ReservoirLayout;
     use crate::render::settings::{
         Arrays, Candidates, Energy, IndirectMode, Order, Resampling, Settings, Shift, Variant,
     };
-    use crate::tracing::GpuScene;
 
     impl Specialisation {
         /// By scene and settings, for all passes.

@@ -1,5 +1,6 @@
 //! References: rendered once, and kept under the hash of all that they depend on.
 
+use crate::device_scene::GpuScene;
 use crate::gpu::Device;
 use crate::image::Image;
 use crate::metrics::error::median_ratio;
@@ -7,7 +8,6 @@ use crate::metrics::statistics::Estimate;
 use crate::progress::Watch;
 use crate::render::{Renderer, Settings, View};
 use crate::scene::lights::luminance;
-use crate::tracing::GpuScene;
 use crate::{Error, Result, input_files};
 use glam::DVec3;
 use std::path::Path;

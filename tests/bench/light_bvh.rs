@@ -12,13 +12,13 @@
 mod support;
 
 use glam::{DVec3, Vec3};
+use headwater::device_scene::light_bvh::{LightBvh, LightBvhOptions, walk};
+use headwater::device_scene::selection::{Wanted, select};
+use headwater::device_scene::{GpuScene, SceneSizes};
 use headwater::layouts::GpuLightNode;
 use headwater::metrics::statistics::median;
 use headwater::scene::load::Options;
 use headwater::scene::open_watched;
-use headwater::tracing::light_bvh::{LightBvh, LightBvhOptions, walk};
-use headwater::tracing::selection::{Wanted, select};
-use headwater::tracing::{GpuScene, SceneSizes};
 use std::time::Instant;
 
 const ROUNDS: usize = 9;

@@ -12,6 +12,8 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+use headwater::device_scene::selection::{Wanted, select};
+use headwater::device_scene::{GpuScene, SceneSizes};
 use headwater::render::presets::Preset;
 use headwater::render::settings::Variant;
 use headwater::render::specialisation::Specialisation;
@@ -20,8 +22,6 @@ use headwater::scene::camera::framing_camera;
 use headwater::scene::load::Options;
 use headwater::scene::requirements::Requirements;
 use headwater::scene::{Environment, procedural};
-use headwater::tracing::selection::{Wanted, select};
-use headwater::tracing::{GpuScene, SceneSizes};
 use std::collections::HashSet;
 use std::path::Path;
 use std::process::{Command, Stdio};

@@ -78,7 +78,7 @@ fn octahedral_words_give_directions_back() {
     let words: Vec<[u32; 8]> = all
         .iter()
         .map(|d| {
-            let word = headwater::tracing::geometry::pack_octahedral(d.as_vec3());
+            let word = headwater::device_scene::geometry::pack_octahedral(d.as_vec3());
             [word, 0, 0, 0, 0, 0, 0, 0]
         })
         .collect();

@@ -2,11 +2,11 @@
 
 use crate::{Function, floats, number, vector};
 use glam::{DVec2, DVec3, Vec3};
+use headwater::device_scene::Units;
+use headwater::device_scene::environment::EnvironmentTexels;
+use headwater::device_scene::lights::{Lights, gpu_lights};
 use headwater::metrics::statistics::chi_square_p_value;
 use headwater::scene::{Environment, Scene};
-use headwater::tracing::Units;
-use headwater::tracing::environment::EnvironmentTexels;
-use headwater::tracing::lights::{Lights, gpu_lights};
 use std::f64::consts::{PI, TAU};
 
 const WIDTH: u32 = 24;

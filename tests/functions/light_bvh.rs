@@ -3,14 +3,14 @@
 use crate::support::random::Random;
 use crate::{Function, number};
 use glam::{DVec3, Vec3};
+use headwater::device_scene::Units;
+use headwater::device_scene::environment::EnvironmentTexels;
+use headwater::device_scene::light_bvh::{LightBvh, LightBvhContents, LightBvhOptions};
+use headwater::device_scene::lights::{Lights, gpu_lights};
 use headwater::layouts::{GpuLightNode, RestirConstants, ReuseConstants};
 use headwater::metrics::statistics::{chi_square_p_value, holm};
 use headwater::render::specialisation::Specialisation;
 use headwater::scene::{Environment, Scene, procedural};
-use headwater::tracing::Units;
-use headwater::tracing::environment::EnvironmentTexels;
-use headwater::tracing::light_bvh::{LightBvh, LightBvhContents, LightBvhOptions};
-use headwater::tracing::lights::{Lights, gpu_lights};
 
 /// The receiver at a point `a.xyz`, with normals and directions by the number `a.w`.
 const RECEIVER: &str = "

@@ -7,6 +7,7 @@ mod support;
 mod unlit;
 
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
+use headwater::device_scene::{GpuScene, Tracer};
 use headwater::metrics::statistics::Estimate;
 use headwater::render::kind::Kind;
 use headwater::render::presets::Preset;
@@ -15,7 +16,6 @@ use headwater::render::{Renderer, Settings, View};
 use headwater::scene::{
     Environment, Image, Material, PunctualLight, PunctualShape, Scene, Texture, procedural,
 };
-use headwater::tracing::{GpuScene, Tracer};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
 
@@ -201,7 +201,7 @@ fn a_floor_reflects_a_point_light_as_far_as_the_sun() {
             );
         }
     }
-    let units = headwater::tracing::units::Units::of(&scene, DVec3::ZERO);
+    let units = headwater::device_scene::units::Units::of(&scene, DVec3::ZERO);
     let on_device = intensity / distance.powi(2) / units.radiance;
     assert!((1.0..2.0).contains(&on_device), "{on_device}");
 }

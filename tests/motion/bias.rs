@@ -3,6 +3,7 @@
 use crate::{playroom, support};
 use glam::{DAffine3, DQuat, DVec3};
 use headwater::choices::Format;
+use headwater::device_scene::{GpuScene, Tracer};
 use headwater::metrics::statistics::Estimate;
 use headwater::render::presets::Preset;
 use headwater::render::settings::{Candidates, ReuseMode, Secondary};
@@ -10,7 +11,6 @@ use headwater::render::{Renderer, Settings, View};
 use headwater::scene::motion::tracks::{Interpolation, Track};
 use headwater::scene::motion::{AnimatedTransform, Node, Place};
 use headwater::scene::{Instance, Motion, Scene, procedural};
-use headwater::tracing::{GpuScene, Tracer};
 use std::sync::Arc;
 
 const WIDTH: u32 = 64;

@@ -2,6 +2,7 @@
 
 use crate::{playroom, support};
 use glam::{DAffine3, DVec3};
+use headwater::device_scene::{GpuScene, Tracer, Variant};
 use headwater::layouts::{NONE, PixelSums, PrimarySurface, RayQuery};
 use headwater::render::presets::Preset;
 use headwater::render::ray_list::RayTracer;
@@ -9,7 +10,6 @@ use headwater::render::settings::Candidates;
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::Scene;
 use headwater::scene::motion::{Node, Place};
-use headwater::tracing::{GpuScene, Tracer, Variant};
 use std::sync::Arc;
 use support::random::Random;
 

@@ -10,11 +10,11 @@ use super::support::brute_force::{self, Hit};
 use super::support::random::Random;
 use super::{answers, bumpy_sphere, corners, leaf_order, support, unshared};
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
+use headwater::device_scene::gather::gather;
+use headwater::device_scene::{Tracer, Variant};
 use headwater::gpu::DriverKind;
 use headwater::layouts::{RayAnswer, RayQuery};
 use headwater::scene::{Instance, Material, Scene};
-use headwater::tracing::gather::gather;
-use headwater::tracing::{Tracer, Variant};
 use std::collections::BTreeMap;
 
 const RAYS_PER_SCENE: usize = 4_000;

@@ -5,12 +5,12 @@ pub mod brute_force;
 pub mod random;
 
 use glam::{DAffine3, DVec3, Vec3};
+use headwater::device_scene::selection::{self, Selection, Wanted};
+use headwater::device_scene::{GeometryAccess, GpuScene, SceneSizes, Textures, Tracer, Variant};
 use headwater::gpu::{Device, DeviceInfo, Features, Instance};
 use headwater::render::outputs::Sums;
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::{Camera, Instance as Placed, Material, Mesh, Part, Scene};
-use headwater::tracing::selection::{self, Selection, Wanted};
-use headwater::tracing::{GeometryAccess, GpuScene, SceneSizes, Textures, Tracer, Variant};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

@@ -2,13 +2,13 @@
 
 use super::settings::CONFIGURATIONS;
 use super::{Pipeline, WAVES, value};
+use crate::device_scene::selection::{self, TracerChoice, Wanted};
+use crate::device_scene::{GpuScene, SceneSizes};
 use crate::gpu::{Compiled, ComputePass, Device, DeviceInfo, Features, Instance, compiler};
 use crate::render::ray_list::RayTracer;
 use crate::render::{Kind, Renderer, Settings, Tracking, View};
 use crate::scene::Scene;
 use crate::scene::camera::framing_camera;
-use crate::tracing::selection::{self, TracerChoice, Wanted};
-use crate::tracing::{GpuScene, SceneSizes};
 use crate::{Error, Result};
 use std::sync::Arc;
 

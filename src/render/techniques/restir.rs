@@ -9,6 +9,7 @@ use super::pilots::Pilots;
 use super::reuse::{FrameInputs, Reuse};
 use super::sizes::BufferSizes;
 use super::world_reservoirs::{self, WorldLight};
+use crate::device_scene::{Fetch, GeometryAccess};
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
 use crate::layouts::{
     GpuCamera, GridConstants, NONE, PixelSums, ReservoirAov, RestirConstants, ReuseConstants, TILE,
@@ -25,7 +26,6 @@ use crate::render::scene_bindings::SceneBindings;
 use crate::render::settings::{Resampling, Settings};
 use crate::render::specialisation::Specialisation;
 use crate::render::strips::check_side;
-use crate::tracing::{Fetch, GeometryAccess};
 use crate::{Error, Result};
 use glam::{DVec3, Vec2, Vec3};
 use std::sync::Arc;

@@ -7,8 +7,8 @@
 //! constant, so a scene has the same clusters at any scale.
 
 use super::NearLight;
+use crate::device_scene::compute_bvh::binary_tree;
 use crate::layouts::NONE;
-use crate::tracing::compute_bvh::binary_tree;
 use glam::Vec3;
 use std::collections::{BTreeMap, HashMap};
 

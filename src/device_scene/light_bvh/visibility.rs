@@ -2,9 +2,9 @@
 //! how far its light goes.
 
 use super::{LightBvh, LightSum, NearLight};
+use crate::device_scene::lights::Lights;
 use crate::layouts::{LIGHT_SPOT, RayQuery};
 use crate::random::Random;
-use crate::tracing::lights::Lights;
 use glam::Vec3;
 use std::f32::consts::TAU;
 
@@ -111,10 +111,10 @@ fn direction(random: &mut Random) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::device_scene::Units;
+    use crate::device_scene::light_bvh::LightBvhOptions;
+    use crate::device_scene::lights::gpu_lights;
     use crate::scene::procedural;
-    use crate::tracing::Units;
-    use crate::tracing::light_bvh::LightBvhOptions;
-    use crate::tracing::lights::gpu_lights;
     use glam::DVec3;
 
     const OPTIONS: LightBvhOptions = LightBvhOptions {

@@ -108,12 +108,12 @@ fn add_generated(sources: &mut Sources) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::device_scene::buffers::{BUFFERS, Elements};
     use crate::gpu::layout::{GpuStruct, SpecialisationConstant};
     use crate::gpu::reflection::{BindingKind, Reflection, parse};
     use crate::gpu::specialise::specialise;
     use crate::layouts::{GpuLightEntry, GpuLightNode, STRUCTS};
     use crate::render::specialisation::Specialisation;
-    use crate::tracing::buffers::{BUFFERS, Elements};
     use std::collections::BTreeSet;
 
     /// A reference outlives changes of shaders that have no part in it, and no others.

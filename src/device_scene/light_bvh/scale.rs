@@ -55,11 +55,11 @@ fn scale_of(quarters: i32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::device_scene::Units;
+    use crate::device_scene::light_bvh::LightBvhOptions;
+    use crate::device_scene::lights::gpu_lights;
     use crate::random::Random;
     use crate::scene::procedural;
-    use crate::tracing::Units;
-    use crate::tracing::light_bvh::LightBvhOptions;
-    use crate::tracing::lights::gpu_lights;
     use glam::DVec3;
 
     /// A lamp stands on a surface of its own, which must not count as all that it lights.

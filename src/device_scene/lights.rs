@@ -291,7 +291,7 @@ fn mean_luminance(lights: &[GpuLight], environment: Option<(f64, f64)>) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tracing::light_bvh::{LightBvh, LightBvhOptions};
+    use crate::device_scene::light_bvh::{LightBvh, LightBvhOptions};
 
     #[test]
     fn lights_are_weighted_by_their_power() {
