@@ -8,9 +8,10 @@ mod support;
 use glam::{DAffine3, DQuat, Vec3};
 use headwater::device_scene::GpuScene;
 use headwater::metrics::error::median_ratio;
+use headwater::procedural;
 use headwater::render::presets::Preset;
 use headwater::render::{Renderer, Settings, View};
-use headwater::scene::{PunctualLight, PunctualShape, Scene, procedural};
+use headwater::scene::{PunctualLight, PunctualShape, Scene};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 

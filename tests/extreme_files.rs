@@ -7,7 +7,8 @@ use glam::{DAffine3, DVec3, Vec3};
 use headwater::metrics::error::median_ratio;
 use headwater::render::presets::Preset;
 use headwater::render::{Settings, View};
-use headwater::scene::{Material, PunctualLight, PunctualShape, Scene, export};
+use headwater::scene::{Material, PunctualLight, PunctualShape, Scene};
+use headwater::scene_files::export;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::fmt::Write as _;
 use std::fs;
@@ -39,7 +40,7 @@ fn open_obj(quads: &[Quad<'_>]) -> Scene {
     let path = folder.path().join("scene.obj");
     fs::write(&path, obj).unwrap();
     fs::write(folder.path().join("scene.mtl"), mtl).unwrap();
-    headwater::scene::open(path.to_str().unwrap()).unwrap()
+    headwater::scene::Scene::open(path.to_str().unwrap()).unwrap()
 }
 
 /// Loads a floor of reflectance 0.5 under a light, from a glTF file.
@@ -55,7 +56,7 @@ fn open_gltf(light: PunctualLight) -> Scene {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scene.glb");
     export::write_glb(&scene, &path).unwrap();
-    headwater::scene::open(path.to_str().unwrap()).unwrap()
+    headwater::scene::Scene::open(path.to_str().unwrap()).unwrap()
 }
 
 /// Where a picture is taken from.

@@ -6,14 +6,13 @@ mod support;
 
 use glam::{DAffine3, DQuat, DVec3, EulerRot, Vec3};
 use headwater::device_scene::{Tracer, Variant};
+use headwater::procedural;
 use headwater::render::outputs::Sums;
 use headwater::render::presets::Preset;
 use headwater::render::settings::{Candidates, GridMode, Integrator, ReuseMode, Secondary};
 use headwater::render::{Settings, View};
 use headwater::scene::validate::{BRIGHTEST, LARGEST_COORDINATE};
-use headwater::scene::{
-    Camera, Environment, Material, PunctualLight, PunctualShape, Scene, procedural,
-};
+use headwater::scene::{Camera, Environment, Material, PunctualLight, PunctualShape, Scene};
 
 /// Glossy spheres with smooth normals, one of them placed twice, so that not all is gathered.
 fn scene() -> Scene {

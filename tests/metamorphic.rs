@@ -7,10 +7,11 @@ mod support;
 use glam::{DAffine3, DVec3, Vec3};
 use headwater::device_scene::GpuScene;
 use headwater::metrics::statistics::{Estimate, holm, welch_p_value};
+use headwater::procedural;
 use headwater::render::presets::Preset;
 use headwater::render::settings::{Candidates, Secondary};
 use headwater::render::{Renderer, Settings, View};
-use headwater::scene::{Material, Mesh, Scene, procedural};
+use headwater::scene::{Material, Mesh, Scene};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 

@@ -3,10 +3,10 @@
 mod support;
 
 use headwater::device_scene::GpuScene;
+use headwater::procedural;
 use headwater::profile::Profile;
 use headwater::render::presets::Preset;
 use headwater::render::{Renderer, View};
-use headwater::scene::procedural;
 use serde_json::Value;
 use std::path::Path;
 use std::process::{Command, Output};

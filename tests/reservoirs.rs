@@ -6,9 +6,10 @@ use glam::Vec2;
 use headwater::device_scene::GpuScene;
 use headwater::gpu::Device;
 use headwater::layouts::{NONE, PrimarySurface, ReservoirAov};
+use headwater::procedural;
 use headwater::render::presets::Preset;
 use headwater::render::{Kind, Renderer, Settings, Tracking, View};
-use headwater::scene::{Scene, procedural};
+use headwater::scene::Scene;
 use std::sync::Arc;
 
 /// Triangles of the room's lamp.

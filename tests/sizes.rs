@@ -9,10 +9,11 @@ use headwater::device_scene::selection::{GeometryChoice, Selection, TracerChoice
 use headwater::device_scene::{Fetch, GeometryAccess, GpuScene, SceneSizes};
 use headwater::gpu::{Device, DeviceInfo};
 use headwater::layouts::PixelSums;
+use headwater::procedural;
 use headwater::render::presets::Preset;
 use headwater::render::settings::{DirectMode, IndirectMode, Secondary};
 use headwater::render::{Renderer, Settings, View};
-use headwater::scene::{Image, Scene, Texture, procedural};
+use headwater::scene::{Image, Scene, Texture};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Held by each test, since they open devices of their own: see [`Device::open`].

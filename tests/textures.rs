@@ -6,12 +6,13 @@ use glam::{Affine2, DVec3, Vec2, Vec3, Vec4};
 use headwater::device_scene::selection::{TexturesChoice, Wanted, select};
 use headwater::device_scene::{SceneSizes, Textures, Tracer, Variant};
 use headwater::gpu::{DeviceInfo, DriverKind};
+use headwater::procedural;
 use headwater::render::presets::Preset;
 use headwater::render::settings;
 use headwater::render::{Settings, View};
 use headwater::scene::lights;
 use headwater::scene::texture::Wrap;
-use headwater::scene::{Environment, Image, Material, Scene, Texture, procedural};
+use headwater::scene::{Environment, Image, Material, Scene, Texture};
 
 /// The bits of a frame by a tracer that the tests' device has.
 fn bits(scene: &Scene, settings: &Settings, tracer: Tracer) -> Vec<[u32; 3]> {

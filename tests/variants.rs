@@ -2,9 +2,9 @@
 
 mod support;
 
+use headwater::procedural;
 use headwater::render::presets::Preset;
 use headwater::render::settings::{Secondary, Variant};
-use headwater::scene::procedural;
 use headwater::scene::requirements::Requirements;
 
 mod largest {

@@ -10,13 +10,13 @@ use headwater::layouts::{
     COUNTER_CELLS, COUNTER_DROPPED, COUNTER_PLACES, COUNTER_VERTICES, COUNTERS, NONE,
     RestirConstants, WORLD_VERTEX_BITS,
 };
+use headwater::procedural;
 use headwater::render::Settings;
 use headwater::render::presets::Preset;
 use headwater::render::settings::{DirectMode, IndirectMode, Secondary};
 use headwater::render::specialisation::Specialisation;
 use headwater::render::techniques::prefix_sum::PrefixSum;
 use headwater::render::techniques::world_table::{TableSize, WorldTable};
-use headwater::scene::procedural;
 use std::collections::BTreeMap;
 use std::process::Command;
 use std::sync::Arc;

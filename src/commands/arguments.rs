@@ -6,10 +6,10 @@ use crate::image::Format;
 use crate::render::presets::{self, Preset};
 use crate::render::settings::{Settings, flatten};
 use crate::render::{Clock, Kind};
+use crate::scene::Camera;
 use crate::scene::camera::look_at;
-use crate::scene::load::Options;
 use crate::scene::validate::check_camera;
-use crate::scene::{Camera, environment, file_of};
+use crate::scene_files::{Options, environment_file_of, file_of};
 use crate::toml_text::TomlText;
 use crate::{Error, Result, input_files};
 use glam::DVec3;
@@ -180,7 +180,7 @@ impl SceneArgs {
     /// The files that are read, and what they are.
     pub fn inputs(&self) -> impl Iterator<Item = (&str, &Path)> {
         let scene = file_of(&self.scene).map(|path| ("the scene", path));
-        let environment = self.environment.as_deref().and_then(environment::file_of);
+        let environment = self.environment.as_deref().and_then(environment_file_of);
         let environment = environment.map(|path| ("--environment", path));
         let config = self.config.as_deref().map(|path| ("--config", path));
         [scene, environment, config].into_iter().flatten()

@@ -8,7 +8,7 @@ use crate::render::Settings;
 use crate::render::settings::{
     Candidates, DirectMode, Far, Heuristic, IndirectMode, Integrator, Visibility,
 };
-use crate::scene::file_of;
+use crate::scene_files::file_of;
 use std::path::PathBuf;
 
 /// Settings that `reference` takes.

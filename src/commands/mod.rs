@@ -23,8 +23,8 @@ use crate::gpu::{Instance, InstanceOptions};
 use crate::printable::{printable, printable_lines, shortened};
 use crate::render::Clock;
 use crate::scene::Scene;
-use crate::scene::load::Options;
-use crate::scene::progress::Step;
+use crate::scene_files::Options;
+use crate::scene_files::Step;
 use crate::{Error, Result};
 use clap::error::ErrorKind as ArgumentError;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -161,7 +161,7 @@ pub fn print_part(text: impl std::fmt::Display) -> Result<()> {
 /// Neither a procedural scene nor a file that can be read, or a signal.
 pub fn open_scene(name: &str, options: Options, interrupt: &Interrupt) -> Result<Scene> {
     let mut shown: Option<(Step, Progress)> = None;
-    crate::scene::open_watched(name, options, &mut |step, done, total| {
+    Scene::open_watched(name, options, &mut |step, done, total| {
         if shown.as_ref().is_none_or(|(before, _)| *before != step) {
             let progress = match step {
                 Step::Reading => Progress::new(Some(total >> 20), "MiB read"),

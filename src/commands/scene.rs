@@ -7,10 +7,11 @@ use super::{open_scene, print};
 use crate::image::Image;
 use crate::json::value_of;
 use crate::printable::printable;
+use crate::procedural;
 use crate::scene::camera::framing_camera;
-use crate::scene::load::Options;
 use crate::scene::requirements::Requirements;
-use crate::scene::{Environment, Motion, environment, export, procedural};
+use crate::scene::{Environment, Motion};
+use crate::scene_files::{Options, environment_file_of, export};
 use crate::{Error, Result};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -56,7 +57,7 @@ pub fn run(command: &Command) -> Result<()> {
     match command {
         Command::List { json } => list(*json),
         Command::Generate { name, output, set } => {
-            let is_sky = environment::file_of(name).is_none();
+            let is_sky = environment_file_of(name).is_none();
             let [what, ending] = match is_sky {
                 true => ["sky", "exr"],
                 false => ["scene", "glb"],

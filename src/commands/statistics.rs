@@ -7,9 +7,9 @@ use super::{NOTHING_WRITTEN, check_messages, notice, open_scene, open_vulkan, pr
 use crate::device_scene::selection::TracerChoice;
 use crate::files::write_atomically;
 use crate::gpu::InstanceOptions;
+use crate::procedural;
 use crate::profile::statistics::{self, CONFIGURATIONS, Compiler, Pipeline};
-use crate::scene::load::Options;
-use crate::scene::{check_name, file_of, procedural};
+use crate::scene_files::{Options, check_name, file_of};
 use crate::{Error, Result};
 use serde_json::json;
 use std::io::Write;

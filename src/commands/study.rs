@@ -11,8 +11,8 @@ use crate::gpu::Device;
 use crate::render::View;
 use crate::render::settings::EnvironmentSettings;
 use crate::scene::camera::framing_camera;
-use crate::scene::load::Options;
-use crate::scene::{Camera, Environment, MovingCamera, Scene, check_name, open_watched};
+use crate::scene::{Camera, Environment, MovingCamera, Scene};
+use crate::scene_files::{Options, check_name};
 use crate::study::axes;
 use crate::study::folder::Folder;
 use crate::study::forecast::Forecast;
@@ -135,7 +135,7 @@ pub fn run(args: &Args) -> Result<()> {
     let loaded = RefCell::new(BTreeSet::new());
     let subject = |planned: &PlannedScene| -> Result<Subject> {
         let name = &planned.name;
-        let mut scene = open_watched(name, args.load, &mut |_, _, _| check())?;
+        let mut scene = Scene::open_watched(name, args.load, &mut |_, _, _| check())?;
         scene.environment = (planned.environment.as_deref().map(Environment::open)).transpose()?;
         let clock = plan.clock();
         let own = own(planned);

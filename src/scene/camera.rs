@@ -45,7 +45,7 @@ pub fn framing_camera(scene: &Scene) -> Camera {
 
 /// The rotation of a camera's transform without scale and shear: it keeps the viewing direction
 /// exactly and +Y as closely as possible. None if an axis has no direction.
-pub(super) fn rigid(matrix: DMat3) -> Option<DMat3> {
+pub(crate) fn rigid(matrix: DMat3) -> Option<DMat3> {
     let unit = |axis: DVec3| (axis / axis.abs().max_element()).try_normalize();
     let z = unit(matrix.z_axis)?;
     let x = unit(unit(matrix.y_axis)?.cross(z))?;

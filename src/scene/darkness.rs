@@ -184,7 +184,7 @@ mod tests {
         let unscattered = dark.why_black(false, [0.0]);
         assert!(unscattered.unwrap().contains("--bounces"));
 
-        let mut sky = crate::scene::sky::generate("width=64").unwrap();
+        let mut sky = crate::scene::environment::sky::generate("width=64").unwrap();
         dark.environment = Some(sky.clone());
         assert_eq!(dark.why_black(false, [0.0]), None);
         sky.intensity = 0.0;

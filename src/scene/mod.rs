@@ -1,4 +1,4 @@
-//! Scenes on the CPU: loading, generating, checking and moving them. Independent of Vulkan.
+//! Scenes on the CPU: their parts, motion, checks and limits. Independent of files and of Vulkan.
 //!
 //! Units are those of the file (glTF: metres); right-handed, +Y up; linear RGB radiance.
 
@@ -7,24 +7,13 @@ pub mod camera;
 mod content_hash;
 mod darkness;
 pub mod environment;
-pub mod export;
-mod gltf;
-mod image_files;
-mod images;
 pub mod lights;
 pub mod limits;
-pub mod load;
 pub mod motion;
-mod notices;
-mod obj;
-mod polygon;
-pub mod procedural;
-pub mod progress;
+pub(crate) mod notices;
 pub mod punctual;
 mod repair;
 pub mod requirements;
-mod scene_folder;
-pub mod sky;
 mod tangents;
 pub mod texture;
 pub mod validate;
@@ -35,75 +24,7 @@ pub use motion::{Motion, MovingCamera};
 pub use punctual::{PunctualLight, PunctualShape};
 pub use texture::{Image, Texture};
 
-use crate::{Error, Result};
 use glam::{DAffine3, Vec2, Vec3, Vec4};
-use std::path::Path;
-
-/// Generates the procedural scene of that name, or loads the file at that path.
-///
-/// # Errors
-/// Neither a procedural scene nor a readable file.
-pub fn open(name: &str) -> Result<Scene> {
-    open_watched(name, load::Options::default(), &mut |_, _, _| Ok(()))
-}
-
-/// [`open`] with progress reports to `watch` while a file is loaded.
-///
-/// # Errors
-/// Those of [`open`], and those of `watch`.
-pub fn open_watched(
-    name: &str,
-    options: load::Options,
-    watch: &mut progress::Watch<'_>,
-) -> Result<Scene> {
-    if let Some((name, parameters)) = as_procedural(name) {
-        return procedural::generate(name, &parse_parameters(name, parameters)?);
-    }
-    load::load_watched(Path::new(name), options, watch)
-}
-
-/// The file that a scene's name is the path of; none for a procedural scene.
-pub fn file_of(name: &str) -> Option<&Path> {
-    as_procedural(name).is_none().then(|| Path::new(name))
-}
-
-/// The name of a procedural scene and the text after its colon. A bare word is taken as a name; a file
-/// of that name can be given as ./NAME.
-fn as_procedural(name: &str) -> Option<(&str, &str)> {
-    let (bare, parameters) = name.split_once(':').unwrap_or((name, ""));
-    if procedural::list().iter().any(|scene| scene.name == bare) {
-        return Some((bare, parameters));
-    }
-    let path = Path::new(name);
-    let bare_word =
-        path.extension().is_none() && path.components().count() == 1 && !name.starts_with('.');
-    bare_word.then_some((name, ""))
-}
-
-/// `KEY=VALUE`, separated by commas.
-fn parse_parameters(name: &str, text: &str) -> Result<Vec<(String, String)>> {
-    let parts = text.split(',').filter(|part| !part.is_empty());
-    let parse = |part: &str| {
-        let (key, value) = part.split_once('=').ok_or_else(|| {
-            Error::input(format!(
-                "scene {name}: '{part}' is not KEY=VALUE; write {name}:KEY=VALUE,KEY=VALUE"
-            ))
-        })?;
-        Ok((key.to_owned(), value.to_owned()))
-    };
-    parts.map(parse).collect()
-}
-
-/// Checks that [`open`] can succeed, as far as possible without opening the scene.
-///
-/// # Errors
-/// No such procedural scene or parameter, or no such file.
-pub fn check_name(name: &str) -> Result<()> {
-    if let Some((name, parameters)) = as_procedural(name) {
-        return procedural::check(name, &parse_parameters(name, parameters)?);
-    }
-    crate::input_files::check(Path::new(name))
-}
 
 /// A complete scene: meshes placed by instances, seen by cameras.
 #[derive(Clone, Debug, Default)]

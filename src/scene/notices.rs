@@ -2,7 +2,7 @@
 
 /// Notices by kind: the first case of each kind is named, the others are counted.
 #[derive(Debug, Default)]
-pub(super) struct Tally {
+pub(crate) struct Tally {
     kinds: Vec<Kind>,
 }
 
@@ -45,7 +45,7 @@ impl Tally {
 
 /// The name of an element in messages: `mesh 3 "Lamp"`. A long name is cut, control characters are
 /// escaped.
-pub(super) fn label(kind: &str, index: usize, name: &str) -> String {
+pub(crate) fn label(kind: &str, index: usize, name: &str) -> String {
     if name.is_empty() {
         return format!("{kind} {index}");
     }
@@ -56,7 +56,7 @@ pub(super) fn label(kind: &str, index: usize, name: &str) -> String {
 const LONGEST: usize = 60;
 
 /// A text from a file for messages: quoted, on one line, at most 60 characters.
-pub(super) fn quoted(text: &str) -> String {
+pub(crate) fn quoted(text: &str) -> String {
     if text.chars().nth(LONGEST).is_some() {
         let start: String = text.chars().take(LONGEST - 3).collect();
         format!("{:?}", start + "...")
@@ -66,7 +66,7 @@ pub(super) fn quoted(text: &str) -> String {
 }
 
 /// The same, of a text whose end says more than its start.
-pub(super) fn quoted_end(text: &str) -> String {
+pub(crate) fn quoted_end(text: &str) -> String {
     match text.chars().count().checked_sub(LONGEST) {
         None | Some(0) => quoted(text),
         Some(more) => {

@@ -277,7 +277,7 @@ mod tests {
         scene.instances.push(instance(1, -1.0));
         scene.motion = Some(Motion::default());
         scene.punctual_lights = vec![PunctualLight::point(1.0)];
-        scene.environment = Some(crate::scene::sky::generate("width=64").unwrap());
+        scene.environment = Some(crate::scene::environment::sky::generate("width=64").unwrap());
         let all = Requirements {
             triangles: 5,
             emissive_triangles: 2,

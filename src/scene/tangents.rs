@@ -7,7 +7,7 @@ use glam::{Vec2, Vec3, Vec4};
 impl Mesh {
     /// Gives tangents to the triangles with normal maps that lack them. Vertices whose triangles need different ones are
     /// duplicated. The mesh must be valid.
-    pub(super) fn make_tangents(&mut self, materials: &[Material]) {
+    pub(crate) fn make_tangents(&mut self, materials: &[Material]) {
         let mapped = self.parts.iter().filter_map(|part| {
             let texture = materials[part.material as usize].normal_texture?;
             let first = part.first_triangle as usize;

@@ -2,7 +2,7 @@
 
 mod materials;
 mod meshes;
-pub(super) mod punctual;
+pub(crate) mod punctual;
 
 use super::notices::{Tally, label};
 use super::{Bounds, Camera, Instance, Mesh, Scene};

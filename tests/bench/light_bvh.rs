@@ -17,8 +17,8 @@ use headwater::device_scene::selection::{Wanted, select};
 use headwater::device_scene::{GpuScene, SceneSizes};
 use headwater::layouts::GpuLightNode;
 use headwater::metrics::statistics::median;
-use headwater::scene::load::Options;
-use headwater::scene::open_watched;
+use headwater::scene::Scene;
+use headwater::scene_files::Options;
 use std::time::Instant;
 
 const ROUNDS: usize = 9;
@@ -65,7 +65,7 @@ fn main() {
         false => scenes,
     };
     for name in scenes {
-        let scene = open_watched(&name, Options::default(), &mut |_, _, _| Ok(())).unwrap();
+        let scene = Scene::open_watched(&name, Options::default(), &mut |_, _, _| Ok(())).unwrap();
         let (_, info) = support::tests_device();
         let selection = select(&info, Wanted::default(), &SceneSizes::of(&scene)).unwrap();
         let (device, _) = support::open_device(Some(selection.variant));

@@ -14,14 +14,15 @@ mod support;
 
 use headwater::device_scene::selection::{Wanted, select};
 use headwater::device_scene::{GpuScene, SceneSizes};
+use headwater::procedural;
 use headwater::render::presets::Preset;
 use headwater::render::settings::Variant;
 use headwater::render::specialisation::Specialisation;
 use headwater::render::{Renderer, View};
+use headwater::scene::Environment;
 use headwater::scene::camera::framing_camera;
-use headwater::scene::load::Options;
 use headwater::scene::requirements::Requirements;
-use headwater::scene::{Environment, procedural};
+use headwater::scene_files::Options;
 use std::collections::HashSet;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -92,7 +93,7 @@ fn main() {
             ..Options::default()
         };
         let mut scene =
-            headwater::scene::open_watched(name, options, &mut |_, _, _| Ok(())).unwrap();
+            headwater::scene::Scene::open_watched(name, options, &mut |_, _, _| Ok(())).unwrap();
         scene.environment = environment
             .as_deref()
             .map(|file| Environment::open(file).unwrap());

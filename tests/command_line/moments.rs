@@ -5,7 +5,7 @@
 
 use crate::{headwater, messages, text};
 use headwater::image::Image;
-use headwater::scene::load::load;
+use headwater::scene_files::load;
 use std::collections::BTreeSet;
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};

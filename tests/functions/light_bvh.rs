@@ -9,8 +9,9 @@ use headwater::device_scene::light_bvh::{LightBvh, LightBvhContents, LightBvhOpt
 use headwater::device_scene::lights::{Lights, gpu_lights};
 use headwater::layouts::{GpuLightNode, RestirConstants, ReuseConstants};
 use headwater::metrics::statistics::{chi_square_p_value, holm};
+use headwater::procedural;
 use headwater::render::specialisation::Specialisation;
-use headwater::scene::{Environment, Scene, procedural};
+use headwater::scene::{Environment, Scene};
 
 /// The receiver at a point `a.xyz`, with normals and directions by the number `a.w`.
 const RECEIVER: &str = "

@@ -6,8 +6,9 @@ use crate::{
 };
 use glam::{DVec3, Vec2, Vec3};
 use headwater::device_scene::Tracer;
+use headwater::procedural;
 use headwater::render::View;
-use headwater::scene::{AlphaMode, Material, PunctualShape, Scene, Texture, procedural};
+use headwater::scene::{AlphaMode, Material, PunctualShape, Scene, Texture};
 use std::f64::consts::PI;
 
 /// Adds a sheet to a scene, parallel to the floor.

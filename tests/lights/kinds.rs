@@ -2,9 +2,9 @@
 
 use super::{picture, preset};
 use headwater::device_scene::Tracer;
+use headwater::procedural;
 use headwater::render::View;
 use headwater::render::settings::{DirectMode, IndirectMode, Integrator};
-use headwater::scene::procedural;
 
 /// Equal random numbers, so that what is left are roundings.
 const TOLERANCE: f64 = 1e-4;

@@ -9,12 +9,13 @@ mod unlit;
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
 use headwater::device_scene::{GpuScene, Tracer};
 use headwater::metrics::statistics::Estimate;
+use headwater::procedural;
 use headwater::render::kind::Kind;
 use headwater::render::presets::Preset;
 use headwater::render::settings::{self, Format};
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::{
-    Environment, Image, Material, PunctualLight, PunctualShape, Scene, Texture, procedural,
+    Environment, Image, Material, PunctualLight, PunctualShape, Scene, Texture,
 };
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;

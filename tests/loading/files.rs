@@ -1,7 +1,7 @@
 //! Files made for the tests.
 
 use headwater::scene::Scene;
-use headwater::scene::load::load;
+use headwater::scene_files::load;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 use tempfile::TempDir;

@@ -2,7 +2,7 @@
 
 use crate::files::{Folder, Gltf, glb};
 use crate::support::random::Random;
-use headwater::scene::load::load;
+use headwater::scene_files::load;
 use serde_json::{Value, json};
 
 /// Refuses the triangle with a change to its JSON; the message.

@@ -4,8 +4,8 @@ use crate::files::{Folder, Gltf};
 use crate::textures::{encoded, picture, textured};
 use base64::prelude::{BASE64_STANDARD, Engine};
 use glam::Vec2;
-use headwater::scene::load::{Options, load_watched};
 use headwater::scene::{Scene, Texture};
+use headwater::scene_files::{Options, load_watched};
 use image::{GrayImage, ImageFormat, RgbImage};
 use serde_json::{Value, json};
 

@@ -3,9 +3,9 @@
 use crate::files::{Folder, Gltf};
 use crate::textures::{encoded, textured};
 use headwater::image::Image;
-use headwater::scene::load::{Options, load, load_watched};
-use headwater::scene::progress::Step;
 use headwater::scene::{Environment, Scene};
+use headwater::scene_files::progress::Step;
+use headwater::scene_files::{Options, load, load_watched};
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::Path;

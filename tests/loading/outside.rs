@@ -4,7 +4,7 @@ use crate::files::{Folder, Gltf};
 use crate::textures::{encoded, textured};
 use headwater::Result;
 use headwater::scene::Scene;
-use headwater::scene::load::{Options, load_watched};
+use headwater::scene_files::{Options, load_watched};
 use image::ImageFormat;
 use serde_json::json;
 use std::ffi::CString;
@@ -345,8 +345,8 @@ fn the_folder_of_a_link_to_a_scene_counts() {
         symlink(format!("../other/{name}"), link).unwrap();
     }
     std::fs::remove_file(folder.path("other/buffer.bin")).unwrap();
-    headwater::scene::load::load(&folder.path("scene/b.gltf")).unwrap();
-    let only = headwater::scene::load::load(&folder.path("scene/only.gltf"));
+    headwater::scene_files::load(&folder.path("scene/b.gltf")).unwrap();
+    let only = headwater::scene_files::load(&folder.path("scene/only.gltf"));
     let text = only.unwrap_err().to_string();
     assert!(text.contains("there is no file \"only.bin\""), "{text}");
 }
@@ -388,7 +388,7 @@ fn folders_need_not_be_readable() {
     const NOBODY: u32 = 65534;
     // SAFETY: it changes as whom this thread, which ends with the test, opens files; root reads any folder.
     let before = unsafe { libc::setfsuid(NOBODY) };
-    let loaded = headwater::scene::load::load(&path);
+    let loaded = headwater::scene_files::load(&path);
     // SAFETY: as above.
     unsafe { libc::setfsuid(before as u32) };
     set_mode(0o700);
@@ -461,8 +461,8 @@ fn scenes_and_environments_are_plain_files() {
                 headwater::scene::Environment::open(name).unwrap_err()
             }
             _ => {
-                headwater::scene::check_name(path.to_str().unwrap()).unwrap_err();
-                headwater::scene::load::load(&path).unwrap_err()
+                headwater::scene_files::check_name(path.to_str().unwrap()).unwrap_err();
+                headwater::scene_files::load(&path).unwrap_err()
             }
         };
         let text = error.to_string();

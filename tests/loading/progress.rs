@@ -3,8 +3,8 @@
 use crate::files::{Folder, Gltf};
 use crate::textures::{encoded, textured};
 use headwater::Error;
-use headwater::scene::load::{Options, load_watched};
-use headwater::scene::progress::Step;
+use headwater::scene_files::progress::Step;
+use headwater::scene_files::{Options, load_watched};
 use std::path::Path;
 
 /// What loading tells of a file.

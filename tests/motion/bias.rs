@@ -5,12 +5,13 @@ use glam::{DAffine3, DQuat, DVec3};
 use headwater::choices::Format;
 use headwater::device_scene::{GpuScene, Tracer};
 use headwater::metrics::statistics::Estimate;
+use headwater::procedural;
 use headwater::render::presets::Preset;
 use headwater::render::settings::{Candidates, ReuseMode, Secondary};
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::motion::tracks::{Interpolation, Track};
 use headwater::scene::motion::{AnimatedTransform, Node, Place};
-use headwater::scene::{Instance, Motion, Scene, procedural};
+use headwater::scene::{Instance, Motion, Scene};
 use std::sync::Arc;
 
 const WIDTH: u32 = 64;

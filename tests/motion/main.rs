@@ -8,7 +8,8 @@ mod study;
 mod support;
 mod vectors;
 
-use headwater::scene::{Scene, procedural};
+use headwater::procedural;
+use headwater::scene::Scene;
 
 /// The procedural scene with only what is named in motion, at a speed.
 fn playroom(moving: &[&str], speed: f64) -> Scene {

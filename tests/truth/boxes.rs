@@ -3,8 +3,9 @@
 use crate::comparison::{IMAGE, by_brute_force, compare_pictures, failures, on_device, regions};
 use crate::rooms::{ROOM_SIZE, room};
 use crate::support::brute_force::{Options, Tracer, camera_ray};
+use headwater::procedural;
 use headwater::render::View;
-use headwater::scene::{Camera, Scene, procedural};
+use headwater::scene::{Camera, Scene};
 
 /// Rounding must not decide what a pixel sees: which instance, and which face of a flat one.
 fn assert_off_edges(scene: &Scene, tracer: &Tracer, camera: &Camera, size: [u32; 2]) {

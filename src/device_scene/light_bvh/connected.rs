@@ -37,8 +37,8 @@ fn first(firsts: &mut [u32], mut index: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::procedural;
     use crate::scene::lights::lamp_triangles;
-    use crate::scene::procedural;
 
     /// The number of connected sets among a scene's lights, and the number of triangles.
     fn sets(scene: &str, parameter: &str, value: &str) -> (usize, usize) {

@@ -58,8 +58,8 @@ mod tests {
     use crate::device_scene::Units;
     use crate::device_scene::light_bvh::LightBvhOptions;
     use crate::device_scene::lights::gpu_lights;
+    use crate::procedural;
     use crate::random::Random;
-    use crate::scene::procedural;
     use glam::DVec3;
 
     /// A lamp stands on a surface of its own, which must not count as all that it lights.

@@ -114,7 +114,7 @@ mod tests {
     use crate::device_scene::Units;
     use crate::device_scene::light_bvh::LightBvhOptions;
     use crate::device_scene::lights::gpu_lights;
-    use crate::scene::procedural;
+    use crate::procedural;
     use glam::DVec3;
 
     const OPTIONS: LightBvhOptions = LightBvhOptions {

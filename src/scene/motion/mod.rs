@@ -138,7 +138,7 @@ impl Motion {
     }
 
     /// The motion without constant parts; none if nothing moves.
-    pub(super) fn simplified(mut self) -> Option<Self> {
+    pub(crate) fn simplified(mut self) -> Option<Self> {
         let mut moves = Vec::with_capacity(self.nodes.len());
         for node in &mut self.nodes {
             if let Place::Moving(moving) = &mut node.place {

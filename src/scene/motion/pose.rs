@@ -85,7 +85,7 @@ impl Scene {
     }
 
     /// Moves everything to its state at a time in seconds.
-    pub(in crate::scene) fn take_pose(&mut self, time: f64) -> Result<()> {
+    pub(crate) fn take_pose(&mut self, time: f64) -> Result<()> {
         let Some(motion) = &self.motion else {
             return Ok(());
         };

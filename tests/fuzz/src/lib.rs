@@ -6,14 +6,14 @@ pub mod targets;
 pub mod words;
 
 use headwater::scene::Scene;
-use headwater::scene::load::{Options, load_watched};
+use headwater::scene_files::{Options, load_watched};
 use headwater::{Error, Result};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use tempfile::TempDir;
 
-#[path = "../../../src/scene/gltf/document.rs"]
+#[path = "../../../src/scene_files/gltf/document.rs"]
 #[allow(dead_code)]
 mod document;
 #[path = "../../loading/files.rs"]

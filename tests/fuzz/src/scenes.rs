@@ -1,7 +1,8 @@
 //! Scenes of the corpus: each feature of glTF and of OBJ at least once.
 
 use crate::Files;
-use headwater::scene::{export, procedural};
+use headwater::procedural;
+use headwater::scene_files::export;
 use headwater_fuzz::files::{Gltf, floats};
 use headwater_fuzz::images;
 use serde_json::{Value, json};

@@ -1,7 +1,7 @@
 //! Images of textures: PNG, JPEG and WebP, beside a scene that shows them.
 
 use crate::{Folder, images, is_thorough};
-use headwater::scene::load::Options;
+use headwater::scene_files::Options;
 use std::path::PathBuf;
 use std::sync::LazyLock;
 

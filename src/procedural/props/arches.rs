@@ -1,0 +1,90 @@
+//! Round arches: the wall around one and its mouldings, facing +Z, the opening's foot at the
+//! origin.
+
+use crate::procedural::modelling::{Profile, Shape};
+use glam::{Vec2, Vec3, vec3};
+
+/// The opening of a round arch.
+#[derive(Clone, Copy)]
+pub struct Arch {
+    /// Half the width, and the radius of the round part.
+    pub radius: f32,
+    /// Height at which the round part begins.
+    pub spring: f32,
+    /// Straight segments of the half circle.
+    pub steps: u32,
+}
+
+impl Arch {
+    fn rim(&self, step: u32) -> Vec2 {
+        let turn = step as f32 / self.steps as f32 * std::f32::consts::PI;
+        let (sin, cos) = turn.sin_cos();
+        Vec2::new(self.radius * cos, self.spring + self.radius * sin)
+    }
+
+    /// The wall around the opening, `half` to each side and `height` high.
+    pub fn wall(&self, half: f32, height: f32) -> Shape {
+        let mut wall = self.spandrel(half, height);
+        for (from, to) in [(-half, -self.radius), (self.radius, half)] {
+            let corner = |x: f32, y: f32| vec3(x, y, 0.0);
+            let [a, b] = [corner(from, 0.0), corner(to, 0.0)];
+            let [c, d] = [corner(to, self.spring), corner(from, self.spring)];
+            wall.add(Shape::triangle([a, b, c]));
+            wall.add(Shape::triangle([a, c, d]));
+        }
+        wall
+    }
+
+    /// The wall above the springing.
+    pub fn spandrel(&self, half: f32, height: f32) -> Shape {
+        let mut wall = Shape::default();
+        let mut face = |a: Vec2, b: Vec2, c: Vec2| {
+            wall.add(Shape::triangle([a, b, c].map(|p| p.extend(0.0))));
+        };
+        // A fan from each upper corner and one from the middle of the top, so that no vertex is on the
+        // edge of another triangle, where a ray could pass through.
+        let middle = self.steps / 2;
+        for step in 0..self.steps {
+            let side = if step < middle { half } else { -half };
+            face(Vec2::new(side, height), self.rim(step + 1), self.rim(step));
+        }
+        let (left, right) = (Vec2::new(-half, height), Vec2::new(half, height));
+        face(right, left, self.rim(middle));
+        let foot = |x: f32| Vec2::new(x, self.spring);
+        face(right, self.rim(0), foot(half));
+        face(left, foot(-half), self.rim(self.steps));
+        wall
+    }
+
+    /// A moulding drawn along the arch and down both sides by `down`. The profile's radius counts
+    /// from the arch's, its height into the wall; it begins deep in the opening and ends at the
+    /// wall.
+    pub fn moulding(&self, profile: &Profile, down: f32) -> Shape {
+        let profile = profile.clone().widened(self.radius);
+        let mut along = profile.swung(0.0, 0.5, self.steps);
+        if down > 0.0 {
+            along.add(profile.drawn(-down, 0.0));
+            let left = profile.drawn(0.0, down);
+            along.add(left.map(|p| vec3(-p.x, p.y, -p.z)));
+        }
+        let spring = Vec3::Y * self.spring;
+        along.map(|p| vec3(p.x, p.z, -p.y) + spring)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_wall_leaves_the_opening_free() {
+        let arch = Arch {
+            radius: 0.5,
+            spring: 1.0,
+            steps: 64,
+        };
+        let open = 1.0 + std::f32::consts::PI / 8.0;
+        let area = arch.wall(1.0, 2.0).area();
+        assert!((area - (4.0 - open)).abs() < 1e-3, "{area}");
+    }
+}

@@ -1,0 +1,214 @@
+//! Parts of an arcade: columns, piers, arches with their wall, balustrades. Each is at the origin,
+//! its front to +Z.
+
+use super::arches::Arch;
+use crate::procedural::modelling::{Profile, Shape};
+use glam::{Vec2, Vec3, vec3};
+
+/// Width of a bay, and thickness of the arcade's wall.
+pub const BAY: f32 = 2.6;
+pub const THICK: f32 = 0.5;
+/// Height of a storey, and height above a floor at which its arches begin.
+pub const STOREY: f32 = 4.9;
+pub const SPRING: f32 = 3.0;
+/// Height of a balustrade.
+pub const RAIL: f32 = 0.95;
+
+/// A square slab with straight sides.
+fn slab(half: f32, from: f32, to: f32) -> Shape {
+    Shape::block(vec3(-half, from, -half), vec3(half, to, half))
+}
+
+/// A column; its abacus reaches a little into the wall above.
+pub fn column(height: f32, radius: f32, sides: u32) -> Shape {
+    let r = radius;
+    let (foot, head) = (0.6 * r, height - 0.55 * r);
+    let mut turned = Profile::new(1.25 * r, foot - 0.02)
+        .line(0.0, 0.02)
+        .arc(0.0, 0.42 * r, 180.0, 10)
+        .line(-0.1 * r, 0.0)
+        .arc(-0.08 * r, 0.24 * r, -150.0, 8)
+        .line(0.05 * r, 0.0)
+        .arc(0.0, 0.22 * r, 180.0, 8)
+        .line(-0.06 * r, 0.0)
+        .arc(-0.06 * r, 0.12 * r, -80.0, 4);
+    let from = foot + 1.0 * r;
+    let long = head - 1.05 * r - from;
+    // The shaft swells a little (entasis): a straight one looks concave.
+    for step in 0..8 {
+        let width = |t: f32| r * (1.0 - 0.16 * t.powf(1.8));
+        let (a, b) = (step as f32 / 8.0, (step + 1) as f32 / 8.0);
+        turned = turned.line(width(b) - width(a), long / 8.0);
+    }
+    let turned = turned
+        .line(0.05 * r, 0.03 * r)
+        .arc(0.0, 0.14 * r, 180.0, 8)
+        .line(-0.05 * r, 0.03 * r)
+        .line(0.0, 0.3 * r)
+        .line(0.04 * r, 0.0)
+        .line(0.0, 0.08 * r)
+        .line(0.04 * r, 0.0)
+        .line(0.0, 0.08 * r)
+        .arc(0.3 * r, 0.34 * r, 75.0, 10)
+        .line(-0.02 * r, 0.06 * r);
+    let mut column = turned.turned(sides);
+    column.add(slab(1.42 * r, 0.0, foot));
+    let abacus = Profile::new(0.0, head)
+        .line(1.24 * r, 0.0)
+        .line(0.0, 0.3 * r)
+        .arc(0.1 * r, 0.1 * r, -90.0, 4)
+        .line(0.0, 0.16 * r)
+        .capped();
+    column.add(abacus.framed(Vec2::ZERO));
+    column
+}
+
+/// A square pier between two arcades that meet in a corner.
+pub fn pier() -> Shape {
+    Profile::new(0.0, 0.0)
+        .line(0.38, 0.0)
+        .line(0.0, 0.16)
+        .arc(-0.05, 0.05, -90.0, 5)
+        .line(-0.02, 0.0)
+        .line(0.0, SPRING - 0.49)
+        .line(0.015, 0.0)
+        .line(0.0, 0.04)
+        .line(-0.005, 0.0)
+        .line(0.0, 0.06)
+        .arc(0.06, 0.07, -90.0, 6)
+        .line(0.0, 0.1)
+        .line(-0.07, 0.01)
+        .line(0.0, STOREY - SPRING)
+        .capped()
+        .framed(Vec2::ZERO)
+}
+
+/// The wall above the columns of one bay with its round arch, from where the arch begins up to
+/// the next storey, moulded on both sides.
+pub fn arch() -> Shape {
+    let arch = Arch {
+        radius: BAY / 2.0 - 0.26,
+        spring: SPRING,
+        steps: 40,
+    };
+    let moulding = Profile::new(0.0, THICK / 2.0)
+        .line(0.0, -THICK / 2.0 - 0.02)
+        .line(0.06, 0.0)
+        .line(0.0, -0.015)
+        .line(0.07, 0.0)
+        .line(0.0, -0.015)
+        .arc(0.0, -0.035, -180.0, 6)
+        .arc(0.05, 0.05, 90.0, 5)
+        .line(0.0, 0.035);
+    let mut face = arch.spandrel(BAY / 2.0, STOREY);
+    face.add(arch.moulding(&moulding, 0.0));
+    // A keystone, wider at its top.
+    let top = SPRING + arch.radius;
+    let stone = Shape::block(vec3(-0.5, 0.0, -0.2), vec3(0.5, 0.34, 0.1));
+    face.add(stone.map(|p| vec3(p.x * (0.17 + 0.2 * p.y), top - 0.05 + p.y, p.z)));
+    let to_front = Vec3::Z * THICK / 2.0;
+    let mut both = face.clone().map(|p| p + to_front);
+    both.add(face.map(|p| vec3(-p.x, p.y, -p.z) - to_front));
+    for from in [-BAY / 2.0, arch.radius] {
+        let corner = vec3(from, SPRING, -THICK / 2.0);
+        let width = Vec3::X * (BAY / 2.0 - arch.radius);
+        both.add(Shape::quad(corner, width, Vec3::Z * THICK));
+    }
+    both
+}
+
+/// The moulding of an arch on a wall that goes on behind it.
+pub fn blind_arch() -> Shape {
+    let arch = Arch {
+        radius: 0.8,
+        spring: 2.5,
+        steps: 32,
+    };
+    let moulding = Profile::new(0.0, 0.02)
+        .line(0.0, -0.06)
+        .line(0.05, 0.0)
+        .line(0.0, -0.02)
+        .line(0.05, 0.0)
+        .arc(0.03, 0.03, -90.0, 5)
+        .line(0.0, 0.03);
+    arch.moulding(&moulding, arch.spring)
+}
+
+fn baluster(sides: u32) -> Shape {
+    let mut turned = Profile::new(0.05, 0.04)
+        .arc(0.0, 0.04, 180.0, 6)
+        .line(-0.012, 0.0)
+        .arc(-0.006, 0.03, -90.0, 4)
+        .arc(0.012, 0.2, 75.0, 10)
+        .arc(-0.018, 0.12, -50.0, 6)
+        .line(0.012, 0.0)
+        .arc(0.0, 0.025, 180.0, 5)
+        .line(-0.008, 0.0)
+        .line(0.0, 0.03)
+        .arc(0.02, 0.035, -80.0, 4)
+        .turned(sides);
+    turned.add(slab(0.066, 0.0, 0.04));
+    turned.add(slab(0.062, 0.52, 0.56));
+    turned
+}
+
+/// The balustrade of one bay, between the pedestals of the columns at its ends.
+pub fn balustrade(sides: u32) -> Shape {
+    let long = BAY - 0.56;
+    let mut all = Shape::default();
+    let rail = Profile::new(-0.11, RAIL - 0.19)
+        .line(0.22, 0.0)
+        .line(0.0, 0.03)
+        .arc(0.04, 0.04, -90.0, 5)
+        .line(0.0, 0.05)
+        .arc(-0.05, 0.04, 80.0, 5)
+        .line(-0.2, 0.0)
+        .arc(-0.05, -0.04, 80.0, 5)
+        .line(0.0, -0.05)
+        .arc(0.04, -0.04, -90.0, 5)
+        .line(0.0, -0.03);
+    let foot = Profile::new(-0.16, 0.0)
+        .line(0.32, 0.0)
+        .line(0.0, 0.15)
+        .arc(-0.04, 0.05, 80.0, 4)
+        .line(-0.24, 0.0)
+        .arc(-0.04, -0.05, 80.0, 4)
+        .line(0.0, -0.15);
+    for profile in [rail, foot] {
+        let drawn = profile.drawn(-long / 2.0, long / 2.0);
+        all.add(drawn.map(|p| vec3(p.z, p.y, -p.x)));
+    }
+    let baluster = baluster(sides);
+    let count = 9_u8;
+    for i in 0..count {
+        let x = (f32::from(i) + 0.5) / f32::from(count) - 0.5;
+        all.add(baluster.clone().map(|p| p + vec3(x * long, 0.2, 0.0)));
+    }
+    all
+}
+
+/// The pedestal under a column of the upper storey, as high as the balustrade.
+pub fn pedestal() -> Shape {
+    Profile::new(0.0, 0.0)
+        .line(0.3, 0.0)
+        .line(0.0, 0.16)
+        .arc(-0.03, 0.04, -90.0, 4)
+        .line(0.0, RAIL - 0.35)
+        .arc(0.03, 0.04, -90.0, 4)
+        .line(0.0, 0.11)
+        .capped()
+        .framed(Vec2::ZERO)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_that_stand_alone_are_closed() {
+        for part in [pier(), pedestal()] {
+            assert!(part.is_closed());
+            assert!(part.signed_volume() > 0.0);
+        }
+    }
+}

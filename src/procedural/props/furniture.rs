@@ -1,0 +1,363 @@
+//! Furniture, each piece on the floor around its own origin, its front towards +Z.
+
+use crate::procedural::modelling::{Builder, Model, Shape, dielectric, lathe, metal, soft_box};
+use crate::random::Random;
+use crate::scene::Material;
+use glam::{DAffine3, DQuat, Vec3};
+
+/// A piece of furniture of flat and smooth shapes that is placed as a whole.
+#[derive(Default)]
+pub struct Piece {
+    flat: Model,
+    smooth: Model,
+}
+
+impl Piece {
+    /// Adds a shape without normals.
+    pub fn flat(&mut self, material: &Material, shape: Shape) {
+        self.flat.add(material, shape);
+    }
+
+    /// Adds a shape with normals.
+    pub fn smooth(&mut self, material: &Material, shape: Shape) {
+        self.smooth.add(material, shape);
+    }
+
+    /// Places the piece, rotated around its vertical axis.
+    pub fn put(self, scene: &mut Builder, name: &str, at: Vec3, degrees: f64) {
+        let turn = DQuat::from_rotation_y(degrees.to_radians());
+        let place = DAffine3::from_rotation_translation(turn, at.as_dvec3());
+        if !self.flat.0.is_empty() {
+            scene.add_model(name, self.flat);
+            if let Some(instance) = scene.0.instances.last_mut() {
+                instance.object_to_world = place;
+            }
+        }
+        for (material, shape) in self.smooth.0 {
+            let part = format!("{name}: {}", material.name);
+            let mesh = scene.mesh(material, shape);
+            scene.place(&part, mesh, place);
+        }
+    }
+}
+
+/// Four upright posts at the corners of a rectangle.
+fn legs(half: Vec3, height: f32, thickness: f32) -> Shape {
+    let mut legs = Shape::default();
+    for (x, z) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
+        let middle = Vec3::new(x * half.x, height / 2.0, z * half.z);
+        legs.add(Shape::chunk(
+            middle,
+            Vec3::new(thickness, height, thickness),
+        ));
+    }
+    legs
+}
+
+/// A chair with a slatted back.
+pub fn chair(wood: &Material) -> Piece {
+    let mut chair = Piece::default();
+    let half = Vec3::new(0.19, 0.0, 0.19);
+    chair.flat(wood, legs(half, 0.44, 0.036));
+    chair.flat(
+        wood,
+        Shape::chunk(Vec3::new(0.0, 0.455, 0.0), Vec3::new(0.44, 0.035, 0.44)),
+    );
+    for x in [-0.19, 0.19] {
+        chair.flat(
+            wood,
+            Shape::chunk(Vec3::new(x, 0.7, -0.192), Vec3::new(0.034, 0.5, 0.03)),
+        );
+    }
+    for y in [0.62, 0.74, 0.88] {
+        chair.flat(
+            wood,
+            Shape::chunk(Vec3::new(0.0, y, -0.19), Vec3::new(0.39, 0.07, 0.016)),
+        );
+    }
+    chair
+}
+
+/// An armchair of cushions on short legs.
+pub fn armchair(cloth: &Material, wood: &Material) -> Piece {
+    let mut chair = Piece::default();
+    chair.flat(wood, legs(Vec3::new(0.32, 0.0, 0.3), 0.2, 0.05));
+    let mut cushion = |x: f32, y: f32, z: f32, size: Vec3, radius: f32| {
+        chair.smooth(cloth, soft_box(Vec3::new(x, y, z), size, radius));
+    };
+    cushion(0.0, 0.26, 0.0, Vec3::new(0.78, 0.22, 0.78), 0.04);
+    cushion(0.0, 0.43, 0.06, Vec3::new(0.56, 0.17, 0.68), 0.07);
+    cushion(0.0, 0.62, -0.33, Vec3::new(0.76, 0.72, 0.18), 0.08);
+    cushion(0.0, 0.68, -0.21, Vec3::new(0.5, 0.4, 0.16), 0.07);
+    for x in [-0.36, 0.36] {
+        cushion(x, 0.44, 0.02, Vec3::new(0.16, 0.36, 0.76), 0.07);
+    }
+    chair
+}
+
+/// A round table on one foot.
+pub fn round_table(wood: &Material, radius: f32, height: f32) -> Piece {
+    let mut table = Piece::default();
+    let (h, r) = (height, radius);
+    let foot = [
+        (0.55 * r, 0.0),
+        (0.54 * r, 0.03),
+        (0.2 * r, 0.07),
+        (0.06, 0.2),
+    ];
+    let column = [
+        (0.06, 0.2),
+        (0.035, 0.35 * h),
+        (0.05, 0.7 * h),
+        (0.09, h - 0.03),
+    ];
+    let top = [(r - 0.015, h - 0.032), (r, h - 0.016), (r - 0.01, h)];
+    table.smooth(
+        wood,
+        lathe(
+            &[
+                &foot,
+                &column,
+                &[(0.09, h - 0.032), (r - 0.015, h - 0.032)],
+                &top,
+                &[(r - 0.01, h), (0.0, h)],
+            ],
+            64,
+        ),
+    );
+    table
+}
+
+/// A case of shelves, `width` wide and `height` high, full of books.
+pub fn bookcase(wood: &Material, width: f32, height: f32, random: &mut Random) -> Piece {
+    let mut case = Piece::default();
+    let deep = 0.28;
+    for x in [-1.0, 1.0] {
+        let middle = Vec3::new(x * (width / 2.0 - 0.012), height / 2.0, 0.0);
+        case.flat(wood, Shape::chunk(middle, Vec3::new(0.024, height, deep)));
+    }
+    let back = Vec3::new(0.0, height / 2.0, -deep / 2.0 + 0.014);
+    case.flat(
+        wood,
+        Shape::chunk(back, Vec3::new(width - 0.04, height - 0.02, 0.012)),
+    );
+    let shelves = (height / 0.34) as u32;
+    let step = (height - 0.1) / shelves as f32;
+    let inner = width / 2.0 - 0.03;
+    for shelf in 0..=shelves {
+        let y = 0.07 + shelf as f32 * step;
+        let board = Vec3::new(0.0, y, 0.004);
+        case.flat(
+            wood,
+            Shape::chunk(board, Vec3::new(width - 0.03, 0.022, deep - 0.014)),
+        );
+        if shelf == shelves {
+            break;
+        }
+        let mut x = -inner;
+        loop {
+            // Some rows end early or have a gap.
+            x += random.pick(&[0.002, 0.002, 0.002, 0.002, 0.002, 0.12]);
+            let thick = random.between(0.018, 0.05);
+            if x + thick > inner {
+                break;
+            }
+            let size = Vec3::new(
+                thick,
+                step * random.between(0.58, 0.84),
+                random.between(0.13, 0.19),
+            );
+            let front = 0.1 - random.between(0.0, 0.02);
+            let middle = Vec3::new(
+                x + thick / 2.0,
+                y + 0.0112 + size.y / 2.0,
+                front - size.z / 2.0,
+            );
+            case.flat(&book(random), Shape::chunk(middle, size));
+            x += thick;
+        }
+    }
+    case
+}
+
+/// The cover of a book.
+pub fn book(random: &mut Random) -> Material {
+    let cover = random.pick(&[
+        [0.35, 0.05, 0.05],
+        [0.05, 0.12, 0.3],
+        [0.06, 0.22, 0.12],
+        [0.5, 0.35, 0.1],
+        [0.55, 0.5, 0.4],
+        [0.1, 0.08, 0.08],
+        [0.4, 0.16, 0.05],
+    ]);
+    dielectric("book", Vec3::from(cover), 0.5)
+}
+
+/// A picture of coloured fields in a frame, its back on the plane z = 0, around the origin.
+pub fn picture(frame: &Material, width: f32, height: f32, random: &mut Random) -> Piece {
+    let mut picture = Piece::default();
+    picture.flat(
+        frame,
+        Shape::chunk(Vec3::Z * 0.005, Vec3::new(width, height, 0.03)),
+    );
+    let paper = Material::lambert("paper", Vec3::new(0.75, 0.72, 0.66));
+    let (w, h) = (width - 0.08, height - 0.08);
+    picture.flat(
+        &paper,
+        Shape::chunk(Vec3::Z * 0.015, Vec3::new(w, h, 0.014)),
+    );
+    let inks = [
+        [0.6, 0.1, 0.06],
+        [0.06, 0.15, 0.35],
+        [0.75, 0.5, 0.08],
+        [0.08, 0.08, 0.09],
+    ];
+    for step in 0..7 {
+        let size = Vec3::new(
+            random.between(0.12, 0.5) * w,
+            random.between(0.1, 0.45) * h,
+            0.01,
+        );
+        let free = Vec3::new(0.9 * w - size.x, 0.9 * h - size.y, 0.0) / 2.0;
+        let x = random.between(-free.x, free.x);
+        let y = random.between(-free.y, free.y);
+        // Each field is a little higher, so that no two are in the same plane.
+        let middle = Vec3::new(x, y, 0.018 + 0.0004 * step as f32);
+        let ink = Material::lambert("ink", Vec3::from(random.pick(&inks)));
+        picture.flat(&ink, Shape::chunk(middle, size));
+    }
+    picture
+}
+
+/// A vase, `height` high.
+pub fn vase(glaze: &Material, height: f32) -> Piece {
+    let mut vase = Piece::default();
+    let side = [
+        (0.2, 0.0),
+        (0.36, 0.25),
+        (0.33, 0.55),
+        (0.13, 0.78),
+        (0.12, 0.88),
+        (0.2, 1.0),
+    ];
+    let inside = [(0.18, 1.0), (0.1, 0.88), (0.1, 0.75), (0.0, 0.7)];
+    let scaled = |points: &[(f32, f32)]| -> Vec<_> {
+        points
+            .iter()
+            .map(|p| (p.0 * height, p.1 * height))
+            .collect()
+    };
+    let (side, inside) = (scaled(&side), scaled(&inside));
+    let lip = [side[side.len() - 1], inside[0]];
+    let foot = [(0.0, 0.0), side[0]];
+    vase.smooth(glaze, lathe(&[&foot, &side, &lip, &inside], 48));
+    vase
+}
+
+/// A pot with a plant of long bent leaves.
+pub fn plant(pot: &Material, leaf: &Material, random: &mut Random) -> Piece {
+    let mut plant = Piece::default();
+    let outside = [(0.12, 0.0), (0.17, 0.2), (0.19, 0.36)];
+    let inside = [(0.175, 0.36), (0.16, 0.32), (0.0, 0.31)];
+    let lip = [outside[2], inside[0]];
+    plant.smooth(
+        pot,
+        lathe(&[&[(0.0, 0.0), outside[0]], &outside, &lip, &inside], 40),
+    );
+    const STEPS: usize = 7;
+    for index in 0..26 {
+        let turn = index as f32 * 2.4 + random.between(-0.3, 0.3);
+        let (out, across) = (
+            Vec3::new(turn.cos(), 0.0, turn.sin()),
+            Vec3::new(-turn.sin(), 0.0, turn.cos()),
+        );
+        let (length, droop) = (random.between(0.6, 1.15), random.between(0.25, 0.95));
+        let middle = |k: usize| {
+            let t = k as f32 / STEPS as f32;
+            let lean = t * droop * 1.5;
+            Vec3::Y * (0.29 + length * t * (lean * 0.8).cos()) + out * length * t * lean.sin()
+        };
+        let half = |k: usize| {
+            let t = k as f32 / STEPS as f32;
+            across * 0.034 * (t * 2.8 + 0.25).sin()
+        };
+        for k in 0..STEPS {
+            let [a, b] = [middle(k) - half(k), middle(k) + half(k)];
+            let [c, d] = [middle(k + 1) + half(k + 1), middle(k + 1) - half(k + 1)];
+            plant.flat(leaf, Shape::triangles(&[a, b, c, a, c, d]));
+        }
+    }
+    plant
+}
+
+/// A standing lamp that is off.
+pub fn dark_lamp(iron: &Material, shade: &Material) -> Piece {
+    let mut lamp = Piece::default();
+    let pole = [(0.15, 0.0), (0.14, 0.025), (0.02, 0.04), (0.012, 0.1)];
+    lamp.smooth(iron, lathe(&[&pole, &[(0.012, 0.1), (0.012, 1.5)]], 32));
+    let (foot, top) = ((0.21, 1.34), (0.13, 1.66));
+    let (inner_foot, inner_top) = ((0.207, 1.34), (0.127, 1.66));
+    let walls = [
+        [foot, top],
+        [top, inner_top],
+        [inner_top, inner_foot],
+        [inner_foot, foot],
+    ];
+    lamp.smooth(shade, lathe(&walls.each_ref().map(|wall| &wall[..]), 48));
+    lamp
+}
+
+/// A bowl of fruit.
+pub fn fruit_bowl(random: &mut Random) -> Piece {
+    let mut bowl = Piece::default();
+    let outside = [(0.06, 0.0), (0.12, 0.03), (0.16, 0.09)];
+    let inside = [(0.153, 0.09), (0.11, 0.036), (0.0, 0.015)];
+    let lip = [outside[2], inside[0]];
+    let silver = metal("silver", Vec3::new(0.9, 0.88, 0.84), 0.2);
+    bowl.smooth(
+        &silver,
+        lathe(&[&[(0.0, 0.0), outside[0]], &outside, &lip, &inside], 48),
+    );
+    for (x, y, z) in [
+        (0.0, 0.06, 0.05),
+        (-0.05, 0.06, -0.03),
+        (0.05, 0.06, -0.03),
+        (0.0, 0.115, 0.0),
+    ] {
+        let skin = random.pick(&[[0.6, 0.08, 0.04], [0.75, 0.35, 0.03], [0.3, 0.45, 0.06]]);
+        let fruit = Shape::sphere(3).map(|n| n * 0.038 + Vec3::new(x, y, z));
+        bowl.smooth(&dielectric("fruit", Vec3::from(skin), 0.4), fruit);
+    }
+    bowl
+}
+
+/// A low cupboard with two doors.
+pub fn sideboard(wood: &Material, knob: &Material, width: f32) -> Piece {
+    let mut board = Piece::default();
+    board.flat(
+        wood,
+        legs(Vec3::new(width / 2.0 - 0.06, 0.0, 0.15), 0.2, 0.04),
+    );
+    board.flat(
+        wood,
+        Shape::chunk(Vec3::new(0.0, 0.47, 0.0), Vec3::new(width, 0.6, 0.4)),
+    );
+    board.flat(
+        wood,
+        Shape::chunk(
+            Vec3::new(0.0, 0.78, 0.005),
+            Vec3::new(width + 0.04, 0.03, 0.44),
+        ),
+    );
+    for side in [-1.0, 1.0] {
+        let middle = Vec3::new(side * width / 4.0, 0.47, 0.2);
+        board.flat(
+            wood,
+            Shape::chunk(middle, Vec3::new(width / 2.0 - 0.03, 0.54, 0.024)),
+        );
+        let at = Vec3::new(side * 0.06, 0.5, 0.225);
+        board.smooth(knob, Shape::sphere(2).map(|n| n * 0.016 + at));
+    }
+    board
+}

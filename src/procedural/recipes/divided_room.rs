@@ -1,0 +1,178 @@
+//! A room with an opaque wall in its middle; metres, the wall along x = 0, the floor at height 0. The camera is at +x, in
+//! the half with dim lamps. The lamp in the other half is far brighter and out of the camera's sight. If the wall is short,
+//! that lamp casts the wall's shadow onto the camera's half.
+
+use crate::procedural::modelling::stage::{Stage, at, swing};
+use crate::procedural::modelling::{Builder, Model, Shape, dielectric};
+use crate::procedural::parameters::{Parameter, Range, Values};
+use crate::scene::Material;
+use crate::scene::Scene;
+use crate::scene::camera::look_at;
+use glam::{DAffine3, DVec3, Vec3};
+
+pub(super) const PARAMETERS: &[Parameter] = &[
+    Parameter {
+        name: "contrast",
+        // Up to the largest radiance that a scene may have.
+        doc: "Power of the bright lamp over that of all dim lamps together",
+        default: "10000",
+        values: Range::Real(1.0, 4e9),
+    },
+    Parameter {
+        name: "lamps",
+        doc: "Number of dim lamps, which have the same power together whatever their number",
+        default: "1",
+        values: Range::Whole(1, 10_000),
+    },
+    Parameter {
+        name: "wall",
+        doc: "A whole wall hides the bright lamp; a short one ends before it meets the front wall",
+        default: "whole",
+        values: Range::Words(&["whole", "short"]),
+    },
+    Parameter {
+        name: "camera",
+        doc: "Speed of the camera's swing around the middle of its half; 0 stands still",
+        default: "0",
+        values: Range::Real(0.0, 100.0),
+    },
+];
+
+/// Half the width and depth, and the height.
+const HALF: f32 = 2.0;
+const HIGH: f32 = 2.4;
+/// Half the wall's thickness, and where a short wall ends.
+const THIN: f32 = 0.02;
+const END: f32 = 0.4;
+/// The distance of lamps from the ceiling, the area of a lamp that is there alone, and its radiance.
+const BELOW: f32 = 0.02;
+const AREA: f32 = 0.36;
+const RADIANCE: f32 = 6.0;
+/// The side of the bright lamp: small, so that shadows have sharp edges.
+const BRIGHT_SIDE: f32 = 0.1;
+
+pub(super) fn make(values: &Values) -> Scene {
+    let mut room = Builder::default();
+    let mut model = Model::default();
+    shell(&mut model, values.text("wall") == "whole");
+    furnish(&mut model);
+    room.add_model("room", model);
+    lamps(
+        &mut room,
+        values.whole("lamps") as u32,
+        values.real("contrast"),
+    );
+    let (eye, target) = (DVec3::new(1.85, 1.6, 1.8), DVec3::new(0.75, 0.7, 0.0));
+    room.camera(eye, target, 62.0, 4.0 / 3.0);
+    let speed = f64::from(values.real("camera"));
+    if speed == 0.0 {
+        return room.0;
+    }
+    let mut stage = Stage::new(room);
+    // The eye turns around a place near it, and so does not leave the room.
+    let mut pivot = at(1.5, 0.0, 1.4);
+    pivot.rotation.track = swing(speed, 8.0, DVec3::Y, 0.2);
+    let pivot = stage.moving_node(None, pivot);
+    let place = look_at(
+        eye - DVec3::new(1.5, 0.0, 1.4),
+        target - DVec3::new(1.5, 0.0, 1.4),
+        1.0,
+    );
+    let node = stage.node(Some(pivot), place.camera_to_world);
+    stage.motion.cameras.push(Some(node));
+    stage.scene()
+}
+
+/// The outer walls, and the one between the halves.
+fn shell(model: &mut Model, whole: bool) {
+    let low = Vec3::new(-HALF, 0.0, -HALF);
+    let (x, y, z) = (Vec3::X * 2.0 * HALF, Vec3::Y * HIGH, Vec3::Z * 2.0 * HALF);
+    let boards = Material::lambert("boards", Vec3::new(0.5, 0.36, 0.24));
+    let plaster = Material::lambert("plaster", Vec3::new(0.68, 0.66, 0.62));
+    let blue = Material::lambert("blue", Vec3::new(0.3, 0.42, 0.56));
+    model.add(&boards, Shape::quad(low, z, x));
+    model.add(&plaster, Shape::quad(low + y, x, z));
+    model.add(&plaster, Shape::quad(low, x, y));
+    model.add(&plaster, Shape::quad(low + z, y, x));
+    model.add(&plaster, Shape::quad(low, y, z));
+    model.add(&plaster, Shape::quad(low + x, z, y));
+    let end = if whole { HALF } else { END };
+    let corner = |x: f32, z: f32| Vec3::new(x, 0.0, z);
+    let along = Vec3::Z * (end + HALF);
+    model.add(&blue, Shape::quad(corner(THIN, -HALF), y, along));
+    model.add(&blue, Shape::quad(corner(-THIN, -HALF), along, y));
+    if !whole {
+        let across = Vec3::X * 2.0 * THIN;
+        model.add(&blue, Shape::quad(corner(-THIN, end), across, y));
+    }
+}
+
+fn furnish(model: &mut Model) {
+    let glaze = dielectric("glaze", Vec3::new(0.6, 0.16, 0.1), 0.2);
+    let ball = Shape::sphere(3).map(|p| p * 0.28 + Vec3::new(0.75, 0.28, -0.3));
+    model.add(&glaze, ball);
+    let wood = Material::lambert("box", Vec3::new(0.62, 0.52, 0.36));
+    model.add(
+        &wood,
+        Shape::block(Vec3::new(1.2, 0.0, -1.5), Vec3::new(1.8, 0.9, -0.9)),
+    );
+}
+
+/// The dim lamps in a grid, each an instance of its own, and the bright one.
+fn lamps(room: &mut Builder, count: u32, contrast: f32) {
+    let square = |side: f32| {
+        let corner = Vec3::new(-side / 2.0, 0.0, -side / 2.0);
+        Shape::quad(corner, Vec3::X * side, Vec3::Z * side)
+    };
+    let lamp = |name: &str, radiance: f32| Material {
+        emission: Vec3::splat(radiance),
+        ..Material::lambert(name, Vec3::ZERO)
+    };
+    let under_the_ceiling =
+        |x: f32, z: f32| DAffine3::from_translation(Vec3::new(x, HIGH - BELOW, z).as_dvec3());
+    let dim = room.mesh(
+        lamp("dim lamp", RADIANCE),
+        square((AREA / count as f32).sqrt()),
+    );
+    let rows = (count as f32).sqrt().ceil() as u32;
+    for index in 0..count {
+        let place = |cell: u32| (cell as f32 + 0.5) / rows as f32;
+        let (x, z) = (place(index % rows), place(index / rows));
+        let to_world = under_the_ceiling(THIN + (HALF - THIN) * x, HALF * (2.0 * z - 1.0));
+        room.place("dim lamp", dim, to_world);
+    }
+    let radiance = RADIANCE * contrast * AREA / (BRIGHT_SIDE * BRIGHT_SIDE);
+    let bright = room.mesh(lamp("bright lamp", radiance), square(BRIGHT_SIDE));
+    room.place("bright lamp", bright, under_the_ceiling(-1.0, -0.6));
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::procedural::generate;
+
+    #[test]
+    fn the_bright_lamp_has_the_power_of_all_others_times_the_contrast() {
+        for lamps in ["1", "30", "1000"] {
+            let settings = [("lamps", lamps), ("contrast", "1e6")];
+            let settings = settings.map(|(key, value)| (key.to_owned(), value.to_owned()));
+            let scene = generate("divided-room", &settings).unwrap();
+            let mut powers = [0.0; 2];
+            for instance in &scene.instances {
+                let mesh = &scene.meshes[instance.mesh as usize];
+                let which = match instance.name.as_str() {
+                    "dim lamp" => 0,
+                    "bright lamp" => 1,
+                    _ => continue,
+                };
+                for triangle in &mesh.triangles {
+                    let [a, b, c] = triangle.map(|i| mesh.positions[i as usize].as_dvec3());
+                    let material = mesh.parts[0].material as usize;
+                    let radiance = f64::from(scene.materials[material].emission.x);
+                    powers[which] += (b - a).cross(c - a).length() / 2.0 * radiance;
+                }
+            }
+            let ratio = powers[1] / powers[0];
+            assert!((ratio / 1e6 - 1.0).abs() < 1e-5, "{lamps}: {ratio}");
+        }
+    }
+}

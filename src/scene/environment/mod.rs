@@ -1,0 +1,179 @@
+//! Environments: light from infinitely far away, as an image over the sphere.
+
+pub mod sky;
+
+use super::lights::luminance;
+use super::validate::{BRIGHTEST, is_within};
+use crate::{Error, Result};
+use glam::Vec3;
+use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
+
+/// The most texels of an environment: samples name a texel in 29 bits, and this many take 1.5 GiB.
+pub(crate) const MAX_TEXELS: u64 = 1 << 26;
+
+/// Light from infinitely far away.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Environment {
+    /// The file, or the parameters of a generated sky.
+    pub name: String,
+    /// Texels of longitude.
+    pub width: u32,
+    /// Texels of latitude.
+    pub height: u32,
+    /// Linear radiance ≥ 0, by rows, before [`Environment::intensity`]. Row 0 is at the zenith (+Y); the middle column
+    /// looks along −Z, and columns go on to the right as seen from within. Between the centres of texels it is
+    /// interpolated.
+    pub texels: Arc<[Vec3]>,
+    /// Turns it around the upward axis, counter-clockwise seen from above, in degrees.
+    pub rotation: f64,
+    /// Multiplies the radiance.
+    pub intensity: f32,
+}
+
+impl Environment {
+    /// Checks size and radiance.
+    ///
+    /// # Errors
+    /// No texels, too many, or radiance that is no number or out of range.
+    pub(crate) fn check(&mut self) -> Result<()> {
+        let wrong = |fault: String| Err(Error::input(format!("{}: {fault}", self.name)));
+        let texels = u64::from(self.width) * u64::from(self.height);
+        if texels == 0 || texels > MAX_TEXELS || texels != self.texels.len() as u64 {
+            return wrong(format!(
+                "has {} × {} texels, an environment 1 to {MAX_TEXELS} in all; scale it",
+                self.width, self.height
+            ));
+        }
+        let bad = |texel: &Vec3| !is_within(*texel, BRIGHTEST);
+        if let Some(index) = self.texels.iter().position(bad) {
+            let (x, y) = (index as u32 % self.width, index as u32 / self.width);
+            return wrong(format!(
+                "texel {x}, {y} is {}; radiance must be within 0 and {BRIGHTEST:e}",
+                self.texels[index]
+            ));
+        }
+        Ok(())
+    }
+
+    /// The solid angle of each texel of a row.
+    pub fn solid_angle(&self, row: u32) -> f64 {
+        // By the product, because differences of cosines cancel near the poles.
+        let (middle, half) = (
+            PI * (f64::from(row) + 0.5) / f64::from(self.height),
+            0.5 * PI / f64::from(self.height),
+        );
+        TAU / f64::from(self.width) * 2.0 * middle.sin() * half.sin()
+    }
+
+    /// The mean of the interpolated radiance over each texel, without the intensity.
+    pub fn means(&self) -> Vec<Vec3> {
+        let (width, height) = (self.width as usize, self.height as usize);
+        let across = |row: usize| -> Vec<Vec3> {
+            let texels = &self.texels[row * width..(row + 1) * width];
+            (0..width)
+                .map(|x| {
+                    let beside = texels[(x + width - 1) % width] + texels[(x + 1) % width];
+                    0.75 * texels[x] + 0.125 * beside
+                })
+                .collect()
+        };
+        let mut means = Vec::with_capacity(width * height);
+        let (mut above, mut here) = (across(0), across(0));
+        for row in 0..height {
+            let below = across((row + 1).min(height - 1));
+            let beside = above.iter().zip(&below).map(|(a, b)| *a + *b);
+            means.extend((here.iter().zip(beside)).map(|(own, sum)| 0.75 * *own + 0.125 * sum));
+            above = std::mem::replace(&mut here, below);
+        }
+        means
+    }
+
+    /// The integrals of its luminance over the sphere, and of the square.
+    pub fn integrals(&self) -> (f64, f64) {
+        let (mut integral, mut squares) = (0.0, 0.0);
+        for (index, mean) in self.means().into_iter().enumerate() {
+            let solid_angle = self.solid_angle(index as u32 / self.width);
+            let luminance = luminance(mean) * f64::from(self.intensity);
+            integral += luminance * solid_angle;
+            squares += luminance * luminance * solid_angle;
+        }
+        (integral, squares)
+    }
+
+    /// The largest radiance in any channel.
+    pub fn brightest(&self) -> f32 {
+        let brightest = self.texels.iter().map(|texel| texel.max_element());
+        self.intensity * brightest.fold(0.0, f32::max)
+    }
+
+    /// Whether it lights anything.
+    pub fn is_lit(&self) -> bool {
+        self.brightest() > 0.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn environment(width: u32, height: u32, texel: impl Fn(u32, u32) -> Vec3) -> Environment {
+        Environment {
+            name: "test".into(),
+            width,
+            height,
+            texels: (0..height)
+                .flat_map(|y| (0..width).map(move |x| (x, y)))
+                .map(|(x, y)| texel(x, y))
+                .collect(),
+            rotation: 0.0,
+            intensity: 1.0,
+        }
+    }
+
+    #[test]
+    fn texels_cover_the_sphere() {
+        for (width, height) in [(1, 1), (2, 1), (64, 33), (4096, 2048)] {
+            let environment = environment(width, height, |_, _| Vec3::ONE);
+            let rows = (0..height).map(|row| environment.solid_angle(row));
+            let sum: f64 = rows.sum::<f64>() * f64::from(width);
+            assert!((sum / (2.0 * TAU) - 1.0).abs() < 1e-9, "{sum}");
+        }
+    }
+
+    #[test]
+    fn means_reach_as_far_as_the_interpolation_does() {
+        let sun = environment(8, 4, |x, y| {
+            Vec3::splat(if (x, y) == (0, 0) { 64.0 } else { 0.0 })
+        });
+        let means = sun.means();
+        let at = |x: usize, y: usize| means[8 * y + x].x;
+        // The first row is its own neighbour above.
+        assert_eq!(
+            [at(0, 0), at(1, 0), at(7, 0)],
+            [64.0 * 0.75 * 0.875, 7.0, 7.0]
+        );
+        assert_eq!([at(0, 1), at(1, 1), at(7, 1)], [6.0, 1.0, 1.0]);
+        assert_eq!(means.iter().filter(|mean| mean.x > 0.0).count(), 6);
+    }
+
+    #[test]
+    fn a_constant_environment_has_its_radiance_on_the_whole_sphere() {
+        let mut constant = environment(16, 8, |_, _| Vec3::ONE);
+        constant.intensity = 3.0;
+        let (integral, squares) = constant.integrals();
+        assert!((integral / (6.0 * TAU) - 1.0).abs() < 1e-6, "{integral}");
+        assert!((squares / (18.0 * TAU) - 1.0).abs() < 1e-6, "{squares}");
+    }
+
+    #[test]
+    fn radiance_out_of_range_is_named() {
+        for value in [f32::NAN, f32::INFINITY, -1.0, 1e13] {
+            let mut broken = environment(4, 2, |x, y| {
+                Vec3::new(1.0, if (x, y) == (3, 1) { value } else { 0.0 }, 0.0)
+            });
+            let message = broken.check().unwrap_err().to_string();
+            assert!(message.contains("texel 3, 1"), "{message}");
+        }
+    }
+}

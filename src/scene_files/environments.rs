@@ -1,0 +1,147 @@
+//! Environments from files, `.exr` and `.hdr`, and skies by their parameters.
+
+use crate::panics::caught;
+use crate::scene::Environment;
+use crate::scene::environment::{MAX_TEXELS, sky};
+use crate::{Error, Result, image, input_files, memory};
+use ::image::{ImageDecoder, ImageReader};
+use glam::Vec3;
+use std::fs::File;
+use std::io::{BufReader, ErrorKind, Read, Seek};
+use std::path::Path;
+use std::sync::Arc;
+
+/// The longest header of an `.hdr` file, in bytes.
+const MAX_HEADER: u64 = 1 << 16;
+
+impl Environment {
+    /// Reads an environment (`.exr`, `.hdr`), or generates the sky that `sky:…` describes.
+    ///
+    /// # Errors
+    /// No such file, damaged data, radiance that is no number or out of range, or wrong parameters.
+    pub fn open(name: &str) -> Result<Self> {
+        let mut environment = match name.split_once(':') {
+            Some(("sky", parameters)) => sky::generate(parameters)?,
+            _ if name == "sky" => sky::generate("")?,
+            _ => read(Path::new(name))?,
+        };
+        environment.name = name.to_owned();
+        environment.check()?;
+        Ok(environment)
+    }
+
+    /// Checks that [`Environment::open`] can succeed, as far as possible without reading the file.
+    ///
+    /// # Errors
+    /// No such file, or wrong parameters of a sky.
+    pub fn check_name(name: &str) -> Result<()> {
+        match environment_file_of(name) {
+            None => sky::parse(name.strip_prefix("sky").unwrap_or_default()).map(drop),
+            Some(path) => input_files::check(path),
+        }
+    }
+}
+
+/// The file that an environment's name is the path of; none for a generated sky.
+pub fn environment_file_of(name: &str) -> Option<&Path> {
+    let generated = name == "sky" || name.starts_with("sky:");
+    (!generated).then(|| Path::new(name))
+}
+
+fn read(path: &Path) -> Result<Environment> {
+    let extension = path.extension().map(|e| e.to_ascii_lowercase());
+    let (width, height, texels) = match extension.as_deref().and_then(|e| e.to_str()) {
+        Some("exr") => {
+            let picture = image::Image::read(path)?;
+            let texels = picture.rgb().map_err(|e| Error::reading(path, e))?;
+            let texels = texels.into_iter().map(Vec3::from_array).collect();
+            (picture.width, picture.height, texels)
+        }
+        Some("hdr") => read_hdr(path)?,
+        _ => {
+            return Err(Error::input(format!(
+                "{}: is no environment that can be read; give an .exr or .hdr file, or sky:sun=40",
+                path.display()
+            )));
+        }
+    };
+    Ok(Environment {
+        name: String::new(),
+        width,
+        height,
+        texels,
+        rotation: 0.0,
+        intensity: 1.0,
+    })
+}
+
+/// Checks that the header ends: the decoder would look for its end, a line after an empty one, as far as the file goes.
+fn check_hdr_header(file: &mut BufReader<File>) -> std::io::Result<()> {
+    let mut start = Vec::new();
+    file.by_ref().take(MAX_HEADER).read_to_end(&mut start)?;
+    let mut lines = start.split_inclusive(|byte| *byte == b'\n');
+    let ends = lines.any(|line| line == b"\n") && lines.any(|line| line.ends_with(b"\n"));
+    if !ends {
+        let text =
+            format!("its header does not end within {MAX_HEADER} bytes; is it a complete HDR?");
+        return Err(std::io::Error::new(ErrorKind::InvalidData, text));
+    }
+    file.rewind()
+}
+
+fn read_hdr(path: &Path) -> Result<(u32, u32, Arc<[Vec3]>)> {
+    // The decoder may panic on damaged data.
+    caught(|| decode_hdr(path)).unwrap_or_else(|| {
+        let text = "it is damaged; is it a complete HDR?";
+        Err(Error::reading(path, text))
+    })
+}
+
+fn decode_hdr(path: &Path) -> Result<(u32, u32, Arc<[Vec3]>)> {
+    let damaged = |cause: ::image::ImageError| {
+        let cause = cause.to_string().replace('\n', " ");
+        Error::reading(path, format!("{cause}; export it again"))
+    };
+    let file = input_files::open(path).map_err(|e| Error::reading(path, e))?;
+    let mut file = BufReader::new(file);
+    check_hdr_header(&mut file).map_err(|e| Error::reading(path, e))?;
+    let mut reader = ImageReader::new(file);
+    reader.set_format(::image::ImageFormat::Hdr);
+    let decoder = reader.into_decoder().map_err(damaged)?;
+    let (width, height) = decoder.dimensions();
+    if u64::from(width) * u64::from(height) > MAX_TEXELS {
+        return Err(Error::reading(
+            path,
+            format!("has {width} × {height} texels, the most are {MAX_TEXELS}; scale it"),
+        ));
+    }
+    // They are decoded, and copied.
+    const BYTES: u64 = 2 * size_of::<Vec3>() as u64;
+    memory::check(BYTES * u64::from(width) * u64::from(height))
+        .map_err(|cause| Error::reading(path, cause))?;
+    let decoded = ::image::DynamicImage::from_decoder(decoder).map_err(damaged)?;
+    let texels = decoded.into_rgb32f();
+    let texels = texels.pixels().map(|p| Vec3::from_array(p.0)).collect();
+    Ok((width, height, texels))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_header_without_an_end_is_not_read_to_the_end_of_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.hdr");
+        for (text, bytes) in [("", 1 << 40), ("\n", 1 << 40), ("\n-Y 1", 20)] {
+            std::fs::write(&path, format!("#?RADIANCE\n{text}")).unwrap();
+            let file = File::options().write(true).open(&path).unwrap();
+            file.set_len(bytes).unwrap();
+            let message = Environment::open(path.to_str().unwrap()).unwrap_err();
+            assert!(
+                message.to_string().contains("header does not end"),
+                "{message}"
+            );
+        }
+    }
+}

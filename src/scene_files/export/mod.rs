@@ -1,0 +1,207 @@
+//! Scenes as binary glTF 2.0.
+
+mod animations;
+mod lights;
+mod materials;
+mod meshes;
+#[cfg(test)]
+mod tests;
+
+use crate::files::write_atomically;
+use crate::scene::{Motion, Scene};
+use crate::{Error, Result};
+use glam::{DAffine3, Vec3};
+use serde_json::{Value, json};
+use std::collections::BTreeSet;
+use std::io::Write;
+use std::path::Path;
+
+const FLOAT: u32 = 5126;
+
+/// Writes a scene to `path` as .glb: meshes with a primitive for each part, instances as nodes, materials with their
+/// textures (as PNG), lights, cameras, and the motion of all, in f32. An environment is left out, since glTF has none, and
+/// so is what shears a texture.
+///
+/// # Errors
+/// An image whose texels are not as many as its size says; more than the 4 GiB that the format allows; or the file cannot be
+/// written.
+pub fn write_glb(scene: &Scene, path: &Path) -> Result<()> {
+    let mut binary = Binary::default();
+    let document = document(scene, &mut binary)?;
+    let mut text = document.to_string().into_bytes();
+    text.resize(text.len().next_multiple_of(4), b' ');
+    let total = 12 + 8 + text.len() as u64 + 8 + binary.bytes.len() as u64;
+    let too_large = |_| {
+        Error::failed(format!(
+            "cannot write {}: {total} bytes, but .glb holds at most 4294967295",
+            path.display()
+        ))
+    };
+    let length = u32::try_from(total).map_err(too_large)?;
+    write_atomically(path, |file| {
+        let words = |words: &[u32]| {
+            words
+                .iter()
+                .flat_map(|w| w.to_le_bytes())
+                .collect::<Vec<u8>>()
+        };
+        file.write_all(b"glTF")?;
+        file.write_all(&words(&[2, length, text.len() as u32]))?;
+        file.write_all(b"JSON")?;
+        file.write_all(&text)?;
+        file.write_all(&words(&[binary.bytes.len() as u32]))?;
+        file.write_all(b"BIN\0")?;
+        file.write_all(&binary.bytes)
+    })
+}
+
+/// The binary chunk and the views and accessors into it.
+#[derive(Default)]
+struct Binary {
+    bytes: Vec<u8>,
+    views: Vec<Value>,
+    accessors: Vec<Value>,
+}
+
+impl Binary {
+    /// Appends values of four-byte components and returns the index of their accessor; vertices and indices have a target.
+    fn push<T: bytemuck::Pod>(
+        &mut self,
+        values: &[T],
+        target: Option<u32>,
+        mut accessor: Value,
+    ) -> usize {
+        let view = self.push_bytes(bytemuck::cast_slice(values));
+        if let Some(target) = target {
+            self.views[view]["target"] = json!(target);
+        }
+        accessor["bufferView"] = json!(view);
+        self.accessors.push(accessor);
+        self.accessors.len() - 1
+    }
+
+    /// Appends bytes and returns the index of their view.
+    fn push_bytes(&mut self, bytes: &[u8]) -> usize {
+        self.views.push(json!({
+            "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len(),
+        }));
+        self.bytes.extend_from_slice(bytes);
+        // Accessors of components of four bytes must be aligned to them.
+        self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
+        self.views.len() - 1
+    }
+}
+
+/// A colour of at most 1 and the strength that multiplies it, as glTF limits colours of light.
+fn color_and_strength(light: Vec3) -> (Vec3, f32) {
+    let strength = light.max_element().max(1.0);
+    (light / strength, strength)
+}
+
+fn document(scene: &Scene, binary: &mut Binary) -> Result<Value> {
+    let meshes: Vec<Value> = (scene.meshes.iter())
+        .map(|mesh| meshes::mesh(mesh, binary))
+        .collect();
+    let mut textures = materials::Textures::default();
+    let mut materials: Vec<Value> = (scene.materials.iter())
+        .map(|material| materials::material(material, &mut textures))
+        .collect();
+    let images = materials::images(&scene.images, binary)?;
+    let still = Motion::default();
+    let motion = scene.motion.as_ref().unwrap_or(&still);
+    let mut nodes = animations::nodes(motion);
+    let (mut roots, mut moving_roots) = (Vec::new(), Vec::new());
+    moving_roots.extend((0..nodes.len()).filter(|&node| motion.nodes[node].parent.is_none()));
+    // What moves is a child of one of the motion's nodes, without a transform of its own.
+    let mut place = |mut node: Value, parent: Option<u32>, to_world: &DAffine3| {
+        let index = nodes.len();
+        match parent {
+            Some(parent) => animations::add_child(&mut nodes[parent as usize], index),
+            None => {
+                node["matrix"] = json!(animations::matrix(to_world));
+                roots.push(index);
+            }
+        }
+        nodes.push(node);
+    };
+    let parent = |list: &[Option<u32>], index: usize| list.get(index).copied().flatten();
+    for (index, instance) in scene.instances.iter().enumerate() {
+        let node = json!({ "name": instance.name, "mesh": instance.mesh });
+        place(
+            node,
+            parent(&motion.instances, index),
+            &instance.object_to_world,
+        );
+    }
+    let mut cameras = Vec::new();
+    for (index, camera) in scene.cameras.iter().enumerate() {
+        let node = json!({ "name": camera.name, "camera": index });
+        place(
+            node,
+            parent(&motion.cameras, index),
+            &camera.camera_to_world,
+        );
+        let mut perspective = json!({ "yfov": camera.vertical_fov, "znear": 0.01 });
+        if let Some(aspect) = camera.aspect_ratio {
+            perspective["aspectRatio"] = json!(aspect);
+        }
+        cameras.push(json!({ "type": "perspective", "perspective": perspective }));
+    }
+    for (index, light) in scene.punctual_lights.iter().enumerate() {
+        place(
+            lights::node(index, light),
+            parent(&motion.lights, index),
+            &light.light_to_world,
+        );
+    }
+    roots.append(&mut moving_roots);
+    animations::rest_emission(motion, &mut materials);
+    let mut used = BTreeSet::new();
+    if !motion.emission.is_empty() {
+        used.insert(animations::POINTER);
+    }
+    if !scene.punctual_lights.is_empty() {
+        used.insert(lights::EXTENSION);
+    }
+    if textures.has_transform {
+        used.insert(materials::TEXTURE_TRANSFORM);
+    }
+    let extensions = materials.iter().filter_map(|m| m["extensions"].as_object());
+    let used: BTreeSet<&str> = (extensions.flat_map(|extensions| extensions.keys()))
+        .map(String::as_str)
+        .chain(used)
+        .collect();
+    let used = used.into_iter().map(Value::from).collect();
+    let mut document = json!({
+        "asset": { "version": "2.0", "generator": "Headwater" },
+        "scene": 0,
+        "scenes": [{ "name": scene.name, "nodes": roots }],
+    });
+    if scene.motion.is_some() {
+        document["animations"] = json!([animations::animation(motion, binary)]);
+    }
+    if !scene.punctual_lights.is_empty() {
+        document["extensions"] = lights::lights(&scene.punctual_lights);
+    }
+    // glTF forbids empty arrays.
+    for (key, values) in [
+        ("nodes", nodes),
+        ("meshes", meshes),
+        ("materials", materials),
+        ("textures", textures.textures),
+        ("samplers", textures.samplers),
+        ("images", images),
+        ("cameras", cameras),
+        ("accessors", std::mem::take(&mut binary.accessors)),
+        ("bufferViews", std::mem::take(&mut binary.views)),
+        ("extensionsUsed", used),
+    ] {
+        if !values.is_empty() {
+            document[key] = Value::Array(values);
+        }
+    }
+    if !binary.bytes.is_empty() {
+        document["buffers"] = json!([{ "byteLength": binary.bytes.len() }]);
+    }
+    Ok(document)
+}

@@ -1,0 +1,279 @@
+//! Scenes that are written and read again.
+
+use super::*;
+use crate::procedural;
+use crate::scene::texture::Wrap;
+use crate::scene::{AlphaMode, Image, Material, Mesh, PunctualLight, PunctualShape, Texture};
+use crate::scene_files::load;
+use glam::{Affine2, Vec2, Vec4};
+
+#[test]
+fn what_moves_moves_when_it_is_read_again() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, parameters) in [
+        ("motion", vec![]),
+        ("conservatory", vec![("speed".into(), "1".into())]),
+    ] {
+        let scene = procedural::generate(name, &parameters).unwrap();
+        let path = folder.path().join("moves.glb");
+        write_glb(&scene, &path).unwrap();
+        let back = load::load(&path).unwrap();
+        for step in 0..40 {
+            let time = 0.43 * f64::from(step);
+            let (a, b) = (scene.pose_at(time).unwrap(), back.pose_at(time).unwrap());
+            // A file may order them differently.
+            let places = |scene: &Scene| {
+                let instances = scene
+                    .instances
+                    .iter()
+                    .map(|i| (i.name.clone(), i.object_to_world));
+                let lights = scene
+                    .punctual_lights
+                    .iter()
+                    .map(|l| (l.name.clone(), l.light_to_world));
+                let cameras = scene
+                    .cameras
+                    .iter()
+                    .map(|c| (c.name.clone(), c.camera_to_world));
+                let mut places: Vec<_> = instances.chain(lights).chain(cameras).collect();
+                places.sort_by(|a, b| a.0.cmp(&b.0));
+                places
+            };
+            let (ours, others) = (places(&a), places(&b));
+            assert_eq!(ours.len(), others.len());
+            for ((name, place), (other_name, other)) in ours.iter().zip(&others) {
+                assert_eq!(name, other_name);
+                assert!(place.abs_diff_eq(*other, 1e-5), "{name} at {time} s");
+            }
+            for (a, b) in a.materials.iter().zip(&b.materials) {
+                let same = a.emission.abs_diff_eq(b.emission, 1e-4);
+                assert!(same, "{} at {time} s", a.name);
+            }
+        }
+        assert_ne!(
+            scene.pose_at(0.0).unwrap().content_hash(),
+            scene.pose_at(0.4).unwrap().content_hash()
+        );
+    }
+}
+
+#[test]
+fn every_factor_survives() {
+    let mut scene = procedural::generate("cornell", &[]).unwrap();
+    let image = |name: &str, shade: u8| Image {
+        name: name.into(),
+        width: 1,
+        height: 2,
+        texels: [[shade, 10, 20, 30], [40, 50, 60, shade]].into(),
+    };
+    scene.images = vec![image("first", 0), image("second", 255)];
+    let texture = Texture {
+        image: 1,
+        set: 1,
+        transform: Affine2::from_scale_angle_translation(
+            Vec2::new(2.0, -3.0),
+            0.75,
+            Vec2::new(0.25, 5.0),
+        ),
+        wrap: [Wrap::Mirror, Wrap::Clamp],
+        nearest: true,
+    };
+    scene.materials[0] = Material {
+        name: "all of it".into(),
+        base_color: Vec3::new(0.1, 0.2, 0.3),
+        base_color_texture: Some(texture),
+        alpha: 0.5,
+        alpha_mode: AlphaMode::Mask { cutoff: 0.25 },
+        metallic: 0.4,
+        roughness: 0.6,
+        metallic_roughness_texture: Some(Texture { set: 0, ..texture }),
+        normal_texture: Some(Texture::plain(0)),
+        normal_scale: -0.5,
+        specular: 0.7,
+        specular_color: Vec3::new(0.8, 0.9, 1.5),
+        ior: 1.7,
+        emission: Vec3::new(0.0, 3.0, 1e6),
+        emissive_texture: Some(Texture {
+            image: 0,
+            ..texture
+        }),
+        double_sided: !scene.materials[0].double_sided,
+        unlit: false,
+    };
+    scene.materials[1] = Material {
+        alpha: 0.25,
+        alpha_mode: AlphaMode::Blend,
+        ..Material::unlit("seen", Vec3::new(0.3, 0.2, 0.1))
+    };
+    for mesh in &mut scene.meshes {
+        let uvs = mesh
+            .positions
+            .iter()
+            .map(|p| Vec2::new(p.x + p.y, p.y + p.z));
+        // A set that no texture uses is not read.
+        if mesh.parts.iter().any(|part| part.material == 0) {
+            mesh.uvs = [uvs.clone().collect(), uvs.rev().collect()];
+        }
+        mesh.colors = mesh
+            .positions
+            .iter()
+            .map(|p| p.abs().extend(0.5).min(Vec4::ONE))
+            .collect();
+    }
+    let place = DAffine3::from_translation(glam::DVec3::new(1.0, 2.0, 3.0));
+    for (shape, intensity) in [
+        (PunctualShape::Point, Vec3::new(0.1, 0.2, 0.0)),
+        (PunctualShape::Directional, Vec3::new(1e5, 2e4, 0.0)),
+        (
+            PunctualShape::Spot {
+                inner: 0.25,
+                outer: 1.5,
+            },
+            Vec3::ONE,
+        ),
+    ] {
+        scene.punctual_lights.push(PunctualLight {
+            name: "a light".into(),
+            light_to_world: place,
+            shape,
+            intensity,
+            range: (shape == PunctualShape::Point).then_some(7.0),
+        });
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("all.glb");
+    write_glb(&scene, &path).unwrap();
+    let back = load::load(&path).unwrap();
+    // Tangents are made while reading.
+    for mesh in &mut scene.meshes {
+        mesh.make_tangents(&scene.materials);
+    }
+    assert_eq!(difference(&scene, &back), None);
+}
+
+#[test]
+fn an_image_with_too_few_texels_is_named() {
+    let mut scene = procedural::generate("conservatory", &[]).unwrap();
+    scene.images[0].width += 1;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("damaged.glb");
+    let error = write_glb(&scene, &path).unwrap_err().to_string();
+    assert!(error.contains(&scene.images[0].name), "{error}");
+    assert!(!path.exists());
+}
+
+/// The first thing in which two scenes differ. Emission and intensity are stored as colour times strength, so they may lose
+/// their last bits.
+fn difference(a: &Scene, b: &Scene) -> Option<String> {
+    let mut b = b.clone();
+    let settle = |ours: &mut Vec3, of: Vec3| {
+        if (of - *ours).length() <= 1e-6 * of.length() {
+            *ours = of;
+        }
+    };
+    for (a, b) in a.materials.iter().zip(&mut b.materials) {
+        settle(&mut b.emission, a.emission);
+    }
+    for (a, b) in a.punctual_lights.iter().zip(&mut b.punctual_lights) {
+        settle(&mut b.intensity, a.intensity);
+    }
+    // A file may order meshes, corners and images differently, so they are compared by what uses them; and a file that is
+    // read has no negative zeros.
+    let items = |s: &Scene| {
+        let corner = |m: &Mesh, i: u32| {
+            let i = i as usize;
+            let uvs = m.uvs.each_ref().map(|uvs| uvs.get(i).copied());
+            let (normal, tangent) = (m.normals.get(i), m.tangents.get(i));
+            format!(
+                "{:?} {normal:?} {tangent:?} {:?} {uvs:?}",
+                m.positions[i],
+                m.colors.get(i)
+            )
+        };
+        let mesh = |m: &Mesh| {
+            let triangles = m.triangles.iter();
+            let corners: Vec<_> = triangles.map(|t| t.map(|i| corner(m, i))).collect();
+            format!("{} {:?} {corners:?}", m.name, m.parts)
+        };
+        let meshes: Vec<String> = s.meshes.iter().map(mesh).collect();
+        // Keys are stored in f32, so moving things may differ slightly.
+        let motion = s.motion.clone().unwrap_or_default();
+        let still = |list: &[Option<u32>], i: usize| list.get(i).copied().flatten().is_none();
+        let instances =
+            (s.instances.iter().enumerate()).filter(|(i, _)| still(&motion.instances, *i));
+        let placed = instances.map(|(_, i)| {
+            let place = format!("{} {:?} ", i.name, i.object_to_world);
+            place + &meshes[i.mesh as usize]
+        });
+        let lights = s.punctual_lights.iter().enumerate().map(|(i, light)| {
+            let mut light = light.clone();
+            if !still(&motion.lights, i) {
+                light.light_to_world = DAffine3::IDENTITY;
+            }
+            format!("{light:?}")
+        });
+        let materials = s.materials.iter().map(|m| {
+            // Angles are rounded.
+            let textures = m
+                .textures()
+                .map(|(_, t)| (&s.images[t.image as usize], t.transform));
+            let mut text = format!("{:.6?}", textures.collect::<Vec<_>>());
+            let mut m = m.clone();
+            for texture in [
+                &mut m.base_color_texture,
+                &mut m.metallic_roughness_texture,
+                &mut m.normal_texture,
+                &mut m.emissive_texture,
+            ]
+            .into_iter()
+            .flatten()
+            {
+                (texture.image, texture.transform) = (0, Affine2::IDENTITY);
+            }
+            text += &format!("{m:?}");
+            text
+        });
+        let cameras = s.cameras.iter().map(|c| format!("{c:.12?}"));
+        materials
+            .chain(cameras)
+            .chain(lights)
+            .chain(placed)
+            .map(|text| {
+                let text = text.replace("-0.0,", "0.0,").replace("-0.0)", "0.0)");
+                text.replace("-0.000000000000", "0.000000000000")
+                    .replace("-0.000000", "0.000000")
+            })
+            .collect::<Vec<_>>()
+    };
+    let (a, b) = (items(a), items(&b));
+    if a.len() != b.len() {
+        return Some(format!("{} items, {} items", a.len(), b.len()));
+    }
+    let (a, b) = a.iter().zip(&b).find(|(a, b)| a != b)?;
+    let at = a.bytes().zip(b.bytes()).take_while(|(a, b)| a == b).count();
+    let near = |text: &str| {
+        text.chars()
+            .skip(at.saturating_sub(80))
+            .take(160)
+            .collect::<String>()
+    };
+    Some(format!("{}\n{}", near(a), near(b)))
+}
+
+mod thorough {
+    use super::*;
+
+    #[test]
+    fn what_is_written_is_read_again() {
+        let folder = tempfile::tempdir().unwrap();
+        for procedural in procedural::list() {
+            let scene = procedural::generate(procedural.name, &[]).unwrap();
+            let path = folder.path().join(format!("{}.glb", procedural.name));
+            write_glb(&scene, &path).unwrap();
+            let back = load::load(&path).unwrap();
+            assert_eq!(back.notices, Vec::<String>::new());
+            let differs = difference(&scene, &back);
+            assert_eq!(differs, None, "{}", procedural.name);
+        }
+    }
+}

@@ -1,0 +1,262 @@
+//! The bytes of a glTF file: the two chunks of a GLB, files beside it, and data URIs.
+
+use super::damaged;
+use super::document::Document;
+use crate::scene::notices::quoted;
+use crate::scene_files::progress::{Progress, read_file};
+use crate::scene_files::scene_folder::{SceneFile, SceneFolder};
+use crate::{Error, Result};
+use base64::Engine;
+use base64::alphabet;
+use base64::engine::general_purpose::{GeneralPurpose, PAD_INDIFFERENT};
+use gltf::binary::{Error as GlbError, Glb};
+use percent_encoding::percent_decode_str;
+use std::borrow::Cow;
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::path::PathBuf;
+
+/// The usual alphabet, as browsers read it: padding may miss, bits left over are dropped.
+const BASE64: GeneralPurpose = GeneralPurpose::new(
+    &alphabet::STANDARD,
+    PAD_INDIFFERENT.with_decode_allow_trailing_bits(true),
+);
+
+/// The JSON and the binary chunk of a glTF file, both borrowed from it.
+type Chunks<'a> = (Cow<'a, [u8]>, Option<Cow<'a, [u8]>>);
+
+/// Splits a glTF file into its chunks; a `.gltf` is all JSON.
+pub fn split(bytes: &[u8]) -> Result<Chunks<'_>> {
+    if !bytes.starts_with(b"glTF") {
+        return Ok((bytes.into(), None));
+    }
+    let Some(length) = word(bytes, 8) else {
+        return Err(damaged("the GLB header is cut off"));
+    };
+    // The crate panics if the length is less than that of the header, and reads past the length.
+    if length < 12 || length > bytes.len() {
+        return Err(damaged(format!(
+            "the GLB header gives a length of {length} bytes, but the file has {}",
+            bytes.len()
+        )));
+    }
+    let fault = match Glb::from_slice(&bytes[..length]) {
+        Ok(glb) => return Ok((glb.json, glb.bin)),
+        Err(gltf::Error::Binary(GlbError::Version(version))) => {
+            return Err(Error::input(format!(
+                "GLB version {version} is not supported; export it as glTF 2.0"
+            )));
+        }
+        Err(gltf::Error::Binary(GlbError::UnknownChunkType(_) | GlbError::ChunkType(_))) => {
+            // Where there is no binary chunk, an extension's may follow the JSON, which the crate
+            // refuses.
+            match json_chunk(bytes) {
+                Some(json) => return Ok((json.into(), None)),
+                None => "chunk 0 is not JSON".to_owned(),
+            }
+        }
+        Err(gltf::Error::Binary(GlbError::Io(_))) => "a chunk's header is cut off".to_owned(),
+        Err(other) => other.to_string(),
+    };
+    Err(damaged(format!("its GLB chunks cannot be read: {fault}")))
+}
+
+/// The first chunk of a GLB file, if it is JSON.
+fn json_chunk(bytes: &[u8]) -> Option<&[u8]> {
+    let is_json = bytes.get(16..20)? == b"JSON";
+    bytes[20..].get(..word(bytes, 12)?).filter(|_| is_json)
+}
+
+/// The little-endian number in the four bytes from `at`.
+fn word(bytes: &[u8], at: usize) -> Option<usize> {
+    let word = bytes.get(at..)?.first_chunk()?;
+    Some(u32::from_le_bytes(*word) as usize)
+}
+
+/// The bytes of a glTF file's buffers. Only what is in other files, or encoded, is copied, and each file is read once.
+pub struct Buffers<'a> {
+    copies: Vec<Vec<u8>>,
+    binary: &'a [u8],
+    /// For each buffer the index of its copy, or none for the binary chunk, and its length in bytes.
+    sources: Vec<(Option<usize>, usize)>,
+}
+
+impl<'a> Buffers<'a> {
+    /// Reads all buffers of a document.
+    pub fn load(
+        document: &Document,
+        binary: Option<&'a [u8]>,
+        folder: &SceneFolder<'_>,
+        progress: &mut Progress<'_>,
+    ) -> Result<Self> {
+        // A file is read as far as the longest of the buffers that it may be.
+        let files = document
+            .buffers
+            .iter()
+            .filter(|buffer| buffer.file().is_some());
+        let longest = files.map(|buffer| buffer.byte_length).max();
+        let mut buffers = Self {
+            copies: Vec::new(),
+            binary: binary.unwrap_or_default(),
+            sources: Vec::new(),
+        };
+        let mut known: HashMap<(u64, u64), usize> = HashMap::new();
+        for (index, buffer) in document.buffers.iter().enumerate() {
+            let what = format!("buffer {index}");
+            let source = match (&buffer.uri, binary) {
+                (None, Some(_)) if index == 0 => None,
+                (None, _) => {
+                    return Err(damaged(format!(
+                        "{what} has no uri, and there is no binary chunk for it"
+                    )));
+                }
+                (Some(uri), _) => Some(match uri.strip_prefix("data:") {
+                    Some(data) => {
+                        let decoded = decode_data_uri(data);
+                        buffers.add(decoded.ok_or_else(|| {
+                            damaged(format!("{what}: its data URI is not base64"))
+                        })?)
+                    }
+                    None => {
+                        let file = open(&what, uri, folder)?;
+                        match known.entry(file.id) {
+                            Entry::Occupied(copy) => *copy.get(),
+                            Entry::Vacant(copy) => {
+                                let most = longest.unwrap_or_default();
+                                let bytes = read_file(&what, file, most, progress)?;
+                                *copy.insert(buffers.add(bytes))
+                            }
+                        }
+                    }
+                }),
+            };
+            let there = buffers.bytes(source).len();
+            if (there as u64) < buffer.byte_length {
+                let file =
+                    (buffer.file()).map_or(String::new(), |uri| format!(" in {}", quoted(uri)));
+                return Err(damaged(format!(
+                    "{what} should have {} bytes, there are {there}{file}",
+                    buffer.byte_length
+                )));
+            }
+            buffers.sources.push((source, buffer.byte_length as usize));
+        }
+        Ok(buffers)
+    }
+
+    fn add(&mut self, bytes: Vec<u8>) -> usize {
+        self.copies.push(bytes);
+        self.copies.len() - 1
+    }
+
+    fn bytes(&self, source: Option<usize>) -> &[u8] {
+        source.map_or(self.binary, |copy| &self.copies[copy])
+    }
+
+    /// The bytes of each buffer, exactly as many as it says.
+    pub fn slices(&self) -> Vec<&[u8]> {
+        let slice = |(source, length): &(Option<usize>, usize)| &self.bytes(*source)[..*length];
+        self.sources.iter().map(slice).collect()
+    }
+
+    /// Bytes of all that the buffers are in.
+    pub fn total(&self) -> u64 {
+        let copies = self.copies.iter().map(Vec::len).sum::<usize>();
+        (self.binary.len() + copies) as u64
+    }
+}
+
+/// Opens the file of a buffer.
+fn open(what: &str, uri: &str, folder: &SceneFolder<'_>) -> Result<SceneFile> {
+    let name = file_name(what, uri)?;
+    folder.open(what, &[PathBuf::from(&*name)])?.ok_or_else(|| {
+        Error::input(format!(
+            "{what}: there is no file {} where the scene expects it; put it there",
+            quoted(&name)
+        ))
+    })
+}
+
+/// The path, from the scene's folder, of the file that a URI names.
+pub fn file_name<'a>(what: &str, uri: &'a str) -> Result<Cow<'a, str>> {
+    // A file of another machine cannot be opened.
+    let local = (uri.strip_prefix("file://localhost")).or_else(|| uri.strip_prefix("file://"));
+    let uri = local.filter(|path| path.starts_with('/')).unwrap_or(uri);
+    if uri.contains("://") {
+        return Err(Error::input(format!(
+            "{what}: the uri {} is not a file beside the scene; download it and name it there",
+            quoted(uri)
+        )));
+    }
+    decode_percent(uri).ok_or_else(|| {
+        damaged(format!(
+            "{what}: the uri {} is not percent-encoded UTF-8",
+            quoted(uri)
+        ))
+    })
+}
+
+/// The bytes of `data:` URI content: `[type];base64,…`.
+pub fn decode_data_uri(data: &str) -> Option<Vec<u8>> {
+    let (kind, content) = data.split_once(',')?;
+    kind.ends_with(";base64").then_some(())?;
+    BASE64.decode(&*decode_percent(content)?).ok()
+}
+
+/// The text without its percent signs, if each of them begins a code and the codes make UTF-8.
+fn decode_percent(text: &str) -> Option<Cow<'_, str>> {
+    // The crate lets a `%` without its two digits stand: here that is damage.
+    let is_code = |rest: &str| {
+        let digits = rest.as_bytes().first_chunk::<2>();
+        digits.is_some_and(|digits| digits.iter().all(u8::is_ascii_hexdigit))
+    };
+    if !text.split('%').skip(1).all(is_code) {
+        return None;
+    }
+    percent_decode_str(text).decode_utf8().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_with_and_without_padding() {
+        for (text, bytes) in [
+            ("", &b""[..]),
+            ("Zg==", b"f"),
+            ("Zg", b"f"),
+            ("Zh", b"f"),
+            ("Zm8=", b"fo"),
+            ("Zm9v", b"foo"),
+            ("Zm9vYmE", b"fooba"),
+            ("/+8A", &[0xff, 0xef, 0]),
+        ] {
+            assert_eq!(BASE64.decode(text).as_deref(), Ok(bytes), "{text}");
+        }
+        for wrong in ["Z", "Zm9vZ", "Zm9*", "Zg===", "Zg==Zg==", "é"] {
+            assert!(BASE64.decode(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn data_uris_name_their_encoding() {
+        let decoded = decode_data_uri("application/octet-stream;base64,Zm9v");
+        assert_eq!(decoded.as_deref(), Some(&b"foo"[..]));
+        assert_eq!(
+            decode_data_uri(";base64,Zg%3D%3D").as_deref(),
+            Some(&b"f"[..])
+        );
+        for wrong in ["text/plain,foo", ";base64", "", ",", ";base64,%"] {
+            assert_eq!(decode_data_uri(wrong), None, "{wrong}");
+        }
+    }
+
+    #[test]
+    fn percent_signs_are_decoded() {
+        assert_eq!(decode_percent("a%20b%C3%A4").as_deref(), Some("a bä"));
+        for wrong in ["%", "%2", "%é", "%zz", "%+1", "%%41", "%ff"] {
+            assert_eq!(decode_percent(wrong), None, "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,286 @@
+//! Textures: images from files, data URIs and buffer views, each decoded once.
+
+use super::accessors::{Accessors, get};
+use super::document::{Document, Image as FileImage, Material, TextureInfo, TextureTransform};
+use super::materials::Uses;
+use super::{buffers, damaged};
+use crate::scene::notices::{Tally, label, quoted};
+use crate::scene::texture::{Image, Texture, Wrap};
+use crate::scene_files::progress::Progress;
+use crate::scene_files::scene_folder::{SceneFile, SceneFolder};
+use crate::scene_files::{image_files, images};
+use crate::{Error, Result};
+use glam::{Affine2, Mat2, Vec2};
+use std::borrow::Cow;
+use std::collections::HashMap;
+use std::path::PathBuf;
+
+/// The images that materials need.
+pub struct Textures<'a> {
+    document: &'a Document,
+    uses: &'a Uses,
+    /// For each of the file's images its index among the scene's; none if no material needs it, or if its file is missing.
+    images: Vec<Option<u32>>,
+}
+
+/// The source of the bytes of an image.
+enum Source<'a> {
+    File(SceneFile),
+    /// The text of a data URI behind `data:`.
+    Uri(&'a str),
+    /// A buffer view.
+    View(u64),
+}
+
+/// The identity of a source: images of the same source are one in the scene.
+#[derive(PartialEq, Eq, Hash)]
+enum Identity<'a> {
+    File((u64, u64)),
+    Uri(&'a str),
+    View(u64),
+}
+
+impl<'a> Textures<'a> {
+    /// Loads the images of the textures that materials need.
+    ///
+    /// # Errors
+    /// An index out of range; an image that cannot be read or decoded, or, unless `folder` permits it, is missing; too
+    /// many texels.
+    pub fn load(
+        accessors: &Accessors<'a>,
+        uses: &'a Uses,
+        folder: &SceneFolder<'_>,
+        progress: &mut Progress<'_>,
+        tally: &mut Tally,
+    ) -> Result<(Self, Vec<Image>)> {
+        let document = accessors.document;
+        let mut textures = Self {
+            document,
+            uses,
+            images: vec![None; document.images.len()],
+        };
+        let mut encoded = Vec::new();
+        let mut known: HashMap<Identity<'_>, u32> = HashMap::new();
+        let mut missing = vec![false; document.images.len()];
+        for (index, material) in document.materials.iter().enumerate() {
+            if !uses.has_faces[index] {
+                continue;
+            }
+            let what = label("material", index, &material.name);
+            for (kind, info) in slots(material, uses.emits[index]) {
+                let Some(info) = info else { continue };
+                let index = textures.image_of(&format!("{kind} of {what}"), info.index)?;
+                if textures.images[index].is_some() || missing[index] {
+                    continue;
+                }
+                let image = &document.images[index];
+                let what = label("image", index, &image.name);
+                let Some(source) = Source::of(&what, image, folder)? else {
+                    let name = image.uri.as_deref().unwrap_or_default();
+                    image_files::missing(&what, name, folder, tally)?;
+                    missing[index] = true;
+                    continue;
+                };
+                let identity = source.identity();
+                if let Some(known) = known.get(&identity) {
+                    textures.images[index] = Some(*known);
+                    continue;
+                }
+                let name = match &source {
+                    Source::File(_) => image.uri.as_deref().unwrap_or_default(),
+                    _ => &image.name,
+                };
+                let own = encoded.len() as u32;
+                encoded.push(images::Encoded {
+                    bytes: source.read(&what, accessors, progress)?,
+                    name: name.to_owned(),
+                    what,
+                });
+                known.insert(identity, own);
+                textures.images[index] = Some(own);
+            }
+        }
+        let images = images::decode(&encoded, &mut images::TexelCount::default(), progress)?;
+        Ok((textures, images))
+    }
+
+    /// The textures of the material at `index`: of base colour, metallic-roughness, normal and emission; none where an
+    /// image is not needed, or is missing.
+    pub fn of_material(&self, what: &str, index: usize) -> Result<[Option<Texture>; 4]> {
+        if !self.uses.has_faces[index] {
+            return Ok([None; 4]);
+        }
+        let material = &self.document.materials[index];
+        let [base_color, surface, normal, emissive] = slots(material, self.uses.emits[index])
+            .map(|(kind, info)| self.texture(&format!("{kind} of {what}"), info));
+        Ok([base_color?, surface?, normal?, emissive?])
+    }
+
+    fn texture(&self, what: &str, info: &Option<TextureInfo>) -> Result<Option<Texture>> {
+        let Some(info) = info else {
+            return Ok(None);
+        };
+        let Some(image) = self.images[self.image_of(what, info.index)?] else {
+            return Ok(None);
+        };
+        let placed = info.extensions.transform.clone().unwrap_or_default();
+        let set = placed.tex_coord.unwrap_or(info.tex_coord);
+        if set > 1 {
+            return Err(Error::input(format!(
+                "{what}: uses texture coordinates {set}, only 0 and 1 are supported; export it with two sets"
+            )));
+        }
+        let texture = &self.document.textures[info.index as usize];
+        let sampler = match texture.sampler {
+            None => None,
+            Some(index) => Some(get(&self.document.samplers, index).ok_or_else(|| {
+                damaged(format!(
+                    "{what}: sampler {index} is out of range, there are {}",
+                    self.document.samplers.len()
+                ))
+            })?),
+        };
+        let mode = |code: Option<i64>| match code {
+            None | Some(10497) => Ok(Wrap::Repeat),
+            Some(33648) => Ok(Wrap::Mirror),
+            Some(33071) => Ok(Wrap::Clamp),
+            Some(code) => Err(damaged(format!("{what}: wrap mode {code} is unknown"))),
+        };
+        Ok(Some(Texture {
+            image,
+            set: set as u32,
+            transform: transform(&placed),
+            wrap: [
+                mode(sampler.and_then(|s| s.wrap_s))?,
+                mode(sampler.and_then(|s| s.wrap_t))?,
+            ],
+            nearest: sampler.is_some_and(|s| s.mag_filter == Some(9728)),
+        }))
+    }
+
+    /// The index of a texture's image in the file.
+    fn image_of(&self, what: &str, texture: u64) -> Result<usize> {
+        let document = self.document;
+        let Some(found) = get(&document.textures, texture) else {
+            return Err(damaged(format!(
+                "{what}: texture {texture} is out of range, there are {}",
+                document.textures.len()
+            )));
+        };
+        let webp = found.extensions.webp.as_ref().map(|webp| webp.source);
+        let Some(source) = webp.or(found.source) else {
+            let format = match found.extensions.basisu {
+                Some(_) => "needs the extension KHR_texture_basisu, which is not supported",
+                None => "has no image",
+            };
+            return Err(Error::input(format!(
+                "{what}: texture {texture} {format}; export it with PNG, JPEG or WebP images"
+            )));
+        };
+        match usize::try_from(source) {
+            Ok(index) if index < document.images.len() => Ok(index),
+            _ => Err(damaged(format!(
+                "texture {texture}: image {source} is out of range, there are {}",
+                document.images.len()
+            ))),
+        }
+    }
+}
+
+/// The textures of a material that are followed, with their names: base colour, metallic-roughness, normal,
+/// emissive. `emits` tells whether it gives light at any time: else nothing is seen of the last.
+fn slots(material: &Material, emits: bool) -> [(&'static str, &Option<TextureInfo>); 4] {
+    let pbr = &material.pbr_metallic_roughness;
+    let lit = |texture| {
+        if material.is_unlit() { &None } else { texture }
+    };
+    [
+        ("base colour texture", &pbr.base_color_texture),
+        (
+            "metallic-roughness texture",
+            lit(&pbr.metallic_roughness_texture),
+        ),
+        ("normal texture", lit(&material.normal_texture)),
+        (
+            "emissive texture",
+            match emits {
+                true => lit(&material.emissive_texture),
+                false => &None,
+            },
+        ),
+    ]
+}
+
+/// KHR_texture_transform: scaled, then turned, then moved. It turns as the extension's words and its readers say, against
+/// the matrix in its text (KhronosGroup/glTF, issue 1563).
+fn transform(placed: &TextureTransform) -> Affine2 {
+    let (sin, cos) = placed.rotation.sin_cos();
+    // Counter-clockwise where v points down.
+    let turn = Mat2::from_cols(Vec2::new(cos, -sin), Vec2::new(sin, cos));
+    let scale = Mat2::from_diagonal(Vec2::from_array(placed.scale));
+    Affine2::from_mat2_translation(turn * scale, Vec2::from_array(placed.offset))
+}
+
+impl<'a> Source<'a> {
+    /// The source of an image's bytes; none if its file is missing.
+    fn of(what: &str, image: &'a FileImage, folder: &SceneFolder<'_>) -> Result<Option<Self>> {
+        match (&image.uri, image.buffer_view) {
+            (Some(uri), _) => match uri.strip_prefix("data:") {
+                Some(data) => Ok(Some(Self::Uri(data))),
+                None => {
+                    let name = buffers::file_name(what, uri)?;
+                    let found = folder.open_dispensable(what, &[PathBuf::from(&*name)])?;
+                    Ok(found.map(Self::File))
+                }
+            },
+            (None, Some(view)) => Ok(Some(Self::View(view))),
+            (None, None) => Err(damaged(format!(
+                "{what} has neither a uri nor a bufferView, {}",
+                quoted(&image.name)
+            ))),
+        }
+    }
+
+    fn identity(&self) -> Identity<'a> {
+        match self {
+            Self::File(file) => Identity::File(file.id),
+            Self::Uri(data) => Identity::Uri(data),
+            Self::View(view) => Identity::View(*view),
+        }
+    }
+
+    /// The bytes as they are in the file.
+    fn read<'b>(
+        self,
+        what: &str,
+        accessors: &Accessors<'b>,
+        progress: &mut Progress<'_>,
+    ) -> Result<Cow<'b, [u8]>> {
+        match self {
+            Self::File(file) => image_files::read(what, file, progress).map(Cow::Owned),
+            Self::Uri(data) => (buffers::decode_data_uri(data).map(Cow::Owned))
+                .ok_or_else(|| damaged(format!("{what}: its data URI is not base64"))),
+            Self::View(view) => accessors.view(what, view).map(Cow::Borrowed),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_transform_scales_then_turns_then_moves() {
+        let placed = TextureTransform {
+            offset: [0.25, 0.5],
+            rotation: std::f32::consts::FRAC_PI_2,
+            scale: [2.0, 3.0],
+            tex_coord: None,
+        };
+        // A quarter turn in the extension's sense takes +u to −v.
+        let found = transform(&placed).transform_point2(Vec2::new(1.0, 0.0));
+        assert!(found.distance(Vec2::new(0.25, -1.5)) < 1e-6, "{found}");
+        let found = transform(&placed).transform_point2(Vec2::new(0.0, 1.0));
+        assert!(found.distance(Vec2::new(3.25, 0.5)) < 1e-6, "{found}");
+    }
+}

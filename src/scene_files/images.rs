@@ -1,0 +1,271 @@
+//! Images of textures: decoding, with limits on what files may claim.
+
+use super::progress::Progress;
+use crate::panics::caught;
+use crate::scene::notices::quoted;
+use crate::scene::texture::Image;
+use crate::{Error, Result, memory};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+use rayon::prelude::*;
+use std::borrow::Cow;
+use std::io::Cursor;
+
+/// The largest width and height of an image, in texels.
+pub const MAX_SIZE: u32 = 16384;
+
+/// The most texels of all images of a scene: shaders count them in 32 bits.
+pub const MAX_TEXELS: u64 = 1 << 32;
+
+/// Bytes of a texel.
+pub(super) const BYTES: u64 = size_of::<[u8; 4]>() as u64;
+
+/// The most texels that are decoded at the same time, where an image alone has not more: those of the largest image.
+/// While an image is decoded it takes up to four times the memory that it has later.
+const TEXELS_AT_ONCE: u64 = MAX_SIZE as u64 * MAX_SIZE as u64;
+
+/// The most bytes that a decoder takes for what is no texel, such as the colour profile of a PNG file, which may unpack
+/// to a thousand times its size.
+const MAX_METADATA: u64 = 16 << 20;
+
+/// An image as it is in a file.
+pub(super) struct Encoded<'a> {
+    /// The element that has it, for messages.
+    pub what: String,
+    /// The name of the file or in the file; may be empty.
+    pub name: String,
+    /// A PNG, JPEG or WebP file.
+    pub bytes: Cow<'a, [u8]>,
+}
+
+/// The texels that a scene's images have so far.
+#[derive(Default)]
+pub(super) struct TexelCount(u64);
+
+impl TexelCount {
+    /// Counts those of one more image; `name` says which it is.
+    ///
+    /// # Errors
+    /// A scene cannot have as many.
+    pub fn add(&mut self, texels: u64, name: impl FnOnce() -> String) -> Result<()> {
+        self.0 = self.0.saturating_add(texels);
+        if self.0 <= MAX_TEXELS {
+            return Ok(());
+        }
+        Err(Error::input(format!(
+            "{}: with its {} bytes the scene's images have {} bytes when decoded, more than {}; scale them",
+            name(),
+            BYTES * texels,
+            BYTES.saturating_mul(self.0),
+            BYTES * MAX_TEXELS
+        )))
+    }
+}
+
+/// Decodes images, several at once. `count` has the texels of those decoded before.
+///
+/// # Errors
+/// The scene would have too many texels; another format, damaged data, or an image that is too large; the watcher's
+/// error.
+pub(super) fn decode(
+    encoded: &[Encoded<'_>],
+    count: &mut TexelCount,
+    progress: &mut Progress<'_>,
+) -> Result<Vec<Image>> {
+    // All sizes first: what is too much must not fill the memory.
+    let sizes: Vec<u64> = (encoded.iter())
+        .map(|image| {
+            let texels = image.guarded(Encoded::texels)?;
+            count.add(texels, || image.label())?;
+            Ok(texels)
+        })
+        .collect::<Result<_>>()?;
+    let texels: u64 = sizes.iter().sum();
+    memory::check(BYTES * (texels + 3 * texels.min(TEXELS_AT_ONCE)))
+        .map_err(|cause| Error::input(format!("the scene's images: {cause}; scale them")))?;
+    let mut images = Vec::with_capacity(encoded.len());
+    while images.len() < encoded.len() {
+        progress.pause()?;
+        let (_, sizes) = sizes.split_at(images.len());
+        let batch = &encoded[images.len()..][..batch_length(sizes)];
+        let decoded = batch.par_iter().map(|image| image.guarded(Encoded::decode));
+        let decoded: Result<Vec<Image>> = decoded.collect();
+        images.extend(decoded?);
+    }
+    progress.pause()?;
+    Ok(images)
+}
+
+/// How many of the images that have these numbers of texels are decoded at once: at least one.
+fn batch_length(sizes: &[u64]) -> usize {
+    let mut texels = 0;
+    let fitting = sizes.iter().take_while(|size| {
+        texels += **size;
+        texels <= TEXELS_AT_ONCE
+    });
+    fitting.take(rayon::current_num_threads()).count().max(1)
+}
+
+impl Encoded<'_> {
+    /// How messages call it.
+    fn label(&self) -> String {
+        match self.name.as_str() {
+            "" => self.what.clone(),
+            name => format!("{} ({})", self.what, quoted(name)),
+        }
+    }
+
+    fn wrong(&self, fault: impl std::fmt::Display) -> Error {
+        Error::input(format!("{}: {fault}", self.label()))
+    }
+
+    fn damaged(&self, cause: impl std::fmt::Display) -> Error {
+        let cause = cause.to_string().replace('\n', " ");
+        self.wrong(format!("cannot be decoded: {cause}; export it again"))
+    }
+
+    /// Runs work of a decoder. A panic, as damaged data can cause, is an error.
+    fn guarded<T>(&self, work: impl FnOnce(&Self) -> Result<T>) -> Result<T> {
+        caught(|| work(self)).unwrap_or_else(|| Err(self.damaged("it is damaged")))
+    }
+
+    /// The number of texels, of a size within the limits.
+    fn texels(&self) -> Result<u64> {
+        let (width, height) = self.decoder()?.0.dimensions();
+        Ok(u64::from(width) * u64::from(height))
+    }
+
+    /// A decoder that has read the size, which is within the limits, and the format.
+    fn decoder(&self) -> Result<(impl ImageDecoder, ImageFormat)> {
+        let mut reader = ImageReader::new(Cursor::new(&*self.bytes))
+            .with_guessed_format()
+            .map_err(|cause| self.damaged(cause))?;
+        let mut limits = Limits::default();
+        limits.max_alloc = Some(MAX_METADATA);
+        reader.limits(limits);
+        // The library reads other formats too, for environments.
+        let Some(format @ (ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP)) =
+            reader.format()
+        else {
+            return Err(self.wrong("is neither PNG, JPEG nor WebP; convert it to one of them"));
+        };
+        let decoder = reader.into_decoder().map_err(|cause| self.damaged(cause))?;
+        let (width, height) = decoder.dimensions();
+        if width > MAX_SIZE || height > MAX_SIZE || width == 0 || height == 0 {
+            return Err(self.wrong(format!(
+                "has {width} × {height} texels, it must be 1 to {MAX_SIZE} each way; scale it"
+            )));
+        }
+        Ok((decoder, format))
+    }
+
+    fn decode(&self) -> Result<Image> {
+        let (decoder, format) = self.decoder()?;
+        // Decoders may fill up what is missing, and tell no one.
+        let is_whole = match format {
+            ImageFormat::Jpeg => is_whole_jpeg(&self.bytes),
+            ImageFormat::WebP => is_whole_webp(&self.bytes),
+            _ => true,
+        };
+        if !is_whole {
+            return Err(self.damaged("it is cut off"));
+        }
+        let decoded = DynamicImage::from_decoder(decoder)
+            .map_err(|cause| self.damaged(cause))?
+            .into_rgba8();
+        let texels: &[[u8; 4]] = bytemuck::cast_slice(decoded.as_raw());
+        Ok(Image {
+            name: self.name.clone(),
+            width: decoded.width(),
+            height: decoded.height(),
+            texels: texels.into(),
+        })
+    }
+}
+
+/// Whether a JPEG file has the marker of its end. Markers inside of segments, as in the preview of a photograph, are
+/// not its own.
+fn is_whole_jpeg(bytes: &[u8]) -> bool {
+    const END: u8 = 0xD9;
+    // These markers have no segment; 0 stands for a byte of data, and FF before a marker for nothing.
+    let is_alone = |code: u8| matches!(code, 0 | 0x01 | 0xD0..=0xD8 | 0xFF);
+    let mut rest = bytes;
+    loop {
+        let is_marker = |pair: &[u8]| pair[0] == 0xFF && !is_alone(pair[1]);
+        let Some(at) = rest.windows(2).position(is_marker) else {
+            return false;
+        };
+        if rest[at + 1] == END {
+            return true;
+        }
+        // The length of the segment counts its own two bytes.
+        rest = &rest[at + 2..];
+        let length = rest.first_chunk().map(|length| u16::from_be_bytes(*length));
+        match length.and_then(|length| rest.get(usize::from(length)..)) {
+            Some(after) => rest = after,
+            None => return false,
+        }
+    }
+}
+
+/// Whether a WebP file is as long as it says: behind its first eight bytes. The byte that makes the length even is not
+/// always there.
+fn is_whole_webp(bytes: &[u8]) -> bool {
+    let length = bytes.get(4..).and_then(|bytes| bytes.first_chunk());
+    length
+        .is_some_and(|length| bytes.len() as u64 + 1 >= 8 + u64::from(u32::from_le_bytes(*length)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_jpeg_is_whole_if_its_own_end_is_there() {
+        let start = [0xFF, 0xD8];
+        let preview = [0xFF, 0xE1, 0, 6, 0xFF, 0xD8, 0xFF, 0xD9];
+        let scan = [0xFF, 0xDA, 0, 2, 1, 0xFF, 0, 2, 0xFF, 0xD3, 3];
+        let end = [0xFF, 0xFF, 0xD9];
+        assert!(is_whole_jpeg(&[&start[..], &scan, &end].concat()));
+        assert!(is_whole_jpeg(
+            &[&start[..], &preview, &scan, &scan, &end, b"more"].concat()
+        ));
+        for cut in [
+            &[&start[..], &preview, &scan].concat()[..],
+            &[&start[..], &scan, &[0xFF]].concat(),
+            &preview[..7],
+            &[0xFF, 0xD8, 0xFF, 0xE1],
+            b"",
+        ] {
+            assert!(!is_whole_jpeg(cut), "{cut:?}");
+        }
+    }
+
+    #[test]
+    fn a_webp_is_whole_if_it_is_as_long_as_it_says() {
+        let whole = b"RIFF\x06\0\0\0WEBPab";
+        assert!(is_whole_webp(whole) && is_whole_webp(&[&whole[..], b"more"].concat()));
+        assert!(!is_whole_webp(&whole[..12]) && !is_whole_webp(b"RIFF"));
+    }
+
+    #[test]
+    fn large_images_are_decoded_one_by_one() {
+        let largest = TEXELS_AT_ONCE;
+        assert_eq!(batch_length(&[largest, 1, 1]), 1);
+        assert_eq!(batch_length(&[1, largest, 1]), 1);
+        assert_eq!(batch_length(&[1]), 1);
+        let threads = rayon::current_num_threads();
+        assert_eq!(batch_length(&vec![1; threads + 1]), threads);
+    }
+
+    #[test]
+    fn texels_are_counted_up_to_the_limit() {
+        let mut count = TexelCount::default();
+        count.add(MAX_TEXELS - 1, || "a".into()).unwrap();
+        count.add(1, || "b".into()).unwrap();
+        let text = count.add(1, || "c".into()).unwrap_err().to_string();
+        assert!(
+            text.starts_with("c: with its 4 bytes") && text.contains("17179869188 bytes"),
+            "{text}"
+        );
+    }
+}

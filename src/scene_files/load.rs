@@ -1,0 +1,107 @@
+//! Reads a scene from a file of any supported format.
+
+use super::progress::{Progress, Watch, Watched};
+use super::scene_folder::SceneFolder;
+use super::{Options, gltf, obj};
+use crate::scene::Scene;
+use crate::{Error, Result, input_files, memory};
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::Path;
+
+/// Largest glTF file, in bytes, without its separate buffers: a GLB stores its length in 32 bits.
+const MAX_BYTES: u64 = u32::MAX as u64;
+
+/// Bytes of memory that an OBJ file takes for each of its own.
+const OBJ_RATIO: u64 = 4;
+
+/// Reads and validates a scene: glTF 2.0 (`.gltf`, `.glb`) or Wavefront OBJ (`.obj`).
+///
+/// For any content this returns either a scene that passes [`Scene::validate`], with a notice for
+/// each thing assumed or ignored, or an error of one line that names the file, the element and what
+/// to do.
+///
+/// # Errors
+/// The file cannot be read, or its content is not a valid scene.
+pub fn load(path: &Path) -> Result<Scene> {
+    load_watched(path, Options::default(), &mut |_, _, _| Ok(()))
+}
+
+/// [`load`] with progress reports to `watch`.
+///
+/// # Errors
+/// Those of [`load`], and those of `watch`.
+pub fn load_watched(path: &Path, options: Options, watch: &mut Watch<'_>) -> Result<Scene> {
+    let extension = path
+        .extension()
+        .map(|extension| extension.to_string_lossy().to_lowercase());
+    let folder = SceneFolder::new(path.parent().unwrap_or(Path::new("")), options);
+    let mut progress = Progress::new(watch);
+    let scene = match extension.as_deref() {
+        Some("gltf" | "glb") => read_whole(path, &mut progress).and_then(|bytes| {
+            if extension.as_deref() == Some("glb") && !bytes.starts_with(b"glTF") {
+                return Err(Error::input(
+                    "is no binary glTF, its first bytes are not \"glTF\"; export it again",
+                ));
+            }
+            gltf::read(&bytes, &folder, &mut progress)
+        }),
+        Some("obj") => open_file(path, &mut progress).and_then(|(file, length)| {
+            memory::check(length.saturating_mul(OBJ_RATIO))
+                .map_err(|cause| Error::input(format!("{cause}; give a smaller scene")))?;
+            let file = Watched::new(file, &mut progress).take(length);
+            obj::read(BufReader::with_capacity(1 << 16, file), &folder)?
+                .load_textures(&folder, &mut progress)
+        }),
+        _ => Err(Error::input(
+            "is no scene that can be read; give a .gltf, .glb or .obj file",
+        )),
+    };
+    scene
+        .and_then(|mut scene| {
+            scene.validate()?;
+            Ok(finished(scene, path))
+        })
+        .map_err(|error| match error {
+            Error::Input(fault) => Error::input(format!("{}: {fault}", path.to_string_lossy())),
+            other => other,
+        })
+}
+
+/// A file, and how many bytes it has.
+fn open_file(path: &Path, progress: &mut Progress<'_>) -> Result<(File, u64)> {
+    let file = input_files::open(path).map_err(unreadable)?;
+    let length = file.metadata().map_err(unreadable)?.len();
+    progress.expect(length);
+    Ok((file, length))
+}
+
+/// The bytes of a glTF file.
+fn read_whole(path: &Path, progress: &mut Progress<'_>) -> Result<Vec<u8>> {
+    let (file, length) = open_file(path, progress)?;
+    if length > MAX_BYTES {
+        return Err(Error::input(format!(
+            "has {length} bytes, a glTF file at most {MAX_BYTES}; give a smaller scene, or one with its buffers in files of their own"
+        )));
+    }
+    input_files::read_length(Watched::new(file, progress), length)
+        .map_err(|cause| Error::from_io(cause, unreadable))
+}
+
+fn finished(mut scene: Scene, path: &Path) -> Scene {
+    scene.name = path
+        .file_stem()
+        .map(|stem| stem.to_string_lossy().into_owned())
+        .unwrap_or_default();
+    if scene.triangle_count() == 0 {
+        scene
+            .notices
+            .push("the scene has no triangles, nothing of it can be seen".into());
+    }
+    scene
+}
+
+/// The error of a file that cannot be read; [`load_watched`] puts the path in front of it.
+fn unreadable(cause: std::io::Error) -> Error {
+    Error::input(format!("cannot be read: {cause}"))
+}

@@ -1,0 +1,476 @@
+//! Wavefront OBJ: polygons in objects and groups, with materials from MTL files.
+//!
+//! Read here rather than by the `tobj` crate. Its errors name no line, it takes 4.4 times the size
+//! of a file in memory, and its version 4.0.5 fails on these files:
+//! - it panics on a colour of one or two numbers in an MTL file, such as `Kd 0.5`;
+//! - it refuses Latin-1 in names and comments, lines continued by `\`, comments behind the numbers
+//!   of a vertex or a face, colours on some vertices only, colours with alpha, and a tab behind
+//!   `usemtl`;
+//! - it drops all materials of an MTL file with Latin-1, a continued line or `d -halo 0.5`;
+//! - it ignores the face statement `fo`;
+//! - it builds wrong meshes: where only some faces have normals, other faces get them; concave
+//!   polygons are cut across their outside; a line `l 1 2 3` or a face of two corners becomes a
+//!   triangle;
+//! - it accepts `nan`, numbers beyond f32, indices of normals in a file without normals, and, as an
+//!   empty scene, a text that is no OBJ.
+//!
+//! Each `o` or `g` begins a mesh; its materials become parts. Polygons are cut by
+//! [`super::polygon`], concave ones too. Free-form curves and surfaces are skipped.
+
+mod building;
+mod lines;
+mod maps;
+mod mtl;
+
+use super::polygon::triangulate;
+use super::progress::Progress;
+use super::scene_folder::{SceneFile, SceneFolder};
+use crate::scene::notices::{Tally, quoted};
+use crate::scene::{Bounds, Instance, Material, Scene};
+use crate::{Error, Result, memory};
+use building::{Building, Corner, MISSING, join_parts};
+use glam::{DAffine3, DVec3, Vec2, Vec3};
+use lines::{Line, Lines};
+use mtl::Maps;
+use std::collections::{HashMap, HashSet};
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+
+/// What faces without a material look like.
+const GREY: Vec3 = Vec3::splat(0.8);
+
+/// The largest MTL file, in bytes.
+const MAX_MTL_BYTES: u64 = 64 << 20;
+
+/// Bytes of memory that an MTL file takes at most for each of its own: a material has about 430, and its line may have 7.
+const MTL_RATIO: u64 = 128;
+
+/// Bytes of memory that a mesh takes beside its vertices and triangles, with its instance.
+const MESH_BYTES: u64 = 1 << 10;
+
+/// Bytes of memory that a face takes for each byte of its line until it is cut: a corner takes 96, and has at least two.
+const FACE_RATIO: u64 = 48;
+
+/// Bytes of memory that the name of an MTL file takes beside its text.
+const NAME_BYTES: u64 = 128;
+
+/// The most kinds of textures that a notice lists.
+const MAX_KINDS: usize = 16;
+
+/// Reads an OBJ file; the MTL files it names lie in `folder`. Errors name the line, not the file.
+/// The scene is not validated yet.
+///
+/// # Errors
+/// A statement that is wrong, or an MTL file that is.
+pub(super) fn read(source: impl BufRead, folder: &SceneFolder<'_>) -> Result<Untextured> {
+    let mut reader = Reader::new(folder);
+    let mut lines = Lines::new(source);
+    let mut unknown = None;
+    let mut known = false;
+    while let Some(line) = lines.next()? {
+        if reader.statement(&line)? {
+            known = true;
+        } else if unknown.is_none() {
+            unknown = Some(line.wrong("is not a statement of OBJ; give an OBJ file"));
+        }
+    }
+    match unknown {
+        Some(error) if !known => Err(error),
+        _ => Ok(reader.finish()),
+    }
+}
+
+/// A scene that lacks its textures, since these are read after the file.
+pub(super) struct Untextured {
+    scene: Scene,
+    maps: Vec<Maps>,
+    tally: Tally,
+}
+
+impl Untextured {
+    /// Loads the textures, whose files lie in `folder`.
+    ///
+    /// # Errors
+    /// Those of [`maps::load`].
+    pub fn load_textures(
+        self,
+        folder: &SceneFolder<'_>,
+        progress: &mut Progress<'_>,
+    ) -> Result<Scene> {
+        let Self {
+            mut scene,
+            maps,
+            mut tally,
+        } = self;
+        maps::load(&mut scene, &maps, folder, progress, &mut tally)?;
+        scene.notices.extend(tally.into_lines());
+        Ok(scene)
+    }
+}
+
+struct Reader<'a> {
+    folder: &'a SceneFolder<'a>,
+    positions: Vec<DVec3>,
+    /// The origin of the mesh at hand.
+    center: DVec3,
+    /// The number of positions that were looked at for that origin and those before.
+    centered: usize,
+    normals: Vec<Vec3>,
+    coordinates: Vec<Vec2>,
+    scene: Scene,
+    /// The textures of each material of the scene.
+    maps: Vec<Maps>,
+    materials: HashMap<String, u32>,
+    /// The MTL files that were read, and all names after `mtllib`.
+    libraries: HashSet<(u64, u64)>,
+    library_names: HashSet<String>,
+    /// The material of the faces to come; none is grey.
+    material: Option<u32>,
+    grey: Option<u32>,
+    mesh: Building,
+    tally: Tally,
+    /// The corners and points of the face at hand, kept for their memory.
+    corners: Vec<Corner>,
+    points: Vec<Vec3>,
+    /// Kinds of textures that are not supported, each once, and not more than one above [`MAX_KINDS`].
+    textures: Vec<String>,
+}
+
+impl<'a> Reader<'a> {
+    fn new(folder: &'a SceneFolder<'a>) -> Self {
+        Self {
+            folder,
+            positions: Vec::new(),
+            center: DVec3::ZERO,
+            centered: 0,
+            normals: Vec::new(),
+            coordinates: Vec::new(),
+            scene: Scene::default(),
+            maps: Vec::new(),
+            materials: HashMap::new(),
+            libraries: HashSet::new(),
+            library_names: HashSet::new(),
+            material: None,
+            grey: None,
+            mesh: Building::default(),
+            tally: Tally::default(),
+            corners: Vec::new(),
+            points: Vec::new(),
+            textures: Vec::new(),
+        }
+    }
+
+    /// Follows a statement; false if OBJ knows none such.
+    fn statement(&mut self, line: &Line) -> Result<bool> {
+        match line.keyword {
+            "v" => {
+                self.positions.push(line.numbers()?.into());
+                if line.words().count() >= 6 {
+                    self.tally
+                        .add("vertex colours are ignored", || line.place());
+                }
+            }
+            "vn" => {
+                self.normals.push(DVec3::from(line.numbers()?).as_vec3());
+            }
+            "vt" => {
+                let mut words = line.words();
+                // What is no number counts only where a texture uses it.
+                let mut number = || {
+                    words
+                        .next()
+                        .map_or(0.0, |word| word.parse().unwrap_or(f32::NAN))
+                };
+                self.coordinates.push(Vec2::new(number(), number()));
+            }
+            "f" | "fo" => self.face(line)?,
+            "o" | "g" => {
+                check_memory(line, MESH_BYTES)?;
+                self.finish_mesh();
+                self.mesh.mesh.name = line.rest.to_owned();
+            }
+            "usemtl" => self.use_material(line),
+            "mtllib" => self.material_library(line)?,
+            "p" | "l" => self
+                .tally
+                .add("points and lines are skipped", || line.place()),
+            "curv" | "curv2" | "surf" => self
+                .tally
+                .add("free-form curves and surfaces are skipped", || line.place()),
+            "vp" | "s" | "mg" | "cstype" | "deg" | "bmat" | "step" | "parm" | "trim" | "hole"
+            | "scrv" | "sp" | "end" | "con" | "bevel" | "c_interp" | "d_interp" | "lod"
+            | "shadow_obj" | "trace_obj" | "ctech" | "stech" | "usemap" | "maplib" => {}
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    fn face(&mut self, line: &Line) -> Result<()> {
+        check_memory(line, line.rest.len() as u64 * FACE_RATIO)?;
+        let material = match self.material {
+            Some(material) => material,
+            None => self.grey(),
+        };
+        let textured = self.maps[material as usize].all().next().is_some();
+        self.corners.clear();
+        self.points.clear();
+        // By the mesh's own vertices, or where all vertices of a file come first, by all of them.
+        if self.mesh.mesh.triangles.is_empty() && self.centered < self.positions.len() {
+            self.center = center_of(&self.positions[self.centered..]);
+            self.centered = self.positions.len();
+        }
+        for word in line.words() {
+            let mut numbers = word.split('/');
+            let position = numbers.next().unwrap_or_default();
+            let coordinates = numbers.next().unwrap_or_default();
+            let normal = numbers.next().unwrap_or_default();
+            let position = index(line, "vertex", position, self.positions.len())?;
+            let or_missing = |kind: &str, word: &str, count: usize| match word {
+                "" => Ok(MISSING),
+                _ => index(line, kind, word, count),
+            };
+            let normal = or_missing("normal", normal, self.normals.len())?;
+            let coordinates = match textured {
+                true => or_missing("texture coordinate", coordinates, self.coordinates.len())?,
+                false => MISSING,
+            };
+            let at = self.coordinates.get(coordinates as usize);
+            if at.is_some_and(|at| !at.is_finite()) {
+                return Err(line.wrong("its texture coordinates are not finite"));
+            }
+            if textured && coordinates == MISSING {
+                self.tally
+                    .add("texture coordinates are missing, 0 is used", || {
+                        line.place()
+                    });
+            }
+            let position_here = self.positions[position as usize] - self.center;
+            self.points.push(position_here.as_vec3());
+            self.corners.push(Corner {
+                position,
+                normal,
+                coordinates,
+            });
+        }
+        if self.corners.len() < 3 {
+            return Err(line.wrong("a face needs three corners"));
+        }
+        let Self {
+            corners,
+            points,
+            normals,
+            coordinates,
+            mesh,
+            ..
+        } = self;
+        let vertices = mesh.mesh.positions.len() + corners.len();
+        if vertices.max(mesh.mesh.triangles.len() + corners.len()) >= u32::MAX as usize {
+            return Err(line.wrong("the object has more than 2³² vertices; split it"));
+        }
+        for &corner in corners.iter() {
+            mesh.has_normals |= corner.normal != MISSING;
+        }
+        mesh.has_coordinates |= textured;
+        triangulate(points, |triangle| {
+            let triangle =
+                triangle.map(|i| mesh.vertex(corners[i], points[i], normals, coordinates));
+            mesh.push(triangle, material);
+        });
+        Ok(())
+    }
+
+    fn use_material(&mut self, line: &Line) {
+        self.material = self.materials.get(line.rest).copied();
+        if self.material.is_none() {
+            self.tally
+                .add("materials that no MTL file has are grey (0.8)", || {
+                    format!("{}: {}", line.place(), quoted(line.rest))
+                });
+        }
+    }
+
+    fn material_library(&mut self, line: &Line) -> Result<()> {
+        // A name may contain spaces, and there may be several names.
+        if self.library(line, line.rest)? {
+            return Ok(());
+        }
+        let is_one = line.words().nth(1).is_none();
+        for name in line.words() {
+            if is_one || !self.library(line, name)? {
+                self.tally
+                    .add("MTL files that cannot be read are left out", || {
+                        format!("{}: {}", line.place(), quoted(name))
+                    });
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads the MTL file of this name, unless that was tried before; false if there is none.
+    fn library(&mut self, line: &Line, name: &str) -> Result<bool> {
+        check_memory(line, name.len() as u64 + NAME_BYTES)?;
+        if !self.library_names.insert(name.to_owned()) {
+            return Ok(true);
+        }
+        match self.open_library(line, name)? {
+            Some(file) => self.read_library(name, file).map(|()| true),
+            None => Ok(false),
+        }
+    }
+
+    fn open_library(&self, line: &Line, name: &str) -> Result<Option<SceneFile>> {
+        let open = |name: &str| {
+            let what = format!("mtllib in {}", line.place());
+            self.folder.open_dispensable(&what, &[name.into()])
+        };
+        let found = open(name)?;
+        // One after the other: what is inside with backslashes may be outside with slashes.
+        match name.replace('\\', "/") {
+            other if found.is_none() && other != name => open(&other),
+            _ => Ok(found),
+        }
+    }
+
+    /// Reads an MTL file, unless it was read before; `name` is how the OBJ file calls it.
+    fn read_library(&mut self, name: &str, file: SceneFile) -> Result<()> {
+        if !self.libraries.insert(file.id) {
+            return Ok(());
+        }
+        if file.length > MAX_MTL_BYTES {
+            return Err(Error::input(format!(
+                "{} has {} bytes, an MTL file at most {MAX_MTL_BYTES}; remove materials that nothing uses",
+                quoted(name),
+                file.length
+            )));
+        }
+        memory::check(file.length * MTL_RATIO).map_err(|cause| {
+            Error::input(format!(
+                "{}: {cause}; remove materials that nothing uses",
+                quoted(name)
+            ))
+        })?;
+        let folder = file.name.parent().unwrap_or(Path::new(""));
+        let source = BufReader::new(file.file.take(file.length));
+        let first = self.scene.materials.len();
+        let library = mtl::read(source, folder, &mut self.scene.materials, &mut self.maps)
+            .map_err(|fault| Error::input(format!("{}, {fault}", quoted(name))))?;
+        for texture in library.textures {
+            if self.textures.len() <= MAX_KINDS && !self.textures.contains(&texture) {
+                self.textures.push(texture);
+            }
+        }
+        for (option, place) in library.options {
+            let what = format!("the option {option} of textures is ignored");
+            self.tally
+                .add(&what, || format!("{place} of {}", quoted(name)));
+        }
+        for material in library.transparent {
+            self.tally
+                .add("transparency is not supported, surfaces are opaque", || {
+                    format!("material {}", quoted(&material))
+                });
+        }
+        for (index, material) in self.scene.materials.iter().enumerate().skip(first) {
+            self.materials.insert(material.name.clone(), index as u32);
+        }
+        Ok(())
+    }
+
+    /// The material of faces that have none.
+    fn grey(&mut self) -> u32 {
+        *self.grey.get_or_insert_with(|| {
+            self.scene.materials.push(Material::lambert("", GREY));
+            self.maps.push(Maps::default());
+            self.scene.materials.len() as u32 - 1
+        })
+    }
+
+    /// Puts the mesh at hand into the scene, if it has triangles.
+    fn finish_mesh(&mut self) {
+        let Building {
+            mut mesh,
+            has_normals,
+            has_coordinates,
+            ..
+        } = std::mem::take(&mut self.mesh);
+        if mesh.triangles.is_empty() {
+            return;
+        }
+        if !has_normals {
+            mesh.normals = Vec::new();
+        }
+        if has_coordinates {
+            mesh.uvs[0].resize(mesh.positions.len(), Vec2::ZERO);
+        }
+        join_parts(&mut mesh);
+        self.scene.instances.push(Instance {
+            name: mesh.name.clone(),
+            mesh: self.scene.meshes.len() as u32,
+            object_to_world: DAffine3::from_translation(self.center),
+        });
+        self.scene.meshes.push(mesh);
+    }
+
+    fn finish(mut self) -> Untextured {
+        self.finish_mesh();
+        if self.grey.is_some() {
+            self.tally
+                .add("faces without a material are given one", || {
+                    "grey Lambert (0.8)".to_owned()
+                });
+        }
+        if !self.textures.is_empty() {
+            let others = match self.textures.len() > MAX_KINDS {
+                true => {
+                    self.textures.truncate(MAX_KINDS);
+                    " and others"
+                }
+                false => "",
+            };
+            let list = self.textures.join(", ") + others;
+            self.tally
+                .add("textures that are not supported are ignored", || list);
+        }
+        Untextured {
+            scene: self.scene,
+            maps: self.maps,
+            tally: self.tally,
+        }
+    }
+}
+
+/// Where a mesh has its origin: in the middle of the vertices if these are much further from 0 than from each other, so that
+/// f32 is as fine as it would be there; else at 0.
+fn center_of(positions: &[DVec3]) -> DVec3 {
+    const FAR: f64 = 256.0;
+    let bounds = Bounds::of(positions.iter().copied());
+    let is_far = |b: &Bounds| b.center().abs().max_element() > FAR * b.size().max_element();
+    bounds
+        .filter(is_far)
+        .map_or(DVec3::ZERO, |bounds| bounds.center())
+}
+
+/// Checks that there is memory for what a line takes.
+fn check_memory(line: &Line, bytes: u64) -> Result<()> {
+    memory::check(bytes).map_err(|cause| line.wrong(&format!("{cause}; give a smaller scene")))
+}
+
+/// An index of OBJ: from 1, or negative back from the last.
+fn index(line: &Line, kind: &str, word: &str, count: usize) -> Result<u32> {
+    let number: i64 = word
+        .parse()
+        .map_err(|_| line.wrong(&format!("{} is no {kind} index", quoted(word))))?;
+    let index = match number {
+        1.. => number - 1,
+        _ => number.saturating_add(count as i64),
+    };
+    if number == 0 || !(0..count as i64).contains(&index) {
+        return Err(line.wrong(&format!(
+            "{kind} {number} is out of range, there are {count} so far"
+        )));
+    }
+    u32::try_from(index)
+        .ok()
+        .filter(|&index| index != MISSING)
+        .ok_or_else(|| line.wrong(&format!("{kind} {number} is beyond 32 bits")))
+}
