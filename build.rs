@@ -1,57 +1,21 @@
 //! Compiles every pass in every variant to SPIR-V and embeds it, with the GLSL sources.
 
-#![allow(dead_code)]
-// The crate's own parts of shared files are marked `cfg(headwater)`.
-#![allow(unexpected_cfgs)]
-
-use gpu::compiler::Sources;
+use headwater_shader_interface::compiler::{self, Sources};
+use headwater_shader_interface::{self as shader_interface, Variant};
 use std::fmt::Write as _;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-#[path = "src/gpu"]
-mod gpu {
-    #[macro_use]
-    pub mod layout;
-    pub mod compiler;
-}
-#[path = "src/render"]
-mod render {
-    pub mod specialisation;
-}
-#[path = "src/device_scene"]
-mod device_scene {
-    pub mod buffers;
-}
-#[path = "src/choices.rs"]
-mod choices;
-#[path = "src/layouts/mod.rs"]
-mod layouts;
-#[path = "src/shader_variants.rs"]
-mod shader_variants;
-
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    println!("cargo:rustc-cfg=headwater");
-    println!("cargo:rustc-check-cfg=cfg(headwater)");
-    for path in [
-        "build.rs",
-        "glsl",
-        "src/choices.rs",
-        "src/gpu/layout.rs",
-        "src/gpu/compiler.rs",
-        "src/layouts",
-        "src/render/specialisation.rs",
-        "src/shader_variants.rs",
-        "src/device_scene/buffers.rs",
-    ] {
+    for path in ["build.rs", "glsl"] {
         println!("cargo:rerun-if-changed={path}");
     }
     println!("cargo:rustc-env=HEADWATER_COMMIT={}", commit());
     let out = PathBuf::from(std::env::var("OUT_DIR")?);
-    let mut sources = gpu::compiler::read_folder(Path::new("glsl"))?;
-    let generated = layouts::generated();
+    let mut sources = compiler::read_folder(Path::new("glsl"))?;
+    let generated = shader_interface::generated();
     let shipped: Vec<String> = sources.keys().cloned().collect();
     sources.extend(generated.map(|(name, text)| (name.to_owned(), text)));
 
@@ -59,8 +23,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let passes = shipped
         .iter()
         .filter_map(|file| file.strip_prefix("passes/")?.strip_suffix(".comp"));
-    let shaders: Vec<(&str, shader_variants::Variant)> = passes
-        .flat_map(|pass| shader_variants::Variant::all().map(move |variant| (pass, variant)))
+    let shaders: Vec<(&str, Variant)> = passes
+        .flat_map(|pass| Variant::all().map(move |variant| (pass, variant)))
         .collect();
     compile_all(&shaders, &sources, &out)?;
     let mut table = String::from("&[\n");
@@ -86,11 +50,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 /// Compiles shaders into `out`, on every core.
-fn compile_all(
-    shaders: &[(&str, shader_variants::Variant)],
-    sources: &Sources,
-    out: &Path,
-) -> Result<(), String> {
+fn compile_all(shaders: &[(&str, Variant)], sources: &Sources, out: &Path) -> Result<(), String> {
     let next = AtomicUsize::new(0);
     let work = || -> Result<(), String> {
         while let Some((pass, variant)) = shaders.get(next.fetch_add(1, Ordering::Relaxed)) {
@@ -109,17 +69,12 @@ fn compile_all(
 
 /// Compiles one shader to `KEY.spv`, unless the last build made that file from the same input: an edit of one shader then
 /// costs only the passes that include it.
-fn compile(
-    pass: &str,
-    variant: shader_variants::Variant,
-    sources: &Sources,
-    out: &Path,
-) -> Result<(), String> {
+fn compile(pass: &str, variant: Variant, sources: &Sources, out: &Path) -> Result<(), String> {
     let file = format!("passes/{pass}.comp");
     let defines = variant.defines();
     let mut hasher = DefaultHasher::new();
-    (include_str!("src/gpu/compiler.rs"), &defines).hash(&mut hasher);
-    for name in gpu::compiler::closure(&file, sources) {
+    (include_str!("src/shader_interface/compiler.rs"), &defines).hash(&mut hasher);
+    for name in compiler::closure(&file, sources) {
         (name, &sources[name]).hash(&mut hasher);
     }
     let hash = hasher.finish().to_le_bytes();
@@ -130,7 +85,7 @@ fn compile(
     }
     // An interrupted build leaves no hash, and so the file is made again.
     let _ = std::fs::remove_file(&made_from);
-    let words = gpu::compiler::compile(&file, &sources[&file], sources, &defines)?;
+    let words = compiler::compile(&file, &sources[&file], sources, &defines)?;
     let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
     let written = std::fs::write(&spirv, bytes).and_then(|()| std::fs::write(&made_from, hash));
     written.map_err(|e| format!("cannot write {}: {e}", spirv.display()))

@@ -15,4 +15,4 @@
 #extension GL_EXT_samplerless_texture_functions : require
 #endif
 
-#include "layouts.glsl"
+#include "declarations.glsl"

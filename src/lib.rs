@@ -4,7 +4,6 @@
 //! The way of the data: [`scene`] → [`gpu`] → [`device_scene`] → [`render`] → `image` → `metrics`.
 #![warn(missing_docs)]
 
-pub mod choices;
 pub mod commands;
 pub mod device_scene;
 mod environment_variable;
@@ -14,7 +13,6 @@ pub mod gpu;
 pub mod image;
 mod input_files;
 mod json;
-pub mod layouts;
 mod memory;
 pub mod metrics;
 mod nearest;
@@ -29,9 +27,9 @@ pub mod regress;
 pub mod render;
 pub mod scene;
 pub mod scene_files;
-pub mod shader_variants;
 mod short_hash;
 pub mod study;
 pub mod toml_text;
 
 pub use error::{Error, Result};
+pub use headwater_shader_interface as shader_interface;

@@ -4,13 +4,13 @@
 
 mod support;
 
-use headwater::device_scene::{Fetch, GeometryAccess, Textures, Tracer, Variant};
 use headwater::image::Image;
 use headwater::metrics::error::Errors;
 use headwater::procedural;
 use headwater::render::View;
 use headwater::render::presets::Preset;
 use headwater::scene::Environment;
+use headwater::shader_interface::{Fetch, GeometryAccess, Textures, Tracer, Variant};
 
 /// The scenes; with the other largest ones all are taken with every preset, and otherwise [`FEW`].
 const SCENES: [&str; 4] = ["cornell-glossy", "two-rooms", "night-city", "conservatory"];

@@ -2,8 +2,8 @@
 
 mod support;
 
-use headwater::gpu::compiler::{self, Sources};
 use headwater::gpu::{Bindings, Buffer, ComputePass, Recording, Resource, Usage};
+use headwater::shader_interface::compiler::{self, Sources};
 
 headwater::bindings! {
     /// What the pass `loops` is bound to.

@@ -5,7 +5,6 @@
 mod support;
 
 use glam::{DAffine3, DQuat, DVec3, EulerRot, Vec3};
-use headwater::device_scene::{Tracer, Variant};
 use headwater::procedural;
 use headwater::render::outputs::Sums;
 use headwater::render::presets::Preset;
@@ -13,6 +12,7 @@ use headwater::render::settings::{Candidates, GridMode, Integrator, ReuseMode, S
 use headwater::render::{Settings, View};
 use headwater::scene::validate::{BRIGHTEST, LARGEST_COORDINATE};
 use headwater::scene::{Camera, Environment, Material, PunctualLight, PunctualShape, Scene};
+use headwater::shader_interface::{Tracer, Variant};
 
 /// Glossy spheres with smooth normals, one of them placed twice, so that not all is gathered.
 fn scene() -> Scene {

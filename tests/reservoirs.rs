@@ -5,11 +5,11 @@ mod support;
 use glam::Vec2;
 use headwater::device_scene::GpuScene;
 use headwater::gpu::Device;
-use headwater::layouts::{NONE, PrimarySurface, ReservoirAov};
 use headwater::procedural;
 use headwater::render::presets::Preset;
 use headwater::render::{Kind, Renderer, Settings, Tracking, View};
 use headwater::scene::Scene;
+use headwater::shader_interface::{NONE, PrimarySurface, ReservoirAov};
 use std::sync::Arc;
 
 /// Triangles of the room's lamp.

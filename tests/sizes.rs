@@ -6,14 +6,14 @@ mod support;
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use headwater::Result;
 use headwater::device_scene::selection::{GeometryChoice, Selection, TracerChoice, Wanted, select};
-use headwater::device_scene::{Fetch, GeometryAccess, GpuScene, SceneSizes};
+use headwater::device_scene::{GpuScene, SceneSizes};
 use headwater::gpu::{Device, DeviceInfo};
-use headwater::layouts::PixelSums;
 use headwater::procedural;
 use headwater::render::presets::Preset;
 use headwater::render::settings::{DirectMode, IndirectMode, Secondary};
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::{Image, Scene, Texture};
+use headwater::shader_interface::{Fetch, GeometryAccess, PixelSums};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Held by each test, since they open devices of their own: see [`Device::open`].

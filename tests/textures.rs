@@ -3,8 +3,8 @@
 mod support;
 
 use glam::{Affine2, DVec3, Vec2, Vec3, Vec4};
+use headwater::device_scene::SceneSizes;
 use headwater::device_scene::selection::{TexturesChoice, Wanted, select};
-use headwater::device_scene::{SceneSizes, Textures, Tracer, Variant};
 use headwater::gpu::{DeviceInfo, DriverKind};
 use headwater::procedural;
 use headwater::render::presets::Preset;
@@ -13,6 +13,7 @@ use headwater::render::{Settings, View};
 use headwater::scene::lights;
 use headwater::scene::texture::Wrap;
 use headwater::scene::{Environment, Image, Material, Scene, Texture};
+use headwater::shader_interface::{Textures, Tracer, Variant};
 
 /// The bits of a frame by a tracer that the tests' device has.
 fn bits(scene: &Scene, settings: &Settings, tracer: Tracer) -> Vec<[u32; 3]> {

@@ -3,20 +3,18 @@
 
 mod support;
 
-use headwater::device_scene::Variant;
 use headwater::device_scene::shaders::spirv;
 use headwater::gpu::{Buffer, ComputePass, Device, Recording, Usage};
-use headwater::layouts::{
-    COUNTER_CELLS, COUNTER_DROPPED, COUNTER_PLACES, COUNTER_VERTICES, COUNTERS, NONE,
-    RestirConstants, WORLD_VERTEX_BITS,
-};
 use headwater::procedural;
 use headwater::render::Settings;
 use headwater::render::presets::Preset;
 use headwater::render::settings::{DirectMode, IndirectMode, Secondary};
-use headwater::render::specialisation::Specialisation;
 use headwater::render::techniques::prefix_sum::PrefixSum;
 use headwater::render::techniques::world_table::{TableSize, WorldTable};
+use headwater::shader_interface::{
+    COUNTER_CELLS, COUNTER_DROPPED, COUNTER_PLACES, COUNTER_VERTICES, COUNTERS, NONE,
+    RestirConstants, Specialisation, Variant, WORLD_VERTEX_BITS,
+};
 use std::collections::BTreeMap;
 use std::process::Command;
 use std::sync::Arc;

@@ -2,13 +2,13 @@
 
 use super::arguments::SceneArgs;
 use super::notice;
-use crate::choices::{HashGrid, WorldReservoirs};
 use crate::image::Format;
 use crate::render::Settings;
 use crate::render::settings::{
     Candidates, DirectMode, Far, Heuristic, IndirectMode, Integrator, Visibility,
 };
 use crate::scene_files::file_of;
+use crate::shader_interface::{HashGrid, WorldReservoirs};
 use std::path::PathBuf;
 
 /// Settings that `reference` takes.

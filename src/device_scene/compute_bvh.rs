@@ -1,7 +1,7 @@
 //! Trees for the BVH traversed in compute: one for each mesh, one over the instances, as one array
 //! of eight-wide compressed nodes with absolute indices.
 
-use crate::layouts::NONE;
+use crate::shader_interface::NONE;
 use glam::Vec3;
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;

@@ -2,10 +2,10 @@
 
 use super::lights::Lights;
 use super::pose::{ScenePose, ScenePoser};
-use crate::layouts::{
+use crate::scene::Motion;
+use crate::shader_interface::{
     GpuInstance, GpuLight, GpuLightChoice, GpuPreviousTransform, GpuPunctualLight,
 };
-use crate::scene::Motion;
 use crate::{Error, Result};
 use obvhs::cwbvh::node::CwBvhNode;
 use std::sync::{Mutex, MutexGuard};

@@ -3,9 +3,9 @@
 use super::compute_bvh::Tree;
 use super::gather::Gathered;
 use super::units::power_of_two;
-use crate::layouts::NONE;
 use crate::scene::lights::Emitters;
 use crate::scene::{AlphaMode, Material, Mesh};
+use crate::shader_interface::NONE;
 use glam::{DAffine3, DVec3, UVec2, UVec3, Vec2, Vec3, Vec4};
 use obvhs::cwbvh::node::CwBvhNode;
 

@@ -3,13 +3,13 @@
 
 use super::rare_lights::RareLights;
 use super::units::Units;
-use crate::layouts::{
-    GpuLight, GpuLightChoice, GpuPunctualLight, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, NONE,
-};
 use crate::scene::lights::{
     self, AliasTable, LampTriangle, LightPowers, LightTriangle, UNIFORM_SHARE,
 };
 use crate::scene::{AlphaMode, Environment, Material, PunctualLight, PunctualShape, Scene};
+use crate::shader_interface::{
+    GpuLight, GpuLightChoice, GpuPunctualLight, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, NONE,
+};
 use glam::{DAffine3, UVec3, Vec3};
 use std::collections::HashMap;
 

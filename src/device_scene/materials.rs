@@ -1,13 +1,12 @@
 //! Materials and textures as shaders read them.
 
-use super::Textures;
-use crate::layouts::{
-    ALPHA_BLEND, ALPHA_MASK, ALPHA_OPAQUE, GpuLightTexture, GpuMaterial, GpuTexture,
-    MATERIAL_UNLIT, NONE, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT,
-};
 use crate::scene::lights::LampTriangle;
 use crate::scene::texture::{self, Wrap};
 use crate::scene::{AlphaMode, Material, Scene, Texture};
+use crate::shader_interface::{
+    ALPHA_BLEND, ALPHA_MASK, ALPHA_OPAQUE, GpuLightTexture, GpuMaterial, GpuTexture,
+    MATERIAL_UNLIT, NONE, Textures, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT,
+};
 use glam::Vec3;
 
 /// The materials of a scene, with their textures.

@@ -21,7 +21,6 @@ pub mod sizes;
 pub mod surface_points;
 pub mod units;
 
-pub use crate::shader_variants::{Fetch, GeometryAccess, Textures, Tracer, Variant};
 pub use materials::gpu_material;
 pub use scene::GpuScene;
 pub use sizes::SceneSizes;

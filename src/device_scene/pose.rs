@@ -6,11 +6,11 @@ use super::geometry::{Geometry, MeshPlace};
 use super::lights::{LightSources, Lights};
 use super::units::Units;
 use crate::Result;
-use crate::layouts::{GpuInstance, GpuPreviousTransform, NONE};
 use crate::scene::Bounds;
 use crate::scene::lights::LampTriangle;
 use crate::scene::motion::{Pose, check_light_place, check_place, is_flat};
 use crate::scene::validate::LARGEST_COORDINATE;
+use crate::shader_interface::{GpuInstance, GpuPreviousTransform, NONE};
 use glam::{DAffine3, DVec3, Vec3};
 use std::collections::HashMap;
 

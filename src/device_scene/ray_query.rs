@@ -3,7 +3,7 @@
 use super::geometry::MeshPlace;
 use crate::Result;
 use crate::gpu::{AccelerationStructure, BlasGeometry, Buffer, Device, TlasInstance};
-use crate::layouts::GpuInstance;
+use crate::shader_interface::GpuInstance;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 

@@ -3,8 +3,8 @@
 
 use super::buffers::is_fetched;
 use super::sizes::SceneSizes;
-use super::{Fetch, GeometryAccess, Textures, Tracer, Variant};
 use crate::gpu::{DeviceInfo, DriverKind, Features};
+use crate::shader_interface::{Fetch, GeometryAccess, Textures, Tracer, Variant};
 use crate::{Error, Result};
 
 /// The tracer as the user asks for it.

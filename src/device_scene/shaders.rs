@@ -1,10 +1,10 @@
 //! The embedded shaders, and those that are compiled from disk while a user edits them.
 
-use super::Variant;
 use crate::environment_variable::is_asked_for;
-use crate::gpu::compiler::{self, Debug, Sources};
+use crate::shader_interface::Variant;
+use crate::shader_interface::compiler::{self, Debug, Sources};
 use crate::short_hash::short;
-use crate::{Error, Result, layouts};
+use crate::{Error, Result, shader_interface};
 use std::path::Path;
 
 /// SPIR-V by variant key.
@@ -101,19 +101,19 @@ fn sources_in_use() -> Result<Sources> {
 }
 
 fn add_generated(sources: &mut Sources) {
-    let generated = layouts::generated();
+    let generated = shader_interface::generated();
     sources.extend(generated.map(|(name, text)| (name.to_owned(), text)));
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::device_scene::buffers::{BUFFERS, Elements};
-    use crate::gpu::layout::{GpuStruct, SpecialisationConstant};
     use crate::gpu::reflection::{BindingKind, Reflection, parse};
     use crate::gpu::specialise::specialise;
-    use crate::layouts::{GpuLightEntry, GpuLightNode, STRUCTS};
-    use crate::render::specialisation::Specialisation;
+    use crate::shader_interface::Specialisation;
+    use crate::shader_interface::declare::{GpuStruct, SpecialisationConstant};
+    use crate::shader_interface::{BUFFERS, Elements};
+    use crate::shader_interface::{GpuLightEntry, GpuLightNode, STRUCTS};
     use std::collections::BTreeSet;
 
     /// A reference outlives changes of shaders that have no part in it, and no others.
@@ -124,7 +124,7 @@ mod tests {
         for name in [
             "scene/trace_compute_bvh.glsl",
             "core/math.glsl",
-            "layouts.glsl",
+            "declarations.glsl",
             "prelude.glsl",
         ] {
             assert!(included.contains(name), "{name}");
@@ -240,7 +240,7 @@ mod tests {
             .unwrap();
         let mut members = layout.members.to_vec();
         members[1].offset += 4;
-        let planted = crate::gpu::layout::StructLayout {
+        let planted = crate::shader_interface::declare::StructLayout {
             members: members.leak(),
             ..*layout
         };

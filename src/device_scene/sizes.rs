@@ -3,11 +3,12 @@
 use super::buffers::{BufferBytes, is_fetched};
 use super::gather::ElementCounts;
 use super::images::ImageSizes;
-use super::{Fetch, GeometryAccess, Textures, Variant};
 use crate::gpu::DeviceInfo;
-use crate::layouts::{GpuLight, GpuLightChoice, LIGHT_MASK};
 use crate::scene::Scene;
 use crate::scene::lights::{AliasColumn, LampTriangle, LightTriangle};
+use crate::shader_interface::{
+    Fetch, GeometryAccess, GpuLight, GpuLightChoice, LIGHT_MASK, Textures, Variant,
+};
 use crate::{Error, Result, memory};
 
 /// Shaders count a triangle's words in 32 bits, nine for its corners.

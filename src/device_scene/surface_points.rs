@@ -1,7 +1,7 @@
 //! Points on the surfaces of a scene, uniform by area.
 
-use crate::layouts::GpuInstance;
 use crate::random::Random;
+use crate::shader_interface::GpuInstance;
 use glam::{DVec3, Vec3};
 
 /// A point on a surface, in the device's units.

@@ -10,20 +10,18 @@
 //! `# Errors` sections list only what can fail besides.
 //!
 //! Each file uses only files before it: `messages`, `device_info`, `instance`, `recorder`, `records`, `device`, `waiting`,
-//! `commands`, `buffer`, `image_commands`, `presentation`, `sampled_image`, `acceleration`, `layout`, `reflection`,
-//! `specialise`, `dead_code`, `program`, `compilation`, `pass`, `recording` (`compiler` uses none).
+//! `commands`, `buffer`, `image_commands`, `presentation`, `sampled_image`, `acceleration`, `reflection`,
+//! `specialise`, `dead_code`, `program`, `compilation`, `pass`, `recording`.
 
 pub mod acceleration;
 pub mod buffer;
 mod commands;
 mod compilation;
-pub mod compiler;
 mod dead_code;
 pub mod device;
 pub mod device_info;
 mod image_commands;
 pub mod instance;
-pub mod layout;
 pub mod messages;
 pub mod pass;
 pub mod presentation;

@@ -1,7 +1,7 @@
 //! The interface of a compiled shader, read from its SPIR-V: bindings by name, push constants, and
 //! the layout of structures.
 
-use super::layout::StructLayout;
+use crate::shader_interface::declare::StructLayout;
 use crate::{Error, Result};
 use rspirv::dr::{Instruction, Module, Operand};
 use rspirv::spirv::{Decoration, Dim, Op, StorageClass};

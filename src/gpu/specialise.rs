@@ -115,8 +115,8 @@ pub(super) fn fold(operation: Op, operands: &[u32]) -> Option<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu::compiler::{self, Sources};
     use crate::gpu::reflection::parse;
+    use crate::shader_interface::compiler::{self, Sources};
 
     const SHADER: &str = "#version 460
         layout(constant_id = 3) const uint COUNT = 5u;

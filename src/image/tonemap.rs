@@ -1,6 +1,6 @@
 //! From radiance to display values: the tone curve and the sRGB encoding.
 
-use crate::layouts::{TONE_DESATURATION, TONE_KNEE};
+use crate::shader_interface::{TONE_DESATURATION, TONE_KNEE};
 
 /// Radiance to display brightness, both linear RGB: the Khronos PBR neutral tone mapper without its
 /// toe.

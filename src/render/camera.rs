@@ -1,8 +1,8 @@
 //! The scene's camera as shaders see it.
 
 use crate::device_scene::Units;
-use crate::layouts::GpuCamera;
 use crate::scene::Camera;
+use crate::shader_interface::GpuCamera;
 
 /// A pinhole camera for an image of `width` × `height` pixels, in the units of the device. The vertical
 /// field of view holds; the horizontal one follows the image's shape.

@@ -1,8 +1,8 @@
 //! Counters of passes: rejected values always; rays, lanes and neighbours on request.
 
-use super::specialisation::Specialisation;
 use crate::gpu::{Buffer, Device, Recording, Usage};
-use crate::layouts::{
+use crate::shader_interface::Specialisation;
+use crate::shader_interface::{
     COUNTER_CELLS, COUNTER_CUT_SHORT, COUNTER_DROPPED, COUNTER_HITS, COUNTER_MERGE_LANES,
     COUNTER_NEIGHBOURS, COUNTER_PLACES, COUNTER_RAYS, COUNTER_READ, COUNTER_REJECTED,
     COUNTER_TRACE_LANES, COUNTER_VERTICES, COUNTER_WRITTEN, COUNTERS,

@@ -1,6 +1,6 @@
 //! The directional albedo of the specular lobe, for energy compensation.
 
-use crate::layouts::{ALBEDO_CELLS, MIRROR_ROUGHNESS};
+use crate::shader_interface::{ALBEDO_CELLS, MIRROR_ROUGHNESS};
 use glam::DVec2;
 use rayon::prelude::*;
 

@@ -4,7 +4,7 @@ use super::passes::{Surfaces, TracePilots};
 use super::techniques::Restir;
 use crate::Result;
 use crate::gpu::{PassTime, Recording};
-use crate::layouts::GpuCamera;
+use crate::shader_interface::GpuCamera;
 
 impl Restir {
     /// Renders the frame `index` as `camera` sees it; the frame before it is its history. Returns the time of

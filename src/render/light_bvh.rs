@@ -3,11 +3,12 @@
 use super::kind::Kind;
 use super::ray_list::RayTracer;
 use super::settings::{Boxes, Candidates, Far, Integrator, LightChoice, Resampling, Settings};
-use crate::device_scene::buffers::{LIGHT_BVH, usage};
+use crate::device_scene::GpuScene;
+use crate::device_scene::buffers::usage;
 use crate::device_scene::light_bvh::{LightBvh, LightBvhOptions};
 use crate::device_scene::sizes::check_buffer;
-use crate::device_scene::{Fetch, GpuScene, Variant};
 use crate::gpu::{Buffer, Device, Resource};
+use crate::shader_interface::{Fetch, LIGHT_BVH, Variant};
 use crate::{Error, Result};
 use glam::Vec3;
 use std::sync::{Arc, Mutex};

@@ -2,11 +2,11 @@
 
 use super::counters::Counters;
 use super::settings::Settings;
-use super::specialisation::Specialisation;
+use super::specialisation;
 use crate::Result;
 use crate::device_scene::GpuScene;
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage, in_rows};
-use crate::layouts::{RAYS_PER_GROUP, RayAnswer, RayBatch, RayQuery};
+use crate::shader_interface::{RAYS_PER_GROUP, RayAnswer, RayBatch, RayQuery};
 use std::sync::Arc;
 
 crate::bindings! {
@@ -45,7 +45,7 @@ impl RayTracer {
                 ..*ray
             })
             .collect();
-        let specialisation = Specialisation::of_scene(&scene, &Settings::default());
+        let specialisation = specialisation::of_scene(&scene, &Settings::default());
         let pass = scene.pass(device, "trace_rays", &specialisation.words())?;
         let size = (rays.len() * size_of::<RayAnswer>()) as u64;
         Ok(Self {

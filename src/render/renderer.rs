@@ -15,10 +15,10 @@ use super::tracking::Tracking;
 use super::view::View;
 use crate::device_scene::GpuScene;
 use crate::gpu::{Device, PassTime};
-use crate::layouts::{
+use crate::scene::{Camera, MovingCamera};
+use crate::shader_interface::{
     FrameConstants, GpuCamera, PixelSums, PrimarySurface, ReservoirAov, ViewConstants,
 };
-use crate::scene::{Camera, MovingCamera};
 use crate::{Error, Result};
 use glam::Vec3;
 use std::sync::Arc;
@@ -387,7 +387,7 @@ impl Renderer {
     }
 
     /// Values refused so far because they were NaN, negative or beyond
-    /// [`crate::layouts::MAX_RADIANCE`].
+    /// [`crate::shader_interface::MAX_RADIANCE`].
     pub fn rejected(&self) -> Result<u32> {
         match &self.technique {
             Technique::PathTracing(tracer) => tracer.rejected(),

@@ -3,8 +3,8 @@
 
 use super::kind::Kind;
 use super::settings::{Order, Reservoirs};
-use crate::choices::Format;
-use crate::layouts::{
+use crate::shader_interface::Format;
+use crate::shader_interface::{
     DEBUG_WORDS, DIRECT_COMPACT_WORDS, DIRECT_FULL_WORDS, INDIRECT_COMPACT_WORDS,
     INDIRECT_FULL_WORDS,
 };

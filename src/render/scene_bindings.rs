@@ -3,10 +3,11 @@
 use super::energy;
 use super::light_bvh::LightBvhBuffer;
 use super::settings::{Energy, Settings};
-use super::specialisation::Specialisation;
+use super::specialisation;
 use crate::Result;
 use crate::device_scene::GpuScene;
 use crate::gpu::{Buffer, ComputePass, Device, Resource, Usage};
+use crate::shader_interface::Specialisation;
 use std::sync::Arc;
 
 /// The scene and the tables, and how shaders are specialised by them.
@@ -37,7 +38,7 @@ impl SceneBindings {
         };
         let usage = Usage::default();
         Ok(Self {
-            specialisation: Specialisation::of_scene(&scene, settings),
+            specialisation: specialisation::of_scene(&scene, settings),
             specular_albedo: Buffer::from_slice(device, "specular_albedo", &table, usage)?,
             light_bvh: LightBvhBuffer::new(device, &scene, settings, bounces)?,
             scene,

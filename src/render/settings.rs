@@ -22,7 +22,7 @@ pub use resampling::{Candidates, Resampling, ReuseMode, Search, Similar, Spatial
 pub use reservoirs::{Arrays, Order, Reservoirs};
 pub use world_reservoirs::{WorldMode, WorldReservoirsSettings, WorldStores};
 
-pub use crate::choices::{Format, Heuristic, Mis, Visibility};
+pub use crate::shader_interface::{Format, Heuristic, Mis, Visibility};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

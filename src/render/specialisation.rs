@@ -1,163 +1,70 @@
-//! Specialisation constants: each is declared here once, for Rust and GLSL, and gets its value here.
-//!
-//! The build script compiles this file too, for the GLSL declarations; what is marked `cfg(headwater)` is for
-//! the crate alone.
+//! The values of the specialisation constants. The declarations are in `shader_interface/specialisation.rs`.
 
-use crate::choices::{Format, HashGrid, Mis, PixelOrder, Visibility, WorldReservoirs};
-use crate::layouts::PILOT_WORDS;
+use crate::device_scene::GpuScene;
+use crate::render::reservoir_layout::ReservoirLayout;
+use crate::render::settings::{
+    Arrays, Candidates, Energy, IndirectMode, Order, Resampling, Settings, Shift, Variant,
+};
+use crate::shader_interface::{PixelOrder, Specialisation};
 
-crate::gpu_specialisation! {
-    /// What the shaders of a pass are specialised by.
-    pub struct Specialisation {
-        /// Entries of the stack of the traversal in compute: the depth of the scene's trees.
-        pub stack_size: u32 = 32,
-        /// Whether some surface has a specular lobe; otherwise all are Lambert.
-        pub has_specular: bool = true,
-        /// Whether some mesh has shading normals.
-        pub has_smooth_normals: bool = true,
-        /// Whether some material has textures of base colour, metalness or roughness.
-        pub has_textures: bool = true,
-        /// Whether some light has a texture.
-        pub has_emissive_textures: bool = true,
-        /// Whether some surface has holes or covers only a part.
-        pub has_alpha: bool = true,
-        /// Whether some surface covers only a part.
-        pub has_blend: bool = false,
-        /// Whether some material has a normal map.
-        pub has_normal_maps: bool = true,
-        /// Whether some material is unlit.
-        pub has_unlit: bool = true,
-        /// Whether there is an environment.
-        pub has_environment: bool = true,
-        /// Whether there are punctual lights.
-        pub has_punctual_lights: bool = true,
-        /// Whether some mesh has vertex colours.
-        pub has_vertex_colors: bool = true,
-        /// Whether points of triangles are stored as coordinates in the triangle's plane instead of barycentric weights.
-        pub has_large_triangles: bool = false,
-        /// Whether some light emits to both sides.
-        pub has_double_sided_lights: bool = true,
-        /// Whether something besides the camera moves. Then lights and instances of the previous frame follow
-        /// those of the current frame in their buffers.
-        pub moves: bool = false,
-        /// Root of the previous frame's tree over the instances.
-        pub previous_root: u32 = 0,
-        /// Whether the energy that single scattering loses is compensated.
-        pub energy_compensated: bool = false,
-        /// What reservoirs store.
-        pub reservoir_format: Format = Format::Compact,
-        /// Whether equal words of all reservoirs are side by side, instead of the words of one reservoir.
-        pub reservoir_soa: bool = false,
-        /// The order of pixels in buffers.
-        pub pixel_order: PixelOrder = PixelOrder::Row,
-        /// Side of a tile, in pixels, with `PixelOrder::Swizzle`.
-        pub swizzle: u32 = 4,
-        /// Whether reservoirs store the origin of their samples and the number of neighbours, for debug AOVs.
-        pub keeps_debug_words: bool = false,
-        /// Whether a pass counts rays, lanes and neighbours.
-        pub counting: bool = false,
-        /// Index of the pass's first counter.
-        pub first_counter: u32 = 0,
-        /// Whether the first BSDF candidate of direct light is the pilot.
-        pub pilots: bool = false,
-        /// Words from one pixel's pilot to the next.
-        pub pilot_stride: u32 = PILOT_WORDS,
-        /// How a merge weighs its techniques.
-        pub mis: Mis = Mis::Defensive,
-        /// Where visibility enters.
-        pub visibility: Visibility = Visibility::Weights,
-        /// Maximum number of neighbours of a spatial merge.
-        pub neighbours: u32 = 3,
-        /// True if rare lights are left to candidates of their own.
-        pub rare_lights: bool = false,
-        /// Whether light samples are drawn from the light BVH.
-        pub light_bvh: bool = false,
-        /// Whether those of direct light come from light lists.
-        pub light_lists: bool = false,
-        /// What fills the hash grid, if some of direct light come from there.
-        pub hash_grid: HashGrid = HashGrid::None,
-        /// How vertices of paths reuse light samples of other vertices.
-        pub world_reservoirs: WorldReservoirs = WorldReservoirs::None,
-        /// Whether candidates of indirect light go to reservoirs; otherwise the pass is a path tracer.
-        pub shares: bool = true,
-        /// Whether the radiance that leaves a path's second vertex is taken to be the same for all viewers.
-        pub biased_shift: bool = false,
+/// The values that scene and settings decide, for all passes.
+pub fn of_scene(scene: &GpuScene, settings: &Settings) -> Specialisation {
+    let (full, requires) = (settings.variant == Variant::Full, &scene.requirements);
+    Specialisation {
+        has_specular: full || requires.specular,
+        has_smooth_normals: full || requires.smooth_normals,
+        has_textures: full || requires.textures,
+        has_emissive_textures: full || requires.emissive_textures,
+        has_alpha: full || requires.alpha,
+        // It asks for more rays.
+        has_blend: requires.blending,
+        has_normal_maps: full || requires.normal_maps,
+        has_unlit: full || requires.unlit,
+        has_environment: full || requires.environment,
+        has_punctual_lights: full || requires.punctual_lights > 0,
+        has_vertex_colors: full || requires.vertex_colors,
+        // Not in motion, where a point keeps its weights while the plane changes.
+        has_large_triangles: requires.large_triangles && !scene.moves(),
+        has_double_sided_lights: full || requires.double_sided_emitters,
+        stack_size: scene.stack_size,
+        moves: scene.moves(),
+        previous_root: scene.previous_root(),
+        energy_compensated: settings.energy == Energy::Compensated,
+        shares: settings.indirect.mode == IndirectMode::Restir,
+        biased_shift: settings.indirect.shift == Shift::Biased,
+        ..Specialisation::default()
     }
 }
 
-#[cfg(headwater)]
-mod values {
-    use super::Specialisation;
-    use crate::choices::PixelOrder;
-    use crate::device_scene::GpuScene;
-    use crate::render::reservoir_layout::ReservoirLayout;
-    use crate::render::settings::{
-        Arrays, Candidates, Energy, IndirectMode, Order, Resampling, Settings, Shift, Variant,
+/// `base` with the layout of reservoirs.
+pub fn with_layout(base: Specialisation, layout: &ReservoirLayout) -> Specialisation {
+    let (pixel_order, swizzle) = match layout.settings.order {
+        Order::Row => (PixelOrder::Row, 1),
+        Order::Column => (PixelOrder::Column, 1),
+        Order::Swizzle(side) => (PixelOrder::Swizzle, side),
     };
+    Specialisation {
+        reservoir_format: layout.settings.format,
+        reservoir_soa: layout.settings.arrays == Arrays::Soa,
+        pixel_order,
+        swizzle,
+        keeps_debug_words: layout.origins,
+        ..base
+    }
+}
 
-    impl Specialisation {
-        /// By scene and settings, for all passes.
-        pub fn of_scene(scene: &GpuScene, settings: &Settings) -> Self {
-            let (full, requires) = (settings.variant == Variant::Full, &scene.requirements);
-            Self {
-                has_specular: full || requires.specular,
-                has_smooth_normals: full || requires.smooth_normals,
-                has_textures: full || requires.textures,
-                has_emissive_textures: full || requires.emissive_textures,
-                has_alpha: full || requires.alpha,
-                // It asks for more rays.
-                has_blend: requires.blending,
-                has_normal_maps: full || requires.normal_maps,
-                has_unlit: full || requires.unlit,
-                has_environment: full || requires.environment,
-                has_punctual_lights: full || requires.punctual_lights > 0,
-                has_vertex_colors: full || requires.vertex_colors,
-                // Not in motion, where a point keeps its weights while the plane changes.
-                has_large_triangles: requires.large_triangles && !scene.moves(),
-                has_double_sided_lights: full || requires.double_sided_emitters,
-                stack_size: scene.stack_size,
-                moves: scene.moves(),
-                previous_root: scene.previous_root(),
-                energy_compensated: settings.energy == Energy::Compensated,
-                shares: settings.indirect.mode == IndirectMode::Restir,
-                biased_shift: settings.indirect.shift == Shift::Biased,
-                ..Self::default()
-            }
-        }
-
-        /// With the layout of reservoirs.
-        pub fn with_layout(self, layout: &ReservoirLayout) -> Self {
-            let (pixel_order, swizzle) = match layout.settings.order {
-                Order::Row => (PixelOrder::Row, 1),
-                Order::Column => (PixelOrder::Column, 1),
-                Order::Swizzle(side) => (PixelOrder::Swizzle, side),
-            };
-            Self {
-                reservoir_format: layout.settings.format,
-                reservoir_soa: layout.settings.arrays == Arrays::Soa,
-                pixel_order,
-                swizzle,
-                keeps_debug_words: layout.origins,
-                ..self
-            }
-        }
-
-        /// With the way in which one kind of light is resampled in a scene.
-        pub fn with_resampling(self, resampling: &Resampling, scene: &GpuScene) -> Self {
-            Self {
-                rare_lights: resampling.sets_rare_lights_apart() && scene.first_lights().has_rare(),
-                mis: resampling.mis,
-                visibility: resampling.visibility,
-                light_bvh: resampling.candidates == Candidates::LightBvh,
-                neighbours: resampling.most_neighbours(),
-                ..self
-            }
-        }
-
-        /// Pairs of id and value, for Vulkan.
-        pub fn words(&self) -> Vec<(u32, u32)> {
-            let constants = self.constants().into_iter();
-            constants.map(|c| (c.id, c.word)).collect()
-        }
+/// `base` with the way in which one kind of light is resampled in a scene.
+pub fn with_resampling(
+    base: Specialisation,
+    resampling: &Resampling,
+    scene: &GpuScene,
+) -> Specialisation {
+    Specialisation {
+        rare_lights: resampling.sets_rare_lights_apart() && scene.first_lights().has_rare(),
+        mis: resampling.mis,
+        visibility: resampling.visibility,
+        light_bvh: resampling.candidates == Candidates::LightBvh,
+        neighbours: resampling.most_neighbours(),
+        ..base
     }
 }

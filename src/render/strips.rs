@@ -2,7 +2,7 @@
 //! lavapipe), and drivers of displays end a submission that takes too long.
 
 use crate::gpu::{Buffer, Device, Usage};
-use crate::layouts::{Strip, TILE};
+use crate::shader_interface::{Strip, TILE};
 use crate::{Error, Result};
 use std::sync::Arc;
 
@@ -25,47 +25,30 @@ pub(super) fn check_side(how: &str, pixels: u32) -> Result<()> {
     Ok(())
 }
 
-impl Strip {
-    /// Cuts a picture so that a strip with `bytes_a_pixel` fits `most_bytes`. Strips begin where
-    /// tiles do.
-    ///
-    /// # Errors
-    /// Rows of which not even one tile fits, or rows of more tiles than every device takes.
-    pub(super) fn cut(
-        width: u32,
-        height: u32,
-        bytes_a_pixel: u64,
-        most_bytes: u64,
-    ) -> Result<Vec<Self>> {
-        check_side("wide", width)?;
-        let row = u64::from(width) * bytes_a_pixel;
-        let fitting = most_bytes / row / u64::from(TILE);
-        if fitting == 0 {
-            return Err(Error::input(format!(
-                "{TILE} rows of {width} pixels take {} bytes, but the device binds at most {most_bytes}; choose a smaller --width",
-                row * u64::from(TILE)
-            )));
-        }
-        let wanted = (MAX_PIXELS / u64::from(width * TILE)).max(1);
-        let rows = fitting.min(wanted).min(u64::from(height.div_ceil(TILE))) as u32 * TILE;
-        Ok((0..height)
-            .step_by(rows as usize)
-            .map(|first_row| Self {
-                first_row,
-                rows: rows.min(height - first_row),
-            })
-            .collect())
+/// Cuts a picture so that a strip with `bytes_a_pixel` fits `most_bytes`. Strips begin where
+/// tiles do.
+///
+/// # Errors
+/// Rows of which not even one tile fits, or rows of more tiles than every device takes.
+fn cut_to(width: u32, height: u32, bytes_a_pixel: u64, most_bytes: u64) -> Result<Vec<Strip>> {
+    check_side("wide", width)?;
+    let row = u64::from(width) * bytes_a_pixel;
+    let fitting = most_bytes / row / u64::from(TILE);
+    if fitting == 0 {
+        return Err(Error::input(format!(
+            "{TILE} rows of {width} pixels take {} bytes, but the device binds at most {most_bytes}; choose a smaller --width",
+            row * u64::from(TILE)
+        )));
     }
-
-    /// Pixels of the strip in a picture of this width.
-    pub(super) fn pixels(&self, width: u32) -> usize {
-        width as usize * self.rows as usize
-    }
-
-    /// Workgroups of one tile each that cover the strip.
-    pub(super) fn groups(&self, width: u32) -> [u32; 3] {
-        [width.div_ceil(TILE), self.rows.div_ceil(TILE), 1]
-    }
+    let wanted = (MAX_PIXELS / u64::from(width * TILE)).max(1);
+    let rows = fitting.min(wanted).min(u64::from(height.div_ceil(TILE))) as u32 * TILE;
+    Ok((0..height)
+        .step_by(rows as usize)
+        .map(|first_row| Strip {
+            first_row,
+            rows: rows.min(height - first_row),
+        })
+        .collect())
 }
 
 /// A buffer of one `T` a pixel for each strip of the picture.
@@ -96,7 +79,7 @@ pub(super) fn cut<T>(device: &Device, name: &str, width: u32, height: u32) -> Re
         )));
     }
     let most = info.max_storage_buffer_range.min(info.max_buffer_size);
-    Strip::cut(width, height, bytes, most)
+    cut_to(width, height, bytes, most)
 }
 
 #[cfg(test)]
@@ -106,7 +89,7 @@ mod tests {
     #[test]
     fn strips_cover_the_picture_and_fit() {
         for (width, height) in [(1, 1), (640, 360), (2560, 1440), (8192, 8192), (349_525, 9)] {
-            let strips = Strip::cut(width, height, 48, 1 << 27).unwrap();
+            let strips = cut_to(width, height, 48, 1 << 27).unwrap();
             let mut next = 0;
             for strip in &strips {
                 assert_eq!(strip.first_row, next);
@@ -120,7 +103,7 @@ mod tests {
 
     #[test]
     fn rows_that_cannot_be_bound_are_refused_with_their_bytes() {
-        let error = |width| Strip::cut(width, 8, 48, 1 << 27).unwrap_err().to_string();
+        let error = |width| cut_to(width, 8, 48, 1 << 27).unwrap_err().to_string();
         assert!(error(400_000).contains("153600000"));
         assert!(error(MAX_SIDE + 1).contains("524280"));
     }

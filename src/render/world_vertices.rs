@@ -2,7 +2,7 @@
 
 use super::history::History;
 use crate::gpu::{Buffer, Resource};
-use crate::layouts::WorldAddresses;
+use crate::shader_interface::WorldAddresses;
 
 /// The reservoirs of a frame, vertex by vertex of the paths of all pixels. Points and samples are apart because a device may
 /// bind too little for both together.

@@ -3,7 +3,7 @@
 use super::bounds::usual_size;
 use super::lights::Emitters;
 use super::{AlphaMode, Material, Mesh, Scene};
-use crate::layouts::MIRROR_ROUGHNESS;
+use crate::shader_interface::MIRROR_ROUGHNESS;
 
 /// What a scene contains that needs support in the renderer. Only materials and meshes with an
 /// instance count; counts are over instances; a material that emits at any time is a light.

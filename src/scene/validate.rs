@@ -21,7 +21,7 @@ pub const SMALLEST_SCENE: f64 = 1e-12;
 /// A mesh is coarse if a step of f32 at its furthest vertex is more than this part of its size.
 const COARSE: f64 = 5e-3;
 
-/// The largest emission, in W/(m²·sr): a sample may be [`crate::layouts::MAX_RADIANCE`] times as bright as the
+/// The largest emission, in W/(m²·sr): a sample may be [`crate::shader_interface::MAX_RADIANCE`] times as bright as the
 /// brightest light, and a picture, whose radiance is not in the device's unit, must hold it in f32.
 pub const BRIGHTEST: f32 = 1e12;
 

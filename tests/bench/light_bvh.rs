@@ -15,10 +15,10 @@ use glam::{DVec3, Vec3};
 use headwater::device_scene::light_bvh::{LightBvh, LightBvhOptions, walk};
 use headwater::device_scene::selection::{Wanted, select};
 use headwater::device_scene::{GpuScene, SceneSizes};
-use headwater::layouts::GpuLightNode;
 use headwater::metrics::statistics::median;
 use headwater::scene::Scene;
 use headwater::scene_files::Options;
+use headwater::shader_interface::GpuLightNode;
 use std::time::Instant;
 
 const ROUNDS: usize = 9;

@@ -9,10 +9,10 @@
 mod support;
 
 use glam::{DVec3, Vec3, Vec3A};
-use headwater::device_scene::{GpuScene, Tracer};
-use headwater::layouts::RayQuery;
+use headwater::device_scene::GpuScene;
 use headwater::render::ray_list::RayTracer;
 use headwater::scene::{Material, Scene};
+use headwater::shader_interface::{RayQuery, Tracer};
 use obvhs::BvhBuildParams;
 use obvhs::cwbvh::{CwBvh, builder::build_cwbvh_from_tris};
 use obvhs::ray::{Ray, RayHit};

@@ -158,7 +158,7 @@ fn points_are_drawn_by_their_density() {
     let mut probability = vec![0.0; (WIDTH * HEIGHT) as usize];
     let (mut quarters, mut inverse, mut elsewhere) = ([0_u64; 4], 0.0, 0);
     for words in function.run(&inputs) {
-        assert_eq!(words[0], headwater::layouts::LIGHT_ENVIRONMENT);
+        assert_eq!(words[0], headwater::shader_interface::LIGHT_ENVIRONMENT);
         let (texel, place) = (words[1], [number(words[4]), number(words[5])]);
         let row = f64::from(texel / WIDTH);
         let sine = (PI * (row + place[1]) / f64::from(HEIGHT)).sin();

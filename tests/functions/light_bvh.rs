@@ -7,11 +7,11 @@ use headwater::device_scene::Units;
 use headwater::device_scene::environment::EnvironmentTexels;
 use headwater::device_scene::light_bvh::{LightBvh, LightBvhContents, LightBvhOptions};
 use headwater::device_scene::lights::{Lights, gpu_lights};
-use headwater::layouts::{GpuLightNode, RestirConstants, ReuseConstants};
 use headwater::metrics::statistics::{chi_square_p_value, holm};
 use headwater::procedural;
-use headwater::render::specialisation::Specialisation;
 use headwater::scene::{Environment, Scene};
+use headwater::shader_interface::Specialisation;
+use headwater::shader_interface::{GpuLightNode, RestirConstants, ReuseConstants};
 
 /// The receiver at a point `a.xyz`, with normals and directions by the number `a.w`.
 const RECEIVER: &str = "

@@ -4,9 +4,9 @@ use crate::{Function, number, vector};
 use glam::DVec3;
 use headwater::device_scene::Units;
 use headwater::device_scene::lights::{Lights, gpu_lights};
-use headwater::layouts::{GpuLightChoice, RestirConstants, ReuseConstants};
 use headwater::metrics::statistics::{chi_square_p_value, holm};
 use headwater::procedural;
+use headwater::shader_interface::{GpuLightChoice, RestirConstants, ReuseConstants};
 
 const BODY: &str = "Random random = random_start(a.x, 1u, 2u);
     uvec4 bits = random_bits(random);

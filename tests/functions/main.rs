@@ -13,16 +13,17 @@ mod support;
 mod surfaces;
 mod textures;
 
-use headwater::device_scene::buffers::SceneTable;
 use headwater::device_scene::environment::EnvironmentTexels;
 use headwater::device_scene::light_bvh::LightBvhContents;
 use headwater::device_scene::lights::Lights;
 use headwater::device_scene::shaders::sources;
-use headwater::device_scene::{Fetch, GeometryAccess, Textures, Tracer, Variant};
-use headwater::gpu::{Buffer, ComputePass, Recording, Resource, SampledImage, Usage, compiler};
-use headwater::layouts::{GpuMaterial, GpuTexture, RestirConstants};
+use headwater::gpu::{Buffer, ComputePass, Recording, Resource, SampledImage, Usage};
 use headwater::render::energy::albedo_table;
 use headwater::scene::Image;
+use headwater::shader_interface::{
+    Fetch, GeometryAccess, GpuMaterial, GpuTexture, RestirConstants, SceneTable, Textures, Tracer,
+    Variant, compiler,
+};
 use std::sync::LazyLock;
 
 headwater::bindings! {

@@ -3,11 +3,11 @@
 
 use crate::{Function, floats, number};
 use glam::Vec2;
-use headwater::layouts::RestirConstants;
-use headwater::layouts::{
+use headwater::metrics::statistics::{chi_square_p_value, holm};
+use headwater::shader_interface::RestirConstants;
+use headwater::shader_interface::{
     STREAM_INDIRECT, STREAM_INITIAL, STREAM_PILOTS, STREAM_SPATIAL, STREAM_TEMPORAL,
 };
-use headwater::metrics::statistics::{chi_square_p_value, holm};
 
 /// pcg4d of Jarzynski and Olano, written down once more.
 fn pcg4d(v: [u32; 4]) -> [u32; 4] {

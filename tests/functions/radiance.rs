@@ -1,8 +1,8 @@
 //! Tests of shader functions: the rounding of radiance in reservoirs.
 
 use crate::{Function, floats, number};
-use headwater::choices::Format;
-use headwater::render::specialisation::Specialisation;
+use headwater::shader_interface::Format;
+use headwater::shader_interface::Specialisation;
 
 /// Colours of all brightnesses that there are, dim channels beside bright ones.
 fn colours() -> Vec<[f32; 3]> {

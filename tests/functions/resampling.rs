@@ -2,7 +2,7 @@
 //! the expected value is known exactly.
 
 use crate::{Function, floats, number};
-use headwater::choices::Mis;
+use headwater::shader_interface::Mis;
 
 /// Samples that a toy's techniques choose from.
 const SAMPLES: usize = 4;

@@ -5,9 +5,9 @@ use crate::support::random::Random;
 use crate::{Function, number, vector};
 use glam::{DVec2, DVec3, Vec3};
 use headwater::device_scene::gpu_material;
-use headwater::layouts::GpuMaterial;
 use headwater::metrics::statistics::{chi_square_p_value, holm};
 use headwater::scene::Material;
+use headwater::shader_interface::GpuMaterial;
 use std::f64::consts::TAU;
 
 const INCLUDES: &[&str] = &["scene/material.glsl"];

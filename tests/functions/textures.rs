@@ -3,11 +3,10 @@
 use crate::support::{self, random::Random};
 use crate::{Function, floats, number};
 use glam::{Affine2, Vec2, Vec4};
-use headwater::device_scene::Textures;
 use headwater::device_scene::materials::Materials;
-use headwater::layouts::{GpuMaterial, NONE};
 use headwater::scene::texture::{Image, Texture, Wrap, linear, srgb};
 use headwater::scene::{Material, Scene};
+use headwater::shader_interface::{GpuMaterial, NONE, Textures};
 
 /// An image of random texels.
 fn image(random: &mut Random, width: u32, height: u32) -> Image {

@@ -5,10 +5,10 @@ use crate::{
     image, picture, pictures, preset, punctual, support, total, totals,
 };
 use glam::{DVec3, Vec2, Vec3};
-use headwater::device_scene::Tracer;
 use headwater::procedural;
 use headwater::render::View;
 use headwater::scene::{AlphaMode, Material, PunctualShape, Scene, Texture};
+use headwater::shader_interface::Tracer;
 use std::f64::consts::PI;
 
 /// Adds a sheet to a scene, parallel to the floor.

@@ -1,10 +1,10 @@
 //! Direct and indirect light, each alone, add up to all light.
 
 use super::{picture, preset};
-use headwater::device_scene::Tracer;
 use headwater::procedural;
 use headwater::render::View;
 use headwater::render::settings::{DirectMode, IndirectMode, Integrator};
+use headwater::shader_interface::Tracer;
 
 /// Equal random numbers, so that what is left are roundings.
 const TOLERANCE: f64 = 1e-4;

@@ -7,7 +7,7 @@ mod support;
 mod unlit;
 
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
-use headwater::device_scene::{GpuScene, Tracer};
+use headwater::device_scene::GpuScene;
 use headwater::metrics::statistics::Estimate;
 use headwater::procedural;
 use headwater::render::kind::Kind;
@@ -17,6 +17,7 @@ use headwater::render::{Renderer, Settings, View};
 use headwater::scene::{
     Environment, Image, Material, PunctualLight, PunctualShape, Scene, Texture,
 };
+use headwater::shader_interface::Tracer;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
 

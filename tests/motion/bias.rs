@@ -2,8 +2,7 @@
 
 use crate::{playroom, support};
 use glam::{DAffine3, DQuat, DVec3};
-use headwater::choices::Format;
-use headwater::device_scene::{GpuScene, Tracer};
+use headwater::device_scene::GpuScene;
 use headwater::metrics::statistics::Estimate;
 use headwater::procedural;
 use headwater::render::presets::Preset;
@@ -12,6 +11,7 @@ use headwater::render::{Renderer, Settings, View};
 use headwater::scene::motion::tracks::{Interpolation, Track};
 use headwater::scene::motion::{AnimatedTransform, Node, Place};
 use headwater::scene::{Instance, Motion, Scene};
+use headwater::shader_interface::{Format, Tracer};
 use std::sync::Arc;
 
 const WIDTH: u32 = 64;

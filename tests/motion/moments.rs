@@ -2,14 +2,14 @@
 
 use crate::{playroom, support};
 use glam::{DAffine3, DVec3};
-use headwater::device_scene::{GpuScene, Tracer, Variant};
-use headwater::layouts::{NONE, PixelSums, PrimarySurface, RayQuery};
+use headwater::device_scene::GpuScene;
 use headwater::render::presets::Preset;
 use headwater::render::ray_list::RayTracer;
 use headwater::render::settings::Candidates;
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::Scene;
 use headwater::scene::motion::{Node, Place};
+use headwater::shader_interface::{NONE, PixelSums, PrimarySurface, RayQuery, Tracer, Variant};
 use std::sync::Arc;
 use support::random::Random;
 

@@ -3,9 +3,9 @@
 use crate::{playroom, support};
 use glam::{DVec2, DVec3};
 use headwater::device_scene::GpuScene;
-use headwater::layouts::NONE;
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::{Camera, Scene};
+use headwater::shader_interface::NONE;
 use std::sync::Arc;
 
 const WIDTH: u32 = 64;

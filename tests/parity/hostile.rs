@@ -11,10 +11,9 @@ use super::support::random::Random;
 use super::{answers, bumpy_sphere, corners, leaf_order, support, unshared};
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 use headwater::device_scene::gather::gather;
-use headwater::device_scene::{Tracer, Variant};
 use headwater::gpu::DriverKind;
-use headwater::layouts::{RayAnswer, RayQuery};
 use headwater::scene::{Instance, Material, Scene};
+use headwater::shader_interface::{RayAnswer, RayQuery, Tracer, Variant};
 use std::collections::BTreeMap;
 
 const RAYS_PER_SCENE: usize = 4_000;

@@ -5,14 +5,14 @@ mod hostile;
 mod support;
 
 use glam::{DAffine3, DMat3, DVec3, Quat, Vec3};
+use headwater::device_scene::GpuScene;
 use headwater::device_scene::gather::gather;
 use headwater::device_scene::geometry::Geometry;
-use headwater::device_scene::{GpuScene, Tracer, Variant};
 use headwater::gpu::DriverKind;
-use headwater::layouts::{NONE, RayAnswer, RayQuery};
 use headwater::render::ray_list::RayTracer;
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::{AlphaMode, Instance, Material, Scene};
+use headwater::shader_interface::{NONE, RayAnswer, RayQuery, Tracer, Variant};
 use std::sync::Arc;
 use support::brute_force;
 use support::random::Random;

@@ -6,11 +6,12 @@ pub mod random;
 
 use glam::{DAffine3, DVec3, Vec3};
 use headwater::device_scene::selection::{self, Selection, Wanted};
-use headwater::device_scene::{GeometryAccess, GpuScene, SceneSizes, Textures, Tracer, Variant};
+use headwater::device_scene::{GpuScene, SceneSizes};
 use headwater::gpu::{Device, DeviceInfo, Features, Instance};
 use headwater::render::outputs::Sums;
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::{Camera, Instance as Placed, Material, Mesh, Part, Scene};
+use headwater::shader_interface::{GeometryAccess, Textures, Tracer, Variant};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -298,7 +299,7 @@ pub fn render(
 /// Writes a copy of the shaders with a planted fault: changes are (file, text, replacement).
 pub fn planted(folder: &Path, changes: &[(&str, &str, &str)]) {
     let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("glsl");
-    let mut sources = headwater::gpu::compiler::read_folder(&from).unwrap();
+    let mut sources = headwater::shader_interface::compiler::read_folder(&from).unwrap();
     for (file, text, replacement) in changes {
         let source = sources.get_mut(*file).expect("no such file");
         assert!(source.contains(text), "{file} has no '{text}'");

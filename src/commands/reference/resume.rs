@@ -3,9 +3,9 @@
 use super::{Args, PARTS};
 use crate::commands::session::Session;
 use crate::image::Image;
-use crate::layouts::PixelSums;
 use crate::printable::{printable, shortened};
 use crate::render::settings::flatten;
+use crate::shader_interface::PixelSums;
 use crate::{Error, Result};
 use glam::{DVec3, Vec3};
 use serde_json::Value;

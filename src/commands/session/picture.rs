@@ -5,9 +5,9 @@ use super::cameras::camera_text;
 use crate::commands::arguments::Aov;
 use crate::commands::notice;
 use crate::image::{Image, Samples};
-use crate::layouts::{MAX_RADIANCE, ReservoirAov};
 use crate::render::outputs::Sums;
 use crate::render::{Clock, Kind, Settings};
+use crate::shader_interface::{MAX_RADIANCE, ReservoirAov};
 use crate::{Error, Result};
 
 impl Session {

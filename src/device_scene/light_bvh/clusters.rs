@@ -8,7 +8,7 @@
 
 use super::NearLight;
 use crate::device_scene::compute_bvh::binary_tree;
-use crate::layouts::NONE;
+use crate::shader_interface::NONE;
 use glam::Vec3;
 use std::collections::{BTreeMap, HashMap};
 

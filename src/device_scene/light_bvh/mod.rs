@@ -20,7 +20,7 @@ mod visibility;
 
 use super::compute_bvh::binary_tree;
 use super::lights::Lights;
-use crate::layouts::{GpuLightEntry, GpuLightNode, LIGHT_SPOT, NODE_ENTRIES, NONE};
+use crate::shader_interface::{GpuLightEntry, GpuLightNode, LIGHT_SPOT, NODE_ENTRIES, NONE};
 use glam::{DVec3, Vec3};
 
 /// How a light BVH is built.

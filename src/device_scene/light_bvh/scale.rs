@@ -1,7 +1,7 @@
 //! The scale of the boxes of influence, from the number of boxes that hold points on surfaces.
 
 use super::{LightBvh, NearLight, walk};
-use crate::layouts::GpuLightNode;
+use crate::shader_interface::GpuLightNode;
 use glam::Vec3;
 
 /// The number of boxes that hold a point on a surface, in the mean over points that some box holds, where there are clusters

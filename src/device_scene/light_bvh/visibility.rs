@@ -3,8 +3,8 @@
 
 use super::{LightBvh, LightSum, NearLight};
 use crate::device_scene::lights::Lights;
-use crate::layouts::{LIGHT_SPOT, RayQuery};
 use crate::random::Random;
+use crate::shader_interface::{LIGHT_SPOT, RayQuery};
 use glam::Vec3;
 use std::f32::consts::TAU;
 

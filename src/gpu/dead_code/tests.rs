@@ -1,9 +1,9 @@
 //! Shaders of which parts cannot run.
 
 use super::*;
-use crate::gpu::compiler::{self, Sources};
 use crate::gpu::reflection::{Reflection, parse};
 use crate::gpu::specialise::specialise;
+use crate::shader_interface::compiler::{self, Sources};
 use rspirv::binary::Assemble;
 
 const SHADER: &str = "#version 460

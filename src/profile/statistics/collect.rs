@@ -4,11 +4,12 @@ use super::settings::CONFIGURATIONS;
 use super::{Pipeline, WAVES, value};
 use crate::device_scene::selection::{self, TracerChoice, Wanted};
 use crate::device_scene::{GpuScene, SceneSizes};
-use crate::gpu::{Compiled, ComputePass, Device, DeviceInfo, Features, Instance, compiler};
+use crate::gpu::{Compiled, ComputePass, Device, DeviceInfo, Features, Instance};
 use crate::render::ray_list::RayTracer;
 use crate::render::{Kind, Renderer, Settings, Tracking, View};
 use crate::scene::Scene;
 use crate::scene::camera::framing_camera;
+use crate::shader_interface::compiler;
 use crate::{Error, Result};
 use std::sync::Arc;
 

@@ -2,9 +2,9 @@
 
 use crate::Result;
 use crate::gpu::{Buffer, ComputePass, Device, Recording, Usage, in_rows};
-use crate::layouts::{TILE, ToneMap};
 use crate::render::passes::ToneMapPicture;
 use crate::render::scene_bindings::SceneBindings;
+use crate::shader_interface::{TILE, ToneMap};
 use std::sync::Arc;
 
 /// Radiance on the device: of so many pixels, from left to right and top to bottom, the first of them in the picture.

@@ -2,11 +2,11 @@
 
 use crate::Result;
 use crate::gpu::{Buffer, ComputePass, Device, Recording, Usage};
-use crate::layouts::{FrameConstants, GpuCamera, PrimarySurface};
 use crate::render::counters::Counters;
 use crate::render::passes::Primary;
 use crate::render::scene_bindings::SceneBindings;
 use crate::render::strips::cut;
+use crate::shader_interface::{FrameConstants, GpuCamera, PrimarySurface};
 use std::sync::Arc;
 
 /// The pass that finds primary surfaces.

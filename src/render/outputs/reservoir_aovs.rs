@@ -2,9 +2,9 @@
 
 use crate::Result;
 use crate::gpu::{Buffer, ComputePass, Device, Recording, Usage};
-use crate::layouts::{ReservoirAov, RestirConstants, TILE};
 use crate::render::passes::ReservoirAovs;
 use crate::render::scene_bindings::SceneBindings;
+use crate::shader_interface::{ReservoirAov, RestirConstants, TILE};
 use std::sync::Arc;
 
 /// What a frame of resampling has left in memory.

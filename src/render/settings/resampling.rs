@@ -1,7 +1,7 @@
 //! Settings of resampling that direct and indirect light both have: candidates, reuse, MIS, visibility, and which
 //! neighbours share samples.
 
-use crate::choices::{Mis, Visibility};
+use crate::shader_interface::{Mis, Visibility};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

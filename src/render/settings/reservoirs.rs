@@ -1,6 +1,6 @@
 //! Settings of the layout of reservoirs.
 
-use crate::choices::Format;
+use crate::shader_interface::Format;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;

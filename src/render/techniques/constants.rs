@@ -1,11 +1,11 @@
 //! The constants of a frame's shaders, and the position of its primary rays in their pixels (jitter).
 
-use crate::layouts::{
-    GridConstants, RestirConstants, ReuseConstants, ViewConstants, WorldConstants,
-};
 use crate::render::scene_bindings::SceneBindings;
 use crate::render::settings::{
     Candidates, Far, LightBvhSettings, LightChoice, Resampling, Rest, Search, Settings,
+};
+use crate::shader_interface::{
+    GridConstants, RestirConstants, ReuseConstants, ViewConstants, WorldConstants,
 };
 use glam::Vec2;
 
@@ -46,49 +46,51 @@ pub fn of_frame(
     }
 }
 
-impl ReuseConstants {
-    /// The constants for one kind of light. `distant_share` is the share of distant lights in the power of all.
-    pub fn new(resampling: &Resampling, light_bvh: &LightBvhSettings, distant_share: f32) -> Self {
-        let Resampling {
-            spatial, similar, ..
-        } = resampling;
-        let draws_near = resampling.candidates == Candidates::LightBvh;
-        let (near_samples, near_share) = match draws_near {
-            true => near_samples(resampling.light_samples, light_bvh, distant_share),
-            false => (0, 0.0),
-        };
-        let is_uniform = match resampling.candidates {
-            Candidates::Uniform => true,
-            Candidates::LightBvh => light_bvh.rest == Rest::Uniform,
-            Candidates::Power | Candidates::HashGrid | Candidates::Auto => false,
-        };
-        Self {
-            uniform_candidates: is_uniform.into(),
-            light_samples: resampling.light_samples,
-            rare_lights: resampling.rare_lights,
-            near_samples,
-            near_share,
-            temporal_confidence_cap: resampling.temporal.confidence_cap as f32,
-            spatial_confidence_cap: spatial.confidence_cap as f32,
-            neighbours: spatial.neighbours,
-            // Pixels close together merge many of the same samples, so that their noise is alike. At full confidence it would
-            // stay for many frames: an error of .0061 instead of .0045 after eight frames of `cornell`, with `balanced`. So
-            // the merge counts no more than one of `neighbours`; but at least 3, since at 1 the second frame has more noise
-            // than the first.
-            confidence_without_history: if resampling.most_neighbours() > spatial.neighbours {
-                (1 + spatial.neighbours).max(3) as f32
-            } else {
-                f32::MAX
-            },
-            tries: match spatial.search {
-                Search::Random => 1,
-                Search::Greedy => spatial.tries,
-            },
-            radius: spatial.radius,
-            min_normal_cosine: similar.normal.to_radians().cos(),
-            depth_tolerance: similar.depth,
-            same_material: similar.material.into(),
-        }
+/// The constants for one kind of light. `distant_share` is the share of distant lights in the power of all.
+pub fn of_reuse(
+    resampling: &Resampling,
+    light_bvh: &LightBvhSettings,
+    distant_share: f32,
+) -> ReuseConstants {
+    let Resampling {
+        spatial, similar, ..
+    } = resampling;
+    let draws_near = resampling.candidates == Candidates::LightBvh;
+    let (near_samples, near_share) = match draws_near {
+        true => near_samples(resampling.light_samples, light_bvh, distant_share),
+        false => (0, 0.0),
+    };
+    let is_uniform = match resampling.candidates {
+        Candidates::Uniform => true,
+        Candidates::LightBvh => light_bvh.rest == Rest::Uniform,
+        Candidates::Power | Candidates::HashGrid | Candidates::Auto => false,
+    };
+    ReuseConstants {
+        uniform_candidates: is_uniform.into(),
+        light_samples: resampling.light_samples,
+        rare_lights: resampling.rare_lights,
+        near_samples,
+        near_share,
+        temporal_confidence_cap: resampling.temporal.confidence_cap as f32,
+        spatial_confidence_cap: spatial.confidence_cap as f32,
+        neighbours: spatial.neighbours,
+        // Pixels close together merge many of the same samples, so that their noise is alike. At full confidence it would
+        // stay for many frames: an error of .0061 instead of .0045 after eight frames of `cornell`, with `balanced`. So
+        // the merge counts no more than one of `neighbours`; but at least 3, since at 1 the second frame has more noise
+        // than the first.
+        confidence_without_history: if resampling.most_neighbours() > spatial.neighbours {
+            (1 + spatial.neighbours).max(3) as f32
+        } else {
+            f32::MAX
+        },
+        tries: match spatial.search {
+            Search::Random => 1,
+            Search::Greedy => spatial.tries,
+        },
+        radius: spatial.radius,
+        min_normal_cosine: similar.normal.to_radians().cos(),
+        depth_tolerance: similar.depth,
+        same_material: similar.material.into(),
     }
 }
 

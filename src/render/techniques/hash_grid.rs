@@ -6,16 +6,18 @@
 
 use super::reuse::FrameInputs;
 use crate::Result;
-use crate::choices::HashGrid;
 use crate::device_scene::GpuScene;
 use crate::device_scene::geometry::pack_octahedral;
 use crate::device_scene::surface_points::SurfacePoint;
 use crate::gpu::{Buffer, ComputePass, Device, Recording, Usage, in_rows};
-use crate::layouts::{GRID_BLOCK, GpuGridPlace, GpuGridPoint, GridConstants, TILE, ViewConstants};
 use crate::render::kind::Kind;
 use crate::render::passes::{ClaimGrid, FillGrid};
 use crate::render::reservoir_layout::ReservoirLayout;
 use crate::render::settings::{Candidates, GridMode, HashGridSettings, Settings};
+use crate::shader_interface::HashGrid;
+use crate::shader_interface::{
+    GRID_BLOCK, GpuGridPlace, GpuGridPoint, GridConstants, TILE, ViewConstants,
+};
 use std::sync::Arc;
 
 /// Points on surfaces that fill the published grid, from both sides each.

@@ -3,9 +3,9 @@
 use super::reuse::FrameInputs;
 use crate::Result;
 use crate::gpu::{Buffer, ComputePass, Device, Recording, Usage};
-use crate::layouts::{LIST_RECEIVER_WORDS, TILE, ViewConstants};
 use crate::render::passes::DrawLightLists;
 use crate::render::settings::{Candidates, DirectMode, Settings};
+use crate::shader_interface::{LIST_RECEIVER_WORDS, TILE, ViewConstants};
 use std::sync::Arc;
 
 /// The pass, where direct light has lists, and the buffer.

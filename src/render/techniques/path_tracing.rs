@@ -1,12 +1,12 @@
 //! MIS path tracing: samples add up over calls. It is the reference for everything else.
 
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
-use crate::layouts::{FrameConstants, GpuCamera, PixelSums, Strip};
 use crate::render::counters::{Counters, Counts};
 use crate::render::outputs::display::Radiance;
 use crate::render::passes::PathTrace;
 use crate::render::scene_bindings::SceneBindings;
 use crate::render::strips::strips_of;
+use crate::shader_interface::{FrameConstants, GpuCamera, PixelSums, Strip};
 use crate::{Error, Result};
 use std::sync::Arc;
 
@@ -172,7 +172,7 @@ impl PathTracer {
         Ok(())
     }
 
-    /// Values refused so far because they were NaN, negative or beyond [`crate::layouts::MAX_RADIANCE`].
+    /// Values refused so far because they were NaN, negative or beyond [`crate::shader_interface::MAX_RADIANCE`].
     ///
     /// # Errors
     /// The device fails, or its driver ended loops early.

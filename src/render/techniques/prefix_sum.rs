@@ -2,8 +2,8 @@
 
 use crate::Result;
 use crate::gpu::{Buffer, ComputePass, Recording, in_rows};
-use crate::layouts::{PREFIX_BLOCK, PrefixLevel};
 use crate::render::passes::PrefixValues;
+use crate::shader_interface::{PREFIX_BLOCK, PrefixLevel};
 
 /// The passes, for buffers of one size.
 pub struct PrefixSum {

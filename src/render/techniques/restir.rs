@@ -9,12 +9,7 @@ use super::pilots::Pilots;
 use super::reuse::{FrameInputs, Reuse};
 use super::sizes::BufferSizes;
 use super::world_reservoirs::{self, WorldLight};
-use crate::device_scene::{Fetch, GeometryAccess};
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
-use crate::layouts::{
-    GpuCamera, GridConstants, NONE, PixelSums, ReservoirAov, RestirConstants, ReuseConstants, TILE,
-    ViewConstants, WorldConstants,
-};
 use crate::render::Tracking;
 use crate::render::counters::{Counters, Counts};
 use crate::render::history::History;
@@ -24,8 +19,12 @@ use crate::render::outputs::reservoir_aovs::{self, FrameOutputs};
 use crate::render::reservoir_layout::ReservoirLayout;
 use crate::render::scene_bindings::SceneBindings;
 use crate::render::settings::{Resampling, Settings};
-use crate::render::specialisation::Specialisation;
+use crate::render::specialisation::{with_layout, with_resampling};
 use crate::render::strips::check_side;
+use crate::shader_interface::{
+    Fetch, GeometryAccess, GpuCamera, GridConstants, NONE, PixelSums, ReservoirAov,
+    RestirConstants, Specialisation, TILE, ViewConstants, WorldConstants,
+};
 use crate::{Error, Result};
 use glam::{DVec3, Vec2, Vec3};
 use std::sync::Arc;
@@ -93,23 +92,23 @@ impl Restir {
             hash_grid: settings.hash_grid(),
             world_reservoirs: settings.world_reservoirs(),
             pilot_stride: (sizes.pilot_stride / 4) as u32,
-            ..bindings.specialisation.with_layout(&layout)
+            ..with_layout(bindings.specialisation, &layout)
         };
         let pass = |name: &str, specialisation: Specialisation| {
             bindings.pass(name, &counters.specialise(name, specialisation)?)
         };
         let surfaces = pass("surfaces", specialisation)?;
         let for_direct =
-            specialisation.with_resampling(&settings.direct.resampling, &bindings.scene);
+            with_resampling(specialisation, &settings.direct.resampling, &bindings.scene);
         let pilot_pass = (direct_pilots || has_indirect)
             .then(|| pass("pilots", for_direct))
             .transpose()?;
         let distant_share = bindings.scene.first_lights().distant_share();
         let for_shaders = |resampling: &Resampling| {
-            ReuseConstants::new(resampling, &settings.light_bvh, distant_share)
+            constants::of_reuse(resampling, &settings.light_bvh, distant_share)
         };
         let reuse = |kind: Kind, resampling: Resampling, bytes: u64| {
-            let special = specialisation.with_resampling(&resampling, &bindings.scene);
+            let special = with_resampling(specialisation, &resampling, &bindings.scene);
             let initial = pass(kind.passes().initial, special)?;
             let shares = kind.is_shared(settings);
             let make = |name: &str| pass(name, special);
@@ -315,9 +314,8 @@ impl Restir {
             let pixels = self.constants.view.width as usize * self.constants.view.height as usize;
             return Ok(vec![empty; pixels]);
         };
-        let specialisation = self
-            .specialisation
-            .with_resampling(&reuse.resampling, &self.bindings.scene);
+        let specialisation =
+            with_resampling(self.specialisation, &reuse.resampling, &self.bindings.scene);
         let pass = self.bindings.pass(kind.passes().aovs, &specialisation)?;
         let outputs = FrameOutputs {
             constants: &reuse.constants,

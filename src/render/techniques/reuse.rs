@@ -1,14 +1,14 @@
 //! The part that both kinds of light share: temporal reuse, spatial reuse and shading.
 
 use crate::Result;
-use crate::choices::Visibility;
 use crate::gpu::{Buffer, ComputePass, Device, Recording, Usage};
-use crate::layouts::{RestirConstants, ReuseConstants, SpatialStep};
 use crate::render::history::History;
 use crate::render::kind::Kind;
 use crate::render::passes::{Shade, Spatial, Temporal};
 use crate::render::scene_bindings::SceneBindings;
 use crate::render::settings::{Resampling, ReuseMode};
+use crate::shader_interface::Visibility;
+use crate::shader_interface::{RestirConstants, ReuseConstants, SpatialStep};
 use std::sync::Arc;
 
 /// What the passes of a frame share.

@@ -4,13 +4,13 @@ use super::hash_grid;
 use super::light_lists::LightLists;
 use super::world_reservoirs;
 use crate::gpu::Device;
-use crate::layouts::{
-    INDIRECT_COMPACT_WORDS, PILOT_WORDS, ReservoirAov, SampleData, ViewConstants,
-};
 use crate::render::Tracking;
 use crate::render::kind::Kind;
 use crate::render::reservoir_layout::ReservoirLayout;
 use crate::render::settings::Settings;
+use crate::shader_interface::{
+    INDIRECT_COMPACT_WORDS, PILOT_WORDS, ReservoirAov, SampleData, ViewConstants,
+};
 use crate::{Error, Result};
 use glam::Vec3;
 

@@ -5,17 +5,17 @@
 //! (`glsl/restir/world_reservoirs.glsl`). Then a table of them is made for the next frame.
 
 use super::world_table::{TableSize, WorldTable};
-use crate::choices::WorldReservoirs;
 use crate::gpu::{Buffer, ComputePass, Device, Usage};
-use crate::layouts::{
-    GpuGridPoint, GpuWorldSample, ViewConstants, WORLD_VERTEX_BITS, WorldAddresses, WorldConstants,
-};
 use crate::render::history::History;
 use crate::render::kind::Kind;
 use crate::render::settings::{
     Secondary, Settings, WorldMode, WorldReservoirsSettings, WorldStores,
 };
 use crate::render::world_vertices::WorldVertices;
+use crate::shader_interface::WorldReservoirs;
+use crate::shader_interface::{
+    GpuGridPoint, GpuWorldSample, ViewConstants, WORLD_VERTEX_BITS, WorldAddresses, WorldConstants,
+};
 use crate::{Error, Result};
 use std::sync::Arc;
 

@@ -7,8 +7,8 @@
 use super::prefix_sum::PrefixSum;
 use crate::Result;
 use crate::gpu::{Buffer, ComputePass, Device, Recording, Usage, in_rows};
-use crate::layouts::{TILE, WorldConstants};
 use crate::render::passes::{CountVertices, InsertCells, ScatterVertices};
+use crate::shader_interface::{TILE, WorldConstants};
 use std::sync::Arc;
 
 /// Maximum number of places of a bucket.

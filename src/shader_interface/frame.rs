@@ -1,5 +1,6 @@
 //! What the passes of a frame are told: the view, settings of reuse, and which part of it they work on.
 
+use crate::TILE;
 use glam::{UVec2, Vec2, Vec3};
 
 crate::gpu_struct! {
@@ -49,7 +50,7 @@ crate::gpu_struct! {
         pub samples: u32,
         /// Box filter over the pixel (1) or pixel centres (0).
         pub jitter: u32,
-        /// The [`Heuristic`](crate::choices::Heuristic).
+        /// The [`Heuristic`](crate::Heuristic).
         pub heuristic: u32,
         /// Whether light that was scattered once is left out.
         pub without_direct_light: u32,
@@ -229,5 +230,17 @@ crate::gpu_struct! {
         pub first_row: u32,
         /// Number of rows.
         pub rows: u32,
+    }
+}
+
+impl Strip {
+    /// Pixels of the strip in a picture of this width.
+    pub fn pixels(&self, width: u32) -> usize {
+        width as usize * self.rows as usize
+    }
+
+    /// Workgroups of one tile each that cover the strip.
+    pub fn groups(&self, width: u32) -> [u32; 3] {
+        [width.div_ceil(TILE), self.rows.div_ceil(TILE), 1]
     }
 }

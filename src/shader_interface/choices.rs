@@ -1,11 +1,9 @@
 //! Choices that settings and shaders share: each enumeration is declared once for both.
-//!
-//! The build script compiles this file too, for the GLSL constants.
 
 crate::gpu_enum! {
     /// How next-event estimation and BSDF sampling share the light.
-    #[cfg_attr(headwater, derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
-    #[cfg_attr(headwater, serde(rename_all = "kebab-case"))]
+    #[derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+    #[serde(rename_all = "kebab-case")]
     pub enum Heuristic {
         /// In proportion to the densities: close to the optimum everywhere.
         #[default]
@@ -17,8 +15,8 @@ crate::gpu_enum! {
 
 crate::gpu_enum! {
     /// How a merge weighs its techniques against each other.
-    #[cfg_attr(headwater, derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
-    #[cfg_attr(headwater, serde(rename_all = "kebab-case"))]
+    #[derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+    #[serde(rename_all = "kebab-case")]
     pub enum Mis {
         /// By confidence alone: cheapest; biased where a neighbour cannot draw samples that the pixel needs.
         Constant,
@@ -60,8 +58,8 @@ crate::gpu_enum! {
 
 crate::gpu_enum! {
     /// Where visibility enters.
-    #[cfg_attr(headwater, derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
-    #[cfg_attr(headwater, serde(rename_all = "kebab-case"))]
+    #[derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+    #[serde(rename_all = "kebab-case")]
     pub enum Visibility {
         /// Nowhere: shadows are missing. Biased, for comparisons only.
         None,
@@ -78,8 +76,8 @@ crate::gpu_enum! {
 
 crate::gpu_enum! {
     /// What a reservoir stores.
-    #[cfg_attr(headwater, derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
-    #[cfg_attr(headwater, serde(rename_all = "kebab-case"))]
+    #[derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+    #[serde(rename_all = "kebab-case")]
     pub enum Format {
         /// 16 bytes for direct and 32 for indirect light: the triangle or light, and the point on it; the rest is read from
         /// the scene.
@@ -91,7 +89,7 @@ crate::gpu_enum! {
 }
 
 crate::gpu_enum! {
-    /// The order of pixels in buffers; [`Order`](crate::render::settings::Order) is the setting.
+    /// The order of pixels in buffers; the setting `reservoirs.order` selects it.
     pub enum PixelOrder {
         /// Row by row.
         #[default]

@@ -6,8 +6,6 @@
 //! Both sides use the scalar block layout, in which a member is aligned like its components: that is
 //! what `#[repr(C)]` gives to the types below, and why SIMD types (`Vec3A`, `Vec4`, matrices) are not
 //! among them.
-//!
-//! This file is also compiled into the build script, so it imports nothing else of the crate.
 
 use std::fmt::Write;
 
@@ -94,19 +92,19 @@ macro_rules! gpu_struct {
         #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
         pub struct $name { $($(#[$member_meta])* pub $member: $type,)* }
 
-        impl $crate::gpu::layout::GpuStruct for $name {
-            const LAYOUT: $crate::gpu::layout::StructLayout = $crate::gpu::layout::StructLayout {
+        impl $crate::declare::GpuStruct for $name {
+            const LAYOUT: $crate::declare::StructLayout = $crate::declare::StructLayout {
                 name: stringify!($name),
                 size: size_of::<$name>(),
-                members: &[$($crate::gpu::layout::Member {
+                members: &[$($crate::declare::Member {
                     name: stringify!($member),
-                    glsl: <$type as $crate::gpu::layout::GlslType>::GLSL,
-                    length: <$type as $crate::gpu::layout::GlslType>::LENGTH,
+                    glsl: <$type as $crate::declare::GlslType>::GLSL,
+                    length: <$type as $crate::declare::GlslType>::LENGTH,
                     offset: std::mem::offset_of!($name, $member),
                 },)*],
             };
         }
-        impl $crate::gpu::layout::GlslType for $name {
+        impl $crate::declare::GlslType for $name {
             const GLSL: &'static str = stringify!($name);
         }
     };
@@ -121,10 +119,10 @@ macro_rules! gpu_constants {
         /// The constants above as GLSL text.
         pub fn constants_glsl() -> String {
             let mut text = String::new();
-            $(text += &$crate::gpu::layout::constant_glsl(
+            $(text += &$crate::declare::constant_glsl(
                 stringify!($name),
-                <$type as $crate::gpu::layout::GlslType>::GLSL,
-                $crate::gpu::layout::Number::from($name),
+                <$type as $crate::declare::GlslType>::GLSL,
+                $crate::declare::Number::from($name),
             );)*
             text
         }
@@ -146,18 +144,18 @@ macro_rules! gpu_enum {
             /// The variants as GLSL constants.
             pub fn glsl() -> String {
                 let mut text = String::new();
-                $(text += &$crate::gpu::layout::constant_glsl(
-                    &$crate::gpu::layout::upper_snake_case(concat!(
+                $(text += &$crate::declare::constant_glsl(
+                    &$crate::declare::upper_snake_case(concat!(
                         stringify!($name), stringify!($variant)
                     )),
                     "uint",
-                    $crate::gpu::layout::Number::from(Self::$variant as u32),
+                    $crate::declare::Number::from(Self::$variant as u32),
                 );)*
                 text
             }
         }
 
-        impl $crate::gpu::layout::SpecialisationValue for $name {
+        impl $crate::declare::SpecialisationValue for $name {
             const GLSL: &'static str = "uint";
             fn word(self) -> u32 { self as u32 }
         }
@@ -231,15 +229,15 @@ macro_rules! gpu_specialisation {
 
         impl $name {
             /// Every constant with its value here.
-            pub fn constants(&self) -> Vec<$crate::gpu::layout::SpecialisationConstant> {
+            pub fn constants(&self) -> Vec<$crate::declare::SpecialisationConstant> {
                 let fields = [$((
                     stringify!($field),
-                    <$type as $crate::gpu::layout::SpecialisationValue>::GLSL,
-                    $crate::gpu::layout::SpecialisationValue::word(self.$field),
+                    <$type as $crate::declare::SpecialisationValue>::GLSL,
+                    $crate::declare::SpecialisationValue::word(self.$field),
                 ),)*];
                 (0..).zip(fields).map(|(id, (name, glsl, word))| {
                     let name = name.to_ascii_uppercase();
-                    $crate::gpu::layout::SpecialisationConstant { name, glsl, id, word }
+                    $crate::declare::SpecialisationConstant { name, glsl, id, word }
                 }).collect()
             }
 

@@ -1,6 +1,6 @@
 //! What is known of each pixel: its surface, its sums, and what its reservoirs hold.
 
-use glam::{UVec2, UVec3, Vec2, Vec3};
+use glam::{DVec3, UVec2, UVec3, Vec2, Vec3};
 
 crate::gpu_struct! {
     /// The contents of a pixel's reservoir, for debug AOVs.
@@ -99,5 +99,35 @@ crate::gpu_struct! {
         pub light: u32,
         /// The point on it.
         pub place: u32,
+    }
+}
+
+impl PixelSums {
+    /// From the sum and the sum of squares of each channel.
+    pub fn of([sum, square]: &[DVec3; 2]) -> Self {
+        let pair = |value: &DVec3| {
+            let high = value.as_vec3();
+            (high, (value - high.as_dvec3()).as_vec3())
+        };
+        let ((sum, sum_low), (square, square_low)) = (pair(sum), pair(square));
+        Self {
+            sum,
+            sum_low,
+            square,
+            square_low,
+        }
+    }
+
+    /// Mean of `samples` ≥ 1 samples, for each channel.
+    pub fn mean(&self, samples: u32) -> DVec3 {
+        (self.sum.as_dvec3() + self.sum_low.as_dvec3()) / f64::from(samples)
+    }
+
+    /// Squared standard error of the mean, for each channel; `samples` ≥ 2.
+    pub fn error_squared(&self, samples: u32) -> DVec3 {
+        let n = f64::from(samples);
+        let mean = self.mean(samples);
+        let square = (self.square.as_dvec3() + self.square_low.as_dvec3()) / n;
+        (square - mean * mean).max(DVec3::ZERO) / (n - 1.0)
     }
 }

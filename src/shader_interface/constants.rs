@@ -1,31 +1,4 @@
-//! The structures and constants that Rust and the shaders share, besides enumerations
-//! ([`crate::choices`]), specialisation constants ([`crate::render::specialisation`]) and the buffers of a
-//! scene ([`crate::device_scene::buffers`]).
-//!
-//! Positions, lengths and radiance in them are in the units of the device ([`crate::device_scene::units`]).
-//!
-//! The build script compiles this file too, for the GLSL text.
-
-mod frame;
-mod pixels;
-mod rays;
-mod scene;
-
-pub use frame::{
-    FrameConstants, GpuCamera, GridConstants, PrefixLevel, RestirConstants, ReuseConstants,
-    SpatialStep, Strip, ViewConstants, WorldAddresses, WorldConstants,
-};
-pub use pixels::{GpuWorldSample, PixelSums, PrimarySurface, ReservoirAov, SampleData, ToneMap};
-pub use rays::{RayAnswer, RayBatch, RayQuery};
-pub use scene::{
-    GpuGridPlace, GpuGridPoint, GpuInstance, GpuLight, GpuLightChoice, GpuLightEntry, GpuLightNode,
-    GpuLightTexture, GpuMaterial, GpuPreviousTransform, GpuPunctualLight, GpuTexture,
-};
-
-use crate::choices;
-use crate::device_scene::buffers::{self, SceneTable};
-use crate::gpu::layout::{GpuStruct, StructLayout};
-use crate::render::specialisation::Specialisation;
+//! Numbers that Rust and the shaders share.
 
 crate::gpu_constants! {
     /// "None": no normals, no light, no hit.
@@ -168,59 +141,4 @@ crate::gpu_constants! {
     pub const COUNTER_PLACES: u32 = 14;
     /// Counters of a pass.
     pub const COUNTERS: u32 = 15;
-}
-
-/// Every shared structure; each comes after those that it contains.
-pub const STRUCTS: &[StructLayout] = &[
-    SceneTable::LAYOUT,
-    GpuInstance::LAYOUT,
-    GpuMaterial::LAYOUT,
-    GpuTexture::LAYOUT,
-    GpuLight::LAYOUT,
-    GpuPunctualLight::LAYOUT,
-    GpuLightChoice::LAYOUT,
-    GpuLightTexture::LAYOUT,
-    GpuLightNode::LAYOUT,
-    GpuLightEntry::LAYOUT,
-    GpuGridPlace::LAYOUT,
-    GpuGridPoint::LAYOUT,
-    GpuPreviousTransform::LAYOUT,
-    GpuCamera::LAYOUT,
-    ViewConstants::LAYOUT,
-    FrameConstants::LAYOUT,
-    ReuseConstants::LAYOUT,
-    GridConstants::LAYOUT,
-    WorldAddresses::LAYOUT,
-    WorldConstants::LAYOUT,
-    PrefixLevel::LAYOUT,
-    GpuWorldSample::LAYOUT,
-    RestirConstants::LAYOUT,
-    SpatialStep::LAYOUT,
-    ReservoirAov::LAYOUT,
-    SampleData::LAYOUT,
-    Strip::LAYOUT,
-    PixelSums::LAYOUT,
-    PrimarySurface::LAYOUT,
-    ToneMap::LAYOUT,
-    RayQuery::LAYOUT,
-    RayAnswer::LAYOUT,
-    RayBatch::LAYOUT,
-];
-
-/// The text of `layouts.glsl`: constants, enumerations, specialisation constants and structures.
-pub fn glsl() -> String {
-    let mut text = constants_glsl() + &choices::glsl() + &Specialisation::glsl();
-    for layout in STRUCTS {
-        text += &layout.glsl();
-    }
-    text
-}
-
-/// The files that are generated for the shaders, by name.
-pub fn generated() -> [(&'static str, String); 3] {
-    [
-        ("layouts.glsl", glsl()),
-        ("scene_buffers.glsl", buffers::glsl()),
-        ("light_bvh_buffer.glsl", buffers::light_bvh_glsl()),
-    ]
 }

@@ -1,7 +1,5 @@
 //! GLSL → SPIR-V with `shaderc`: at build time for the embedded shaders, at run time for tests and for
 //! shaders that a user edits.
-//!
-//! This file is also compiled into the build script, so it imports nothing else of the crate.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};

@@ -1,7 +1,5 @@
 //! The legal variants of shaders. The build script compiles every pass, `glsl/passes/NAME.comp`, in each of
 //! them and embeds the SPIR-V.
-//!
-//! The build script compiles this file too, so it imports nothing else of the crate.
 
 /// How rays are traced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]

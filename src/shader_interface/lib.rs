@@ -1,0 +1,85 @@
+//! What Rust and the shaders share, each thing declared once, in Rust: structures, constants, enumerations, specialisation
+//! constants, the buffers of a scene and the variants of the shaders. The GLSL text of them is generated here. The build
+//! script uses this package to compile the shaders of the folder `glsl`, and the program uses it to fill what they read.
+//!
+//! Positions, lengths and radiance in the structures are in the units of the device (`device_scene/units.rs`).
+#![warn(missing_docs)]
+
+mod choices;
+pub mod compiler;
+mod constants;
+pub mod declare;
+mod frame;
+mod pixels;
+mod rays;
+mod scene;
+mod scene_buffers;
+mod specialisation;
+mod variants;
+
+pub use choices::{Format, HashGrid, Heuristic, Mis, PixelOrder, Visibility, WorldReservoirs};
+pub use constants::*;
+pub use frame::{
+    FrameConstants, GpuCamera, GridConstants, PrefixLevel, RestirConstants, ReuseConstants,
+    SpatialStep, Strip, ViewConstants, WorldAddresses, WorldConstants,
+};
+pub use pixels::{GpuWorldSample, PixelSums, PrimarySurface, ReservoirAov, SampleData, ToneMap};
+pub use rays::{RayAnswer, RayBatch, RayQuery};
+pub use scene::{
+    GpuGridPlace, GpuGridPoint, GpuInstance, GpuLight, GpuLightChoice, GpuLightEntry, GpuLightNode,
+    GpuLightTexture, GpuMaterial, GpuPreviousTransform, GpuPunctualLight, GpuTexture,
+};
+pub use scene_buffers::{Access, BUFFERS, Elements, LIGHT_BVH, SceneTable};
+pub use specialisation::Specialisation;
+pub use variants::{Fetch, GeometryAccess, Textures, Tracer, Variant};
+
+use declare::{GpuStruct, StructLayout};
+
+/// Every shared structure; each comes after those that it contains.
+pub const STRUCTS: &[StructLayout] = &[
+    SceneTable::LAYOUT,
+    GpuInstance::LAYOUT,
+    GpuMaterial::LAYOUT,
+    GpuTexture::LAYOUT,
+    GpuLight::LAYOUT,
+    GpuPunctualLight::LAYOUT,
+    GpuLightChoice::LAYOUT,
+    GpuLightTexture::LAYOUT,
+    GpuLightNode::LAYOUT,
+    GpuLightEntry::LAYOUT,
+    GpuGridPlace::LAYOUT,
+    GpuGridPoint::LAYOUT,
+    GpuPreviousTransform::LAYOUT,
+    GpuCamera::LAYOUT,
+    ViewConstants::LAYOUT,
+    FrameConstants::LAYOUT,
+    ReuseConstants::LAYOUT,
+    GridConstants::LAYOUT,
+    WorldAddresses::LAYOUT,
+    WorldConstants::LAYOUT,
+    PrefixLevel::LAYOUT,
+    GpuWorldSample::LAYOUT,
+    RestirConstants::LAYOUT,
+    SpatialStep::LAYOUT,
+    ReservoirAov::LAYOUT,
+    SampleData::LAYOUT,
+    Strip::LAYOUT,
+    PixelSums::LAYOUT,
+    PrimarySurface::LAYOUT,
+    ToneMap::LAYOUT,
+    RayQuery::LAYOUT,
+    RayAnswer::LAYOUT,
+    RayBatch::LAYOUT,
+];
+
+/// The files that are generated for the shaders, by name: `declarations.glsl` has constants, enumerations, specialisation
+/// constants and structures, the others have access to buffers.
+pub fn generated() -> [(&'static str, String); 3] {
+    let structs: String = STRUCTS.iter().map(StructLayout::glsl).collect();
+    let declarations = constants_glsl() + &choices::glsl() + &Specialisation::glsl() + &structs;
+    [
+        ("declarations.glsl", declarations),
+        ("scene_buffers.glsl", scene_buffers::glsl()),
+        ("light_bvh_buffer.glsl", scene_buffers::light_bvh_glsl()),
+    ]
+}
