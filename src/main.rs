@@ -1,7 +1,7 @@
 //! Arguments → one command.
 
+use headwater::base::out_of_memory::Allocator;
 use headwater::commands;
-use headwater::out_of_memory::Allocator;
 use std::process::ExitCode;
 
 #[global_allocator]

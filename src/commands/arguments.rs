@@ -1,7 +1,9 @@
 //! Options that several commands share.
 
+use crate::base::files::{check_writable, is_same_file};
+use crate::base::input_files;
+use crate::base::toml_text::TomlText;
 use crate::device_scene::selection::{GeometryChoice, TexturesChoice, TracerChoice, Wanted};
-use crate::files::{check_writable, is_same_file};
 use crate::image::Format;
 use crate::render::presets::{self, Preset};
 use crate::render::settings::{Settings, flatten};
@@ -10,8 +12,7 @@ use crate::scene::Camera;
 use crate::scene::camera::look_at;
 use crate::scene::validate::check_camera;
 use crate::scene_files::{Options, environment_file_of, file_of};
-use crate::toml_text::TomlText;
-use crate::{Error, Result, input_files};
+use crate::{Error, Result};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 

@@ -2,8 +2,8 @@
 
 use super::arguments::check_files;
 use super::{notice, print};
+use crate::base::json::value_of;
 use crate::image::{Format, Image, png};
-use crate::json::value_of;
 use crate::metrics::error::Errors;
 use crate::metrics::flip::{PIXELS_PER_DEGREE, flip};
 use crate::{Error, Result};

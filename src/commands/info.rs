@@ -2,10 +2,10 @@
 
 use super::{check_messages, open_vulkan, print};
 use crate::Result;
+use crate::base::json::value_of;
 use crate::device_scene::SceneSizes;
 use crate::device_scene::images::ImageSizes;
 use crate::device_scene::selection::{self, Wanted};
-use crate::json::value_of;
 use serde_json::json;
 
 /// Arguments of `info`.

@@ -18,9 +18,9 @@ pub mod session;
 pub mod statistics;
 pub mod study;
 
-use crate::environment_variable::is_asked_for;
+use crate::base::environment_variable::is_asked_for;
+use crate::base::printable::{printable, printable_lines, shortened};
 use crate::gpu::{Instance, InstanceOptions};
-use crate::printable::{printable, printable_lines, shortened};
 use crate::render::Clock;
 use crate::scene::Scene;
 use crate::scene_files::Options;

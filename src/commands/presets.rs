@@ -2,7 +2,7 @@
 
 use super::print;
 use crate::Result;
-use crate::json::value_of;
+use crate::base::json::value_of;
 use crate::render::presets::{DEFAULT, PRESETS, Preset};
 use crate::render::settings::Settings;
 use serde_json::json;

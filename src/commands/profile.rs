@@ -5,10 +5,11 @@ use super::interrupt::Interrupt;
 use super::progress::Progress;
 use super::session::{Purpose, Session};
 use super::{NOTHING_WRITTEN, ignored, notice, print};
-use crate::files::write_atomically;
+use crate::base::files::write_atomically;
+use crate::base::input_files;
 use crate::profile::{self, Frame, Limits, Plan, Profile, check_comparable};
 use crate::render::settings::Integrator;
-use crate::{Error, Result, input_files};
+use crate::{Error, Result};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 

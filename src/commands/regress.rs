@@ -6,12 +6,12 @@ use super::progress::Progress;
 use super::render;
 use super::session::{Purpose, Session};
 use super::{NOTHING_WRITTEN, open_vulkan, print, print_part};
+use crate::base::files::{check_writable, write_atomically};
+use crate::base::printable::printable;
 use crate::device_scene::selection::{GeometryChoice, TexturesChoice, TracerChoice};
-use crate::files::{check_writable, write_atomically};
 use crate::gpu::{DeviceInfo, InstanceOptions};
 use crate::image::{Image, png};
 use crate::metrics::flip::flip;
-use crate::printable::printable;
 use crate::regress::{
     Blessing, Case, Goldens, Rendered, Step, Verdict, cases, judge_exactly, judge_loosely, report,
 };

@@ -6,7 +6,7 @@ use super::capture::{self, FrameRange};
 use super::ignored;
 use super::interrupt::Interrupt;
 use super::session::{Purpose, Session};
-use crate::files::write_atomically;
+use crate::base::files::write_atomically;
 use crate::{Error, Result};
 use std::io::Write;
 use std::path::PathBuf;
@@ -56,7 +56,7 @@ pub fn run(args: &Args) -> Result<()> {
     let clock = args.scene.clock(args.fps)?;
     args.scene.check_outputs(&args.output)?;
     if let Some(folder) = &args.presented {
-        crate::files::check_writable(&folder.join("frame_0000.png"))?;
+        crate::base::files::check_writable(&folder.join("frame_0000.png"))?;
     }
     ignored::note_for_scene(&args.scene, &changed, &args.output, args.capture.is_some());
     ignored::note_for_render(&changed, &settings, args.scene.bounces);

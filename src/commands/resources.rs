@@ -1,7 +1,7 @@
 //! Threads, and the end of the program where a part of it fails that cannot return an error: one line on stderr and exit
 //! status 1.
 
-use crate::out_of_memory::end_with;
+use crate::base::out_of_memory::end_with;
 use crate::{Error, Result};
 use signal_hook::consts::{SIGABRT, SIGBUS, SIGSEGV};
 

@@ -1,9 +1,9 @@
 //! The embedded shaders, and those that are compiled from disk while a user edits them.
 
-use crate::environment_variable::is_asked_for;
+use crate::base::environment_variable::is_asked_for;
+use crate::base::short_hash::short;
 use crate::shader_interface::Variant;
 use crate::shader_interface::compiler::{self, Debug, Sources};
-use crate::short_hash::short;
 use crate::{Error, Result, shader_interface};
 use std::path::Path;
 

@@ -3,13 +3,14 @@
 use super::buffers::{BufferBytes, is_fetched};
 use super::gather::ElementCounts;
 use super::images::ImageSizes;
+use crate::base::memory;
 use crate::gpu::DeviceInfo;
 use crate::scene::Scene;
 use crate::scene::lights::{AliasColumn, LampTriangle, LightTriangle};
 use crate::shader_interface::{
     Fetch, GeometryAccess, GpuLight, GpuLightChoice, LIGHT_MASK, Textures, Variant,
 };
-use crate::{Error, Result, memory};
+use crate::{Error, Result};
 
 /// Shaders count a triangle's words in 32 bits, nine for its corners.
 const MAX_TRIANGLES: u64 = u32::MAX as u64 / 9;

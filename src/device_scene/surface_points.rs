@@ -1,6 +1,6 @@
 //! Points on the surfaces of a scene, uniform by area.
 
-use crate::random::Random;
+use crate::base::random::Random;
 use crate::shader_interface::GpuInstance;
 use glam::{DVec3, Vec3};
 

@@ -5,7 +5,7 @@ use super::device::Device;
 use super::records::{Compiled, CompilerReport};
 use super::reflection::{Binding, BindingKind, Reflection};
 use super::specialise::specialise;
-use crate::short_hash::short;
+use crate::base::short_hash::short;
 use crate::{Error, Result};
 use ash::vk;
 use rspirv::binary::Assemble;

@@ -7,7 +7,7 @@ use super::pass::{Bindings, ComputePass, Resource};
 use super::program::Program;
 use super::recorder::PassTime;
 use super::records::Output;
-use crate::short_hash::short;
+use crate::base::short_hash::short;
 use crate::{Error, Result};
 use ash::vk;
 use std::marker::PhantomData;

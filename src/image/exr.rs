@@ -1,9 +1,10 @@
 //! OpenEXR: one part, 32-bit channels, losslessly compressed.
 
 use super::{Image, Samples};
-use crate::files::write_atomically;
-use crate::panics::caught;
-use crate::{Error, input_files, memory};
+use crate::Error;
+use crate::base::files::write_atomically;
+use crate::base::panics::caught;
+use crate::base::{input_files, memory};
 use ::exr::meta::header::Header;
 use ::exr::prelude::*;
 use std::io::Cursor;
@@ -158,7 +159,7 @@ fn check_header(header: &Header, file_bytes: usize) -> std::result::Result<(), S
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::Random;
+    use crate::base::random::Random;
 
     fn sample() -> Image {
         let mut image = Image::new(3, 2);

@@ -2,9 +2,10 @@
 
 use super::Image;
 use super::tonemap::{from_srgb, to_srgb_byte, tone_map};
-use crate::files::write_atomically;
-use crate::panics::caught;
-use crate::{Error, Result, input_files, memory};
+use crate::base::files::write_atomically;
+use crate::base::panics::caught;
+use crate::base::{input_files, memory};
+use crate::{Error, Result};
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 use std::path::Path;
 

@@ -6,7 +6,7 @@ mod parameters;
 mod props;
 mod recipes;
 
-use crate::nearest::nearest;
+use crate::base::nearest::nearest;
 use crate::scene::{Motion, Scene};
 use crate::{Error, Result};
 use parameters::Values;

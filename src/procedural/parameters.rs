@@ -1,7 +1,7 @@
 //! Parameters of procedural scenes: their declaration, parsing and checking.
 
 use super::Procedural;
-use crate::nearest::nearest;
+use crate::base::nearest::nearest;
 use crate::{Error, Result};
 use serde::Serialize;
 use std::fmt;

@@ -2,7 +2,7 @@
 //! in an order that stays; the one with the names of columns begins with `#`.
 
 use super::Profile;
-use crate::printable::printable;
+use crate::base::printable::printable;
 use crate::render::counters::Counts;
 use std::fmt::Write;
 

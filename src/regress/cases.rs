@@ -1,7 +1,7 @@
 //! The frames that are rendered, each given by arguments of `render`.
 
 use crate::Result;
-use crate::toml_text::TomlText;
+use crate::base::toml_text::TomlText;
 use serde::Deserialize;
 
 /// A frame, or a few in a row.

@@ -1,11 +1,12 @@
 //! Golden frames: a folder for each driver, with a list and a picture for each case.
 
 use super::cases::Case;
-use crate::files::write_atomically;
+use crate::base::files::write_atomically;
+use crate::base::input_files;
+use crate::base::short_hash::short;
 use crate::gpu::{DeviceInfo, Output};
 use crate::image::Image;
-use crate::short_hash::short;
-use crate::{Error, Result, input_files};
+use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs::File;

@@ -1,7 +1,7 @@
 //! JUnit XML, as the pages of CI systems show it.
 
 use super::verdict::Verdict;
-use crate::printable::printable;
+use crate::base::printable::printable;
 use crate::{Error, Result};
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 use std::time::Duration;

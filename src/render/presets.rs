@@ -1,8 +1,8 @@
 //! Presets: sparse differences from the default settings, as files.
 
 use super::settings::Settings;
-use crate::nearest::nearest;
-use crate::toml_text::TomlText;
+use crate::base::nearest::nearest;
+use crate::base::toml_text::TomlText;
 use crate::{Error, Result};
 use serde_json::Value;
 use std::collections::HashMap;

@@ -164,7 +164,7 @@ pub fn exponent(number: f64) -> i64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::Random;
+    use crate::base::random::Random;
     use glam::Vec3;
 
     #[test]

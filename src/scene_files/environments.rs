@@ -1,9 +1,10 @@
 //! Environments from files, `.exr` and `.hdr`, and skies by their parameters.
 
-use crate::panics::caught;
+use crate::base::panics::caught;
+use crate::base::{input_files, memory};
 use crate::scene::Environment;
 use crate::scene::environment::{MAX_TEXELS, sky};
-use crate::{Error, Result, image, input_files, memory};
+use crate::{Error, Result, image};
 use ::image::{ImageDecoder, ImageReader};
 use glam::Vec3;
 use std::fs::File;

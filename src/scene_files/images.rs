@@ -1,10 +1,11 @@
 //! Images of textures: decoding, with limits on what files may claim.
 
 use super::progress::Progress;
-use crate::panics::caught;
+use crate::base::memory;
+use crate::base::panics::caught;
 use crate::scene::notices::quoted;
 use crate::scene::texture::Image;
-use crate::{Error, Result, memory};
+use crate::{Error, Result};
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use rayon::prelude::*;
 use std::borrow::Cow;

@@ -3,8 +3,9 @@
 use super::progress::{Progress, Watch, Watched};
 use super::scene_folder::SceneFolder;
 use super::{Options, gltf, obj};
+use crate::base::{input_files, memory};
 use crate::scene::Scene;
-use crate::{Error, Result, input_files, memory};
+use crate::{Error, Result};
 use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;

@@ -66,5 +66,5 @@ pub fn check_name(name: &str) -> Result<()> {
     if let Some((name, parameters)) = as_procedural(name) {
         return procedural::check(name, &parse_parameters(name, parameters)?);
     }
-    crate::input_files::check(Path::new(name))
+    crate::base::input_files::check(Path::new(name))
 }

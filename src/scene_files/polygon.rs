@@ -241,7 +241,7 @@ mod tests {
 
     #[test]
     fn what_is_kept_of_corners_changes_no_cut() {
-        let mut random = crate::random::Random::new(3);
+        let mut random = crate::base::random::Random::new(3);
         let mut unit = || f64::from(random.index(1 << 20) as u32) / f64::from(1 << 20);
         let mut concave = 0;
         for round in 0..300 {

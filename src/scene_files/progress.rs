@@ -1,7 +1,8 @@
 //! Progress of loading a scene, reported to a callback.
 
 use super::scene_folder::{SceneFile, unreadable};
-use crate::{Error, Result, input_files};
+use crate::base::input_files;
+use crate::{Error, Result};
 use std::fs::File;
 use std::io::Read;
 

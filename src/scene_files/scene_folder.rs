@@ -6,8 +6,9 @@
 //! inside of the folder are part of it.
 
 use super::Options;
+use crate::base::input_files;
 use crate::scene::notices::quoted;
-use crate::{Error, Result, input_files};
+use crate::{Error, Result};
 use rustix::fs::{Mode, OFlags, open, openat};
 use std::fs::File;
 use std::io::{self, ErrorKind};

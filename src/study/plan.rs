@@ -3,12 +3,13 @@
 use super::planned_scene::PlannedScene;
 use super::plans::PLANS;
 use super::product::Product;
-use crate::nearest::nearest;
+use crate::base::input_files;
+use crate::base::nearest::nearest;
+use crate::base::toml_text::{Step, TomlText};
 use crate::render::presets::Preset;
 use crate::render::settings::Integrator;
 use crate::render::{Clock, Settings};
-use crate::toml_text::{Step, TomlText};
-use crate::{Error, Result, input_files};
+use crate::{Error, Result};
 use serde::Deserialize;
 use serde_json::{Map, Value};
 use std::collections::BTreeSet;

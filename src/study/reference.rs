@@ -1,14 +1,15 @@
 //! References: rendered once, and kept under the hash of all that they depend on.
 
+use crate::base::input_files;
+use crate::base::progress::Watch;
 use crate::device_scene::GpuScene;
 use crate::gpu::Device;
 use crate::image::Image;
 use crate::metrics::error::median_ratio;
 use crate::metrics::statistics::Estimate;
-use crate::progress::Watch;
 use crate::render::{Renderer, Settings, View};
 use crate::scene::lights::luminance;
-use crate::{Error, Result, input_files};
+use crate::{Error, Result};
 use glam::DVec3;
 use std::path::Path;
 use std::sync::Arc;

@@ -3,8 +3,8 @@
 use super::bias::LEVEL;
 use super::results::Row;
 use crate::Result;
-use crate::json::value_of;
-use crate::printable::printable;
+use crate::base::json::value_of;
+use crate::base::printable::printable;
 use serde_json::Value;
 use std::fmt::Write as _;
 

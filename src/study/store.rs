@@ -1,7 +1,8 @@
 //! Finished runs, appended to a file one by one.
 
 use super::run::Run;
-use crate::{Error, Result, input_files};
+use crate::base::input_files;
+use crate::{Error, Result};
 use std::collections::{BTreeMap, HashMap};
 use std::io::Write;
 use std::path::{Path, PathBuf};

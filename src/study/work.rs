@@ -10,7 +10,7 @@ use super::reference::References;
 use super::results::Row;
 use super::store::Store;
 use super::subject::Subject;
-use crate::progress::Watch;
+use crate::base::progress::Watch;
 use crate::{Error, Result};
 use std::ops::Range;
 use std::time::Instant;

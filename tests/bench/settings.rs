@@ -3,9 +3,9 @@
 //! `cargo bench --bench settings` prints one line for each number of keys: `settings keys=… config=… set=…`, median times in
 //! milliseconds. Each key has the value that it has anyway.
 
+use headwater::base::toml_text::TomlText;
 use headwater::metrics::statistics::median;
 use headwater::render::Settings;
-use headwater::toml_text::TomlText;
 use std::time::Instant;
 
 const ROUNDS: usize = 9;

@@ -1,9 +1,9 @@
 //! `--resume`: the sums of an earlier run in the first output file, and checks that this run can go on with them.
 
 use super::{Args, PARTS};
+use crate::base::printable::{printable, shortened};
 use crate::commands::session::Session;
 use crate::image::Image;
-use crate::printable::{printable, shortened};
 use crate::render::settings::flatten;
 use crate::shader_interface::PixelSums;
 use crate::{Error, Result};

@@ -55,11 +55,11 @@ fn scale_of(quarters: i32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::base::random::Random;
     use crate::device_scene::Units;
     use crate::device_scene::light_bvh::LightBvhOptions;
     use crate::device_scene::lights::gpu_lights;
     use crate::procedural;
-    use crate::random::Random;
     use glam::DVec3;
 
     /// A lamp stands on a surface of its own, which must not count as all that it lights.

@@ -2,8 +2,8 @@
 //! how far its light goes.
 
 use super::{LightBvh, LightSum, NearLight};
+use crate::base::random::Random;
 use crate::device_scene::lights::Lights;
-use crate::random::Random;
 use crate::shader_interface::{LIGHT_SPOT, RayQuery};
 use glam::Vec3;
 use std::f32::consts::TAU;

@@ -1,7 +1,7 @@
 //! Houses of a city that is seen from above: bands of glass, and flat roofs with tanks and signs.
 
+use crate::base::random::Random;
 use crate::procedural::modelling::{Model, Shape, dielectric, emitter, lathe, metal};
-use crate::random::Random;
 use crate::scene::Material;
 use glam::Vec3;
 

@@ -1,8 +1,8 @@
 //! Decoration of a street: strings of paper lanterns, market stalls under bulbs, pennants. Every
 //! emissive triangle is taken from a budget.
 
+use crate::base::random::Random;
 use crate::procedural::modelling::{Model, Shape, dielectric, emitter, lathe};
-use crate::random::Random;
 use crate::scene::Material;
 use glam::Vec3;
 

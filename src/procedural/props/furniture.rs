@@ -1,7 +1,7 @@
 //! Furniture, each piece on the floor around its own origin, its front towards +Z.
 
+use crate::base::random::Random;
 use crate::procedural::modelling::{Builder, Model, Shape, dielectric, lathe, metal, soft_box};
-use crate::random::Random;
 use crate::scene::Material;
 use glam::{DAffine3, DQuat, Vec3};
 

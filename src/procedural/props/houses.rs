@@ -1,8 +1,8 @@
 //! Half-timbered houses: shops below, jutting storeys with lit windows above, steep roofs.
 
 use super::festival::{Festival, Spot};
+use crate::base::random::Random;
 use crate::procedural::modelling::{Shape, dielectric};
-use crate::random::Random;
 use crate::scene::Material;
 use glam::Vec3;
 

@@ -1,9 +1,9 @@
 //! A classical bust on a round foot: one smooth body of about 3,000 triangles.
 
+use crate::base::random::Random;
 use crate::procedural::modelling::dual_contouring::{Detail, surface, ticks};
 use crate::procedural::modelling::implicit::{ball, carve, common, ellipsoid, join, limb};
 use crate::procedural::modelling::{Profile, Shape};
-use crate::random::Random;
 use glam::{Mat3, Vec3, vec3};
 
 /// Height of the foot's top and of the head's middle, in metres.

@@ -1,7 +1,7 @@
 //! The contents of a garage: bench, tools, shelves, crates, drums.
 
+use crate::base::random::Random;
 use crate::procedural::modelling::{Model, Profile, Shape, dielectric, metal};
-use crate::random::Random;
 use crate::scene::Material;
 use glam::{Mat3, Vec3, vec3};
 

@@ -1,13 +1,13 @@
 //! A court between two storeys of arcades, lit by three small lamps that mostly stay out of
 //! sight; metres, the court along Z.
 
+use crate::base::random::Random;
 use crate::procedural::modelling::{
     Builder, Model, Profile, SINK, Shape, dielectric, emitter, metal,
 };
 use crate::procedural::parameters::{Parameter, Range, Values};
 use crate::procedural::props::colonnade::{self, BAY, RAIL, SPRING, STOREY, THICK};
 use crate::procedural::props::statue;
-use crate::random::Random;
 use crate::scene::{Material, Scene};
 use glam::{DAffine3, DQuat, DVec3, Mat3, Vec2, Vec3, vec2, vec3};
 

@@ -1,9 +1,9 @@
 //! A grid of city blocks at night, seen from above; metres, the grid around the origin.
 
+use crate::base::random::Random;
 use crate::procedural::modelling::{Builder, Model, Shape, dielectric, emitter, metal};
 use crate::procedural::parameters::{Parameter, Range, Values};
 use crate::procedural::props::city_house::{STOREY, house};
-use crate::random::Random;
 use crate::scene::{Material, Scene};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 

@@ -1,9 +1,9 @@
 //! A heap of coloured toys of all finishes among coloured lamps; metres.
 
+use crate::base::random::Random;
 use crate::procedural::modelling::tumble::{Body, simulate_fall};
 use crate::procedural::modelling::{Builder, Model, Profile, Shape, dielectric, emitter, metal};
 use crate::procedural::parameters::{Parameter, Range, Values};
-use crate::random::Random;
 use crate::scene::{Material, Scene};
 use glam::{DVec3, Mat3, Vec3, vec2, vec3};
 

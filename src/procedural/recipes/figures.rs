@@ -1,10 +1,10 @@
 //! Spheres, cones and statues like chessmen on a plane, under coloured spheres of light; metres.
 
+use crate::base::random::Random;
 use crate::procedural::modelling::{
     Builder, Model, Shape, dielectric, emitter, lathe, metal, soft_box,
 };
 use crate::procedural::parameters::{Parameter, Range, Values};
-use crate::random::Random;
 use crate::scene::{Material, Scene};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 

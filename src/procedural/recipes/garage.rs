@@ -1,12 +1,12 @@
 //! A garage with a small car, a workbench and shelves, under a few plain lamps; metres.
 
+use crate::base::random::Random;
 use crate::procedural::modelling::{
     Builder, Model, Profile, SINK, Shape, dielectric, emitter, metal,
 };
 use crate::procedural::parameters::{Parameter, Range, Values};
 use crate::procedural::props::car::car;
 use crate::procedural::props::{statue, workshop};
-use crate::random::Random;
 use crate::scene::{Material, Scene};
 use glam::{DAffine3, DQuat, DVec3, Vec3, vec3};
 

@@ -1,10 +1,10 @@
 //! A playroom in the evening with every kind of motion: of the camera, toys, lamps, and of the light
 //! that lamps emit. Metres, the floor at height 0. It uses every kind of interpolation.
 
+use crate::base::random::Random;
 use crate::procedural::modelling::stage::{Stage, at, repeated, swing};
 use crate::procedural::modelling::{Builder, Model, Shape, dielectric, emitter, lathe, metal};
 use crate::procedural::parameters::{Parameter, Range, Values};
-use crate::random::Random;
 use crate::scene::camera::look_at;
 use crate::scene::motion::tracks::{Animated, Interpolation};
 use crate::scene::{Material, Scene};

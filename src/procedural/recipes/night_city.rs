@@ -1,10 +1,10 @@
 //! A wet street at night between lit windows, lamps and neon signs; metres, the road along −Z.
 
+use crate::base::random::Random;
 use crate::procedural::modelling::{
     Builder, Model, Shape, dielectric, emitter, metal, tessellate_lights,
 };
 use crate::procedural::parameters::{Parameter, Range, Values};
-use crate::random::Random;
 use crate::scene::{Material, Scene};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 

@@ -1,9 +1,9 @@
 //! A quiet room: a marble bust in a niche, under one lamp; metres, the niche towards −Z.
 
+use crate::base::random::Random;
 use crate::procedural::modelling::{Builder, Model, Profile, Shape, dielectric, emitter, metal};
 use crate::procedural::parameters::{Parameter, Range, Values};
 use crate::procedural::props::{Arch, statue};
-use crate::random::Random;
 use crate::scene::{Material, Scene};
 use glam::{DAffine3, DVec3, Vec2, Vec3, vec3};
 

@@ -1,10 +1,10 @@
 //! An old street on a festival night; metres, the street leads along −Z and bends.
 
+use crate::base::random::Random;
 use crate::procedural::modelling::{Builder, Model, Shape, dielectric};
 use crate::procedural::parameters::{Parameter, Range, Values};
 use crate::procedural::props::festival::{Festival, Spot};
 use crate::procedural::props::houses::house;
-use crate::random::Random;
 use crate::scene::Scene;
 use glam::{DVec3, Vec3};
 

@@ -1,10 +1,10 @@
 //! Two furnished rooms with a door between them; metres, the thin wall along z = 0, the front room
 //! at +z. All light in the front room comes through the door.
 
+use crate::base::random::Random;
 use crate::procedural::modelling::{Builder, Model, Shape, dielectric, emitter, lathe, metal};
 use crate::procedural::parameters::{Parameter, Range, Values};
 use crate::procedural::props::furniture::{self, Piece};
-use crate::random::Random;
 use crate::scene::{Material, Scene};
 use glam::{DVec3, Vec3};
 

@@ -11,8 +11,9 @@ pub use collect::Compiler;
 pub use settings::CONFIGURATIONS;
 pub use text::table;
 
+use crate::base::input_files;
 use crate::gpu::CompilerReport;
-use crate::{Error, Result, input_files};
+use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 

@@ -2,8 +2,8 @@
 //! schema of the tree.
 
 use super::Settings;
-use crate::nearest::nearest;
-use crate::toml_text::{Step, TomlText};
+use crate::base::nearest::nearest;
+use crate::base::toml_text::{Step, TomlText};
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -113,7 +113,7 @@ impl Settings {
     /// # Errors
     /// Never with finite values.
     pub fn to_value(&self) -> Result<Value> {
-        crate::json::value_of("settings", self)
+        crate::base::json::value_of("settings", self)
     }
 }
 

@@ -6,7 +6,7 @@
 //! that both light.
 
 use super::Environment;
-use crate::nearest::nearest;
+use crate::base::nearest::nearest;
 use crate::{Error, Result};
 use glam::{DMat3, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};

@@ -7,7 +7,7 @@ mod meshes;
 #[cfg(test)]
 mod tests;
 
-use crate::files::write_atomically;
+use crate::base::files::write_atomically;
 use crate::scene::{Motion, Scene};
 use crate::{Error, Result};
 use glam::{DAffine3, Vec3};

@@ -17,9 +17,10 @@ mod unfolding;
 
 use super::progress::Progress;
 use super::scene_folder::SceneFolder;
+use crate::base::memory;
 use crate::scene::notices::Tally;
 use crate::scene::{Instance, Material, Motion, Scene};
-use crate::{Error, Result, memory};
+use crate::{Error, Result};
 use accessors::{Accessors, get};
 use buffers::Buffers;
 use document::Document;

@@ -1,7 +1,8 @@
 //! A limit on what a file's elements unfold to: many may share the same bytes, and a small file could else ask for any
 //! amount of memory or time.
 
-use crate::{Error, Result, memory};
+use crate::base::memory;
+use crate::{Error, Result};
 use std::cell::Cell;
 
 /// Elements may unfold to this many bytes per byte of the file, and [`FREE_BYTES`].

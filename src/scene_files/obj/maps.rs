@@ -1,6 +1,7 @@
 //! Loads the textures of MTL materials.
 
 use super::mtl::{Map, Maps};
+use crate::base::memory;
 use crate::scene::Scene;
 use crate::scene::notices::Tally;
 use crate::scene::texture::{Image, Texture, Wrap};
@@ -8,7 +9,7 @@ use crate::scene_files::images::{BYTES, Encoded, TexelCount};
 use crate::scene_files::progress::Progress;
 use crate::scene_files::scene_folder::SceneFolder;
 use crate::scene_files::{image_files, images};
-use crate::{Error, Result, memory};
+use crate::{Error, Result};
 use glam::{Affine2, Mat2, Vec2};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;

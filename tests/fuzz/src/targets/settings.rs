@@ -3,7 +3,7 @@
 use crate::{checked, is_thorough};
 use headwater::render::presets::{DEFAULT, Preset};
 use headwater::render::settings::Settings;
-use headwater::toml_text::TomlText;
+use headwater::base::toml_text::TomlText;
 use serde_json::Value;
 use std::sync::LazyLock;
 

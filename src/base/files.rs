@@ -150,7 +150,7 @@ const PREFIX: &str = ".headwater-";
 #[cfg(target_os = "linux")]
 mod unnamed {
     use super::{ErrorKind, File, OsStrExt, PREFIX, Path, folder};
-    use crate::short_hash::short;
+    use crate::base::short_hash::short;
     use rustix::fs::{AtFlags, CWD, linkat};
     use rustix::io::Errno;
     use std::io::Result;

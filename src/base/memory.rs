@@ -1,7 +1,7 @@
 //! Memory: how much there is, looked up before an input takes much of it. Linux promises more than it has, and then ends
 //! the process that uses it; so a reservation alone proves nothing.
 
-use crate::out_of_memory::may_fail;
+use crate::base::out_of_memory::may_fail;
 use std::fs::read_to_string;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};

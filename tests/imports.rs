@@ -1,21 +1,18 @@
-//! The files of a folder import each other in one direction: no file is needed by what it needs.
+//! Imports go in one direction. The rooms, which are the folders of `src`, import those that the table in `src/README.md`
+//! allows. The files of a room do not import each other in a ring: no file is needed by what it needs.
 //!
 //! A file and the folder of its submodules count as one. Code behind `#[cfg(test)]` is not looked
 //! at, nor are a folder's own `mod.rs` and the crate's exported macros.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-/// The modules whose files are checked, as paths below `src`.
-const CHECKED: &[&str] = &[
-    "gpu",
-    "profile",
-    "regress",
-    "render",
-    "render/techniques",
-    "study",
-    "device_scene",
-];
+/// Folders within rooms whose files are checked too.
+const INNER: &[&str] = &["render/techniques"];
+
+/// The room that all others may import, and the package that is a crate of its own, whose imports the compiler checks.
+const BASE: &str = "base";
+const PACKAGE: &str = "shader_interface";
 
 /// Module paths, such as `["gpu", "buffer"]`, with the source of each.
 type Modules = BTreeMap<Vec<String>, String>;
@@ -24,18 +21,55 @@ type Modules = BTreeMap<Vec<String>, String>;
 type Imports = BTreeMap<String, BTreeSet<String>>;
 
 #[test]
-fn no_files_import_each_other_in_a_ring() {
-    let mut modules = Modules::new();
-    read(
-        &Path::new(env!("CARGO_MANIFEST_DIR")).join("src"),
-        &[],
-        &mut modules,
+fn rooms_import_what_their_table_lists() {
+    let page = std::fs::read_to_string(source_folder().join("README.md")).unwrap();
+    let listed = listed_imports(&page);
+    assert!(listed.len() > 10, "{listed:?}");
+    let found = imports_of_rooms(&modules());
+    for (room, imports) in &found {
+        let listed = (listed.get(room)).unwrap_or_else(|| panic!("src/README.md misses {room}"));
+        assert_eq!(
+            imports, listed,
+            "imports of src/{room}, and those in src/README.md"
+        );
+    }
+    assert_eq!(
+        found.len(),
+        listed.len(),
+        "rooms of src/README.md that do not exist"
     );
-    for folder in CHECKED {
-        let imports = imports(&modules, &path_of(folder));
-        let count: usize = imports.values().map(BTreeSet::len).sum();
-        assert!(count > 0, "no file of src/{folder} imports another");
-        if let Some(ring) = ring(&imports) {
+}
+
+#[test]
+fn planted_imports_between_rooms_are_found() {
+    let found = |source: &str| {
+        let mut modules = modules();
+        let place = modules.get_mut(&path_of("scene/bounds")).unwrap();
+        place.insert_str(0, source);
+        imports_of_rooms(&modules)["scene"].contains("render")
+    };
+    assert!(!found(""));
+    assert!(!found("// crate::render::Settings\n"));
+    for source in [
+        "use crate::render::Settings;\n",
+        "use crate::{Error, render};\n",
+        "use super::super::render::Settings;\n",
+        "fn f() -> crate::render::Settings {}\n",
+    ] {
+        assert!(found(source), "{source}");
+    }
+}
+
+#[test]
+fn no_files_import_each_other_in_a_ring() {
+    let modules = modules();
+    let rooms = imports_of_rooms(&modules);
+    for folder in rooms
+        .keys()
+        .map(String::as_str)
+        .chain(INNER.iter().copied())
+    {
+        if let Some(ring) = ring(&imports(&modules, &path_of(folder))) {
             panic!("src/{folder}: {}", ring.join(" → "));
         }
     }
@@ -72,6 +106,48 @@ fn planted_rings_are_found() {
     ] {
         assert_eq!(found(&[a, ("m/b", b)]), None, "{b}");
     }
+}
+
+fn source_folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
+}
+
+/// Every module of `src`.
+fn modules() -> Modules {
+    let mut modules = Modules::new();
+    read(&source_folder(), &[], &mut modules);
+    modules
+}
+
+/// The rooms in the table of the page, each with those in its last column.
+fn listed_imports(page: &str) -> Imports {
+    let names = |cell: &str| -> BTreeSet<String> {
+        let quoted = cell.split('`').skip(1).step_by(2);
+        quoted
+            .map(|name| name.trim_end_matches('/').to_owned())
+            .collect()
+    };
+    let table = page
+        .lines()
+        .skip_while(|line| !line.starts_with("| room |"));
+    let rows = table.skip(2).take_while(|line| line.starts_with('|'));
+    rows.map(|row| {
+        let cells: Vec<&str> = row.trim_matches('|').split(" | ").collect();
+        let room = names(cells[0]).pop_first().unwrap();
+        (room, names(cells.get(2).copied().unwrap_or_default()))
+    })
+    .collect()
+}
+
+/// Which room imports which others, without [`BASE`].
+fn imports_of_rooms(modules: &Modules) -> Imports {
+    let is_room = |name: &str| source_folder().join(name).is_dir();
+    let mut all = imports(modules, &[]);
+    all.retain(|room, _| is_room(room));
+    for (room, imports) in &mut all {
+        imports.retain(|import| is_room(import) && import != BASE && room != PACKAGE);
+    }
+    all
 }
 
 fn path_of(text: &str) -> Vec<String> {

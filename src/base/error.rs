@@ -1,6 +1,6 @@
 //! Errors, by the exit status of the process.
 
-use crate::printable::printable;
+use crate::base::printable::printable;
 use std::path::Path;
 
 /// An error that is shown to the user. Its text is one line: what failed, where, what to do.

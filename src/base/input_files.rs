@@ -1,6 +1,6 @@
 //! Input files: only plain files are opened. A pipe has no size and may never end, and a device can act on being opened.
 
-use crate::memory::room_for;
+use crate::base::memory::room_for;
 use crate::{Error, Result};
 use std::fs::{File, FileType, Metadata};
 use std::io::{self, ErrorKind, Read};

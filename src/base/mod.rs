@@ -1,0 +1,16 @@
+//! Small parts that every room may use: errors, files, memory, texts, random numbers.
+
+pub(crate) mod environment_variable;
+pub mod error;
+pub mod files;
+pub(crate) mod input_files;
+pub(crate) mod json;
+pub(crate) mod memory;
+pub(crate) mod nearest;
+pub mod out_of_memory;
+pub(crate) mod panics;
+pub(crate) mod printable;
+pub mod progress;
+pub(crate) mod random;
+pub(crate) mod short_hash;
+pub mod toml_text;
