@@ -8,7 +8,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// Folders within rooms whose files are checked too.
-const INNER: &[&str] = &["render/techniques"];
+const INNER: &[&str] = &[
+    "render/integrators",
+    "render/integrators/restir",
+    "render/light_samplers",
+];
 
 /// The room that all others may import, and the package that is a crate of its own, whose imports the compiler checks.
 const BASE: &str = "base";

@@ -7,7 +7,7 @@ use headwater::device_scene::GpuScene;
 use headwater::gpu::Device;
 use headwater::procedural;
 use headwater::render::presets::Preset;
-use headwater::render::{Kind, Renderer, Settings, Tracking, View};
+use headwater::render::{Lighting, Renderer, ResolvedSettings, Settings, Tracking, View};
 use headwater::scene::Scene;
 use headwater::shader_interface::{NONE, PrimarySurface, ReservoirAov};
 use std::sync::Arc;
@@ -43,7 +43,10 @@ fn rendered(frames: u32, bounces: u32, changes: &[&str]) -> (Arc<Device>, Render
         counts: true,
         origins: true,
     };
-    let mut renderer = Renderer::tracking(&device, uploaded, &view, &settings, tracking).unwrap();
+    let mut renderer = {
+        let settings = ResolvedSettings::new(&settings, &uploaded, view.bounces);
+        Renderer::tracking(&device, uploaded, &view, &settings, tracking).unwrap()
+    };
     for number in 0..frames {
         renderer.counts().unwrap();
         renderer.single_frame(number).unwrap();
@@ -53,7 +56,7 @@ fn rendered(frames: u32, bounces: u32, changes: &[&str]) -> (Arc<Device>, Render
 
 /// What the reservoirs hold, and the surfaces that they belong to; what is empty says so.
 fn look((device, renderer): &mut (Arc<Device>, Renderer)) -> Vec<(ReservoirAov, PrimarySurface)> {
-    let reservoirs = renderer.reservoir_aovs(Kind::Direct).unwrap();
+    let reservoirs = renderer.reservoir_aovs(Lighting::Direct).unwrap();
     let surfaces = renderer.primary_surfaces().unwrap();
     support::assert_no_messages(device);
     assert_eq!(reservoirs.len(), surfaces.len());
@@ -172,7 +175,11 @@ fn neighbours_are_those_that_the_frame_merged() {
 
 #[test]
 fn without_direct_light_all_are_empty() {
-    for reservoir in rendered(1, 0, &[]).1.reservoir_aovs(Kind::Direct).unwrap() {
+    for reservoir in rendered(1, 0, &[])
+        .1
+        .reservoir_aovs(Lighting::Direct)
+        .unwrap()
+    {
         assert_eq!((reservoir.weight, reservoir.light), (0.0, NONE));
         assert_eq!(reservoir.neighbours, 0);
         assert_eq!(reservoir.source, Vec2::NEG_ONE);
@@ -183,7 +190,7 @@ fn without_direct_light_all_are_empty() {
 fn path_tracing_has_none() {
     let (_, renderer) = rendered(1, 1, &["integrator=path-tracing"]);
     let error = renderer
-        .reservoir_aovs(Kind::Direct)
+        .reservoir_aovs(Lighting::Direct)
         .unwrap_err()
         .to_string();
     assert!(error.contains("no reservoirs"), "{error}");
@@ -197,7 +204,7 @@ fn indirect_light_has_reservoirs_of_its_own() {
         "indirect.reuse=temporal",
     ];
     let (device, renderer) = rendered(4, 3, &changes);
-    let seen = renderer.reservoir_aovs(Kind::Indirect).unwrap();
+    let seen = renderer.reservoir_aovs(Lighting::Indirect).unwrap();
     let pixels = seen.len();
     support::assert_no_messages(&device);
     let full = seen.iter().filter(|r| r.weight > 0.0).count();
@@ -217,7 +224,7 @@ fn indirect_light_has_reservoirs_of_its_own() {
         (1, 3, &["indirect.mode=path"]),
     ] {
         let (device, renderer) = rendered(frames, bounces, changes);
-        let seen = renderer.reservoir_aovs(Kind::Indirect).unwrap();
+        let seen = renderer.reservoir_aovs(Lighting::Indirect).unwrap();
         support::assert_no_messages(&device);
         assert_eq!(seen.len(), pixels);
         assert!(seen.iter().all(|r| r.weight == 0.0 && r.light == NONE));
@@ -227,7 +234,7 @@ fn indirect_light_has_reservoirs_of_its_own() {
 /// Samples come from the pixel itself or from neighbours, and what they look like from there is known.
 #[test]
 fn sources_are_near_and_own_samples_have_no_jacobian() {
-    for (kind, bounces) in [(Kind::Direct, 1), (Kind::Indirect, 3)] {
+    for (lighting, bounces) in [(Lighting::Direct, 1), (Lighting::Indirect, 3)] {
         let changes = [
             "direct.reuse=spatial",
             "indirect.reuse=spatial",
@@ -236,7 +243,7 @@ fn sources_are_near_and_own_samples_have_no_jacobian() {
             "indirect.jacobian_limit=1.5",
         ];
         let (device, renderer) = rendered(1, bounces, &changes);
-        let seen = renderer.reservoir_aovs(kind).unwrap();
+        let seen = renderer.reservoir_aovs(lighting).unwrap();
         support::assert_no_messages(&device);
         let (mut own, mut others) = (0, 0);
         for (number, reservoir) in seen.iter().enumerate() {
@@ -247,18 +254,21 @@ fn sources_are_near_and_own_samples_have_no_jacobian() {
             let pixel = Vec2::new((number % 50) as f32, (number / 50) as f32);
             let away = pixel.distance(reservoir.source);
             // A pixel is half as wide again along its diagonal.
-            assert!(away <= 6.0 + 0.75, "{kind:?} {pixel} {reservoir:?}");
+            assert!(away <= 6.0 + 0.75, "{lighting:?} {pixel} {reservoir:?}");
             if away == 0.0 {
                 own += 1;
                 let off = reservoir.jacobian - 1.0;
-                assert!(off.abs() < 1e-4, "{kind:?} {pixel} {reservoir:?}");
+                assert!(off.abs() < 1e-4, "{lighting:?} {pixel} {reservoir:?}");
             } else {
                 others += 1;
                 let within = (1.0 / 1.501..=1.501).contains(&reservoir.jacobian);
-                assert!(within || kind == Kind::Direct, "{pixel} {reservoir:?}");
+                assert!(
+                    within || lighting == Lighting::Direct,
+                    "{pixel} {reservoir:?}"
+                );
             }
         }
-        assert!(own > 100 && others > 100, "{kind:?}: {own} and {others}");
+        assert!(own > 100 && others > 100, "{lighting:?}: {own} and {others}");
     }
 }
 

@@ -9,8 +9,8 @@ use headwater::procedural;
 use headwater::render::Settings;
 use headwater::render::presets::Preset;
 use headwater::render::settings::{DirectMode, IndirectMode, Secondary};
-use headwater::render::techniques::prefix_sum::PrefixSum;
-use headwater::render::techniques::world_table::{TableSize, WorldTable};
+use headwater::render::world_reservoirs::prefix_sum::PrefixSum;
+use headwater::render::world_reservoirs::table::{TableSize, WorldTable};
 use headwater::shader_interface::{
     COUNTER_CELLS, COUNTER_DROPPED, COUNTER_PLACES, COUNTER_VERTICES, COUNTERS, NONE,
     RestirConstants, Specialisation, Variant, WORLD_VERTEX_BITS,

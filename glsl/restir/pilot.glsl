@@ -20,7 +20,7 @@ struct Pilot {
 };
 
 // With indirect light, pilots are stored in its reservoirs until those are written, each pixel's pilot in its own
-// reservoir. Rust enforces the order of passes: techniques/pilots.rs.
+// reservoir. Rust enforces the order of passes: integrators/restir/pilots.rs.
 uint pilot_word(uint slot, uint word) { return RESERVOIR_SOA ? word * restir.at.slots + slot : slot * PILOT_STRIDE + word; }
 
 const uint BRIGHTNESS_WORD = 4u;

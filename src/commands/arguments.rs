@@ -7,7 +7,7 @@ use crate::device_scene::selection::{GeometryChoice, TexturesChoice, TracerChoic
 use crate::image::Format;
 use crate::render::presets::{self, Preset};
 use crate::render::settings::{Settings, flatten};
-use crate::render::{Clock, Kind};
+use crate::render::{Clock, Lighting};
 use crate::scene::Camera;
 use crate::scene::camera::look_at;
 use crate::scene::validate::check_camera;
@@ -121,10 +121,10 @@ pub enum Aov {
 
 impl Aov {
     /// The kind of light whose reservoirs it shows; the others show surfaces.
-    pub const fn reservoirs_of(self) -> Option<Kind> {
+    pub const fn reservoirs_of(self) -> Option<Lighting> {
         match self {
-            Self::Direct => Some(Kind::Direct),
-            Self::Indirect => Some(Kind::Indirect),
+            Self::Direct => Some(Lighting::Direct),
+            Self::Indirect => Some(Lighting::Indirect),
             Self::Albedo | Self::Normal | Self::Depth | Self::Instance | Self::Motion => None,
         }
     }

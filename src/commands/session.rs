@@ -12,7 +12,7 @@ use crate::device_scene::selection::{self, Selection, TexturesChoice, Wanted};
 use crate::device_scene::{GpuScene, SceneSizes};
 use crate::gpu::{Device, Features, Instance, InstanceOptions, PassTime};
 use crate::render::settings::Variant;
-use crate::render::{Clock, Renderer, Settings, Tracking, View};
+use crate::render::{Clock, Renderer, ResolvedSettings, Settings, Tracking, View};
 use crate::scene::{Environment, MovingCamera};
 use cameras::choose_camera;
 use picture::check_aovs;
@@ -48,8 +48,8 @@ pub enum Purpose {
 
 /// A scene on an open device, and what its picture is made with.
 pub struct Session {
-    /// The settings after preset, file and single changes.
-    pub settings: Settings,
+    /// The settings after preset, file and single changes, for this scene.
+    pub settings: ResolvedSettings,
     /// What is seen.
     pub view: View,
     /// The passes and buffers.
@@ -185,7 +185,7 @@ impl Session {
             jitter: args.jitter,
         };
         let wanted = settings.indirect.secondary;
-        let settings = settings.for_scene(&gpu_scene, view.bounces);
+        let settings = ResolvedSettings::new(&settings, &gpu_scene, view.bounces);
         if settings.indirect.secondary != wanted {
             notice(
                 "without rare ones, the scene has fewer lights than world_reservoirs.min_lights, or one lamp alone, so indirect.secondary is ris; world_reservoirs.min_lights=0 keeps world reservoirs",

@@ -18,6 +18,7 @@ pub mod scene;
 pub mod selection;
 pub mod shaders;
 pub mod sizes;
+mod specialisation;
 pub mod surface_points;
 pub mod units;
 

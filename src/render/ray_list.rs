@@ -1,8 +1,6 @@
 //! Rays from a list: for boxes of lights that follow visibility, and for tests and benchmarks of the tracers.
 
 use super::counters::Counters;
-use super::settings::Settings;
-use super::specialisation;
 use crate::Result;
 use crate::device_scene::GpuScene;
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage, in_rows};
@@ -45,7 +43,7 @@ impl RayTracer {
                 ..*ray
             })
             .collect();
-        let specialisation = specialisation::of_scene(&scene, &Settings::default());
+        let specialisation = scene.specialisation(false);
         let pass = scene.pass(device, "trace_rays", &specialisation.words())?;
         let size = (rays.len() * size_of::<RayAnswer>()) as u64;
         Ok(Self {

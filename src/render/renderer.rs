@@ -1,23 +1,26 @@
-//! One view of a scene, rendered by the technique that the settings ask for.
+//! One view of a scene, rendered by the integrator that the settings select.
 //!
 //! Methods that return a [`Result`] fail if the device does; other errors are named where they can occur.
 
 use super::camera::gpu_camera;
 use super::counters::Counts;
-use super::kind::Kind;
+use super::integrators::{PathTracer, Restir};
+use super::light_samplers::light_bvh::LightBvhBuffer;
+use super::lighting::Lighting;
 use super::outputs::Sums;
 use super::outputs::display::Display;
 use super::outputs::primary_surfaces::PrimarySurfaces;
+use super::resolved_settings::ResolvedSettings;
 use super::scene_bindings::SceneBindings;
-use super::settings::{DirectMode, Integrator, Settings};
-use super::techniques::{PathTracer, Restir};
+use super::settings::{DirectMode, Energy, Integrator, Settings, Variant};
 use super::tracking::Tracking;
 use super::view::View;
 use crate::device_scene::GpuScene;
 use crate::gpu::{Device, PassTime};
 use crate::scene::{Camera, MovingCamera};
 use crate::shader_interface::{
-    FrameConstants, GpuCamera, PixelSums, PrimarySurface, ReservoirAov, ViewConstants,
+    FrameConstants, GpuCamera, PixelSums, PrimarySurface, ReservoirAov, Specialisation,
+    ViewConstants,
 };
 use crate::{Error, Result};
 use glam::Vec3;
@@ -60,10 +63,12 @@ impl Renderer {
         view: &View,
         settings: &Settings,
     ) -> Result<Self> {
-        Self::tracking(device, scene, view, settings, Tracking::default())
+        let settings = ResolvedSettings::new(settings, &scene, view.bounces);
+        Self::tracking(device, scene, view, &settings, Tracking::default())
     }
 
-    /// [`Self::new`], with what is to be kept besides the picture.
+    /// [`Self::new`], with what is to be kept besides the picture. `settings` are resolved for this scene and the bounces of
+    /// the view.
     ///
     /// # Errors
     /// Those of [`Self::new`].
@@ -71,10 +76,9 @@ impl Renderer {
         device: &Arc<Device>,
         scene: Arc<GpuScene>,
         view: &View,
-        settings: &Settings,
+        settings: &ResolvedSettings,
         tracking: Tracking,
     ) -> Result<Self> {
-        let settings = &settings.for_scene(&scene, view.bounces);
         let constants = FrameConstants {
             view: ViewConstants {
                 camera: gpu_camera(&view.camera, &scene.units, view.width, view.height),
@@ -92,7 +96,15 @@ impl Renderer {
             heuristic: settings.heuristic as u32,
             without_direct_light: (settings.direct.mode == DirectMode::Off).into(),
         };
-        let bindings = Arc::new(SceneBindings::new(device, scene, settings, view.bounces)?);
+        let specialisation = Specialisation {
+            energy_compensated: settings.energy == Energy::Compensated,
+            ..scene.specialisation(settings.variant == Variant::Full)
+        };
+        let options = settings.light_bvh_options();
+        let light_bvh = LightBvhBuffer::new(device, &scene, &settings.light_bvh, options)?;
+        let light_nodes = light_bvh.node_count;
+        let bindings = SceneBindings::new(device, scene, specialisation, Box::new(light_bvh))?;
+        let bindings = Arc::new(bindings);
         let technique = match settings.integrator {
             Integrator::PathTracing => {
                 let tracer = PathTracer::new(device, &bindings, constants, tracking.counts)?;
@@ -100,7 +112,15 @@ impl Renderer {
             }
             Integrator::Restir => {
                 let (view, jitter) = (&constants.view, view.jitter);
-                let restir = Restir::new(device, &bindings, view, jitter, settings, tracking)?;
+                let restir = Restir::new(
+                    device,
+                    &bindings,
+                    view,
+                    jitter,
+                    settings,
+                    light_nodes,
+                    tracking,
+                )?;
                 Technique::Restir(Box::new(restir))
             }
         };
@@ -334,18 +354,18 @@ impl Renderer {
     ///
     /// # Errors
     /// Path tracing, which has none, or the device fails.
-    pub fn reservoir_aovs(&self, kind: Kind) -> Result<Vec<ReservoirAov>> {
+    pub fn reservoir_aovs(&self, lighting: Lighting) -> Result<Vec<ReservoirAov>> {
         match &self.technique {
             Technique::PathTracing(_) => Err(Error::input(
                 "path tracing has no reservoirs to look into; use integrator=restir",
             )),
             Technique::Restir(frame) => {
-                let mut reservoirs = frame.reservoir_aovs(kind)?;
+                let mut reservoirs = frame.reservoir_aovs(lighting)?;
                 // Samples of direct light on other lights than triangles have other measures.
                 let triangles = self.bindings.scene.counts.triangle_lights;
                 let area = self.bindings.scene.units.length.powi(2);
                 for reservoir in &mut reservoirs {
-                    if kind == Kind::Indirect || u64::from(reservoir.light) < triangles {
+                    if lighting == Lighting::Indirect || u64::from(reservoir.light) < triangles {
                         reservoir.weight = (f64::from(reservoir.weight) * area) as f32;
                     }
                 }

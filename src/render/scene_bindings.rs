@@ -1,14 +1,26 @@
 //! What every pass may bind besides its own buffers: the scene, and the tables that materials look up.
 
 use super::energy;
-use super::light_bvh::LightBvhBuffer;
-use super::settings::{Energy, Settings};
-use super::specialisation;
 use crate::Result;
 use crate::device_scene::GpuScene;
 use crate::gpu::{Buffer, ComputePass, Device, Resource, Usage};
-use crate::shader_interface::Specialisation;
+use crate::shader_interface::{Specialisation, Variant};
 use std::sync::Arc;
+
+/// A buffer made from the scene, which every pass may bind, and which follows the scene in motion.
+pub trait SceneResource: Send + Sync {
+    /// The name and the buffer, for shaders of a variant.
+    fn resource(&self, variant: Variant) -> (&'static str, Resource<'_>);
+
+    /// The name and the bytes of the buffer, unless it is empty.
+    fn memory(&self) -> Option<(&'static str, u64)>;
+
+    /// Fits the buffer to the scene as it is now.
+    ///
+    /// # Errors
+    /// The device fails.
+    fn follow(&self, scene: &GpuScene) -> Result<()>;
+}
 
 /// The scene and the tables, and how shaders are specialised by them.
 pub struct SceneBindings {
@@ -17,30 +29,30 @@ pub struct SceneBindings {
     /// The specialisation by scene and settings; techniques and passes add theirs.
     pub specialisation: Specialisation,
     specular_albedo: Buffer,
-    light_bvh: LightBvhBuffer,
+    light_bvh: Box<dyn SceneResource>,
     device: Arc<Device>,
 }
 
 impl SceneBindings {
-    /// Makes the tables that `settings` need, with at most `bounces` scattering events.
+    /// Makes the table of the energy that single scattering loses, if shaders compensate it.
     ///
     /// # Errors
     /// More memory than the device has.
     pub fn new(
         device: &Arc<Device>,
         scene: Arc<GpuScene>,
-        settings: &Settings,
-        bounces: u32,
+        specialisation: Specialisation,
+        light_bvh: Box<dyn SceneResource>,
     ) -> Result<Self> {
-        let table = match settings.energy {
-            Energy::Compensated => energy::albedo_table(),
-            Energy::Gltf => Vec::new(),
+        let table = match specialisation.energy_compensated {
+            true => energy::albedo_table(),
+            false => Vec::new(),
         };
         let usage = Usage::default();
         Ok(Self {
-            specialisation: specialisation::of_scene(&scene, settings),
+            specialisation,
             specular_albedo: Buffer::from_slice(device, "specular_albedo", &table, usage)?,
-            light_bvh: LightBvhBuffer::new(device, &scene, settings, bounces)?,
+            light_bvh,
             scene,
             device: device.clone(),
         })
@@ -75,10 +87,5 @@ impl SceneBindings {
     /// Name and bytes of the light BVH's buffer, if there is one.
     pub fn light_bvh_memory(&self) -> Option<(&'static str, u64)> {
         self.light_bvh.memory()
-    }
-
-    /// Number of nodes of the light BVH; 0 if there is none.
-    pub fn light_node_count(&self) -> u32 {
-        self.light_bvh.node_count
     }
 }

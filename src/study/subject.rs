@@ -12,7 +12,7 @@ use crate::device_scene::shaders::Fingerprints;
 use crate::gpu::Device;
 use crate::render::counters::Counts;
 use crate::render::settings::Integrator;
-use crate::render::{Renderer, Settings, Tracking, View};
+use crate::render::{Renderer, ResolvedSettings, Settings, Tracking, View};
 use crate::scene::{MovingCamera, Scene};
 use crate::shader_interface::Variant;
 use std::collections::HashMap;
@@ -219,13 +219,13 @@ impl Subject {
         let renderer = match self.renderers.entry((key.clone(), tracking.counts)) {
             Entry::Occupied(made) => made.into_mut(),
             Entry::Vacant(place) => {
-                let (scene, settings) = (self.scene.clone(), &configuration.settings);
-                let view = &self.view;
+                let (scene, view) = (self.scene.clone(), &self.view);
+                let settings = ResolvedSettings::new(&configuration.settings, &scene, view.bounces);
                 place.insert(Renderer::tracking(
                     &self.device,
                     scene,
                     view,
-                    settings,
+                    &settings,
                     tracking,
                 )?)
             }

@@ -17,7 +17,6 @@ use headwater::device_scene::{GpuScene, SceneSizes};
 use headwater::procedural;
 use headwater::render::presets::Preset;
 use headwater::render::settings::Variant;
-use headwater::render::specialisation;
 use headwater::render::{Renderer, View};
 use headwater::scene::Environment;
 use headwater::scene::camera::framing_camera;
@@ -119,7 +118,7 @@ fn main() {
                 let mut settings = Preset::named(&preset).unwrap().settings().unwrap();
                 settings.variant = variant;
                 if variant == Variant::Auto {
-                    sets.insert(specialisation::of_scene(&uploaded, &settings).words());
+                    sets.insert(uploaded.specialisation(false).words());
                 }
                 let before = device.records.shader_bytes();
                 let mut renderer =

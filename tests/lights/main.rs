@@ -10,7 +10,7 @@ use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
 use headwater::device_scene::GpuScene;
 use headwater::metrics::statistics::Estimate;
 use headwater::procedural;
-use headwater::render::kind::Kind;
+use headwater::render::lighting::Lighting;
 use headwater::render::presets::Preset;
 use headwater::render::settings::{self, Format};
 use headwater::render::{Renderer, Settings, View};
@@ -225,7 +225,7 @@ fn weights_of_the_environment_do_not_depend_on_lengths() {
         let uploaded = Arc::new(GpuScene::new(&device, &scene, origin, variant).unwrap());
         let mut renderer = Renderer::new(&device, uploaded, &view, &preset("accurate")).unwrap();
         renderer.single_frame(0).unwrap();
-        let found = renderer.reservoir_aovs(Kind::Direct).unwrap();
+        let found = renderer.reservoir_aovs(Lighting::Direct).unwrap();
         found.iter().map(|aov| aov.weight).collect::<Vec<f32>>()
     });
     assert!(weights[0].iter().any(|weight| *weight > 0.0));

@@ -6,7 +6,7 @@ use crate::commands::arguments::Aov;
 use crate::commands::notice;
 use crate::image::{Image, Samples};
 use crate::render::outputs::Sums;
-use crate::render::{Clock, Kind, Settings};
+use crate::render::{Clock, Lighting, Settings};
 use crate::shader_interface::{MAX_RADIANCE, ReservoirAov};
 use crate::{Error, Result};
 
@@ -65,8 +65,8 @@ impl Session {
         };
         for aov in aovs {
             match aov {
-                Aov::Direct => self.add_reservoir_aovs(image, Kind::Direct)?,
-                Aov::Indirect => self.add_reservoir_aovs(image, Kind::Indirect)?,
+                Aov::Direct => self.add_reservoir_aovs(image, Lighting::Direct)?,
+                Aov::Indirect => self.add_reservoir_aovs(image, Lighting::Indirect)?,
                 Aov::Albedo => {
                     let values: Vec<_> = surfaces.iter().map(|s| s.albedo.to_array()).collect();
                     image.set_vectors("albedo.", ["R", "G", "B"], &values);
@@ -98,10 +98,10 @@ impl Session {
         Ok(())
     }
 
-    fn add_reservoir_aovs(&self, image: &mut Image, kind: Kind) -> Result<()> {
-        let reservoirs = self.renderer.reservoir_aovs(kind)?;
+    fn add_reservoir_aovs(&self, image: &mut Image, lighting: Lighting) -> Result<()> {
+        let reservoirs = self.renderer.reservoir_aovs(lighting)?;
         let mut add = |name: &str, samples| {
-            let name = format!("{}.{name}", kind.name());
+            let name = format!("{}.{name}", lighting.name());
             image.channels.insert(name, samples);
         };
         let floats =
@@ -121,18 +121,18 @@ impl Session {
 
 /// Refuses AOVs of reservoirs that there are none of.
 pub(super) fn check_aovs(aovs: &[Aov], settings: &Settings, bounces: u32) -> Result<()> {
-    for (kind, needed) in [
-        (Kind::Direct, "--bounces of at least 1"),
+    for (lighting, needed) in [
+        (Lighting::Direct, "--bounces of at least 1"),
         (
-            Kind::Indirect,
+            Lighting::Indirect,
             "indirect.mode=restir, --bounces of at least 2",
         ),
     ] {
-        let shows = |aov: &Aov| aov.reservoirs_of() == Some(kind);
-        if aovs.iter().any(shows) && !kind.has_reservoirs(settings, bounces) {
+        let shows = |aov: &Aov| aov.reservoirs_of() == Some(lighting);
+        if aovs.iter().any(shows) && !settings.has_reservoirs(lighting, bounces) {
             return Err(Error::input(format!(
                 "--aov {} shows reservoirs, of which there are none; they come of render with a --preset of integrator=restir, {needed}",
-                kind.name()
+                lighting.name()
             )));
         }
     }

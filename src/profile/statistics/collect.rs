@@ -6,7 +6,7 @@ use crate::device_scene::selection::{self, TracerChoice, Wanted};
 use crate::device_scene::{GpuScene, SceneSizes};
 use crate::gpu::{Compiled, ComputePass, Device, DeviceInfo, Features, Instance};
 use crate::render::ray_list::RayTracer;
-use crate::render::{Kind, Renderer, Settings, Tracking, View};
+use crate::render::{Lighting, Renderer, Settings, View};
 use crate::scene::Scene;
 use crate::scene::camera::framing_camera;
 use crate::shader_interface::compiler;
@@ -127,14 +127,13 @@ impl Compiler {
     /// for each pipeline.
     fn compile(&self, scene: &Arc<GpuScene>, view: &View, settings: &Settings) -> Result<()> {
         let device = &self.device;
-        let tracking = Tracking::default();
-        let mut renderer = Renderer::tracking(device, scene.clone(), view, settings, tracking)?;
+        let mut renderer = Renderer::new(device, scene.clone(), view, settings)?;
         renderer.single_frame(0)?;
         renderer.single_frame(1)?;
         renderer.primary_surfaces()?;
         if renderer.has_history() {
-            renderer.reservoir_aovs(Kind::Direct)?;
-            renderer.reservoir_aovs(Kind::Indirect)?;
+            renderer.reservoir_aovs(Lighting::Direct)?;
+            renderer.reservoir_aovs(Lighting::Indirect)?;
         }
         renderer.show(&renderer.display()?, 1, 0.0, false)?;
         RayTracer::new(device, scene.clone(), &[])?.run()?;

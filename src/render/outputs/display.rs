@@ -2,10 +2,17 @@
 
 use crate::Result;
 use crate::gpu::{Buffer, ComputePass, Device, Recording, Usage, in_rows};
-use crate::render::passes::ToneMapPicture;
 use crate::render::scene_bindings::SceneBindings;
 use crate::shader_interface::{TILE, ToneMap};
 use std::sync::Arc;
+
+crate::bindings! {
+    /// Bindings of the pass.
+    pub struct ToneMapPicture {
+        read radiance,
+        write display,
+    }
+}
 
 /// Radiance on the device: of so many pixels, from left to right and top to bottom, the first of them in the picture.
 pub struct Radiance<'a> {

@@ -1,8 +1,7 @@
-//! The outputs of a technique besides its picture: AOVs, and sums over samples.
+//! Outputs besides the picture: AOVs of surfaces, sums over samples, the picture for displays.
 
 pub mod display;
 pub mod primary_surfaces;
-pub mod reservoir_aovs;
 mod sums;
 
 pub use sums::Sums;

@@ -3,11 +3,21 @@
 use crate::Result;
 use crate::gpu::{Buffer, ComputePass, Device, Recording, Usage};
 use crate::render::counters::Counters;
-use crate::render::passes::Primary;
 use crate::render::scene_bindings::SceneBindings;
 use crate::render::strips::cut;
 use crate::shader_interface::{FrameConstants, GpuCamera, PrimarySurface};
 use std::sync::Arc;
+
+crate::bindings! {
+    /// Bindings of the pass.
+    pub struct Primary {
+        [offers scene: SceneBindings]
+        uniform frame,
+        uniform previous_camera,
+        write primary,
+        write counters,
+    }
+}
 
 /// The pass that finds primary surfaces.
 pub struct PrimarySurfaces {

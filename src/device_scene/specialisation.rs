@@ -1,0 +1,33 @@
+//! The specialisation constants that a scene decides.
+
+use super::GpuScene;
+use crate::shader_interface::Specialisation;
+
+impl GpuScene {
+    /// The values that the scene decides, for all passes; the others are defaults. With `full`, shaders contain the code for
+    /// everything that scenes may have.
+    pub fn specialisation(&self, full: bool) -> Specialisation {
+        let requires = &self.requirements;
+        Specialisation {
+            has_specular: full || requires.specular,
+            has_smooth_normals: full || requires.smooth_normals,
+            has_textures: full || requires.textures,
+            has_emissive_textures: full || requires.emissive_textures,
+            has_alpha: full || requires.alpha,
+            // It asks for more rays.
+            has_blend: requires.blending,
+            has_normal_maps: full || requires.normal_maps,
+            has_unlit: full || requires.unlit,
+            has_environment: full || requires.environment,
+            has_punctual_lights: full || requires.punctual_lights > 0,
+            has_vertex_colors: full || requires.vertex_colors,
+            // Not in motion, where a point keeps its weights while the plane changes.
+            has_large_triangles: requires.large_triangles && !self.moves(),
+            has_double_sided_lights: full || requires.double_sided_emitters,
+            stack_size: self.stack_size,
+            moves: self.moves(),
+            previous_root: self.previous_root(),
+            ..Specialisation::default()
+        }
+    }
+}

@@ -1,0 +1,193 @@
+//! The constants of a frame's shaders, and the position of its primary rays in their pixels (jitter).
+
+use crate::render::scene_bindings::SceneBindings;
+use crate::render::settings::{
+    Candidates, Far, LightBvhSettings, LightChoice, Resampling, Rest, Search, Settings,
+};
+use crate::shader_interface::{
+    GridConstants, RestirConstants, ReuseConstants, ViewConstants, WorldConstants,
+};
+use glam::Vec2;
+
+/// The constants that do not change from frame to frame, for buffers with `slots` places for pixels and a light BVH of
+/// `light_nodes` nodes.
+pub fn of_frame(
+    view: &ViewConstants,
+    bindings: &SceneBindings,
+    settings: &Settings,
+    light_nodes: u32,
+    slots: u32,
+    jitters: bool,
+) -> RestirConstants {
+    let (direct, indirect) = (&settings.direct, &settings.indirect);
+    RestirConstants {
+        view: *view,
+        previous_camera: view.camera,
+        jitters: u32::from(jitters),
+        jitter: Vec2::ZERO,
+        previous_jitter: Vec2::ZERO,
+        slots,
+        frame: 0,
+        jacobian_limit: indirect.jacobian_limit,
+        min_distance: indirect.min_distance,
+        bsdf_samples: if direct.draws_bsdf() {
+            direct.bsdf_samples
+        } else {
+            0
+        },
+        more_bsdf_samples: direct.more_bsdf_samples,
+        mean_light_luminance: bindings.scene.first_lights().mean_luminance,
+        light_node_count: light_nodes,
+        light_bvh_joins: (settings.light_bvh.far == Far::Joined).into(),
+        light_tile: settings.light_bvh.tile,
+        light_list: settings.light_bvh.list,
+        light_bvh_uniform: (settings.light_bvh.choice == LightChoice::Uniform).into(),
+        grid: GridConstants::default(),
+        world: WorldConstants::default(),
+        reuse: ReuseConstants::default(),
+    }
+}
+
+/// The constants for one kind of light. `distant_share` is the share of distant lights in the power of all.
+pub fn of_reuse(
+    resampling: &Resampling,
+    light_bvh: &LightBvhSettings,
+    distant_share: f32,
+) -> ReuseConstants {
+    let Resampling {
+        spatial, similar, ..
+    } = resampling;
+    let draws_near = resampling.candidates == Candidates::LightBvh;
+    let (near_samples, near_share) = match draws_near {
+        true => near_samples(resampling.light_samples, light_bvh, distant_share),
+        false => (0, 0.0),
+    };
+    let is_uniform = match resampling.candidates {
+        Candidates::Uniform => true,
+        Candidates::LightBvh => light_bvh.rest == Rest::Uniform,
+        Candidates::Power | Candidates::HashGrid | Candidates::Auto => false,
+    };
+    ReuseConstants {
+        uniform_candidates: is_uniform.into(),
+        light_samples: resampling.light_samples,
+        rare_lights: resampling.rare_lights,
+        near_samples,
+        near_share,
+        temporal_confidence_cap: resampling.temporal.confidence_cap as f32,
+        spatial_confidence_cap: spatial.confidence_cap as f32,
+        neighbours: spatial.neighbours,
+        // Pixels close together merge many of the same samples, so that their noise is alike. At full confidence it would
+        // stay for many frames: an error of .0061 instead of .0045 after eight frames of `cornell`, with `balanced`. So
+        // the merge counts no more than one of `neighbours`; but at least 3, since at 1 the second frame has more noise
+        // than the first.
+        confidence_without_history: if resampling.most_neighbours() > spatial.neighbours {
+            (1 + spatial.neighbours).max(3) as f32
+        } else {
+            f32::MAX
+        },
+        tries: match spatial.search {
+            Search::Random => 1,
+            Search::Greedy => spatial.tries,
+        },
+        radius: spatial.radius,
+        min_normal_cosine: similar.normal.to_radians().cos(),
+        depth_tolerance: similar.depth,
+        same_material: similar.material.into(),
+    }
+}
+
+/// How many of `count` light samples are drawn from the light BVH, and their share. Distant lights, which it does not know,
+/// keep their share of the others.
+fn near_samples(count: u32, settings: &LightBvhSettings, distant_share: f32) -> (u32, f32) {
+    let rest = settings.uniform_share + (1.0 - settings.uniform_share) * distant_share;
+    match count {
+        1 => (1, 1.0 - rest),
+        _ => {
+            let rest = ((rest * count as f32).round() as u32).clamp(1, count);
+            (count - rest, (count - rest) as f32 / count as f32)
+        }
+    }
+}
+
+/// The position of a frame's primary rays in the first pixel of the picture: point `frame` of the two-dimensional Sobol' sequence,
+/// Owen-scrambled by `seed` (Burley, "Practical Hash-based Owen Scrambling", JCGT 2020). Each position is uniform over
+/// seeds, and those of successive frames are stratified, so that the mean of some frames converges faster than
+/// with independent positions.
+pub fn jitter(seed: u32, frame: u32) -> Vec2 {
+    // Both dimensions of a point, as fractions of 2³², from the most significant bit down.
+    let x = frame.reverse_bits();
+    let mut y = 0;
+    let mut column = 1 << 31;
+    for bit in 0..32 {
+        if frame >> bit & 1 != 0 {
+            y ^= column;
+        }
+        // The columns of the second generator matrix are Pascal's triangle modulo 2.
+        column ^= column >> 1;
+    }
+    let seeds = [hash(seed), hash(seed ^ 0x5555_5555)];
+    let scrambled = [owen_scramble(x, seeds[0]), owen_scramble(y, seeds[1])];
+    Vec2::from_array(scrambled.map(|bits| (bits >> 8) as f32 * 2.0_f32.powi(-24)))
+}
+
+/// Flips each bit of `x` by a hash of the bits above it and of `seed` (Laine and Karras 2011).
+fn owen_scramble(x: u32, seed: u32) -> u32 {
+    let mut bits = x.reverse_bits().wrapping_add(seed);
+    for factor in [0x6C50_B47C_u32, 0xB82F_1E52, 0xC7AF_E638, 0x8D22_F6E6] {
+        bits ^= bits.wrapping_mul(factor);
+    }
+    bits.reverse_bits()
+}
+
+/// A hash in which each bit depends on all (Wellons, "Prospecting for Hash Functions", 2018).
+fn hash(seed: u32) -> u32 {
+    let mut bits = seed ^ seed >> 16;
+    bits = bits.wrapping_mul(0x7FEB_352D);
+    bits ^= bits >> 15;
+    bits = bits.wrapping_mul(0x846C_A68B);
+    bits ^ bits >> 16
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An edge in the picture moves with the mean jitter of the frames that are averaged. Over seeds, that mean must
+    /// deviate less than it would with independent positions.
+    #[test]
+    fn the_mean_jitter_of_some_frames_is_close_to_the_pixel_centre() {
+        const SEEDS: u32 = 256;
+        for frames in [4, 16, 64, 100] {
+            let mean = |seed: u32, first: u32| {
+                let sum: Vec2 = (first..first + frames)
+                    .map(|frame| jitter(seed, frame))
+                    .sum();
+                sum / frames as f32 - Vec2::splat(0.5)
+            };
+            for first in [0, 1000] {
+                let square: Vec2 = (0..SEEDS).map(|seed| mean(seed, first).powf(2.0)).sum();
+                let deviation = (square / SEEDS as f32).max_element().sqrt();
+                let independent = (1.0 / (12.0 * frames as f32)).sqrt();
+                let share = deviation / independent;
+                println!("{frames} frames from {first}: {share:.3} of independent positions");
+                assert!(share < 0.25, "{frames} frames from {first}: {share:.3}");
+            }
+        }
+    }
+
+    #[test]
+    fn every_position_is_uniform_over_seeds() {
+        const SEEDS: u32 = 1 << 14;
+        for frame in [0, 1, 5, 123_456, u32::MAX] {
+            let mut counts = [0.0_f64; 16];
+            for seed in 0..SEEDS {
+                let cell = (jitter(seed, frame) * 4.0).as_uvec2();
+                counts[(cell.y * 4 + cell.x) as usize] += 1.0;
+            }
+            let expected = f64::from(SEEDS) / 16.0;
+            let chi_square: f64 = (counts.iter().map(|n| (n - expected).powi(2) / expected)).sum();
+            // The 1e-5 quantile with 15 degrees of freedom.
+            assert!(chi_square < 50.5, "frame {frame}: {chi_square}");
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! A frame of reservoir resampling: its passes, in order.
+
+use super::Restir;
+use super::bindings::{Surfaces, TracePilots};
+use crate::Result;
+use crate::gpu::{PassTime, Recording};
+use crate::shader_interface::GpuCamera;
+
+impl Restir {
+    /// Renders the frame `index` as `camera` sees it; the frame before it is its history. Returns the time of
+    /// each run of a pass.
+    pub fn render(&mut self, index: u32, camera: GpuCamera) -> Result<Vec<PassTime>> {
+        self.begin_frame(index, camera);
+        let mut recording = Recording::new(&self.device)?;
+        self.record(&mut recording)?;
+        let times = recording.finish()?;
+        self.end_frame()?;
+        Ok(times)
+    }
+
+    /// [`Self::render`] without waiting: [`crate::gpu::Device::wait_for_running`] does.
+    pub fn submit(&mut self, index: u32, camera: GpuCamera) -> Result<()> {
+        self.begin_frame(index, camera);
+        let mut recording = Recording::new(&self.device)?;
+        self.record(&mut recording)?;
+        recording.submit()?;
+        self.end_frame()
+    }
+
+    /// Records the passes of the frame.
+    fn record<'a>(&'a self, recording: &mut Recording<'a>) -> Result<()> {
+        self.upload_constants(recording)?;
+        let inputs = self.inputs();
+
+        // Primary rays: the surface of each pixel, and emitted light.
+        let surfaces = Surfaces {
+            scene: inputs.scene,
+            restir: &self.restir,
+            sample_data: inputs.sample_data,
+            color: inputs.color,
+            counters: inputs.counters,
+        };
+        recording.pass(&self.surfaces, &surfaces, &(), inputs.groups)?;
+
+        // The first BSDF ray of each pixel, which direct and indirect light share.
+        let pilots = self.pilots();
+        if let Some(pass) = &self.pilot_pass {
+            let bindings = TracePilots {
+                scene: inputs.scene,
+                restir: &self.restir,
+                sample_data: inputs.sample_data,
+                pilots: pilots.buffer,
+                counters: inputs.counters,
+            };
+            recording.pass(pass, &bindings, &(), inputs.groups)?;
+        }
+
+        // Candidates, temporal reuse, spatial reuse and shading of each kind of light.
+        if let Some(direct) = &self.direct {
+            direct.record(recording, &inputs, &pilots)?;
+        }
+        if let Some(indirect) = &self.indirect {
+            indirect.record(recording, &inputs, pilots)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,442 @@
+//! Reservoir resampling (ReSTIR): its passes and buffers. `frame.rs` records the passes of a frame.
+
+mod bindings;
+mod constants;
+mod direct;
+mod frame;
+mod indirect;
+mod pilots;
+mod reservoir_aovs;
+pub mod reservoir_layout;
+mod reuse;
+mod sizes;
+mod specialisation;
+
+pub use direct::DirectLight;
+pub use indirect::IndirectLight;
+pub use reuse::Reuse;
+
+use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
+use crate::render::Tracking;
+use crate::render::counters::{Counters, Counts};
+use crate::render::frame_inputs::FrameInputs;
+use crate::render::history::History;
+use crate::render::light_samplers::hash_grid::HashGridLight;
+use crate::render::light_samplers::light_bvh::lists::LightLists;
+use crate::render::lighting::Lighting;
+use crate::render::outputs::display::Radiance;
+use crate::render::resolved_settings::ResolvedSettings;
+use crate::render::scene_bindings::SceneBindings;
+use crate::render::settings::{IndirectMode, Resampling, Shift};
+use crate::render::strips::check_side;
+use crate::render::world_reservoirs::WorldLight;
+use crate::shader_interface::{
+    Fetch, GeometryAccess, GpuCamera, GridConstants, NONE, PixelSums, ReservoirAov,
+    RestirConstants, Specialisation, TILE, ViewConstants, WorldConstants,
+};
+use crate::{Error, Result};
+use glam::{DVec3, Vec2, Vec3};
+use pilots::Pilots;
+use reservoir_aovs::FrameOutputs;
+use reservoir_layout::ReservoirLayout;
+use sizes::BufferSizes;
+use specialisation::{with_layout, with_resampling};
+use std::sync::Arc;
+
+/// The passes and buffers of frames, and what the next frame reads of the previous one.
+pub struct Restir {
+    /// The device that renders.
+    pub device: Arc<Device>,
+    bindings: Arc<SceneBindings>,
+    /// The constants of passes that belong to no kind of light.
+    constants: RestirConstants,
+    specialisation: Specialisation,
+    /// The pass `surfaces`.
+    pub surfaces: ComputePass,
+    /// The pass `pilots`, where something begins with them.
+    pub pilot_pass: Option<ComputePass>,
+    /// Direct light, where there is any.
+    pub direct: Option<DirectLight>,
+    /// Indirect light, where there is any.
+    pub indirect: Option<IndirectLight>,
+    /// The buffer of `constants`.
+    pub restir: Buffer,
+    color: Buffer,
+    /// Unused with indirect light, whose reservoirs hold the pilots.
+    own_pilots: Buffer,
+    counters: Counters,
+    /// Primary surfaces.
+    sample_data: History<Buffer>,
+    /// Whether a frame was rendered since the start.
+    has_frame: bool,
+    sums: Vec<[DVec3; 2]>,
+}
+
+impl Restir {
+    /// Makes the passes and buffers that `settings` need, for a light BVH of `light_nodes` nodes.
+    ///
+    /// # Errors
+    /// More memory than the device has or binds.
+    pub fn new(
+        device: &Arc<Device>,
+        bindings: &Arc<SceneBindings>,
+        view: &ViewConstants,
+        jitter: bool,
+        settings: &ResolvedSettings,
+        light_nodes: u32,
+        tracking: Tracking,
+    ) -> Result<Self> {
+        let layout = ReservoirLayout {
+            settings: settings.reservoirs,
+            origins: tracking.origins,
+        };
+        check_side("wide", view.width)?;
+        check_side("high", view.height)?;
+        let sizes = BufferSizes::of(view, settings, &layout);
+        sizes.world.check()?;
+        let by_address = bindings.scene.variant.geometry == GeometryAccess::BufferAddresses;
+        sizes.check(device, by_address, view, settings, tracking)?;
+
+        let has_direct = settings.renders(Lighting::Direct);
+        let has_indirect = settings.renders(Lighting::Indirect);
+        let direct_pilots = has_direct && settings.direct.draws_pilots(has_indirect);
+        let counters = Counters::new(device, tracking.counts)?;
+        let specialisation = Specialisation {
+            pilots: direct_pilots,
+            light_lists: settings.has_light_lists(),
+            hash_grid: settings.hash_grid(),
+            world_reservoirs: settings.world_reservoirs(),
+            shares: settings.indirect.mode == IndirectMode::Restir,
+            biased_shift: settings.indirect.shift == Shift::Biased,
+            pilot_stride: (sizes.pilot_stride / 4) as u32,
+            ..with_layout(bindings.specialisation, &layout)
+        };
+        let pass = |name: &str, specialisation: Specialisation| {
+            bindings.pass(name, &counters.specialise(name, specialisation)?)
+        };
+        let surfaces = pass("surfaces", specialisation)?;
+        let for_direct =
+            with_resampling(specialisation, &settings.direct.resampling, &bindings.scene);
+        let pilot_pass = (direct_pilots || has_indirect)
+            .then(|| pass("pilots", for_direct))
+            .transpose()?;
+        let distant_share = bindings.scene.first_lights().distant_share();
+        let for_shaders = |resampling: &Resampling| {
+            constants::of_reuse(resampling, &settings.light_bvh, distant_share)
+        };
+        let reuse = |lighting: Lighting, resampling: Resampling, bytes: u64| {
+            let special = with_resampling(specialisation, &resampling, &bindings.scene);
+            let initial = pass(lighting.passes().initial, special)?;
+            let shares = settings.shares(lighting);
+            let make = |name: &str| pass(name, special);
+            let constants = for_shaders(&resampling);
+            let reuse = Reuse::new(device, lighting, resampling, constants, shares, bytes, make)?;
+            Ok::<_, Error>((initial, reuse))
+        };
+        let direct = has_direct.then(|| {
+            let (initial, reuse) =
+                reuse(Lighting::Direct, settings.direct.resampling, sizes.direct)?;
+            let make = |name: &str| pass(name, for_direct);
+            let lists = LightLists::new(device, settings.light_lists(), view, make)?;
+            let grid = HashGridLight::new(
+                device,
+                &bindings.scene,
+                settings.hash_grid(),
+                &settings.hash_grid,
+                settings.direct.resampling.light_samples,
+                view,
+                layout.bytes(Lighting::Direct),
+                make,
+            )?;
+            Ok::<_, Error>(DirectLight {
+                initial,
+                lists,
+                grid,
+                reuse,
+            })
+        });
+        let indirect = has_indirect.then(|| {
+            let resampling = settings.indirect.effective_resampling();
+            let (initial, reuse) = reuse(Lighting::Indirect, resampling, sizes.indirect)?;
+            let make = |name: &str| pass(name, specialisation);
+            let world = WorldLight::new(
+                device,
+                &settings.world_reservoirs,
+                sizes.world,
+                by_address,
+                make,
+            )?;
+            Ok::<_, Error>(IndirectLight {
+                initial,
+                world,
+                reuse,
+            })
+        });
+        let (direct, indirect) = (direct.transpose()?, indirect.transpose()?);
+
+        let is_temporal =
+            |reuse: Option<&Reuse>| reuse.is_some_and(|reuse| reuse.resampling.reuse.is_temporal());
+        let has_history = is_temporal(direct.as_ref().map(|light| &light.reuse))
+            || is_temporal(indirect.as_ref().map(|light| &light.reuse));
+        let buffer = |name, bytes| Buffer::new(device, name, bytes, Usage::default());
+        let uniform = Usage {
+            uniform: true,
+            ..Usage::default()
+        };
+        let texels = Usage {
+            texels: bindings.scene.variant.fetch == Fetch::Texels,
+            ..Usage::default()
+        };
+        let grid =
+            (direct.as_ref()).map_or_else(GridConstants::default, |light| light.grid.constants);
+        let world =
+            (indirect.as_ref()).map_or_else(WorldConstants::default, |light| light.world.constants);
+        let restir_bytes = size_of::<RestirConstants>() as u64;
+        let mut made = Self {
+            surfaces,
+            pilot_pass,
+            direct,
+            indirect,
+            restir: Buffer::new(device, "restir", restir_bytes, uniform)?,
+            color: buffer("color", sizes.color)?,
+            own_pilots: buffer("pilots", sizes.own_pilots)?,
+            sample_data: History::new(
+                (0..if has_history { 2 } else { 1 })
+                    .map(|_| Buffer::new(device, "sample_data", sizes.sample_data, texels))
+                    .collect::<Result<_>>()?,
+            ),
+            counters,
+            has_frame: false,
+            sums: Vec::new(),
+            constants: RestirConstants {
+                // The pilots are drawn as candidates of direct light are.
+                reuse: for_shaders(&settings.direct.resampling),
+                grid,
+                world,
+                ..constants::of_frame(
+                    view,
+                    bindings,
+                    settings,
+                    light_nodes,
+                    sizes.slots as u32,
+                    jitter,
+                )
+            },
+            specialisation,
+            bindings: bindings.clone(),
+            device: device.clone(),
+        };
+        made.restart(view.seed)?;
+        Ok(made)
+    }
+
+    /// Begins anew with another seed, without history or sums.
+    pub fn restart(&mut self, seed: u32) -> Result<()> {
+        self.constants.view.seed = seed;
+        self.has_frame = false;
+        self.sample_data.reset();
+        self.kinds().for_each(|reuse| reuse.reservoirs.reset());
+        self.sums.clear();
+        // A shader that reads a reservoir which no pass wrote finds it empty, instead of the index of a light
+        // that does not exist.
+        let mut recording = Recording::new(&self.device)?;
+        self.buffers().for_each(|buffer| recording.clear(buffer));
+        recording.finish()?;
+        self.counters.clear()
+    }
+
+    /// Whether a frame depends on the one before it.
+    pub fn has_history(&self) -> bool {
+        let world = self.indirect.as_ref().map(|light| &light.world);
+        self.sample_data.all().len() > 1 || world.is_some_and(|world| world.table.is_used())
+    }
+
+    /// The kinds of light that are resampled, direct light first.
+    fn kinds(&self) -> impl Iterator<Item = &Reuse> {
+        let direct = self.direct.iter().map(|light| &light.reuse);
+        direct.chain(self.indirect.iter().map(|light| &light.reuse))
+    }
+
+    /// Everything that is kept for each pixel.
+    fn buffers(&self) -> impl Iterator<Item = &Buffer> {
+        let reservoirs = self.kinds().flat_map(|reuse| reuse.reservoirs.all());
+        let shared = [&self.color, &self.own_pilots];
+        let world = (self.indirect.iter()).flat_map(|light| light.world.buffers());
+        self.sample_data
+            .all()
+            .iter()
+            .chain(shared)
+            .chain(reservoirs)
+            .chain(world)
+    }
+
+    /// What the passes of the frame share.
+    pub fn inputs(&self) -> FrameInputs<'_> {
+        let view = &self.constants.view;
+        FrameInputs {
+            scene: &self.bindings,
+            sample_data: self.sample_data.current(),
+            previous_sample_data: self.sample_data.previous(),
+            color: &self.color,
+            counters: &self.counters.buffer,
+            is_first: !self.has_frame,
+            groups: [view.width.div_ceil(TILE), view.height.div_ceil(TILE), 1],
+        }
+    }
+
+    /// Where the frame's pilots are.
+    pub fn pilots(&self) -> Pilots<'_> {
+        let indirect = self.indirect.as_ref();
+        Pilots {
+            buffer: indirect.map_or(&self.own_pilots, |light| light.reuse.reservoirs.current()),
+        }
+    }
+
+    /// Advances the history and the constants to a frame.
+    pub(in crate::render) fn begin_frame(&mut self, index: u32, camera: GpuCamera) {
+        let constants = &mut self.constants;
+        constants.frame = index;
+        constants.previous_camera = constants.view.camera;
+        constants.view.camera = camera;
+        constants.previous_jitter = constants.jitter;
+        // The pixel and the depth then give the position of a surface.
+        constants.jitter = constants::jitter(constants.view.seed, index);
+        self.sample_data.advance();
+        if let Some(light) = &self.indirect {
+            light.world.begin_frame(&mut constants.world);
+        }
+        let constants = *constants;
+        let direct = self.direct.iter_mut().map(|light| &mut light.reuse);
+        let indirect = self.indirect.iter_mut().map(|light| &mut light.reuse);
+        for reuse in direct.chain(indirect) {
+            reuse.begin_frame(&constants);
+        }
+    }
+
+    /// Records the upload of the frame's constants.
+    ///
+    /// # Errors
+    /// Only those of every driver call, see [`crate::gpu`].
+    pub(in crate::render) fn upload_constants<'a>(
+        &'a self,
+        recording: &mut Recording<'a>,
+    ) -> Result<()> {
+        recording.update(&self.restir, &self.constants)?;
+        self.kinds()
+            .try_for_each(|reuse| recording.update(&reuse.restir, &reuse.constants))
+    }
+
+    /// Notes that a frame was rendered.
+    pub(in crate::render) fn end_frame(&mut self) -> Result<()> {
+        self.has_frame = true;
+        // On other drivers the counters are checked when the picture is read.
+        if self.device.info.loop_turns.is_some() {
+            self.counters.assert_whole()?;
+        }
+        Ok(())
+    }
+
+    /// What the last frame left in a kind's reservoirs, row by row from the top; all are empty before the first
+    /// frame, and where that kind has no reservoirs.
+    pub fn reservoir_aovs(&self, lighting: Lighting) -> Result<Vec<ReservoirAov>> {
+        let reuse = match lighting {
+            Lighting::Direct => self.direct.as_ref().map(|light| &light.reuse),
+            Lighting::Indirect => self.indirect.as_ref().map(|light| &light.reuse),
+        };
+        let shares = lighting == Lighting::Direct || self.specialisation.shares;
+        let Some(reuse) = reuse.filter(|_| shares && self.has_frame) else {
+            let empty = ReservoirAov {
+                light: NONE,
+                source: Vec2::NEG_ONE,
+                ..ReservoirAov::default()
+            };
+            let pixels = self.constants.view.width as usize * self.constants.view.height as usize;
+            return Ok(vec![empty; pixels]);
+        };
+        let specialisation =
+            with_resampling(self.specialisation, &reuse.resampling, &self.bindings.scene);
+        let pass = self
+            .bindings
+            .pass(lighting.passes().aovs, &specialisation)?;
+        let outputs = FrameOutputs {
+            constants: &reuse.constants,
+            restir: &reuse.restir,
+            sample_data: self.sample_data.current(),
+            reservoirs: reuse.reservoirs.current(),
+            counters: &self.counters.buffer,
+        };
+        reservoir_aovs::read_reservoir_aovs(&self.device, &self.bindings, &pass, &outputs)
+    }
+
+    /// Renders a frame and adds it to the sums.
+    pub fn add_frame(&mut self, index: u32, camera: GpuCamera) -> Result<Vec<PassTime>> {
+        let times = self.render(index, camera)?;
+        self.add_to_sums()?;
+        Ok(times)
+    }
+
+    /// Makes the last frame the only one in the sums.
+    pub fn keep_last_frame(&mut self) -> Result<()> {
+        self.sums.clear();
+        self.add_to_sums()
+    }
+
+    /// Adds the last frame to the sums.
+    pub fn add_to_sums(&mut self) -> Result<()> {
+        let color = self.color()?;
+        self.sums.resize(color.len(), [DVec3::ZERO; 2]);
+        for ([sum, square], value) in self.sums.iter_mut().zip(color) {
+            let value = value.as_dvec3();
+            *sum += value;
+            *square += value * value;
+        }
+        Ok(())
+    }
+
+    /// The last frame's radiance, row by row from the top.
+    pub fn color(&self) -> Result<Vec<Vec3>> {
+        let view = &self.constants.view;
+        self.color.read(view.width as usize * view.height as usize)
+    }
+
+    /// The same on the device.
+    pub fn radiance(&self) -> Radiance<'_> {
+        let view = &self.constants.view;
+        Radiance {
+            buffer: &self.color,
+            stride: 3,
+            first_pixel: 0,
+            pixels: view.width * view.height,
+        }
+    }
+
+    /// Each pixel's sums over the frames added.
+    pub fn sums(&self) -> Vec<PixelSums> {
+        self.sums.iter().map(PixelSums::of).collect()
+    }
+
+    /// Values rejected so far because they were NaN, negative or out of range.
+    ///
+    /// # Errors
+    /// The device fails, or its driver ended loops early.
+    pub fn rejected(&self) -> Result<u32> {
+        self.counters.rejected()
+    }
+
+    /// What each pass counted since the last call, if counting was asked for.
+    pub fn counts(&mut self) -> Result<Vec<Counts>> {
+        self.counters.since_last()
+    }
+
+    /// Bytes of its buffers on the device.
+    pub fn bytes(&self) -> u64 {
+        let shared = (self.direct.iter()).flat_map(|light| {
+            light
+                .grid
+                .buffers()
+                .into_iter()
+                .chain([&light.lists.buffer])
+        });
+        self.buffers().chain(shared).map(Buffer::size).sum()
+    }
+}

@@ -1,0 +1,145 @@
+//! Bytes of the buffers of resampling, known before they are allocated. Buffers that a device has no room for are refused.
+
+use super::reservoir_layout::ReservoirLayout;
+use crate::gpu::Device;
+use crate::render::Tracking;
+use crate::render::light_samplers::hash_grid;
+use crate::render::light_samplers::light_bvh::lists::LightLists;
+use crate::render::lighting::Lighting;
+use crate::render::resolved_settings::ResolvedSettings;
+use crate::render::world_reservoirs::WorldSize;
+use crate::shader_interface::{
+    INDIRECT_COMPACT_WORDS, PILOT_WORDS, ReservoirAov, SampleData, ViewConstants,
+};
+use crate::{Error, Result};
+use glam::Vec3;
+
+// A pilot fits into the reservoir that holds it.
+const _: () = assert!(PILOT_WORDS <= INDIRECT_COMPACT_WORDS);
+
+/// Bytes of the buffers of a picture.
+pub struct BufferSizes {
+    /// Places for pixels: a number, not bytes.
+    pub slots: u64,
+    /// Radiance.
+    pub color: u64,
+    /// Primary surfaces.
+    pub sample_data: u64,
+    /// Pilots that are in no reservoirs.
+    pub own_pilots: u64,
+    /// From one pilot to the next.
+    pub pilot_stride: u64,
+    /// Reservoirs of direct light.
+    pub direct: u64,
+    /// Reservoirs of indirect light.
+    pub indirect: u64,
+    /// Lists of lights.
+    pub light_lists: u64,
+    /// The hash grid, by name.
+    pub hash_grid: [(&'static str, u64); 3],
+    /// World reservoirs.
+    pub world: WorldSize,
+}
+
+impl BufferSizes {
+    /// What a picture needs with these settings and this layout of reservoirs.
+    pub fn of(view: &ViewConstants, settings: &ResolvedSettings, layout: &ReservoirLayout) -> Self {
+        let pixels = u64::from(view.width) * u64::from(view.height);
+        let slots = layout.slots(view.width, view.height);
+        let has = |lighting: Lighting| settings.renders(lighting);
+        let pilot = u64::from(4 * PILOT_WORDS);
+        // Indirect light without reservoirs keeps the buffer for its pilots.
+        let indirect_bytes = if settings.shares(Lighting::Indirect) {
+            layout.bytes(Lighting::Indirect)
+        } else {
+            pilot
+        };
+        let own_pilots = has(Lighting::Direct)
+            && settings.direct.draws_pilots(false)
+            && !has(Lighting::Indirect);
+        let pilot_stride = if has(Lighting::Indirect) {
+            indirect_bytes
+        } else {
+            pilot
+        };
+        Self {
+            slots,
+            color: pixels * size_of::<Vec3>() as u64,
+            sample_data: slots * size_of::<SampleData>() as u64,
+            // A pass must find a buffer for each binding, even if it does not read it.
+            own_pilots: pilot_stride * if own_pilots { slots } else { 1 },
+            pilot_stride,
+            direct: slots * layout.bytes(Lighting::Direct),
+            indirect: slots * indirect_bytes,
+            light_lists: LightLists::bytes(settings.light_lists(), view),
+            hash_grid: hash_grid::bytes(settings.hash_grid(), view, layout.bytes(Lighting::Direct)),
+            world: settings.world_size(slots),
+        }
+    }
+
+    /// Refuses what a device cannot bind at once, or allocate for shaders that take addresses.
+    ///
+    /// # Errors
+    /// A buffer is too large.
+    pub fn check(
+        &self,
+        device: &Device,
+        by_address: bool,
+        view: &ViewConstants,
+        settings: &ResolvedSettings,
+        tracking: Tracking,
+    ) -> Result<()> {
+        let (width, height) = (view.width, view.height);
+        let mut needed = vec![
+            ("sample_data", self.sample_data),
+            ("color", self.color),
+            ("pilots", self.own_pilots),
+            ("light_lists", self.light_lists),
+        ];
+        needed.extend(self.hash_grid);
+        let (world_vertices, world_table) = (self.world.vertex_bytes(), self.world.table_bytes());
+        needed.extend(world_vertices);
+        needed.extend(world_table);
+        if tracking.origins {
+            let pixels = u64::from(width) * u64::from(height);
+            let bytes = pixels * size_of::<ReservoirAov>() as u64;
+            needed.push(("reservoir_aovs", bytes));
+        }
+        for (lighting, bytes) in [
+            (Lighting::Direct, self.direct),
+            (Lighting::Indirect, self.indirect),
+        ] {
+            if settings.renders(lighting) {
+                needed.push(("reservoirs", bytes));
+            }
+        }
+        let info = &device.info;
+        let bound = info.max_storage_buffer_range.min(info.max_buffer_size);
+        let is_vertices = |name: &str| world_vertices.iter().any(|(own, _)| *own == name);
+        let limit = |name: &str| match by_address && is_vertices(name) {
+            true => ("allocates", info.max_buffer_size),
+            false => ("binds", bound),
+        };
+        match needed.iter().find(|(name, bytes)| *bytes > limit(name).1) {
+            None => Ok(()),
+            Some((name, bytes)) => {
+                let (does, limit) = limit(name);
+                let way_out = if is_vertices(name) && info.buffer_addresses && !by_address {
+                    "use --geometry buffer-addresses, lower world_reservoirs.depth, or choose a smaller picture"
+                } else if *name == "world_cells" {
+                    "lower world_reservoirs.depth or .table, or choose a smaller picture"
+                } else if is_vertices(name) || world_table.iter().any(|(own, _)| own == name) {
+                    "lower world_reservoirs.depth, or choose a smaller picture"
+                } else if *name == "light_lists" {
+                    "lower light_bvh.list, raise light_bvh.tile, or choose a smaller picture"
+                } else {
+                    "choose a smaller picture, or --preset path-tracing"
+                };
+                Err(Error::input(format!(
+                    "a picture of {width} × {height} needs {bytes} bytes for its {name}, but device '{}' {does} at most {limit}; {way_out}",
+                    info.name
+                )))
+            }
+        }
+    }
+}

@@ -1,0 +1,39 @@
+//! The specialisation constants that the settings of resampling decide.
+
+use super::reservoir_layout::ReservoirLayout;
+use crate::device_scene::GpuScene;
+use crate::render::settings::{Arrays, Candidates, Order, Resampling};
+use crate::shader_interface::{PixelOrder, Specialisation};
+
+/// `base` with the layout of reservoirs.
+pub fn with_layout(base: Specialisation, layout: &ReservoirLayout) -> Specialisation {
+    let (pixel_order, swizzle) = match layout.settings.order {
+        Order::Row => (PixelOrder::Row, 1),
+        Order::Column => (PixelOrder::Column, 1),
+        Order::Swizzle(side) => (PixelOrder::Swizzle, side),
+    };
+    Specialisation {
+        reservoir_format: layout.settings.format,
+        reservoir_soa: layout.settings.arrays == Arrays::Soa,
+        pixel_order,
+        swizzle,
+        keeps_debug_words: layout.origins,
+        ..base
+    }
+}
+
+/// `base` with the way in which one kind of light is resampled in a scene.
+pub fn with_resampling(
+    base: Specialisation,
+    resampling: &Resampling,
+    scene: &GpuScene,
+) -> Specialisation {
+    Specialisation {
+        rare_lights: resampling.sets_rare_lights_apart() && scene.first_lights().has_rare(),
+        mis: resampling.mis,
+        visibility: resampling.visibility,
+        light_bvh: resampling.candidates == Candidates::LightBvh,
+        neighbours: resampling.most_neighbours(),
+        ..base
+    }
+}

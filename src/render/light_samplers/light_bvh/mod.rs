@@ -1,0 +1,135 @@
+//! The buffer of the light BVH, which a renderer has if its settings draw candidates from it.
+
+pub mod lists;
+pub mod settings;
+
+use crate::device_scene::GpuScene;
+use crate::device_scene::buffers::usage;
+use crate::device_scene::light_bvh::{LightBvh, LightBvhOptions};
+use crate::device_scene::sizes::check_buffer;
+use crate::gpu::{Buffer, Device, Resource};
+use crate::render::ray_list::RayTracer;
+use crate::render::scene_bindings::SceneResource;
+use crate::shader_interface::{Fetch, LIGHT_BVH, Variant};
+use crate::{Error, Result};
+use glam::Vec3;
+use settings::{Boxes, Far, LightBvhSettings};
+use std::sync::{Arc, Mutex};
+use std::time::Instant;
+
+/// Points on surfaces that count boxes of influence: enough for the mean of a number of boxes, to 3 % if it is 8.
+const SURFACE_POINTS: usize = 1024;
+
+/// The light BVH on the device; empty where nothing draws from it.
+pub struct LightBvhBuffer {
+    /// Number of nodes.
+    pub node_count: u32,
+    buffer: Buffer,
+    /// What it is made from, and the time of the lights that the buffer holds.
+    source: Option<(LightBvh, Mutex<f64>)>,
+}
+
+impl LightBvhBuffer {
+    /// Builds the tree for a scene, if there are `options`.
+    ///
+    /// # Errors
+    /// More memory than the device has, or more at once than it reads.
+    pub fn new(
+        device: &Arc<Device>,
+        scene: &Arc<GpuScene>,
+        settings: &LightBvhSettings,
+        options: Option<LightBvhOptions>,
+    ) -> Result<Self> {
+        let lights = scene.first_lights();
+        let start = Instant::now();
+        let bvh = options.map(|options| build(device, scene, settings, options));
+        let bvh = bvh.transpose()?;
+        let contents = bvh.as_ref().map(|bvh| bvh.contents(lights));
+        let contents = contents.unwrap_or_default();
+        if let Some(bvh) = &bvh {
+            log::info!(
+                "light BVH: {} clusters of {} lights, scale {}, built in {:.1} ms",
+                bvh.cluster_count(),
+                bvh.light_count(),
+                bvh.scale,
+                1e3 * start.elapsed().as_secs_f64()
+            );
+        }
+        let words = contents.words();
+        check_buffer(
+            &device.info,
+            scene.variant,
+            LIGHT_BVH,
+            size_of_val(&words[..]) as u64,
+        )?;
+        let used = usage(LIGHT_BVH, scene.variant);
+        Ok(Self {
+            node_count: contents.nodes.len() as u32,
+            buffer: Buffer::from_slice(device, LIGHT_BVH, &words, used)?,
+            source: bvh.map(|bvh| (bvh, Mutex::new(0.0))),
+        })
+    }
+}
+
+impl SceneResource for LightBvhBuffer {
+    /// Its name and bytes, unless it is empty.
+    fn memory(&self) -> Option<(&'static str, u64)> {
+        (self.node_count > 0).then(|| (LIGHT_BVH, self.buffer.size()))
+    }
+
+    /// What shaders of a variant bind.
+    fn resource(&self, variant: Variant) -> (&'static str, Resource<'_>) {
+        let resource = match variant.fetch {
+            Fetch::Texels => Resource::Texels(&self.buffer),
+            _ => Resource::Read(&self.buffer),
+        };
+        (LIGHT_BVH, resource)
+    }
+
+    /// Fits the boxes to the scene's lights as they are now.
+    ///
+    /// # Errors
+    /// The device fails.
+    fn follow(&self, scene: &GpuScene) -> Result<()> {
+        let Some((bvh, time)) = &self.source else {
+            return Ok(());
+        };
+        let mut time = (time.lock())
+            .map_err(|_| Error::failed("fitting the light BVH failed in another thread"))?;
+        if let Some((lights, now)) = scene.moved_lights(*time)? {
+            self.buffer.write(&bvh.contents(&lights).words())?;
+            *time = now;
+        }
+        Ok(())
+    }
+}
+
+/// Builds it for the lights at time 0.
+fn build(
+    device: &Arc<Device>,
+    scene: &Arc<GpuScene>,
+    settings: &LightBvhSettings,
+    options: LightBvhOptions,
+) -> Result<LightBvh> {
+    let lights = scene.first_lights();
+    let surfaces = match options.needs_surfaces() {
+        true => scene.surface_points(SURFACE_POINTS)?,
+        false => Vec::new(),
+    };
+    let surfaces: Vec<Vec3> = surfaces.iter().map(|point| point.position).collect();
+    let mut bvh = LightBvh::new(lights, &scene.light_groups, &surfaces, options);
+    if settings.boxes == Boxes::Visibility && settings.far == Far::Skipped {
+        let unit = scene.units.length as f32;
+        bvh.limit(lights, |mut rays| {
+            // Lists of rays are in the scene's units.
+            for ray in &mut rays {
+                ray.origin *= unit;
+                ray.direction *= unit;
+            }
+            let tracer = RayTracer::new(device, scene.clone(), &rays)?;
+            tracer.run()?;
+            Ok::<_, Error>(tracer.answers()?.iter().map(|answer| answer.t).collect())
+        })?;
+    }
+    Ok(bvh)
+}

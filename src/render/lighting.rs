@@ -1,0 +1,54 @@
+//! Direct and indirect light, each with its own passes.
+
+/// Light by the number of surfaces that it was scattered from; resampling treats each with passes of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lighting {
+    /// From lights to the surfaces that the camera sees.
+    Direct,
+    /// From lights over at least one other surface.
+    Indirect,
+}
+
+/// The names of the passes of direct or indirect light, in their order.
+pub struct PassNames {
+    /// Candidates.
+    pub initial: &'static str,
+    /// Reuse over time.
+    pub temporal: &'static str,
+    /// Reuse by neighbours.
+    pub spatial: &'static str,
+    /// Shading.
+    pub shade: &'static str,
+    /// Debug AOVs.
+    pub aovs: &'static str,
+}
+
+impl Lighting {
+    /// The names of its passes.
+    pub const fn passes(self) -> PassNames {
+        match self {
+            Self::Direct => PassNames {
+                initial: "initial_direct",
+                temporal: "temporal_direct",
+                spatial: "spatial_direct",
+                shade: "shade_direct",
+                aovs: "aovs_direct",
+            },
+            Self::Indirect => PassNames {
+                initial: "initial_indirect",
+                temporal: "temporal_indirect",
+                spatial: "spatial_indirect",
+                shade: "shade_indirect",
+                aovs: "aovs_indirect",
+            },
+        }
+    }
+
+    /// The name in channels and settings.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Direct => "direct",
+            Self::Indirect => "indirect",
+        }
+    }
+}

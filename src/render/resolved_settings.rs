@@ -1,0 +1,168 @@
+//! Decisions that settings leave to the scene: light candidates with `candidates=auto`, and whether there are world
+//! reservoirs.
+
+use super::lighting::Lighting;
+use super::settings::{Candidates, Integrator, LightBvhSettings, Resampling, Secondary, Settings};
+use super::world_reservoirs::WorldSize;
+use crate::device_scene::GpuScene;
+use crate::device_scene::light_bvh::LightBvhOptions;
+use crate::device_scene::lights::Lights;
+use crate::shader_interface::WorldReservoirs;
+use std::cell::LazyCell;
+use std::collections::HashSet;
+use std::ops::Deref;
+
+/// The number of lights from which on the light BVH is used. Below it, some of a pixel's candidates by power are lights that
+/// matter, and walks through the tree would cost time for nothing.
+const MANY_LIGHTS: usize = 64;
+
+/// Settings for one scene: what they leave to the scene is decided.
+#[derive(Clone, Debug)]
+pub struct ResolvedSettings {
+    settings: Settings,
+    /// Scattering events at most.
+    bounces: u32,
+}
+
+impl Deref for ResolvedSettings {
+    type Target = Settings;
+
+    fn deref(&self) -> &Settings {
+        &self.settings
+    }
+}
+
+impl ResolvedSettings {
+    /// The settings for a scene, with at most `bounces` scattering events: with `candidates=auto` what fits its lights, and
+    /// world reservoirs only with `world_reservoirs.min_lights`.
+    pub fn new(settings: &Settings, scene: &GpuScene, bounces: u32) -> Self {
+        let mut resolved = Self {
+            settings: settings.clone(),
+            bounces,
+        };
+        if settings.integrator == Integrator::Restir {
+            resolved.decide(scene);
+        }
+        resolved
+    }
+
+    fn decide(&mut self, scene: &GpuScene) {
+        // Hundreds of thousands of lights are counted only where something asks, and once: with rare lights, and without.
+        let counts = [false, true].map(|apart| {
+            LazyCell::new(move || count(scene.first_lights(), &scene.light_groups, apart))
+        });
+        let counts =
+            |resampling: &Resampling| *counts[usize::from(resampling.sets_rare_lights_apart())];
+        let renders = [Lighting::Direct, Lighting::Indirect].map(|lighting| self.renders(lighting));
+        let settings = &mut self.settings;
+        for (lighting, renders, resampling) in [
+            (
+                Lighting::Direct,
+                renders[0],
+                &mut settings.direct.resampling,
+            ),
+            (
+                Lighting::Indirect,
+                renders[1],
+                &mut settings.indirect.resampling,
+            ),
+        ] {
+            if renders && resampling.candidates == Candidates::Auto {
+                let (lights, lamps) = counts(resampling);
+                let (fitting, reason) = fitting(lights, lamps);
+                resampling.candidates = fitting;
+                log::info!("candidates of {} light: {reason}", lighting.name());
+            }
+        }
+        let min_lights = settings.world_reservoirs.min_lights as usize;
+        if renders[1] && settings.indirect.secondary == Secondary::WorldReservoirs && min_lights > 0
+        {
+            let (lights, lamps) = counts(&settings.indirect.resampling);
+            if lights < min_lights || lamps < 2 {
+                settings.indirect.secondary = Secondary::Ris;
+            }
+        }
+    }
+
+    /// True if resampling includes this light.
+    pub fn renders(&self, lighting: Lighting) -> bool {
+        self.settings.renders(lighting, self.bounces)
+    }
+
+    /// The options of the light BVH, if something draws from it.
+    pub fn light_bvh_options(&self) -> Option<LightBvhOptions> {
+        self.settings.light_bvh_options(self.bounces)
+    }
+
+    /// The settings of the light BVH, if candidates of direct light come from light lists.
+    pub fn light_lists(&self) -> Option<&LightBvhSettings> {
+        self.has_light_lists().then_some(&self.light_bvh)
+    }
+
+    /// The size of world reservoirs, for a picture with `slots` places for pixels.
+    pub fn world_size(&self, slots: u64) -> WorldSize {
+        let is_used =
+            self.world_reservoirs() != WorldReservoirs::None && self.renders(Lighting::Indirect);
+        WorldSize::new(&self.world_reservoirs, is_used, self.bounces, slots)
+    }
+}
+
+/// Numbers of lights that are not distant, and of lamps that they form: triangles with common corners are one. Distant lights
+/// do not count, since the light BVH lacks them, and any vertex finds them. Nor do rare lights where they are set apart, because
+/// reservoirs do not hold them.
+fn count(lights: &Lights, groups: &[u32], sets_rare_apart: bool) -> (usize, usize) {
+    let counts =
+        |index: &usize| !(lights.is_distant(*index) || sets_rare_apart && lights.is_rare(*index));
+    let triangles = lights.triangles.len();
+    let own: Vec<usize> = (0..triangles).filter(counts).collect();
+    let others = (triangles..lights.choices.len()).filter(counts).count();
+    let lamps: HashSet<_> = own.iter().map(|index| groups[*index]).collect();
+    (own.len() + others, lamps.len() + others)
+}
+
+/// What fits so many lights that form so many lamps, and why.
+fn fitting(lights: usize, lamps: usize) -> (Candidates, String) {
+    if lights < MANY_LIGHTS {
+        let reason =
+            format!("by power, since there are fewer than {MANY_LIGHTS} lights ({lights})");
+        (Candidates::Power, reason)
+    } else if lamps < 2 {
+        // In `atrium:lights=1` candidates from the light BVH have 1.12 times the clamped error in the first frame.
+        let reason = format!("by power, since all lights ({lights}) form one lamp");
+        (Candidates::Power, reason)
+    } else {
+        let reason = format!("from the light BVH, since there are many lights ({lights})");
+        (Candidates::LightBvh, reason)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::device_scene::Units;
+    use crate::device_scene::lights::gpu_lights;
+    use crate::scene::{PunctualLight, Scene};
+
+    #[test]
+    fn rare_lights_that_are_set_apart_do_not_count() {
+        let dim = vec![PunctualLight::point(1.0); 100];
+        let scene = Scene {
+            punctual_lights: [vec![PunctualLight::point(1e6); 2], dim].concat(),
+            ..Scene::default()
+        };
+        let lights = gpu_lights(&scene, &Units::of(&scene, glam::DVec3::ZERO));
+        assert_eq!(count(&lights, &[], true), (2, 2));
+        assert_eq!(count(&lights, &[], false), (102, 102));
+    }
+
+    #[test]
+    fn few_lights_and_one_lamp_are_selected_by_power_and_many_from_the_light_bvh() {
+        assert_eq!(fitting(0, 0).0, Candidates::Power);
+        assert_eq!(
+            fitting(MANY_LIGHTS - 1, MANY_LIGHTS - 1).0,
+            Candidates::Power
+        );
+        assert_eq!(fitting(10_000, 1).0, Candidates::Power);
+        assert_eq!(fitting(MANY_LIGHTS, 2).0, Candidates::LightBvh);
+    }
+}

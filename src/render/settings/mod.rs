@@ -1,0 +1,120 @@
+//! All settings, as one tree. The doc of each field is what the command `presets` prints, and its range is checked
+//! when a value is set.
+
+mod direct;
+mod environment;
+mod indirect;
+mod keys;
+mod queries;
+mod resampling;
+mod reservoirs;
+
+pub use direct::{Direct, DirectMode};
+pub use environment::EnvironmentSettings;
+pub use indirect::{Indirect, IndirectMode, Secondary, Shift};
+pub use keys::Description;
+pub(crate) use keys::flatten;
+pub use resampling::{Candidates, Resampling, ReuseMode, Search, Similar, Spatial, Temporal};
+pub use reservoirs::{Arrays, Order, Reservoirs};
+
+pub use super::light_samplers::hash_grid::settings::{GridMode, HashGridSettings};
+pub use super::light_samplers::light_bvh::settings::{
+    Boxes, Far, LightBvhSettings, LightChoice, Rest, Scale,
+};
+pub use super::world_reservoirs::settings::{WorldMode, WorldReservoirsSettings, WorldStores};
+pub use crate::shader_interface::{Format, Heuristic, Mis, Visibility};
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Which technique makes the image.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Integrator {
+    /// MIS path tracing: unbiased, the reference.
+    #[default]
+    PathTracing,
+    /// Reservoir resampling: light samples and paths shared by neighbours and frames.
+    Restir,
+}
+
+/// What becomes of light that single scattering loses.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Energy {
+    /// glTF's plain model: compares with other renderers; dark on rough metals, too bright on
+    /// light dielectrics at grazing angles.
+    #[default]
+    Gltf,
+    /// The specular lobe scaled to keep all light, the diffuse one under what it leaves: passes the
+    /// white furnace.
+    Compensated,
+}
+
+/// Russian roulette.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Roulette {
+    /// Scattering events before roulette begins; with `integrator=restir` it leaves out the first one, whose
+    /// ray serves direct light too. Unit: events. Cost: higher traces longer paths; lower adds noise. Unbiased
+    /// at any value.
+    #[schemars(range(min = 0, max = 1000))]
+    pub start: u32,
+    /// Least probability that a path goes on. Higher wastes rays on dark paths, lower lets rare
+    /// survivors stand out as fireflies. Unbiased at any value.
+    #[schemars(range(min = 0.001, max = 1.0))]
+    pub floor: f32,
+}
+
+impl Default for Roulette {
+    fn default() -> Self {
+        Self {
+            start: 3,
+            floor: 0.05,
+        }
+    }
+}
+
+/// Which code shaders contain.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Variant {
+    /// What the scene requires, as `scene inspect` shows it.
+    #[default]
+    Auto,
+    /// All of it, for comparison; except code for motion, which reuses fewer samples, and for large triangles,
+    /// which stores points with other roundings.
+    Full,
+}
+
+/// Every setting of a picture that is not its size, camera or seed.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Settings {
+    /// Which technique makes the image.
+    pub integrator: Integrator,
+    /// How light sampling and BSDF sampling share the light in path tracing; candidates of resampling always
+    /// share it by the balance heuristic. No effect on bias.
+    pub heuristic: Heuristic,
+    /// What becomes of light that single scattering loses. `compensated` costs one table look-up a
+    /// vertex.
+    pub energy: Energy,
+    /// Russian roulette.
+    pub roulette: Roulette,
+    /// The environment, if `--environment` gives one.
+    pub environment: EnvironmentSettings,
+    /// Resampling of direct light.
+    pub direct: Direct,
+    /// Resampling of indirect light.
+    pub indirect: Indirect,
+    /// The light BVH, from which `candidates=light-bvh` draws.
+    pub light_bvh: LightBvhSettings,
+    /// The hash grid, with `direct.candidates=hash-grid`.
+    pub hash_grid: HashGridSettings,
+    /// World reservoirs, with `indirect.secondary=world-reservoirs`.
+    pub world_reservoirs: WorldReservoirsSettings,
+    /// How reservoirs lie in memory.
+    pub reservoirs: Reservoirs,
+    /// Which code shaders contain. `full` costs time; the picture is the same.
+    pub variant: Variant,
+}
