@@ -268,7 +268,10 @@ fn sources_are_near_and_own_samples_have_no_jacobian() {
                 );
             }
         }
-        assert!(own > 100 && others > 100, "{lighting:?}: {own} and {others}");
+        assert!(
+            own > 100 && others > 100,
+            "{lighting:?}: {own} and {others}"
+        );
     }
 }
 

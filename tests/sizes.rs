@@ -5,7 +5,7 @@ mod support;
 
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use headwater::Result;
-use headwater::device_scene::selection::{GeometryChoice, Selection, TracerChoice, Wanted, select};
+use headwater::device_scene::selection::{Request, Selection, select};
 use headwater::device_scene::{GpuScene, SceneSizes};
 use headwater::gpu::{Device, DeviceInfo};
 use headwater::procedural;
@@ -13,7 +13,7 @@ use headwater::render::presets::Preset;
 use headwater::render::settings::{DirectMode, IndirectMode, Secondary};
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::{Image, Scene, Texture};
-use headwater::shader_interface::{Fetch, GeometryAccess, PixelSums};
+use headwater::shader_interface::{Fetch, GeometryAccess, PixelSums, Tracer};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Held by each test, since they open devices of their own: see [`Device::open`].
@@ -26,7 +26,7 @@ fn alone() -> MutexGuard<'static, ()> {
 fn open(scene: &Scene, change: impl FnOnce(&mut DeviceInfo)) -> (Arc<Device>, Selection) {
     let (instance, mut info) = support::tests_device();
     change(&mut info);
-    let selection = select(&info, Wanted::default(), &SceneSizes::of(scene)).unwrap();
+    let selection = select(&info, Request::default(), &SceneSizes::of(scene)).unwrap();
     let device = Device::open(&instance, info, selection.features()).unwrap();
     (device, selection)
 }
@@ -83,7 +83,7 @@ fn emissive_triangles_must_fit_the_memory_of_the_host() {
     let (_, info) = support::tests_device();
     let scene = procedural::generate("cornell", &[]).unwrap();
     let mut sizes = SceneSizes::of(&scene);
-    let selection = select(&info, Wanted::default(), &sizes).unwrap();
+    let selection = select(&info, Request::default(), &sizes).unwrap();
     sizes.check(&info, selection.variant).unwrap();
     // 250 GB: more than the machines of the tests have.
     sizes.triangle_lights = 1 << 29;
@@ -188,9 +188,9 @@ fn a_scene_too_large_to_bind_is_read_by_address() {
     let chosen = |range, texels| {
         let mut info = info.clone();
         (info.max_storage_buffer_range, info.max_texels) = (range, texels);
-        let wanted = Wanted {
-            tracer: TracerChoice::ComputeBvh,
-            ..Wanted::default()
+        let wanted = Request {
+            tracer: Some(Tracer::ComputeBvh),
+            ..Request::default()
         };
         select(&info, wanted, &SceneSizes::of(&scene)).unwrap()
     };
@@ -215,15 +215,15 @@ fn world_settings(secondary: Secondary) -> Settings {
 fn second_frame(
     size: u32,
     settings: &Settings,
-    geometry: GeometryChoice,
+    geometry: Option<GeometryAccess>,
     change: impl FnOnce(&mut DeviceInfo),
 ) -> Result<Vec<[f32; 3]>> {
     let scene = procedural::generate("cornell", &[])?;
     let (instance, mut info) = support::tests_device();
     change(&mut info);
-    let wanted = Wanted {
+    let wanted = Request {
         geometry,
-        ..Wanted::default()
+        ..Request::default()
     };
     let selection = select(&info, wanted, &SceneSizes::of(&scene))?;
     let device = Device::open(&instance, info, selection.features())?;
@@ -251,10 +251,15 @@ fn world_reservoirs_too_many_to_bind_are_read_by_address() {
         if has_addresses && !info.buffer_addresses {
             return;
         }
-        let refused = second_frame(128, &settings, GeometryChoice::StorageBuffers, |info| {
-            few(info);
-            info.buffer_addresses = has_addresses;
-        });
+        let refused = second_frame(
+            128,
+            &settings,
+            Some(GeometryAccess::StorageBuffers),
+            |info| {
+                few(info);
+                info.buffer_addresses = has_addresses;
+            },
+        );
         let refused = refused.unwrap_err().to_string();
         for said in [
             "786432 bytes for its world_points",
@@ -265,8 +270,9 @@ fn world_reservoirs_too_many_to_bind_are_read_by_address() {
         let way_out = "use --geometry buffer-addresses";
         assert_eq!(refused.contains(way_out), has_addresses, "{refused}");
     }
-    let bound = second_frame(128, &settings, GeometryChoice::StorageBuffers, |_| ()).unwrap();
-    let addressed = second_frame(128, &settings, GeometryChoice::BufferAddresses, few).unwrap();
+    let bound = second_frame(128, &settings, Some(GeometryAccess::StorageBuffers), |_| ()).unwrap();
+    let addressed =
+        second_frame(128, &settings, Some(GeometryAccess::BufferAddresses), few).unwrap();
     assert!(bits(&bound) == bits(&addressed));
 
     if support::takes_largest() {
@@ -274,7 +280,7 @@ fn world_reservoirs_too_many_to_bind_are_read_by_address() {
         // there would only be more noise.
         let mean = |secondary| {
             let settings = world_settings(secondary);
-            let addresses = GeometryChoice::BufferAddresses;
+            let addresses = Some(GeometryAccess::BufferAddresses);
             let picture = second_frame(2048, &settings, addresses, |_| ()).unwrap();
             let sum: f64 = picture
                 .iter()
@@ -299,21 +305,21 @@ fn geometry_can_be_asked_for_where_the_device_and_the_scene_allow_it() {
         let mut info = info.clone();
         info.buffer_addresses = has_addresses;
         (info.max_storage_buffer_range, info.max_texels) = (range, 1 << 27);
-        let wanted = Wanted {
-            tracer: TracerChoice::ComputeBvh,
+        let wanted = Request {
+            tracer: Some(Tracer::ComputeBvh),
             geometry,
-            ..Wanted::default()
+            ..Request::default()
         };
         select(&info, wanted, &sizes)
     };
     let large = 1 << 27;
     for (choice, access) in [
         (
-            GeometryChoice::StorageBuffers,
+            Some(GeometryAccess::StorageBuffers),
             GeometryAccess::StorageBuffers,
         ),
         (
-            GeometryChoice::BufferAddresses,
+            Some(GeometryAccess::BufferAddresses),
             GeometryAccess::BufferAddresses,
         ),
     ] {
@@ -327,13 +333,13 @@ fn geometry_can_be_asked_for_where_the_device_and_the_scene_allow_it() {
         assert!(error.to_string().contains(said), "{error}");
     };
     refused(
-        GeometryChoice::BufferAddresses,
+        Some(GeometryAccess::BufferAddresses),
         false,
         large,
         "use --geometry storage-buffers",
     );
     refused(
-        GeometryChoice::StorageBuffers,
+        Some(GeometryAccess::StorageBuffers),
         true,
         1 << 20,
         "use --geometry buffer-addresses",

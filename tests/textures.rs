@@ -4,7 +4,7 @@ mod support;
 
 use glam::{Affine2, DVec3, Vec2, Vec3, Vec4};
 use headwater::device_scene::SceneSizes;
-use headwater::device_scene::selection::{TexturesChoice, Wanted, select};
+use headwater::device_scene::selection::{Request, select};
 use headwater::gpu::{DeviceInfo, DriverKind};
 use headwater::procedural;
 use headwater::render::presets::Preset;
@@ -87,7 +87,7 @@ fn conservatory() -> Scene {
 /// What is chosen for a device that indexes descriptors and has addresses, after a change of it, or why nothing is.
 fn chosen(
     scene: &Scene,
-    wanted: TexturesChoice,
+    wanted: Option<Textures>,
     change: impl FnOnce(&mut DeviceInfo),
 ) -> (Option<Textures>, String) {
     let (_, mut info) = support::tests_device();
@@ -95,9 +95,9 @@ fn chosen(
     (info.max_sampled_images, info.max_image_side) = (1 << 16, 1 << 14);
     (info.kind, info.driver_kind) = ("discrete", DriverKind::Other);
     change(&mut info);
-    let wanted = Wanted {
+    let wanted = Request {
         textures: wanted,
-        ..Wanted::default()
+        ..Request::default()
     };
     match select(&info, wanted, &SceneSizes::of(scene)) {
         Ok(selection) => {
@@ -116,22 +116,22 @@ fn chosen(
 
 #[test]
 fn a_rule_chooses_how_textures_are_read() {
+    use None;
     use Textures::{Buffer, Images};
-    use TexturesChoice::Auto;
     let scene = conservatory();
     let plain = procedural::generate("cornell", &[]).unwrap();
     let gpu = |_: &mut DeviceInfo| ();
-    assert_eq!(chosen(&scene, Auto, gpu).0, Some(Images));
+    assert_eq!(chosen(&scene, None, gpu).0, Some(Images));
     // Without textures no feature is asked for.
-    assert_eq!(chosen(&plain, Auto, gpu).0, Some(Buffer));
-    assert_eq!(chosen(&scene, TexturesChoice::Buffer, gpu).0, Some(Buffer));
+    assert_eq!(chosen(&plain, None, gpu).0, Some(Buffer));
+    assert_eq!(chosen(&scene, Some(Textures::Buffer), gpu).0, Some(Buffer));
     let cpu = |info: &mut DeviceInfo| info.kind = "cpu";
-    assert_eq!(chosen(&scene, Auto, cpu).0, Some(Buffer));
-    assert_eq!(chosen(&scene, TexturesChoice::Images, cpu).0, Some(Images));
+    assert_eq!(chosen(&scene, None, cpu).0, Some(Buffer));
+    assert_eq!(chosen(&scene, Some(Textures::Images), cpu).0, Some(Images));
     // What no buffer holds, images may.
     let texels = SceneSizes::of(&scene).bytes.texels;
     let small = |info: &mut DeviceInfo| (info.kind, info.max_buffer_size) = ("cpu", texels - 1);
-    assert_eq!(chosen(&scene, Auto, small).0, Some(Images));
+    assert_eq!(chosen(&scene, None, small).0, Some(Images));
     type Lack = fn(&mut DeviceInfo);
     let lacks: [(Lack, &str); 5] = [
         (|info| info.image_arrays = false, "descriptor indexing"),
@@ -141,10 +141,10 @@ fn a_rule_chooses_how_textures_are_read() {
         (|info| info.max_buffer_size = 99, "allows 99"),
     ];
     for (lack, why) in lacks {
-        let (textures, reason) = chosen(&scene, Auto, lack);
+        let (textures, reason) = chosen(&scene, None, lack);
         assert_eq!(textures, Some(Buffer), "{reason}");
         assert!(reason.contains(why), "{reason}");
-        let (none, refusal) = chosen(&scene, TexturesChoice::Images, lack);
+        let (none, refusal) = chosen(&scene, Some(Textures::Images), lack);
         assert_eq!(none, None);
         assert!(refusal.contains(why) && refusal.contains("--textures buffer"));
         assert!(!refusal.contains('\n'), "{refusal}");

@@ -1,9 +1,9 @@
 //! Options that several commands share.
 
+use super::choices::{LoadArgs, VariantArgs};
 use crate::base::files::{check_writable, is_same_file};
 use crate::base::input_files;
 use crate::base::toml_text::TomlText;
-use crate::device_scene::selection::{GeometryChoice, TexturesChoice, TracerChoice, Wanted};
 use crate::image::Format;
 use crate::render::presets::{self, Preset};
 use crate::render::settings::{Settings, flatten};
@@ -11,7 +11,7 @@ use crate::render::{Clock, Lighting};
 use crate::scene::Camera;
 use crate::scene::camera::look_at;
 use crate::scene::validate::check_camera;
-use crate::scene_files::{Options, environment_file_of, file_of};
+use crate::scene_files::{environment_file_of, file_of};
 use crate::{Error, Result};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
@@ -26,7 +26,7 @@ pub struct SceneArgs {
     pub scene: String,
     /// How it is loaded
     #[command(flatten)]
-    pub load: Options,
+    pub load: LoadArgs,
     /// Light from all around: a file, .exr or .hdr, by longitude and latitude, or a sky such as sky:sun=40
     #[arg(long, value_name = "FILE|sky:…")]
     pub environment: Option<String>,
@@ -72,15 +72,9 @@ pub struct SceneArgs {
     /// One setting, over all others; repeatable
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// How rays are traced
-    #[arg(long, value_enum, default_value_t)]
-    pub tracer: TracerChoice,
-    /// How shaders reach the buffers of the scene, and world reservoirs
-    #[arg(long, value_enum, default_value_t)]
-    pub geometry: GeometryChoice,
-    /// How textures are read
-    #[arg(long, value_enum, default_value_t)]
-    pub textures: TexturesChoice,
+    /// How shaders work
+    #[command(flatten)]
+    pub variant: VariantArgs,
     /// The device, by name, part of a name, or index
     #[arg(long, value_name = "NAME|INDEX", env = "HEADWATER_DEVICE")]
     pub device: Option<String>,
@@ -131,16 +125,6 @@ impl Aov {
 }
 
 impl SceneArgs {
-    /// What is asked of the choice of shaders.
-    pub const fn wanted(&self) -> Wanted {
-        Wanted {
-            tracer: self.tracer,
-            geometry: self.geometry,
-            textures: self.textures,
-            captured: false,
-        }
-    }
-
     /// Preset, file and single settings, in this order, and the keys that the last two name.
     ///
     /// # Errors

@@ -63,7 +63,7 @@ enum Tool {
 
 /// What is needed to show frames to a tool.
 struct Capture<'a> {
-    wanted: &'a Wanted<'a>,
+    wanted: &'a CapturePlan<'a>,
     tool: Tool,
     display: Display,
     presentation: Option<Presentation>,
@@ -74,7 +74,7 @@ impl<'a> Capture<'a> {
     ///
     /// # Errors
     /// None is loaded, or it needs presented pictures, which the device does not have.
-    fn new(session: &Session, wanted: &'a Wanted<'a>) -> Result<Self> {
+    fn new(session: &Session, wanted: &'a CapturePlan<'a>) -> Result<Self> {
         let layers = session.device.tools();
         let tool = match renderdoc::Watcher::find() {
             Some(watcher) => Tool::RenderDoc(watcher),
@@ -116,7 +116,7 @@ impl<'a> Capture<'a> {
     /// # Errors
     /// The device, the tool or the disk fails.
     fn frame(&mut self, session: &mut Session, number: u32) -> Result<()> {
-        let Wanted {
+        let CapturePlan {
             range,
             accumulate,
             exposure,
@@ -167,7 +167,7 @@ impl<'a> Capture<'a> {
 }
 
 /// What is rendered while a tool watches.
-pub struct Wanted<'a> {
+pub struct CapturePlan<'a> {
     /// The frames that it captures.
     pub range: FrameRange,
     /// Number of frames.
@@ -181,12 +181,16 @@ pub struct Wanted<'a> {
 }
 
 /// Renders every frame, one after the other. Afterwards the sums hold the last frame, or with
-/// [`accumulate`](Wanted::accumulate) all.
+/// [`accumulate`](CapturePlan::accumulate) all.
 ///
 /// # Errors
 /// No tool is loaded, or it needs presented pictures, which the device does not have; a device, tool or disk that fails, or a
 /// signal.
-pub fn render(session: &mut Session, wanted: &Wanted<'_>, interrupt: &Interrupt) -> Result<()> {
+pub fn render(
+    session: &mut Session,
+    wanted: &CapturePlan<'_>,
+    interrupt: &Interrupt,
+) -> Result<()> {
     let mut capture = Capture::new(session, wanted)?;
     let progress = Progress::new(Some(u64::from(wanted.frames)), "frames");
     for number in 0..wanted.frames {

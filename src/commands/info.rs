@@ -5,7 +5,7 @@ use crate::Result;
 use crate::base::json::value_of;
 use crate::device_scene::SceneSizes;
 use crate::device_scene::images::ImageSizes;
-use crate::device_scene::selection::{self, Wanted};
+use crate::device_scene::selection::{self, Request};
 use serde_json::json;
 
 /// Arguments of `info`.
@@ -36,7 +36,7 @@ pub fn run(args: &Args) -> Result<()> {
         ..SceneSizes::default()
     };
     for device in &devices {
-        let selection = selection::select(device, Wanted::default(), &scene)?;
+        let selection = selection::select(device, Request::default(), &scene)?;
         let taken = device.index == chosen.index;
         if args.json {
             let mut entry = value_of("device", device)?;

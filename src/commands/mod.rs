@@ -2,6 +2,7 @@
 
 pub mod arguments;
 pub mod capture;
+mod choices;
 pub mod compare;
 pub mod ignored;
 pub mod info;

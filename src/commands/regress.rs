@@ -8,13 +8,14 @@ use super::session::{Purpose, Session};
 use super::{NOTHING_WRITTEN, open_vulkan, print, print_part};
 use crate::base::files::{check_writable, write_atomically};
 use crate::base::printable::printable;
-use crate::device_scene::selection::{GeometryChoice, TexturesChoice, TracerChoice};
+use crate::device_scene::selection::Request;
 use crate::gpu::{DeviceInfo, InstanceOptions};
 use crate::image::{Image, png};
 use crate::metrics::flip::flip;
 use crate::regress::{
     Blessing, Case, Goldens, Rendered, Step, Verdict, cases, judge_exactly, judge_loosely, report,
 };
+use crate::shader_interface::{GeometryAccess, Textures, Tracer};
 use crate::{Error, Result};
 use clap::Parser;
 use std::io::Write;
@@ -280,7 +281,7 @@ fn render_case(
         ..
     } = line.args;
     scene.device = args.device.clone();
-    if let Some(lacks) = lacks(device, &scene.wanted()) {
+    if let Some(lacks) = lacks(device, &scene.variant.request()) {
         return Ok(Err(lacks));
     }
     let (settings, _) = scene.settings()?;
@@ -314,18 +315,18 @@ fn render_case(
 }
 
 /// What a device lacks for what a case asks for.
-fn lacks(device: &DeviceInfo, wanted: &crate::device_scene::selection::Wanted) -> Option<String> {
+fn lacks(device: &DeviceInfo, request: &Request) -> Option<String> {
     let lacking = [
         (
-            wanted.tracer == TracerChoice::RayQuery && !device.ray_query,
+            request.tracer == Some(Tracer::RayQuery) && !device.ray_query,
             "ray query",
         ),
         (
-            wanted.geometry == GeometryChoice::BufferAddresses && !device.buffer_addresses,
+            request.geometry == Some(GeometryAccess::BufferAddresses) && !device.buffer_addresses,
             "buffer addresses",
         ),
         (
-            wanted.textures == TexturesChoice::Images && !device.image_arrays,
+            request.textures == Some(Textures::Images) && !device.image_arrays,
             "arrays of images",
         ),
     ];

@@ -70,7 +70,7 @@ pub fn run(args: &Args) -> Result<()> {
     let shown = first..args.frames;
     let mut session = Session::open(&args.scene, settings, clock, purpose, shown, &interrupt)?;
     if let Some(range) = args.capture {
-        let wanted = capture::Wanted {
+        let wanted = capture::CapturePlan {
             range,
             frames: args.frames,
             accumulate: args.accumulate,

@@ -1,6 +1,7 @@
 //! `scene`: procedural scenes, and what is in a file.
 
 use super::arguments::check_files;
+use super::choices::LoadArgs;
 use super::interrupt::Interrupt;
 use super::notice;
 use super::{open_scene, print};
@@ -42,7 +43,7 @@ pub enum Command {
         scene: String,
         /// How it is loaded
         #[command(flatten)]
-        load: Options,
+        load: LoadArgs,
         /// Print one JSON object
         #[arg(long)]
         json: bool,
@@ -84,7 +85,7 @@ pub fn run(command: &Command) -> Result<()> {
             let scene = procedural::generate(name, &pairs.collect::<Result<Vec<_>>>()?)?;
             export::write_glb(&scene, output)
         }
-        Command::Inspect { scene, load, json } => inspect(scene, *load, *json),
+        Command::Inspect { scene, load, json } => inspect(scene, load.options(), *json),
     }
 }
 

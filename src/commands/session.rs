@@ -5,10 +5,11 @@ mod picture;
 mod profiling;
 
 use super::arguments::SceneArgs;
+use super::choices::TexturesArg;
 use super::interrupt::Interrupt;
 use super::{NOTHING_WRITTEN, apply_clock, check_messages, notice, open_scene, open_vulkan};
 use crate::Result;
-use crate::device_scene::selection::{self, Selection, TexturesChoice, Wanted};
+use crate::device_scene::selection::{self, Request, Selection};
 use crate::device_scene::{GpuScene, SceneSizes};
 use crate::gpu::{Device, Features, Instance, InstanceOptions, PassTime};
 use crate::render::settings::Variant;
@@ -91,7 +92,7 @@ impl Session {
         let validates = purpose == Purpose::Regression { validate: true };
         check_aovs(&args.aov, &settings, args.bounces)?;
         let own_camera = args.look_at_camera()?;
-        let mut scene = open_scene(&args.scene, args.load, interrupt)?;
+        let mut scene = open_scene(&args.scene, args.load.options(), interrupt)?;
         for text in &scene.notices {
             notice(text);
         }
@@ -125,14 +126,14 @@ impl Session {
         let sizes = SceneSizes::of(&scene);
         let selection = selection::select(
             &info,
-            Wanted {
+            Request {
                 captured,
-                ..args.wanted()
+                ..args.variant.request()
             },
             &sizes,
         )?;
         let variant = selection.variant;
-        if args.textures == TexturesChoice::Images && sizes.images.count == 0 {
+        if args.variant.textures == TexturesArg::Images && sizes.images.count == 0 {
             notice("the scene has no images, so --textures images has no effect");
         }
         log::info!(

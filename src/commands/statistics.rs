@@ -1,15 +1,15 @@
 //! `statistics`: registers, memory and occupancy of every pass, as the driver's compiler reports them.
 
 use super::arguments::check_files;
+use super::choices::{LoadArgs, TracerArg};
 use super::interrupt::Interrupt;
 use super::progress::Progress;
 use super::{NOTHING_WRITTEN, check_messages, notice, open_scene, open_vulkan, print};
 use crate::base::files::write_atomically;
-use crate::device_scene::selection::TracerChoice;
 use crate::gpu::InstanceOptions;
 use crate::procedural;
 use crate::profile::statistics::{self, CONFIGURATIONS, Compiler, Pipeline};
-use crate::scene_files::{Options, check_name, file_of};
+use crate::scene_files::{check_name, file_of};
 use crate::{Error, Result};
 use serde_json::json;
 use std::io::Write;
@@ -22,10 +22,10 @@ pub struct Args {
     scenes: Vec<String>,
     /// Options of loading scenes
     #[command(flatten)]
-    load: Options,
+    load: LoadArgs,
     /// The tracer; auto compiles for each tracer that the device has
     #[arg(long, value_enum, default_value_t)]
-    tracer: TracerChoice,
+    tracer: TracerArg,
     /// The device, by name, part of a name, or index
     #[arg(long, value_name = "NAME|INDEX", env = "HEADWATER_DEVICE")]
     device: Option<String>,
@@ -73,15 +73,15 @@ pub fn run(args: &Args) -> Result<()> {
     let (info, reason) = instance.choose(args.device.as_deref())?;
     log::info!("device: {} ({reason})", info.name);
     let mut compiler = Compiler::open(&instance, info)?;
-    let tracers = match args.tracer {
-        TracerChoice::Auto => compiler.tracers(),
-        one => vec![one],
+    let tracers = match args.tracer.tracer() {
+        None => compiler.tracers(),
+        Some(one) => vec![one],
     };
     let all = scenes.len() * tracers.len() * CONFIGURATIONS.len();
     let progress = Progress::new(Some(all as u64), "scenes × settings");
     let mut done = 0;
     for name in &scenes {
-        let scene = open_scene(name, args.load, &interrupt)?;
+        let scene = open_scene(name, args.load.options(), &interrupt)?;
         for text in &scene.notices {
             notice(text);
         }

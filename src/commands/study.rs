@@ -1,18 +1,19 @@
 //! `study`: configurations × scenes × seeds × frames against references.
 
 use super::arguments::{check_files, parse_look_at, size_for};
+use super::choices::{LoadArgs, TracerArg};
 use super::interrupt::Interrupt;
 use super::progress::Progress;
 use super::{NOTHING_WRITTEN, apply_clock, check_messages, notice, open_vulkan, print};
 use crate::base::files::write_atomically;
 use crate::device_scene::SceneSizes;
-use crate::device_scene::selection::{self, TracerChoice, Wanted};
+use crate::device_scene::selection::{self, Request};
 use crate::gpu::Device;
 use crate::render::View;
 use crate::render::settings::EnvironmentSettings;
 use crate::scene::camera::framing_camera;
 use crate::scene::{Camera, Environment, MovingCamera, Scene};
-use crate::scene_files::{Options, check_name};
+use crate::scene_files::check_name;
 use crate::study::axes;
 use crate::study::folder::Folder;
 use crate::study::forecast::Forecast;
@@ -42,7 +43,7 @@ pub struct Args {
     plan: String,
     /// How scenes are loaded
     #[command(flatten)]
-    load: Options,
+    load: LoadArgs,
     /// Light from all around, for all scenes: a file, .exr or .hdr, or a sky such as sky:sun=40
     #[arg(long, value_name = "FILE|sky:…")]
     environment: Option<String>,
@@ -56,8 +57,8 @@ pub struct Args {
     #[arg(long, value_name = "NAME|INDEX", env = "HEADWATER_DEVICE")]
     device: Option<String>,
     /// How rays are traced
-    #[arg(long, value_enum, default_value_t = TracerChoice::Auto)]
-    tracer: TracerChoice,
+    #[arg(long, value_enum, default_value_t = TracerArg::Auto)]
+    tracer: TracerArg,
 }
 
 /// Renders what is missing, judges all, writes and prints.
@@ -135,7 +136,7 @@ pub fn run(args: &Args) -> Result<()> {
     let loaded = RefCell::new(BTreeSet::new());
     let subject = |planned: &PlannedScene| -> Result<Subject> {
         let name = &planned.name;
-        let mut scene = Scene::open_watched(name, args.load, &mut |_, _, _| check())?;
+        let mut scene = Scene::open_watched(name, args.load.options(), &mut |_, _, _| check())?;
         scene.environment = (planned.environment.as_deref().map(Environment::open)).transpose()?;
         let clock = plan.clock();
         let own = own(planned);
@@ -149,9 +150,9 @@ pub fn run(args: &Args) -> Result<()> {
             }
         }
         apply_clock(&clock, &mut scene, &format!("{name}: "))?;
-        let wanted = Wanted {
-            tracer: args.tracer,
-            ..Wanted::default()
+        let wanted = Request {
+            tracer: args.tracer.tracer(),
+            ..Request::default()
         };
         let selection = selection::select(&info, wanted, &SceneSizes::of(&scene))?;
         let device = Device::open(&instance, info.clone(), selection.features())?;

@@ -7,52 +7,15 @@ use crate::gpu::{DeviceInfo, DriverKind, Features};
 use crate::shader_interface::{Fetch, GeometryAccess, Textures, Tracer, Variant};
 use crate::{Error, Result};
 
-/// The tracer as the user asks for it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum TracerChoice {
-    /// By rule from the device.
-    #[default]
-    Auto,
-    /// The driver's acceleration structures.
-    RayQuery,
-    /// The BVH traversed in compute.
-    ComputeBvh,
-}
-
-/// How shaders reach the buffers of the scene, and world reservoirs, as the user asks for it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-pub enum GeometryChoice {
-    /// By rule from the device and the size of the scene.
-    #[default]
-    Auto,
-    /// As named storage buffers, which capture tools show and replay.
-    StorageBuffers,
-    /// By buffer device address.
-    BufferAddresses,
-}
-
-/// How textures are read, as the user asks for it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-pub enum TexturesChoice {
-    /// By rule from the device.
-    #[default]
-    Auto,
-    /// From images, by descriptor indexing.
-    Images,
-    /// From a buffer.
-    Buffer,
-}
-
-/// What the user asks for; by default, rules choose.
+/// The parts of a variant that the user chooses; rules choose those that are `None`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Wanted {
+pub struct Request {
     /// The tracer.
-    pub tracer: TracerChoice,
+    pub tracer: Option<Tracer>,
     /// How shaders read the buffers of the scene.
-    pub geometry: GeometryChoice,
+    pub geometry: Option<GeometryAccess>,
     /// How textures are read.
-    pub textures: TexturesChoice,
+    pub textures: Option<Textures>,
     /// Whether the device's commands are captured, to be replayed later.
     pub captured: bool,
 }
@@ -97,18 +60,18 @@ const NO_REPLAY: &str = "addresses of buffers cannot be replayed on this device"
 /// # Errors
 /// Ray query or buffer addresses were asked for on a device that has none, storage buffers for a scene that is too large for
 /// them, or images on a device that cannot sample those of the scene.
-pub fn select(device: &DeviceInfo, wanted: Wanted, scene: &SceneSizes) -> Result<Selection> {
+pub fn select(device: &DeviceInfo, request: Request, scene: &SceneSizes) -> Result<Selection> {
     // Addresses would be others when the capture is replayed.
-    let without_addresses = wanted.captured && device.buffer_addresses && !device.address_replay;
-    let (tracer, tracer_reason) = match wanted.tracer {
-        TracerChoice::Auto if without_addresses => (Tracer::ComputeBvh, NO_REPLAY),
-        wanted => tracer(device, wanted)?,
+    let without_addresses = request.captured && device.buffer_addresses && !device.address_replay;
+    let (tracer, tracer_reason) = match request.tracer {
+        None if without_addresses => (Tracer::ComputeBvh, NO_REPLAY),
+        request => tracer(device, request)?,
     };
     let (fetch, fetch_reason) = fetch(device, scene);
-    let (geometry, geometry_reason) = match wanted.geometry {
-        GeometryChoice::Auto if without_addresses => {
-            let wanted = GeometryChoice::StorageBuffers;
-            let access = geometry(device, wanted, scene, fetch).map_err(|_| {
+    let (geometry, geometry_reason) = match request.geometry {
+        None if without_addresses => {
+            let request = Some(GeometryAccess::StorageBuffers);
+            let access = geometry(device, request, scene, fetch).map_err(|_| {
                 let (name, bytes) = scene.largest(|_| true);
                 Error::input(format!(
                     "{NO_REPLAY}, and its bindings hold less than the {bytes} bytes of {name}; capture a smaller scene"
@@ -116,9 +79,9 @@ pub fn select(device: &DeviceInfo, wanted: Wanted, scene: &SceneSizes) -> Result
             })?;
             (access.0, NO_REPLAY.into())
         }
-        wanted => geometry(device, wanted, scene, fetch)?,
+        request => geometry(device, request, scene, fetch)?,
     };
-    let (textures, textures_reason) = textures(device, wanted.textures, scene, geometry)?;
+    let (textures, textures_reason) = textures(device, request.textures, scene, geometry)?;
     Ok(Selection {
         variant: Variant {
             tracer,
@@ -133,24 +96,22 @@ pub fn select(device: &DeviceInfo, wanted: Wanted, scene: &SceneSizes) -> Result
     })
 }
 
-fn tracer(device: &DeviceInfo, wanted: TracerChoice) -> Result<(Tracer, &'static str)> {
-    Ok(match wanted {
-        TracerChoice::RayQuery if !device.ray_query => {
+fn tracer(device: &DeviceInfo, request: Option<Tracer>) -> Result<(Tracer, &'static str)> {
+    Ok(match request {
+        Some(Tracer::RayQuery) if !device.ray_query => {
             return Err(Error::input(format!(
                 "device '{}' has no ray query; use --tracer compute-bvh or auto",
                 device.name
             )));
         }
-        TracerChoice::RayQuery => (Tracer::RayQuery, "asked for"),
-        TracerChoice::ComputeBvh => (Tracer::ComputeBvh, "asked for"),
-        TracerChoice::Auto if !device.ray_query => {
-            (Tracer::ComputeBvh, "the device has no ray query")
-        }
-        TracerChoice::Auto if device.is_cpu() => (
+        Some(Tracer::RayQuery) => (Tracer::RayQuery, "asked for"),
+        Some(Tracer::ComputeBvh) => (Tracer::ComputeBvh, "asked for"),
+        None if !device.ray_query => (Tracer::ComputeBvh, "the device has no ray query"),
+        None if device.is_cpu() => (
             Tracer::ComputeBvh,
             "ray query on a CPU device is slower than compute",
         ),
-        TracerChoice::Auto => (Tracer::RayQuery, "the device has ray query"),
+        None => (Tracer::RayQuery, "the device has ray query"),
     })
 }
 
@@ -171,7 +132,7 @@ fn fetch(device: &DeviceInfo, scene: &SceneSizes) -> (Fetch, String) {
 
 fn geometry(
     device: &DeviceInfo,
-    wanted: GeometryChoice,
+    request: Option<GeometryAccess>,
     scene: &SceneSizes,
     fetch: Fetch,
 ) -> Result<(GeometryAccess, String)> {
@@ -192,18 +153,18 @@ fn geometry(
             "{why} on device '{device}'; use --geometry {instead} or auto"
         )))
     };
-    Ok(match (wanted, slow) {
-        (GeometryChoice::BufferAddresses, _) if !device.buffer_addresses => {
+    Ok(match (request, slow) {
+        (Some(GeometryAccess::BufferAddresses), _) if !device.buffer_addresses => {
             return refused("there are no buffer addresses".into(), "storage-buffers");
         }
-        (GeometryChoice::StorageBuffers, _) if device.buffer_addresses && bytes > range => {
+        (Some(GeometryAccess::StorageBuffers), _) if device.buffer_addresses && bytes > range => {
             return refused(
                 format!("the {name} take {bytes} bytes, but a binding holds {range}"),
                 "buffer-addresses",
             );
         }
-        (GeometryChoice::BufferAddresses, _) => (BufferAddresses, "asked for".into()),
-        (GeometryChoice::StorageBuffers, _) => (StorageBuffers, "asked for".into()),
+        (Some(GeometryAccess::BufferAddresses), _) => (BufferAddresses, "asked for".into()),
+        (Some(GeometryAccess::StorageBuffers), _) => (StorageBuffers, "asked for".into()),
         _ if !device.buffer_addresses => (
             StorageBuffers,
             "the device has no buffer addresses".to_owned(),
@@ -222,7 +183,7 @@ fn geometry(
 
 fn textures(
     device: &DeviceInfo,
-    wanted: TexturesChoice,
+    request: Option<Textures>,
     scene: &SceneSizes,
     geometry: GeometryAccess,
 ) -> Result<(Textures, String)> {
@@ -236,29 +197,29 @@ fn textures(
     } else {
         scene.images.excess(device)
     };
-    Ok(match (wanted, obstacle) {
+    Ok(match (request, obstacle) {
         _ if scene.images.count == 0 => (Textures::Buffer, "the scene has no images".into()),
-        (TexturesChoice::Images, Some(obstacle)) => {
+        (Some(Textures::Images), Some(obstacle)) => {
             return Err(Error::input(format!(
                 "textures cannot be images on device '{}': {obstacle}; use --textures buffer or auto",
                 device.name
             )));
         }
-        (TexturesChoice::Images, None) => (Textures::Images, "asked for".into()),
-        (TexturesChoice::Buffer, _) => (Textures::Buffer, "asked for".into()),
-        (TexturesChoice::Auto, Some(obstacle)) => (Textures::Buffer, obstacle),
-        (TexturesChoice::Auto, None) if scene.bytes.texels > device.max_buffer_size => (
+        (Some(Textures::Images), None) => (Textures::Images, "asked for".into()),
+        (Some(Textures::Buffer), _) => (Textures::Buffer, "asked for".into()),
+        (None, Some(obstacle)) => (Textures::Buffer, obstacle),
+        (None, None) if scene.bytes.texels > device.max_buffer_size => (
             Textures::Images,
             format!(
                 "the texels take {} bytes, a buffer holds {}",
                 scene.bytes.texels, device.max_buffer_size
             ),
         ),
-        (TexturesChoice::Auto, None) if device.is_cpu() => (
+        (None, None) if device.is_cpu() => (
             Textures::Buffer,
             "images on a CPU device are slower than a buffer".into(),
         ),
-        (TexturesChoice::Auto, None) => (
+        (None, None) => (
             Textures::Images,
             "the device has descriptor indexing".into(),
         ),

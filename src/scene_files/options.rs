@@ -1,12 +1,10 @@
 //! What the user permits when a scene is loaded.
 
 /// What is permitted when a scene is loaded.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::Args)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Options {
-    /// Render even if image files of textures are missing: without these textures
-    #[arg(long)]
+    /// Load a scene even if image files of textures are missing: without these textures.
     pub allow_missing: bool,
-    /// Open files outside of the scene's folder too, where the scene names such: buffers, textures and MTL files
-    #[arg(long)]
+    /// Open files outside of the scene's folder too, where the scene names such: buffers, textures and MTL files.
     pub allow_outside: bool,
 }

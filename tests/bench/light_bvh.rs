@@ -13,7 +13,7 @@ mod support;
 
 use glam::{DVec3, Vec3};
 use headwater::device_scene::light_bvh::{LightBvh, LightBvhOptions, walk};
-use headwater::device_scene::selection::{Wanted, select};
+use headwater::device_scene::selection::{Request, select};
 use headwater::device_scene::{GpuScene, SceneSizes};
 use headwater::metrics::statistics::median;
 use headwater::scene::Scene;
@@ -67,7 +67,7 @@ fn main() {
     for name in scenes {
         let scene = Scene::open_watched(&name, Options::default(), &mut |_, _, _| Ok(())).unwrap();
         let (_, info) = support::tests_device();
-        let selection = select(&info, Wanted::default(), &SceneSizes::of(&scene)).unwrap();
+        let selection = select(&info, Request::default(), &SceneSizes::of(&scene)).unwrap();
         let (device, _) = support::open_device(Some(selection.variant));
         let uploaded = GpuScene::new(&device, &scene, DVec3::ZERO, selection.variant).unwrap();
         let (lights, groups) = (uploaded.first_lights(), &uploaded.light_groups);

@@ -12,7 +12,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
-use headwater::device_scene::selection::{Wanted, select};
+use headwater::device_scene::selection::{Request, select};
 use headwater::device_scene::{GpuScene, SceneSizes};
 use headwater::procedural;
 use headwater::render::presets::Preset;
@@ -105,7 +105,7 @@ fn main() {
             jitter: false,
         };
         let (_, info) = support::tests_device();
-        let variant = select(&info, Wanted::default(), &SceneSizes::of(&scene))
+        let variant = select(&info, Request::default(), &SceneSizes::of(&scene))
             .unwrap()
             .variant;
         let (device, _) = support::open_device(Some(variant));

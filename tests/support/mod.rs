@@ -5,7 +5,7 @@ pub mod brute_force;
 pub mod random;
 
 use glam::{DAffine3, DVec3, Vec3};
-use headwater::device_scene::selection::{self, Selection, Wanted};
+use headwater::device_scene::selection::{self, Request, Selection};
 use headwater::device_scene::{GpuScene, SceneSizes};
 use headwater::gpu::{Device, DeviceInfo, Features, Instance};
 use headwater::render::outputs::Sums;
@@ -125,7 +125,8 @@ pub fn variants(tracer: Tracer) -> Vec<Variant> {
 /// The tests' device with the features for `variant` or, with none, for what the rule chooses.
 pub fn open_device(variant: Option<Variant>) -> (Arc<Device>, Selection) {
     let info = &shared().info;
-    let mut selection = selection::select(info, Wanted::default(), &SceneSizes::default()).unwrap();
+    let mut selection =
+        selection::select(info, Request::default(), &SceneSizes::default()).unwrap();
     if let Some(variant) = variant {
         selection.variant = variant;
     }

@@ -2,13 +2,14 @@
 
 use super::settings::CONFIGURATIONS;
 use super::{Pipeline, WAVES, value};
-use crate::device_scene::selection::{self, TracerChoice, Wanted};
+use crate::device_scene::selection::{self, Request};
 use crate::device_scene::{GpuScene, SceneSizes};
 use crate::gpu::{Compiled, ComputePass, Device, DeviceInfo, Features, Instance};
 use crate::render::ray_list::RayTracer;
 use crate::render::{Lighting, Renderer, Settings, View};
 use crate::scene::Scene;
 use crate::scene::camera::framing_camera;
+use crate::shader_interface::Tracer;
 use crate::shader_interface::compiler;
 use crate::{Error, Result};
 use std::sync::Arc;
@@ -76,10 +77,10 @@ impl Compiler {
     }
 
     /// The tracers that the device has.
-    pub fn tracers(&self) -> Vec<TracerChoice> {
-        let mut tracers = vec![TracerChoice::ComputeBvh];
+    pub fn tracers(&self) -> Vec<Tracer> {
+        let mut tracers = vec![Tracer::ComputeBvh];
         if self.device.info.ray_query {
-            tracers.push(TracerChoice::RayQuery);
+            tracers.push(Tracer::RayQuery);
         }
         tracers
     }
@@ -93,12 +94,12 @@ impl Compiler {
         &mut self,
         name: &str,
         scene: &Scene,
-        tracer: TracerChoice,
+        tracer: Tracer,
         watch: &mut dyn FnMut() -> Result<()>,
     ) -> Result<()> {
-        let wanted = Wanted {
-            tracer,
-            ..Wanted::default()
+        let wanted = Request {
+            tracer: Some(tracer),
+            ..Request::default()
         };
         let info = &self.device.info;
         let variant = selection::select(info, wanted, &SceneSizes::of(scene))?.variant;
