@@ -19,12 +19,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let shipped: Vec<String> = sources.keys().cloned().collect();
     sources.extend(generated.map(|(name, text)| (name.to_owned(), text)));
 
-    // Every file in `glsl/passes` is a pass.
-    let passes = shipped
-        .iter()
-        .filter_map(|file| file.strip_prefix("passes/")?.strip_suffix(".comp"));
-    let shaders: Vec<(&str, Variant)> = passes
-        .flat_map(|pass| Variant::all().map(move |variant| (pass, variant)))
+    let shaders: Vec<(&str, Variant)> = compiler::passes(&sources)
+        .flat_map(|(pass, _)| Variant::all().map(move |variant| (pass, variant)))
         .collect();
     compile_all(&shaders, &sources, &out)?;
     let mut table = String::from("&[\n");
@@ -70,11 +66,11 @@ fn compile_all(shaders: &[(&str, Variant)], sources: &Sources, out: &Path) -> Re
 /// Compiles one shader to `KEY.spv`, unless the last build made that file from the same input: an edit of one shader then
 /// costs only the passes that include it.
 fn compile(pass: &str, variant: Variant, sources: &Sources, out: &Path) -> Result<(), String> {
-    let file = format!("passes/{pass}.comp");
+    let file = compiler::pass_file(pass, sources).ok_or("the pass has no file")?;
     let defines = variant.defines();
     let mut hasher = DefaultHasher::new();
     (include_str!("src/shader_interface/compiler.rs"), &defines).hash(&mut hasher);
-    for name in compiler::closure(&file, sources) {
+    for name in compiler::closure(file, sources) {
         (name, &sources[name]).hash(&mut hasher);
     }
     let hash = hasher.finish().to_le_bytes();
@@ -85,7 +81,7 @@ fn compile(pass: &str, variant: Variant, sources: &Sources, out: &Path) -> Resul
     }
     // An interrupted build leaves no hash, and so the file is made again.
     let _ = std::fs::remove_file(&made_from);
-    let words = compiler::compile(&file, &sources[&file], sources, &defines)?;
+    let words = compiler::compile(file, &sources[file], sources, &defines)?;
     let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
     let written = std::fs::write(&spirv, bytes).and_then(|()| std::fs::write(&made_from, hash));
     written.map_err(|e| format!("cannot write {}: {e}", spirv.display()))

@@ -183,7 +183,7 @@ fn hits_that_know_nothing_of_the_hash_grid_are_found() {
     assert_found(
         &glossy_plan(64, settings),
         (
-            "passes/initial_direct.comp",
+            "restir/passes/initial_direct.comp",
             "if (weight > 0.0) weight *= own_weight(value, target);",
             "",
         ),
@@ -219,7 +219,7 @@ preset = "accurate"
     assert_found(
         plan,
         (
-            "restir/path_sample.glsl",
+            "restir/samples/path_sample.glsl",
             "vec3(solid_angle), pdf_solid_angle",
             "vec3(1.0), pdf_solid_angle",
         ),
@@ -266,7 +266,7 @@ fn an_mis_weight_in_world_reservoirs_is_found() {
             r#""world_reservoirs.stores" = ["initial"]"#,
         ),
         (
-            "restir/path_candidates.glsl",
+            "restir/samples/path_candidates.glsl",
             "candidate_weight(stored, value, light_pdf, light_samples, 0u, target)",
             "candidate_weight(stored, value, light_pdf, light_samples, 1u, target)",
         ),
@@ -387,7 +387,7 @@ mod thorough {
         assert_found(
             &glossy_plan(256, r#""direct.light_samples" = 1"#),
             (
-                "passes/initial_direct.comp",
+                "restir/passes/initial_direct.comp",
                 "LOAD_PILOT_BRIGHTNESS(pilots, slot_of(uvec2(other)))",
                 "LOAD_PILOT_BRIGHTNESS(pilots, slot_of(uvec2(pixel)))",
             ),
@@ -424,7 +424,7 @@ mod largest {
     #[test]
     fn empty_world_reservoirs_that_are_skipped_are_found() {
         let change = (
-            "restir/world_reservoirs.glsl",
+            "world_reservoirs/world_reservoirs.glsl",
             "if (entry == 0u) continue;",
             "if (entry == 0u || !(previous_world_samples.at[(entry & WORLD_VERTEX_MASK) - 1u].weight > 0.0)) continue;",
         );
@@ -462,14 +462,14 @@ set = {{ {settings} }}
         assert_found(
             &direct,
             (
-                "passes/initial_direct.comp",
+                "restir/passes/initial_direct.comp",
                 "rare * (hit.transmittance / chance)",
                 "rare * hit.transmittance",
             ),
         );
         let world = r#""direct.mode" = "off", "indirect.mode" = "path", "indirect.secondary" = "world-reservoirs", "world_reservoirs.min_lights" = 0"#;
         let indirect = plan("indirect", 3, world);
-        let place = "restir/path_candidates.glsl";
+        let place = "restir/samples/path_candidates.glsl";
         assert_found(
             &indirect,
             (
@@ -502,7 +502,7 @@ set = {{ {settings} }}
                 r#""world_reservoirs.stores" = ["merged"]"#,
             ),
             (
-                "restir/world_reservoirs.glsl",
+                "world_reservoirs/world_reservoirs.glsl",
                 "min(diffuse.x, min(diffuse.y, diffuse.z)) > 0.01",
                 "max_component(diffuse) > 0.01",
             ),

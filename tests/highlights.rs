@@ -1,5 +1,5 @@
 //! Smooth metal beside the mirror image of a lamp. It shows the tail of a narrow lobe there, which neither a point of the lamp nor a
-//! ray of the lobe is likely to find: `points_of_lamp` in glsl/passes/path_trace.comp says what is done about it.
+//! ray of the lobe is likely to find: `points_of_lamp` in glsl/path_tracing/path_trace.comp says what is done about it.
 
 mod support;
 
@@ -148,7 +148,7 @@ mod thorough {
     /// One point as everywhere else, points that count too often, and rays that do not know of them.
     #[test]
     fn outliers_and_wrong_weights_of_points_are_found() {
-        let pass = "passes/path_trace.comp";
+        let pass = "path_tracing/path_trace.comp";
         let faults = [
             (
                 "clamp(round(32.0 * probability), 1.0, 16.0)",

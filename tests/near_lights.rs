@@ -232,7 +232,7 @@ mod thorough {
             return;
         }
         let fault = (
-            "restir/light_sample.glsl",
+            "restir/samples/light_sample.glsl",
             "arriving_radiance(value, domain.position,",
             "arriving_radiance(value, ray_start(domain),",
         );

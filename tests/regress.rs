@@ -260,7 +260,7 @@ mod thorough {
                 SOME,
                 "cornell",
                 (
-                    "restir/path_sample.glsl",
+                    "restir/samples/path_sample.glsl",
                     "vec3(solid_angle), pdf_solid_angle",
                     "vec3(1.0), pdf_solid_angle",
                 ),
@@ -280,7 +280,7 @@ mod thorough {
                 WORLD,
                 "night-city",
                 (
-                    "restir/world_reservoirs.glsl",
+                    "world_reservoirs/world_reservoirs.glsl",
                     "GpuWorldSample(reservoir.contribution_weight,",
                     "GpuWorldSample(1.01 * reservoir.contribution_weight,",
                 ),

@@ -180,7 +180,7 @@ mod thorough {
         let wastes = "float wasted[256];
             for (uint i = 0u; i < 256u; i++) wasted[(7u * i + pixel.y) % 256u] = float(i);
             color.at[pixel_index(pixel)] = emission * wasted[pixel.x % 256u];";
-        planted(&shaders, &[("passes/surfaces.comp", stores, wastes)]);
+        planted(&shaders, &[("restir/passes/surfaces.comp", stores, wastes)]);
         let output = on_null_gpu(&against, Some(&shaders)).unwrap();
         let text = said(&output);
         println!("{text}");

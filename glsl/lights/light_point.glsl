@@ -1,8 +1,8 @@
 #pragma once
 // Points of lights of every kind: how they are named, selected and drawn, and with which density.
-#include "lights/environment.glsl"
-#include "lights/punctual.glsl"
-#include "lights/triangle.glsl"
+#include "lights/kinds/environment.glsl"
+#include "lights/kinds/punctual.glsl"
+#include "lights/kinds/triangle.glsl"
 
 // A point of a light, as reservoirs name it.
 struct LightPoint {

@@ -2,7 +2,7 @@
 //!
 //! Resampling compares candidates before their shadow rays. A lamp that is a million times brighter takes every reservoir, also
 //! where it is hidden, and then nothing of a dim lamp is left. So dim lamps are kept out of reservoirs, and have candidates and
-//! shadow rays of their own (`glsl/lights/sources.glsl`).
+//! shadow rays of their own (`glsl/lights/samplers/sources.glsl`).
 
 use std::collections::HashMap;
 use std::hash::Hash;

@@ -262,7 +262,7 @@ impl GpuScene {
         resources
     }
 
-    /// Makes the pass `glsl/passes/NAME.comp`, in the scene's variant, with pairs of id and value as its constants.
+    /// Makes the pass `NAME.comp`, in the scene's variant, with pairs of id and value as its constants.
     ///
     /// # Errors
     /// A shader whose interface cannot be bound by name.

@@ -22,11 +22,10 @@ pub fn spirv(name: &str, variant: Variant) -> Result<Vec<u32>> {
     let with_lines = is_asked_for("HEADWATER_SHADER_DEBUG");
     let folder = std::env::var_os("HEADWATER_GLSL");
     if with_lines || folder.is_some() {
-        let file = format!("passes/{name}.comp");
         let sources = sources_in_use()?;
-        let source = sources.get(&file).ok_or_else(|| {
+        let file = compiler::pass_file(name, &sources).ok_or_else(|| {
             Error::input(format!(
-                "HEADWATER_GLSL={} has no {file}; name a copy of the folder glsl",
+                "HEADWATER_GLSL={} has no {name}.comp; name a copy of the folder glsl",
                 folder.unwrap_or_default().display()
             ))
         })?;
@@ -35,7 +34,7 @@ pub fn spirv(name: &str, variant: Variant) -> Result<Vec<u32>> {
         } else {
             Debug::Names
         };
-        return compiler::compile_with(&file, source, &sources, &variant.defines(), debug)
+        return compiler::compile_with(file, &sources[file], &sources, &variant.defines(), debug)
             .map_err(|e| Error::input(e.replace('\n', "; ")));
     }
     let key = variant.key(name);
@@ -72,7 +71,7 @@ impl Fingerprints {
     /// `HEADWATER_GLSL` names a folder that cannot be read.
     pub fn new() -> Result<Self> {
         let sources = sources_in_use()?;
-        let included = compiler::closure("passes/path_trace.comp", &sources);
+        let included = compiler::closure("path_tracing/path_trace.comp", &sources);
         Ok(Self {
             all: hash_of(&sources, |_| true),
             path_trace: hash_of(&sources, |name| included.contains(name)),
@@ -120,7 +119,7 @@ mod tests {
     #[test]
     fn a_pass_depends_on_what_it_includes() {
         let sources = sources();
-        let included = compiler::closure("passes/path_trace.comp", &sources);
+        let included = compiler::closure("path_tracing/path_trace.comp", &sources);
         for name in [
             "scene/trace_compute_bvh.glsl",
             "core/math.glsl",
@@ -140,7 +139,7 @@ mod tests {
         };
         let now = hash_of(&sources, |name| included.contains(name));
         assert_eq!(edited("restir/merge.glsl"), now);
-        assert_ne!(edited("lights/triangle.glsl"), now);
+        assert_ne!(edited("lights/kinds/triangle.glsl"), now);
     }
 
     #[test]

@@ -58,7 +58,7 @@ impl SceneBindings {
         })
     }
 
-    /// Makes the pass `glsl/passes/NAME.comp` for this scene.
+    /// Makes the pass `NAME.comp` for this scene.
     ///
     /// # Errors
     /// A shader whose interface cannot be bound by name.

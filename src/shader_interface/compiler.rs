@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::LazyLock;
 
-/// GLSL sources by the name that `#include` uses, such as `random.glsl` or `passes/primary.comp`.
+/// GLSL sources by the name that `#include` uses, such as `core/random.glsl` or `passes/primary.comp`.
 pub type Sources = BTreeMap<String, String>;
 
 /// The compiler of the process. It is never dropped: the last one to go takes the tables of GLSL's built-in functions
@@ -46,6 +46,21 @@ pub fn read_folder(folder: &Path) -> std::io::Result<Sources> {
         }
     }
     Ok(sources)
+}
+
+/// The passes, each with its file: every file that ends in `.comp`. A pass has the name of its file without folder and ending.
+pub fn passes(sources: &Sources) -> impl Iterator<Item = (&str, &str)> {
+    sources.keys().filter_map(|file| {
+        let path = file.strip_suffix(".comp")?;
+        Some((path.rsplit('/').next().unwrap_or(path), file.as_str()))
+    })
+}
+
+/// The file of a pass, if there is such a pass.
+pub fn pass_file<'a>(pass: &str, sources: &'a Sources) -> Option<&'a str> {
+    passes(sources)
+        .find(|(name, _)| *name == pass)
+        .map(|(_, file)| file)
 }
 
 /// The names of a file and of all files that it includes, directly or not.

@@ -1,4 +1,4 @@
-//! The legal variants of shaders. The build script compiles every pass, `glsl/passes/NAME.comp`, in each of
+//! The legal variants of shaders. The build script compiles every pass, which are the files `NAME.comp` in `glsl`, in each of
 //! them and embeds the SPIR-V.
 
 /// How rays are traced.

@@ -455,7 +455,7 @@ fn what_the_validation_layers_say_makes_a_command_fail() {
         "#version 460\n",
         "#version 460\n#pragma use_vulkan_memory_model\n",
     );
-    support::planted(&shaders, &[("passes/surfaces.comp", plain, other)]);
+    support::planted(&shaders, &[("restir/passes/surfaces.comp", plain, other)]);
     let out = folder.path().join("a.exr");
     let mut command = validated(&["render", "cornell", "--width", "32", "-o", text(&out)]);
     let output = command.env("HEADWATER_GLSL", &shaders).output().unwrap();

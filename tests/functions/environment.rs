@@ -85,7 +85,7 @@ fn seen(fault: Option<(&'static str, &'static str, &'static str)>) -> f64 {
     let environment = uneven();
     let (units, texels, _) = uploaded(environment.clone());
     let function = Function {
-        includes: &["lights/environment.glsl"],
+        includes: &["lights/kinds/environment.glsl"],
         body: "vec2 place = environment_place(uintBitsToFloat(a.xyz));
             float sine;
             x.xyz = floatBitsToUint(environment_radiance(place));
@@ -123,7 +123,7 @@ fn what_is_seen_in_a_direction_is_what_the_image_has_there() {
 #[test]
 fn an_environment_that_is_turned_the_wrong_way_is_found() {
     let fault = (
-        "lights/environment.glsl",
+        "lights/kinds/environment.glsl",
         "turn.x * direction.x - turn.y * direction.z",
         "turn.x * direction.x + turn.y * direction.z",
     );

@@ -73,7 +73,7 @@ fn function<'a>(
     contents: LightBvhContents,
 ) -> Function<'a> {
     Function {
-        includes: &["lights/sources.glsl"],
+        includes: &["lights/samplers/sources.glsl"],
         body,
         lights: lights.clone(),
         restir: RestirConstants {
@@ -163,7 +163,7 @@ fn a_walk_to_the_wrong_node_is_found() {
             false,
         ),
     ] {
-        let fault = ("lights/light_bvh.glsl", text, planted);
+        let fault = ("lights/samplers/light_bvh/light_bvh.glsl", text, planted);
         let (worst, _) = sums(ways()[3], Some(fault));
         assert_eq!(worst > 1e-3, changes_sums, "{text}: {worst}");
     }

@@ -98,7 +98,7 @@ fn candidate_sources_draw_by_their_density() {
     let lights = gpu_lights(&scene, &Units::of(&scene, DVec3::ZERO));
     for uniform_candidates in [0, 1] {
         let function = Function {
-            includes: &["lights/sources.glsl"],
+            includes: &["lights/samplers/sources.glsl"],
             body: "Random random = random_start(a.x, 1u, 2u);
                 Receiver receiver = distant_receiver();
                 float pdf_area;

@@ -142,7 +142,7 @@ fn full_reservoirs_keep_every_channel_of_a_light() {
         .find(|c| c.name == "RESERVOIR_FORMAT")
         .unwrap();
     let function = Function {
-        includes: &["restir/direct.glsl"],
+        includes: &["restir/samples/direct.glsl"],
         body: "LightSample value = empty_light_sample();
             value.normal = vec3(0.0, 0.0, 1.0);
             value.emission = uintBitsToFloat(a.xyz);

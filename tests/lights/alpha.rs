@@ -118,7 +118,7 @@ fn light_from_the_holes_of_lamps_is_seen() {
     assert_seen(
         "alpha::thorough::lamps_may_have_holes",
         (
-            "lights/triangle.glsl",
+            "lights/kinds/triangle.glsl",
             "if (HAS_ALPHA && light.primitive != NONE)",
             "if (false)",
         ),
@@ -223,7 +223,7 @@ mod thorough {
         assert_seen(
             "alpha::thorough::sheets_weaken_what_passes_them",
             (
-                "passes/initial_direct.comp",
+                "restir/passes/initial_direct.comp",
                 "purpose == RAY_MIRROR ? ray_coin(random) : NO_COIN",
                 "purpose == RAY_SHADOW ? NO_COIN : ray_coin(random)",
             ),
@@ -459,7 +459,7 @@ mod largest {
         assert_seen(
             "alpha::thorough::resampling_with_alpha_is_unbiased",
             (
-                "passes/initial_indirect.comp",
+                "restir/passes/initial_indirect.comp",
                 "if (HAS_BLEND && target > 0.0) target *=",
                 "if (false) target *=",
             ),

@@ -400,7 +400,7 @@ fn densities_that_forget_the_sphere_are_seen() {
     assert_seen(
         "thorough::a_floor_reflects_the_irradiance_of_the_environment",
         (
-            "lights/environment.glsl",
+            "lights/kinds/environment.glsl",
             "environment_texel(texel).w / sine",
             "environment_texel(texel).w",
         ),
@@ -432,7 +432,7 @@ mod thorough {
         assert_seen(
             "thorough::a_floor_reflects_punctual_lights_exactly",
             (
-                "restir/light_sample.glsl",
+                "restir/samples/light_sample.glsl",
                 "if (is_punctual(value.point.kind)) return false;",
                 "if (is_punctual(value.point.kind)) return true;",
             ),
@@ -444,7 +444,7 @@ mod thorough {
         assert_seen(
             "thorough::a_floor_reflects_the_irradiance_of_the_environment",
             (
-                "restir/pilot.glsl",
+                "restir/samples/pilot.glsl",
                 "if (hit.instance == NONE && sees_environment()) return environment_point(direction);",
                 "",
             ),

@@ -201,7 +201,7 @@ fn assert_seen(test: &str, file: &str, right: &str, wrong: &str) {
 fn an_area_that_is_left_out_is_seen() {
     assert_seen(
         "bias::thorough::indirect_light_from_a_floor_that_grows",
-        "restir/path_sample.glsl",
+        "restir/samples/path_sample.glsl",
         "return ratio(measure.x, old_measure.x) * ",
         "return ",
     );
@@ -325,7 +325,7 @@ mod thorough {
     fn paths_that_are_kept_though_what_lies_behind_may_have_changed_are_seen() {
         assert_seen(
             "bias::thorough::indirect_light_of_lamps_that_move_and_go_on_and_off",
-            "restir/path_sample.glsl",
+            "restir/samples/path_sample.glsl",
             "if (value.kind == PATH_ONWARD) return 0.0;",
             "if (value.kind == PATH_ONWARD) return 1.0;",
         );

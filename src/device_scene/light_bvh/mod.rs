@@ -137,7 +137,7 @@ pub struct Visit {
     pub is_leaf: bool,
 }
 
-/// The nodes that a walk visits at a point, as in `glsl/lights/light_bvh.glsl`. A node whose box does not hold the point is
+/// The nodes that a walk visits at a point, as in `glsl/lights/samplers/light_bvh/light_bvh.glsl`. A node whose box does not hold the point is
 /// visited, but its descendants are not.
 pub fn walk(nodes: &[GpuLightNode], point: Vec3) -> impl Iterator<Item = Visit> {
     let mut next = 0;

@@ -2,7 +2,7 @@
 //! "World-Space Spatiotemporal Reservoir Reuse for Ray-Traced Global Illumination", 2021).
 //!
 //! `initial_indirect` merges the reservoirs of the previous frame and keeps those of this one
-//! (`glsl/restir/world_reservoirs.glsl`). Then a table of them is made for the next frame.
+//! (`glsl/world_reservoirs/world_reservoirs.glsl`). Then a table of them is made for the next frame.
 
 pub mod prefix_sum;
 pub mod settings;

@@ -2,7 +2,7 @@
 //!
 //! Vertices have keys of cells. `world_insert` puts the keys into buckets, `world_count` counts the vertices of each cell,
 //! a prefix sum turns the numbers into the beginnings of lists, and `world_scatter` enters the vertices there
-//! (`glsl/restir/world_table.glsl`). The lists do not depend on the order of threads.
+//! (`glsl/world_reservoirs/world_table.glsl`). The lists do not depend on the order of threads.
 
 use super::prefix_sum::PrefixSum;
 use crate::Result;

@@ -1,5 +1,5 @@
-//! What the passes of resampling are bound to. The fields of a structure are the bindings of the shader
-//! `glsl/passes/NAME.comp`, matched by name; every pass also binds the scene.
+//! Bindings of the passes of resampling. The fields of a structure are the bindings of the shader
+//! `glsl/restir/passes/NAME.comp`, matched by name; every pass also binds the scene.
 
 use crate::render::history::History;
 use crate::render::scene_bindings::SceneBindings;

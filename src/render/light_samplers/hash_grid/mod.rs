@@ -1,7 +1,7 @@
 //! The hash grid: reservoirs of direct light in cells of space, from many candidates each, which pixels merge with their own
 //! candidates ("Normal-aware hash grid of precomputed reservoirs", 2025).
 //!
-//! `glsl/lights/hash_grid.glsl` has the grid. By default pixels of the frame fill it, so that it fits the picture and knows all
+//! `glsl/lights/samplers/hash_grid/hash_grid.glsl` has the grid. By default pixels of the frame fill it, so that it fits the picture and knows all
 //! that moves; as published, points on the surfaces of the whole scene fill it once.
 
 pub mod settings;

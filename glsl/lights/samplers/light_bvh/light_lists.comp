@@ -1,6 +1,6 @@
 #version 460
 // Draws the light list of each tile from the light BVH.
-#include "restir/light_lists.glsl"
+#include "lights/samplers/light_bvh/light_lists.glsl"
 
 layout(local_size_x = TILE * TILE) in;
 

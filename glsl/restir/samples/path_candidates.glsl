@@ -2,10 +2,10 @@
 // Candidates of indirect light: a path with next-event estimation at every vertex but the first. Each light that the
 // path finds is one candidate.
 #include "core/roulette.glsl"
-#include "lights/sources.glsl"
-#include "restir/path_sample.glsl"
-#include "restir/pilot.glsl"
-#include "restir/world_reservoirs.glsl"
+#include "lights/samplers/sources.glsl"
+#include "restir/samples/path_sample.glsl"
+#include "restir/samples/pilot.glsl"
+#include "world_reservoirs/world_reservoirs.glsl"
 
 // A path under construction.
 struct Path {

@@ -1,11 +1,11 @@
 #version 460
 // Initial candidates of direct light: light samples and hits of BSDF rays, weighed against each other by the balance
 // heuristic. One of them is selected by resampled importance sampling.
-#include "lights/sources.glsl"
-#include "lights/hash_grid.glsl"
-#include "restir/direct.glsl"
-#include "restir/light_lists.glsl"
-#include "restir/pilot.glsl"
+#include "lights/samplers/sources.glsl"
+#include "lights/samplers/hash_grid/hash_grid.glsl"
+#include "restir/samples/direct.glsl"
+#include "lights/samplers/light_bvh/light_lists.glsl"
+#include "restir/samples/pilot.glsl"
 #include "restir/reservoir.glsl"
 #include "restir/sample_data.glsl"
 

@@ -1,6 +1,6 @@
 #version 460
 // Debug AOVs of the reservoirs of direct light.
-#include "restir/direct.glsl"
+#include "restir/samples/direct.glsl"
 #include "restir/reservoir_aovs.glsl"
 
 layout(local_size_x = TILE * TILE) in;

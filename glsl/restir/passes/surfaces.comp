@@ -1,8 +1,8 @@
 #version 460
 // The first pass of a frame: the primary surface of each pixel, and the light that it emits itself.
 #include "core/values.glsl"
-#include "lights/environment.glsl"
-#include "lights/triangle.glsl"
+#include "lights/kinds/environment.glsl"
+#include "lights/kinds/triangle.glsl"
 #include "restir/frame.glsl"
 #include "restir/sample_data.glsl"
 

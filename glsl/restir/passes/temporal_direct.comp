@@ -1,6 +1,6 @@
 #version 460
-// Temporal reuse of indirect light.
-#include "restir/indirect.glsl"
+// Temporal reuse of direct light.
+#include "restir/samples/direct.glsl"
 #include "restir/temporal.glsl"
 
 layout(local_size_x = TILE * TILE) in;

@@ -1,8 +1,8 @@
 #version 460
 // Traces the pilot of each pixel. A pilot influences the number of candidates of the pixels around it, but not of its
 // own pixel: a choice that depends on the sample that it concerns would bias it.
-#include "lights/sources.glsl"
-#include "restir/pilot.glsl"
+#include "lights/samplers/sources.glsl"
+#include "restir/samples/pilot.glsl"
 #include "restir/sample_data.glsl"
 
 layout(local_size_x = TILE * TILE) in;

@@ -1,6 +1,6 @@
 #version 460
-// Spatial reuse of indirect light.
-#include "restir/indirect.glsl"
+// Spatial reuse of direct light.
+#include "restir/samples/direct.glsl"
 #include "restir/spatial.glsl"
 
 layout(local_size_x = TILE * TILE) in;

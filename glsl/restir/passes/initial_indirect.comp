@@ -1,8 +1,8 @@
 #version 460
 // Initial candidates of indirect light: one of the lights that a path finds is selected for the pixel's reservoir by
 // resampled importance sampling. Light that only this pixel can use is added to its colour at once.
-#include "restir/indirect.glsl"
-#include "restir/path_candidates.glsl"
+#include "restir/samples/indirect.glsl"
+#include "restir/samples/path_candidates.glsl"
 #include "restir/reservoir.glsl"
 #include "restir/sample_data.glsl"
 

@@ -1,7 +1,7 @@
 #version 460
 // Counts the vertices of each cell, and replaces their keys by the place of their cell, plus 1; 0: they have none.
 #include "core/counters.glsl"
-#include "restir/world_table.glsl"
+#include "world_reservoirs/world_table.glsl"
 
 layout(local_size_x = TILE * TILE) in;
 

@@ -3,7 +3,7 @@
 //
 // A bucket keeps the largest of its keys, whatever their order: each place receives all that the places before it passed on,
 // keeps the maximum, and passes on the rest.
-#include "restir/world_table.glsl"
+#include "world_reservoirs/world_table.glsl"
 
 layout(local_size_x = TILE * TILE) in;
 

@@ -1,6 +1,6 @@
 #version 460
-// Spatial reuse of direct light.
-#include "restir/direct.glsl"
+// Spatial reuse of indirect light.
+#include "restir/samples/indirect.glsl"
 #include "restir/spatial.glsl"
 
 layout(local_size_x = TILE * TILE) in;

@@ -1,6 +1,6 @@
 #version 460
 // Surfaces claim places of the hash grid.
-#include "lights/hash_grid.glsl"
+#include "lights/samplers/hash_grid/hash_grid.glsl"
 
 layout(local_size_x = TILE * TILE) in;
 

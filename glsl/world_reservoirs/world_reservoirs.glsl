@@ -7,10 +7,10 @@
 // own light sample. Each has its own domain, so that the weights are exact. Their targets leave out visibility, and the merge
 // asks for no ray: one shadow ray is traced for the sample that it selects. Contribution weights are made of the densities of
 // light sources alone; what BSDF rays find is set against them where the sample is shaded.
-#include "lights/sources.glsl"
-#include "restir/cells.glsl"
+#include "lights/samplers/sources.glsl"
+#include "world_reservoirs/cells.glsl"
 #include "restir/matte_domain.glsl"
-#include "restir/world_table.glsl"
+#include "world_reservoirs/world_table.glsl"
 
 // The table that the previous frame made.
 layout(scalar) readonly buffer WorldCellsBlock { uint at[]; } world_cells;

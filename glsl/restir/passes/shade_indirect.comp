@@ -1,6 +1,6 @@
 #version 460
-// Adds the selected direct light to each pixel.
-#include "restir/direct.glsl"
+// Adds the selected indirect light to each pixel.
+#include "restir/samples/indirect.glsl"
 #include "restir/shade.glsl"
 
 layout(local_size_x = TILE * TILE) in;

@@ -4,8 +4,8 @@
 // of their cell, and fill them with a reservoir of many candidates; the pixels around merge it with their own.
 //
 // No cell is stored: two cells may hash to the same place, of which one then has fewer reservoirs.
-#include "restir/cells.glsl"
-#include "restir/direct.glsl"
+#include "world_reservoirs/cells.glsl"
+#include "restir/samples/direct.glsl"
 #include "restir/frame.glsl"
 #include "restir/matte_domain.glsl"
 #include "restir/reservoir.glsl"
@@ -15,7 +15,7 @@
 const uint GRID_SOURCE_BITS = 26u;
 const uint GRID_SOURCE_MASK = (1u << GRID_SOURCE_BITS) - 1u;
 
-// The key of the cell and the bin at a point; `u` and `shift` as in restir/cells.glsl.
+// The key of the cell and the bin at a point; `u` and `shift` as in world_reservoirs/cells.glsl.
 uint grid_key(vec3 position, vec3 normal, float u, vec3 shift) {
     float side = restir.at.grid.cell;
     int level = 0;

@@ -1,6 +1,6 @@
 #pragma once
 // Direct light: its reservoirs hold light samples.
-#include "restir/light_sample.glsl"
+#include "restir/samples/light_sample.glsl"
 
 #define Sample LightSample
 #define empty_sample empty_light_sample

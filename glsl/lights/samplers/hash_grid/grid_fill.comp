@@ -1,7 +1,7 @@
 #version 460
 // Surfaces whose claims stayed fill their places of the hash grid.
-#include "lights/hash_grid.glsl"
-#include "lights/sources.glsl"
+#include "lights/samplers/hash_grid/hash_grid.glsl"
+#include "lights/samplers/sources.glsl"
 
 layout(local_size_x = TILE * TILE) in;
 

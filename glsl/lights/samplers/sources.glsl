@@ -1,10 +1,10 @@
 #pragma once
 // Candidate sources of light samples: how lights are selected for candidates, and the density of a candidate over all
 // sources that can draw it.
-#include "lights/light_bvh.glsl"
+#include "lights/samplers/light_bvh/light_bvh.glsl"
 #include "restir/algebra.glsl"
 #include "restir/frame.glsl"
-#include "restir/light_sample.glsl"
+#include "restir/samples/light_sample.glsl"
 
 // Whether the candidates of a receiver come from the light BVH in part.
 bool has_near_lights(Receiver receiver) { return LIGHT_BVH && receiver.expected > 0.0; }

@@ -1,7 +1,7 @@
 #pragma once
 // Light lists: the picture is divided into tiles, and one receiver of each tile draws lights from the light BVH for all pixels
 // around it. What a pixel's candidates are drawn by then depends on the sample data of another pixel, and on no reservoir.
-#include "lights/sources.glsl"
+#include "lights/samplers/sources.glsl"
 #include "restir/sample_data.glsl"
 
 uvec2 tile_counts() { return (picture_size() + restir.at.light_tile - 1u) / restir.at.light_tile; }

@@ -6,7 +6,7 @@
 // per area at the second vertex and per solid angle of the direction beyond it; punctual lights, where a path may end, have
 // the discrete measure instead. None depends on the viewer, so the Jacobian of this shift is 1: the viewer's own cosine /
 // distance² is part of the integrand.
-#include "restir/light_sample.glsl"
+#include "restir/samples/light_sample.glsl"
 
 // How a path continues from its second vertex.
 const uint PATH_NONE = 0u;

@@ -1,6 +1,6 @@
 #pragma once
 // Indirect light: its reservoirs hold path samples.
-#include "restir/path_sample.glsl"
+#include "restir/samples/path_sample.glsl"
 
 #define Sample PathSample
 #define empty_sample empty_path_sample

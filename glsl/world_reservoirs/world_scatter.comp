@@ -2,7 +2,7 @@
 // Enters each vertex in the list of its cell. Its place there is random; of those that meet, one stays. So a list has gaps,
 // but no order of threads shows in it, and no list has to be sorted.
 #include "core/counters.glsl"
-#include "restir/world_table.glsl"
+#include "world_reservoirs/world_table.glsl"
 
 layout(local_size_x = TILE * TILE) in;
 
