@@ -9,12 +9,25 @@ pub fn nearest<'a>(wanted: &str, names: impl Iterator<Item = &'a str>) -> String
     let comparable = wanted.len() <= LONGEST;
     names
         .filter(|_| comparable)
-        .map(|name| (strsim::jaro_winkler(wanted, name), name))
+        .map(|name| (likeness(wanted, name), name))
         .filter(|(likeness, _)| *likeness > 0.7)
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map_or(String::new(), |(_, name)| {
             format!(", did you mean '{name}'?")
         })
+}
+
+/// How similar two names are, from 0 to 1. The last word of a dotted name counts most, so that a key is found whose group was left
+/// out or mistaken.
+fn likeness(wanted: &str, name: &str) -> f64 {
+    let whole = strsim::jaro_winkler(wanted, name);
+    let Some((group, word)) = name.rsplit_once('.') else {
+        return whole;
+    };
+    let (wanted_group, wanted_word) = wanted.rsplit_once('.').unwrap_or(("", wanted));
+    let by_word = strsim::jaro_winkler(wanted_word, word);
+    let by_group = strsim::jaro_winkler(wanted_group, group);
+    whole.max(0.75 * by_word + 0.25 * by_group)
 }
 
 #[cfg(test)]
@@ -26,6 +39,18 @@ mod tests {
         let names = || ["fast", "balanced"].into_iter();
         assert_eq!(nearest("balance", names()), ", did you mean 'balanced'?");
         assert_eq!(nearest("x", names()), "");
+        let keys = [
+            "direct.mis",
+            "direct.spatial.neighbours",
+            "indirect.spatial.neighbours",
+        ];
+        for wanted in ["direct.neighbors", "neighbours", "direct.spatial.neighbour"] {
+            let found = nearest(wanted, keys.into_iter());
+            assert_eq!(
+                found, ", did you mean 'direct.spatial.neighbours'?",
+                "{wanted}"
+            );
+        }
         assert_eq!(nearest(&"balanced".repeat(2_000_000), names()), "");
     }
 }

@@ -16,6 +16,7 @@ pub mod render;
 mod resources;
 pub mod scene;
 pub mod session;
+mod shell;
 pub mod statistics;
 pub mod study;
 
@@ -27,7 +28,7 @@ use crate::scene::Scene;
 use crate::scene_files::Options;
 use crate::scene_files::Step;
 use crate::{Error, Result};
-use clap::error::ErrorKind as ArgumentError;
+use clap::error::{ContextKind, ContextValue, ErrorKind as ArgumentError};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use interrupt::Interrupt;
 use progress::Progress;
@@ -69,12 +70,15 @@ enum Command {
     Presets(presets::Args),
     /// Configurations × scenes × seeds × frames against references, and whether each is biased.
     Study(study::Args),
+    /// Completions of commands and options, for a shell.
+    Completions(shell::CompletionsArgs),
+    /// Manual pages of all commands.
+    Man(shell::ManArgs),
 }
 
 /// Runs the command that the process's arguments name.
 pub fn main() -> ExitCode {
-    let parsed = Cli::command()
-        .mut_subcommand("reference", reference::shown)
+    let parsed = command_line()
         .try_get_matches()
         .and_then(|matches| Cli::from_arg_matches(&matches));
     let cli = match parsed {
@@ -94,6 +98,11 @@ pub fn main() -> ExitCode {
     }
 }
 
+/// The whole command line.
+fn command_line() -> clap::Command {
+    Cli::command().mut_subcommand("reference", reference::shown)
+}
+
 fn run(command: Command) -> Result<()> {
     match command {
         Command::Info(args) => info::run(&args),
@@ -106,6 +115,8 @@ fn run(command: Command) -> Result<()> {
         Command::Regress(args) => regress::run(&args),
         Command::Presets(args) => presets::run(&args),
         Command::Study(args) => study::run(&args),
+        Command::Completions(args) => shell::completions(&args),
+        Command::Man(args) => shell::man(&args),
     }
 }
 
@@ -127,8 +138,35 @@ fn wrong_arguments(error: &clap::Error) -> ExitCode {
         .collect();
     let message = lines.join(" ");
     let message = message.trim_start_matches("error: ");
+    let message = match other_name(error) {
+        // It is better than the tip of the parser, which compares letters.
+        Some(name) => format!(
+            "{}; use {name}",
+            message.split(" tip: ").next().unwrap_or(message)
+        ),
+        None => message.to_owned(),
+    };
     say(format_args!("{message}; see 'headwater --help'"));
     ExitCode::from(2)
+}
+
+/// The argument that does what an unknown one does in other renderers, or in another command.
+fn other_name(error: &clap::Error) -> Option<&'static str> {
+    if error.kind() != ArgumentError::UnknownArgument {
+        return None;
+    }
+    let Some(ContextValue::String(unknown)) = error.get(ContextKind::InvalidArg) else {
+        return None;
+    };
+    let command = std::env::args().nth(1).unwrap_or_default();
+    match (command.as_str(), unknown.as_str()) {
+        ("render", "--spp" | "--samples") => Some("--frames, with --accumulate for their mean"),
+        ("reference", "--frames" | "--samples") => Some("--spp"),
+        ("render" | "reference" | "profile", "--size" | "--resolution") => {
+            Some("--width and --height")
+        }
+        _ => None,
+    }
 }
 
 /// Prints a line of a command's outcome on stdout, or several, where `println!` would panic. Control characters other

@@ -192,6 +192,25 @@ fn wrong_arguments_are_one_line_and_status_2() {
         (vec!["scene", "generate", "terrain", "-o", "a.obj"], ".glb"),
         (vec!["presets", "fast-and-good"], "path-tracing"),
         (
+            vec!["render", "cornell", "-o", out, "--spp", "4"],
+            "'--spp' found; use --frames",
+        ),
+        (
+            vec!["reference", "cornell", "-o", out, "--frames", "4"],
+            "'--frames' found; use --spp",
+        ),
+        (
+            vec![
+                "render",
+                "cornell",
+                "-o",
+                out,
+                "--set",
+                "direct.neighbors=3",
+            ],
+            "'direct.spatial.neighbours'",
+        ),
+        (
             [
                 vec!["render", "cornell", "-o", out, "--width", "1024"],
                 vec!["--height", "1024", "--preset", "accurate", "--bounces", "2"],
@@ -326,6 +345,28 @@ fn json_is_one_object_and_help_is_no_error() {
         assert!(value.is_object());
     }
     assert!(run(&["--help"]).status.success());
+}
+
+#[test]
+fn shells_and_manuals_know_commands_and_options() {
+    for shell in ["bash", "zsh", "fish"] {
+        let output = run(&["completions", shell]);
+        assert!(output.status.success());
+        let said = String::from_utf8(output.stdout).unwrap();
+        assert!(
+            said.contains("accumulate") && said.contains("ray-query"),
+            "{shell}"
+        );
+        // Nothing in it is escaped as the text of other commands is.
+        assert!(!said.contains("\\u00"), "{shell}");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    succeed(&["man", "-o", text(folder.path())]);
+    let page = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
+    assert!(page("headwater.1").contains("headwater\\-render"));
+    assert!(page("headwater-render.1").contains("\\-\\-accumulate"));
+    assert!(page("headwater-scene-generate.1").contains("\\-\\-set"));
+    fail(&["man", "-o", text(&folder.path().join("none"))], 1);
 }
 
 #[test]
