@@ -1,9 +1,9 @@
 //! Settings: a file of `--config`, over the default preset.
 
 use crate::{checked, is_thorough};
+use headwater::base::toml_text::TomlText;
 use headwater::render::presets::{DEFAULT, Preset};
 use headwater::render::settings::Settings;
-use headwater::base::toml_text::TomlText;
 use serde_json::Value;
 use std::sync::LazyLock;
 
