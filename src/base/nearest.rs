@@ -11,7 +11,8 @@ pub fn nearest<'a>(wanted: &str, names: impl Iterator<Item = &'a str>) -> String
         .filter(|_| comparable)
         .map(|name| (likeness(wanted, name), name))
         .filter(|(likeness, _)| *likeness > 0.7)
-        .max_by(|a, b| a.0.total_cmp(&b.0))
+        // Of equals the first, so that direct light comes before indirect.
+        .reduce(|best, next| if next.0 > best.0 { next } else { best })
         .map_or(String::new(), |(_, name)| {
             format!(", did you mean '{name}'?")
         })
