@@ -17,7 +17,7 @@ pub enum Error {
     Interrupted {
         /// The signal's number.
         signal: i32,
-        /// Which results were kept.
+        /// The results that were kept.
         kept: String,
     },
 }

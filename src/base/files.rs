@@ -90,7 +90,7 @@ fn open_device(path: &Path) -> std::io::Result<File> {
     Ok(file)
 }
 
-/// Whether two paths lead to the same file, which need not exist yet: by another spelling or a link. Devices,
+/// True if two paths lead to the same file, which need not exist yet: by another spelling or a link. Devices,
 /// such as /dev/null, are no files: all may be written to one.
 pub fn is_same_file(a: &Path, b: &Path) -> bool {
     if is_device(a) {
@@ -219,7 +219,7 @@ mod unnamed {
     }
 }
 
-/// Whether `path` exists and is neither a file nor a folder, such as /dev/full or a pipe.
+/// True if `path` exists and is neither a file nor a folder, such as /dev/full or a pipe.
 fn is_device(path: &Path) -> bool {
     std::fs::metadata(path).is_ok_and(|m| !m.is_file() && !m.is_dir())
 }

@@ -18,7 +18,7 @@ pub fn nearest<'a>(wanted: &str, names: impl Iterator<Item = &'a str>) -> String
         })
 }
 
-/// How similar two names are, from 0 to 1. The last word of a dotted name counts most, so that a key is found whose group was left
+/// The similarity of two names, from 0 to 1. The last word of a dotted name counts most, so that a key is found whose group was left
 /// out or mistaken.
 fn likeness(wanted: &str, name: &str) -> f64 {
     let whole = strsim::jaro_winkler(wanted, name);

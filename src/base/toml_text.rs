@@ -7,7 +7,7 @@ use toml::de::{DeTable, DeValue};
 /// A TOML text and where it comes from.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TomlText {
-    /// Its file, or what else messages call it.
+    /// The file of the text, or its other name in messages.
     pub origin: String,
     /// The text.
     pub text: String,
@@ -31,7 +31,7 @@ impl TomlText {
         }
     }
 
-    /// What the text says: a tree of values, or a structure of one's own.
+    /// The contents of the text: a tree of values, or a structure.
     ///
     /// # Errors
     /// It is not TOML or not of that structure; the message names the line.

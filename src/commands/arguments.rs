@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 /// Largest number of pixels of an image.
 const MAX_PIXELS: u64 = 1 << 28;
 
-/// What is rendered and how it is seen.
+/// The scene and its view.
 #[derive(clap::Args)]
 pub struct SceneArgs {
     /// A procedural scene's name, or a file: .gltf, .glb, .obj
@@ -107,9 +107,9 @@ pub enum Aov {
     Instance,
     /// Pixels to where the last frame had it, rightwards and downwards.
     Motion,
-    /// What the last frame's reservoirs of direct light hold.
+    /// The contents of the last frame's reservoirs of direct light.
     Direct,
-    /// What the last frame's reservoirs of indirect light hold.
+    /// The contents of the last frame's reservoirs of indirect light.
     Indirect,
 }
 
@@ -171,7 +171,7 @@ impl SceneArgs {
         [scene, environment, config].into_iter().flatten()
     }
 
-    /// Which time frames show, `fps` of them a second.
+    /// The times that frames show, `fps` frames per second.
     ///
     /// # Errors
     /// `--fps` or `--start-time` is what no clock can have.
@@ -198,7 +198,7 @@ impl SceneArgs {
     /// The camera of `--look-at`, if it was given.
     ///
     /// # Errors
-    /// Those of [`parse_look_at`].
+    /// The errors of [`parse_look_at`].
     pub fn look_at_camera(&self) -> Result<Option<Camera>> {
         self.look_at
             .as_deref()

@@ -61,7 +61,7 @@ enum Tool {
     Layer,
 }
 
-/// What is needed to show frames to a tool.
+/// The state of showing frames to a capture tool.
 struct Capture<'a> {
     wanted: &'a CapturePlan<'a>,
     tool: Tool,
@@ -166,13 +166,13 @@ impl<'a> Capture<'a> {
     }
 }
 
-/// What is rendered while a tool watches.
+/// The frames that are rendered under a capture tool.
 pub struct CapturePlan<'a> {
     /// The frames that it captures.
     pub range: FrameRange,
     /// Number of frames.
     pub frames: u32,
-    /// Whether the frames add up.
+    /// True if the frames add up.
     pub accumulate: bool,
     /// Exposure of the presented pictures, in stops.
     pub exposure: f32,

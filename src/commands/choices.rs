@@ -4,7 +4,7 @@ use crate::device_scene::selection::Request;
 use crate::scene_files::Options;
 use crate::shader_interface::{GeometryAccess, Textures, Tracer};
 
-/// What is permitted when a scene is loaded.
+/// Permissions of loading a scene.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub struct LoadArgs {
     /// Render even if image files of textures are missing: without these textures
@@ -16,7 +16,7 @@ pub struct LoadArgs {
 }
 
 impl LoadArgs {
-    /// The same for the library.
+    /// The same values as a type of the library.
     pub const fn options(self) -> Options {
         Options {
             allow_missing: self.allow_missing,
@@ -25,7 +25,7 @@ impl LoadArgs {
     }
 }
 
-/// How rays are traced
+/// The tracer of rays.
 #[derive(Clone, Copy, Debug, Default, clap::ValueEnum)]
 pub enum TracerArg {
     /// By rule from the device
@@ -87,7 +87,7 @@ pub struct VariantArgs {
 }
 
 impl VariantArgs {
-    /// The same for the library.
+    /// The same values as a type of the library.
     pub const fn request(&self) -> Request {
         Request {
             tracer: self.tracer.tracer(),

@@ -182,7 +182,7 @@ pub fn print(text: impl std::fmt::Display) -> Result<()> {
 /// Prints the beginning of such a line, at once.
 ///
 /// # Errors
-/// Those of [`print()`].
+/// The errors of [`print()`].
 pub fn print_part(text: impl std::fmt::Display) -> Result<()> {
     let text = printable_lines(&text.to_string());
     let mut out = std::io::stdout().lock();
@@ -218,7 +218,7 @@ pub fn open_scene(name: &str, options: Options, interrupt: &Interrupt) -> Result
     })
 }
 
-/// What is kept of work that has saved nothing yet.
+/// The text of an interrupted work that has saved nothing yet.
 pub const NOTHING_WRITTEN: &str = "nothing was written";
 
 /// Loads Vulkan with `options`, and with the validation layers also where `HEADWATER_VALIDATION` asks for them.
@@ -251,7 +251,7 @@ pub fn check_messages(messages: &[String]) -> Result<()> {
 /// begins that line.
 ///
 /// # Errors
-/// Those of [`Clock::freeze_if_stopped`].
+/// The errors of [`Clock::freeze_if_stopped`].
 pub fn apply_clock(clock: &Clock, scene: &mut Scene, whose: &str) -> Result<()> {
     if scene.motion.is_none() && (clock.fps.is_some() || clock.start_time != 0.0) {
         notice(&format!(

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 /// Between plain lines; work that ends sooner prints none.
 const LINE_EVERY: Duration = Duration::from_secs(5);
 
-/// How long work is looked at before the time left is estimated.
+/// The time for which work is observed before the time left is estimated.
 const ESTIMATE_AFTER: Duration = Duration::from_secs(1);
 
 /// Work that will take longer than this is announced early on: a number may have been mistyped.
@@ -30,7 +30,7 @@ pub struct Progress {
     announced: Cell<bool>,
 }
 
-/// What the work is counted in.
+/// The unit in which work is counted.
 enum Steps {
     /// Steps of a name, and how many, where that is known.
     Counted(Option<u64>, &'static str),
@@ -127,7 +127,7 @@ impl Progress {
         }
     }
 
-    /// How long the rest takes at the speed so far.
+    /// The time of the rest at the speed so far.
     fn left(&self, done: f64, total: f64) -> Option<Duration> {
         let Some((start, before)) = self.first.get() else {
             self.first.set(Some((Instant::now(), done)));

@@ -156,7 +156,7 @@ pub fn run(args: &Args) -> Result<()> {
     session.finish()
 }
 
-/// What the first output file holds after a signal.
+/// The sentence about what the first output file holds after a signal.
 fn kept(args: &Args, samples: u32) -> String {
     match samples {
         0 => NOTHING_WRITTEN.into(),
@@ -181,7 +181,7 @@ fn next_check(done: u32) -> u32 {
     check
 }
 
-/// Whether a target error is looked at after `done` samples.
+/// True if a target error is looked at after `done` samples.
 fn checks_error(done: u32) -> bool {
     done > 0 && next_check(done - 1) == done
 }

@@ -314,7 +314,7 @@ fn render_case(
     Ok(Ok(Rendered { image, steps }))
 }
 
-/// What a device lacks for what a case asks for.
+/// A feature that a case asks for and the device lacks, as a sentence.
 fn lacks(device: &DeviceInfo, request: &Request) -> Option<String> {
     let lacking = [
         (

@@ -123,7 +123,7 @@ fn list(as_json: bool) -> Result<()> {
     Ok(())
 }
 
-/// What moves, and until when.
+/// The numbers of instances, cameras and materials that change with time, and the time of the last key, in seconds.
 fn moves(motion: &Motion) -> Value {
     let count = |list: &[Option<u32>]| list.iter().flatten().count();
     json!({

@@ -29,7 +29,7 @@ const SUBMISSION: Duration = Duration::from_millis(300);
 /// Triangles whose trees take more than some seconds to build.
 const MANY_TRIANGLES: u64 = 2_000_000;
 
-/// What a session is for, besides pictures.
+/// The purposes of a session besides pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
     /// Nothing.
@@ -42,7 +42,7 @@ pub enum Purpose {
     Profile,
     /// What passes write is hashed for [`Records::take_outputs`](crate::gpu::records::Records::take_outputs).
     Regression {
-        /// Whether the validation layers watch.
+        /// True if the validation layers watch.
         validate: bool,
     },
 }
@@ -51,7 +51,7 @@ pub enum Purpose {
 pub struct Session {
     /// The settings after preset, file and single changes, for this scene.
     pub settings: ResolvedSettings,
-    /// What is seen.
+    /// The view.
     pub view: View,
     /// The passes and buffers.
     pub renderer: Renderer,
@@ -61,14 +61,14 @@ pub struct Session {
     gpu_scene: Arc<GpuScene>,
     selection: Selection,
     scene_hash: String,
-    /// What time it is, for scenes that move.
+    /// The clock, for scenes that move.
     clock: Option<Clock>,
     /// The camera, where it moves while the clock runs.
     camera: Option<MovingCamera>,
     rejected: u32,
-    /// What each pass took when it ran for the first time.
+    /// The time of each pass in its first run.
     first_runs: Vec<PassTime>,
-    /// What passes took in the last submission, but for first runs.
+    /// The times of passes in the last submission, without first runs.
     times: Vec<PassTime>,
     opened: Instant,
     samples_a_submission: u32,

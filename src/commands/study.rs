@@ -234,7 +234,7 @@ pub fn run(args: &Args) -> Result<()> {
     check_messages(&instance.validation_messages())
 }
 
-/// What a study that a signal ends leaves in its folder.
+/// The sentence about what a study's folder holds after a signal.
 fn kept(folder: &Folder) -> String {
     if !folder.holds_results() {
         return NOTHING_WRITTEN.into();

@@ -22,7 +22,7 @@ macro_rules! declare_contents {
         $(#[$meta:meta])*
         $name:ident: [$element:ty] as $elements:ident $(($argument:tt))?; $count:expr;
     )*) => {
-        /// What the buffers hold.
+        /// The contents of the buffers.
         pub struct SceneContents {
             $($(#[$meta])* pub $name: Vec<$element>,)*
             /// Width and height of the environment in texels.
@@ -101,7 +101,7 @@ macro_rules! declare_contents {
 crate::shader_interface::scene_buffers!(declare_contents);
 
 impl SceneContents {
-    /// What a scene's buffers hold at first. The nodes of `epochs` include those of the meshes.
+    /// The contents of a scene's buffers at first. The nodes of `epochs` include those of the meshes.
     pub(super) fn new(
         materials: Materials,
         light_textures: Vec<GpuLightTexture>,
@@ -136,7 +136,7 @@ impl SceneContents {
 }
 
 impl SceneBuffers {
-    /// What shaders of a variant bind.
+    /// The resources that shaders of a variant bind.
     pub fn resources(&self, variant: Variant) -> Vec<(&'static str, Resource<'_>)> {
         let mut resources = vec![("scene", Resource::Uniform(&self.table))];
         for ((name, buffer), access) in self.named().into_iter().zip(BUFFERS) {
@@ -150,7 +150,7 @@ impl SceneBuffers {
     }
 }
 
-/// Whether [`Fetch`] decides how a buffer is read.
+/// True if [`Fetch`] decides how a buffer is read.
 pub fn is_fetched(name: &str) -> bool {
     name == LIGHT_BVH
         || BUFFERS
@@ -158,7 +158,7 @@ pub fn is_fetched(name: &str) -> bool {
             .any(|b| b.name == name && b.elements.are_words())
 }
 
-/// How a buffer is used by shaders of a variant.
+/// The usage of a buffer by shaders of a variant.
 pub fn usage(name: &str, variant: Variant) -> Usage {
     Usage {
         texels: is_fetched(name) && variant.fetch == Fetch::Texels,

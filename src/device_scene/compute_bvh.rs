@@ -148,7 +148,7 @@ pub struct BinaryNode {
     pub high: Vec3,
     /// The index of the node after its last descendant: of a first child, its sibling.
     pub next: u32,
-    /// Of a leaf the index of its only primitive; else NONE.
+    /// For a leaf the index of its only primitive; otherwise NONE.
     pub primitive: u32,
 }
 
@@ -189,7 +189,7 @@ pub fn binary_tree(boxes: &[(Vec3, Vec3)]) -> Vec<BinaryNode> {
     nodes
 }
 
-/// Whether a box occurs more than [`MAX_EQUAL_BOXES`] times. Sorting hashes takes half the time of counting in a map.
+/// True if a box occurs more than [`MAX_EQUAL_BOXES`] times. Sorting hashes takes half the time of counting in a map.
 fn many_are_equal(boxes: &[Aabb]) -> bool {
     if boxes.len() <= MAX_EQUAL_BOXES {
         return false;

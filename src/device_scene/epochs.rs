@@ -82,17 +82,17 @@ pub struct MovingScene {
     pub room: usize,
     /// Number of instances in the scene, before any were gathered.
     instance_count: usize,
-    /// Of the current and of the previous frame.
+    /// The poses of the current and of the previous frame.
     poses: Mutex<[ScenePose; 2]>,
 }
 
-/// What a change of time has replaced.
+/// The result of a change of time.
 pub struct PoseChange<'a> {
     /// The current and the previous pose.
     pub poses: MutexGuard<'a, [ScenePose; 2]>,
-    /// Whether the current pose has become the previous one.
+    /// True if the current pose has become the previous one.
     pub advanced: bool,
-    /// Whether each pose, after that, is new.
+    /// True if each pose, after that, is new.
     pub new: [bool; 2],
     /// For each of the scene's instances, the transform of its points from the current to the previous frame.
     pub previous_transforms: Vec<GpuPreviousTransform>,

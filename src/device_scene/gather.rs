@@ -16,7 +16,7 @@ pub struct Gathered<'a> {
     pub instance_ids: Vec<u32>,
     /// For each mesh, what each of its parts adds to that; empty means zeros.
     pub part_ids: Vec<Vec<u32>>,
-    /// Which materials emit light at some time.
+    /// For each material: true if it emits light at some time.
     pub lamps: Vec<bool>,
 }
 
@@ -73,7 +73,7 @@ pub struct ElementCounts {
     pub texels: u64,
     /// Emissive triangles in the world.
     pub triangle_lights: u64,
-    /// Whether some of them have textures.
+    /// True if some of them have textures.
     pub textured_lights: bool,
     /// Punctual lights.
     pub punctual_lights: u64,

@@ -28,7 +28,7 @@ pub struct MeshPlace {
     pub first_part: u32,
     /// Root in [`Geometry::nodes`].
     pub root_node: u32,
-    /// Whether no material of it has alpha.
+    /// True if no material of it has alpha.
     pub opaque: bool,
     /// Number of emissive triangles.
     pub lights: u32,

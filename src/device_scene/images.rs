@@ -34,7 +34,7 @@ impl ImageSizes {
         }
     }
 
-    /// Which limit of a device the images exceed, if they do.
+    /// The limit of a device that the images exceed, if they exceed one.
     pub(super) fn excess(&self, device: &DeviceInfo) -> Option<String> {
         let most = u64::from(device.max_sampled_images).saturating_sub(OTHER_BINDINGS);
         if self.count > most {

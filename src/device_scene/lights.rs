@@ -13,7 +13,7 @@ use crate::shader_interface::{
 use glam::{DAffine3, UVec3, Vec3};
 use std::collections::HashMap;
 
-/// What gives light in a scene.
+/// The lights of a scene, and the tables that select among them.
 pub struct LightSources {
     /// Emissive triangles.
     pub lamps: Vec<LampTriangle>,
@@ -37,7 +37,7 @@ pub struct Lights {
     pub punctual: Vec<GpuPunctualLight>,
     /// The alias table over all: triangles, punctual lights, the environment.
     pub choices: Vec<GpuLightChoice>,
-    /// The same table without rare lights; empty where no light is rare.
+    /// The table without rare lights; empty where no light is rare.
     pub common_choices: Vec<GpuLightChoice>,
     /// The table of rare lights alone, in which each lamp has the same probability; empty where no light is rare.
     pub rare_choices: Vec<GpuLightChoice>,
@@ -66,7 +66,7 @@ impl Lights {
         distant.map(|index| self.choices[index].probability).sum()
     }
 
-    /// Whether a light, by its index among those of all kinds, is infinitely far away.
+    /// True if a light, by its index among those of all kinds, is infinitely far away.
     pub fn is_distant(&self, index: usize) -> bool {
         let punctual = index.checked_sub(self.triangles.len());
         punctual.is_some_and(|index| {

@@ -75,7 +75,7 @@ impl Materials {
         }
     }
 
-    /// How they are laid onto lights, one for one.
+    /// The textures of emissive triangles, one for each.
     pub fn of_lights(&self, lamps: &[LampTriangle]) -> Vec<GpuLightTexture> {
         let laid = lamps.iter().map(|lamp| {
             let [a, b, c] = lamp.uvs;

@@ -9,11 +9,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// One structure a mesh, and one or two over the instances.
 pub struct RayQueryScene {
-    /// What rays are traced in; where the scene moves two, for this frame and the last.
+    /// The top-level structures that rays are traced in; where the scene moves two, for this frame and the last.
     tops: Vec<AccelerationStructure>,
-    /// Which of them is this frame's.
+    /// The index of the structure of this frame.
     current: AtomicUsize,
-    /// What they refer to.
+    /// The bottom-level structures that they refer to.
     meshes: Vec<Option<AccelerationStructure>>,
     /// Each instance's mesh.
     mesh_of: Vec<u32>,

@@ -29,11 +29,11 @@ use std::sync::Arc;
 
 /// A scene's buffers and, where rays are queries, its acceleration structures.
 pub struct GpuScene {
-    /// Which shaders fit it.
+    /// The variant of shaders for the scene.
     pub variant: Variant,
     /// The origin and the units of its positions and lights.
     pub units: Units,
-    /// What the scene contains.
+    /// The features that the scene requires.
     pub requirements: Requirements,
     /// Numbers of elements in its buffers.
     pub counts: ElementCounts,
@@ -238,7 +238,7 @@ impl GpuScene {
         ))
     }
 
-    /// Whether something besides the camera moves.
+    /// True if something besides the camera moves.
     pub fn moves(&self) -> bool {
         self.moving.is_some()
     }
@@ -248,7 +248,7 @@ impl GpuScene {
         self.moving.as_ref().map_or(0, |moving| moving.room as u32)
     }
 
-    /// What shaders may bind.
+    /// The resources that shaders may bind, by name.
     pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
         let mut resources = self.buffers.resources(self.variant);
         if self.variant.textures == Textures::Images {

@@ -12,18 +12,18 @@ use crate::{Error, Result};
 pub struct Request {
     /// The tracer.
     pub tracer: Option<Tracer>,
-    /// How shaders read the buffers of the scene.
+    /// The access of shaders to the buffers of the scene.
     pub geometry: Option<GeometryAccess>,
-    /// How textures are read.
+    /// The access to texels of textures.
     pub textures: Option<Textures>,
-    /// Whether the device's commands are captured, to be replayed later.
+    /// True if the device's commands are captured, to be replayed later.
     pub captured: bool,
 }
 
 /// A variant and the reasons for it.
 #[derive(Clone, Debug)]
 pub struct Selection {
-    /// What the shaders are compiled for.
+    /// The variant that the shaders are compiled for.
     pub variant: Variant,
     /// Why this tracer.
     pub tracer_reason: String,

@@ -58,9 +58,9 @@ pub fn sources() -> Sources {
 
 /// Hashes, in hexadecimal, of sources that shaders are made from: results found with others are not comparable.
 pub struct Fingerprints {
-    /// Of all sources.
+    /// The hash of all sources.
     pub all: String,
-    /// Of what the pass `path_trace` includes.
+    /// The hash of the sources that the pass `path_trace` includes.
     pub path_trace: String,
 }
 

@@ -35,7 +35,7 @@ pub struct SceneSizes {
     pub triangle_lights: u64,
     /// Bytes of its buffers, without the nodes of trees.
     pub bytes: BufferBytes,
-    /// Its images.
+    /// The sizes of the images.
     pub images: ImageSizes,
 }
 
@@ -58,7 +58,7 @@ impl SceneSizes {
         counted.max_by_key(|(_, bytes)| *bytes).unwrap_or_default()
     }
 
-    /// Whether a device can hold the scene and read it as a variant does, and the host its lights.
+    /// True if a device can hold the scene and read it as a variant does, and the host its lights.
     ///
     /// # Errors
     /// It cannot: which buffer, its bytes, and the limit.
@@ -105,7 +105,7 @@ impl SceneSizes {
     }
 }
 
-/// Whether a device can hold one of a scene's buffers and read it as a variant does.
+/// True if a device can hold one of a scene's buffers and read it as a variant does.
 ///
 /// # Errors
 /// It cannot.

@@ -23,7 +23,7 @@ pub struct BlasGeometry<'a> {
     pub first_triangle: u32,
     /// Number of triangles of the mesh.
     pub triangle_count: u32,
-    /// Whether every hit ends a ray; otherwise the shader decides.
+    /// True if every hit ends a ray; otherwise the shader decides.
     pub opaque: bool,
 }
 

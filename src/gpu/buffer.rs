@@ -169,7 +169,7 @@ impl Buffer {
         self.size
     }
 
-    /// Whether shaders may read it as texels.
+    /// True if shaders may read it as texels.
     pub fn is_texels(&self) -> bool {
         self.is_texels
     }
@@ -201,7 +201,7 @@ impl Buffer {
     /// [`Self::address`] as shaders take it: the lower word, then the upper one.
     ///
     /// # Errors
-    /// Those of [`Self::address`].
+    /// The errors of [`Self::address`].
     pub fn address_words(&self) -> Result<UVec2> {
         let address = self.address()?;
         Ok(UVec2::new(address as u32, (address >> 32) as u32))

@@ -17,7 +17,7 @@ pub(super) struct Commands {
     recorder: Recorder,
     /// The frame that they end, and its picture.
     frame_end: Option<(u32, vk::Image)>,
-    /// Whether they belong to a [`Submission`].
+    /// True if they belong to a [`Submission`].
     is_submitted: bool,
     /// Name of each region so far, and whether its pass runs for the first time.
     regions: Vec<(String, bool)>,

@@ -345,7 +345,7 @@ fn empty_other_blocks(
     }
 }
 
-/// Whether control flow is made of such instructions.
+/// True if control flow is made of such instructions.
 fn is_structure(instruction: &Instruction) -> bool {
     matches!(
         instruction.class.opcode,

@@ -48,7 +48,7 @@ pub struct Device {
     pub(super) debug: Option<ext::debug_utils::Device>,
     pub(super) presentation: Option<khr::swapchain::Device>,
     pub(super) executables: Option<khr::pipeline_executable_properties::Device>,
-    /// Whether submissions say that they end a frame.
+    /// True if submissions say that they end a frame.
     pub(super) ends_frames: bool,
     /// Minimum alignment of scratch memory for acceleration structure builds, in bytes.
     pub(super) scratch_alignment: u64,

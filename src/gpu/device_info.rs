@@ -59,19 +59,19 @@ pub struct DeviceInfo {
     pub driver: String,
     /// Vulkan version, `major.minor.patch`.
     pub vulkan: String,
-    /// Whether acceleration structures and ray queries work in compute shaders.
+    /// True if acceleration structures and ray queries work in compute shaders.
     pub ray_query: bool,
-    /// Whether buffers have device addresses.
+    /// True if buffers have device addresses.
     pub buffer_addresses: bool,
-    /// Whether buffers can have the same addresses when a capture is replayed.
+    /// True if buffers can have the same addresses when a capture is replayed.
     pub address_replay: bool,
-    /// Whether each invocation can index arrays of sampled images by itself (descriptor indexing).
+    /// True if each invocation can index arrays of sampled images by itself (descriptor indexing).
     pub image_arrays: bool,
-    /// Whether pictures can be presented.
+    /// True if pictures can be presented.
     pub presentation: bool,
-    /// Whether submissions can say that they end a frame (`VK_EXT_frame_boundary`).
+    /// True if submissions can say that they end a frame (`VK_EXT_frame_boundary`).
     pub frame_boundary: bool,
-    /// Whether the driver tells what its compiler made of a shader (`VK_KHR_pipeline_executable_properties`).
+    /// True if the driver tells what its compiler made of a shader (`VK_KHR_pipeline_executable_properties`).
     pub executable_properties: bool,
     /// Invocations in a subgroup.
     pub subgroup_size: u32,
@@ -105,7 +105,7 @@ pub struct DeviceInfo {
 }
 
 impl DeviceInfo {
-    /// Whether the device computes on the CPU.
+    /// True if the device computes on the CPU.
     pub fn is_cpu(&self) -> bool {
         self.kind == "cpu"
     }

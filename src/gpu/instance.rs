@@ -228,7 +228,7 @@ impl Instance {
         debug.map(DebugUtils::messages).unwrap_or_default()
     }
 
-    /// Whether pictures can be presented on a device: the instance was made for it, and both are able to.
+    /// True if pictures can be presented on a device: the instance was made for it, and both are able to.
     pub fn presents(&self, device: &DeviceInfo) -> bool {
         self.surfaces.is_some() && device.presentation
     }

@@ -116,7 +116,7 @@ unsafe extern "system" fn on_message(
     vk::FALSE
 }
 
-/// Whether a message is on a list.
+/// True if a message is on a list.
 fn allows(list: &[Allowed], id: &str, message: &str) -> bool {
     list.iter()
         .any(|allowed| allowed.id == id && message.contains(allowed.text))

@@ -99,7 +99,7 @@ impl ComputePass {
     /// [`Self::new`] of a shader that may have an array of images, to which `image_count` images will be bound.
     ///
     /// # Errors
-    /// Those of [`Self::new`].
+    /// The errors of [`Self::new`].
     pub fn with_images(
         device: &Arc<Device>,
         name: &str,
@@ -143,7 +143,7 @@ impl ComputePass {
         &self.name
     }
 
-    /// Whether this is asked for the first time, which is when the pass is first recorded.
+    /// True if this is asked for the first time, which is when the pass is first recorded.
     pub(super) fn is_first_run(&self) -> bool {
         !self.has_run.swap(true, Ordering::Relaxed)
     }

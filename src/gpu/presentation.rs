@@ -133,7 +133,7 @@ impl Presentation {
         Ok(made)
     }
 
-    /// Whether the least significant byte of a presented word is blue instead of red.
+    /// True if the least significant byte of a presented word is blue instead of red.
     pub fn begins_with_blue(&self) -> bool {
         self.begins_with_blue
     }

@@ -96,7 +96,7 @@ impl Recorder {
     }
 }
 
-/// How long a pass took on the device.
+/// The time that a pass took on the device.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct PassTime {
     /// The pass.
@@ -106,7 +106,7 @@ pub struct PassTime {
     /// Milliseconds from the first timestamp of its submission to its own first.
     #[serde(skip)]
     pub start: f64,
-    /// Whether the pass ran for the first time, in which some drivers compile it.
+    /// True if the pass ran for the first time, in which some drivers compile it.
     #[serde(skip)]
     pub first_run: bool,
 }

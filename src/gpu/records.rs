@@ -94,7 +94,7 @@ impl Records {
         memory.map(|memory| memory.clone()).unwrap_or_default()
     }
 
-    /// Whether what passes write is hashed.
+    /// True if what passes write is hashed.
     pub(super) fn hashes_outputs(&self) -> bool {
         self.hashes_outputs.load(Ordering::Relaxed)
     }

@@ -12,7 +12,7 @@ use std::collections::HashMap;
 pub enum BindingKind {
     /// A storage buffer; `writes` unless the shader declares it `readonly`.
     Storage {
-        /// Whether the shader may write it.
+        /// True if the shader may write it.
         writes: bool,
     },
     /// A uniform buffer.
@@ -48,7 +48,7 @@ pub struct Interface {
 /// A specialisation constant as a shader declares it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DeclaredConstant {
-    /// Its name.
+    /// The name.
     pub name: String,
     /// Its GLSL type, `uint` or `bool`.
     pub glsl: &'static str,
@@ -56,7 +56,7 @@ pub struct DeclaredConstant {
     pub id: u32,
     /// Its default value.
     pub word: u32,
-    /// Whether code uses it.
+    /// True if code uses it.
     pub is_used: bool,
 }
 
@@ -82,7 +82,7 @@ pub(crate) fn parse(words: &[u32]) -> Result<Module> {
         .map_err(|e| Error::failed(format!("a shader's SPIR-V cannot be parsed ({e})")))
 }
 
-/// Whether a type is an image of a dimension.
+/// True if a type is an image of a dimension.
 fn is_image(instruction: &Instruction, dim: Dim) -> bool {
     instruction.class.opcode == Op::TypeImage
         && instruction.operands.get(1) == Some(&Operand::Dim(dim))
@@ -267,7 +267,7 @@ impl Reflection {
             .find(|i| i.result_id == Some(result))
     }
 
-    /// Whether a type is an array, of any length, of images of two dimensions.
+    /// True if a type is an array, of any length, of images of two dimensions.
     fn is_array_of_images(&self, instruction: &Instruction) -> bool {
         let element = instruction.operands.first().and_then(Operand::id_ref_any);
         instruction.class.opcode == Op::TypeRuntimeArray
@@ -337,7 +337,7 @@ impl Reflection {
         })
     }
 
-    /// Whether another constant, or the length of an array, is computed from a constant.
+    /// True if another constant, or the length of an array, is computed from a constant.
     fn is_part_of_constant(&self, constant: u32) -> bool {
         let mut all = self.module.types_global_values.iter();
         all.any(|i| i.operands.iter().any(|o| o.id_ref_any() == Some(constant)))

@@ -10,7 +10,7 @@ pub struct Colors {
     pub pixels: Vec<[f32; 3]>,
     /// The layer that holds them; none for the image's own `R`, `G`, `B` or `Y`.
     pub layer: Option<String>,
-    /// Whether there is grey only.
+    /// True if there is grey only.
     pub is_grey: bool,
 }
 

@@ -7,7 +7,7 @@ use super::statistics::median;
 pub struct Errors {
     /// Root of the mean squared difference.
     pub rmse: f64,
-    /// The same after both are clamped to 0…1, the range of a display.
+    /// RMSE of both pictures after they are clamped to [0, 1], the range of a display.
     pub rmse_clamped: f64,
     /// Mean of (a − b)² / (b² + 0.01), which weighs dark and bright pixels alike.
     pub relmse: f64,

@@ -28,7 +28,7 @@ pub fn quantile(values: impl Iterator<Item = f64>, part: f64) -> f64 {
 pub struct Estimate {
     /// The mean.
     pub mean: f64,
-    /// Its standard error, ≥ 0.
+    /// The standard error of the mean, ≥ 0.
     pub standard_error: f64,
     /// Number of samples, ≥ 1; one more than the degrees of freedom.
     pub samples: u64,

@@ -15,11 +15,11 @@ pub use parameters::{Parameter, Range};
 /// A procedural scene.
 #[derive(Clone, Copy, Debug, serde::Serialize)]
 pub struct Procedural {
-    /// Its name on the command line.
+    /// The name on the command line.
     pub name: &'static str,
-    /// What it shows.
+    /// A description of the scene.
     pub description: &'static str,
-    /// Its parameters.
+    /// The parameters of the scene.
     pub parameters: &'static [Parameter],
     #[serde(skip)]
     make: fn(&Values) -> Scene,

@@ -61,11 +61,11 @@ impl Range {
 /// A parameter of a procedural scene.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Parameter {
-    /// Its name.
+    /// The name.
     pub name: &'static str,
-    /// What it does.
+    /// A description of the effect.
     pub doc: &'static str,
-    /// Its value if none is given.
+    /// The value if none is given.
     pub default: &'static str,
     /// The values it takes.
     pub values: Range,

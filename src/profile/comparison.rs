@@ -3,12 +3,12 @@
 use super::{Circumstances, Profile, Spread, Subject, VERSION};
 use crate::{Error, Result};
 
-/// How much worse a profile may be.
+/// Limits by which a profile may be worse.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
-    /// Of the median times of frame and passes, as a part of the earlier ones.
+    /// Limit of the increase of the median times of frame and passes, as a fraction of the earlier ones.
     pub time: f64,
-    /// Of the bytes on the device, as a part of the earlier ones.
+    /// Limit of the increase of the bytes on the device, as a fraction of the earlier ones.
     pub memory: f64,
 }
 
@@ -65,7 +65,7 @@ pub fn check_comparable(
     }
 }
 
-/// What is worse than the limits allow, a sentence each.
+/// One sentence for each value that is worse than the limits allow.
 pub fn slower(now: &Profile, earlier: &Profile, limits: Limits) -> Vec<String> {
     let mut found = Vec::new();
     // Beyond the limit, and beyond what the earlier frames themselves varied by.

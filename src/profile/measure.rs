@@ -6,7 +6,7 @@ use crate::render::Renderer;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Which frames are rendered.
+/// The frames that are rendered.
 #[derive(Clone, Copy, Debug)]
 pub struct Plan {
     /// Frames before those that are timed: they compile shaders and fill the history.
@@ -17,10 +17,10 @@ pub struct Plan {
     pub in_flight: u32,
 }
 
-/// What one frame took, in milliseconds.
+/// The times of one frame, in milliseconds.
 #[derive(Clone, Debug, Default)]
 pub struct Frame {
-    /// Its number.
+    /// The number of the frame.
     pub number: u32,
     /// When it began on the host, since the first frame.
     pub start: f64,
@@ -28,7 +28,7 @@ pub struct Frame {
     pub host: f64,
     /// On the device, from the submission to the end of the wait; 0 with several in flight.
     pub submitted: f64,
-    /// Its passes, each run by itself.
+    /// The passes of the frame, one entry for each run.
     pub passes: Vec<PassTime>,
 }
 

@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 /// Version of the JSON form.
 pub const VERSION: u32 = 1;
 
-/// What was profiled. Only profiles that agree in all but settings and frames are compared.
+/// The subject of the profile. Only profiles that agree in all but settings and frames are compared.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Subject {
     /// Hash of the scene's contents.
@@ -47,14 +47,14 @@ pub struct Subject {
     pub frames: u32,
 }
 
-/// How it ran; profiles that differ here, except in frames in flight, are worth comparing.
+/// The conditions of the run; profiles that differ here, except in frames in flight, are worth comparing.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Circumstances {
     /// Name and version of the driver.
     pub driver: String,
     /// How rays are traced.
     pub tracer: String,
-    /// How shaders read the scene.
+    /// The access of shaders to the scene.
     pub geometry: String,
     /// The revision of Headwater.
     pub commit: String,
@@ -83,19 +83,19 @@ impl Spread {
 /// A pass of the frame.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pass {
-    /// Its name.
+    /// The name.
     pub name: String,
-    /// How often it runs in a frame.
+    /// The number of runs in a frame.
     pub runs: u32,
-    /// What all its runs of a frame take.
+    /// The time of all its runs in a frame, in milliseconds.
     pub milliseconds: Spread,
-    /// What it took in its first run, in which some drivers compile it.
+    /// The time of its first run, in which some drivers compile it, in milliseconds.
     pub first_run: f64,
-    /// What the driver took to make its pipeline, on the host.
+    /// The time in which the driver made its pipeline, on the host, in milliseconds.
     pub pipeline: f64,
-    /// What it counted in the first frame that was timed, in a run of its own.
+    /// Its counts in the first frame that was timed, in a run of its own.
     pub counts: Counts,
-    /// What the driver's compiler says of it, if the driver tells.
+    /// The report of the driver's compiler, if the driver has one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub statistics: Vec<(String, String)>,
 }
@@ -105,7 +105,7 @@ pub struct Pass {
 pub struct Memory {
     /// Their name.
     pub name: String,
-    /// How many there are.
+    /// The number of buffers of this name.
     pub count: u32,
     /// Their bytes.
     pub bytes: u64,
@@ -116,7 +116,7 @@ pub struct Memory {
 pub struct Profile {
     /// Version of this form.
     pub version: u32,
-    /// What was profiled.
+    /// The subject of the profile.
     pub subject: Subject,
     /// How.
     pub circumstances: Circumstances,
@@ -126,7 +126,7 @@ pub struct Profile {
     pub host: Spread,
     /// The passes in order.
     pub passes: Vec<Pass>,
-    /// What is allocated after the last frame, the largest first.
+    /// The memory that is allocated after the last frame, the largest buffers first.
     pub memory: Vec<Memory>,
 }
 
@@ -193,7 +193,7 @@ impl Profile {
         }
     }
 
-    /// What a frame takes: on the device, or with several in flight on the host.
+    /// The time of a frame: on the device, or with several in flight on the host.
     pub fn whole(&self) -> Spread {
         match self.circumstances.in_flight {
             ..=1 => self.frame,

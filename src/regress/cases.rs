@@ -8,7 +8,7 @@ use serde::Deserialize;
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Case {
-    /// Its name, also that of its files.
+    /// The name of the case and of its files.
     pub name: String,
     /// Arguments of `render`, but for `--output`.
     pub arguments: String,
@@ -34,7 +34,7 @@ mod tests {
     use crate::render::presets;
     use std::collections::BTreeSet;
 
-    /// What must be part of at least one case.
+    /// Settings that at least one case must contain.
     fn choices() -> Vec<String> {
         let presets = presets::PRESETS
             .iter()

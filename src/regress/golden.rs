@@ -19,7 +19,7 @@ const VERSION: u32 = 1;
 /// The list in a driver's folder.
 const LIST: &str = "golden.json";
 
-/// What a pass of a frame wrote.
+/// The outputs of a pass of a frame.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Step {
     /// The frame.
@@ -51,7 +51,7 @@ pub struct Golden {
     pub arguments: String,
     /// Hash of the file of the picture.
     pub picture: String,
-    /// What its passes wrote, in order.
+    /// The outputs of its passes, in order.
     pub steps: Vec<Step>,
 }
 

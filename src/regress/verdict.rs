@@ -8,11 +8,11 @@ use crate::image::Image;
 pub struct Rendered {
     /// The picture.
     pub image: Image,
-    /// What the passes wrote, in order.
+    /// The hashes of the outputs of the passes, in order.
     pub steps: Vec<Step>,
 }
 
-/// What a comparison found.
+/// The result of a comparison.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Verdict {
     /// Nothing is wrong; what was found all the same.

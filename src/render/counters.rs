@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 use std::sync::Arc;
 
-/// What one pass counted.
+/// The counts of one pass.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Counts {
     /// The pass.
@@ -133,7 +133,7 @@ impl Counters {
         recording.finish().map(drop)
     }
 
-    /// What each pass counted since the last call; nothing unless counting was asked for.
+    /// The counts of each pass since the last call; nothing unless counting was asked for.
     pub fn since_last(&mut self) -> Result<Vec<Counts>> {
         if !self.counting {
             return Ok(Vec::new());
@@ -172,7 +172,7 @@ impl Counters {
     /// Values refused since the counters were cleared, over all passes.
     ///
     /// # Errors
-    /// Those of [`Self::assert_whole`].
+    /// The errors of [`Self::assert_whole`].
     pub fn rejected(&self) -> Result<u32> {
         let all = self.read()?;
         self.check_whole(&all)?;

@@ -3,19 +3,19 @@
 use super::scene_bindings::SceneBindings;
 use crate::gpu::Buffer;
 
-/// What the passes of a frame share.
+/// The buffers and numbers that the passes of a frame share.
 pub struct FrameInputs<'a> {
     /// The scene and its tables.
     pub scene: &'a SceneBindings,
     /// Primary surfaces.
     pub sample_data: &'a Buffer,
-    /// Those of the previous frame, if there was one.
+    /// The sample data of the previous frame, if there was one.
     pub previous_sample_data: Option<&'a Buffer>,
     /// The picture.
     pub color: &'a Buffer,
     /// The counters of all passes.
     pub counters: &'a Buffer,
-    /// Whether there was no frame before it.
+    /// True if there was no frame before it.
     pub is_first: bool,
     /// Workgroups of a pass over all pixels.
     pub groups: [u32; 3],

@@ -11,7 +11,7 @@ use std::sync::LazyLock;
 /// A named set of changes.
 #[derive(Clone, Copy, Debug)]
 pub struct Preset {
-    /// Its name on the command line.
+    /// The name on the command line.
     pub name: &'static str,
     /// The file's text, TOML; its first comment says what the preset is for.
     pub text: &'static str,
@@ -60,7 +60,7 @@ impl Preset {
         })
     }
 
-    /// What the preset is for: the file's leading comment.
+    /// The purpose of the preset: the leading comment of its file.
     pub fn purpose(&self) -> String {
         self.text
             .lines()

@@ -75,7 +75,7 @@ impl RayTracer {
         recording.finish()
     }
 
-    /// What the last run found, in the order of the rays.
+    /// The answers of the last run, in the order of the rays.
     pub fn answers(&self) -> Result<Vec<RayAnswer>> {
         self.answers.read(self.count)
     }

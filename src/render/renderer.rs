@@ -33,9 +33,9 @@ pub struct Renderer {
     constants: FrameConstants,
     technique: Technique,
     primary_surfaces: Option<PrimarySurfaces>,
-    /// Of the next frame.
+    /// The moment of the next frame.
     next: Moment,
-    /// Of the last frame and of the one before it, if there were any.
+    /// The moments of the last frame and of the one before it, if there were any.
     shown: [Option<Moment>; 2],
 }
 
@@ -71,7 +71,7 @@ impl Renderer {
     /// the view.
     ///
     /// # Errors
-    /// Those of [`Self::new`].
+    /// The errors of [`Self::new`].
     pub fn tracking(
         device: &Arc<Device>,
         scene: Arc<GpuScene>,
@@ -178,7 +178,7 @@ impl Renderer {
         Ok(next.camera)
     }
 
-    /// Whether a frame depends on those before it.
+    /// True if a frame depends on those before it.
     pub fn has_history(&self) -> bool {
         match &self.technique {
             Technique::PathTracing(_) => false,
@@ -195,7 +195,7 @@ impl Renderer {
     /// If it returns an error the work ends, and pixels then differ in their number of samples.
     ///
     /// # Errors
-    /// Those of [`Self::add_samples`] and of `watch`.
+    /// The errors of [`Self::add_samples`] and of `watch`.
     pub fn add_samples_watched(
         &mut self,
         first: u32,
@@ -289,7 +289,7 @@ impl Renderer {
         }
     }
 
-    /// What makes pictures as a display shows them.
+    /// A pass that makes pictures as a display shows them.
     ///
     /// # Errors
     /// More memory than the device has.
@@ -398,7 +398,7 @@ impl Renderer {
         }
     }
 
-    /// What each pass counted since the last call; empty unless [`Tracking::counts`].
+    /// The counts of each pass since the last call; empty unless [`Tracking::counts`].
     pub fn counts(&mut self) -> Result<Vec<Counts>> {
         match &mut self.technique {
             Technique::PathTracing(tracer) => tracer.counts(),

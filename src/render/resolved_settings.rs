@@ -120,7 +120,7 @@ fn count(lights: &Lights, groups: &[u32], sets_rare_apart: bool) -> (usize, usiz
     (own.len() + others, lamps.len() + others)
 }
 
-/// What fits so many lights that form so many lamps, and why.
+/// The candidates for this number of lights and of lamps that they form, and the reason.
 fn fitting(lights: usize, lamps: usize) -> (Candidates, String) {
     if lights < MANY_LIGHTS {
         let reason =

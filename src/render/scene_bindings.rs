@@ -67,7 +67,7 @@ impl SceneBindings {
         self.scene.pass(&self.device, name, &constants)
     }
 
-    /// What shaders may bind.
+    /// The resources that shaders may bind, by name.
     pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
         let mut resources = self.scene.resources();
         resources.push(("specular_albedo", Resource::Read(&self.specular_albedo)));

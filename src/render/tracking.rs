@@ -1,6 +1,6 @@
 //! Which further data a renderer collects, at a cost in time or memory.
 
-/// What is kept besides the picture, which costs time or memory.
+/// Data that is kept besides the picture, which costs time or memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tracking {
     /// Rays, lanes and neighbours, for [`Renderer::counts`](super::Renderer::counts).

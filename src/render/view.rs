@@ -2,7 +2,7 @@
 
 use crate::scene::Camera;
 
-/// What is rendered: a camera, the image's size, and how paths are sampled.
+/// A view of a scene: camera, size of the picture, and the sampling of paths.
 #[derive(Clone, Debug)]
 pub struct View {
     /// The camera in the scene's world.

@@ -69,7 +69,7 @@ impl Bounds {
 /// box is less tight instead of taking minutes.
 const MOST_VERTICES: usize = 1 << 30;
 
-/// How far a box reaches in each of the six directions.
+/// The extent of a box in each of the six directions.
 const REACHES: [fn(&Bounds) -> f64; 6] = [
     |bounds| bounds.max.x,
     |bounds| bounds.max.y,
@@ -121,7 +121,7 @@ impl Scene {
         self.placed_boxes(&bounds)
     }
 
-    /// The same, given the box of each mesh.
+    /// The boxes of all instances, given the box of each mesh.
     pub(super) fn placed_boxes(&self, of_meshes: &[Option<Bounds>]) -> Vec<Bounds> {
         let of_instance = |instance: &Instance| {
             Some(of_meshes[instance.mesh as usize]?.placed(&instance.object_to_world))

@@ -78,7 +78,7 @@ impl LampTriangle {
 }
 
 impl Scene {
-    /// Whether some material that is a light at any time has an emissive texture.
+    /// True if some material that is a light at any time has an emissive texture.
     pub fn has_textured_lights(&self) -> bool {
         let mut materials = self.materials.iter().zip(self.lamp_materials());
         materials.any(|(material, is_lamp)| is_lamp && material.emissive_texture.is_some())
@@ -130,12 +130,12 @@ impl<'a> Emitters<'a> {
         }
     }
 
-    /// Whether triangles of a mesh's part may emit.
+    /// True if triangles of a mesh's part may emit.
     pub fn may_emit(&self, part: &Part) -> bool {
         self.lamps[part.material as usize]
     }
 
-    /// Whether a triangle of a mesh's part emits.
+    /// True if a triangle of a mesh's part emits.
     pub fn emits(&self, mesh: &Mesh, part: &Part, triangle: u32) -> bool {
         let texture = self.scene.materials[part.material as usize].emissive_texture;
         self.may_emit(part)

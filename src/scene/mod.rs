@@ -102,7 +102,7 @@ pub struct Instance {
     pub object_to_world: DAffine3,
 }
 
-/// What a material's alpha means.
+/// The meaning of a material's alpha.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AlphaMode {
     /// Nothing: the surface covers all.
@@ -125,9 +125,9 @@ pub struct Material {
     pub base_color: Vec3,
     /// Multiplies the base colour; sRGB.
     pub base_color_texture: Option<Texture>,
-    /// How much of the surface is there: multiplied by the alpha of base colour texture and vertex colours.
+    /// Coverage of the surface, in [0, 1]: multiplied by the alpha of base colour texture and vertex colours.
     pub alpha: f32,
-    /// What alpha means.
+    /// The meaning of alpha.
     pub alpha_mode: AlphaMode,
     /// 0 dielectric … 1 metal.
     pub metallic: f32,
@@ -145,13 +145,13 @@ pub struct Material {
     pub specular_color: Vec3,
     /// Index of refraction of a dielectric, ≥ 1 (or 0, glTF's "F0 = 1" convention).
     pub ior: f32,
-    /// Whether the camera sees the base colour as it is, as radiance, and all else sees black (`KHR_materials_unlit`).
+    /// True if the camera sees the base colour as it is, as radiance, and all else sees black (`KHR_materials_unlit`).
     pub unlit: bool,
     /// Emitted radiance: emissive factor × emissive strength, ≥ 0.
     pub emission: Vec3,
     /// Multiplies the emission; sRGB.
     pub emissive_texture: Option<Texture>,
-    /// Whether both sides emit. (Every surface reflects on both sides.)
+    /// True if both sides emit. (Every surface reflects on both sides.)
     pub double_sided: bool,
 }
 
@@ -216,7 +216,7 @@ impl Material {
             .filter_map(|(name, texture)| Some((name, texture.as_ref()?)))
     }
 
-    /// Whether the surface emits light.
+    /// True if the surface emits light.
     pub fn is_emissive(&self) -> bool {
         self.emission.max_element() > 0.0
     }

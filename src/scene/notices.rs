@@ -65,7 +65,7 @@ pub(crate) fn quoted(text: &str) -> String {
     }
 }
 
-/// The same, of a text whose end says more than its start.
+/// As the function above, for a text whose end says more than its start.
 pub(crate) fn quoted_end(text: &str) -> String {
     match text.chars().count().checked_sub(LONGEST) {
         None | Some(0) => quoted(text),

@@ -20,7 +20,7 @@ pub struct PunctualLight {
 /// The shape of a punctual light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PunctualShape {
-    /// The same in all directions.
+    /// Equal intensity in all directions.
     Point,
     /// A cone around the axis: full intensity up to the angle `inner`, none beyond `outer`, both in radians.
     Spot {
@@ -48,7 +48,7 @@ impl PunctualLight {
 }
 
 impl PunctualLight {
-    /// Its position in the world.
+    /// The position in the world.
     pub fn position(&self) -> DVec3 {
         self.light_to_world.translation
     }
@@ -61,7 +61,7 @@ impl PunctualLight {
         (axis / largest).try_normalize().unwrap_or(DVec3::NEG_Z)
     }
 
-    /// Whether it is infinitely far away.
+    /// True if it is infinitely far away.
     pub fn is_distant(&self) -> bool {
         self.shape == PunctualShape::Directional
     }

@@ -5,7 +5,7 @@ use super::lights::Emitters;
 use super::{AlphaMode, Material, Mesh, Scene};
 use crate::shader_interface::MIRROR_ROUGHNESS;
 
-/// What a scene contains that needs support in the renderer. Only materials and meshes with an
+/// The features of a scene that need support in the renderer. Only materials and meshes with an
 /// instance count; counts are over instances; a material that emits at any time is a light.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Requirements {
@@ -15,42 +15,42 @@ pub struct Requirements {
     pub emissive_triangles: u64,
     /// Instances of meshes.
     pub instances: u64,
-    /// Whether some light emits from both sides.
+    /// True if some light emits from both sides.
     pub double_sided_emitters: bool,
     /// Punctual lights.
     pub punctual_lights: u64,
-    /// Whether there is an environment.
+    /// True if there is an environment.
     pub environment: bool,
-    /// Whether some surface has a specular lobe (else all is Lambert).
+    /// True if some surface has a specular lobe (else all is Lambert).
     pub specular: bool,
-    /// Whether some specular lobe is too narrow for reservoirs (see [`MIRROR_ROUGHNESS`]).
+    /// True if some specular lobe is too narrow for reservoirs (see [`MIRROR_ROUGHNESS`]).
     pub near_delta: bool,
-    /// Whether some material has textures of base colour, metalness or roughness.
+    /// True if some material has textures of base colour, metalness or roughness.
     pub textures: bool,
-    /// Whether some surface has holes or covers only a part (alphaMode `MASK` or `BLEND`).
+    /// True if some surface has holes or covers only a part (alphaMode `MASK` or `BLEND`).
     pub alpha: bool,
-    /// Whether some surface covers only a part (`BLEND`).
+    /// True if some surface covers only a part (`BLEND`).
     pub blending: bool,
-    /// Whether some material has a normal map.
+    /// True if some material has a normal map.
     pub normal_maps: bool,
-    /// Whether some material is unlit.
+    /// True if some material is unlit.
     pub unlit: bool,
-    /// Whether some light has a texture.
+    /// True if some light has a texture.
     pub emissive_textures: bool,
-    /// Whether some mesh has vertex colours.
+    /// True if some mesh has vertex colours.
     pub vertex_colors: bool,
-    /// Whether some mesh has shading normals.
+    /// True if some mesh has shading normals.
     pub smooth_normals: bool,
-    /// Whether some triangle is so much larger than instances usually are that barycentric weights in f32 do not
+    /// True if some triangle is so much larger than instances usually are that barycentric weights in f32 do not
     /// tell its points apart.
     pub large_triangles: bool,
-    /// Whether some mesh has more than one material.
+    /// True if some mesh has more than one material.
     pub multi_part_meshes: bool,
-    /// Whether some mesh is placed more than once.
+    /// True if some mesh is placed more than once.
     pub shared_meshes: bool,
-    /// Whether some instance is mirrored, which reverses the winding of its triangles.
+    /// True if some instance is mirrored, which reverses the winding of its triangles.
     pub mirrored_instances: bool,
-    /// Whether instances, cameras or lights change with time.
+    /// True if instances, cameras or lights change with time.
     pub motion: bool,
 }
 
@@ -181,7 +181,7 @@ fn longest_edge(mesh: &Mesh) -> f64 {
 }
 
 impl Material {
-    /// Whether the surface has a specular lobe; else it is pure Lambert.
+    /// True if the surface has a specular lobe; else it is pure Lambert.
     pub fn has_specular_lobe(&self) -> bool {
         self.metallic > 0.0 || self.specular > 0.0
     }

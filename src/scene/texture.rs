@@ -16,7 +16,7 @@ pub struct Image {
     pub texels: Arc<[[u8; 4]]>,
 }
 
-/// What lies beyond the edges of an image.
+/// The texels beyond the edges of an image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wrap {
     /// The image again.
@@ -39,7 +39,7 @@ pub struct Texture {
     pub transform: Affine2,
     /// Beyond the edges along u and v.
     pub wrap: [Wrap; 2],
-    /// Whether a lookup takes the nearest texel instead of interpolating between four.
+    /// True if a lookup takes the nearest texel instead of interpolating between four.
     pub nearest: bool,
 }
 
@@ -133,7 +133,7 @@ impl LitTexels {
         }
     }
 
-    /// Whether a lookup may find anything but black, at some point of a triangle whose corners have these coordinates.
+    /// True if a lookup may find anything but black, at some point of a triangle whose corners have these coordinates.
     /// Where it is not certain, it may.
     pub fn may_be_seen(&self, texture: &Texture, uvs: [Vec2; 3]) -> bool {
         let size = Vec2::from(self.size.map(|side| side as f32));
@@ -156,7 +156,7 @@ impl LitTexels {
         (rows.iter()).any(|rows| columns.iter().any(|columns| self.has_lit(*columns, *rows)))
     }
 
-    /// Whether a block is lit of these columns and rows, the last included.
+    /// True if a block is lit of these columns and rows, the last included.
     fn has_lit(&self, [left, right]: [usize; 2], [top, bottom]: [usize; 2]) -> bool {
         let before = |column: usize, row: usize| self.lit_before[row * (self.columns + 1) + column];
         before(right + 1, bottom + 1) + before(left, top)

@@ -51,7 +51,7 @@ fn is_coarse(mesh: &Mesh) -> bool {
     coarse > 0 && 10 * coarse >= mesh.triangles.len()
 }
 
-/// Whether every channel is between 0 and a limit. By comparison, because the smallest and the largest element of a
+/// True if every channel is between 0 and a limit. By comparison, because the smallest and the largest element of a
 /// vector with NaN in it may be those of the rest.
 pub(super) fn is_within(color: Vec3, limit: f32) -> bool {
     color.cmpge(Vec3::ZERO).all() && color.cmple(Vec3::splat(limit)).all()
@@ -222,7 +222,7 @@ pub(super) fn check_reach(
     Ok(())
 }
 
-/// Whether a transform flattens everything, so that normals are lost.
+/// True if a transform flattens everything, so that normals are lost.
 pub(super) fn is_singular(matrix: DMat3) -> bool {
     // Axes are scaled to a length near 1 first: the product of their lengths may be out of f64's range.
     let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| {

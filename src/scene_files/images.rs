@@ -96,7 +96,7 @@ pub(super) fn decode(
     Ok(images)
 }
 
-/// How many of the images that have these numbers of texels are decoded at once: at least one.
+/// The number of images, of these numbers of texels, that are decoded at once: at least one.
 fn batch_length(sizes: &[u64]) -> usize {
     let mut texels = 0;
     let fitting = sizes.iter().take_while(|size| {
@@ -107,7 +107,7 @@ fn batch_length(sizes: &[u64]) -> usize {
 }
 
 impl Encoded<'_> {
-    /// How messages call it.
+    /// The name of the image in messages.
     fn label(&self) -> String {
         match self.name.as_str() {
             "" => self.what.clone(),
@@ -183,7 +183,7 @@ impl Encoded<'_> {
     }
 }
 
-/// Whether a JPEG file has the marker of its end. Markers inside of segments, as in the preview of a photograph, are
+/// True if a JPEG file has the marker of its end. Markers inside of segments, as in the preview of a photograph, are
 /// not its own.
 fn is_whole_jpeg(bytes: &[u8]) -> bool {
     const END: u8 = 0xD9;
@@ -208,7 +208,7 @@ fn is_whole_jpeg(bytes: &[u8]) -> bool {
     }
 }
 
-/// Whether a WebP file is as long as it says: behind its first eight bytes. The byte that makes the length even is not
+/// True if a WebP file is as long as it says: behind its first eight bytes. The byte that makes the length even is not
 /// always there.
 fn is_whole_webp(bytes: &[u8]) -> bool {
     let length = bytes.get(4..).and_then(|bytes| bytes.first_chunk());

@@ -31,7 +31,7 @@ pub fn load(path: &Path) -> Result<Scene> {
 /// [`load`] with progress reports to `watch`.
 ///
 /// # Errors
-/// Those of [`load`], and those of `watch`.
+/// The errors of [`load`], and those of `watch`.
 pub fn load_watched(path: &Path, options: Options, watch: &mut Watch<'_>) -> Result<Scene> {
     let extension = path
         .extension()

@@ -17,7 +17,7 @@ impl Scene {
     /// [`Self::open`] with progress reports to `watch` while a file is loaded.
     ///
     /// # Errors
-    /// Those of [`Self::open`], and those of `watch`.
+    /// The errors of [`Self::open`], and those of `watch`.
     pub fn open_watched(name: &str, options: Options, watch: &mut Watch<'_>) -> Result<Self> {
         if let Some((name, parameters)) = as_procedural(name) {
             return procedural::generate(name, &parse_parameters(name, parameters)?);

@@ -1,6 +1,6 @@
 //! What the user permits when a scene is loaded.
 
-/// What is permitted when a scene is loaded.
+/// Permissions of loading a scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Options {
     /// Load a scene even if image files of textures are missing: without these textures.

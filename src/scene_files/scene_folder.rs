@@ -15,7 +15,7 @@ use std::io::{self, ErrorKind};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Component, Path, PathBuf};
 
-/// How folders on the way to a file are opened. One that may be passed through need not be readable, except where the
+/// Flags with which folders on the way to a file are opened. One that may be passed through need not be readable, except where the
 /// system has no such flag.
 #[cfg(target_os = "linux")]
 const THROUGH: OFlags = OFlags::PATH.union(OFlags::DIRECTORY);
@@ -68,7 +68,7 @@ impl<'a> SceneFolder<'a> {
     /// count as missing.
     ///
     /// # Errors
-    /// Those of [`Self::open`].
+    /// The errors of [`Self::open`].
     pub fn open_dispensable(&self, what: &str, names: &[PathBuf]) -> Result<Option<SceneFile>> {
         match self.look_up(what, names)? {
             Lookup::Outside(_) if self.options.allow_missing => Ok(None),

@@ -1,7 +1,7 @@
 //! Choices that settings and shaders share: each enumeration is declared once for both.
 
 crate::gpu_enum! {
-    /// How next-event estimation and BSDF sampling share the light.
+    /// The MIS heuristic of next-event estimation and BSDF sampling.
     #[derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
     #[serde(rename_all = "kebab-case")]
     pub enum Heuristic {
@@ -14,7 +14,7 @@ crate::gpu_enum! {
 }
 
 crate::gpu_enum! {
-    /// How a merge weighs its techniques against each other.
+    /// The MIS weights of a merge.
     #[derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
     #[serde(rename_all = "kebab-case")]
     pub enum Mis {
@@ -31,7 +31,7 @@ crate::gpu_enum! {
 }
 
 crate::gpu_enum! {
-    /// What fills the hash grid.
+    /// The surfaces that fill the hash grid.
     pub enum HashGrid {
         /// There is none.
         #[default]
@@ -44,7 +44,7 @@ crate::gpu_enum! {
 }
 
 crate::gpu_enum! {
-    /// How the vertices of paths reuse light samples of other vertices.
+    /// The way in which vertices of paths reuse light samples of other vertices.
     pub enum WorldReservoirs {
         /// They do not.
         #[default]
@@ -66,7 +66,7 @@ crate::gpu_enum! {
         /// Where the selected sample is shaded: one ray. For direct light unbiased, noisy in shadows, and without
         /// BSDF samples. Paths of indirect light are traced, so for them the same as `initial`.
         Final,
-        /// Of the selected initial candidate, and where the selected sample is shaded. Biased, dark.
+        /// In the selected initial candidate, and where the selected sample is shaded. Biased, dark.
         Initial,
         /// In every target function: one ray each with `mis=balance`, two for a pairwise merge. Unbiased.
         #[default]
@@ -75,7 +75,7 @@ crate::gpu_enum! {
 }
 
 crate::gpu_enum! {
-    /// What a reservoir stores.
+    /// The contents of a reservoir.
     #[derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
     #[serde(rename_all = "kebab-case")]
     pub enum Format {

@@ -17,7 +17,7 @@ static COMPILER: LazyLock<Result<shaderc::Compiler, String>> =
 /// The first line of files that are included once.
 const ONCE: &str = "#pragma once\n";
 
-/// What the SPIR-V says of the source that it comes from.
+/// The debug information in the SPIR-V.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Debug {
     /// Names only.
@@ -101,7 +101,7 @@ pub fn compile(
 /// [`compile`], with more of the source in the SPIR-V if `debug` says so.
 ///
 /// # Errors
-/// Those of [`compile`].
+/// The errors of [`compile`].
 pub fn compile_with(
     name: &str,
     source: &str,

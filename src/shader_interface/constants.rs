@@ -24,7 +24,7 @@ crate::gpu_constants! {
     pub const WRAP_REPEAT: u32 = 0;
     /// It repeats mirrored.
     pub const WRAP_MIRROR: u32 = 1;
-    /// Its edges continue.
+    /// The texels at the edges of the image continue.
     pub const WRAP_CLAMP: u32 = 2;
     /// Minimum cosine between a shading normal and the direction to the eye.
     pub const MIN_FACING: f32 = 0.01;
@@ -54,9 +54,9 @@ crate::gpu_constants! {
     pub const LIGHT_NONE: u32 = 0;
     /// On an emissive triangle, in area measure.
     pub const LIGHT_TRIANGLE: u32 = 1;
-    /// The same, and it emits to both sides.
+    /// On an emissive triangle that emits to both sides, in area measure.
     pub const LIGHT_TWO_SIDED: u32 = 2;
-    /// Of the environment, in solid angle.
+    /// On the environment, in solid angle.
     pub const LIGHT_ENVIRONMENT: u32 = 3;
     /// A point light, in discrete measure; so are those that follow.
     pub const LIGHT_POINT: u32 = 4;

@@ -51,11 +51,11 @@ pub struct Member {
 /// A structure declared by [`gpu_struct!`](crate::gpu_struct).
 #[derive(Clone, Copy, Debug)]
 pub struct StructLayout {
-    /// Its name, the same on both sides.
+    /// The name of the structure, the same in Rust and GLSL.
     pub name: &'static str,
     /// Size in bytes, also the stride in arrays.
     pub size: usize,
-    /// Its members in order.
+    /// The members in order.
     pub members: &'static [Member],
 }
 

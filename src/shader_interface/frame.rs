@@ -18,7 +18,7 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// What is rendered, and how far.
+    /// The view that is rendered, and limits of paths.
     pub struct ViewConstants {
         /// The camera.
         pub camera: GpuCamera,
@@ -52,15 +52,15 @@ crate::gpu_struct! {
         pub jitter: u32,
         /// The [`Heuristic`](crate::Heuristic).
         pub heuristic: u32,
-        /// Whether light that was scattered once is left out.
+        /// 1 if light that was scattered once is left out, otherwise 0.
         pub without_direct_light: u32,
     }
 }
 
 crate::gpu_struct! {
-    /// How one kind of light is resampled.
+    /// The resampling of direct or of indirect light.
     pub struct ReuseConstants {
-        /// Whether lights are selected uniformly (1) or by power (0) among all.
+        /// 1 if light candidates are drawn uniformly among all lights, 0 if by power.
         pub uniform_candidates: u32,
         /// Light samples of a pixel, or of a vertex of a path.
         pub light_samples: u32,
@@ -86,7 +86,7 @@ crate::gpu_struct! {
         pub min_normal_cosine: f32,
         /// Maximum relative difference of similar surfaces' depths.
         pub depth_tolerance: f32,
-        /// Whether similar surfaces must have the same material.
+        /// 1 if similar surfaces must have the same material, otherwise 0.
         pub same_material: u32,
     }
 }
@@ -130,19 +130,19 @@ crate::gpu_struct! {
     pub struct WorldConstants {
         /// Where the reservoirs of the previous frame are.
         pub previous: WorldAddresses,
-        /// Those of this frame.
+        /// The addresses of this frame's buffers.
         pub current: WorldAddresses,
         /// Side of a cell, in pixels.
         pub cell: f32,
         /// Bins of normals along each side of the octahedral map.
         pub bins: u32,
-        /// How far a vertex looks for its cell, in cells.
+        /// The width of the range in which a vertex looks for its cell, in cells.
         pub jitter: f32,
         /// Reservoirs that a vertex merges.
         pub merged: u32,
         /// Maximum confidence of each of these.
         pub confidence_cap: f32,
-        /// Whether vertices keep what they merged (1), or what their own light samples selected (0).
+        /// 1 if vertices keep what they merged, 0 if they keep what their own light samples selected.
         pub keeps_merged: u32,
         /// Vertices of a path that have reservoirs.
         pub depth: u32,
@@ -174,7 +174,7 @@ crate::gpu_struct! {
         pub view: ViewConstants,
         /// The previous frame's camera.
         pub previous_camera: GpuCamera,
-        /// Whether primary rays are jittered (1) or pass through the pixels' centres (0).
+        /// 1 if primary rays are jittered, 0 if they pass through the centres of the pixels.
         pub jitters: u32,
         /// The position of this frame's primary rays in the first pixel, 0…1, downwards.
         pub jitter: Vec2,
@@ -196,9 +196,9 @@ crate::gpu_struct! {
         pub mean_light_luminance: f32,
         /// Number of nodes of the light BVH.
         pub light_node_count: u32,
-        /// Whether far lights are joined (1) or skipped (0).
+        /// 1 if far lights are joined, 0 if they are skipped.
         pub light_bvh_joins: u32,
-        /// Whether lights are drawn from it uniformly (1), or by their expected contribution (0).
+        /// 1 if lights are drawn from it uniformly, 0 if by their expected contribution.
         pub light_bvh_uniform: u32,
         /// Pixels a side of the tiles that have light lists.
         pub light_tile: u32,
@@ -208,17 +208,17 @@ crate::gpu_struct! {
         pub grid: GridConstants,
         /// World reservoirs.
         pub world: WorldConstants,
-        /// How the kind of light of the pass is resampled.
+        /// The resampling of the light of the pass.
         pub reuse: ReuseConstants,
     }
 }
 
 crate::gpu_struct! {
-    /// Which of a frame's spatial passes this is.
+    /// One of the spatial passes of a frame.
     pub struct SpatialStep {
-        /// Its index, from 0.
+        /// The index of the spatial pass, from 0.
         pub index: u32,
-        /// Whether it also adds what it merges to the picture (0 or 1).
+        /// 1 if it also adds what it merges to the picture, otherwise 0.
         pub shades: u32,
     }
 }

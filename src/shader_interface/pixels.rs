@@ -73,7 +73,7 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// How a part of a picture becomes display values.
+    /// Constants of the pass that turns a part of a picture into display values.
     pub struct ToneMap {
         /// Words from one pixel's radiance to the next.
         pub stride: u32,

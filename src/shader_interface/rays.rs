@@ -35,7 +35,7 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// How many rays the ray-buffer pass traces.
+    /// The rays that the ray-buffer pass traces.
     pub struct RayBatch {
         /// Number of rays.
         pub count: u32,

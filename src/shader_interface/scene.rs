@@ -84,7 +84,7 @@ crate::gpu_struct! {
         pub set: u32,
         /// WRAP_… along u, and along v times 4.
         pub wrap: u32,
-        /// Whether a lookup takes the nearest texel (1) or interpolates between four (0).
+        /// 1 if a lookup takes the nearest texel, 0 if it interpolates between four.
         pub nearest: u32,
     }
 }
@@ -104,11 +104,11 @@ crate::gpu_struct! {
         pub emission: Vec3,
         /// Area, in the unit of length on the device.
         pub area: f32,
-        /// Whether it emits on both sides (0 or 1).
+        /// 1 if it emits on both sides, otherwise 0.
         pub double_sided: u32,
         /// The traced instance that it belongs to.
         pub instance: u32,
-        /// Its index in the mesh of that instance, if it may have holes; else NONE.
+        /// The index of the light's triangle in the mesh of that instance, if it may have holes; otherwise NONE.
         pub primitive: u32,
         /// Fills the last four words.
         pub padding: u32,
@@ -153,7 +153,7 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// How a texture is laid onto a light.
+    /// A texture on a light.
     pub struct GpuLightTexture {
         /// Texture coordinates of the first corner.
         pub uv: Vec2,
@@ -209,13 +209,13 @@ crate::gpu_struct! {
     /// Two arrays of the light BVH, side by side. One has its lights, in the order of its leaves; among those of a node each is
     /// drawn by its part of their integers. The other says where each light is, by the index among the lights of all kinds.
     pub struct GpuLightEntry {
-        /// Of the BVH's light at this place: its index among the lights of all kinds.
+        /// For the light at this position in the BVH: its index among the lights of all kinds.
         pub light: u32,
-        /// Of the BVH's light at this place: the first of the integers that select it; those of the next one follow.
+        /// For the light at this position in the BVH: the first of the integers that select it; those of the next light follow.
         pub before: u32,
-        /// Of the light with this index: the leaf of its cluster; NONE if it belongs to none.
+        /// For the light with this index: the leaf of its cluster; NONE if it belongs to none.
         pub leaf: u32,
-        /// Of the light with this index: its place among the BVH's lights.
+        /// For the light with this index: its position among the lights of the BVH.
         pub place: u32,
     }
 }

@@ -8,22 +8,22 @@ use crate::{
 };
 use glam::{UVec2, Vec2};
 
-/// How shaders access one of the buffers.
+/// A buffer of the scene, and the access of shaders to it.
 pub struct Access {
     /// The name in GLSL, of the binding and of the entry in [`SceneTable`].
     pub name: &'static str,
-    /// How elements are read.
+    /// The access to elements.
     pub elements: Elements,
 }
 
-/// How the elements of a buffer are read.
+/// The access of shaders to the elements of a buffer.
 pub enum Elements {
     /// Each by itself, as this GLSL type.
     Plain(&'static str),
     /// Four words at once: `NAME_words(index)` gives the words 4 · `index` to 4 · `index` + 3. Shader variants with
     /// [`Fetch::Texels`](crate::Fetch) read them as texels.
     Words,
-    /// The same, put together to structures of a multiple of four words: `load_NAME(index)`.
+    /// As `Words`, put together to structures of a multiple of four words: `load_NAME(index)`.
     Records(StructLayout),
 }
 
@@ -84,7 +84,7 @@ macro_rules! declare_access {
         $name:ident: [$element:ty] as $elements:ident $(($argument:tt))?; $count:expr;
     )*) => {
         crate::gpu_struct! {
-            /// What shaders know of the scene's buffers.
+            /// The table of the scene's buffers: counts of elements and addresses.
             pub struct SceneTable {
                 /// Number of lights of all kinds: triangles, punctual lights, and 1 for an environment.
                 pub light_count: u32,
@@ -98,7 +98,7 @@ macro_rules! declare_access {
                 pub environment_turn: Vec2,
                 /// Number of instances that are traced.
                 pub instance_count: u32,
-                /// Whether some light has a texture (0 or 1).
+                /// 1 if some light has a texture, otherwise 0.
                 pub textured_lights: u32,
                 $($(#[$meta])* pub $name: UVec2,)*
             }
@@ -117,7 +117,7 @@ macro_rules! declare_access {
 scene_buffers!(declare_access);
 
 impl Elements {
-    /// Whether four words at once are read, in shader variants with texels as texels.
+    /// True if four words at once are read, in shader variants with texels as texels.
     pub fn are_words(&self) -> bool {
         !matches!(self, Self::Plain(_))
     }

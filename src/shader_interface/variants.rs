@@ -1,7 +1,7 @@
 //! The legal variants of shaders. The build script compiles every pass, which are the files `NAME.comp` in `glsl`, in each of
 //! them and embeds the SPIR-V.
 
-/// How rays are traced.
+/// The tracer of rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Tracer {
     /// `rayQueryEXT` on the driver's acceleration structures.
@@ -10,7 +10,7 @@ pub enum Tracer {
     ComputeBvh,
 }
 
-/// How shaders reach a scene's buffers, except those that [`Fetch`] decides on, and world reservoirs.
+/// The access of shaders to a scene's buffers, except those that [`Fetch`] decides on, and to world reservoirs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum GeometryAccess {
     /// Named storage buffers: runs everywhere, and is what a capture shows.
@@ -19,7 +19,7 @@ pub enum GeometryAccess {
     BufferAddresses,
 }
 
-/// How shaders read nodes of trees, positions, instances, materials, lights and sample data.
+/// The access of shaders to nodes of trees, positions, instances, materials, lights and sample data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Fetch {
     /// As texels of four words, which llvmpipe reads in one access.
@@ -28,7 +28,7 @@ pub enum Fetch {
     Words,
 }
 
-/// How shaders read the texels of textures.
+/// The access of shaders to the texels of textures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Textures {
     /// From one buffer with the texels of all images, as [`GeometryAccess`] says: runs everywhere.
@@ -80,13 +80,13 @@ impl Textures {
 /// One variant of the passes that trace rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Variant {
-    /// Which body the trace seam has.
+    /// The tracer.
     pub tracer: Tracer,
-    /// Which body the geometry accessor has.
+    /// The access to buffers.
     pub geometry: GeometryAccess,
-    /// How that reads nodes, positions and records.
+    /// The access to nodes, positions and records.
     pub fetch: Fetch,
-    /// How textures are read.
+    /// The access to texels of textures.
     pub textures: Textures,
 }
 

@@ -33,7 +33,7 @@ const NORMAL_99: f64 = 2.5758;
 /// Standard errors beyond its threshold at which a difference is found with a power of 90 %.
 const POWER: f64 = 1.2816;
 
-/// What seeds say of a configuration's mean.
+/// The estimate of a configuration's mean from its seeds.
 #[derive(Clone, Debug, Serialize)]
 pub struct Bias {
     /// Runs that it was measured from.
@@ -137,12 +137,12 @@ impl Bias {
     }
 }
 
-/// Whether a difference is no more than rounding makes, noise included.
+/// True if a difference is no more than rounding makes, noise included.
 fn is_rounding(difference: &Estimate, rounding: f64) -> bool {
     difference.mean.abs() <= rounding && difference.standard_error <= rounding
 }
 
-/// How far each block is from the reference. Blocks without noise, black ones, say nothing.
+/// The distance of each block from the reference. Blocks without noise, which are black, are left out.
 fn block_differences(runs: &[&Run], reference: &Reference) -> Vec<Option<Estimate>> {
     let truth = reference.block_estimates();
     let (_, rounding) = reference.rounding();
@@ -156,7 +156,7 @@ fn block_differences(runs: &[&Run], reference: &Reference) -> Vec<Option<Estimat
         .collect()
 }
 
-/// How many standard errors each block's mean is from the reference's.
+/// The difference of each block's mean from the reference's, in standard errors.
 fn t_values(runs: &[&Run], reference: &Reference) -> Vec<f64> {
     (block_differences(runs, reference).iter().flatten())
         .map(|difference| difference.mean / difference.standard_error)
@@ -210,7 +210,7 @@ pub fn control_samples(runs: &[&Run], single: &[&Run]) -> u32 {
     (2.0_f64.powf(wanted) as u32).clamp(1, MAX_CONTROL_SAMPLES)
 }
 
-/// What fresh seeds say after an alarm.
+/// The result of fresh seeds after an alarm.
 #[derive(Clone, Debug, Serialize)]
 pub struct Confirmation {
     /// The bias of the fresh runs.

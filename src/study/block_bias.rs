@@ -11,7 +11,7 @@ use serde::Serialize;
 pub struct BlockBias {
     /// As a part of the blocks' mean luminance, emission left out; 0 where noise explains all that is seen.
     pub relative: f64,
-    /// Its 99 % interval.
+    /// The 99 % interval of the bias.
     pub interval: [f64; 2],
 }
 

@@ -52,7 +52,7 @@ impl Folder {
         references(&self.path)
     }
 
-    /// Whether it holds a finished run or reference, so that it stays.
+    /// True if it holds a finished run or reference, so that it stays.
     pub fn holds_results(&self) -> bool {
         let has_runs = self.runs().metadata().is_ok_and(|runs| runs.len() > 0);
         let mut references = self.references().read_dir().into_iter().flatten();

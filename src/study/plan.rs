@@ -20,7 +20,7 @@ use std::sync::Arc;
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
-    /// What is rendered.
+    /// The scenes and views that are rendered.
     pub scenes: Vec<PlannedScene>,
     /// Pixels across; the height follows each camera.
     #[serde(default = "default_width")]
@@ -46,7 +46,7 @@ pub struct Plan {
     /// Samples a pixel of the references.
     #[serde(default = "default_spp")]
     pub reference_spp: u32,
-    /// Whether rays, lanes and neighbours are counted, by runs that are not timed.
+    /// True if rays, lanes and neighbours are counted, by runs that are not timed.
     #[serde(default)]
     pub count: bool,
     /// Configurations one by one.
@@ -82,7 +82,7 @@ fn default_spp() -> u32 {
     4096
 }
 
-/// Whether a configuration should be found biased.
+/// True if a configuration should be found biased.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Expect {
@@ -107,20 +107,20 @@ impl Expect {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Configuration {
-    /// Its name in tables.
+    /// The name in tables.
     pub name: String,
     /// The preset it starts from.
     pub preset: String,
     /// Settings over the preset's, by dotted key.
     #[serde(default)]
     pub set: Map<String, Value>,
-    /// Whether a frame is the mean of itself and those before it, instead of standing alone.
+    /// True if a frame is the mean of itself and those before it, instead of standing alone.
     #[serde(default)]
     pub accumulate: bool,
     /// Names of the plan's scenes that it is rendered on; without, all.
     #[serde(default)]
     pub scenes: Vec<String>,
-    /// What the bias check should find; by default `unbiased`, and `any` for path tracing, which makes the
+    /// The expected verdict of the bias check; by default `unbiased`, and `any` for path tracing, which makes the
     /// references themselves.
     #[serde(default)]
     pub expect: Option<Expect>,
@@ -137,13 +137,13 @@ pub struct Sweep {
     pub set: Map<String, Value>,
     /// Values by dotted key.
     pub over: Map<String, Value>,
-    /// Whether a frame is the mean of itself and those before it, instead of standing alone.
+    /// True if a frame is the mean of itself and those before it, instead of standing alone.
     #[serde(default)]
     pub accumulate: bool,
     /// Names of the plan's scenes that they are rendered on; without, all.
     #[serde(default)]
     pub scenes: Vec<String>,
-    /// What the bias check should find; by default `unbiased`, and `any` for path tracing, which makes the
+    /// The expected verdict of the bias check; by default `unbiased`, and `any` for path tracing, which makes the
     /// references themselves.
     #[serde(default)]
     pub expect: Option<Expect>,
@@ -152,26 +152,26 @@ pub struct Sweep {
 /// A configuration with its settings resolved.
 #[derive(Clone, Debug)]
 pub struct Resolved {
-    /// Its name in tables.
+    /// The name in tables.
     pub name: String,
     /// The settings.
     pub settings: Settings,
     /// Frames of a run, numbered from 0.
     pub frames: u32,
-    /// Which time each of them shows.
+    /// The time that each frame shows.
     pub clock: Clock,
-    /// Whether a frame is the mean of itself and those before it.
+    /// True if a frame is the mean of itself and those before it.
     pub accumulate: bool,
-    /// Whether rays, lanes and neighbours are counted.
+    /// True if rays, lanes and neighbours are counted.
     pub count: bool,
     /// Names of the scenes that it is rendered on; empty: all.
     pub scenes: Arc<[String]>,
-    /// What the bias check should find.
+    /// The expected verdict of the bias check.
     pub expect: Expect,
 }
 
 impl Resolved {
-    /// Whether it is rendered on a scene.
+    /// True if it is rendered on a scene.
     pub fn is_for(&self, scene: &str) -> bool {
         self.scenes.is_empty() || self.scenes.iter().any(|name| name == scene)
     }
@@ -234,7 +234,7 @@ impl Plan {
         Ok(plan)
     }
 
-    /// Which time each frame shows.
+    /// The time that each frame shows.
     pub fn clock(&self) -> Clock {
         Clock {
             start_time: self.start_time,

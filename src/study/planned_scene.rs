@@ -15,7 +15,7 @@ pub struct PlannedScene {
     /// Eye and target, and optionally the vertical field of view in degrees; without, the scene is seen
     /// by its first camera.
     pub look_at: Option<String>,
-    /// Its environment: a file or a sky, as `--environment` takes it.
+    /// The environment: a file or a sky, as `--environment` takes it.
     pub environment: Option<String>,
     /// Samples a pixel of its references, instead of the plan's.
     pub reference_spp: Option<u32>,

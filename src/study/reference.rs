@@ -24,7 +24,7 @@ const SEED: u32 = 0x5EED_0000;
 /// of a picture.
 const AT_ONCE: u32 = 16;
 
-/// What a reference shows, and how it is made.
+/// The subject of a reference, and the settings that it is made with.
 pub struct Shot<'a> {
     /// Where it is made.
     pub device: &'a Arc<Device>,
@@ -280,7 +280,7 @@ impl References {
         Self(references)
     }
 
-    /// Whether each frame has its own.
+    /// True if each frame has its own.
     pub fn differ(&self) -> bool {
         self.0.len() > 1
     }

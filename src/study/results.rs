@@ -17,7 +17,7 @@ pub struct Row {
     pub scene: String,
     /// The configuration.
     pub configuration: String,
-    /// Its resolved settings.
+    /// The resolved settings.
     pub settings: Value,
     /// Number of independent runs.
     pub seeds: usize,
@@ -36,39 +36,39 @@ pub struct Row {
     /// What passes took that ran for the first time, in which some drivers compile them; empty where all runs are
     /// of an earlier study that was stopped.
     pub first_runs: Milliseconds,
-    /// What the passes of the last frame count where the first run is repeated, if the plan asks for it.
+    /// The counts of the passes of the last frame where the first run is repeated, if the plan asks for it.
     pub counts: Vec<Counts>,
     /// Bytes on the device that resampling keeps for each pixel.
     pub bytes_per_pixel: f64,
     /// Values refused, over all runs.
     pub rejected: u64,
-    /// What the bias check measured.
+    /// The measurements of the bias check.
     pub bias: Bias,
     /// The bias by blocks; null of fewer than three runs.
     pub block_bias: Option<BlockBias>,
     /// Chance that the blocks' t values are distributed as those of an unbiased control, were blocks
     /// independent.
     pub blocks_p_value: f64,
-    /// What fresh seeds say, where the first ones gave an alarm.
+    /// The result of fresh seeds, where the first ones gave an alarm.
     pub confirmation: Option<Confirmation>,
     /// The least of its p-values after Holm's correction over the whole study.
     pub corrected_p_value: f64,
     /// The relative bias that the check finds with a power of 90 %.
     pub detectable_bias: f64,
-    /// Whether a run comes out again to the last bit: if not, passes race for what they share.
+    /// True if a run comes out again to the last bit: if not, passes race for what they share.
     pub replays: bool,
-    /// What it was expected to be.
+    /// The verdict that the plan expects.
     pub expect: Expect,
-    /// What it was found to be.
+    /// The verdict that was found.
     pub verdict: Verdict,
-    /// What it takes to decide, where the verdict is `undecided`; null elsewhere.
+    /// The seeds and the time that a decision needs, where the verdict is `undecided`; null elsewhere.
     pub missing: Option<Missing>,
-    /// What one run takes.
+    /// The time of one run, in seconds.
     #[serde(skip)]
     pub(super) run_seconds: f64,
 }
 
-/// What an undecided bias check lacks.
+/// The reason why a bias check is undecided.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Missing {
     /// About so many more seeds would decide; null if none would, since the reference knows too little.
@@ -77,7 +77,7 @@ pub struct Missing {
     pub minutes: Option<f64>,
 }
 
-/// What a bias check found.
+/// The verdict of a bias check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
@@ -148,7 +148,7 @@ impl Row {
         })
     }
 
-    /// What is wrong with it, if anything is.
+    /// The failure, if there is one.
     pub fn complaint(&self) -> Option<&'static str> {
         if self.rejected > 0 {
             Some("values were refused")
@@ -178,7 +178,7 @@ impl Row {
         ))
     }
 
-    /// Whether the first seeds give reason to ask fresh ones, when `rows` rows are looked at.
+    /// True if the first seeds give reason to ask fresh ones, when `rows` rows are looked at.
     pub fn alarms(&self, rows: usize) -> bool {
         let level = LEVEL / rows.max(1) as f64;
         let least = self.bias.p_values.iter().copied().fold(1.0, f64::min);

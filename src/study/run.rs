@@ -12,23 +12,23 @@ use crate::scene::MovingCamera;
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
-/// What passes take, by their names, in their order.
+/// The times of passes, by their names, in their order.
 pub type Milliseconds = Vec<(String, f64)>;
 
-/// What is kept of a run.
+/// The results of a run.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Run {
     /// The scene's name in the plan.
     pub scene: String,
     /// The configuration's name.
     pub configuration: String,
-    /// What the run depends on, hashed: other settings make another run.
+    /// The hash of all that the run depends on: other settings make another run.
     pub key: String,
-    /// Its seed.
+    /// The seed.
     pub seed: u32,
     /// Root mean square error of each frame.
     pub rmse: Vec<f64>,
-    /// The same of clamped pictures.
+    /// The error of clamped pictures.
     pub rmse_clamped: Vec<f64>,
     /// relMSE of each frame.
     pub relmse: Vec<f64>,
@@ -47,10 +47,10 @@ pub struct Run {
     /// The median over frames, of which the first, which has no history, is left out where there are others; first
     /// runs of passes are left out too.
     pub milliseconds: Milliseconds,
-    /// What passes took that ran for the first time, in which some drivers compile them.
+    /// The times of passes in their first run, in which some drivers compile them.
     #[serde(default)]
     pub first_runs: Milliseconds,
-    /// What the passes of the last frame counted, if they were asked to.
+    /// The counts of the passes of the last frame, if they were asked for.
     #[serde(skip)]
     pub counts: Vec<Counts>,
     /// Bytes on the device that resampling keeps for each pixel.
@@ -58,13 +58,13 @@ pub struct Run {
     pub bytes_per_pixel: f64,
     /// Values refused.
     pub rejected: u32,
-    /// What the run took in all, measuring included; 0 where it was not noted.
+    /// The time of the whole run, measuring included, in seconds; 0 where it was not noted.
     #[serde(default)]
     pub seconds: f64,
 }
 
 impl Run {
-    /// Whether it is of so many frames and blocks.
+    /// True if it is of so many frames and blocks.
     pub fn has_lengths(&self, frames: usize, blocks: usize) -> bool {
         let of_frames = [
             &self.rmse,
@@ -76,7 +76,7 @@ impl Run {
         of_frames.iter().all(|list| list.len() == frames) && self.blocks.len() == blocks
     }
 
-    /// Whether both show the same, to the last bit. Errors are no part of that: another reference, as a study
+    /// True if both show the same, to the last bit. Errors are no part of that: another reference, as a study
     /// with --quick and one without have, makes others.
     pub fn same_as(&self, other: &Self) -> bool {
         (self.mean, &self.blocks) == (other.mean, &other.blocks)

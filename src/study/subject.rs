@@ -28,7 +28,7 @@ pub struct Subject {
     scene: Arc<GpuScene>,
     view: View,
     camera: Option<MovingCamera>,
-    /// Whether anything in the scene moves.
+    /// True if anything in the scene moves.
     moves: bool,
     scene_hash: String,
     shaders: Fingerprints,
@@ -137,7 +137,7 @@ impl Subject {
             .product()
     }
 
-    /// What a configuration's runs depend on beside their seeds, hashed.
+    /// The hash of all that a configuration's runs depend on besides their seeds.
     ///
     /// # Errors
     /// Never with finite settings.

@@ -39,14 +39,14 @@ pub fn expect(forecast: &mut Forecast, plan: &Plan, planned: &PlannedScene, own:
     }
 }
 
-/// How often the first run of a configuration is made again.
+/// The number of repetitions of the first run of a configuration.
 fn repeats(configuration: &Resolved) -> u64 {
     1 + u64::from(configuration.count)
 }
 
 /// A plan's work on one scene.
 pub struct Work<'a> {
-    /// What is to be done.
+    /// The plan of the study.
     plan: &'a Plan,
     /// Samples a pixel of its references.
     reference_spp: u32,
@@ -54,7 +54,7 @@ pub struct Work<'a> {
     subject: Subject,
     /// Where finished runs are kept.
     store: &'a mut Store,
-    /// How much of the study is done, this scene's work among it.
+    /// The fraction of the study that is done, in [0, 1], this scene's work included.
     forecast: &'a mut Forecast,
     /// Is told that after each step.
     watch: &'a mut Watch<'a>,

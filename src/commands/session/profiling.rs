@@ -34,7 +34,7 @@ impl Session {
     /// What the passes of frame `number` count, in a renderer of their own; `watch` as in [`Self::profile`].
     ///
     /// # Errors
-    /// Those of [`Self::profile`].
+    /// The errors of [`Self::profile`].
     pub fn counts_of(
         &self,
         number: u32,
@@ -58,7 +58,7 @@ impl Session {
         renderer.counts()
     }
 
-    /// What was profiled.
+    /// The subject of the profile.
     ///
     /// # Errors
     /// Never with finite settings.
@@ -78,7 +78,7 @@ impl Session {
         })
     }
 
-    /// How it was profiled.
+    /// The conditions of the run.
     pub fn circumstances(&self, plan: Plan) -> Circumstances {
         let variant = self.selection.variant;
         Circumstances {

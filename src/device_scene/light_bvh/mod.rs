@@ -23,23 +23,23 @@ use super::lights::Lights;
 use crate::shader_interface::{GpuLightEntry, GpuLightNode, LIGHT_SPOT, NODE_ENTRIES, NONE};
 use glam::{DVec3, Vec3};
 
-/// How a light BVH is built.
+/// Options of building a light BVH.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightBvhOptions {
     /// The scale of boxes; `None`: what fits.
     pub scale: Option<f32>,
-    /// Whether points find a cut; otherwise the clusters whose boxes of influence hold them.
+    /// True if points find a cut; otherwise the clusters whose boxes of influence hold them.
     pub cut: bool,
-    /// Whether lights that are close to each other form clusters; otherwise each is one.
+    /// True if lights that are close to each other form clusters; otherwise each is one.
     pub clusters: bool,
-    /// Whether the lights of a node are drawn by their power; otherwise uniformly.
+    /// True if the lights of a node are drawn by their power; otherwise uniformly.
     pub by_power: bool,
     /// True if rare lights are left out, because they have candidates of their own.
     pub leaves_out_rare: bool,
 }
 
 impl LightBvhOptions {
-    /// Whether it needs points on surfaces.
+    /// True if it needs points on surfaces.
     pub fn needs_surfaces(&self) -> bool {
         self.scale.is_none() && !self.cut
     }
@@ -48,7 +48,7 @@ impl LightBvhOptions {
 /// A light that is somewhere, in the device's units.
 #[derive(Clone, Copy, Debug)]
 pub struct NearLight {
-    /// Its index among the lights of all kinds.
+    /// The index among the lights of all kinds.
     pub index: u32,
     /// Equal for triangles that are connected by common corners.
     pub group: u32,
@@ -107,7 +107,7 @@ impl NearLight {
     }
 }
 
-/// What shaders read of a light BVH, for lights at one time.
+/// The data of a light BVH that shaders read, for lights at one time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LightBvhContents {
     /// The tree, in depth-first order.
@@ -131,9 +131,9 @@ impl LightBvhContents {
 /// A node on a walk.
 #[derive(Clone, Copy, Debug)]
 pub struct Visit {
-    /// Whether its box holds the point.
+    /// True if its box holds the point.
     pub inside: bool,
-    /// Whether it has no children.
+    /// True if it has no children.
     pub is_leaf: bool,
 }
 
@@ -168,7 +168,7 @@ struct Topology {
     /// The node after its last descendant.
     next: u32,
     is_leaf: bool,
-    /// Its lights in `order`.
+    /// The range of its lights in `order`.
     first: u32,
     count: u32,
 }
@@ -270,7 +270,7 @@ impl LightBvh {
         self.tree.iter().filter(|node| node.is_leaf).count()
     }
 
-    /// What shaders read, for the lights at any time.
+    /// The data that shaders read, for the lights at any time.
     pub fn contents(&self, lights: &Lights) -> LightBvhContents {
         // Clusters are made, so groups do not matter any more.
         let near = NearLight::of(lights, &[], self.options);
@@ -375,7 +375,7 @@ fn integer_sums(weights: &[f64]) -> Vec<u32> {
 /// A box that holds no point.
 const NOWHERE: (Vec3, Vec3) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
 
-/// What some lights add up to.
+/// Sums over lights.
 #[derive(Clone, Copy)]
 struct LightSum {
     low: Vec3,

@@ -5,7 +5,7 @@ use crate::scene::camera::look_at;
 use crate::scene::{Camera, Image, Instance, Material, Mesh, Part, Scene};
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 
-/// How deep things sink into the surface below them, in metres: of two faces in the same plane, the
+/// The depth by which things sink into the surface below them, in metres: of two faces in the same plane, the
 /// visible one would be arbitrary.
 pub const SINK: f32 = 0.002;
 

@@ -143,7 +143,7 @@ impl<'a> Net<'a> {
         self.value(at) < 0.0
     }
 
-    /// Whether the node is the last along the axis.
+    /// True if the node is the last along the axis.
     fn is_last(&self, at: Place, axis: usize) -> bool {
         at[axis] + 1 == self.size[axis]
     }

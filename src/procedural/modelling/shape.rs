@@ -175,7 +175,7 @@ impl Shape {
         self.positions.len() / 3
     }
 
-    /// Whether every edge is used equally often in both directions.
+    /// True if every edge is used equally often in both directions.
     #[cfg(test)]
     pub fn is_closed(&self) -> bool {
         let mut runs = std::collections::HashMap::new();

@@ -53,7 +53,7 @@ struct Net<'a> {
     /// Faces around each point; none around a removed point.
     around: Vec<Vec<usize>>,
     quadrics: Vec<Quadric>,
-    /// How often each point has changed, which detects outdated candidates.
+    /// The number of changes of each point, which detects outdated candidates.
     changes: Vec<u32>,
     candidates: BinaryHeap<Reverse<Candidate>>,
 }

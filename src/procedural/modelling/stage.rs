@@ -12,9 +12,9 @@ const LENGTH: f64 = 16.0;
 
 /// A scene with its motion, under construction.
 pub struct Stage {
-    /// What is in it.
+    /// The scene.
     pub room: Builder,
-    /// How it moves.
+    /// The motion of its instances, cameras and lights.
     pub motion: Motion,
 }
 

@@ -44,7 +44,7 @@ impl Festival {
         }
     }
 
-    /// Whether the budget suffices for another lantern.
+    /// True if the budget suffices for another lantern.
     pub fn has_light(&self) -> bool {
         self.left >= RESERVE + paper(0.17).triangle_count() as u64
     }

@@ -124,7 +124,7 @@ fn house(room: &mut Builder) {
     room.add(glass, Shape::quad(LOW + y, x, z));
 }
 
-/// What stands and hangs in the room, and does not move.
+/// The objects that stand and hang in the room, and do not move.
 fn furnish(room: &mut Builder) {
     // Denser towards its edges, and nowhere quite closed.
     let lace = room.image("lace", 8, |x, y| {

@@ -27,7 +27,7 @@ pub(super) const PARAMETERS: &[Parameter] = &[
 const FRONT: f32 = 4.3;
 /// Where the street begins, behind the camera.
 const START: f32 = 9.0;
-/// Its minimum length.
+/// The minimum length.
 const SHORTEST: f32 = 60.0;
 
 /// The street's bend: everything is built straight, and moved sideways at the end.

@@ -189,7 +189,7 @@ impl PathTracer {
         self.counters.rejected()
     }
 
-    /// What was counted since the last call, if counting was asked for.
+    /// The counts since the last call, if counting was asked for.
     pub fn counts(&mut self) -> Result<Vec<Counts>> {
         self.counters.since_last()
     }

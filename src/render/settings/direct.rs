@@ -4,7 +4,7 @@ use super::{Resampling, Spatial, Visibility};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How direct light is found.
+/// The estimator of direct light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DirectMode {
@@ -19,9 +19,9 @@ pub enum DirectMode {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Direct {
-    /// How direct light is found; with `--bounces 0` there is none.
+    /// The estimator of direct light; with `--bounces 0` there is none.
     pub mode: DirectMode,
-    /// How it is resampled.
+    /// Its resampling.
     #[serde(flatten)]
     pub resampling: Resampling,
     /// BSDF candidates a pixel and frame. Cost: one ray each. Unbiased at any value.
@@ -55,7 +55,7 @@ impl Default for Direct {
 }
 
 impl Direct {
-    /// What of these concerns path tracing.
+    /// These settings for path tracing, with defaults where it has no such setting.
     pub fn of_path_tracing(&self) -> Self {
         Self {
             mode: self.mode,
@@ -63,13 +63,13 @@ impl Direct {
         }
     }
 
-    /// Whether BSDF rays are candidates. What they hit is visible, so they would not cover the support of
+    /// True if BSDF rays are candidates. What they hit is visible, so they would not cover the support of
     /// targets without visibility.
     pub fn draws_bsdf(&self) -> bool {
         self.bsdf_samples > 0 && self.resampling.visibility != Visibility::Final
     }
 
-    /// Whether the first of them are traced by a pass of their own: because they also begin `paths`, or to
+    /// True if the first of them are traced by a pass of their own: because they also begin `paths`, or to
     /// decide where more are needed.
     pub fn draws_pilots(&self, paths: bool) -> bool {
         self.draws_bsdf() && (paths || self.more_bsdf_samples > 0)

@@ -4,7 +4,7 @@ use super::{Resampling, ReuseMode};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How indirect light is found.
+/// The estimator of indirect light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum IndirectMode {
@@ -17,11 +17,11 @@ pub enum IndirectMode {
     Restir,
 }
 
-/// How another pixel takes over a path of indirect light, at its second vertex.
+/// The reconnection shift: the way in which another pixel takes over a path of indirect light, at its second vertex.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Shift {
-    /// What leaves the second vertex is taken to be the same for all, and not to change: cheapest; biased
+    /// The radiance that leaves the second vertex is taken to be the same for all viewers, and not to change: cheapest; biased
     /// where that vertex is not matt, and in motion.
     Biased,
     /// The second vertex' BSDF is evaluated again: unbiased.
@@ -29,7 +29,7 @@ pub enum Shift {
     Unbiased,
 }
 
-/// How the vertices of indirect paths look for lights.
+/// Next-event estimation at the vertices of indirect paths.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Secondary {
@@ -38,7 +38,7 @@ pub enum Secondary {
     /// One of `indirect.light_samples` points, by what the vertex would reflect of each.
     #[default]
     Ris,
-    /// The same, merged with what vertices close by selected in the previous frame.
+    /// As `ris`, merged with the samples that nearby vertices selected in the previous frame.
     WorldReservoirs,
 }
 
@@ -46,14 +46,14 @@ pub enum Secondary {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Indirect {
-    /// How indirect light is found; with `--bounces 1` or less there is none.
+    /// The estimator of indirect light; with `--bounces 1` or less there is none.
     pub mode: IndirectMode,
-    /// How the vertices of paths look for lights. Unbiased, except for `world-reservoirs` with their mode `published`.
+    /// Next-event estimation at the vertices of paths. Unbiased, except for `world-reservoirs` with their mode `published`.
     pub secondary: Secondary,
-    /// How it is resampled.
+    /// Its resampling.
     #[serde(flatten)]
     pub resampling: Resampling,
-    /// How another pixel takes over a path. `biased` is biased.
+    /// The shift by which another pixel takes over a path. `biased` is biased.
     pub shift: Shift,
     /// Largest ratio between two pixels' views of a second vertex, by the solid angle that it has in
     /// each, with which they share it; below 1: any. Lower: fewer outliers, less reuse. Unbiased at any
@@ -80,7 +80,7 @@ impl Default for Indirect {
 }
 
 impl Indirect {
-    /// How it is resampled, with what `mode` and `secondary` leave of it.
+    /// Its resampling, as far as `mode` and `secondary` leave it.
     pub fn effective_resampling(&self) -> Resampling {
         let mut resampling = self.resampling;
         if self.secondary == Secondary::Power {

@@ -14,7 +14,7 @@ use std::sync::LazyLock;
 pub struct Description {
     /// Dotted key.
     pub key: String,
-    /// What it is, its unit, cost and effect on bias.
+    /// The doc of the setting: unit, cost and effect on bias.
     pub doc: String,
     /// The values it takes.
     pub values: String,
@@ -55,10 +55,10 @@ impl Settings {
         Ok(settings)
     }
 
-    /// The same with `changes` that stand at `path` in a TOML text.
+    /// As [`Self::with`], with `changes` that stand at `path` in a TOML text.
     ///
     /// # Errors
-    /// Those of [`Self::with`]; the message names the line.
+    /// The errors of [`Self::with`]; the message names the line.
     pub fn with_toml(&self, source: &TomlText, path: &[Step<'_>], changes: &Value) -> Result<Self> {
         let mut flat = Vec::new();
         flatten("", changes, &mut flat);
@@ -161,7 +161,7 @@ fn values_of(field: &'static Value) -> String {
     }
 }
 
-/// Whether a value lies between its field's minimum and maximum.
+/// True if a value lies between its field's minimum and maximum.
 fn in_range(field: &Value, value: &Value) -> bool {
     let bound = |name: &str| field.get(name).and_then(Value::as_f64);
     value.as_f64().is_none_or(|number| {

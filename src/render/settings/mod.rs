@@ -27,7 +27,7 @@ pub use crate::shader_interface::{Format, Heuristic, Mis, Visibility};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Which technique makes the image.
+/// The integrator that makes the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Integrator {
@@ -38,7 +38,7 @@ pub enum Integrator {
     Restir,
 }
 
-/// What becomes of light that single scattering loses.
+/// The treatment of light that single scattering loses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Energy {
@@ -75,11 +75,11 @@ impl Default for Roulette {
     }
 }
 
-/// Which code shaders contain.
+/// The code that shaders contain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Variant {
-    /// What the scene requires, as `scene inspect` shows it.
+    /// The code that the scene requires, as `scene inspect` shows it.
     #[default]
     Auto,
     /// All of it, for comparison; except code for motion, which reuses fewer samples, and for large triangles,
@@ -91,12 +91,12 @@ pub enum Variant {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
-    /// Which technique makes the image.
+    /// The integrator that makes the picture.
     pub integrator: Integrator,
-    /// How light sampling and BSDF sampling share the light in path tracing; candidates of resampling always
+    /// The MIS heuristic of light sampling and BSDF sampling in path tracing; candidates of resampling always
     /// share it by the balance heuristic. No effect on bias.
     pub heuristic: Heuristic,
-    /// What becomes of light that single scattering loses. `compensated` costs one table look-up a
+    /// The treatment of light that single scattering loses. `compensated` costs one table look-up per
     /// vertex.
     pub energy: Energy,
     /// Russian roulette.
@@ -113,8 +113,8 @@ pub struct Settings {
     pub hash_grid: HashGridSettings,
     /// World reservoirs, with `indirect.secondary=world-reservoirs`.
     pub world_reservoirs: WorldReservoirsSettings,
-    /// How reservoirs lie in memory.
+    /// The layout of reservoirs in memory.
     pub reservoirs: Reservoirs,
-    /// Which code shaders contain. `full` costs time; the picture is the same.
+    /// The code that shaders contain. `full` costs time; the picture is the same.
     pub variant: Variant,
 }

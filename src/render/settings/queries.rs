@@ -17,7 +17,7 @@ impl Settings {
         (bounces >= 1 && direct) || (bounces >= 2 && indirect)
     }
 
-    /// What of these concerns path tracing, for path tracing: what references are made with.
+    /// The settings for a reference: path tracing, with all of these settings that concern it.
     pub fn of_path_tracing(&self) -> Self {
         Self {
             integrator: Integrator::PathTracing,

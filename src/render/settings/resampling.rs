@@ -5,7 +5,7 @@ use crate::shader_interface::{Mis, Visibility};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How lights are picked for initial candidates.
+/// The distribution from which light candidates are drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Candidates {
@@ -41,18 +41,18 @@ pub enum ReuseMode {
 }
 
 impl ReuseMode {
-    /// Whether the last frame is used.
+    /// True if the last frame is used.
     pub fn is_temporal(self) -> bool {
         matches!(self, Self::Temporal | Self::Spatiotemporal)
     }
 
-    /// Whether neighbours are used.
+    /// True if neighbours are used.
     pub fn is_spatial(self) -> bool {
         matches!(self, Self::Spatial | Self::Spatiotemporal)
     }
 }
 
-/// How neighbours are searched.
+/// The search for neighbours.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Search {
@@ -102,7 +102,7 @@ pub struct Spatial {
     /// in common, so later frames have less noise.
     #[schemars(range(min = 0.5, max = 1000.0))]
     pub radius: f32,
-    /// How neighbours are searched.
+    /// The search for neighbours.
     pub search: Search,
     /// Random pixels tried for each neighbour, with `search=greedy`.
     #[schemars(range(min = 1, max = 16))]
@@ -128,7 +128,7 @@ impl Default for Spatial {
     }
 }
 
-/// Which surfaces are similar enough to share samples. Stricter: less noise at edges, fewer
+/// Limits within which surfaces are similar enough to share samples. Stricter: less noise at edges, fewer
 /// neighbours. Unbiased at any value, since no sample is looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -139,7 +139,7 @@ pub struct Similar {
     /// Largest difference of depths, as a share of the pixel's own.
     #[schemars(range(min = 0.0, max = 1000.0))]
     pub depth: f32,
-    /// Whether materials must be the same.
+    /// True if materials must be the same.
     pub material: bool,
 }
 
@@ -153,11 +153,11 @@ impl Default for Similar {
     }
 }
 
-/// How one kind of light is resampled: the part that the settings of both kinds contain.
+/// Resampling of direct or of indirect light: the settings that both have.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Resampling {
-    /// How lights are picked for candidates. No effect on bias.
+    /// The distribution from which light candidates are drawn. No effect on bias.
     pub candidates: Candidates,
     /// Light candidates a pixel and frame; of indirect light the points on lights that each vertex of a
     /// path chooses from, unless `secondary=power`. Cost: one target each, no ray. Unbiased at any value.
@@ -172,7 +172,7 @@ pub struct Resampling {
     /// Whose reservoirs a pixel merges with its own. Unbiased at any value; of indirect light in motion,
     /// only paths that reach a light from their second vertex are reused over time.
     pub reuse: ReuseMode,
-    /// How a merge weighs its techniques. `constant` is biased.
+    /// The MIS weights of a merge. `constant` is biased.
     pub mis: Mis,
     /// Where visibility enters. `initial` and `none` are biased. Candidates of indirect light are traced
     /// paths, which never reach what is not visible: for them only `weights` is unbiased.
@@ -181,7 +181,7 @@ pub struct Resampling {
     pub temporal: Temporal,
     /// Spatial reuse.
     pub spatial: Spatial,
-    /// Which surfaces are similar enough to share samples.
+    /// Limits within which surfaces are similar enough to share samples.
     pub similar: Similar,
 }
 

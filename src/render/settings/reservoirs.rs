@@ -5,19 +5,19 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// How reservoirs lie in memory.
+/// The layout of reservoirs in memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Reservoirs {
-    /// What a reservoir stores. `full` costs memory, `compact` look-ups.
+    /// The contents of a reservoir. `full` costs memory, `compact` look-ups.
     pub format: Format,
     /// The order of pixels in memory. No effect on the picture.
     pub order: Order,
-    /// Which words are adjacent in memory. No effect on the picture.
+    /// The words that are adjacent in memory. No effect on the picture.
     pub arrays: Arrays,
 }
 
-/// Which words are adjacent in memory.
+/// The words that are adjacent in memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Arrays {

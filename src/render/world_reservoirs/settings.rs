@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How world reservoirs are merged.
+/// The way in which world reservoirs are merged.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WorldMode {
@@ -14,13 +14,13 @@ pub enum WorldMode {
     Published,
 }
 
-/// What a vertex keeps for those of the next frame.
+/// The sample that a vertex keeps for vertices of the next frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WorldStores {
-    /// What its own light samples selected, as published.
+    /// The sample that its own light candidates selected, as published.
     Initial,
-    /// What it merged, so that samples pass on from frame to frame; on metal and where normals are interpolated as `initial`.
+    /// The sample that it merged, so that samples pass on from frame to frame; on metal and where normals are interpolated as `initial`.
     #[default]
     Merged,
 }
@@ -29,9 +29,9 @@ pub enum WorldStores {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct WorldReservoirsSettings {
-    /// How they are merged, whatever `indirect.mis` is: `unbiased` like neighbours with `mis=defensive`. `published` is biased.
+    /// The way in which they are merged, whatever `indirect.mis` is: `unbiased` like neighbours with `mis=defensive`. `published` is biased.
     pub mode: WorldMode,
-    /// What a vertex keeps for those of the next frame. No effect on bias.
+    /// The sample that a vertex keeps for vertices of the next frame. No effect on bias.
     pub stores: WorldStores,
     /// Side of a cell, in pixels; in the scene, it is rounded up or down at random to a power of two. Higher: more reservoirs to
     /// choose from, which fit less well. Unbiased at any value.

@@ -43,7 +43,7 @@ crate::bindings! {
 /// Maximum number of places of a bucket.
 const BUCKET_PLACES: u64 = 8;
 
-/// How large a table is.
+/// The size of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TableSize {
     /// Vertices; with none, no pass uses the table.
@@ -143,7 +143,7 @@ impl WorldTable {
         })
     }
 
-    /// Whether there are vertices.
+    /// True if there are vertices.
     pub fn is_used(&self) -> bool {
         self.passes.is_some()
     }

@@ -9,9 +9,9 @@ use crate::shader_interface::WorldAddresses;
 pub struct WorldVertices {
     /// Where the vertices are.
     pub points: Buffer,
-    /// What their reservoirs hold.
+    /// The samples in their reservoirs.
     pub samples: Buffer,
-    /// Of both, for shaders that take addresses; zeros for others, which bind them.
+    /// The addresses of both buffers, for shaders that take addresses; zeros for others, which bind the buffers.
     pub addresses: WorldAddresses,
 }
 

@@ -107,7 +107,7 @@ impl Environment {
         self.intensity * brightest.fold(0.0, f32::max)
     }
 
-    /// Whether it lights anything.
+    /// True if it lights anything.
     pub fn is_lit(&self) -> bool {
         self.brightest() > 0.0
     }

@@ -17,7 +17,7 @@ const KILOCANDELAS: f64 = 10.0;
 /// Half the angle that the sun's disc spans, in radians.
 const SUN_RADIUS: f64 = 0.2665 * PI / 180.0;
 
-/// What a sky is made from.
+/// The parameters of a sky.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sky {
     /// Elevation of the sun above the horizon, in degrees.

@@ -19,9 +19,9 @@ pub struct Motion {
     pub nodes: Vec<Node>,
     /// For each of the scene's instances the index of its node, or none if it does not move.
     pub instances: Vec<Option<u32>>,
-    /// The same for its cameras.
+    /// For each of its cameras the index of its node, or none if it does not move.
     pub cameras: Vec<Option<u32>>,
-    /// The same for its punctual lights.
+    /// For each of its punctual lights the index of its node, or none if it does not move.
     pub lights: Vec<Option<u32>>,
     /// Materials with changing emission, each once.
     pub emission: Vec<Emission>,
@@ -32,7 +32,7 @@ pub struct Motion {
 pub struct Node {
     /// Index of its parent, smaller than its own; none for a root.
     pub parent: Option<u32>,
-    /// Its transform relative to its parent.
+    /// The transform of the node relative to its parent.
     pub place: Place,
 }
 
@@ -126,13 +126,13 @@ impl Motion {
         nodes.chain(emission).fold(0.0, f64::max)
     }
 
-    /// Whether instances or lights move or change, not only cameras.
+    /// True if instances or lights move or change, not only cameras.
     pub fn moves_things(&self) -> bool {
         let mut attached = self.instances.iter().chain(&self.lights);
         !self.emission.is_empty() || attached.any(Option::is_some)
     }
 
-    /// Whether an instance moves.
+    /// True if an instance moves.
     pub fn moves_instance(&self, index: usize) -> bool {
         self.instances.get(index).is_some_and(Option::is_some)
     }

@@ -124,7 +124,7 @@ fn rigid_camera(index: usize, place: &DAffine3, time: f64) -> Result<DAffine3> {
     }
 }
 
-/// Whether a transform makes an instance so flat that it cannot be seen.
+/// True if a transform makes an instance so flat that it cannot be seen.
 pub fn is_flat(object_to_world: &DAffine3) -> bool {
     is_singular(object_to_world.matrix3)
 }

@@ -15,7 +15,7 @@ pub trait Keyed: Copy + PartialEq + Add<Output = Self> + Mul<f64, Output = Self>
         self
     }
 
-    /// Whether no component is NaN or infinite.
+    /// True if no component is NaN or infinite.
     fn is_finite(self) -> bool;
 
     /// Why it is no valid key; none if it is valid.
@@ -175,7 +175,7 @@ impl<T: Keyed> Track<T> {
         }
     }
 
-    /// Whether it has the same value at all times.
+    /// True if it has the same value at all times.
     pub fn is_constant(&self) -> bool {
         let first = self.at(self.times[0]);
         let flat = |value: &T| *value == *value * 0.0;
@@ -191,9 +191,9 @@ impl<T: Keyed> Track<T> {
 /// A value that may change with time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Animated<T> {
-    /// Its value without a track.
+    /// The value without a track.
     pub rest: T,
-    /// Its change with time, if any.
+    /// The change of the value with time, if any.
     pub track: Option<Track<T>>,
 }
 

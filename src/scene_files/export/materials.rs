@@ -82,7 +82,7 @@ pub fn material(material: &Material, textures: &mut Textures) -> Value {
 pub struct Textures {
     pub textures: Vec<Value>,
     pub samplers: Vec<Value>,
-    /// Whether any is scaled, turned or moved.
+    /// True if any is scaled, turned or moved.
     pub has_transform: bool,
 }
 

@@ -102,7 +102,7 @@ impl Component {
         }
     }
 
-    /// Whether vertices can be counted in it.
+    /// True if vertices can be counted in it.
     fn is_index(self) -> bool {
         matches!(self, Self::U8 | Self::U16 | Self::U32)
     }

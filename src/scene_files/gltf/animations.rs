@@ -23,7 +23,7 @@ pub struct Animations {
     materials: BTreeMap<usize, Emission>,
 }
 
-/// What a channel changes.
+/// The property that a channel changes.
 enum Target {
     Translation(usize),
     Rotation(usize),
@@ -65,7 +65,7 @@ pub fn read(
     Ok(read)
 }
 
-/// What a channel changes; nothing, with a notice, if that is not followed.
+/// The property that a channel changes; none, with a notice, if it is not supported.
 fn target(
     accessors: &Accessors<'_>,
     what: &str,
@@ -305,7 +305,7 @@ impl Animations {
         })
     }
 
-    /// Whether keys change what a material emits.
+    /// True if keys change what a material emits.
     pub fn change_emission_of(&self, material: usize) -> bool {
         self.materials.contains_key(&material)
     }

@@ -55,7 +55,7 @@ pub struct Material {
 }
 
 impl Material {
-    /// Whether it is seen as it is: then only its base colour and alpha count, and what else it has is for readers that do
+    /// True if it is seen as it is: then only its base colour and alpha count, and what else it has is for readers that do
     /// not know the extension.
     pub const fn is_unlit(&self) -> bool {
         self.extensions.unlit.is_some()
@@ -366,7 +366,7 @@ pub struct Channel {
     pub target: Target,
 }
 
-/// What a channel changes: a `path` of a node, or with the path `pointer` what the extension names.
+/// The property that a channel changes: a `path` of a node, or with the path `pointer` the one that the extension names.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub struct Target {

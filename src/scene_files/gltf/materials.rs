@@ -12,9 +12,9 @@ use std::collections::BTreeSet;
 
 /// What each of a file's materials is there for: of others the images are not read.
 pub struct Uses {
-    /// Whether faces in the scene have it.
+    /// True if faces in the scene have it.
     pub has_faces: Vec<bool>,
-    /// Whether it gives light at any time.
+    /// True if it gives light at any time.
     pub emits: Vec<bool>,
 }
 

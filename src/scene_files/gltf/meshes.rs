@@ -8,7 +8,7 @@ use crate::scene::{Material, Mesh, Part};
 use crate::{Error, Result};
 use glam::{Vec2, Vec3, Vec4};
 
-/// How three corners follow from a primitive's indices.
+/// The rule by which three corners follow from a primitive's indices.
 #[derive(Clone, Copy)]
 enum Topology {
     List,
@@ -41,11 +41,11 @@ pub struct Meshes<'a> {
     sets: Vec<[bool; 2]>,
     /// For each material, whether it has a normal map.
     mapped: Vec<bool>,
-    /// Which sets the mesh at hand needs.
+    /// The sets of texture coordinates that the mesh needs.
     needed: [bool; 2],
     /// The material of primitives that name none.
     default_material: u32,
-    /// Whether that was needed.
+    /// True if that was needed.
     pub default_material_used: bool,
     /// For each vertex of the primitive at hand its place in the mesh, or `u32::MAX`.
     places: Vec<u32>,

@@ -20,7 +20,7 @@ pub struct Placed<'a> {
 }
 
 impl Placed<'_> {
-    /// How messages name the node.
+    /// The name of the node in messages.
     pub fn label(&self) -> String {
         label("node", self.index, &self.node.name)
     }

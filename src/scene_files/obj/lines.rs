@@ -124,7 +124,7 @@ impl<'a> Line<'a> {
             .ok_or_else(|| self.wrong(&format!("{} is no finite number", quoted(word))))
     }
 
-    /// How messages name the line.
+    /// The name of the line in messages.
     pub fn place(&self) -> String {
         format!("line {}", self.number)
     }

@@ -144,7 +144,7 @@ impl<'a> Files<'a> {
     }
 }
 
-/// How messages call a texture.
+/// The name of a texture in messages.
 fn what(map: &Map) -> String {
     format!("texture in {} of its MTL file", map.place)
 }

@@ -37,7 +37,7 @@ use std::collections::{HashMap, HashSet};
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
-/// What faces without a material look like.
+/// The material of faces without one.
 const GREY: Vec3 = Vec3::splat(0.8);
 
 /// The largest MTL file, in bytes.
@@ -92,7 +92,7 @@ impl Untextured {
     /// Loads the textures, whose files lie in `folder`.
     ///
     /// # Errors
-    /// Those of [`maps::load`].
+    /// The errors of [`maps::load`].
     pub fn load_textures(
         self,
         folder: &SceneFolder<'_>,

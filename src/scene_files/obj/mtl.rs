@@ -10,7 +10,7 @@ use glam::{Affine2, DVec3, Mat2, Vec2, Vec3};
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
 
-/// What an MTL file holds beside materials.
+/// The contents of an MTL file besides materials.
 #[derive(Default)]
 pub struct Library {
     /// The kinds of textures it names that are ignored, each once, and not more than one above [`MAX_KINDS`].
@@ -75,7 +75,7 @@ pub struct Map {
     pub files: [PathBuf; 2],
     /// From texture coordinates to those of the image; v points up in both.
     pub transform: Affine2,
-    /// Whether the edges continue instead of the image.
+    /// True if the edges continue instead of the image.
     pub clamp: bool,
     /// The line, for messages.
     pub place: String,

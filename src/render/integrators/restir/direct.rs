@@ -17,7 +17,7 @@ pub struct DirectLight {
     pub lists: LightLists,
     /// The hash grid whose reservoirs are merged with them.
     pub grid: HashGridLight,
-    /// What happens to them then.
+    /// The reuse of the candidates.
     pub reuse: Reuse,
 }
 

@@ -14,7 +14,7 @@ pub struct IndirectLight {
     pub initial: ComputePass,
     /// Light samples that vertices of paths reuse.
     pub world: WorldLight,
-    /// What happens to its candidates then.
+    /// The reuse of its candidates.
     pub reuse: Reuse,
 }
 

@@ -67,7 +67,7 @@ pub struct Restir {
     counters: Counters,
     /// Primary surfaces.
     sample_data: History<Buffer>,
-    /// Whether a frame was rendered since the start.
+    /// True if a frame was rendered since the start.
     has_frame: bool,
     sums: Vec<[DVec3; 2]>,
 }
@@ -245,7 +245,7 @@ impl Restir {
         self.counters.clear()
     }
 
-    /// Whether a frame depends on the one before it.
+    /// True if a frame depends on the one before it.
     pub fn has_history(&self) -> bool {
         let world = self.indirect.as_ref().map(|light| &light.world);
         self.sample_data.all().len() > 1 || world.is_some_and(|world| world.table.is_used())
@@ -270,7 +270,7 @@ impl Restir {
             .chain(world)
     }
 
-    /// What the passes of the frame share.
+    /// The buffers and numbers that the passes of the frame share.
     pub fn inputs(&self) -> FrameInputs<'_> {
         let view = &self.constants.view;
         FrameInputs {
@@ -336,7 +336,7 @@ impl Restir {
         Ok(())
     }
 
-    /// What the last frame left in a kind's reservoirs, row by row from the top; all are empty before the first
+    /// The contents of the last frame's reservoirs of one light, row by row from the top; all are empty before the first
     /// frame, and where that kind has no reservoirs.
     pub fn reservoir_aovs(&self, lighting: Lighting) -> Result<Vec<ReservoirAov>> {
         let reuse = match lighting {
@@ -399,7 +399,7 @@ impl Restir {
         self.color.read(view.width as usize * view.height as usize)
     }
 
-    /// The same on the device.
+    /// The last frame's radiance on the device.
     pub fn radiance(&self) -> Radiance<'_> {
         let view = &self.constants.view;
         Radiance {
@@ -423,7 +423,7 @@ impl Restir {
         self.counters.rejected()
     }
 
-    /// What each pass counted since the last call, if counting was asked for.
+    /// The counts of each pass since the last call, if counting was asked for.
     pub fn counts(&mut self) -> Result<Vec<Counts>> {
         self.counters.since_last()
     }

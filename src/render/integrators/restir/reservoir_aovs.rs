@@ -7,15 +7,15 @@ use crate::render::scene_bindings::SceneBindings;
 use crate::shader_interface::{ReservoirAov, RestirConstants, TILE};
 use std::sync::Arc;
 
-/// What a frame of resampling has left in memory.
+/// The buffers that a frame of resampling has filled.
 pub struct FrameOutputs<'a> {
     /// The constants of its shaders.
     pub constants: &'a RestirConstants,
     /// The buffer of these constants.
     pub restir: &'a Buffer,
-    /// Its primary surfaces.
+    /// The sample data of the frame's primary surfaces.
     pub sample_data: &'a Buffer,
-    /// Its reservoirs after the last pass.
+    /// The reservoirs after the last pass of the frame.
     pub reservoirs: &'a Buffer,
     /// The counters of all passes.
     pub counters: &'a Buffer,

@@ -14,7 +14,7 @@ use crate::shader_interface::{
 pub struct ReservoirLayout {
     /// As the settings say.
     pub settings: Reservoirs,
-    /// Whether they store what debug AOVs show: the origins of their samples, and numbers of neighbours.
+    /// True if they store what debug AOVs show: the origins of their samples, and numbers of neighbours.
     pub origins: bool,
 }
 

@@ -14,7 +14,7 @@ use std::sync::Arc;
 /// Temporal and spatial reuse and shading of one kind of light: the passes that the settings need, since a
 /// driver takes seconds to compile one, and the reservoirs.
 pub struct Reuse {
-    /// How the light is resampled.
+    /// The resampling of this light.
     pub resampling: Resampling,
     /// The same for shaders.
     reuse: ReuseConstants,

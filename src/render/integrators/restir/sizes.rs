@@ -42,7 +42,7 @@ pub struct BufferSizes {
 }
 
 impl BufferSizes {
-    /// What a picture needs with these settings and this layout of reservoirs.
+    /// The sizes for a picture with these settings and this layout of reservoirs.
     pub fn of(view: &ViewConstants, settings: &ResolvedSettings, layout: &ReservoirLayout) -> Self {
         let pixels = u64::from(view.width) * u64::from(view.height);
         let slots = layout.slots(view.width, view.height);

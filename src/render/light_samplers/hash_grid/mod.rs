@@ -50,9 +50,9 @@ const SURFACE_POINTS: usize = 1 << 19;
 
 /// The passes, where direct light has a grid, and the buffers.
 pub struct HashGridLight {
-    /// Which decide whose the places are, and fill them.
+    /// The passes that decide which surface has each entry, and that fill the entries.
     passes: Option<(ComputePass, ComputePass)>,
-    /// Whether what the first frame makes is kept.
+    /// True if what the first frame makes is kept.
     is_kept: bool,
     /// Points that fill it, if pixels do not.
     pub points: Buffer,
@@ -60,7 +60,7 @@ pub struct HashGridLight {
     pub places: Buffer,
     /// A reservoir for each place.
     pub reservoirs: Buffer,
-    /// What the shaders need to know of it.
+    /// Its constants for shaders.
     pub constants: GridConstants,
 }
 

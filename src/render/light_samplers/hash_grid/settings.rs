@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What a reservoir of the hash grid is made of, and how pixels merge it.
+/// The contents of a reservoir of the hash grid, and the way in which pixels merge it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum GridMode {
@@ -19,7 +19,7 @@ pub enum GridMode {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct HashGridSettings {
-    /// What a reservoir is made of, and how pixels merge it. `published` is biased.
+    /// The contents of a reservoir, and the way in which pixels merge it. `published` is biased.
     pub mode: GridMode,
     /// Side of a cell, in pixels; the next power of two of a length, above or below. Higher: more reservoirs that pixels have
     /// in common, which fit them less well. Not used by `published`.

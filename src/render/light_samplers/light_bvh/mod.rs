@@ -25,7 +25,7 @@ pub struct LightBvhBuffer {
     /// Number of nodes.
     pub node_count: u32,
     buffer: Buffer,
-    /// What it is made from, and the time of the lights that the buffer holds.
+    /// The tree, and the time of the lights in the buffer, in seconds.
     source: Option<(LightBvh, Mutex<f64>)>,
 }
 
@@ -77,7 +77,7 @@ impl SceneResource for LightBvhBuffer {
         (self.node_count > 0).then(|| (LIGHT_BVH, self.buffer.size()))
     }
 
-    /// What shaders of a variant bind.
+    /// The resources that shaders of a variant bind.
     fn resource(&self, variant: Variant) -> (&'static str, Resource<'_>) {
         let resource = match variant.fetch {
             Fetch::Texels => Resource::Texels(&self.buffer),

@@ -68,7 +68,7 @@ impl JsonSchema for Scale {
     }
 }
 
-/// How a light is chosen among those whose boxes hold a point.
+/// The choice of a light among those whose boxes hold a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LightChoice {
@@ -79,7 +79,7 @@ pub enum LightChoice {
     Uniform,
 }
 
-/// What becomes of lights that are far from a point.
+/// The treatment of lights that are far from a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Far {
@@ -90,7 +90,7 @@ pub enum Far {
     Skipped,
 }
 
-/// How far boxes of influence go.
+/// The extent of boxes of influence.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Boxes {
@@ -101,7 +101,7 @@ pub enum Boxes {
     Visibility,
 }
 
-/// How the other candidates select among all lights.
+/// The distribution of the other candidates among all lights.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Rest {
@@ -112,11 +112,11 @@ pub enum Rest {
     Uniform,
 }
 
-/// How the light BVH is built, and how candidates are drawn from it.
+/// The light BVH: how it is built, and how candidates are drawn from it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LightBvhSettings {
-    /// What becomes of lights that are far from a point. Unbiased either way.
+    /// The treatment of lights that are far from a point. Unbiased either way.
     pub far: Far,
     /// With `far=joined`, lights are joined from as many times half their extent on; with `far=skipped`, a light is found up
     /// to the distance scale · √power, with power in luminance × area. `auto`: 1, or such that points on surfaces lie within
@@ -129,11 +129,11 @@ pub struct LightBvhSettings {
     /// With `far=skipped`, how far boxes go. `visibility` traces 256 rays for each box before the first frame. Unbiased either
     /// way.
     pub boxes: Boxes,
-    /// Whether lights that are close to each other have one box. Unbiased either way.
+    /// True if lights that are close to each other have one box. Unbiased either way.
     pub cluster: bool,
-    /// How a light is chosen among those that are found. Unbiased either way.
+    /// The choice of a light among those that are found. Unbiased either way.
     pub choice: LightChoice,
-    /// How the other candidates select among all lights. Unbiased either way.
+    /// The distribution of the other candidates among all lights. Unbiased either way.
     pub rest: Rest,
     /// Side of the tiles in which one pixel searches lights for all, for direct light. 1: each pixel searches by itself. Higher:
     /// less time, and candidates that fit fewer of the pixels. Unit: pixels. Unbiased at any value.
