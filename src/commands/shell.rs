@@ -36,16 +36,21 @@ pub struct ManArgs {
 /// # Errors
 /// A file that cannot be written.
 pub fn man(args: &ManArgs) -> Result<()> {
-    let mut pages = vec![("headwater".to_owned(), command_line())];
-    while let Some((name, command)) = pages.pop() {
-        let parts = command
-            .get_subcommands()
-            .filter(|part| part.get_name() != "help");
-        pages.extend(parts.map(|part| (format!("{name}-{}", part.get_name()), part.clone())));
+    let mut line = command_line();
+    // Gives all commands the global options and their whole names.
+    line.build();
+    let mut commands = vec![line];
+    while let Some(command) = commands.pop() {
+        let parts = command.get_subcommands();
+        commands.extend(parts.filter(|part| part.get_name() != "help").cloned());
+        let name = command
+            .get_display_name()
+            .unwrap_or(command.get_name())
+            .to_owned();
         let mut text = Vec::new();
-        let page =
-            clap_mangen::Man::new(command.display_name(&name).bin_name(name.replace('-', " ")));
-        (page.title(name.to_uppercase()).render(&mut text))
+        (clap_mangen::Man::new(command).title(name.to_uppercase()))
+            .source(concat!("headwater ", env!("CARGO_PKG_VERSION")))
+            .render(&mut text)
             .map_err(|cause| Error::failed(format!("cannot write the page {name}: {cause}")))?;
         write_atomically(&args.output.join(format!("{name}.1")), |file| {
             std::io::Write::write_all(file, &text)
