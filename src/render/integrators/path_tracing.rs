@@ -21,7 +21,7 @@ crate::bindings! {
 
 /// Loop iterations that a ray may take on drivers that limit them. Rays in `night-city` take up to 128, the
 /// maximum over the eight rays of a subgroup.
-const TURNS_A_RAY: u32 = 512;
+const STEPS_PER_RAY: u32 = 512;
 
 /// Path traces one view of a scene; each pixel's samples add up over calls.
 pub struct PathTracer {
@@ -142,7 +142,7 @@ impl PathTracer {
                 .bounces
                 .saturating_add(1)
                 .saturating_mul(2);
-            (turns / TURNS_A_RAY / rays).max(1)
+            (turns / STEPS_PER_RAY / rays).max(1)
         })
     }
 

@@ -11,7 +11,7 @@ use glam::Vec2;
 
 /// The constants that do not change from frame to frame, for buffers with `slots` places for pixels and a light BVH of
 /// `light_nodes` nodes.
-pub fn of_frame(
+pub fn frame_constants(
     view: &ViewConstants,
     bindings: &SceneBindings,
     settings: &Settings,
@@ -49,7 +49,7 @@ pub fn of_frame(
 }
 
 /// The constants for one kind of light. `distant_share` is the share of distant lights in the power of all.
-pub fn of_reuse(
+pub fn reuse_constants(
     resampling: &Resampling,
     light_bvh: &LightBvhSettings,
     distant_share: f32,

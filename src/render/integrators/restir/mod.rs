@@ -122,7 +122,7 @@ impl Restir {
             .transpose()?;
         let distant_share = bindings.scene.first_lights().distant_share();
         let for_shaders = |resampling: &Resampling| {
-            constants::of_reuse(resampling, &settings.light_bvh, distant_share)
+            constants::reuse_constants(resampling, &settings.light_bvh, distant_share)
         };
         let reuse = |lighting: Lighting, resampling: Resampling, bytes: u64| {
             let special = with_resampling(specialisation, &resampling, &bindings.scene);
@@ -213,7 +213,7 @@ impl Restir {
                 reuse: for_shaders(&settings.direct.resampling),
                 grid,
                 world,
-                ..constants::of_frame(
+                ..constants::frame_constants(
                     view,
                     bindings,
                     settings,
