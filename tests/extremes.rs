@@ -14,7 +14,7 @@ use headwater::scene::validate::{BRIGHTEST, LARGEST_COORDINATE};
 use headwater::scene::{Camera, Environment, Material, PunctualLight, PunctualShape, Scene};
 use headwater::shader_interface::{Tracer, Variant};
 
-/// Glossy spheres with smooth normals, one of them placed twice, so that not all is gathered.
+/// Glossy spheres with smooth normals, one of them placed twice, so that not all is merged.
 fn scene() -> Scene {
     let mut scene = procedural::generate("cornell-glossy", &[]).unwrap();
     let smooth = |i: &headwater::scene::Instance| !scene.meshes[i.mesh as usize].normals.is_empty();

@@ -3,9 +3,9 @@
 
 use super::environment::EnvironmentTexels;
 use super::epochs::EpochContents;
-use super::gather::ElementCounts;
 use super::geometry::Geometry;
 use super::materials::Materials;
+use super::merge_static::ElementCounts;
 use crate::Result;
 use crate::gpu::{Buffer, Device, Resource, Usage};
 use crate::shader_interface::{

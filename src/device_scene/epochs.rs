@@ -80,7 +80,7 @@ pub struct MovingScene {
     poser: ScenePoser,
     /// Nodes for each of the two trees over the instances.
     pub room: usize,
-    /// Number of instances in the scene, before any were gathered.
+    /// Number of instances in the scene, before any were merged.
     instance_count: usize,
     /// The poses of the current and of the previous frame.
     poses: Mutex<[ScenePose; 2]>,

@@ -1,7 +1,7 @@
 //! A scene's meshes as arrays of triangles, in the order of the tracer's leaves.
 
 use super::compute_bvh::Tree;
-use super::gather::Gathered;
+use super::merge_static::TracedScene;
 use super::units::power_of_two;
 use crate::scene::lights::Emitters;
 use crate::scene::{AlphaMode, Material, Mesh};
@@ -65,11 +65,11 @@ pub struct Geometry {
 
 impl Geometry {
     /// Lays out every mesh. With `trees`, triangles are in leaf order; otherwise in the mesh's order.
-    pub fn new(gathered: &Gathered<'_>, trees: bool) -> Self {
+    pub fn new(traced: &TracedScene<'_>, trees: bool) -> Self {
         let mut geometry = Self::default();
-        let emitters = Emitters::new(&gathered.scene, &gathered.lamps);
-        for (mesh, ids) in gathered.scene.meshes.iter().zip(&gathered.part_ids) {
-            geometry.push(mesh, ids, &gathered.scene.materials, &emitters, trees);
+        let emitters = Emitters::new(&traced.scene, &traced.lamps);
+        for (mesh, ids) in traced.scene.meshes.iter().zip(&traced.part_ids) {
+            geometry.push(mesh, ids, &traced.scene.materials, &emitters, trees);
         }
         geometry
     }

@@ -1,4 +1,4 @@
-//! Meshes with a single instance that does not move, gathered into one mesh.
+//! Meshes with a single instance that does not move, merged into one mesh.
 //!
 //! The boxes of whole meshes overlap where a room's walls, floor and furniture are separate meshes, and
 //! a ray has to enter each of them. One tree over all their triangles has no such overlap. A mesh with
@@ -9,10 +9,10 @@ use glam::{DAffine3, DVec3, Vec2, Vec4};
 use std::borrow::Cow;
 
 /// A scene as it is traced, and the original indices of its instances.
-pub struct Gathered<'a> {
-    /// The scene; gathered meshes and their instances come last.
+pub struct TracedScene<'a> {
+    /// The scene; merged meshes and their instances come last.
     pub scene: Cow<'a, Scene>,
-    /// The original index of each instance; 0 for a gathered mesh.
+    /// The original index of each instance; 0 for a merged mesh.
     pub instance_ids: Vec<u32>,
     /// For each mesh, what each of its parts adds to that; empty means zeros.
     pub part_ids: Vec<Vec<u32>>,
@@ -20,7 +20,7 @@ pub struct Gathered<'a> {
     pub lamps: Vec<bool>,
 }
 
-impl<'a> Gathered<'a> {
+impl<'a> TracedScene<'a> {
     fn unchanged(scene: &'a Scene) -> Self {
         Self {
             scene: Cow::Borrowed(scene),
@@ -31,21 +31,21 @@ impl<'a> Gathered<'a> {
     }
 }
 
-/// Which instances are gathered: those whose mesh has no other instance and that do not move, if there are
+/// Which instances are merged: those whose mesh has no other instance and that do not move, if there are
 /// at least two of them.
-fn gathered_instances(scene: &Scene) -> Vec<bool> {
+fn merged_instances(scene: &Scene) -> Vec<bool> {
     let mut uses = vec![0_u32; scene.meshes.len()];
     for instance in &scene.instances {
         uses[instance.mesh as usize] += 1;
     }
     let moves = |index: usize| (scene.motion.as_ref()).is_some_and(|m| m.moves_instance(index));
-    let gathered: Vec<bool> = (scene.instances.iter().enumerate())
+    let merged: Vec<bool> = (scene.instances.iter().enumerate())
         .map(|(index, instance)| uses[instance.mesh as usize] == 1 && !moves(index))
         .collect();
-    if gathered.iter().filter(|gathered| **gathered).count() < 2 {
-        return vec![false; gathered.len()];
+    if merged.iter().filter(|merged| **merged).count() < 2 {
+        return vec![false; merged.len()];
     }
-    gathered
+    merged
 }
 
 /// Numbers of elements of a scene.
@@ -91,9 +91,9 @@ impl ElementCounts {
         self.triangle_lights + self.punctual_lights + u64::from(self.environment_texels > 0)
     }
 
-    /// The numbers of elements that a scene has on the device, known before it is gathered.
+    /// The numbers of elements that a scene has on the device, known before it is merged.
     pub fn of(scene: &Scene) -> Self {
-        let gathered = gathered_instances(scene);
+        let merged = merged_instances(scene);
         let motion = scene.motion.as_ref().filter(|motion| motion.moves_things());
         let mut counts = Self {
             materials: scene.materials.len() as u64,
@@ -113,14 +113,14 @@ impl ElementCounts {
             previous_transforms: motion.map_or(0, |_| scene.instances.len() as u64),
             ..Self::default()
         };
-        let mut is_gathered = vec![false; scene.meshes.len()];
-        // The triangles of the gathered meshes, which sets of texture coordinates these have, and whether colours and
+        let mut is_merged = vec![false; scene.meshes.len()];
+        // The triangles of the merged meshes, which sets of texture coordinates these have, and whether colours and
         // tangents.
         let mut groups = [(0, [false; 2], false, false); GROUPS];
-        for (instance, gathered) in scene.instances.iter().zip(&gathered) {
+        for (instance, merged) in scene.instances.iter().zip(&merged) {
             let mesh = &scene.meshes[instance.mesh as usize];
-            is_gathered[instance.mesh as usize] = *gathered;
-            if *gathered {
+            is_merged[instance.mesh as usize] = *merged;
+            if *merged {
                 let (triangles, sets, colors, tangents) = &mut groups[group(mesh)];
                 *triangles += mesh.triangles.len() as u64;
                 *colors |= !mesh.colors.is_empty();
@@ -140,7 +140,7 @@ impl ElementCounts {
             counts.tangent_triangles += if *tangents { *triangles } else { 0 };
             counts.uv_triangles += triangles * sets.iter().filter(|set| **set).count() as u64;
         }
-        let gathers = gathered.contains(&true);
+        let merges = merged.contains(&true);
         let mut used = vec![false; scene.meshes.len()];
         for instance in &scene.instances {
             used[instance.mesh as usize] = true;
@@ -148,7 +148,7 @@ impl ElementCounts {
         let lamps = scene.lamp_materials();
         for (index, mesh) in scene.meshes.iter().enumerate() {
             // Gathering drops meshes without instances.
-            if gathers && !used[index] {
+            if merges && !used[index] {
                 continue;
             }
             let count = mesh.triangles.len() as u64;
@@ -157,10 +157,10 @@ impl ElementCounts {
                 counts.smooth_triangles += count;
             }
             let emits = mesh.parts.iter().any(|part| lamps[part.material as usize]);
-            if is_gathered[index] || mesh.parts.len() > 1 || emits {
+            if is_merged[index] || mesh.parts.len() > 1 || emits {
                 counts.part_triangles += count;
             }
-            if !is_gathered[index] {
+            if !is_merged[index] {
                 let sets = mesh.uvs.iter().filter(|uvs| !uvs.is_empty());
                 counts.uv_triangles += count * sets.count() as u64;
                 counts.color_triangles += if mesh.colors.is_empty() { 0 } else { count };
@@ -171,7 +171,7 @@ impl ElementCounts {
     }
 }
 
-/// Into how many meshes others are gathered.
+/// Into how many meshes others are merged.
 const GROUPS: usize = 4;
 
 /// Which of them a mesh belongs to: flat ones need no normals, and others no texture coordinates or colours.
@@ -180,11 +180,11 @@ fn group(mesh: &Mesh) -> usize {
     usize::from(!mesh.normals.is_empty()) + 2 * usize::from(varies)
 }
 
-/// Gathers meshes in world space relative to `origin`, into one mesh for each group.
-pub fn gather(scene: &Scene, origin: DVec3) -> Gathered<'_> {
-    let is_gathered = gathered_instances(scene);
-    if !is_gathered.contains(&true) {
-        return Gathered::unchanged(scene);
+/// Merges meshes in world space relative to `origin`, into one mesh for each group.
+pub fn merge_static(scene: &Scene, origin: DVec3) -> TracedScene<'_> {
+    let is_merged = merged_instances(scene);
+    if !is_merged.contains(&true) {
+        return TracedScene::unchanged(scene);
     }
     let mut left = Scene {
         materials: scene.materials.clone(),
@@ -195,11 +195,11 @@ pub fn gather(scene: &Scene, origin: DVec3) -> Gathered<'_> {
     };
     let (mut instance_ids, mut part_ids) = (Vec::new(), Vec::new());
     let mut place_of = vec![None; scene.meshes.len()];
-    let mut gathered: [(Mesh, Vec<u32>); GROUPS] = Default::default();
+    let mut merged: [(Mesh, Vec<u32>); GROUPS] = Default::default();
     for (index, instance) in scene.instances.iter().enumerate() {
         let mesh = &scene.meshes[instance.mesh as usize];
-        if is_gathered[index] {
-            let (whole, ids) = &mut gathered[group(mesh)];
+        if is_merged[index] {
+            let (whole, ids) = &mut merged[group(mesh)];
             let place = DAffine3::from_translation(-origin) * instance.object_to_world;
             append(whole, mesh, place);
             ids.extend(mesh.parts.iter().map(|_| index as u32));
@@ -216,7 +216,7 @@ pub fn gather(scene: &Scene, origin: DVec3) -> Gathered<'_> {
             instance_ids.push(index as u32);
         }
     }
-    for (mesh, ids) in gathered {
+    for (mesh, ids) in merged {
         if !mesh.triangles.is_empty() {
             left.instances.push(Instance {
                 name: String::new(),
@@ -228,7 +228,7 @@ pub fn gather(scene: &Scene, origin: DVec3) -> Gathered<'_> {
             part_ids.push(ids);
         }
     }
-    Gathered {
+    TracedScene {
         scene: Cow::Owned(left),
         instance_ids,
         part_ids,

@@ -1,9 +1,9 @@
 //! The state of a scene's instances and lights at one time, as shaders read it.
 
 use super::compute_bvh::Tree;
-use super::gather::Gathered;
 use super::geometry::{Geometry, MeshPlace};
 use super::lights::{LightSources, Lights};
+use super::merge_static::TracedScene;
 use super::units::Units;
 use crate::Result;
 use crate::scene::Bounds;
@@ -53,17 +53,17 @@ pub struct ScenePose {
 
 impl ScenePoser {
     /// A poser of a scene with its geometry; with `trees`, poses have a tree over the instances.
-    pub fn new(gathered: &Gathered<'_>, geometry: &Geometry, units: Units, trees: bool) -> Self {
-        let scene = &gathered.scene;
+    pub fn new(traced: &TracedScene<'_>, geometry: &Geometry, units: Units, trees: bool) -> Self {
+        let scene = &traced.scene;
         let mut instances = Vec::with_capacity(scene.instances.len());
         let mut traced_index = HashMap::new();
         let mut light_count = 0;
         for (index, instance) in scene.instances.iter().enumerate() {
             let place = geometry.meshes[instance.mesh as usize];
             let parts = &scene.meshes[instance.mesh as usize].parts;
-            let id = gathered.instance_ids[index];
-            // A gathered mesh holds several of the scene's instances, none of which moves.
-            if gathered.part_ids[instance.mesh as usize].is_empty() {
+            let id = traced.instance_ids[index];
+            // A merged mesh holds several of the scene's instances, none of which moves.
+            if traced.part_ids[instance.mesh as usize].is_empty() {
                 traced_index.insert(id, index);
             }
             instances.push(TracedInstance {
@@ -92,7 +92,7 @@ impl ScenePoser {
             max_depth: u32::MAX,
             instances,
             traced_index,
-            sources: LightSources::of(scene, &gathered.lamps, |mesh| geometry.traced_index(mesh)),
+            sources: LightSources::of(scene, &traced.lamps, |mesh| geometry.traced_index(mesh)),
             trees,
         }
     }

@@ -4,13 +4,13 @@ use super::buffers::{SceneBuffers, SceneContents};
 use super::compute_bvh::{balanced_depth, max_nodes};
 use super::environment::EnvironmentTexels;
 use super::epochs::{EpochContents, MovingScene};
-use super::gather::{ElementCounts, gather};
 use super::geometry::Geometry;
 use super::images;
 use super::light_bvh::connected::connected;
 use super::lights::Lights;
 pub use super::lights::gpu_lights;
 use super::materials::Materials;
+use super::merge_static::{ElementCounts, merge_static};
 use super::pose::ScenePoser;
 use super::ray_query::RayQueryScene;
 use super::shaders;
@@ -66,10 +66,10 @@ impl GpuScene {
         SceneSizes::of(scene).check(&device.info, variant)?;
         let trees = variant.tracer == Tracer::ComputeBvh;
         let units = Units::of(scene, origin);
-        let gathered = gather(scene, origin);
-        let geometry = Geometry::new(&gathered, trees);
+        let traced = merge_static(scene, origin);
+        let geometry = Geometry::new(&traced, trees);
         let motion = scene.motion.as_ref().filter(|motion| motion.moves_things());
-        let mut poser = ScenePoser::new(&gathered, &geometry, units, trees);
+        let mut poser = ScenePoser::new(&traced, &geometry, units, trees);
         let start = motion.map_or_else(Pose::default, |motion| motion.pose(0.0));
         let pose = poser.pose_at(0.0, start)?;
         // One group a level, and two where an instance is entered.
@@ -82,13 +82,13 @@ impl GpuScene {
             instances: pose.instances.len() as u64,
             ..ElementCounts::of(scene)
         };
-        let materials = Materials::of(&gathered.scene, units.radiance, variant.textures);
+        let materials = Materials::of(&traced.scene, units.radiance, variant.textures);
         let light_textures = match counts.textured_lights {
             true => materials.of_lights(poser.lamps()),
             false => Vec::new(),
         };
         let light_groups = connected(poser.lamps());
-        let triangle_counts = gathered.scene.instances.iter();
+        let triangle_counts = traced.scene.instances.iter();
         let triangle_counts = triangle_counts
             .map(|instance| geometry.meshes[instance.mesh as usize].triangle_count)
             .collect();
@@ -137,7 +137,7 @@ impl GpuScene {
         };
         let ray_query = match variant.tracer {
             Tracer::RayQuery => {
-                let mesh_of = gathered.scene.instances.iter().map(|i| i.mesh).collect();
+                let mesh_of = traced.scene.instances.iter().map(|i| i.mesh).collect();
                 let tops = if motion.is_some() { 2 } else { 1 };
                 let placed = (&contents.instances[..], &visible[..]);
                 let positions = &buffers.positions;

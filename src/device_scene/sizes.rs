@@ -1,8 +1,8 @@
 //! How many bytes a scene takes on a device, known before any tree is built.
 
 use super::buffers::{BufferBytes, is_fetched};
-use super::gather::ElementCounts;
 use super::images::ImageSizes;
+use super::merge_static::ElementCounts;
 use crate::base::memory;
 use crate::gpu::DeviceInfo;
 use crate::scene::Scene;

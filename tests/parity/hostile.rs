@@ -10,7 +10,7 @@ use super::support::brute_force::{self, Hit};
 use super::support::random::Random;
 use super::{answers, bumpy_sphere, corners, leaf_order, support, unshared};
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
-use headwater::device_scene::gather::gather;
+use headwater::device_scene::merge_static::merge_static;
 use headwater::gpu::DriverKind;
 use headwater::scene::{Instance, Material, Scene};
 use headwater::shader_interface::{RayAnswer, RayQuery, Tracer, Variant};
@@ -83,7 +83,7 @@ fn scene(random: &mut Random) -> Scene {
             .collect();
         support::add(&mut scene, &Material::default(), &faces);
         let mesh = scene.instances.pop().unwrap().mesh;
-        // Twice at least, or meshes are gathered.
+        // Twice at least, or meshes are merged.
         for _ in 0..2 + random.index(2) {
             let turn = DQuat::from_axis_angle(random.direction(), 6.0 * random.unit());
             let side = if random.index(4) == 0 { -1.0 } else { 1.0 };
@@ -332,7 +332,7 @@ fn part(scene: &Scene, kept: &[(u32, u32)]) -> Scene {
         support::add(&mut part, &Material::default(), &faces);
         let mut added = part.instances.pop().unwrap();
         added.object_to_world = placed.object_to_world;
-        // Twice in one place, or meshes are gathered.
+        // Twice in one place, or meshes are merged.
         part.instances.extend([added.clone(), added]);
     }
     part
@@ -384,7 +384,9 @@ fn fuzz(seed: u64, count: usize) {
         let mut scene = scene(&mut random);
         scene.validate().unwrap();
         if random.index(4) == 0 {
-            scene = gather(&unshared(&scene), DVec3::ZERO).scene.into_owned();
+            scene = merge_static(&unshared(&scene), DVec3::ZERO)
+                .scene
+                .into_owned();
         }
         if scene.instances.is_empty() {
             continue;

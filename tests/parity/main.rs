@@ -6,8 +6,8 @@ mod support;
 
 use glam::{DAffine3, DMat3, DVec3, Quat, Vec3};
 use headwater::device_scene::GpuScene;
-use headwater::device_scene::gather::gather;
 use headwater::device_scene::geometry::Geometry;
+use headwater::device_scene::merge_static::merge_static;
 use headwater::gpu::DriverKind;
 use headwater::render::ray_list::RayTracer;
 use headwater::render::{Renderer, Settings, View};
@@ -290,7 +290,7 @@ fn answers(
 
 /// Finds the triangle of its mesh that an instance's primitive is: the compute BVH has them in the order of its leaves.
 fn leaf_order(scene: &Scene, origin: DVec3, tracer: Tracer) -> impl Fn(u32, u32) -> u32 {
-    let leaves = Geometry::new(&gather(scene, origin), true);
+    let leaves = Geometry::new(&merge_static(scene, origin), true);
     let meshes: Vec<u32> = scene
         .instances
         .iter()
@@ -471,8 +471,8 @@ fn surfaces_that_cover_a_part() {
     check("alpha", &scene, DVec3::ZERO);
     let copied = unshared(&scene);
     check(
-        "alpha, gathered",
-        &gather(&copied, DVec3::ZERO).scene,
+        "alpha, merged",
+        &merge_static(&copied, DVec3::ZERO).scene,
         DVec3::ZERO,
     );
 }
@@ -644,7 +644,7 @@ fn closed_meshes_are_watertight_at_their_edges_and_corners() {
     }
 }
 
-/// The same scene with a mesh of its own for every instance, so that all are gathered.
+/// The same scene with a mesh of its own for every instance, so that all are merged.
 fn unshared(scene: &Scene) -> Scene {
     let mut copied = scene.clone();
     copied.meshes = scene
@@ -661,7 +661,11 @@ fn unshared(scene: &Scene) -> Scene {
 #[test]
 fn gathered_meshes() {
     let copied = unshared(&placed(DVec3::ZERO, 1.0));
-    check("gathered", &gather(&copied, DVec3::ZERO).scene, DVec3::ZERO);
+    check(
+        "merged",
+        &merge_static(&copied, DVec3::ZERO).scene,
+        DVec3::ZERO,
+    );
 }
 
 /// Gathering moves no surface, turns none over, and keeps each instance's number and material.
