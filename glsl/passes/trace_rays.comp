@@ -6,7 +6,7 @@
 layout(local_size_x = RAYS_PER_GROUP) in;
 
 layout(scalar) readonly buffer RaysBlock { RayQuery at[]; } rays;
-layout(scalar) writeonly buffer AnswersBlock { RayAnswer at[]; } answers;
+layout(scalar) writeonly buffer AnswersBlock { RayHit at[]; } answers;
 layout(push_constant, scalar) uniform BatchBlock { RayBatch batch; };
 
 void main() {
@@ -15,6 +15,6 @@ void main() {
     RayQuery query = rays.at[index];
     Hit hit = trace(Ray(query.origin, query.t_max, query.direction), query.any != 0u, NO_COIN);
     bool missed = hit.instance == NONE;
-    answers.at[index] = RayAnswer(missed ? -1.0 : hit.t, hit.instance, hit.primitive,
+    answers.at[index] = RayHit(missed ? -1.0 : hit.t, hit.instance, hit.primitive,
                                   hit.barycentrics.x, hit.barycentrics.y, hit.transmittance);
 }

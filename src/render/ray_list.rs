@@ -4,7 +4,7 @@ use super::counters::Counters;
 use crate::Result;
 use crate::device_scene::GpuScene;
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage, in_rows};
-use crate::shader_interface::{RAYS_PER_GROUP, RayAnswer, RayBatch, RayQuery};
+use crate::shader_interface::{RAYS_PER_GROUP, RayBatch, RayHit, RayQuery};
 use std::sync::Arc;
 
 crate::bindings! {
@@ -45,7 +45,7 @@ impl RayTracer {
             .collect();
         let specialisation = scene.specialisation(false);
         let pass = scene.pass(device, "trace_rays", &specialisation.words())?;
-        let size = (rays.len() * size_of::<RayAnswer>()) as u64;
+        let size = (rays.len() * size_of::<RayHit>()) as u64;
         Ok(Self {
             scene,
             pass,
@@ -76,7 +76,7 @@ impl RayTracer {
     }
 
     /// The answers of the last run, in the order of the rays.
-    pub fn answers(&self) -> Result<Vec<RayAnswer>> {
+    pub fn answers(&self) -> Result<Vec<RayHit>> {
         self.answers.read(self.count)
     }
 }

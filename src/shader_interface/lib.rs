@@ -24,7 +24,7 @@ pub use frame::{
     SpatialStep, Strip, ViewConstants, WorldAddresses, WorldConstants,
 };
 pub use pixels::{GpuWorldSample, PixelSums, PrimarySurface, ReservoirAov, SampleData, ToneMap};
-pub use rays::{RayAnswer, RayBatch, RayQuery};
+pub use rays::{RayBatch, RayHit, RayQuery};
 pub use scene::{
     GpuGridPlace, GpuGridPoint, GpuInstance, GpuLight, GpuLightChoice, GpuLightEntry, GpuLightNode,
     GpuLightTexture, GpuMaterial, GpuPreviousTransform, GpuPunctualLight, GpuTexture,
@@ -68,7 +68,7 @@ pub const STRUCTS: &[StructLayout] = &[
     PrimarySurface::LAYOUT,
     ToneMap::LAYOUT,
     RayQuery::LAYOUT,
-    RayAnswer::LAYOUT,
+    RayHit::LAYOUT,
     RayBatch::LAYOUT,
 ];
 

@@ -18,7 +18,7 @@ crate::gpu_struct! {
 
 crate::gpu_struct! {
     /// The answer to a [`RayQuery`].
-    pub struct RayAnswer {
+    pub struct RayHit {
         /// Ray parameter; −1 = miss. With `any` only hit or miss has meaning.
         pub t: f32,
         /// Index of the instance; NONE = miss.

@@ -13,7 +13,7 @@ use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 use headwater::device_scene::merge_static::merge_static;
 use headwater::gpu::DriverKind;
 use headwater::scene::{Instance, Material, Scene};
-use headwater::shader_interface::{RayAnswer, RayQuery, Tracer, Variant};
+use headwater::shader_interface::{RayHit, RayQuery, Tracer, Variant};
 use std::collections::BTreeMap;
 
 const RAYS_PER_SCENE: usize = 4_000;
@@ -258,7 +258,7 @@ fn judge(
     scene: &Scene,
     oracle: &brute_force::Tracer,
     ray: &RayQuery,
-    answer: &RayAnswer,
+    answer: &RayHit,
     triangle: impl Fn(u32, u32) -> u32,
 ) -> Class {
     let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());

@@ -12,7 +12,7 @@ use headwater::gpu::DriverKind;
 use headwater::render::ray_list::RayTracer;
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::{AlphaMode, Instance, Material, Scene};
-use headwater::shader_interface::{NONE, RayAnswer, RayQuery, Tracer, Variant};
+use headwater::shader_interface::{NONE, RayHit, RayQuery, Tracer, Variant};
 use std::sync::Arc;
 use support::brute_force;
 use support::random::Random;
@@ -200,7 +200,7 @@ fn compare(
     scene: &Scene,
     oracle: &brute_force::Tracer,
     rays: &[RayQuery],
-    answers: &[RayAnswer],
+    answers: &[RayHit],
     triangle_of: impl Fn(u32, u32) -> u32,
 ) -> Outcome {
     let mut outcome = Outcome {
@@ -276,7 +276,7 @@ fn answers(
     origin: DVec3,
     rays: &[RayQuery],
     variant: Variant,
-) -> Option<(Vec<RayAnswer>, DriverKind)> {
+) -> Option<(Vec<RayHit>, DriverKind)> {
     let (device, _) = support::open_device(Some(variant));
     let uploaded = match GpuScene::new(&device, scene, origin, variant) {
         Err(e) if e.to_string().contains("as texels") => return None,
@@ -314,7 +314,7 @@ fn check(name: &str, scene: &Scene, origin: DVec3) {
     let oracle = brute_force::Tracer::new(&near);
     let rays = rays(&near, 7);
     for tracer in [Tracer::ComputeBvh, Tracer::RayQuery] {
-        let answers: Vec<Vec<RayAnswer>> = support::variants(tracer)
+        let answers: Vec<Vec<RayHit>> = support::variants(tracer)
             .into_iter()
             .filter_map(|variant| answers(scene, origin, &rays, variant))
             .map(|(answers, _)| answers)
@@ -323,7 +323,7 @@ fn check(name: &str, scene: &Scene, origin: DVec3) {
             assert_eq!(tracer, Tracer::RayQuery);
             continue;
         }
-        let bits = |a: &[RayAnswer]| bytemuck::cast_slice::<_, u8>(a).to_vec();
+        let bits = |a: &[RayHit]| bytemuck::cast_slice::<_, u8>(a).to_vec();
         assert!(
             answers.iter().all(|a| bits(a) == bits(&answers[0])),
             "{name}: the accessors differ"
@@ -554,7 +554,7 @@ fn edges_and_corners_cover_a_part_once() {
             let Some(Some((answers, driver))) = answers.next() else {
                 continue;
             };
-            let once = |a: &&RayAnswer| a.t < 0.0 && a.transmittance == 0.5;
+            let once = |a: &&RayHit| a.t < 0.0 && a.transmittance == 0.5;
             let wrong = RAYS - answers.iter().filter(once).count();
             println!("{name}, {}: {wrong} of {RAYS} rays", tracer.name());
             // Lavapipe's own tracer misses some edges, as below, and all of these corners.
