@@ -7,8 +7,9 @@ use std::f64::consts::TAU;
 
 /// Points that are tried.
 const POINTS: usize = 20_000;
-/// The point `POINT` of the shaders.
+/// A point of the planes, and the same for the shaders.
 const POINT: Vec3 = Vec3::new(0.31, -1.7, 2.3);
+const GLSL_POINT: &str = "const vec3 POINT = vec3(0.31, -1.7, 2.3);";
 
 fn vector(words: &[u32]) -> DVec3 {
     DVec3::new(number(words[0]), number(words[1]), number(words[2]))
@@ -37,7 +38,7 @@ fn behind_the_plane(fault: Option<(&str, &str, &str)>) -> usize {
         .collect();
     let function = Function {
         includes: &["core/random.glsl", "core/rounding.glsl"],
-        globals: "const vec3 POINT = vec3(0.31, -1.7, 2.3);",
+        globals: GLSL_POINT,
         body: "
             vec4 u = uintBitsToFloat(a), v = uintBitsToFloat(b);
             vec3 normal = vec3(sqrt(1.0 - u.y * u.y) * vec2(cos(u.x), sin(u.x)), u.y), s, t;
@@ -109,7 +110,7 @@ fn wrong_bounds(fault: Option<(&str, &str, &str)>) -> [usize; 3] {
         .collect();
     let function = Function {
         includes: &["core/rounding.glsl"],
-        globals: "const vec3 POINT = vec3(0.31, -1.7, 2.3);",
+        globals: GLSL_POINT,
         body: "
             vec3 origin = uintBitsToFloat(a.xyz), direction = uintBitsToFloat(uvec3(a.w, b.xy));
             vec3 normal = vec3(uintBitsToFloat(b.zw), 0.0);
