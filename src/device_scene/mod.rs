@@ -1,5 +1,5 @@
-//! The two ways to trace: ray queries on the driver's acceleration structures, and an eight-wide
-//! BVH traversed in compute. Both see the same triangles, instances and transforms.
+//! A scene on the device: its buffers, lights and trees, and the two ways to trace it. These are ray queries on the driver's
+//! acceleration structures, and an eight-wide BVH traversed in compute. Both see the same triangles, instances and transforms.
 
 pub mod buffers;
 pub mod compute_bvh;

@@ -1,4 +1,4 @@
-//! Vulkan, independent of rendering: devices, buffers, shared layouts, shaders, compute passes,
+//! Vulkan, independent of rendering: devices, buffers, shaders, compute passes,
 //! timestamps and debug labels.
 //!
 //! All `unsafe` code of the crate is in this module. Its safe interface guarantees three things:

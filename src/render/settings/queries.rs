@@ -1,4 +1,4 @@
-//! Questions that settings answer without a scene.
+//! Values that follow from settings without a scene.
 
 use super::{
     Candidates, DirectMode, Far, GridMode, IndirectMode, Integrator, LightChoice, Resampling,
