@@ -132,10 +132,7 @@ impl<'a> Capture<'a> {
         {
             let _label = session.device.label(&format!("frame {number}"));
             session.frame(number, accumulate)?;
-            let samples = if accumulate { number + 1 } else { 1 };
-            session
-                .renderer
-                .show(&self.display, samples, exposure, begins_with_blue)?;
+            (session.renderer).show(&self.display, exposure, begins_with_blue)?;
             if let Some(presentation) = presentation {
                 presentation.present(number, &self.display.pixels)?;
             }

@@ -4,15 +4,15 @@
 
 use super::camera::gpu_camera;
 use super::counters::Counts;
-use super::integrators::{PathTracer, Restir};
+use super::integrators::{Integrator, PathTracer, Restir};
 use super::light_samplers::light_bvh::LightBvhBuffer;
 use super::lighting::Lighting;
-use super::outputs::Sums;
 use super::outputs::display::Display;
 use super::outputs::primary_surfaces::PrimarySurfaces;
+use super::outputs::{Accumulator, Radiance, Sums};
 use super::resolved_settings::ResolvedSettings;
 use super::scene_bindings::SceneBindings;
-use super::settings::{DirectMode, Energy, Integrator, Settings, Variant};
+use super::settings::{self, DirectMode, Energy, Settings, Variant};
 use super::tracking::Tracking;
 use super::view::View;
 use crate::device_scene::GpuScene;
@@ -31,7 +31,8 @@ pub struct Renderer {
     device: Arc<Device>,
     bindings: Arc<SceneBindings>,
     constants: FrameConstants,
-    technique: Technique,
+    integrator: Box<dyn Integrator>,
+    sums: Accumulator,
     primary_surfaces: Option<PrimarySurfaces>,
     /// The moment of the next frame.
     next: Moment,
@@ -45,11 +46,6 @@ struct Moment {
     /// In seconds.
     time: f64,
     camera: GpuCamera,
-}
-
-enum Technique {
-    PathTracing(Box<PathTracer>),
-    Restir(Box<Restir>),
 }
 
 impl Renderer {
@@ -105,24 +101,24 @@ impl Renderer {
         let light_nodes = light_bvh.node_count;
         let bindings = SceneBindings::new(device, scene, specialisation, Box::new(light_bvh))?;
         let bindings = Arc::new(bindings);
-        let technique = match settings.integrator {
-            Integrator::PathTracing => {
-                let tracer = PathTracer::new(device, &bindings, constants, tracking.counts)?;
-                Technique::PathTracing(Box::new(tracer))
-            }
-            Integrator::Restir => {
-                let (view, jitter) = (&constants.view, view.jitter);
-                let restir = Restir::new(
-                    device,
-                    &bindings,
-                    view,
-                    jitter,
-                    settings,
-                    light_nodes,
-                    tracking,
-                )?;
-                Technique::Restir(Box::new(restir))
-            }
+        let mut sums = Accumulator::new(device, &bindings, view.width, view.height)?;
+        let integrator: Box<dyn Integrator> = match settings.integrator {
+            settings::Integrator::PathTracing => Box::new(PathTracer::new(
+                device,
+                &bindings,
+                constants,
+                tracking.counts,
+                &mut sums,
+            )?),
+            settings::Integrator::Restir => Box::new(Restir::new(
+                device,
+                &bindings,
+                &constants.view,
+                view.jitter,
+                settings,
+                light_nodes,
+                tracking,
+            )?),
         };
         Ok(Self {
             device: device.clone(),
@@ -133,7 +129,8 @@ impl Renderer {
             },
             shown: [None; 2],
             constants,
-            technique,
+            integrator,
+            sums,
             primary_surfaces: None,
         })
     }
@@ -180,10 +177,7 @@ impl Renderer {
 
     /// True if a frame depends on those before it.
     pub fn has_history(&self) -> bool {
-        match &self.technique {
-            Technique::PathTracing(_) => false,
-            Technique::Restir(frame) => frame.has_history(),
-        }
+        self.integrator.has_history()
     }
 
     /// Adds `samples` samples or frames, numbered from `first`, to every pixel.
@@ -191,7 +185,7 @@ impl Renderer {
         self.add_samples_watched(first, samples, &mut |_| Ok(()))
     }
 
-    /// [`Self::add_samples`]; `watch` is called now and then with the share of the work that is done, 0 to 1.
+    /// [`Self::add_samples`]; `watch` is called now and then with the fraction of the work that is done, in [0, 1].
     /// If it returns an error the work ends, and pixels then differ in their number of samples.
     ///
     /// # Errors
@@ -202,91 +196,84 @@ impl Renderer {
         samples: u32,
         watch: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<Vec<PassTime>> {
+        let most = self.integrator.samples_per_call();
         let mut times = Vec::new();
-        let frames = match self.technique {
-            // Samples of one moment are added in one call.
-            Technique::PathTracing(_) => 1,
-            Technique::Restir(_) => samples,
-        };
-        for number in 0..frames {
-            if number > 0 {
-                watch(f64::from(number) / f64::from(frames))?;
+        for done in (0..samples).step_by(most as usize) {
+            let count = most.min(samples - done);
+            let mut watch_all = |fraction: f64| {
+                watch((f64::from(done) + fraction * f64::from(count)) / f64::from(samples))
+            };
+            if done > 0 {
+                watch_all(0.0)?;
             }
             let camera = self.begin()?;
-            times = match &mut self.technique {
-                Technique::PathTracing(tracer) => {
-                    tracer.set_camera(camera);
-                    tracer.add_samples(first, samples, watch)?
-                }
-                Technique::Restir(frame) => {
-                    PassTime::by_name(frame.add_frame(first + number, camera)?)
-                }
-            };
+            let (integrator, sums) = (&mut self.integrator, &mut self.sums);
+            times = integrator.add(first + done, count, camera, sums, &mut watch_all)?;
         }
         Ok(times)
     }
 
-    /// Renders a frame only as the history of those that follow.
-    pub fn skip_frame(&mut self, number: u32) -> Result<Vec<PassTime>> {
+    /// Renders a frame only as the history of those that follow: not at all where none depends on another.
+    pub fn skip_frame(&mut self, index: u32) -> Result<Vec<PassTime>> {
         let camera = self.begin()?;
-        match &mut self.technique {
-            Technique::PathTracing(_) => Ok(Vec::new()),
-            Technique::Restir(frame) => frame.render(number, camera),
+        if !self.integrator.has_history() {
+            return Ok(Vec::new());
         }
+        self.integrator.render(index, camera, &mut self.sums)
     }
 
-    /// Bytes on the device that resampling keeps for each pixel, over all buffers; 0 for path
-    /// tracing, whose sums are its result.
+    /// Bytes on the device per pixel that the integrator keeps from frame to frame or from pass to pass, over all buffers; 0 for
+    /// path tracing, whose sums are its result.
     pub fn bytes_per_pixel(&self) -> f64 {
-        let Technique::Restir(frame) = &self.technique else {
-            return 0.0;
-        };
         let ViewConstants { width, height, .. } = self.constants.view;
-        frame.bytes() as f64 / (f64::from(width) * f64::from(height))
+        self.integrator.bytes() as f64 / (f64::from(width) * f64::from(height))
     }
 
-    /// Begins anew with another seed, without history or sums.
+    /// Starts again with another seed, without history or sums.
     pub fn restart(&mut self, seed: u32) -> Result<()> {
         self.shown = [None; 2];
-        match &mut self.technique {
-            Technique::PathTracing(tracer) => tracer.restart(seed),
-            Technique::Restir(frame) => frame.restart(seed),
-        }
+        self.sums.clear()?;
+        self.integrator.restart(seed)
     }
 
     /// Submits a frame without waiting for it, if it is one of resampling; [`Device::wait_for_running`] does, and returns the
     /// times. Path tracing waits, and returns them here.
-    pub fn submit_frame(&mut self, number: u32) -> Result<Option<Vec<PassTime>>> {
-        if let Technique::PathTracing(_) = self.technique {
-            return self.single_frame(number).map(Some);
-        }
+    pub fn submit_frame(&mut self, index: u32) -> Result<Option<Vec<PassTime>>> {
         let camera = self.begin()?;
-        if let Technique::Restir(frame) = &mut self.technique {
-            frame.submit(number, camera)?;
-        }
-        Ok(None)
+        self.integrator.submit(index, camera, &mut self.sums)
     }
 
     /// Renders one frame by itself, for [`Self::frame_radiance`]. Returns the time of each run of a pass.
-    pub fn single_frame(&mut self, number: u32) -> Result<Vec<PassTime>> {
+    pub fn single_frame(&mut self, index: u32) -> Result<Vec<PassTime>> {
         let camera = self.begin()?;
-        match &mut self.technique {
-            Technique::PathTracing(tracer) => {
-                tracer.set_camera(camera);
-                tracer.forget()?;
-                tracer.add_samples(number, 1, &mut |_| Ok(()))
-            }
-            Technique::Restir(frame) => frame.render(number, camera),
-        }
+        self.integrator.render(index, camera, &mut self.sums)
     }
 
     /// Makes the last single frame the only one in the sums.
     pub fn keep_single_frame(&mut self) -> Result<()> {
-        match &mut self.technique {
-            // It is alone in there.
-            Technique::PathTracing(_) => Ok(()),
-            Technique::Restir(frame) => frame.keep_last_frame(),
+        // Without a picture of its own it is there already, alone.
+        if let Some(color) = self.integrator.color() {
+            self.sums.clear()?;
+            self.sums.add(color)?;
         }
+        Ok(())
+    }
+
+    /// The last single frame on the device, or the sums where frames are added to them.
+    fn radiance(&self) -> Vec<Radiance<'_>> {
+        let ViewConstants { width, height, .. } = self.constants.view;
+        self.integrator.color().map_or_else(
+            || self.sums.radiance(),
+            |color| {
+                vec![Radiance {
+                    buffer: color,
+                    stride: 3,
+                    first_pixel: 0,
+                    pixels: width * height,
+                    samples: 1,
+                }]
+            },
+        )
     }
 
     /// A pass that makes pictures as a display shows them.
@@ -299,34 +286,21 @@ impl Renderer {
         Display::new(&self.device, &self.bindings, pixels)
     }
 
-    /// Shows the last frame, or the mean of `samples` samples of path tracing, on `display`: radiance × 2^`exposure`,
-    /// tone-mapped.
-    pub fn show(
-        &self,
-        display: &Display,
-        samples: u32,
-        exposure: f32,
-        begins_with_blue: bool,
-    ) -> Result<()> {
+    /// Shows the last frame, or the mean of the samples of path tracing, on `display`: radiance × 2^`exposure`, tone-mapped.
+    pub fn show(&self, display: &Display, exposure: f32, begins_with_blue: bool) -> Result<()> {
         let unit = self.bindings.scene.units.radiance * f64::from(exposure).exp2();
-        let (parts, scale) = match &self.technique {
-            Technique::PathTracing(tracer) => (tracer.radiance(), unit / f64::from(samples)),
-            Technique::Restir(frame) => (vec![frame.radiance()], unit),
-        };
-        display.map(&parts, scale as f32, begins_with_blue)
+        display.map(&self.radiance(), unit, begins_with_blue)
     }
 
     /// The radiance of the last single frame, row by row from the top.
     pub fn frame_radiance(&self) -> Result<Vec<[f32; 3]>> {
         let unit = self.bindings.scene.units.radiance;
-        let in_scene = |radiance: Vec3| (radiance.as_dvec3() * unit).as_vec3().to_array();
-        match &self.technique {
-            Technique::PathTracing(tracer) => {
-                let sums = tracer.sums()?;
-                Ok(sums.iter().map(|p| in_scene(p.sum)).collect())
-            }
-            Technique::Restir(frame) => Ok(frame.color()?.into_iter().map(in_scene).collect()),
+        let mut pixels = Vec::new();
+        for part in self.radiance() {
+            let in_scene = |radiance: Vec3| (radiance.as_dvec3() * unit).as_vec3().to_array();
+            pixels.extend(part.read()?.into_iter().map(in_scene));
         }
+        Ok(pixels)
     }
 
     /// The surfaces through the pixels' centres in the last frame, row by row from the top.
@@ -355,63 +329,50 @@ impl Renderer {
     /// # Errors
     /// Path tracing, which has none, or the device fails.
     pub fn reservoir_aovs(&self, lighting: Lighting) -> Result<Vec<ReservoirAov>> {
-        match &self.technique {
-            Technique::PathTracing(_) => Err(Error::input(
-                "path tracing has no reservoirs to look into; use integrator=restir",
-            )),
-            Technique::Restir(frame) => {
-                let mut reservoirs = frame.reservoir_aovs(lighting)?;
-                // Samples of direct light on other lights than triangles have other measures.
-                let triangles = self.bindings.scene.counts.triangle_lights;
-                let area = self.bindings.scene.units.length.powi(2);
-                for reservoir in &mut reservoirs {
-                    if lighting == Lighting::Indirect || u64::from(reservoir.light) < triangles {
-                        reservoir.weight = (f64::from(reservoir.weight) * area) as f32;
-                    }
-                }
-                Ok(reservoirs)
+        let mut reservoirs = self.integrator.reservoir_aovs(lighting)?;
+        // Samples of direct light on other lights than triangles have other measures.
+        let triangles = self.bindings.scene.counts.triangle_lights;
+        let area = self.bindings.scene.units.length.powi(2);
+        for reservoir in &mut reservoirs {
+            if lighting == Lighting::Indirect || u64::from(reservoir.light) < triangles {
+                reservoir.weight = (f64::from(reservoir.weight) * area) as f32;
             }
         }
+        Ok(reservoirs)
     }
 
-    /// The sums of all pixels.
+    /// The sums of all pixels; none before the first sample of resampling.
     pub fn sums(&self) -> Result<Sums> {
         Ok(Sums {
-            pixels: match &self.technique {
-                Technique::PathTracing(tracer) => tracer.sums()?,
-                Technique::Restir(frame) => frame.sums(),
-            },
+            pixels: self.sums.read()?,
             unit: self.bindings.scene.units.radiance,
         })
     }
 
-    /// Replaces each pixel's sums by those of an earlier run of the same scene, as many as the picture has pixels.
+    /// Replaces each pixel's sums by those of `samples` samples in an earlier run of the same scene, as many as the picture has
+    /// pixels.
     ///
     /// # Errors
     /// The device fails, or frames depend on a history that sums do not hold.
-    pub fn set_sums(&self, sums: &[PixelSums]) -> Result<()> {
-        match &self.technique {
-            Technique::PathTracing(tracer) => tracer.set_sums(sums),
-            Technique::Restir(_) => Err(Error::input(
-                "only path tracing can be resumed; use --preset path-tracing",
-            )),
+    pub fn set_sums(&mut self, sums: &[PixelSums], samples: u32) -> Result<()> {
+        if self.has_history() {
+            return Err(Error::input(
+                "frames that reuse those before them cannot be resumed; use --preset path-tracing",
+            ));
         }
+        self.sums.write(sums, samples)
     }
 
     /// The counts of each pass since the last call; empty unless [`Tracking::counts`].
     pub fn counts(&mut self) -> Result<Vec<Counts>> {
-        match &mut self.technique {
-            Technique::PathTracing(tracer) => tracer.counts(),
-            Technique::Restir(frame) => frame.counts(),
-        }
+        self.integrator.counters().since_last()
     }
 
-    /// Values refused so far because they were NaN, negative or beyond
-    /// [`crate::shader_interface::MAX_RADIANCE`].
-    pub fn rejected(&self) -> Result<u32> {
-        match &self.technique {
-            Technique::PathTracing(tracer) => tracer.rejected(),
-            Technique::Restir(frame) => frame.rejected(),
-        }
+    /// Values refused so far because they were NaN, negative or beyond [`crate::shader_interface::MAX_RADIANCE`].
+    ///
+    /// # Errors
+    /// The device fails, or its driver ended loops early.
+    pub fn rejected(&mut self) -> Result<u32> {
+        self.integrator.counters().rejected()
     }
 }

@@ -23,7 +23,9 @@ pub use frame::{
     FrameConstants, GpuCamera, GridConstants, PrefixLevel, RestirConstants, ReuseConstants,
     SpatialStep, Strip, ViewConstants, WorldAddresses, WorldConstants,
 };
-pub use pixels::{GpuWorldSample, PixelSums, PrimarySurface, ReservoirAov, SampleData, ToneMap};
+pub use pixels::{
+    GpuWorldSample, PixelRange, PixelSums, PrimarySurface, ReservoirAov, SampleData, ToneMap,
+};
 pub use rays::{RayBatch, RayHit, RayQuery};
 pub use scene::{
     GpuGridPlace, GpuGridPoint, GpuInstance, GpuLight, GpuLightChoice, GpuLightEntry, GpuLightNode,
@@ -66,6 +68,7 @@ pub const STRUCTS: &[StructLayout] = &[
     Strip::LAYOUT,
     PixelSums::LAYOUT,
     PrimarySurface::LAYOUT,
+    PixelRange::LAYOUT,
     ToneMap::LAYOUT,
     RayQuery::LAYOUT,
     RayHit::LAYOUT,

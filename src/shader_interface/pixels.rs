@@ -56,6 +56,16 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
+    /// The pixels that a dispatch works on, row by row from the top.
+    pub struct PixelRange {
+        /// Index of the first pixel in the picture.
+        pub first_pixel: u32,
+        /// Number of pixels.
+        pub pixels: u32,
+    }
+}
+
+crate::gpu_struct! {
     /// The surface through a pixel's centre.
     pub struct PrimarySurface {
         /// Diffuse and specular albedo, by which a denoiser divides.
@@ -103,21 +113,6 @@ crate::gpu_struct! {
 }
 
 impl PixelSums {
-    /// From the sum and the sum of squares of each channel.
-    pub fn of([sum, square]: &[DVec3; 2]) -> Self {
-        let pair = |value: &DVec3| {
-            let high = value.as_vec3();
-            (high, (value - high.as_dvec3()).as_vec3())
-        };
-        let ((sum, sum_low), (square, square_low)) = (pair(sum), pair(square));
-        Self {
-            sum,
-            sum_low,
-            square,
-            square_low,
-        }
-    }
-
     /// Mean of `samples` ≥ 1 samples, for each channel.
     pub fn mean(&self, samples: u32) -> DVec3 {
         (self.sum.as_dvec3() + self.sum_low.as_dvec3()) / f64::from(samples)

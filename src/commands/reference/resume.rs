@@ -64,7 +64,7 @@ pub fn resume(args: &Args, session: &mut Session) -> Result<u32> {
             "its sums of pixel {x}, {y} are none of {samples} samples"
         )));
     }
-    session.renderer.set_sums(&sums)?;
+    session.renderer.set_sums(&sums, samples)?;
     Ok(samples)
 }
 

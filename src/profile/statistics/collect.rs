@@ -136,7 +136,7 @@ impl Compiler {
             renderer.reservoir_aovs(Lighting::Direct)?;
             renderer.reservoir_aovs(Lighting::Indirect)?;
         }
-        renderer.show(&renderer.display()?, 1, 0.0, false)?;
+        renderer.show(&renderer.display()?, 0.0, false)?;
         RayTracer::new(device, scene.clone(), &[])?.run()?;
         Ok(())
     }

@@ -1,5 +1,6 @@
 //! The picture as a display shows it, made on the device: what capture tools see as the end of a frame.
 
+use super::radiance::Radiance;
 use crate::Result;
 use crate::gpu::{Buffer, ComputePass, Device, Recording, Usage, in_rows};
 use crate::render::scene_bindings::SceneBindings;
@@ -12,18 +13,6 @@ crate::bindings! {
         read radiance,
         write display,
     }
-}
-
-/// Radiance on the device: of so many pixels, from left to right and top to bottom, the first of them in the picture.
-pub struct Radiance<'a> {
-    /// Words of which the first three of each pixel are its radiance, in the unit of the device.
-    pub buffer: &'a Buffer,
-    /// Words from one pixel to the next.
-    pub stride: u32,
-    /// The first pixel.
-    pub first_pixel: u32,
-    /// The number of pixels.
-    pub pixels: u32,
 }
 
 /// The pass that makes display values, and its picture.
@@ -47,11 +36,11 @@ impl Display {
         })
     }
 
-    /// Maps the parts of a picture, each `scale` times as bright.
+    /// Maps the parts of a picture, the mean of their samples times `scale`.
     ///
     /// # Errors
     /// The device fails.
-    pub fn map(&self, parts: &[Radiance<'_>], scale: f32, begins_with_blue: bool) -> Result<()> {
+    pub fn map(&self, parts: &[Radiance<'_>], scale: f64, begins_with_blue: bool) -> Result<()> {
         let mut recording = Recording::new(&self.device)?;
         for part in parts {
             let bindings = ToneMapPicture {
@@ -62,7 +51,7 @@ impl Display {
                 stride: part.stride,
                 first_pixel: part.first_pixel,
                 pixels: part.pixels,
-                scale,
+                scale: (scale / f64::from(part.samples)) as f32,
                 begins_with_blue: begins_with_blue.into(),
             };
             let groups = in_rows(part.pixels.div_ceil(TILE * TILE));

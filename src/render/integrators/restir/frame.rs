@@ -3,32 +3,11 @@
 use super::Restir;
 use super::bindings::{Surfaces, TracePilots};
 use crate::Result;
-use crate::gpu::{PassTime, Recording};
-use crate::shader_interface::GpuCamera;
+use crate::gpu::Recording;
 
 impl Restir {
-    /// Renders the frame `index` as `camera` sees it; the frame before it is its history. Returns the time of
-    /// each run of a pass.
-    pub fn render(&mut self, index: u32, camera: GpuCamera) -> Result<Vec<PassTime>> {
-        self.begin_frame(index, camera);
-        let mut recording = Recording::new(&self.device)?;
-        self.record(&mut recording)?;
-        let times = recording.finish()?;
-        self.end_frame()?;
-        Ok(times)
-    }
-
-    /// [`Self::render`] without waiting: [`crate::gpu::Device::wait_for_running`] does.
-    pub fn submit(&mut self, index: u32, camera: GpuCamera) -> Result<()> {
-        self.begin_frame(index, camera);
-        let mut recording = Recording::new(&self.device)?;
-        self.record(&mut recording)?;
-        recording.submit()?;
-        self.end_frame()
-    }
-
     /// Records the passes of the frame.
-    fn record<'a>(&'a self, recording: &mut Recording<'a>) -> Result<()> {
+    pub(super) fn record<'a>(&'a self, recording: &mut Recording<'a>) -> Result<()> {
         self.upload_constants(recording)?;
         let inputs = self.inputs();
 

@@ -16,26 +16,27 @@ pub use direct::DirectLight;
 pub use indirect::IndirectLight;
 pub use reuse::Reuse;
 
+use super::Integrator;
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
 use crate::render::Tracking;
-use crate::render::counters::{Counters, Counts};
+use crate::render::counters::Counters;
 use crate::render::frame_inputs::FrameInputs;
 use crate::render::history::History;
 use crate::render::light_samplers::hash_grid::HashGridLight;
 use crate::render::light_samplers::light_bvh::lists::LightLists;
 use crate::render::lighting::Lighting;
-use crate::render::outputs::display::Radiance;
+use crate::render::outputs::Accumulator;
 use crate::render::resolved_settings::ResolvedSettings;
 use crate::render::scene_bindings::SceneBindings;
 use crate::render::settings::{IndirectMode, Resampling, Shift};
 use crate::render::strips::check_side;
 use crate::render::world_reservoirs::WorldLight;
 use crate::shader_interface::{
-    Fetch, GeometryAccess, GpuCamera, GridConstants, NONE, PixelSums, ReservoirAov,
-    RestirConstants, Specialisation, TILE, ViewConstants, WorldConstants,
+    Fetch, GeometryAccess, GpuCamera, GridConstants, NONE, ReservoirAov, RestirConstants,
+    Specialisation, TILE, ViewConstants, WorldConstants,
 };
 use crate::{Error, Result};
-use glam::{DVec3, Vec2, Vec3};
+use glam::Vec2;
 use pilots::Pilots;
 use reservoir_aovs::FrameOutputs;
 use reservoir_layout::ReservoirLayout;
@@ -69,7 +70,6 @@ pub struct Restir {
     sample_data: History<Buffer>,
     /// True if a frame was rendered since the start.
     has_frame: bool,
-    sums: Vec<[DVec3; 2]>,
 }
 
 impl Restir {
@@ -207,7 +207,6 @@ impl Restir {
             ),
             counters,
             has_frame: false,
-            sums: Vec::new(),
             constants: RestirConstants {
                 // The pilots are drawn as candidates of direct light are.
                 reuse: for_shaders(&settings.direct.resampling),
@@ -228,27 +227,6 @@ impl Restir {
         };
         made.restart(view.seed)?;
         Ok(made)
-    }
-
-    /// Begins anew with another seed, without history or sums.
-    pub fn restart(&mut self, seed: u32) -> Result<()> {
-        self.constants.view.seed = seed;
-        self.has_frame = false;
-        self.sample_data.reset();
-        self.kinds().for_each(|reuse| reuse.reservoirs.reset());
-        self.sums.clear();
-        // A shader that reads a reservoir which no pass wrote finds it empty, instead of the index of a light
-        // that does not exist.
-        let mut recording = Recording::new(&self.device)?;
-        self.buffers().for_each(|buffer| recording.clear(buffer));
-        recording.finish()?;
-        self.counters.clear()
-    }
-
-    /// True if a frame depends on the one before it.
-    pub fn has_history(&self) -> bool {
-        let world = self.indirect.as_ref().map(|light| &light.world);
-        self.sample_data.all().len() > 1 || world.is_some_and(|world| world.table.is_used())
     }
 
     /// The kinds of light that are resampled, direct light first.
@@ -335,10 +313,93 @@ impl Restir {
         }
         Ok(())
     }
+}
 
-    /// The contents of the last frame's reservoirs of one light, row by row from the top; all are empty before the first
-    /// frame, and where that kind has no reservoirs.
-    pub fn reservoir_aovs(&self, lighting: Lighting) -> Result<Vec<ReservoirAov>> {
+impl Integrator for Restir {
+    fn has_history(&self) -> bool {
+        let world = self.indirect.as_ref().map(|light| &light.world);
+        self.sample_data.all().len() > 1 || world.is_some_and(|world| world.table.is_used())
+    }
+
+    fn samples_per_call(&self) -> u32 {
+        1
+    }
+
+    fn add(
+        &mut self,
+        first: u32,
+        _samples: u32,
+        camera: GpuCamera,
+        sums: &mut Accumulator,
+        _watch: &mut dyn FnMut(f64) -> Result<()>,
+    ) -> Result<Vec<PassTime>> {
+        let mut times = self.render(first, camera, sums)?;
+        times.extend(sums.add(&self.color)?);
+        Ok(PassTime::by_name(times))
+    }
+
+    fn render(
+        &mut self,
+        index: u32,
+        camera: GpuCamera,
+        _sums: &mut Accumulator,
+    ) -> Result<Vec<PassTime>> {
+        self.begin_frame(index, camera);
+        let mut recording = Recording::new(&self.device)?;
+        self.record(&mut recording)?;
+        let times = recording.finish()?;
+        self.end_frame()?;
+        Ok(times)
+    }
+
+    fn submit(
+        &mut self,
+        index: u32,
+        camera: GpuCamera,
+        _sums: &mut Accumulator,
+    ) -> Result<Option<Vec<PassTime>>> {
+        self.begin_frame(index, camera);
+        let mut recording = Recording::new(&self.device)?;
+        self.record(&mut recording)?;
+        recording.submit()?;
+        self.end_frame()?;
+        Ok(None)
+    }
+
+    fn color(&self) -> Option<&Buffer> {
+        Some(&self.color)
+    }
+
+    fn restart(&mut self, seed: u32) -> Result<()> {
+        self.constants.view.seed = seed;
+        self.has_frame = false;
+        self.sample_data.reset();
+        self.kinds().for_each(|reuse| reuse.reservoirs.reset());
+        // A shader that reads a reservoir which no pass wrote finds it empty, instead of the index of a light
+        // that does not exist.
+        let mut recording = Recording::new(&self.device)?;
+        self.buffers().for_each(|buffer| recording.clear(buffer));
+        recording.finish()?;
+        self.counters.clear()
+    }
+
+    fn counters(&mut self) -> &mut Counters {
+        &mut self.counters
+    }
+
+    fn bytes(&self) -> u64 {
+        let shared = (self.direct.iter()).flat_map(|light| {
+            light
+                .grid
+                .buffers()
+                .into_iter()
+                .chain([&light.lists.buffer])
+        });
+        self.buffers().chain(shared).map(Buffer::size).sum()
+    }
+
+    /// All are empty before the first frame, and where a kind of light has no reservoirs.
+    fn reservoir_aovs(&self, lighting: Lighting) -> Result<Vec<ReservoirAov>> {
         let reuse = match lighting {
             Lighting::Direct => self.direct.as_ref().map(|light| &light.reuse),
             Lighting::Indirect => self.indirect.as_ref().map(|light| &light.reuse),
@@ -366,77 +427,5 @@ impl Restir {
             counters: &self.counters.buffer,
         };
         reservoir_aovs::read_reservoir_aovs(&self.device, &self.bindings, &pass, &outputs)
-    }
-
-    /// Renders a frame and adds it to the sums.
-    pub fn add_frame(&mut self, index: u32, camera: GpuCamera) -> Result<Vec<PassTime>> {
-        let times = self.render(index, camera)?;
-        self.add_to_sums()?;
-        Ok(times)
-    }
-
-    /// Makes the last frame the only one in the sums.
-    pub fn keep_last_frame(&mut self) -> Result<()> {
-        self.sums.clear();
-        self.add_to_sums()
-    }
-
-    /// Adds the last frame to the sums.
-    pub fn add_to_sums(&mut self) -> Result<()> {
-        let color = self.color()?;
-        self.sums.resize(color.len(), [DVec3::ZERO; 2]);
-        for ([sum, square], value) in self.sums.iter_mut().zip(color) {
-            let value = value.as_dvec3();
-            *sum += value;
-            *square += value * value;
-        }
-        Ok(())
-    }
-
-    /// The last frame's radiance, row by row from the top.
-    pub fn color(&self) -> Result<Vec<Vec3>> {
-        let view = &self.constants.view;
-        self.color.read(view.width as usize * view.height as usize)
-    }
-
-    /// The last frame's radiance on the device.
-    pub fn radiance(&self) -> Radiance<'_> {
-        let view = &self.constants.view;
-        Radiance {
-            buffer: &self.color,
-            stride: 3,
-            first_pixel: 0,
-            pixels: view.width * view.height,
-        }
-    }
-
-    /// Each pixel's sums over the frames added.
-    pub fn sums(&self) -> Vec<PixelSums> {
-        self.sums.iter().map(PixelSums::of).collect()
-    }
-
-    /// Values rejected so far because they were NaN, negative or out of range.
-    ///
-    /// # Errors
-    /// The device fails, or its driver ended loops early.
-    pub fn rejected(&self) -> Result<u32> {
-        self.counters.rejected()
-    }
-
-    /// The counts of each pass since the last call, if counting was asked for.
-    pub fn counts(&mut self) -> Result<Vec<Counts>> {
-        self.counters.since_last()
-    }
-
-    /// Bytes of its buffers on the device.
-    pub fn bytes(&self) -> u64 {
-        let shared = (self.direct.iter()).flat_map(|light| {
-            light
-                .grid
-                .buffers()
-                .into_iter()
-                .chain([&light.lists.buffer])
-        });
-        self.buffers().chain(shared).map(Buffer::size).sum()
     }
 }

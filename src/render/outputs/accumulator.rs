@@ -1,0 +1,146 @@
+//! Sums over the samples of a picture, on the device.
+
+use super::radiance::Radiance;
+use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, in_rows};
+use crate::render::scene_bindings::SceneBindings;
+use crate::render::strips::strips_of;
+use crate::shader_interface::{PixelRange, PixelSums, Strip, TILE};
+use crate::{Error, Result};
+use std::sync::Arc;
+
+crate::bindings! {
+    /// Bindings of the pass.
+    pub struct Accumulate {
+        read color,
+        write sums,
+    }
+}
+
+/// The sums of each pixel over the samples that were added since the last [`Self::clear`].
+pub struct Accumulator {
+    device: Arc<Device>,
+    width: u32,
+    height: u32,
+    pass: ComputePass,
+    /// The picture from top to bottom, each strip with its pixels' sums; none before the first sample, so that frames that stand
+    /// alone take no memory for sums.
+    strips: Vec<(Strip, Buffer)>,
+    samples: u32,
+}
+
+impl Accumulator {
+    /// Empty sums of a picture of `width` × `height` pixels.
+    ///
+    /// # Errors
+    /// A shader whose interface cannot be bound by name.
+    pub fn new(
+        device: &Arc<Device>,
+        bindings: &SceneBindings,
+        width: u32,
+        height: u32,
+    ) -> Result<Self> {
+        Ok(Self {
+            pass: bindings.pass("accumulate", &bindings.specialisation)?,
+            device: device.clone(),
+            width,
+            height,
+            strips: Vec::new(),
+            samples: 0,
+        })
+    }
+
+    /// The strips with their sums, for a pass that adds to them; [`Self::count`] follows it.
+    ///
+    /// # Errors
+    /// More memory than the device has.
+    pub fn strips(&mut self) -> Result<&[(Strip, Buffer)]> {
+        if self.strips.is_empty() {
+            self.strips = strips_of::<PixelSums>(&self.device, "sums", self.width, self.height)?;
+            self.clear()?;
+        }
+        Ok(&self.strips)
+    }
+
+    /// Notes that a pass has added this many samples to every pixel.
+    pub fn count(&mut self, samples: u32) {
+        self.samples += samples;
+    }
+
+    /// Sets all sums to zero.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn clear(&mut self) -> Result<()> {
+        self.samples = 0;
+        if self.strips.is_empty() {
+            return Ok(());
+        }
+        let mut recording = Recording::new(&self.device)?;
+        for (_, sums) in &self.strips {
+            recording.clear(sums);
+        }
+        recording.finish().map(drop)
+    }
+
+    /// Adds a picture, which has the radiance of one sample of each pixel, row by row from the top.
+    ///
+    /// # Errors
+    /// More memory than the device has, or the device fails.
+    pub fn add(&mut self, color: &Buffer) -> Result<Vec<PassTime>> {
+        self.strips()?;
+        let mut recording = Recording::new(&self.device)?;
+        for (strip, sums) in &self.strips {
+            let range = PixelRange {
+                first_pixel: strip.first_row * self.width,
+                pixels: strip.rows * self.width,
+            };
+            let groups = in_rows(range.pixels.div_ceil(TILE * TILE));
+            recording.pass(&self.pass, &Accumulate { color, sums }, &range, groups)?;
+        }
+        let times = recording.finish()?;
+        self.count(1);
+        Ok(times)
+    }
+
+    /// Each pixel's sums, row by row from the top; none before the first sample.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn read(&self) -> Result<Vec<PixelSums>> {
+        let mut all = Vec::with_capacity(self.width as usize * self.height as usize);
+        for (strip, sums) in &self.strips {
+            all.extend(sums.read::<PixelSums>(strip.pixels(self.width))?);
+        }
+        Ok(all)
+    }
+
+    /// Replaces the sums by those of an earlier run: one entry for each pixel, over `samples` samples.
+    ///
+    /// # Errors
+    /// There are fewer entries than pixels, or the device fails.
+    pub fn write(&mut self, sums: &[PixelSums], samples: u32) -> Result<()> {
+        let width = self.width;
+        let mut rest = sums;
+        for (strip, buffer) in self.strips()? {
+            let (pixels, after) = rest
+                .split_at_checked(strip.pixels(width))
+                .ok_or_else(|| Error::failed("the earlier run has too few pixels"))?;
+            buffer.write(pixels)?;
+            rest = after;
+        }
+        self.samples = samples;
+        Ok(())
+    }
+
+    /// The sums on the device.
+    pub fn radiance(&self) -> Vec<Radiance<'_>> {
+        let parts = self.strips.iter().map(|(strip, sums)| Radiance {
+            buffer: sums,
+            stride: (size_of::<PixelSums>() / size_of::<f32>()) as u32,
+            first_pixel: strip.first_row * self.width,
+            pixels: strip.rows * self.width,
+            samples: self.samples,
+        });
+        parts.collect()
+    }
+}
