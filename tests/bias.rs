@@ -6,7 +6,7 @@ mod support;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::LazyLock;
-use support::{planted, said};
+use support::{TOY_LOBES, planted, said};
 
 /// Where a merge's techniques are weighed with visibility: by the balance heuristic one by one, by pairs
 /// for those that one ray stands for.
@@ -329,6 +329,34 @@ fn chequered_floor() -> String {
 
 mod thorough {
     use super::*;
+
+    /// Surfaces of two delta lobes and two wide ones or more. The planted fault is what was true of one delta lobe: a pixel has
+    /// two paths.
+    #[test]
+    fn two_more_lobes_are_unbiased_and_a_lost_path_is_found() {
+        let plan = r#"
+scenes = ["cornell:finish=lacquer,roughness=0"]
+width = 48
+frames = 3
+seeds = 256
+most_seeds = 1024
+bounces = 3
+reference_spp = 8192
+[[configurations]]
+name = "toy lobes"
+preset = "accurate"
+"#;
+        let (passes, said) = study_with_fault(plan, &TOY_LOBES);
+        assert!(passes, "{said}");
+        let mut changes = TOY_LOBES.to_vec();
+        changes.push((
+            "restir/passes/initial_indirect.comp",
+            "paths_begun > MAX_DELTA_LOBES + 1u",
+            "paths_begun > 2u",
+        ));
+        let (passes, said) = study_with_fault(plan, &changes);
+        assert!(!passes && said.contains("should be unbiased"));
+    }
 
     #[test]
     fn a_sample_of_the_bias_matrix_passes() {

@@ -308,11 +308,11 @@ mod thorough {
 
     #[test]
     fn rays_that_leave_to_one_side_are_found() {
-        let around = "r * on_circle(u.z)";
+        let around = "r * on_circle(u.y)";
         let fault = (
-            "scene/material.glsl",
+            "bsdf/diffuse.glsl",
             around,
-            "r * on_circle(0.5 * u.z - 0.25)",
+            "r * on_circle(0.5 * u.y - 0.25)",
         );
         assert_found("thorough::a_mirror_image_is_one", fault, CHANGES);
     }

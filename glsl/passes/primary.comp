@@ -1,8 +1,8 @@
 #version 460
 // The surface through each pixel's centre, for the AOVs. What covers only a part of it is left out.
+#include "bsdf/bsdf.glsl"
 #include "core/workgroups.glsl"
 #include "scene/camera.glsl"
-#include "scene/material.glsl"
 #include "scene/previous_frame.glsl"
 #include "scene/surface.glsl"
 
@@ -33,8 +33,7 @@ void main() {
         Surface surface = surface_at(hit, ray);
         float cosine = max(-dot(ray.direction, surface.shading_normal), 0.0);
         Bsdf bsdf = make_bsdf(surface.material, cosine);
-        vec3 specular = specular_fresnel(bsdf, cosine);
-        seen = PrimarySurface(bsdf.diffuse * diffuse_share(bsdf, cosine) + specular, surface.shading_normal,
+        seen = PrimarySurface(albedo_of(bsdf, cosine), surface.shading_normal,
                               hit.t, surface.instance,
                               motion_of(surface.position - frame.at.view.camera.position,
                                         previous_point(surface.instance, surface.position) - previous_camera.at.position));

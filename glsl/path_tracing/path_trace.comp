@@ -6,12 +6,12 @@
 //
 // One loop traces one ray a turn and begins the pixel's next sample when a path ends, so that no lane idles while its
 // neighbours' paths are longer.
+#include "bsdf/bsdf.glsl"
 #include "core/roulette.glsl"
 #include "core/values.glsl"
 #include "core/workgroups.glsl"
 #include "lights/light_point.glsl"
 #include "scene/camera.glsl"
-#include "scene/material.glsl"
 #include "scene/surface.glsl"
 
 layout(local_size_x = TILE * TILE) in;
@@ -110,7 +110,7 @@ struct Path {
     float near;
     // True if the surface where the ray begins compares points of lamps.
     bool narrow;
-    bool mirror;
+    bool delta;
 };
 
 // Whether light that was scattered this often is wanted.
@@ -162,7 +162,7 @@ void main() {
             if (sees_environment() && is_wanted(path.scatterings)) {
                 vec2 place = environment_place(ray.direction);
                 float weight = 1.0;
-                if (!path.mirror) {
+                if (!path.delta) {
                     LightPoint point = environment_point(ray.direction);
                     float pdf_light = pdf_own_measure(point, ray.direction, light_probability(point));
                     weight = heuristic_weight(path.pdf_solid_angle, pdf_light);
@@ -179,7 +179,7 @@ void main() {
             float cosine = -dot(light.normal, ray.direction);
             vec3 emission = light_emission(light, surface.light, hit.barycentrics, cosine);
             float weight = 1.0;
-            if (!path.mirror) {
+            if (!path.delta) {
                 float distance_squared = square(hit.t);
                 float probability = load_light_choices(surface.light).probability;
                 float pdf_light = area_to_solid_angle(probability / light.area, distance_squared, cosine);
@@ -198,7 +198,7 @@ void main() {
                               dot(ray.direction, surface.shading_normal));
         Bsdf bsdf = make_bsdf(surface.material, max(outgoing.z, 0.0));
 
-        bool narrow = HAS_SPECULAR && bsdf.alpha > 0.0 && bsdf.alpha < NARROW_ALPHA && bsdf.specular_probability > 0.5;
+        bool narrow = HAS_SPECULAR && narrow_probability(bsdf, NARROW_ALPHA) > 0.5;
 
         // Drawn whether they are needed or not, so that what a scene lacks does not shift the others.
         uvec4 light_bits = random_bits(random);
@@ -246,9 +246,9 @@ void main() {
         path.throughput *= chosen.weight;
         path.scatterings += 1u;
         path.pdf_solid_angle = chosen.pdf_solid_angle;
-        path.near = chosen.mirror ? 0.0 : near;
+        path.near = chosen.delta ? 0.0 : near;
         path.narrow = narrow;
-        path.mirror = chosen.mirror;
+        path.delta = chosen.delta;
         alive = alive && max_component(path.throughput) > 0.0;
         bool survives = survives_roulette(path.throughput, path.scatterings, frame.at.view.roulette_start,
                                           frame.at.view.roulette_floor, bsdf_numbers.w);

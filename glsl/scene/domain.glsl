@@ -1,7 +1,7 @@
 #pragma once
 // Domain: a shading point with its BSDF and the direction to its viewer, which is all that a target function needs to
 // evaluate a sample there. Also ray origins, reflected light, and solid angles.
-#include "scene/material.glsl"
+#include "bsdf/bsdf.glsl"
 #include "scene/surface.glsl"
 
 // A shading point with its outgoing direction.

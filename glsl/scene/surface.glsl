@@ -2,7 +2,7 @@
 // The surface at a ray's hit, or at a given point on a triangle: position with its rounding error, normals, material,
 // instance and light.
 #include "core/rounding.glsl"
-#include "scene/material.glsl"
+#include "bsdf/bsdf.glsl"
 #include "scene/normal_map.glsl"
 #include "scene/textures.glsl"
 #include "scene/trace.glsl"

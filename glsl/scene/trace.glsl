@@ -37,7 +37,7 @@ const uint RAY_PILOT = 2u;
 // A BSDF candidate of direct light: the closest hit.
 const uint RAY_CANDIDATE = 3u;
 // The reflection of a perfect mirror: the closest hit.
-const uint RAY_MIRROR = 4u;
+const uint RAY_DELTA = 4u;
 // Visibility: any hit.
 const uint RAY_SHADOW = 5u;
 // The same, of a candidate among rare lights.

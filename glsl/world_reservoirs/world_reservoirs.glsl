@@ -63,7 +63,7 @@ uint world_key(GpuCamera camera, vec3 position, vec3 normal, float u, vec3 shift
 // select whatever such a point reflects: light of any colour. A metal's lobe may be 0 in f32 where a matte point's is not, and an
 // interpolated normal has another horizon.
 bool keeps_merged_reservoir(Domain vertex, uint packed_normal) {
-    vec3 diffuse = vertex.bsdf.diffuse * diffuse_share(vertex.bsdf, vertex.outgoing.z);
+    vec3 diffuse = matte_albedo_of(vertex.bsdf, vertex.outgoing.z);
     return restir.at.world.keeps_merged != 0u && min(diffuse.x, min(diffuse.y, diffuse.z)) > 0.01
         && pack_octahedral(vertex.shading_normal) == packed_normal;
 }

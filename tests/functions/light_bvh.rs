@@ -21,10 +21,10 @@ const RECEIVER: &str = "
     receiver.normal = normalize(to_unit(turns).xyz - 0.5);
     receiver.outgoing = normalize(to_unit(pcg4d(turns)).xyz - 0.5);
     if (dot(receiver.normal, receiver.outgoing) < 0.0) receiver.outgoing = -receiver.outgoing;
-    receiver.diffuse = 0.2;
-    receiver.specular = to_unit(turns.w) < 0.5 ? 0.0 : 0.04;
-    receiver.specular_grazing = 1.0;
-    receiver.alpha_squared = to_unit(turns.y) < 0.5 ? 0.01 : 1e-8;
+    receiver.bsdf.diffuse = 0.2;
+    receiver.bsdf.specular = to_unit(turns.w) < 0.5 ? 0.0 : 0.04;
+    receiver.bsdf.specular_grazing = 1.0;
+    receiver.bsdf.alpha_squared = to_unit(turns.y) < 0.5 ? 0.01 : 1e-8;
     receiver.next = 0u;
     receiver.passed = 0.0;
     receiver.found = NONE;
@@ -221,8 +221,8 @@ fn narrow_lobes_expect_finite_contributions() {
             "{RECEIVER}
             GpuLightNode node = load_light_node(a.w % restir.at.light_node_count);
             receiver.outgoing = reflect(normalize(receiver.position - node.center), receiver.normal);
-            receiver.specular = 1.0;
-            receiver.alpha_squared = uintBitsToFloat(b.x);
+            receiver.bsdf.specular = 1.0;
+            receiver.bsdf.alpha_squared = uintBitsToFloat(b.x);
             receiver.expected = expected_of_all(receiver);
             uint drawn = NONE;
             float probability = 1.0;

@@ -4,6 +4,7 @@ mod directions;
 mod environment;
 mod light_bvh;
 mod lights;
+mod lobes;
 mod numbers;
 mod radiance;
 mod resampling;

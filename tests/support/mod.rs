@@ -313,6 +313,23 @@ pub fn planted(folder: &Path, changes: &[(&str, &str, &str)]) {
     }
 }
 
+/// Changes of the shaders that give every surface two more lobes, those of `toy_lobes.glsl`: one file, and what registers it.
+pub const TOY_LOBES: [(&str, &str, &str); 2] = [
+    (
+        "bsdf/lobes.glsl",
+        "#include \"bsdf/diffuse.glsl\"",
+        concat!(
+            "#include \"bsdf/diffuse.glsl\"\n",
+            include_str!("toy_lobes.glsl")
+        ),
+    ),
+    (
+        "bsdf/lobes.glsl",
+        "#define BSDF_LOBES(LOBE) \\",
+        "#define BSDF_LOBES(LOBE) LOBE(DustLobe, dust, 0u) LOBE(TurnLobe, turn, 1u) \\",
+    ),
+];
+
 /// Runs a test of this file once more by itself, in a process of its own, with a fault in the shaders: (file, text, replacement).
 /// `change` adds to the command.
 pub fn run_with_fault(

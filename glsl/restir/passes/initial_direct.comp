@@ -48,7 +48,7 @@ uint more_bsdf_samples(ivec2 pixel, Bsdf bsdf) {
     // hits are rare. Under a constant environment, where they are not, the deviation itself brought nothing: in `cornell`
     // .91 of the rays at 1.05 of the error, elsewhere the same of both.
     float for_brightness = MORE_FOR_BRIGHTNESS * sqrt(squares / max(count, 1.0));
-    return uint(clamp(for_brightness, MORE_FOR_LOBE * limit * narrowness(bsdf), limit));
+    return uint(clamp(for_brightness, MORE_FOR_LOBE * limit * narrowness_of(bsdf), limit));
 }
 
 // What the pixel's merge with the hash grid is made of: technique 0 is what its own light samples selected, the others are
@@ -174,8 +174,7 @@ void main() {
     if (has_surface(data) && scene.at.light_count > 0u) {
         Domain domain = unpack_domain(data, primary_ray(pixel));
         Random random = pass_random(pixel, FIRST_STREAM + STREAM_INITIAL);
-        bool mirror = is_mirror(domain.bsdf);
-        prefer_narrow_lobe(domain.bsdf);
+        prefer_narrow_lobes(domain.bsdf);
         uint light_samples = restir.at.reuse.light_samples, bsdf_samples = restir.at.bsdf_samples;
         if (PILOTS) bsdf_samples += more_bsdf_samples(ivec2(pixel), domain.bsdf);
 
@@ -226,15 +225,16 @@ void main() {
             if (add_hit(stream, domain, value, light_pdf, light_samples, choice, bsdf_samples)) reservoir.value = value;
         }
 
-        // The BSDF candidates, of which the pilot is the first, then the mirror's ray, then the shadow ray of the
+        // The BSDF candidates, of which the pilot is the first, then the rays of delta lobes, then the shadow ray of the
         // selected candidate, then that of the candidate among rare lights.
-        uint turns = bsdf_samples + (RARE_LIGHTS ? 3u : 2u);
+        uint delta_turn = bsdf_samples, shadow_turn = delta_turn + MAX_DELTA_LOBES;
+        uint turns = shadow_turn + (RARE_LIGHTS ? 2u : 1u);
         uint turn = PILOTS ? 1u : 0u;
         for (; turn < turns; turn += 1u) {
-            uint purpose = !RARE_LIGHTS || turn == bsdf_samples + 1u ? RAY_SHADOW : RAY_RARE;
-            if (turn <= bsdf_samples) purpose = turn < bsdf_samples ? RAY_CANDIDATE : RAY_MIRROR;
+            uint purpose = !RARE_LIGHTS || turn == shadow_turn ? RAY_SHADOW : RAY_RARE;
+            if (turn < shadow_turn) purpose = turn < delta_turn ? RAY_CANDIDATE : RAY_DELTA;
             Ray ray;
-            vec3 rare = vec3(0.0);
+            vec3 rare = vec3(0.0), reflectance = vec3(0.0);
             float chance = 1.0;
             bool wanted;
             float choice = 0.0;
@@ -243,9 +243,9 @@ void main() {
                 choice = random_choice(random);
                 BsdfSample chosen;
                 wanted = sample_bsdf_ray(domain, numbers, chosen, ray);
-            } else if (purpose == RAY_MIRROR) {
-                // A mirror reflects the light of one direction, which no reservoir can share.
-                wanted = mirror && mirror_ray(domain, ray);
+            } else if (purpose == RAY_DELTA) {
+                // A delta lobe reflects the light of one direction, which no reservoir can share.
+                wanted = delta_ray(domain, turn - delta_turn, ray, reflectance);
             } else if (purpose == RAY_RARE) {
                 Random own = pass_random(pixel, FIRST_STREAM + STREAM_RARE);
                 float rare_pdf;
@@ -263,8 +263,8 @@ void main() {
                 if (wanted) ray = shadow_ray(domain, reservoir.value, CURRENT);
             }
             if (!wanted) continue;
-            // What a mirror reflects no other pixel shares, so a coin may decide for it.
-            Hit hit = trace(ray, purpose >= RAY_SHADOW, purpose == RAY_MIRROR ? ray_coin(random) : NO_COIN);
+            // What a delta lobe reflects no other pixel shares, so a coin may decide for it.
+            Hit hit = trace(ray, purpose >= RAY_SHADOW, purpose == RAY_DELTA ? ray_coin(random) : NO_COIN);
             if (purpose == RAY_SHADOW) {
                 if (hit.transmittance == 0.0) stream = empty_stream();
                 continue;
@@ -275,7 +275,7 @@ void main() {
             }
             LightPoint light = light_found(hit, ray.direction);
             if (light.kind == LIGHT_NONE) continue;
-            if (purpose == RAY_MIRROR) {
+            if (purpose == RAY_DELTA) {
                 vec3 emission;
                 if (is_environment(light.kind)) {
                     emission = environment_radiance(environment_place(ray.direction));
@@ -283,7 +283,7 @@ void main() {
                     GpuLight seen = light_at(light.index, CURRENT);
                     emission = light_emission(seen, light.index, light.place, -dot(seen.normal, ray.direction));
                 }
-                ADD_LIGHT(pixel, emission * specular_fresnel(domain.bsdf, domain.outgoing.z))
+                ADD_LIGHT(pixel, emission * reflectance)
                 continue;
             }
             LightSample value = new_light_sample(light);

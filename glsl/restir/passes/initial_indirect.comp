@@ -34,16 +34,14 @@ void main() {
     PackedReservoir packed = pack_reservoir(reservoir);
     if (has_surface(data) && scene.at.light_count > 0u) {
         Domain eye = unpack_domain(data, primary_ray(pixel));
-        bool mirror = is_mirror(eye.bsdf);
-        vec3 mirror_reflectance = specular_fresnel(eye.bsdf, eye.outgoing.z);
-        prefer_narrow_lobe(eye.bsdf);
+        prefer_narrow_lobes(eye.bsdf);
         Pilot pilot = LOAD_PILOT(reservoirs, slot);
         Random random = pass_random(pixel, FIRST_STREAM + STREAM_INITIAL);
         stream = empty_stream();
         chosen = empty_path_sample();
         unshared = vec3(0.0);
 
-        // First the path that a perfect mirror reflects, then the path that begins with the pilot.
+        // First the paths that delta lobes reflect, then the path that begins with the pilot.
         uint paths_begun = 0u;
         Path path;
         uint purpose = RAY_NONE;
@@ -56,10 +54,11 @@ void main() {
         while (true) {
             if (purpose == RAY_NONE) {
                 paths_begun += 1u;
-                if (paths_begun > 2u) break;
-                if (paths_begun == 1u) {
-                    if (mirror && mirror_ray(eye, ray)) purpose = RAY_PATH;
-                    path = mirror_path(mirror_reflectance);
+                if (paths_begun > MAX_DELTA_LOBES + 1u) break;
+                if (paths_begun <= MAX_DELTA_LOBES) {
+                    vec3 reflectance;
+                    if (delta_ray(eye, paths_begun - 1u, ray, reflectance)) purpose = RAY_PATH;
+                    path = delta_path(paths_begun, reflectance);
                 } else {
                     BsdfSample first;
                     // A pilot passes surfaces that cover a part; of a path a coin decides whether it ends there.

@@ -18,7 +18,7 @@ void main() {
     Pilot pilot = Pilot(NONE, NONE, vec2(0.0), 0.0);
     if (has_surface(data) && scene.at.light_count > 0u) {
         Domain domain = unpack_domain(data, primary_ray(pixel));
-        prefer_narrow_lobe(domain.bsdf);
+        prefer_narrow_lobes(domain.bsdf);
         BsdfSample chosen;
         Ray ray;
         if (pilot_ray(domain, pixel, chosen, ray)) {

@@ -21,10 +21,12 @@ struct Path {
     float pdf_solid_angle;
     // The distance within which the ray finds no lights that are no larger: `near_distance`.
     float near;
-    bool mirror;
-    // Whether it began with the reflection of a perfect mirror that the camera sees.
-    bool is_mirrored;
-    // Whether its samples can be shared: not with a mirror at one of the first two vertices, to which no reconnection
+    // True if the current ray follows a delta lobe.
+    bool delta;
+    // 0 for the path that begins with the pilot; else 1 + the index of the delta lobe, at the surface that the camera sees, with
+    // which it begins.
+    uint first_lobe;
+    // Whether its samples can be shared: not with a delta lobe at one of the first two vertices, to which no reconnection
     // exists.
     bool can_share;
     // The second vertex, once it is known, and the direction in which the path continues from there.
@@ -39,15 +41,15 @@ struct Candidate {
     PathSample value;
 };
 
-// The path that begins with a mirror reflection. Lights that the first ray hits belong to direct light, so that nothing asks
+// The path that begins with a delta lobe. Lights that the first ray hits belong to direct light, so that nothing asks
 // for the receiver that it left.
-Path mirror_path(vec3 reflectance) {
-    return Path(reflectance, vec3(1.0), 1u, distant_receiver(), 0.0, 0.0, true, true, false, empty_path_sample());
+Path delta_path(uint first_lobe, vec3 reflectance) {
+    return Path(reflectance, vec3(1.0), 1u, distant_receiver(), 0.0, 0.0, true, first_lobe, false, empty_path_sample());
 }
 
 // The path that begins with the pixel's pilot ray.
 Path first_path(BsdfSample first) {
-    return Path(first.weight, vec3(1.0), 1u, distant_receiver(), first.pdf_solid_angle, 0.0, false, false, true, empty_path_sample());
+    return Path(first.weight, vec3(1.0), 1u, distant_receiver(), first.pdf_solid_angle, 0.0, false, 0u, true, empty_path_sample());
 }
 
 // Whether the current ray started at the first vertex, or at the second.
@@ -86,7 +88,7 @@ Candidate make_candidate(Path path, vec3 light, bool directly, LightPoint end, v
 // point with densities whose sum is `pdf_solid_angle`.
 Candidate found_light(Path path, LightPoint end, vec3 radiance, float pdf_solid_angle) {
     float weight = 1.0;
-    if (!path.mirror) {
+    if (!path.delta) {
         weight = 1.0 / (1.0 + pdf_solid_angle / path.pdf_solid_angle);
     }
     return make_candidate(path, path.throughput * radiance * weight, left_second(path), end, radiance);
@@ -124,8 +126,9 @@ bool sample_light_at(Path path, Domain vertex, Receiver receiver, uint slot, ino
     // BSDF rays share the light with the samples; but not in a weight that other vertices take over.
     uint bsdf_samples = in_world ? 0u : 1u;
     float light_samples = rare ? restir.at.reuse.rare_lights : in_world ? float(restir.at.reuse.light_samples) : vertex_samples();
-    // Two random streams for each vertex: one for the path that a mirror begins.
-    Random world_random = pass_random(own_pixel(), STREAM_WORLD + 2u * path.scatterings + (path.is_mirrored ? 1u : 0u));
+    // At each vertex the paths of a pixel have random streams of their own.
+    Random world_random =
+        pass_random(own_pixel(), STREAM_WORLD + (MAX_DELTA_LOBES + 1u) * path.scatterings + path.first_lobe);
     uint normal = pack_octahedral(vertex.geometric_normal);
     // The domain that resamples, and that of the reservoir which is kept.
     Domain resampling = vertex, stored = vertex;
@@ -157,8 +160,8 @@ bool sample_light_at(Path path, Domain vertex, Receiver receiver, uint slot, ino
         for_others.contribution_weight = accept_weight(contribution_weight(kept));
         own = merge_world(resampling, own, world_random);
         if (keeps_merged) for_others = own;
-        // A mirror's path has no place of its own.
-        if (!path.is_mirrored) {
+        // The paths of delta lobes have no slots.
+        if (path.first_lobe == 0u) {
             keep_world_reservoir((path.scatterings - 1u) * restir.at.slots + slot, vertex.position, normal, for_others,
                                  to_unit(random_bits(world_random).x));
         }
@@ -185,15 +188,15 @@ bool scatter(inout Path path, Domain vertex, Receiver receiver, vec4 numbers, ou
     path.throughput *= onward.weight;
     if (left_first(path)) {
         path.second.direction = next.direction;
-        path.can_share = path.can_share && !onward.mirror;
+        path.can_share = path.can_share && !onward.delta;
     } else {
         path.suffix_throughput *= onward.weight;
     }
     path.scatterings += 1u;
     path.receiver = receiver;
     path.pdf_solid_angle = onward.pdf_solid_angle;
-    path.near = onward.mirror ? 0.0 : near_distance(vertex);
-    path.mirror = onward.mirror;
+    path.near = onward.delta ? 0.0 : near_distance(vertex);
+    path.delta = onward.delta;
     return survives_roulette(path.throughput, path.scatterings, restir.at.view.roulette_start, restir.at.view.roulette_floor, numbers.w)
         && alive;
 }

@@ -51,23 +51,6 @@ Pilot counted(Pilot pilot) {
 // The hit of a pilot; its distance is not stored.
 Hit pilot_hit(Pilot pilot) { return Hit(0.0, pilot.instance, pilot.primitive, pilot.place, 0.0); }
 
-// 1 for lobes so narrow that light samples almost never fall into them, 0 for wide ones and none.
-float narrowness(Bsdf bsdf) {
-    return HAS_SPECULAR && bsdf.alpha > 0.0 && bsdf.specular_probability > 0.0 ? max(1.0 - 4.0 * bsdf.alpha, 0.0) : 0.0;
-}
-
-// Adapts lobe selection to candidates: a narrow lobe gets most BSDF rays, because light samples cover wide lobes. Only
-// the selection of lobes changes, and with it all their densities.
-void prefer_narrow_lobe(inout Bsdf bsdf) {
-    if (!HAS_SPECULAR) return;
-    float own = bsdf.specular_probability;
-    // A perfect mirror has a ray of its own.
-    if (bsdf.alpha == 0.0) bsdf.specular_probability = 0.0;
-    else if (own < 1.0) bsdf.specular_probability = mix(own, max(own, 0.75), narrowness(bsdf));
-}
-
-bool is_mirror(Bsdf bsdf) { return HAS_SPECULAR && bsdf.alpha == 0.0 && bsdf.specular_probability > 0.0; }
-
 // Samples a ray from the BSDF; false if it carries no light or leaves to the back of the surface.
 bool sample_bsdf_ray(Domain domain, vec4 numbers, out BsdfSample chosen, out Ray ray) {
     chosen = sample_bsdf(domain.bsdf, domain.outgoing, numbers);
@@ -76,11 +59,13 @@ bool sample_bsdf_ray(Domain domain, vec4 numbers, out BsdfSample chosen, out Ray
     return chosen.valid && max_component(chosen.weight) > 0.0 && dot(direction, domain.geometric_normal) > 0.0;
 }
 
-// The ray reflected by a perfect mirror; false if it leaves to the back of the surface.
-bool mirror_ray(Domain domain, out Ray ray) {
-    vec3 direction = to_world(domain, vec3(-domain.outgoing.xy, domain.outgoing.z));
+// The ray of a delta lobe and its reflectance; false if there are fewer lobes, or if it leaves to the back of the surface.
+bool delta_ray(Domain domain, uint index, out Ray ray, out vec3 reflectance) {
+    vec3 direction;
+    bool found = delta_lobe(domain.bsdf, index, domain.outgoing, direction, reflectance);
+    direction = to_world(domain, direction);
     ray = Ray(ray_origin(domain, direction), LARGEST, direction);
-    return dot(direction, domain.geometric_normal) > 0.0;
+    return found && dot(direction, domain.geometric_normal) > 0.0;
 }
 
 // The pixel's pilot ray.

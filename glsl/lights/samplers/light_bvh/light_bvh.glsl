@@ -13,12 +13,7 @@ struct Receiver {
     vec3 normal;
     // Unit, towards the viewer.
     vec3 outgoing;
-    // Luminance of the diffuse lobe over π, and of the specular lobe at normal and at grazing incidence; the latter's squared
-    // GGX width.
-    float diffuse;
-    float specular;
-    float specular_grazing;
-    float alpha_squared;
+    BsdfSummary bsdf;
     // The sum of what the nodes that are found are expected to contribute.
     float expected;
     // A second walk, which draws lights: where it goes on, the sum over the nodes found so far, and the last of these that may
@@ -68,16 +63,16 @@ float expected_contribution(GpuLightNode node, Receiver receiver) {
     if (arriving <= 0.0) return 0.0;
     // Of lights that face into all directions, a quarter of the area is seen.
     float leaving = clamp(size * node.facing - dot(node.normal, direction), 0.0, 1.0) + 0.25 * (1.0 - node.facing);
-    float reflected = receiver.diffuse;
-    if (HAS_SPECULAR && receiver.specular > 0.0) {
+    float reflected = receiver.bsdf.diffuse;
+    if (HAS_SPECULAR && receiver.bsdf.specular > 0.0) {
         // The squared cosine of the half vector to either direction, and its squared sine to the normal. The latter from a cross
         // product: 1 - cosine² would be 0 where a narrow lobe has its slope.
         float between = max(0.5 + 0.5 * dot(receiver.outgoing, direction), TINY);
         vec3 aside = cross(receiver.normal, receiver.outgoing + direction);
         float sine2 = min(dot(aside, aside) / (4.0 * between), 1.0);
-        float a2 = clamp(receiver.alpha_squared + 0.25 * square(size), MIN_LOBE, 1.0);
+        float a2 = clamp(receiver.bsdf.alpha_squared + 0.25 * square(size), MIN_LOBE, 1.0);
         float m = 1.0 - sqrt(between), m2 = m * m;
-        float fresnel = mix(receiver.specular, receiver.specular_grazing, m2 * m2 * m);
+        float fresnel = mix(receiver.bsdf.specular, receiver.bsdf.specular_grazing, m2 * m2 * m);
         // GGX with the visibility term of Kelemen and Szirmay-Kalos.
         reflected += fresnel * a2 / (4.0 * PI * between * square(sine2 + (1.0 - sine2) * a2));
     }
@@ -114,11 +109,7 @@ Receiver receiver_at(Domain domain) {
     receiver.position = domain.position;
     receiver.normal = domain.shading_normal;
     receiver.outgoing = to_world(domain, domain.outgoing);
-    receiver.diffuse = luminance(domain.bsdf.diffuse) * (diffuse_share(domain.bsdf, domain.outgoing.z) / PI);
-    // A perfect mirror reflects no light sample.
-    receiver.specular = domain.bsdf.alpha > 0.0 ? luminance(specular_fresnel(domain.bsdf, 1.0)) : 0.0;
-    receiver.specular_grazing = luminance(specular_fresnel(domain.bsdf, 0.0));
-    receiver.alpha_squared = square(domain.bsdf.alpha);
+    receiver.bsdf = summary_of(domain.bsdf, domain.outgoing.z);
     receiver.next = 0u;
     receiver.passed = 0.0;
     receiver.found = NONE;

@@ -31,8 +31,8 @@ uvec2 tile_near(uvec2 pixel, uvec2 bits) {
     STORE_VECTOR(BUFFER, WORD, RECEIVER.position); \
     STORE_VECTOR(BUFFER, (WORD) + 3u, RECEIVER.normal); \
     STORE_VECTOR(BUFFER, (WORD) + 6u, RECEIVER.outgoing); \
-    STORE_VECTOR(BUFFER, (WORD) + 9u, vec3(RECEIVER.diffuse, RECEIVER.specular, RECEIVER.specular_grazing)); \
-    BUFFER.at[(WORD) + 12u] = floatBitsToUint(RECEIVER.alpha_squared); \
+    STORE_VECTOR(BUFFER, (WORD) + 9u, vec3(RECEIVER.bsdf.diffuse, RECEIVER.bsdf.specular, RECEIVER.bsdf.specular_grazing)); \
+    BUFFER.at[(WORD) + 12u] = floatBitsToUint(RECEIVER.bsdf.alpha_squared); \
     BUFFER.at[(WORD) + 13u] = floatBitsToUint(RECEIVER.expected)
 
 #define LOAD_RECEIVER(BUFFER, WORD, RECEIVER) \
@@ -40,8 +40,8 @@ uvec2 tile_near(uvec2 pixel, uvec2 bits) {
     RECEIVER.normal = LOAD_VECTOR(BUFFER, (WORD) + 3u); \
     RECEIVER.outgoing = LOAD_VECTOR(BUFFER, (WORD) + 6u); \
     vec3 lobes_ = LOAD_VECTOR(BUFFER, (WORD) + 9u); \
-    RECEIVER.diffuse = lobes_.x; \
-    RECEIVER.specular = lobes_.y; \
-    RECEIVER.specular_grazing = lobes_.z; \
-    RECEIVER.alpha_squared = uintBitsToFloat(BUFFER.at[(WORD) + 12u]); \
+    RECEIVER.bsdf.diffuse = lobes_.x; \
+    RECEIVER.bsdf.specular = lobes_.y; \
+    RECEIVER.bsdf.specular_grazing = lobes_.z; \
+    RECEIVER.bsdf.alpha_squared = uintBitsToFloat(BUFFER.at[(WORD) + 12u]); \
     RECEIVER.expected = uintBitsToFloat(BUFFER.at[(WORD) + 13u])

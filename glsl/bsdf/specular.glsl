@@ -1,0 +1,147 @@
+#pragma once
+// The specular lobe of glTF 2.0, appendix B, with KHR_materials_specular and KHR_materials_ior: GGX (α = roughness²,
+// height-correlated Smith, Schlick's Fresnel), a mix of a dielectric and a metal; a perfect mirror below MIRROR_ROUGHNESS.
+//
+// ENERGY_COMPENSATED corrects two errors of energy (Turquin, "Practical multiple scattering compensation for microfacet
+// models", 2019): rough metals lose some, because only single scattering is modelled; bright dielectrics gain some at
+// grazing angles, because base and lobe are mixed without regard to what the lobe reflects.
+
+// Directional albedo of the specular lobe: ALBEDO_CELLS + 1 nodes a side, roughness-major; x is the part scaled by F0,
+// y the part scaled by F90.
+layout(scalar) readonly buffer AlbedoBlock { vec2 at[]; } specular_albedo;
+
+struct SpecularLobe {
+    float choice;
+    vec3 dielectric_f0;
+    float dielectric_f90;
+    vec3 metal_f0;
+    float metallic;
+    // GGX width; 0 = a perfect mirror.
+    float alpha;
+    // Energy compensation of both parts; 1 without.
+    vec3 dielectric_scale;
+    vec3 metal_scale;
+    // With compensation, the fraction that the dielectric part leaves to the lobes below; unused without.
+    float passes;
+};
+
+vec3 schlick(vec3 f0, vec3 f90, float cosine) {
+    float m = clamp(1.0 - cosine, 0.0, 1.0);
+    float m2 = m * m;
+    return f0 + (f90 - f0) * (m2 * m2 * m);
+}
+
+// True if a surface with these values has a specular lobe; else it is pure Lambert.
+bool has_specular_lobe(float metallic, float dielectric_f90) {
+    return HAS_SPECULAR && (metallic > 0.0 || dielectric_f90 > 0.0);
+}
+
+bool reflects(SpecularLobe lobe) { return has_specular_lobe(lobe.metallic, lobe.dielectric_f90); }
+
+// Fresnel reflectance of the whole lobe, compensation included.
+vec3 fresnel(SpecularLobe lobe, float cosine) {
+    if (!HAS_SPECULAR) return vec3(0.0);
+    vec3 dielectric = schlick(lobe.dielectric_f0, vec3(lobe.dielectric_f90), cosine);
+    vec3 metal = schlick(lobe.metal_f0, vec3(1.0), cosine);
+    return mix(dielectric * lobe.dielectric_scale, metal * lobe.metal_scale, lobe.metallic);
+}
+
+float passes(SpecularLobe lobe, float cosine) {
+    if (!HAS_SPECULAR) return 1.0;
+    if (ENERGY_COMPENSATED) return lobe.passes;
+    return 1.0 - max_component(schlick(lobe.dielectric_f0, vec3(lobe.dielectric_f90), cosine));
+}
+
+vec2 albedo_lookup(float cosine, float roughness) {
+    const float cells = float(ALBEDO_CELLS);
+    // Node i is at the cosine (i / cells)², because the albedo changes fastest at grazing angles.
+    vec2 at = vec2(sqrt(clamp(cosine, 0.0, 1.0)), clamp(roughness, 0.0, 1.0)) * cells;
+    uvec2 cell = min(uvec2(at), uvec2(ALBEDO_CELLS - 1u));
+    vec2 f = at - vec2(cell);
+    uint row = cell.y * (ALBEDO_CELLS + 1u) + cell.x;
+    vec2 near = mix(specular_albedo.at[row], specular_albedo.at[row + 1u], f.x);
+    row += ALBEDO_CELLS + 1u;
+    vec2 far = mix(specular_albedo.at[row], specular_albedo.at[row + 1u], f.x);
+    return mix(near, far, f.y);
+}
+
+void make_lobe(GpuMaterial material, float cosine_out, out SpecularLobe lobe) {
+    lobe.dielectric_f0 = material.dielectric_f0;
+    lobe.dielectric_f90 = material.dielectric_f90;
+    lobe.metal_f0 = material.base_color;
+    lobe.metallic = material.metallic;
+    bool mirror = material.roughness < MIRROR_ROUGHNESS;
+    lobe.alpha = mirror ? 0.0 : square(material.roughness);
+    lobe.dielectric_scale = vec3(1.0);
+    lobe.metal_scale = vec3(1.0);
+    lobe.passes = 1.0;
+    if (HAS_SPECULAR && ENERGY_COMPENSATED) {
+        vec2 parts;
+        if (mirror) {
+            parts.y = schlick(vec3(0.0), vec3(1.0), cosine_out).x;
+            parts.x = 1.0 - parts.y;
+        } else {
+            parts = albedo_lookup(cosine_out, material.roughness);
+        }
+        float missing = 1.0 / (parts.x + parts.y) - 1.0;
+        lobe.dielectric_scale = 1.0 + lobe.dielectric_f0 * missing;
+        lobe.metal_scale = 1.0 + lobe.metal_f0 * missing;
+        vec3 reflected = (lobe.dielectric_f0 * parts.x + lobe.dielectric_f90 * parts.y) * lobe.dielectric_scale;
+        lobe.passes = max(0.0, 1.0 - max_component(reflected));
+    }
+}
+
+float expected(SpecularLobe lobe, float below, float cosine) { return luminance(fresnel(lobe, cosine)) * below; }
+
+// GGX distribution of a half vector. Computed from x and y, because 1 − z² cancels for narrow lobes.
+float ggx_distribution(vec3 h, float alpha) {
+    float a2 = alpha * alpha;
+    float d = a2 * h.z * h.z + h.x * h.x + h.y * h.y;
+    return a2 / (PI * d * d);
+}
+
+// Smith's λ, as (−1 + sqrt(1 + α² tan²)) / 2.
+float smith_lambda(float cosine, float alpha) {
+    float c2 = cosine * cosine;
+    return 0.5 * (sqrt(1.0 + alpha * alpha * max(1.0 - c2, 0.0) / max(c2, TINY)) - 1.0);
+}
+
+bool is_wide(SpecularLobe lobe) { return HAS_SPECULAR && lobe.alpha > 0.0 && lobe.choice > 0.0; }
+
+vec3 evaluate(SpecularLobe lobe, float below, float probability, vec3 outgoing, vec3 incoming, vec3 h, inout float pdf_solid_angle) {
+    float d = ggx_distribution(h, lobe.alpha);
+    float lambda_out = smith_lambda(outgoing.z, lobe.alpha);
+    float lambda_in = smith_lambda(incoming.z, lobe.alpha);
+    float common_factor = d / (4.0 * outgoing.z);
+    pdf_solid_angle += probability * common_factor / (1.0 + lambda_out);
+    return fresnel(lobe, dot(outgoing, h)) * (below * common_factor / (incoming.z * (1.0 + lambda_out + lambda_in)));
+}
+
+// Samples a microfacet normal visible from `outgoing` (Dupuy and Benyoub, "Sampling Visible
+// GGX Normals with Spherical Caps", 2023).
+vec3 sample_visible_normal(vec3 outgoing, float alpha, vec2 u) {
+    vec3 w = normalize(vec3(alpha * outgoing.xy, outgoing.z));
+    float z = (1.0 - u.y) * (1.0 + w.z) - w.z;
+    float s = sqrt(clamp(1.0 - z * z, 0.0, 1.0));
+    vec3 h = vec3(s * on_circle(u.x), z) + w;
+    return normalize(vec3(alpha * h.xy, max(h.z, 0.0)));
+}
+
+vec3 draw(SpecularLobe lobe, vec3 outgoing, vec2 u) {
+    return reflect(-outgoing, sample_visible_normal(outgoing, lobe.alpha, u));
+}
+
+vec3 albedo(SpecularLobe lobe, float below, float cosine) { return fresnel(lobe, cosine) * below; }
+
+float alpha_of(SpecularLobe lobe) { return lobe.alpha; }
+
+vec3 reflect_delta(SpecularLobe lobe, float below, vec3 outgoing, out vec3 direction) {
+    direction = vec3(-outgoing.xy, outgoing.z);
+    return fresnel(lobe, outgoing.z) * below;
+}
+
+void summarise(SpecularLobe lobe, float below, float cosine, inout BsdfSummary summary) {
+    summary.specular = lobe.alpha > 0.0 ? luminance(fresnel(lobe, 1.0)) * below : 0.0;
+    summary.specular_grazing = luminance(fresnel(lobe, 0.0)) * below;
+    summary.alpha_squared = square(lobe.alpha);
+}
