@@ -40,16 +40,19 @@ pub trait Bindings<'a> {
 }
 
 /// Declares a structure with a pass's bindings as fields, each marked `read`, `write` or `uniform`;
-/// each `[offers name: GROUP]` adds a group of bindings of which the shader uses those that it names.
+/// each `[offers name: GROUP]` adds a group of bindings of which the shader uses those that it names, and `[optional read name]` is
+/// one buffer of this kind, which may be absent where the shader's specialisation leaves the binding out.
 #[macro_export]
 macro_rules! bindings {
     ($(#[$meta:meta])* pub struct $name:ident {
         $([offers $group:ident: $group_type:ty])*
+        $([optional $optional_access:ident $optional:ident])*
         $($access:ident $field:ident,)*
     }) => {
         $(#[$meta])*
         pub struct $name<'a> {
             $(#[allow(missing_docs)] pub $group: &'a $group_type,)*
+            $(#[allow(missing_docs)] pub $optional: Option<&'a $crate::gpu::Buffer>,)*
             $(#[allow(missing_docs)] pub $field: &'a $crate::gpu::Buffer,)*
         }
         impl<'a> $crate::gpu::Bindings<'a> for $name<'a> {
@@ -57,7 +60,12 @@ macro_rules! bindings {
                 vec![$((stringify!($field), $crate::bindings!(@$access self.$field)),)*]
             }
             fn offered(&self) -> Vec<(&'static str, $crate::gpu::Resource<'a>)> {
-                let groups: &[Vec<(&'static str, $crate::gpu::Resource<'a>)>] = &[$(self.$group.resources()),*];
+                let groups: &[Vec<(&'static str, $crate::gpu::Resource<'a>)>] = &[
+                    $(self.$group.resources(),)*
+                    $((self.$optional.into_iter())
+                        .map(|buffer| (stringify!($optional), $crate::bindings!(@$optional_access buffer)))
+                        .collect(),)*
+                ];
                 groups.concat()
             }
         }

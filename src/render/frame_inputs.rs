@@ -15,6 +15,8 @@ pub struct FrameInputs<'a> {
     pub color: &'a Buffer,
     /// The counters of all passes.
     pub counters: &'a Buffer,
+    /// Index of the frame.
+    pub frame: u32,
     /// True if there was no frame before it.
     pub is_first: bool,
     /// Workgroups of a pass over all pixels.

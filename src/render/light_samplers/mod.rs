@@ -1,5 +1,100 @@
-//! Sources of light candidates that have data of their own. Each has a folder with its settings, passes and buffers;
-//! `glsl/lights/samplers/sources.glsl` draws from all of them.
+//! Light samplers with data of their own. Each has a folder here, with its settings, passes and buffers, and one in
+//! `glsl/lights/samplers`, whose `pixel_samples.glsl` draws from all of them.
 
 pub mod hash_grid;
 pub mod light_bvh;
+
+use super::frame_inputs::FrameInputs;
+use super::lighting::Lighting;
+use super::resolved_settings::ResolvedSettings;
+use crate::Result;
+use crate::device_scene::GpuScene;
+use crate::gpu::{Buffer, ComputePass, Device, Recording, Resource};
+use crate::shader_interface::{RestirConstants, ViewConstants};
+use hash_grid::HashGridLight;
+use light_bvh::lists::LightLists;
+use std::sync::Arc;
+
+/// Data from which the pixels draw light samples of direct light, and the passes that make it in each frame.
+pub trait LightSampler {
+    /// The buffers, by the names of their bindings.
+    fn buffers(&self) -> Vec<(&'static str, &Buffer)>;
+
+    /// Sets what shaders need to know about the buffers.
+    fn set_constants(&self, _constants: &mut RestirConstants) {}
+
+    /// Records the passes of a frame, if it has any. `restir` holds the constants of direct light.
+    ///
+    /// # Errors
+    /// A binding that a pass does not have.
+    fn record<'a>(
+        &'a self,
+        recording: &mut Recording<'a>,
+        inputs: &FrameInputs<'a>,
+        restir: &'a Buffer,
+    ) -> Result<()>;
+}
+
+/// From what light samplers are made.
+pub struct SamplerInputs<'a> {
+    /// The device.
+    pub device: &'a Arc<Device>,
+    /// The scene.
+    pub scene: &'a GpuScene,
+    /// All settings.
+    pub settings: &'a ResolvedSettings,
+    /// The picture.
+    pub view: &'a ViewConstants,
+    /// Bytes of a reservoir of direct light.
+    pub reservoir_bytes: u64,
+    /// Makes a pass by name.
+    pub pass: &'a dyn Fn(&str) -> Result<ComputePass>,
+}
+
+/// The light samplers of the pixels that the settings use.
+pub struct LightSamplers(Vec<Box<dyn LightSampler>>);
+
+impl LightSamplers {
+    /// Makes the samplers.
+    ///
+    /// # Errors
+    /// More memory than the device has.
+    pub fn new(inputs: &SamplerInputs<'_>) -> Result<Self> {
+        let made = [
+            LightLists::sampler(inputs)?,
+            HashGridLight::sampler(inputs)?,
+        ];
+        Ok(Self(made.into_iter().flatten().collect()))
+    }
+
+    /// Bytes of the buffers that [`Self::new`] would make, by name.
+    pub fn bytes(
+        settings: &ResolvedSettings,
+        view: &ViewConstants,
+        reservoir_bytes: u64,
+    ) -> Vec<(&'static str, u64)> {
+        if !settings.renders(Lighting::Direct) {
+            return Vec::new();
+        }
+        let lists = settings.light_lists();
+        let lists = lists.map(|lists| ("light_lists", LightLists::bytes(lists, view)));
+        let grid = hash_grid::bytes(settings.hash_grid(), view, reservoir_bytes);
+        lists
+            .into_iter()
+            .chain(grid.into_iter().flatten())
+            .collect()
+    }
+
+    /// All samplers.
+    pub fn iter(&self) -> impl Iterator<Item = &dyn LightSampler> {
+        self.0.iter().map(|sampler| &**sampler)
+    }
+
+    /// What passes of direct light may bind.
+    pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
+        let buffers = self.iter().flat_map(LightSampler::buffers);
+        buffers
+            .map(|(name, buffer)| (name, Resource::Read(buffer)))
+            .collect()
+    }
+}

@@ -2,6 +2,7 @@
 //! `glsl/restir/passes/NAME.comp`, matched by name; every pass also binds the scene.
 
 use crate::render::history::History;
+use crate::render::light_samplers::LightSamplers;
 use crate::render::scene_bindings::SceneBindings;
 use crate::render::world_reservoirs::WorldVertices;
 
@@ -20,9 +21,9 @@ crate::bindings! {
     /// `pilots`: the first BSDF ray of each pixel.
     pub struct TracePilots {
         [offers scene: SceneBindings]
+        [optional write pilots]
         uniform restir,
         read sample_data,
-        write pilots,
         write counters,
     }
 }
@@ -31,13 +32,10 @@ crate::bindings! {
     /// `initial_direct`: candidates of direct light.
     pub struct InitialDirect {
         [offers scene: SceneBindings]
+        [offers samplers: LightSamplers]
+        [optional read pilots]
         uniform restir,
         read sample_data,
-        read pilots,
-        read light_lists,
-        read grid_points,
-        read grid_places,
-        read grid_reservoirs,
         write reservoirs,
         write color,
         write counters,

@@ -6,17 +6,14 @@ use super::reuse::Reuse;
 use crate::Result;
 use crate::gpu::{ComputePass, Recording};
 use crate::render::frame_inputs::FrameInputs;
-use crate::render::light_samplers::hash_grid::HashGridLight;
-use crate::render::light_samplers::light_bvh::lists::LightLists;
+use crate::render::light_samplers::LightSamplers;
 
 /// The passes and reservoirs of direct light.
 pub struct DirectLight {
     /// The pass that draws candidates.
     pub initial: ComputePass,
-    /// The lists that some of these come from.
-    pub lists: LightLists,
-    /// The hash grid whose reservoirs are merged with them.
-    pub grid: HashGridLight,
+    /// What some of the candidates are drawn from.
+    pub samplers: LightSamplers,
     /// The reuse of the candidates.
     pub reuse: Reuse,
 }
@@ -32,19 +29,15 @@ impl DirectLight {
         inputs: &FrameInputs<'a>,
         pilots: &Pilots<'a>,
     ) -> Result<()> {
-        self.lists.record(recording, inputs, &self.reuse.restir)?;
-        let frame = self.reuse.constants.frame;
-        self.grid
-            .record(recording, inputs, &self.reuse.restir, frame)?;
+        for sampler in self.samplers.iter() {
+            sampler.record(recording, inputs, &self.reuse.restir)?;
+        }
         let initial = InitialDirect {
             scene: inputs.scene,
             restir: &self.reuse.restir,
             sample_data: inputs.sample_data,
+            samplers: &self.samplers,
             pilots: pilots.buffer,
-            light_lists: &self.lists.buffer,
-            grid_points: &self.grid.points,
-            grid_places: &self.grid.places,
-            grid_reservoirs: &self.grid.reservoirs,
             reservoirs: self.reuse.reservoirs.current(),
             color: inputs.color,
             counters: inputs.counters,

@@ -28,7 +28,7 @@ impl IndirectLight {
         &'a self,
         recording: &mut Recording<'a>,
         inputs: &FrameInputs<'a>,
-        pilots: Pilots<'a>,
+        _pilots: Pilots<'a>,
     ) -> Result<()> {
         let world = &self.world;
         world.table.begin(recording);
@@ -40,7 +40,7 @@ impl IndirectLight {
             world_cells: &world.table.cells,
             world_list: &world.table.list,
             world_keys: &world.table.keys,
-            reservoirs: pilots.buffer,
+            reservoirs: self.reuse.reservoirs.current(),
             color: inputs.color,
             counters: inputs.counters,
         };

@@ -22,8 +22,7 @@ use crate::render::Tracking;
 use crate::render::counters::Counters;
 use crate::render::frame_inputs::FrameInputs;
 use crate::render::history::History;
-use crate::render::light_samplers::hash_grid::HashGridLight;
-use crate::render::light_samplers::light_bvh::lists::LightLists;
+use crate::render::light_samplers::{LightSamplers, SamplerInputs};
 use crate::render::lighting::Lighting;
 use crate::render::outputs::Accumulator;
 use crate::render::resolved_settings::ResolvedSettings;
@@ -32,8 +31,8 @@ use crate::render::settings::{IndirectMode, Resampling, Shift};
 use crate::render::strips::check_side;
 use crate::render::world_reservoirs::WorldLight;
 use crate::shader_interface::{
-    Fetch, GeometryAccess, GpuCamera, GridConstants, NONE, ReservoirAov, RestirConstants,
-    Specialisation, TILE, ViewConstants, WorldConstants,
+    Fetch, GeometryAccess, GpuCamera, NONE, ReservoirAov, RestirConstants, Specialisation, TILE,
+    ViewConstants, WorldConstants,
 };
 use crate::{Error, Result};
 use glam::Vec2;
@@ -63,8 +62,8 @@ pub struct Restir {
     /// The buffer of `constants`.
     pub restir: Buffer,
     color: Buffer,
-    /// Unused with indirect light, whose reservoirs hold the pilots.
-    own_pilots: Buffer,
+    /// The pilots, where there are any and no reservoirs of indirect light hold them.
+    own_pilots: Option<Buffer>,
     counters: Counters,
     /// Primary surfaces.
     sample_data: History<Buffer>,
@@ -137,21 +136,17 @@ impl Restir {
             let (initial, reuse) =
                 reuse(Lighting::Direct, settings.direct.resampling, sizes.direct)?;
             let make = |name: &str| pass(name, for_direct);
-            let lists = LightLists::new(device, settings.light_lists(), view, make)?;
-            let grid = HashGridLight::new(
+            let samplers = LightSamplers::new(&SamplerInputs {
                 device,
-                &bindings.scene,
-                settings.hash_grid(),
-                &settings.hash_grid,
-                settings.direct.resampling.light_samples,
+                scene: &bindings.scene,
+                settings,
                 view,
-                layout.bytes(Lighting::Direct),
-                make,
-            )?;
+                reservoir_bytes: layout.bytes(Lighting::Direct),
+                pass: &make,
+            })?;
             Ok::<_, Error>(DirectLight {
                 initial,
-                lists,
-                grid,
+                samplers,
                 reuse,
             })
         });
@@ -187,8 +182,6 @@ impl Restir {
             texels: bindings.scene.variant.fetch == Fetch::Texels,
             ..Usage::default()
         };
-        let grid =
-            (direct.as_ref()).map_or_else(GridConstants::default, |light| light.grid.constants);
         let world =
             (indirect.as_ref()).map_or_else(WorldConstants::default, |light| light.world.constants);
         let restir_bytes = size_of::<RestirConstants>() as u64;
@@ -199,7 +192,9 @@ impl Restir {
             indirect,
             restir: Buffer::new(device, "restir", restir_bytes, uniform)?,
             color: buffer("color", sizes.color)?,
-            own_pilots: buffer("pilots", sizes.own_pilots)?,
+            own_pilots: (sizes.own_pilots > 0)
+                .then(|| buffer("pilots", sizes.own_pilots))
+                .transpose()?,
             sample_data: History::new(
                 (0..if has_history { 2 } else { 1 })
                     .map(|_| Buffer::new(device, "sample_data", sizes.sample_data, texels))
@@ -210,7 +205,6 @@ impl Restir {
             constants: RestirConstants {
                 // The pilots are drawn as candidates of direct light are.
                 reuse: for_shaders(&settings.direct.resampling),
-                grid,
                 world,
                 ..constants::frame_constants(
                     view,
@@ -225,6 +219,10 @@ impl Restir {
             bindings: bindings.clone(),
             device: device.clone(),
         };
+        if let Some(light) = &made.direct {
+            let constants = &mut made.constants;
+            (light.samplers.iter()).for_each(|sampler| sampler.set_constants(constants));
+        }
         made.restart(view.seed)?;
         Ok(made)
     }
@@ -238,7 +236,7 @@ impl Restir {
     /// Everything that is kept for each pixel.
     fn buffers(&self) -> impl Iterator<Item = &Buffer> {
         let reservoirs = self.kinds().flat_map(|reuse| reuse.reservoirs.all());
-        let shared = [&self.color, &self.own_pilots];
+        let shared = std::iter::once(&self.color).chain(&self.own_pilots);
         let world = (self.indirect.iter()).flat_map(|light| light.world.buffers());
         self.sample_data
             .all()
@@ -257,6 +255,7 @@ impl Restir {
             previous_sample_data: self.sample_data.previous(),
             color: &self.color,
             counters: &self.counters.buffer,
+            frame: self.constants.frame,
             is_first: !self.has_frame,
             groups: [view.width.div_ceil(TILE), view.height.div_ceil(TILE), 1],
         }
@@ -266,7 +265,9 @@ impl Restir {
     pub fn pilots(&self) -> Pilots<'_> {
         let indirect = self.indirect.as_ref();
         Pilots {
-            buffer: indirect.map_or(&self.own_pilots, |light| light.reuse.reservoirs.current()),
+            buffer: indirect
+                .map(|light| light.reuse.reservoirs.current())
+                .or(self.own_pilots.as_ref()),
         }
     }
 
@@ -388,13 +389,8 @@ impl Integrator for Restir {
     }
 
     fn bytes(&self) -> u64 {
-        let shared = (self.direct.iter()).flat_map(|light| {
-            light
-                .grid
-                .buffers()
-                .into_iter()
-                .chain([&light.lists.buffer])
-        });
+        let samplers = self.direct.iter().flat_map(|light| light.samplers.iter());
+        let shared = samplers.flat_map(|sampler| sampler.buffers().into_iter().map(|(_, b)| b));
         self.buffers().chain(shared).map(Buffer::size).sum()
     }
 

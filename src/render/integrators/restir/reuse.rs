@@ -100,6 +100,7 @@ impl Reuse {
             color,
             counters,
             groups,
+            frame: _,
             is_first: _,
         } = *inputs;
         let (restir, reservoirs) = (&self.restir, &self.reservoirs);

@@ -3,8 +3,7 @@
 use super::reservoir_layout::ReservoirLayout;
 use crate::gpu::Device;
 use crate::render::Tracking;
-use crate::render::light_samplers::hash_grid;
-use crate::render::light_samplers::light_bvh::lists::LightLists;
+use crate::render::light_samplers::LightSamplers;
 use crate::render::lighting::Lighting;
 use crate::render::resolved_settings::ResolvedSettings;
 use crate::render::world_reservoirs::WorldSize;
@@ -25,7 +24,7 @@ pub struct BufferSizes {
     pub color: u64,
     /// Primary surfaces.
     pub sample_data: u64,
-    /// Pilots that are in no reservoirs.
+    /// Pilots that are in no reservoirs; 0 if there are none.
     pub own_pilots: u64,
     /// From one pilot to the next.
     pub pilot_stride: u64,
@@ -33,10 +32,8 @@ pub struct BufferSizes {
     pub direct: u64,
     /// Reservoirs of indirect light.
     pub indirect: u64,
-    /// Lists of lights.
-    pub light_lists: u64,
-    /// The hash grid, by name.
-    pub hash_grid: [(&'static str, u64); 3],
+    /// Buffers of light samplers, by name.
+    pub light_samplers: Vec<(&'static str, u64)>,
     /// World reservoirs.
     pub world: WorldSize,
 }
@@ -66,13 +63,11 @@ impl BufferSizes {
             slots,
             color: pixels * size_of::<Vec3>() as u64,
             sample_data: slots * size_of::<SampleData>() as u64,
-            // A pass must find a buffer for each binding, even if it does not read it.
-            own_pilots: pilot_stride * if own_pilots { slots } else { 1 },
+            own_pilots: if own_pilots { pilot_stride * slots } else { 0 },
             pilot_stride,
             direct: slots * layout.bytes(Lighting::Direct),
             indirect: slots * indirect_bytes,
-            light_lists: LightLists::bytes(settings.light_lists(), view),
-            hash_grid: hash_grid::bytes(settings.hash_grid(), view, layout.bytes(Lighting::Direct)),
+            light_samplers: LightSamplers::bytes(settings, view, layout.bytes(Lighting::Direct)),
             world: settings.world_size(slots),
         }
     }
@@ -94,9 +89,8 @@ impl BufferSizes {
             ("sample_data", self.sample_data),
             ("color", self.color),
             ("pilots", self.own_pilots),
-            ("light_lists", self.light_lists),
         ];
-        needed.extend(self.hash_grid);
+        needed.extend(&self.light_samplers);
         let (world_vertices, world_table) = (self.world.vertex_bytes(), self.world.table_bytes());
         needed.extend(world_vertices);
         needed.extend(world_table);

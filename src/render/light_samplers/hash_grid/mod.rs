@@ -6,27 +6,26 @@
 
 pub mod settings;
 
+use super::{LightSampler, SamplerInputs};
 use crate::Result;
-use crate::device_scene::GpuScene;
 use crate::device_scene::geometry::pack_octahedral;
 use crate::device_scene::surface_points::SurfacePoint;
-use crate::gpu::{Buffer, ComputePass, Device, Recording, Usage, in_rows};
+use crate::gpu::{Buffer, ComputePass, Recording, Usage, in_rows};
 use crate::render::frame_inputs::FrameInputs;
 use crate::render::scene_bindings::SceneBindings;
-use crate::shader_interface::HashGrid;
 use crate::shader_interface::{
-    GRID_BLOCK, GpuGridPlace, GpuGridPoint, GridConstants, TILE, ViewConstants,
+    GRID_BLOCK, GpuGridPlace, GpuGridPoint, GridConstants, HashGrid, RestirConstants, TILE,
+    ViewConstants,
 };
 use settings::{GridMode, HashGridSettings};
-use std::sync::Arc;
 
 crate::bindings! {
     /// Bindings of the pass that decides whose the places are.
     pub struct ClaimGrid {
         [offers scene: SceneBindings]
+        [optional read grid_points]
         uniform restir,
         read sample_data,
-        read grid_points,
         write grid_places,
         write counters,
     }
@@ -36,9 +35,9 @@ crate::bindings! {
     /// Bindings of the pass that makes reservoirs.
     pub struct FillGrid {
         [offers scene: SceneBindings]
+        [optional read grid_points]
         uniform restir,
         read sample_data,
-        read grid_points,
         write grid_places,
         write grid_reservoirs,
         write counters,
@@ -48,27 +47,25 @@ crate::bindings! {
 /// Points on surfaces that fill the published grid, from both sides each.
 const SURFACE_POINTS: usize = 1 << 19;
 
-/// The passes, where direct light has a grid, and the buffers.
+/// The passes and the buffers.
 pub struct HashGridLight {
-    /// The passes that decide which surface has each entry, and that fill the entries.
-    passes: Option<(ComputePass, ComputePass)>,
-    /// True if what the first frame makes is kept.
-    is_kept: bool,
-    /// Points that fill it, if pixels do not.
-    pub points: Buffer,
-    /// Whose the places are.
-    pub places: Buffer,
-    /// A reservoir for each place.
-    pub reservoirs: Buffer,
-    /// Its constants for shaders.
-    pub constants: GridConstants,
+    /// Decides which surface fills each slot.
+    claim: ComputePass,
+    /// Fills the slots.
+    fill: ComputePass,
+    /// Points that fill the grid, where pixels do not; the first frame then fills it for all.
+    points: Option<Buffer>,
+    /// The surface that has claimed each slot.
+    places: Buffer,
+    /// A reservoir for each slot.
+    reservoirs: Buffer,
+    constants: GridConstants,
 }
 
-/// Number of surfaces that claim places, and of places.
+/// Number of surfaces that claim slots, and of slots.
 fn counts(filled_by: HashGrid, view: &ViewConstants) -> (u64, u64) {
-    let sources = match filled_by {
-        // A pass must find a buffer for each binding, even if it does not read it.
-        HashGrid::None => return (0, 1),
+    let surfaces = match filled_by {
+        HashGrid::None => return (0, 0),
         HashGrid::Pixels => {
             let [x, y] = [view.width, view.height].map(|side| side.div_ceil(GRID_BLOCK));
             u64::from(x) * u64::from(y)
@@ -76,67 +73,69 @@ fn counts(filled_by: HashGrid, view: &ViewConstants) -> (u64, u64) {
         HashGrid::Points => 2 * SURFACE_POINTS as u64,
     };
     // With half of them free, few cells share one.
-    (sources, (2 * sources).next_power_of_two())
+    (surfaces, (2 * surfaces).next_power_of_two())
 }
 
-/// Bytes of the buffers, by name, where a reservoir takes `reservoir_bytes`.
+/// Bytes of the buffers, by name, where a reservoir takes `reservoir_bytes`; none without a grid.
 pub fn bytes(
     filled_by: HashGrid,
     view: &ViewConstants,
     reservoir_bytes: u64,
-) -> [(&'static str, u64); 3] {
-    let (sources, places) = counts(filled_by, view);
+) -> Option<[(&'static str, u64); 3]> {
+    let (surfaces, slots) = counts(filled_by, view);
     let points = match filled_by {
-        HashGrid::Points => sources,
-        _ => 1,
+        HashGrid::None => return None,
+        HashGrid::Pixels => 0,
+        HashGrid::Points => surfaces,
     };
-    [
+    Some([
         ("grid_points", points * size_of::<GpuGridPoint>() as u64),
-        ("grid_places", places * size_of::<GpuGridPlace>() as u64),
-        ("grid_reservoirs", places * reservoir_bytes),
-    ]
+        ("grid_places", slots * size_of::<GpuGridPlace>() as u64),
+        ("grid_reservoirs", slots * reservoir_bytes),
+    ])
 }
 
 impl HashGridLight {
-    /// Makes the passes and buffers, for pixels with `light_samples` light samples each and reservoirs of `reservoir_bytes`;
-    /// `pass` makes a pass by name.
+    /// The grid, where the settings have one.
     ///
     /// # Errors
     /// More memory than the device has.
-    #[allow(clippy::too_many_arguments)]
-    pub fn new(
-        device: &Arc<Device>,
-        scene: &GpuScene,
-        filled_by: HashGrid,
-        settings: &HashGridSettings,
-        light_samples: u32,
-        view: &ViewConstants,
-        reservoir_bytes: u64,
-        pass: impl Fn(&str) -> Result<ComputePass>,
-    ) -> Result<Self> {
-        let (sources, places) = counts(filled_by, view);
-        let [points, place_buffer, reservoirs] = bytes(filled_by, view, reservoir_bytes)
-            .map(|(name, bytes)| Buffer::new(device, name, bytes, Usage::default()));
-        let points = points?;
-        let mut sources = sources as u32;
+    pub fn sampler(inputs: &SamplerInputs<'_>) -> Result<Option<Box<dyn LightSampler>>> {
+        let SamplerInputs {
+            device,
+            settings,
+            view,
+            ..
+        } = *inputs;
+        let filled_by = settings.hash_grid();
+        let Some(sizes) = bytes(filled_by, view, inputs.reservoir_bytes) else {
+            return Ok(None);
+        };
+        let light_samples = settings.direct.resampling.light_samples;
+        let settings = &settings.hash_grid;
+        let (surfaces, slots) = counts(filled_by, view);
+        let mut sources = surfaces as u32;
+        let [points, places, reservoirs] = sizes;
+        let buffer = |(name, bytes)| Buffer::new(device, name, bytes, Usage::default());
         let mut cell = settings.cell as f32;
-        if filled_by == HashGrid::Points {
-            let surfaces = scene.surface_points(SURFACE_POINTS)?;
-            cell = cell_size(&surfaces, settings.cells);
-            let both_sides: Vec<GpuGridPoint> = (surfaces.iter())
-                .flat_map(|point| [1.0, -1.0].map(|side| (point.position, side * point.normal)))
-                .map(|(position, normal)| GpuGridPoint {
-                    position,
-                    normal: pack_octahedral(normal),
-                })
-                .collect();
-            // An empty scene has none.
-            points.write(&both_sides)?;
-            sources = both_sides.len() as u32;
-        }
-        let passes = match filled_by {
-            HashGrid::None => None,
-            _ => Some((pass("grid_claim")?, pass("grid_fill")?)),
+        let points = match filled_by {
+            HashGrid::Points => {
+                let surfaces = inputs.scene.surface_points(SURFACE_POINTS)?;
+                cell = cell_size(&surfaces, settings.cells);
+                let both_sides: Vec<GpuGridPoint> = (surfaces.iter())
+                    .flat_map(|point| [1.0, -1.0].map(|side| (point.position, side * point.normal)))
+                    .map(|(position, normal)| GpuGridPoint {
+                        position,
+                        normal: pack_octahedral(normal),
+                    })
+                    .collect();
+                // An empty scene has none.
+                sources = both_sides.len() as u32;
+                let points = buffer(points)?;
+                points.write(&both_sides)?;
+                Some(points)
+            }
+            HashGrid::None | HashGrid::Pixels => None,
         };
         let HashGridSettings {
             mode,
@@ -148,16 +147,16 @@ impl HashGridLight {
             until_frame,
             ..
         } = *settings;
-        Ok(Self {
-            passes,
-            is_kept: filled_by == HashGrid::Points,
+        Ok(Some(Box::new(Self {
+            claim: (inputs.pass)("grid_claim")?,
+            fill: (inputs.pass)("grid_fill")?,
             points,
-            places: place_buffer?,
-            reservoirs: reservoirs?,
+            places: buffer(places)?,
+            reservoirs: buffer(reservoirs)?,
             constants: GridConstants {
                 cell,
                 bins,
-                places: places as u32,
+                places: slots as u32,
                 sources,
                 reservoirs: per_cell,
                 candidates,
@@ -171,29 +170,32 @@ impl HashGridLight {
                     frame => frame,
                 },
             },
-        })
+        })))
+    }
+}
+
+impl LightSampler for HashGridLight {
+    fn buffers(&self) -> Vec<(&'static str, &Buffer)> {
+        let points = self.points.iter().map(|points| ("grid_points", points));
+        let others = [
+            ("grid_places", &self.places),
+            ("grid_reservoirs", &self.reservoirs),
+        ];
+        points.chain(others).collect()
     }
 
-    /// The buffers.
-    pub fn buffers(&self) -> [&Buffer; 3] {
-        [&self.points, &self.places, &self.reservoirs]
+    fn set_constants(&self, constants: &mut RestirConstants) {
+        constants.grid = self.constants;
     }
 
-    /// Records the passes of a frame, if there are any.
-    ///
-    /// # Errors
-    /// A binding that a pass does not have.
-    pub fn record<'a>(
+    fn record<'a>(
         &'a self,
         recording: &mut Recording<'a>,
         inputs: &FrameInputs<'a>,
         restir: &'a Buffer,
-        frame: u32,
     ) -> Result<()> {
-        let Some((claim, fill)) = &self.passes else {
-            return Ok(());
-        };
-        if frame >= self.constants.until_frame || (self.is_kept && !inputs.is_first) {
+        let is_kept = self.points.is_some();
+        if inputs.frame >= self.constants.until_frame || (is_kept && !inputs.is_first) {
             return Ok(());
         }
         let FrameInputs {
@@ -208,21 +210,21 @@ impl HashGridLight {
             scene,
             restir,
             sample_data,
-            grid_points: &self.points,
+            grid_points: self.points.as_ref(),
             grid_places: &self.places,
             counters,
         };
-        recording.pass(claim, &bindings, &(), groups)?;
+        recording.pass(&self.claim, &bindings, &(), groups)?;
         let bindings = FillGrid {
             scene,
             restir,
             sample_data,
-            grid_points: &self.points,
+            grid_points: self.points.as_ref(),
             grid_places: &self.places,
             grid_reservoirs: &self.reservoirs,
             counters,
         };
-        recording.pass(fill, &bindings, &(), groups)
+        recording.pass(&self.fill, &bindings, &(), groups)
     }
 }
 

@@ -2,11 +2,11 @@
 
 use super::settings::LightBvhSettings;
 use crate::Result;
-use crate::gpu::{Buffer, ComputePass, Device, Recording, Usage};
+use crate::gpu::{Buffer, ComputePass, Recording, Usage};
 use crate::render::frame_inputs::FrameInputs;
+use crate::render::light_samplers::{LightSampler, SamplerInputs};
 use crate::render::scene_bindings::SceneBindings;
 use crate::shader_interface::{LIST_RECEIVER_WORDS, TILE, ViewConstants};
-use std::sync::Arc;
 
 crate::bindings! {
     /// Bindings of the pass.
@@ -19,11 +19,11 @@ crate::bindings! {
     }
 }
 
-/// The pass, where direct light has lists, and the buffer.
+/// The pass and its buffer.
 pub struct LightLists {
-    pass: Option<ComputePass>,
+    pass: ComputePass,
     /// The lists, tile by tile.
-    pub buffer: Buffer,
+    lists: Buffer,
     tiles: [u32; 2],
 }
 
@@ -33,56 +33,49 @@ fn tiles(settings: &LightBvhSettings, view: &ViewConstants) -> [u32; 2] {
 }
 
 impl LightLists {
-    /// Bytes of the buffer; `settings` are those of the light BVH where direct light has lists.
-    pub fn bytes(settings: Option<&LightBvhSettings>, view: &ViewConstants) -> u64 {
-        let Some(settings) = settings else {
-            // A pass must find a buffer for each binding, even if it does not read it.
-            return 4;
-        };
+    /// Bytes of the buffer.
+    pub fn bytes(settings: &LightBvhSettings, view: &ViewConstants) -> u64 {
         let [x, y] = tiles(settings, view);
         let words = LIST_RECEIVER_WORDS + 2 * settings.list;
         u64::from(x) * u64::from(y) * u64::from(4 * words)
     }
 
-    /// Makes the buffer, and the pass where there are `settings`; `pass` makes a pass by name.
+    /// The lists, where the settings have any.
     ///
     /// # Errors
     /// More memory than the device has.
-    pub fn new(
-        device: &Arc<Device>,
-        settings: Option<&LightBvhSettings>,
-        view: &ViewConstants,
-        pass: impl Fn(&str) -> Result<ComputePass>,
-    ) -> Result<Self> {
-        let bytes = Self::bytes(settings, view);
-        Ok(Self {
-            pass: settings.map(|_| pass("light_lists")).transpose()?,
-            buffer: Buffer::new(device, "light_lists", bytes, Usage::default())?,
-            tiles: settings.map_or([0; 2], |settings| tiles(settings, view)),
-        })
+    pub fn sampler(inputs: &SamplerInputs<'_>) -> Result<Option<Box<dyn LightSampler>>> {
+        let Some(settings) = inputs.settings.light_lists() else {
+            return Ok(None);
+        };
+        let bytes = Self::bytes(settings, inputs.view);
+        Ok(Some(Box::new(Self {
+            pass: (inputs.pass)("light_lists")?,
+            lists: Buffer::new(inputs.device, "light_lists", bytes, Usage::default())?,
+            tiles: tiles(settings, inputs.view),
+        })))
+    }
+}
+
+impl LightSampler for LightLists {
+    fn buffers(&self) -> Vec<(&'static str, &Buffer)> {
+        vec![("light_lists", &self.lists)]
     }
 
-    /// Records the pass, if there is one.
-    ///
-    /// # Errors
-    /// A binding that the pass does not have.
-    pub fn record<'a>(
+    fn record<'a>(
         &'a self,
         recording: &mut Recording<'a>,
         inputs: &FrameInputs<'a>,
         restir: &'a Buffer,
     ) -> Result<()> {
-        let Some(pass) = &self.pass else {
-            return Ok(());
-        };
         let bindings = DrawLightLists {
             scene: inputs.scene,
             restir,
             sample_data: inputs.sample_data,
-            light_lists: &self.buffer,
+            light_lists: &self.lists,
             counters: inputs.counters,
         };
         let [x, y] = self.tiles.map(|tiles| tiles.div_ceil(TILE));
-        recording.pass(pass, &bindings, &(), [x, y, 1])
+        recording.pass(&self.pass, &bindings, &(), [x, y, 1])
     }
 }

@@ -1,0 +1,95 @@
+#pragma once
+// The merge of a pixel's selected light sample with reservoirs of the hash grid. The file that includes this one declares
+// `sample_data`.
+#include "lights/samplers/hash_grid/hash_grid.glsl"
+
+layout(scalar) readonly buffer GridPointsBlock { GpuGridPoint at[]; } grid_points;
+layout(scalar) readonly buffer GridPlacesBlock { GpuGridPlace at[]; } grid_places;
+layout(scalar) readonly buffer GridReservoirsBlock { uint at[]; } grid_reservoirs;
+
+// What the pixel's merge with the hash grid is made of: technique 0 is what its own light samples selected, the others are
+// reservoirs of the grid. What BSDF rays hit belongs to technique 0 too, but comes later.
+Domain own_domain;
+Reservoir own_reservoir;
+uint grid_found[MAX_GRID_MERGED];
+uint grid_claims[MAX_GRID_MERGED];
+uint grid_count = 0u;
+
+// Finds reservoirs at random places of the pixel's cell, or of a cell close by: otherwise the borders of cells would show.
+void find_in_grid(uvec2 pixel, Domain domain) {
+    if (HASH_GRID == HASH_GRID_NONE || restir.at.frame >= restir.at.grid.until_frame) return;
+    Random random = pass_random(pixel, STREAM_GRID + 1u);
+    vec4 u = to_unit(random_bits(random));
+    uint key = grid_key(domain.position, domain.geometric_normal, u.w, u.xyz - 0.5);
+    uint merged = restir.at.grid.merged, reservoirs = restir.at.grid.reservoirs;
+    for (uint i = 0u; i < merged; i += 1u) {
+        float part = (float(i) + to_unit(random_bits(random).x)) / float(merged);
+        uint place = grid_place(key, min(uint(part * float(reservoirs)), reservoirs - 1u));
+        GpuGridPlace found = grid_places.at[place];
+        if (found.claim == 0u || found.key != key) continue;
+        grid_found[grid_count] = place;
+        grid_claims[grid_count] = found.claim;
+        grid_count += 1u;
+    }
+}
+
+float confidence_of(uint technique) { return technique == 0u ? 1.0 : restir.at.grid.confidence; }
+
+Reservoir technique_at(uint technique) {
+    if (technique == 0u) return own_reservoir;
+    PackedReservoir packed;
+    LOAD_RESERVOIR(grid_reservoirs, grid_found[technique - 1u], restir.at.grid.places, packed);
+    return unpack_reservoir(packed);
+}
+
+Domain domain_of(uint technique) {
+    Domain domain = own_domain;
+    if (technique != 0u) {
+        GRID_DOMAIN(grid_claims[technique - 1u], domain);
+    }
+    return domain;
+}
+
+// The merge asks no ray: its selected sample gets the shadow ray that all light samples share.
+float transmittance(uint technique, Domain domain, LightSample value) { return 1.0; }
+
+LightSample shift_to(uint technique, LightSample value, out float jacobian) {
+    jacobian = 1.0;
+    return value;
+}
+
+#define MergeSample Sample
+#define MergeReservoir Reservoir
+#define MERGE_EMPTY empty_reservoir(0.0)
+#include "restir/merge.glsl"
+
+// As published, reservoirs of points count by their confidence alone.
+uint grid_mis() { return HASH_GRID == HASH_GRID_POINTS ? MIS_CONSTANT : MIS_DEFENSIVE; }
+
+// Merges the selected light sample with the reservoirs of the hash grid.
+void merge_grid(inout Stream stream, inout LightSample selected, inout Random random) {
+    if (grid_count == 0u) return;
+    own_reservoir = empty_reservoir(1.0);
+    own_reservoir.value = selected;
+    own_reservoir.contribution_weight = contribution_weight(stream);
+    Reservoir merged = merge(grid_mis(), 1u + grid_count, false, false, random).reservoir;
+    stream = empty_stream();
+    if (!(merged.contribution_weight > 0.0)) return;
+    selected = merged.value;
+    float target = target_function(own_domain, selected);
+    // It needs a shadow ray, as light sample 0 does.
+    stream_add(stream, 0u, target * merged.contribution_weight, target, 1.0);
+}
+
+// The MIS weight of the pixel's own candidates at a sample with this target, which one of its BSDF rays hit.
+float own_weight(LightSample value, float target) {
+    if (HASH_GRID == HASH_GRID_NONE || grid_count == 0u) return 1.0;
+    float grid_confidence = float(grid_count) * restir.at.grid.confidence, total = 1.0 + grid_confidence;
+    float own_share = 1.0 / total, grid_share = grid_confidence / total;
+    MisTerms terms = empty_mis_terms();
+    add_target(terms, 0u, 0u, target, own_share, own_share, grid_share);
+    for (uint i = 1u; i <= grid_count && needs_target(grid_mis(), 0u, i); i += 1u) {
+        add_target(terms, 0u, i, target_function(domain_of(i), value), restir.at.grid.confidence / total, own_share, grid_share);
+    }
+    return mis_weight(grid_mis(), 0u, terms, own_share, own_share, grid_share);
+}
