@@ -184,7 +184,7 @@ fn hits_that_know_nothing_of_the_hash_grid_are_found() {
         &glossy_plan(64, settings),
         (
             "restir/passes/initial_direct.comp",
-            "if (weight > 0.0) weight *= own_weight(value, target);",
+            "if (weight > 0.0) weight *= pixel_weight(value, target);",
             "",
         ),
     );

@@ -27,7 +27,7 @@ void main() {
     if (pixel.x >= frame.at.view.width || pixel.y >= strip.first_row + strip.rows) return;
     uint index = (pixel.y - strip.first_row) * frame.at.view.width + pixel.x;
     Ray ray = camera_ray(frame.at.view.camera, vec2(pixel) + 0.5, vec2(frame.at.view.width, frame.at.view.height));
-    Hit hit = trace_closest(ray, NO_COIN);
+    Hit hit = trace_closest(ray, NO_ALPHA_RANDOM);
     PrimarySurface seen = PrimarySurface(vec3(0.0), vec3(0.0), 0.0, NONE, motion_of(ray.direction, ray.direction));
     if (hit.instance != NONE) {
         Surface surface = surface_at(hit, ray);

@@ -13,7 +13,7 @@ void main() {
     uint index = interleaved_group(batch.interleave) * RAYS_PER_GROUP + gl_LocalInvocationIndex;
     if (index >= batch.count) return;
     RayQuery query = rays.at[index];
-    Hit hit = trace(Ray(query.origin, query.t_max, query.direction), query.any != 0u, NO_COIN);
+    Hit hit = trace(Ray(query.origin, query.t_max, query.direction), query.any != 0u, NO_ALPHA_RANDOM);
     bool missed = hit.instance == NONE;
     answers.at[index] = RayHit(missed ? -1.0 : hit.t, hit.instance, hit.primitive,
                                   hit.barycentrics.x, hit.barycentrics.y, hit.transmittance);

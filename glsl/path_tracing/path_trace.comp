@@ -151,7 +151,7 @@ void main() {
             path = Path(vec3(1.0), 0u, 0.0, 0.0, false, true);
             purpose = RAY_PATH;
         }
-        Hit hit = trace(ray, purpose == RAY_SHADOW, purpose == RAY_SHADOW ? NO_COIN : ray_coin(random));
+        Hit hit = trace(ray, purpose == RAY_SHADOW, purpose == RAY_SHADOW ? NO_ALPHA_RANDOM : draw_alpha_random(random));
         if (purpose == RAY_SHADOW) {
             if (hit.transmittance > 0.0) radiance += hit.transmittance * shadowed;
             ray = next;

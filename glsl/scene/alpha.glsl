@@ -3,17 +3,18 @@
 //
 // A surface with alphaMode MASK is there or not. One with BLEND covers a part. Visibility rays pass it and are weakened:
 // what they find depends on their ends alone. So do rays of BSDF candidates, because a candidate's density must not depend
-// on what covers it. Where a path goes on, and at the camera, a coin decides: its probability is the coverage, so that it
+// on what covers it. Where a path goes on, and at the camera, a random number decides: its probability is the coverage, so that it
 // cancels out.
 #include "core/random.glsl"
 #include "scene/textures.glsl"
 #include "scene/triangle_owner.glsl"
 
 // Of a ray that passes surfaces with BLEND unless they cover all.
-const uint NO_COIN = 0u;
+const uint NO_ALPHA_RANDOM = 0u;
 
-// The coin of the next ray of a path. It is no draw: what a scene lacks does not shift the random numbers.
-uint ray_coin(Random random) { return pcg4d(random.counter ^ 0x68E31DA4u).x | 1u; }
+// The random number that decides for the next ray of a path at surfaces that cover a part. It is no draw of the stream: a scene
+// without such surfaces has the same random numbers.
+uint draw_alpha_random(Random random) { return pcg4d(random.counter ^ 0x68E31DA4u).x | 1u; }
 
 // How much of a triangle's point its surface covers. Lights may have holes, but cover all elsewhere: candidates would have
 // to be all lights along a ray, not only the first.
@@ -51,15 +52,15 @@ bool owns_hit(GpuInstance instance, uint primitive, bool front, vec3 weights) {
     return owns;
 }
 
-// Whether a ray ends at a hit of one side of a triangle; if not, and it has no coin, `passed` is weakened.
+// Whether a ray ends at a hit of one side of a triangle; if not, and it has no alpha_random, `passed` is weakened.
 // Tracers must give a weight of exactly 0 on an edge, and another beside it: else both of its triangles weaken the ray, or
 // neither.
-bool ends_ray(uint coin, uint instance_index, GpuInstance instance, uint primitive, bool front, vec3 weights,
+bool ends_ray(uint alpha_random, uint instance_index, GpuInstance instance, uint primitive, bool front, vec3 weights,
               inout float passed) {
     float coverage = coverage_at(instance, primitive, weights.yz);
     if (coverage >= 1.0 || coverage <= 0.0) return coverage >= 1.0;
     if (!owns_hit(instance, primitive, front, weights)) return false;
-    if (coin != NO_COIN) return to_unit(pcg4d(uvec4(coin, instance_index, primitive, 0u)).x) < coverage;
+    if (alpha_random != NO_ALPHA_RANDOM) return to_unit(pcg4d(uvec4(alpha_random, instance_index, primitive, 0u)).x) < coverage;
     passed *= 1.0 - coverage;
     return false;
 }

@@ -33,14 +33,14 @@ float transmittance_body(Ray ray, uint epoch) {
         rayQueryInitializeEXT(query, top_level, flags, 0xFFu, ray.origin, 0.0, ray.direction, ray.t_max);
     }
     float passed = 1.0;
-    FINISH_QUERY(query, NO_COIN, passed)
+    FINISH_QUERY(query, NO_ALPHA_RANDOM, passed)
     return rayQueryGetIntersectionTypeEXT(query, true) == gl_RayQueryCommittedIntersectionNoneEXT ? passed : 0.0;
 }
 
 #else
 
 float transmittance_body(Ray ray, uint epoch) {
-    Hit hit = trace_tree(ray, true, NO_COIN, MOVES && epoch == PREVIOUS ? PREVIOUS_ROOT : 0u);
+    Hit hit = trace_tree(ray, true, NO_ALPHA_RANDOM, MOVES && epoch == PREVIOUS ? PREVIOUS_ROOT : 0u);
     return hit.instance == NONE ? hit.transmittance : 0.0;
 }
 

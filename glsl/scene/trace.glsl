@@ -54,10 +54,10 @@ void count_ray() {
     count_lanes(COUNTER_TRACE_LANES);
 }
 
-// The closest hit, or any hit. `coin` decides on surfaces that cover a part (alpha.glsl).
-Hit trace(Ray ray, bool any_hit, uint coin) {
+// The closest hit, or any hit. `alpha_random` decides on surfaces that cover a part (alpha.glsl).
+Hit trace(Ray ray, bool any_hit, uint alpha_random) {
     count_ray();
-    Hit hit = trace_body(ray, any_hit, coin);
+    Hit hit = trace_body(ray, any_hit, alpha_random);
     if (hit.instance != NONE) {
         hit.transmittance = 0.0;
         count(COUNTER_HITS, 1u);
@@ -65,7 +65,7 @@ Hit trace(Ray ray, bool any_hit, uint coin) {
     return hit;
 }
 
-Hit trace_closest(Ray ray, uint coin) { return trace(ray, false, coin); }
+Hit trace_closest(Ray ray, uint alpha_random) { return trace(ray, false, alpha_random); }
 
 // The share of light that passes between the ray's ends.
-float trace_transmittance(Ray ray) { return trace(ray, true, NO_COIN).transmittance; }
+float trace_transmittance(Ray ray) { return trace(ray, true, NO_ALPHA_RANDOM).transmittance; }

@@ -137,14 +137,14 @@ bool meets_triangle(uint triangle, LevelRay ray, inout float t, out bool front, 
 }
 
 // Whether a hit of a triangle, given by its index among all, ends a ray.
-bool ends_ray_here(uint coin, uint instance_index, uint triangle, bool front, vec3 weights, inout float passed) {
+bool ends_ray_here(uint alpha_random, uint instance_index, uint triangle, bool front, vec3 weights, inout float passed) {
     if (!HAS_ALPHA) return true;
     GpuInstance instance = load_instances(instance_index);
-    return ends_ray(coin, instance_index, instance, triangle - instance.first_triangle, front, weights, passed);
+    return ends_ray(alpha_random, instance_index, instance, triangle - instance.first_triangle, front, weights, passed);
 }
 
 // Traces in the tree over the instances with this root node.
-Hit trace_tree(Ray ray, bool any_hit, uint coin, uint root) {
+Hit trace_tree(Ray ray, bool any_hit, uint alpha_random, uint root) {
     Hit hit = no_hit(ray.t_max);
     LevelRay level = level_ray(ray.origin, ray.direction);
     uvec2 stack[STACK_SIZE];
@@ -190,7 +190,7 @@ Hit trace_tree(Ray ray, bool any_hit, uint coin, uint root) {
                 vec3 weights;
                 float t = hit.t;
                 if (meets_triangle(primitive, level, t, front, weights)
-                    && ends_ray_here(coin, instance, primitive, front, weights, hit.transmittance)) {
+                    && ends_ray_here(alpha_random, instance, primitive, front, weights, hit.transmittance)) {
                     hit.t = t;
                     hit.instance = instance;
                     hit.primitive = primitive;
@@ -217,4 +217,4 @@ Hit trace_tree(Ray ray, bool any_hit, uint coin, uint root) {
     return hit;
 }
 
-Hit trace_body(Ray ray, bool any_hit, uint coin) { return trace_tree(ray, any_hit, coin, 0u); }
+Hit trace_body(Ray ray, bool any_hit, uint alpha_random) { return trace_tree(ray, any_hit, alpha_random, 0u); }

@@ -21,11 +21,11 @@ uint ray_flags(bool any_hit) {
         } \
     }
 
-Hit trace_body(Ray ray, bool any_hit, uint coin) {
+Hit trace_body(Ray ray, bool any_hit, uint alpha_random) {
     rayQueryEXT query;
     rayQueryInitializeEXT(query, top_level, ray_flags(any_hit), 0xFFu, ray.origin, 0.0, ray.direction, ray.t_max);
     Hit hit = no_hit(ray.t_max);
-    FINISH_QUERY(query, coin, hit.transmittance)
+    FINISH_QUERY(query, alpha_random, hit.transmittance)
     if (rayQueryGetIntersectionTypeEXT(query, true) != gl_RayQueryCommittedIntersectionNoneEXT) {
         hit.t = rayQueryGetIntersectionTEXT(query, true);
         hit.instance = rayQueryGetIntersectionInstanceCustomIndexEXT(query, true);

@@ -46,8 +46,8 @@ crate::gpu_constants! {
     pub const PIXEL_SUMS_WORDS: u32 = 12;
     /// Words of a pilot, the hit of a pixel's first BSDF ray.
     pub const PILOT_WORDS: u32 = 5;
-    /// Words of the receiver of a light list.
-    pub const LIST_RECEIVER_WORDS: u32 = 14;
+    /// Words of the context of a light list.
+    pub const LIST_CONTEXT_WORDS: u32 = 14;
     /// Size of a node of the light BVH, in entries. The entries come after the nodes.
     pub const NODE_ENTRIES: u32 = 5;
     /// Kind of a point of a light: none.
@@ -78,8 +78,8 @@ crate::gpu_constants! {
     pub const STREAM_TEMPORAL: u32 = 2;
     /// Random stream of the pilots.
     pub const STREAM_PILOTS: u32 = 3;
-    /// Random stream of the coins of primary rays.
-    pub const STREAM_COINS: u32 = 4;
+    /// Random stream of the decisions of primary rays at surfaces that cover a part.
+    pub const STREAM_ALPHA: u32 = 4;
     /// Random stream of the light lists.
     pub const STREAM_LISTS: u32 = 5;
     /// Random stream of the choice of a light list.

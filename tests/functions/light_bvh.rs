@@ -13,23 +13,23 @@ use headwater::scene::{Environment, Scene};
 use headwater::shader_interface::Specialisation;
 use headwater::shader_interface::{GpuLightNode, RestirConstants, ReuseConstants};
 
-/// The receiver at a point `a.xyz`, with normals and directions by the number `a.w`.
-const RECEIVER: &str = "
+/// The context at a point `a.xyz`, with normals and directions by the number `a.w`.
+const CONTEXT: &str = "
     uvec4 turns = pcg4d(uvec4(a.w, 1u, 2u, 3u));
-    Receiver receiver;
-    receiver.position = uintBitsToFloat(a.xyz);
-    receiver.normal = normalize(to_unit(turns).xyz - 0.5);
-    receiver.outgoing = normalize(to_unit(pcg4d(turns)).xyz - 0.5);
-    if (dot(receiver.normal, receiver.outgoing) < 0.0) receiver.outgoing = -receiver.outgoing;
-    receiver.bsdf.diffuse = 0.2;
-    receiver.bsdf.specular = to_unit(turns.w) < 0.5 ? 0.0 : 0.04;
-    receiver.bsdf.specular_grazing = 1.0;
-    receiver.bsdf.alpha_squared = to_unit(turns.y) < 0.5 ? 0.01 : 1e-8;
-    receiver.next = 0u;
-    receiver.passed = 0.0;
-    receiver.found = NONE;
-    receiver.own = 0.0;
-    receiver.expected = expected_of_all(receiver);
+    LightSampleContext context;
+    context.position = uintBitsToFloat(a.xyz);
+    context.normal = normalize(to_unit(turns).xyz - 0.5);
+    context.outgoing = normalize(to_unit(pcg4d(turns)).xyz - 0.5);
+    if (dot(context.normal, context.outgoing) < 0.0) context.outgoing = -context.outgoing;
+    context.bsdf.diffuse = 0.2;
+    context.bsdf.specular = to_unit(turns.w) < 0.5 ? 0.0 : 0.04;
+    context.bsdf.specular_grazing = 1.0;
+    context.bsdf.alpha_squared = to_unit(turns.y) < 0.5 ? 0.01 : 1e-8;
+    context.next = 0u;
+    context.passed = 0.0;
+    context.found = NONE;
+    context.own = 0.0;
+    context.expected = expected_of_all(context);
 ";
 
 /// A scene with lights of two kinds, some of which are far from the others.
@@ -121,12 +121,12 @@ fn sums(options: LightBvhOptions, fault: Option<(&str, &str, &str)>) -> (f64, us
     let contents = bvh.contents(&lights);
     let points = points(&contents.nodes, 10_000);
     let body = format!(
-        "{RECEIVER}
+        "{CONTEXT}
         // Thousands of equal floats would add up their rounding errors.
-        for (uint i = 0u; i < scene.at.light_count && receiver.expected > 0.0; i += 1u) {{
-            x.x += uint(round(near_light_probability(receiver, i) * 1073741824.0));
+        for (uint i = 0u; i < scene.at.light_count && context.expected > 0.0; i += 1u) {{
+            x.x += uint(round(near_light_probability(context, i) * 1073741824.0));
         }}
-        x.y = floatBitsToUint(receiver.expected);"
+        x.y = floatBitsToUint(context.expected);"
     );
     let mut function = function(&body, options, &lights, contents);
     function.fault = fault;
@@ -173,10 +173,10 @@ fn a_walk_to_the_wrong_node_is_found() {
 #[test]
 fn lights_that_are_off_are_not_drawn() {
     let body = format!(
-        "{RECEIVER}
-        x = uvec4(NONE, 0u, floatBitsToUint(receiver.expected), 0u);
+        "{CONTEXT}
+        x = uvec4(NONE, 0u, floatBitsToUint(context.expected), 0u);
         float probability;
-        if (receiver.expected > 0.0) x.x = draw_near_light(receiver, 0u, 1u, pcg4d(a).xy, probability);
+        if (context.expected > 0.0) x.x = draw_near_light(context, 0u, 1u, pcg4d(a).xy, probability);
         if (x.x != NONE) x.y = floatBitsToUint(probability);"
     );
     for options in ways().into_iter().filter(|options| options.by_power) {
@@ -218,19 +218,19 @@ fn narrow_lobes_expect_finite_contributions() {
         let bvh = LightBvh::new(&lights, &[], &[Vec3::ZERO; 1], options);
         let contents = bvh.contents(&lights);
         let body = format!(
-            "{RECEIVER}
+            "{CONTEXT}
             GpuLightNode node = load_light_node(a.w % restir.at.light_node_count);
-            receiver.outgoing = reflect(normalize(receiver.position - node.center), receiver.normal);
-            receiver.bsdf.specular = 1.0;
-            receiver.bsdf.alpha_squared = uintBitsToFloat(b.x);
-            receiver.expected = expected_of_all(receiver);
+            context.outgoing = reflect(normalize(context.position - node.center), context.normal);
+            context.bsdf.specular = 1.0;
+            context.bsdf.alpha_squared = uintBitsToFloat(b.x);
+            context.expected = expected_of_all(context);
             uint drawn = NONE;
             float probability = 1.0;
-            if (receiver.expected > 0.0) {{
-                drawn = draw_near_light(receiver, 0u, 1u, pcg4d(a).xy, probability);
-                y.x = floatBitsToUint(near_light_probability(receiver, drawn));
+            if (context.expected > 0.0) {{
+                drawn = draw_near_light(context, 0u, 1u, pcg4d(a).xy, probability);
+                y.x = floatBitsToUint(near_light_probability(context, drawn));
             }}
-            x = uvec4(drawn, floatBitsToUint(probability), floatBitsToUint(receiver.expected), 0u);"
+            x = uvec4(drawn, floatBitsToUint(probability), floatBitsToUint(context.expected), 0u);"
         );
         let function = function(&body, options, &lights, contents.clone());
         for alpha_squared in [0.0_f32, 1e-8, 2.5e-8, 1e-6, 0.01] {
@@ -254,8 +254,8 @@ fn narrow_lobes_expect_finite_contributions() {
     }
 }
 
-/// Samples of one receiver, some of near lights and some of all: lights by their mean probability, and the environment evenly
-/// within each texel, also where a coin decides between both.
+/// Samples of one context, some of near lights and some of all: lights by their mean probability, and the environment evenly
+/// within each texel, also where a random number decides between both.
 #[test]
 fn the_mixture_of_near_lights_and_all_is_drawn_by_its_density() {
     const DRAWS: u32 = 1 << 19;
@@ -284,15 +284,15 @@ fn the_mixture_of_near_lights_and_all_is_drawn_by_its_density() {
     let mut p_values = Vec::new();
     for (light_samples, near_samples, near_share) in [(1, 1, 0.6), (8, 5, 0.625)] {
         let body = format!(
-            "{RECEIVER}
+            "{CONTEXT}
             if (b.z == 0u) {{
                 float pdf;
-                LightSample drawn = draw_light_sample(receiver, b.y, pcg4d(uvec4(b.x, 5u, 6u, 7u)), pdf);
+                LightSample drawn = draw_light_sample(context, b.y, pcg4d(uvec4(b.x, 5u, 6u, 7u)), pdf);
                 x = uvec4(light_index(drawn.point), drawn.point.place.x < 0.5, drawn.point.place.y < 0.5, 0u);
             }} else {{
                 float all = load_light_choices(b.x).probability;
-                x.x = floatBitsToUint(mean_probability(receiver, all, near_light_probability(receiver, b.x)));
-                x.y = uint(has_near_lights(receiver));
+                x.x = floatBitsToUint(mean_probability(context, all, near_light_probability(context, b.x)));
+                x.y = uint(has_near_lights(context));
             }}"
         );
         let mut function = function(&body, options, &lights, contents.clone());
@@ -351,17 +351,17 @@ fn lights_are_drawn_as_often_as_their_probability_says() {
         let bvh = LightBvh::new(&lights, &[], &[Vec3::ZERO; 1], options);
         let contents = bvh.contents(&lights);
         let body = format!(
-            "{RECEIVER}
+            "{CONTEXT}
             // Draw b.x, which is number b.y of eight in ascending order; or, where b.z is 1, no draw, but the probability of light b.x.
             uint drawn = b.x;
             float probability = 0.0;
-            if (receiver.expected > 0.0) {{
+            if (context.expected > 0.0) {{
                 if (b.z == 0u) {{
-                    drawn = draw_near_light(receiver, b.y, 8u, pcg4d(uvec4(b.x, 5u, 6u, 7u)).xy, probability);
+                    drawn = draw_near_light(context, b.y, 8u, pcg4d(uvec4(b.x, 5u, 6u, 7u)).xy, probability);
                 }}
-                y.x = floatBitsToUint(near_light_probability(receiver, drawn));
+                y.x = floatBitsToUint(near_light_probability(context, drawn));
             }}
-            x = uvec4(drawn, floatBitsToUint(probability), floatBitsToUint(receiver.expected), 0u);"
+            x = uvec4(drawn, floatBitsToUint(probability), floatBitsToUint(context.expected), 0u);"
         );
         let function = function(&body, options, &lights, contents.clone());
         for (seed, point) in (0..).zip(points(&contents.nodes, 6)) {

@@ -100,9 +100,9 @@ fn candidate_sources_draw_by_their_density() {
         let function = Function {
             includes: &["lights/samplers/sources.glsl"],
             body: "Random random = random_start(a.x, 1u, 2u);
-                Receiver receiver = distant_receiver();
+                LightSampleContext context = distant_context();
                 float pdf_area;
-                LightSample s = draw_light_sample(receiver, 0u, random_bits(random), pdf_area);
+                LightSample s = draw_light_sample(context, 0u, random_bits(random), pdf_area);
                 x = uvec4(s.point.index, floatBitsToUint(pdf_area), 0u, 0u);",
             lights: lights.clone(),
             restir: RestirConstants {

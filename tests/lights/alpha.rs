@@ -219,13 +219,13 @@ mod thorough {
     }
 
     #[test]
-    fn candidates_that_a_coin_stops_are_seen() {
+    fn candidates_that_alpha_stops_are_seen() {
         assert_seen(
             "alpha::thorough::sheets_weaken_what_passes_them",
             (
                 "restir/passes/initial_direct.comp",
-                "purpose == RAY_MIRROR ? ray_coin(random) : NO_COIN",
-                "purpose == RAY_SHADOW ? NO_COIN : ray_coin(random)",
+                "purpose == RAY_DELTA ? draw_alpha_random(random) : NO_ALPHA_RANDOM",
+                "purpose == RAY_SHADOW ? NO_ALPHA_RANDOM : draw_alpha_random(random)",
             ),
         );
     }
@@ -455,7 +455,7 @@ mod largest {
     }
 
     #[test]
-    fn coins_that_are_missing_from_a_paths_density_are_seen() {
+    fn alpha_that_is_missing_from_a_paths_density_is_seen() {
         assert_seen(
             "alpha::thorough::resampling_with_alpha_is_unbiased",
             (

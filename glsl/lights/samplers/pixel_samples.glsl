@@ -15,7 +15,7 @@
 
 struct PixelSampler {
     // Of the point that draws: the pixel's, or that of the tile which drew a list for it.
-    Receiver context;
+    LightSampleContext context;
     // The first word of the list, if there are lists.
     uint list;
 };
@@ -24,7 +24,7 @@ PixelSampler begin_light_samples(uvec2 pixel, Domain domain) {
     PixelSampler source;
     source.list = 0u;
     if (LIGHT_LISTS) source.list = load_list(pixel, source.context);
-    else source.context = receiver_at(domain);
+    else source.context = light_sample_context(domain);
     return source;
 }
 

@@ -146,8 +146,8 @@ void main() {
                 if (wanted) ray = shadow_ray(domain, reservoir.value, CURRENT);
             }
             if (!wanted) continue;
-            // What a delta lobe reflects no other pixel shares, so a coin may decide for it.
-            Hit hit = trace(ray, purpose >= RAY_SHADOW, purpose == RAY_DELTA ? ray_coin(random) : NO_COIN);
+            // What a delta lobe reflects no other pixel shares, so a random number may decide for it.
+            Hit hit = trace(ray, purpose >= RAY_SHADOW, purpose == RAY_DELTA ? draw_alpha_random(random) : NO_ALPHA_RANDOM);
             if (purpose == RAY_SHADOW) {
                 if (hit.transmittance == 0.0) stream = empty_stream();
                 continue;

@@ -61,7 +61,7 @@ void main() {
                     path = delta_path(paths_begun, reflectance);
                 } else {
                     BsdfSample first;
-                    // A pilot passes surfaces that cover a part; of a path a coin decides whether it ends there.
+                    // A pilot passes surfaces that cover a part; a random number decides whether a path ends there.
                     if (HAS_BLEND) {
                         if (pilot_ray(eye, pixel, first, ray)) purpose = RAY_PATH;
                     } else if (pilot.instance != NONE && pilot_ray(eye, pixel, first, ray)) {
@@ -73,7 +73,7 @@ void main() {
             }
             Hit hit = pilot_hit(pilot);
             if (purpose != RAY_PILOT) {
-                hit = trace(ray, purpose == RAY_SHADOW, purpose == RAY_SHADOW ? NO_COIN : ray_coin(random));
+                hit = trace(ray, purpose == RAY_SHADOW, purpose == RAY_SHADOW ? NO_ALPHA_RANDOM : draw_alpha_random(random));
             }
             if (purpose == RAY_SHADOW) {
                 shadowed.light *= hit.transmittance;
@@ -106,12 +106,12 @@ void main() {
             Domain vertex = make_domain(surface.position, surface.clearance,
                                         surface.back_off, surface.geometric_normal, surface.shading_normal, surface.material, ray.direction);
             // Later vertices add little, and their walks through the light BVH would take more time than they save.
-            Receiver receiver = distant_receiver();
-            if (left_first(path)) receiver = receiver_at(vertex);
-            bool shadow = sample_light_at(path, vertex, receiver, slot, random, shadowed, ray);
+            LightSampleContext context = distant_context();
+            if (left_first(path)) context = light_sample_context(vertex);
+            bool shadow = sample_light_at(path, vertex, context, slot, random, shadowed, ray);
             vec4 numbers = to_unit(random_bits(random));
             choice = random_choice(random);
-            next_purpose = scatter(path, vertex, receiver, numbers, next) ? RAY_PATH : RAY_NONE;
+            next_purpose = scatter(path, vertex, context, numbers, next) ? RAY_PATH : RAY_NONE;
             if (shadow) {
                 purpose = RAY_SHADOW;
             } else {
@@ -132,7 +132,7 @@ void main() {
                 chosen = as_stored(chosen);
             }
             float target = target_function(eye, chosen);
-            // The coins that let the path pass were part of its density. Whoever adds its light multiplies it by the
+            // The random numbers that let the path pass were part of its density. Whoever adds its light multiplies it by the
             // transmittance again, his own for the first segment.
             if (HAS_BLEND && target > 0.0) target *= trace_segments(eye, chosen, CURRENT);
             if (target > 0.0) reservoir.contribution_weight = accept_weight(stream.weight_sum / target);

@@ -22,7 +22,7 @@ void main() {
         BsdfSample chosen;
         Ray ray;
         if (pilot_ray(domain, pixel, chosen, ray)) {
-            Hit hit = trace_closest(ray, NO_COIN);
+            Hit hit = trace_closest(ray, NO_ALPHA_RANDOM);
             pilot.instance = hit.instance;
             pilot.primitive = hit.primitive;
             pilot.place = hit.barycentrics;
@@ -36,7 +36,7 @@ void main() {
                 // Of light samples by power: a walk through the light BVH is not worth its time here.
                 bool rare = rare_probability(value.point) > 0.0;
                 float light_pdf = rare ? rare_pdf_own_measure(value.point, value.position)
-                                       : light_sample_pdf_own_measure(distant_receiver(), value.point, value.position);
+                                       : light_sample_pdf_own_measure(distant_context(), value.point, value.position);
                 float light_samples = rare ? 1.0 : float(restir.at.reuse.light_samples), target;
                 float weight = accept_weight(candidate_weight(domain, value, light_pdf, light_samples, 1u, target));
                 // The mean is 0 if all lights were off when it was computed; then nothing can be relative to it.

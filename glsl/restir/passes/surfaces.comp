@@ -15,7 +15,7 @@ void main() {
     uvec2 pixel = own_pixel();
     if (is_outside(pixel)) return;
     Ray ray = primary_ray(pixel);
-    Hit hit = trace_closest(ray, ray_coin(pass_random(pixel, STREAM_COINS)));
+    Hit hit = trace_closest(ray, draw_alpha_random(pass_random(pixel, STREAM_ALPHA)));
     SampleData data = SampleData(0.0, uvec3(0u), 0u, NONE, uvec2(0u));
     vec3 emission = vec3(0.0);
     if (hit.instance != NONE) {

@@ -17,7 +17,7 @@ struct Path {
     vec3 suffix_throughput;
     uint scatterings;
     // The vertex that the current ray left, and the density of the ray, for the MIS weight of a light that it hits.
-    Receiver receiver;
+    LightSampleContext context;
     float pdf_solid_angle;
     // The distance within which the ray finds no lights that are no larger: `near_distance`.
     float near;
@@ -42,14 +42,14 @@ struct Candidate {
 };
 
 // The path that begins with a delta lobe. Lights that the first ray hits belong to direct light, so that nothing asks
-// for the receiver that it left.
+// for the context that it left.
 Path delta_path(uint first_lobe, vec3 reflectance) {
-    return Path(reflectance, vec3(1.0), 1u, distant_receiver(), 0.0, 0.0, true, first_lobe, false, empty_path_sample());
+    return Path(reflectance, vec3(1.0), 1u, distant_context(), 0.0, 0.0, true, first_lobe, false, empty_path_sample());
 }
 
 // The path that begins with the pixel's pilot ray.
 Path first_path(BsdfSample first) {
-    return Path(first.weight, vec3(1.0), 1u, distant_receiver(), first.pdf_solid_angle, 0.0, false, 0u, true, empty_path_sample());
+    return Path(first.weight, vec3(1.0), 1u, distant_context(), first.pdf_solid_angle, 0.0, false, 0u, true, empty_path_sample());
 }
 
 // Whether the current ray started at the first vertex, or at the second.
@@ -62,16 +62,16 @@ float vertex_samples() {
 }
 
 // The sum of the densities of a vertex' light samples at a point, in its own measure.
-float vertex_pdf_own_measure(Receiver receiver, LightPoint point, vec3 direction) {
+float vertex_pdf_own_measure(LightSampleContext context, LightPoint point, vec3 direction) {
     if (rare_probability(point) > 0.0) return restir.at.reuse.rare_lights * rare_pdf_own_measure(point, direction);
-    return vertex_samples() * light_sample_pdf_own_measure(receiver, point, direction);
+    return vertex_samples() * light_sample_pdf_own_measure(context, point, direction);
 }
 
 // The MIS weight of a vertex' light samples against the BSDF ray that leaves it, for a point that the ray would find with a
 // density of `bsdf_pdf` in the point's measure; `found_light` has that of the ray. It counts the vertex' own samples alone:
 // counting those of merged reservoirs as well gave more outliers.
-float light_sampling_share(Receiver receiver, LightSample value, float bsdf_pdf) {
-    return share_of(vertex_pdf_own_measure(receiver, value.point, value.position), bsdf_pdf);
+float light_sampling_share(LightSampleContext context, LightSample value, float bsdf_pdf) {
+    return share_of(vertex_pdf_own_measure(context, value.point, value.position), bsdf_pdf);
 }
 
 // The candidate of a path that ends at a light: `directly` from its second vertex, or from a later vertex. `radiance` is
@@ -101,14 +101,14 @@ Candidate light_hit(Path path, uint index, Hit hit, vec3 direction) {
     float cosine = -dot(light.normal, direction);
     vec3 emission = light_emission(light, index, stored_place(end.place), cosine);
     if (max(hit.t, sqrt(light.area)) < path.near) emission = vec3(0.0);
-    float pdf_area = vertex_pdf_own_measure(path.receiver, end, direction);
+    float pdf_area = vertex_pdf_own_measure(path.context, end, direction);
     return found_light(path, end, emission, area_to_solid_angle(pdf_area, square(hit.t), cosine));
 }
 
 // The light of the environment in the direction of a ray that hit nothing.
 Candidate environment_hit(Path path, vec3 direction) {
     LightSample value = new_light_sample(environment_point(direction));
-    float pdf_solid_angle = vertex_pdf_own_measure(path.receiver, value.point, value.position);
+    float pdf_solid_angle = vertex_pdf_own_measure(path.context, value.point, value.position);
     return found_light(path, value.point, value.emission, pdf_solid_angle);
 }
 
@@ -120,7 +120,7 @@ bool has_world_reservoirs(Path path) {
 // Next-event estimation at a vertex: selects one of several light samples by their reflected light (RIS) and, with world
 // reservoirs, merges it with some of the previous frame. `slot` is that of the path's pixel. Returns whether its shadow ray
 // must be traced.
-bool sample_light_at(Path path, Domain vertex, Receiver receiver, uint slot, inout Random random, out Candidate found, out Ray ray) {
+bool sample_light_at(Path path, Domain vertex, LightSampleContext context, uint slot, inout Random random, out Candidate found, out Ray ray) {
     bool rare = RARE_LIGHTS && random_choice(random) <= restir.at.reuse.rare_lights;
     bool in_world = !rare && has_world_reservoirs(path);
     // BSDF rays share the light with the samples; but not in a weight that other vertices take over.
@@ -146,7 +146,7 @@ bool sample_light_at(Path path, Domain vertex, Receiver receiver, uint slot, ino
         uvec4 bits = random_bits(random);
         float choice = random_choice(random);
         float light_pdf, target;
-        LightSample value = draw_light_sample(receiver, rare, i, bits, light_pdf);
+        LightSample value = draw_light_sample(context, rare, i, bits, light_pdf);
         float weight = candidate_weight(resampling, value, light_pdf, light_samples, bsdf_samples, target);
         if (stream_add(points, i, weight, target, choice)) own.value = value;
         if (in_world && !keeps_merged) {
@@ -173,7 +173,7 @@ bool sample_light_at(Path path, Domain vertex, Receiver receiver, uint slot, ino
     vec3 radiance = arriving_radiance(point, vertex.position, vertex.back_off, direction, solid_angle);
     vec3 reflected = reflected_light(vertex, direction, radiance, pdf_solid_angle);
     vec3 light = path.throughput * reflected * (solid_angle * own.contribution_weight);
-    if (in_world && found_by_rays(vertex, point)) light *= light_sampling_share(receiver, point, pdf_solid_angle * solid_angle);
+    if (in_world && found_by_rays(vertex, point)) light *= light_sampling_share(context, point, pdf_solid_angle * solid_angle);
     // A merged reservoir counts as if the vertex always had one.
     if (RARE_LIGHTS && in_world) light /= 1.0 - restir.at.reuse.rare_lights;
     found = make_candidate(path, light, left_first(path), point.point, reflected);
@@ -182,7 +182,7 @@ bool sample_light_at(Path path, Domain vertex, Receiver receiver, uint slot, ino
 }
 
 // Samples the path's next ray at a vertex; returns whether the path continues.
-bool scatter(inout Path path, Domain vertex, Receiver receiver, vec4 numbers, out Ray next) {
+bool scatter(inout Path path, Domain vertex, LightSampleContext context, vec4 numbers, out Ray next) {
     BsdfSample onward;
     bool alive = sample_bsdf_ray(vertex, numbers, onward, next);
     path.throughput *= onward.weight;
@@ -193,7 +193,7 @@ bool scatter(inout Path path, Domain vertex, Receiver receiver, vec4 numbers, ou
         path.suffix_throughput *= onward.weight;
     }
     path.scatterings += 1u;
-    path.receiver = receiver;
+    path.context = context;
     path.pdf_solid_angle = onward.pdf_solid_angle;
     path.near = onward.delta ? 0.0 : near_distance(vertex);
     path.delta = onward.delta;

@@ -22,7 +22,7 @@ void main() {
 
     Domain domain;
     GRID_DOMAIN(claim.value, domain);
-    Receiver receiver = distant_receiver();
+    LightSampleContext context = distant_context();
     Stream stream = empty_stream();
     Reservoir reservoir = empty_reservoir(1.0);
     uint i = 0u;
@@ -34,7 +34,7 @@ void main() {
             if (claimed != 0u) domain = point_domain(grid_points.at[(claimed & GRID_SOURCE_MASK) - 1u]);
         }
         float pdf;
-        LightSample value = draw_light_sample(receiver, i, random_bits(random), pdf);
+        LightSample value = draw_light_sample(context, i, random_bits(random), pdf);
         float target = target_function(domain, value);
         float weight = target / (float(restir.at.grid.candidates) * pdf);
         if (stream_add(stream, i, weight, target, random_choice(random))) reservoir.value = value;

@@ -1,5 +1,5 @@
 #pragma once
-// The light BVH (src/device_scene/light_bvh). A walk finds the nodes whose lights matter at a receiver, always in the same order, so
+// The light BVH (src/device_scene/light_bvh). A walk finds the nodes whose lights matter at a point, always in the same order, so
 // that nothing has to be remembered between one walk and the next.
 #include "core/random.glsl"
 #include "core/math.glsl"
@@ -7,8 +7,8 @@
 #include "restir/frame.glsl"
 #include "scene/domain.glsl"
 
-// A point that receives light, as candidate sources see it.
-struct Receiver {
+// A point that receives light, as light samplers see it.
+struct LightSampleContext {
     vec3 position;
     vec3 normal;
     // Unit, towards the viewer.
@@ -28,11 +28,11 @@ struct Receiver {
 // compute, agree to rounding.
 const float MIN_LOBE = 1e-6;
 
-// A receiver that draws from no node.
-Receiver distant_receiver() {
-    Receiver receiver;
-    receiver.expected = 0.0;
-    return receiver;
+// A context that draws from no node.
+LightSampleContext distant_context() {
+    LightSampleContext context;
+    context.expected = 0.0;
+    return context;
 }
 
 GpuLightEntry light_entry(uint index) { return load_light_entry(NODE_ENTRIES * restir.at.light_node_count + index); }
@@ -48,31 +48,31 @@ bool finds(uint index, GpuLightNode node, bool inside) {
     return restir.at.light_bvh_joins != 0u ? !inside || is_leaf(index, node) : inside && is_leaf(index, node);
 }
 
-// What the lights of a node are expected to contribute to a receiver, without visibility, in arbitrary units; where lights are
-// drawn uniformly, their number. Cosines and lobes are widened by the angle under which the receiver sees the node, since parts
+// What the lights of a node are expected to contribute to a context, without visibility, in arbitrary units; where lights are
+// drawn uniformly, their number. Cosines and lobes are widened by the angle under which the point sees the node, since parts
 // of it may be where its centre is not.
-float expected_contribution(GpuLightNode node, Receiver receiver) {
+float expected_contribution(GpuLightNode node, LightSampleContext context) {
     if (restir.at.light_bvh_uniform != 0u) return node.weight;
-    vec3 offset = node.center - receiver.position;
+    vec3 offset = node.center - context.position;
     float near = max(max(dot(offset, offset), square(node.size)), TINY);
     float inverse = inversesqrt(near);
     vec3 direction = offset * inverse;
     float size = node.size * inverse;
-    float cosine = dot(receiver.normal, direction);
+    float cosine = dot(context.normal, direction);
     float arriving = min(cosine + size, 1.0);
     if (arriving <= 0.0) return 0.0;
     // Of lights that face into all directions, a quarter of the area is seen.
     float leaving = clamp(size * node.facing - dot(node.normal, direction), 0.0, 1.0) + 0.25 * (1.0 - node.facing);
-    float reflected = receiver.bsdf.diffuse;
-    if (HAS_SPECULAR && receiver.bsdf.specular > 0.0) {
+    float reflected = context.bsdf.diffuse;
+    if (HAS_SPECULAR && context.bsdf.specular > 0.0) {
         // The squared cosine of the half vector to either direction, and its squared sine to the normal. The latter from a cross
         // product: 1 - cosine² would be 0 where a narrow lobe has its slope.
-        float between = max(0.5 + 0.5 * dot(receiver.outgoing, direction), TINY);
-        vec3 aside = cross(receiver.normal, receiver.outgoing + direction);
+        float between = max(0.5 + 0.5 * dot(context.outgoing, direction), TINY);
+        vec3 aside = cross(context.normal, context.outgoing + direction);
         float sine2 = min(dot(aside, aside) / (4.0 * between), 1.0);
-        float a2 = clamp(receiver.bsdf.alpha_squared + 0.25 * square(size), MIN_LOBE, 1.0);
+        float a2 = clamp(context.bsdf.alpha_squared + 0.25 * square(size), MIN_LOBE, 1.0);
         float m = 1.0 - sqrt(between), m2 = m * m;
-        float fresnel = mix(receiver.bsdf.specular, receiver.bsdf.specular_grazing, m2 * m2 * m);
+        float fresnel = mix(context.bsdf.specular, context.bsdf.specular_grazing, m2 * m2 * m);
         // GGX with the visibility term of Kelemen and Szirmay-Kalos.
         reflected += fresnel * a2 / (4.0 * PI * between * square(sine2 + (1.0 - sine2) * a2));
     }
@@ -92,29 +92,29 @@ uint find_next(inout uint next, vec3 point) {
 }
 
 // The first walk: what all nodes that are found are expected to contribute.
-float expected_of_all(Receiver receiver) {
+float expected_of_all(LightSampleContext context) {
     float sum = 0.0;
     uint next = 0u;
     while (true) {
-        uint found = find_next(next, receiver.position);
+        uint found = find_next(next, context.position);
         if (found == NONE) return sum;
-        sum += expected_contribution(load_light_node(found), receiver);
+        sum += expected_contribution(load_light_node(found), context);
     }
 }
 
-// The receiver at a shading point.
-Receiver receiver_at(Domain domain) {
-    Receiver receiver = distant_receiver();
-    if (!LIGHT_BVH) return receiver;
-    receiver.position = domain.position;
-    receiver.normal = domain.shading_normal;
-    receiver.outgoing = to_world(domain, domain.outgoing);
-    receiver.bsdf = summary_of(domain.bsdf, domain.outgoing.z);
-    receiver.next = 0u;
-    receiver.passed = 0.0;
-    receiver.found = NONE;
-    receiver.expected = expected_of_all(receiver);
-    return receiver;
+// The context at a shading point.
+LightSampleContext light_sample_context(Domain domain) {
+    LightSampleContext context = distant_context();
+    if (!LIGHT_BVH) return context;
+    context.position = domain.position;
+    context.normal = domain.shading_normal;
+    context.outgoing = to_world(domain, domain.outgoing);
+    context.bsdf = summary_of(domain.bsdf, domain.outgoing.z);
+    context.next = 0u;
+    context.passed = 0.0;
+    context.found = NONE;
+    context.expected = expected_of_all(context);
+    return context;
 }
 
 // The number of integers that select a light of a node.
@@ -123,23 +123,23 @@ uint integers_of(GpuLightNode node, out uint first) {
     return light_entry(node.first + node.count).before - first;
 }
 
-// Draws a light from the nodes that the receiver finds, of which there are some, by what they are expected to contribute: number
+// Draws a light from the nodes that are found from the context, of which there are some, by what they are expected to contribute: number
 // `number` of `count`. Numbers must ascend, since the walk only goes on. Also returns the probability, in the mean over the
 // numbers.
-uint draw_near_light(inout Receiver receiver, uint number, uint count, uvec2 bits, out float probability) {
-    float wanted = (float(number) + to_unit(bits.x)) / float(count) * receiver.expected;
-    while (receiver.passed <= wanted) {
-        uint found = find_next(receiver.next, receiver.position);
+uint draw_near_light(inout LightSampleContext context, uint number, uint count, uvec2 bits, out float probability) {
+    float wanted = (float(number) + to_unit(bits.x)) / float(count) * context.expected;
+    while (context.passed <= wanted) {
+        uint found = find_next(context.next, context.position);
         // After all of them, if the sum was rounded up.
         if (found == NONE) break;
-        float own = expected_contribution(load_light_node(found), receiver);
+        float own = expected_contribution(load_light_node(found), context);
         if (own > 0.0) {
-            receiver.found = found;
-            receiver.own = own;
+            context.found = found;
+            context.own = own;
         }
-        receiver.passed += own;
+        context.passed += own;
     }
-    GpuLightNode node = load_light_node(receiver.found);
+    GpuLightNode node = load_light_node(context.found);
     uint first, high, unused;
     uint integers = integers_of(node, first);
     umulExtended(bits.y, integers, high, unused);
@@ -153,12 +153,12 @@ uint draw_near_light(inout Receiver receiver, uint number, uint count, uvec2 bit
     }
     GpuLightEntry light = light_entry(low);
     uint own_integers = light_entry(low + 1u).before - light.before;
-    probability = receiver.own / receiver.expected * (float(own_integers) / float(integers));
+    probability = context.own / context.expected * (float(own_integers) / float(integers));
     return light.light;
 }
 
 // The probability with which a draw selects a light, in the mean over the numbers of draws.
-float near_light_probability(Receiver receiver, uint light) {
+float near_light_probability(LightSampleContext context, uint light) {
     GpuLightEntry place = light_entry(light);
     if (place.leaf == NONE) return 0.0;
     // Down from the root to the node that is found, of which the light's leaf is a descendant.
@@ -166,7 +166,7 @@ float near_light_probability(Receiver receiver, uint light) {
     bool inside, found;
     while (true) {
         GpuLightNode here = load_light_node(index);
-        inside = holds(here, receiver.position);
+        inside = holds(here, context.position);
         found = finds(index, here, inside);
         if (!inside || index == place.leaf) break;
         uint sibling = load_light_node(index + 1u).next;
@@ -178,5 +178,5 @@ float near_light_probability(Receiver receiver, uint light) {
     uint first;
     float integers = float(integers_of(node, first));
     uint own_integers = light_entry(place.place + 1u).before - light_entry(place.place).before;
-    return expected_contribution(node, receiver) / receiver.expected * (float(own_integers) / integers);
+    return expected_contribution(node, context) / context.expected * (float(own_integers) / integers);
 }

@@ -14,23 +14,23 @@ void main() {
     uvec2 tile = tile_pixel(tile_counts().x, 0u, restir.at.view.interleave);
     if (any(greaterThanEqual(tile, tile_counts()))) return;
     Random random = random_stream(tile.y * tile_counts().x + tile.x, restir.at.frame, restir.at.view.seed, STREAM_LISTS);
-    Receiver receiver = distant_receiver();
+    LightSampleContext context = distant_context();
     for (uint i = 0u; i < TRIES; i += 1u) {
         uvec2 pixel = min(tile * restir.at.light_tile + random_bits(random).xy % restir.at.light_tile, picture_size() - 1u);
         SampleData data = LOAD_SAMPLE_DATA(sample_data, slot_of(pixel));
         if (!has_surface(data)) continue;
-        receiver = receiver_at(unpack_domain(data, primary_ray(pixel)));
+        context = light_sample_context(unpack_domain(data, primary_ray(pixel)));
         break;
     }
     uint word = list_word(tile);
-    STORE_RECEIVER(light_lists, word, receiver);
-    count_written(LIST_RECEIVER_WORDS);
-    if (!has_near_lights(receiver)) return;
+    STORE_CONTEXT(light_lists, word, context);
+    count_written(LIST_CONTEXT_WORDS);
+    if (!has_near_lights(context)) return;
     uint i = 0u;
     for (; i < restir.at.light_list; i += 1u) {
         float probability;
-        uint light = draw_near_light(receiver, i, restir.at.light_list, random_bits(random).xy, probability);
-        uint entry = word + LIST_RECEIVER_WORDS + 2u * i;
+        uint light = draw_near_light(context, i, restir.at.light_list, random_bits(random).xy, probability);
+        uint entry = word + LIST_CONTEXT_WORDS + 2u * i;
         light_lists.at[entry] = light;
         light_lists.at[entry + 1u] = floatBitsToUint(probability);
         count_written(2u);

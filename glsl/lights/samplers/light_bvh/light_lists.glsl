@@ -1,14 +1,14 @@
 #pragma once
-// Light lists: the picture is divided into tiles, and one receiver of each tile draws lights from the light BVH for all pixels
+// Light lists: the picture is divided into tiles, and one pixel of each tile draws lights from the light BVH for all pixels
 // around it. What a pixel's candidates are drawn by then depends on the sample data of another pixel, and on no reservoir.
 #include "lights/samplers/sources.glsl"
 #include "restir/sample_data.glsl"
 
 uvec2 tile_counts() { return (picture_size() + restir.at.light_tile - 1u) / restir.at.light_tile; }
 
-// The first word of a tile's list: its receiver, then for each entry a light and its probability.
+// The first word of a tile's list: its context, then for each entry a light and its probability.
 uint list_word(uvec2 tile) {
-    return (tile.y * tile_counts().x + tile.x) * (LIST_RECEIVER_WORDS + 2u * restir.at.light_list);
+    return (tile.y * tile_counts().x + tile.x) * (LIST_CONTEXT_WORDS + 2u * restir.at.light_list);
 }
 
 // The tile whose list a pixel reads: one of those that are near. If it were always the pixel's own, the borders of tiles would
@@ -27,21 +27,21 @@ uvec2 tile_near(uvec2 pixel, uvec2 bits) {
 #define LOAD_VECTOR(BUFFER, WORD) \
     uintBitsToFloat(uvec3(BUFFER.at[WORD], BUFFER.at[(WORD) + 1u], BUFFER.at[(WORD) + 2u]))
 
-#define STORE_RECEIVER(BUFFER, WORD, RECEIVER) \
-    STORE_VECTOR(BUFFER, WORD, RECEIVER.position); \
-    STORE_VECTOR(BUFFER, (WORD) + 3u, RECEIVER.normal); \
-    STORE_VECTOR(BUFFER, (WORD) + 6u, RECEIVER.outgoing); \
-    STORE_VECTOR(BUFFER, (WORD) + 9u, vec3(RECEIVER.bsdf.diffuse, RECEIVER.bsdf.specular, RECEIVER.bsdf.specular_grazing)); \
-    BUFFER.at[(WORD) + 12u] = floatBitsToUint(RECEIVER.bsdf.alpha_squared); \
-    BUFFER.at[(WORD) + 13u] = floatBitsToUint(RECEIVER.expected)
+#define STORE_CONTEXT(BUFFER, WORD, CONTEXT) \
+    STORE_VECTOR(BUFFER, WORD, CONTEXT.position); \
+    STORE_VECTOR(BUFFER, (WORD) + 3u, CONTEXT.normal); \
+    STORE_VECTOR(BUFFER, (WORD) + 6u, CONTEXT.outgoing); \
+    STORE_VECTOR(BUFFER, (WORD) + 9u, vec3(CONTEXT.bsdf.diffuse, CONTEXT.bsdf.specular, CONTEXT.bsdf.specular_grazing)); \
+    BUFFER.at[(WORD) + 12u] = floatBitsToUint(CONTEXT.bsdf.alpha_squared); \
+    BUFFER.at[(WORD) + 13u] = floatBitsToUint(CONTEXT.expected)
 
-#define LOAD_RECEIVER(BUFFER, WORD, RECEIVER) \
-    RECEIVER.position = LOAD_VECTOR(BUFFER, WORD); \
-    RECEIVER.normal = LOAD_VECTOR(BUFFER, (WORD) + 3u); \
-    RECEIVER.outgoing = LOAD_VECTOR(BUFFER, (WORD) + 6u); \
+#define LOAD_CONTEXT(BUFFER, WORD, CONTEXT) \
+    CONTEXT.position = LOAD_VECTOR(BUFFER, WORD); \
+    CONTEXT.normal = LOAD_VECTOR(BUFFER, (WORD) + 3u); \
+    CONTEXT.outgoing = LOAD_VECTOR(BUFFER, (WORD) + 6u); \
     vec3 lobes_ = LOAD_VECTOR(BUFFER, (WORD) + 9u); \
-    RECEIVER.bsdf.diffuse = lobes_.x; \
-    RECEIVER.bsdf.specular = lobes_.y; \
-    RECEIVER.bsdf.specular_grazing = lobes_.z; \
-    RECEIVER.bsdf.alpha_squared = uintBitsToFloat(BUFFER.at[(WORD) + 12u]); \
-    RECEIVER.expected = uintBitsToFloat(BUFFER.at[(WORD) + 13u])
+    CONTEXT.bsdf.diffuse = lobes_.x; \
+    CONTEXT.bsdf.specular = lobes_.y; \
+    CONTEXT.bsdf.specular_grazing = lobes_.z; \
+    CONTEXT.bsdf.alpha_squared = uintBitsToFloat(BUFFER.at[(WORD) + 12u]); \
+    CONTEXT.expected = uintBitsToFloat(BUFFER.at[(WORD) + 13u])

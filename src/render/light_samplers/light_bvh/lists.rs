@@ -6,7 +6,7 @@ use crate::gpu::{Buffer, ComputePass, Recording, Usage};
 use crate::render::frame_inputs::FrameInputs;
 use crate::render::light_samplers::{LightSampler, SamplerInputs};
 use crate::render::scene_bindings::SceneBindings;
-use crate::shader_interface::{LIST_RECEIVER_WORDS, TILE, ViewConstants};
+use crate::shader_interface::{LIST_CONTEXT_WORDS, TILE, ViewConstants};
 
 crate::bindings! {
     /// Bindings of the pass.
@@ -36,7 +36,7 @@ impl LightLists {
     /// Bytes of the buffer.
     pub fn bytes(settings: &LightBvhSettings, view: &ViewConstants) -> u64 {
         let [x, y] = tiles(settings, view);
-        let words = LIST_RECEIVER_WORDS + 2 * settings.list;
+        let words = LIST_CONTEXT_WORDS + 2 * settings.list;
         u64::from(x) * u64::from(y) * u64::from(4 * words)
     }
 
