@@ -108,17 +108,17 @@ mod thorough {
             let beginning = format!("{name} by ");
             // Numbered, since two drivers may have one name.
             let driver_file = driver.replace('/', "-");
-            let own_file = format!("{beginning}{drivers_before} {driver_file}.exr");
+            let file_of_driver = format!("{beginning}{drivers_before} {driver_file}.exr");
             for entry in std::fs::read_dir(folder).unwrap() {
                 let file = entry.unwrap().file_name().into_string().unwrap();
-                if !file.starts_with(&beginning) || file == own_file {
+                if !file.starts_with(&beginning) || file == file_of_driver {
                     continue;
                 }
                 let other = Image::read(&folder.join(&file)).unwrap().rgb().unwrap();
                 assert_agree(&own, &other, &format!("{name}, {driver} and {file}"));
                 of_drivers += 1;
             }
-            image.write(&folder.join(&own_file), 0.0).unwrap();
+            image.write(&folder.join(&file_of_driver), 0.0).unwrap();
         }
         println!(
             "compared {of_variants} pictures with the plain variant, {of_drivers} with other drivers"

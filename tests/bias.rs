@@ -11,7 +11,7 @@ use support::{TOY_LOBES, planted, said};
 /// Where a merge's techniques are weighed with visibility: by the balance heuristic one by one, by pairs
 /// for those that one ray stands for.
 const UNSEEN: &str = "visibility && i != k &&";
-const PASSED: &str = "= transmittance(viewer, domain, value);";
+const PASSED: &str = "= transmittance(viewer, shading_point, value);";
 
 /// References that studies of this file have made. Most faults are in files that path tracing does not include, so that
 /// a study with a fault has the reference of the one without.
@@ -164,8 +164,8 @@ fn empty_neighbours_that_are_skipped_are_found() {
         ),
         (
             "restir/merge.glsl",
-            "Domain there = domain_of(i);",
-            "if (i > 0u && !(technique_at(i).contribution_weight > 0.0)) continue; Domain there = domain_of(i);",
+            "ShadingPoint there = shading_point_of(i);",
+            "if (i > 0u && !(technique_at(i).contribution_weight > 0.0)) continue; ShadingPoint there = shading_point_of(i);",
         ),
         (
             "restir/merge.glsl",
@@ -388,7 +388,7 @@ preset = "accurate"
             (
                 "restir/merge.glsl",
                 PASSED,
-                "= asks ? transmittance(viewer, domain, value) : 1.0;",
+                "= asks ? transmittance(viewer, shading_point, value) : 1.0;",
             ),
         ]);
         assert_all_fail(passes, &said);
@@ -402,7 +402,7 @@ preset = "accurate"
             (
                 "restir/merge.glsl",
                 PASSED,
-                "= asks ? 1.0 : transmittance(viewer, domain, value);",
+                "= asks ? 1.0 : transmittance(viewer, shading_point, value);",
             ),
         ]);
         assert_all_fail(passes, &said);

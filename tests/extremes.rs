@@ -255,9 +255,9 @@ fn the_dim_channel_of_a_lamp_is_kept() {
     alone.direct.resampling.reuse = ReuseMode::None;
     alone.indirect.resampling.reuse = ReuseMode::None;
     let (truth, variance) = floor_red(&path_tracing, 1024);
-    let (seen, own_variance) = floor_red(&alone, 256);
+    let (seen, control_variance) = floor_red(&alone, 256);
     support::assert_no_messages(&device);
-    let sigma = (variance + own_variance).sqrt() / truth;
+    let sigma = (variance + control_variance).sqrt() / truth;
     let off = seen / truth - 1.0;
     assert!(sigma < 0.01 && off.abs() < 4.0 * sigma, "{off} ± {sigma}");
 }

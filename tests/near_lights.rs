@@ -233,8 +233,8 @@ mod thorough {
         }
         let fault = (
             "restir/samples/light_sample.glsl",
-            "arriving_radiance(value, domain.position,",
-            "arriving_radiance(value, ray_start(domain),",
+            "arriving_radiance(value, shading_point.position,",
+            "arriving_radiance(value, ray_start(shading_point),",
         );
         for test in [
             "points_of_light_close_to_a_floor_light_it_as_they_should",

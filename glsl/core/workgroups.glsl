@@ -17,7 +17,7 @@ uint interleaved_group(uint threads) {
 }
 
 // The index of this invocation in a list that workgroups of TILE × TILE go through; possibly beyond its end.
-uint own_index(uint threads) { return interleaved_group(threads) * (TILE * TILE) + gl_LocalInvocationIndex; }
+uint invocation_index(uint threads) { return interleaved_group(threads) * (TILE * TILE) + gl_LocalInvocationIndex; }
 
 // The pixel of this invocation in a strip that begins at row `first_row`, or a pixel outside. Eight neighbouring
 // invocations form a 4×2 block, so that a subgroup's rays stay close.

@@ -10,7 +10,7 @@ layout(scalar) buffer SumsBlock { PixelSums at[]; } sums;
 layout(push_constant, scalar) uniform RangeBlock { PixelRange at; } range;
 
 void main() {
-    uint pixel = own_index(1u);
+    uint pixel = invocation_index(1u);
     if (pixel >= range.at.pixels) return;
     vec3 radiance = color.at[range.at.first_pixel + pixel];
     PixelSums total = sums.at[pixel];

@@ -10,7 +10,7 @@ layout(scalar) writeonly buffer DisplayBlock { uint at[]; } display;
 layout(push_constant, scalar) uniform ToneBlock { ToneMap at; } tone;
 
 void main() {
-    uint pixel = own_index(1u);
+    uint pixel = invocation_index(1u);
     if (pixel >= tone.at.pixels) return;
     uint first = pixel * tone.at.stride;
     vec3 value = vec3(radiance.at[first], radiance.at[first + 1u], radiance.at[first + 2u]);

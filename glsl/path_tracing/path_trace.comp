@@ -1,7 +1,7 @@
 #version 460
 // MIS path tracing: samples are added to each pixel's sums.
 //
-// This is the reference that resampling is measured against. So it does not use the domains, candidates and shadow rays
+// This is the reference that resampling is measured against. So it does not use the shading points, candidates and shadow rays
 // of resampling, but repeats them in its own way: an error in one of them cannot be in both.
 //
 // One loop traces one ray a turn and begins the pixel's next sample when a path ends, so that no lane idles while its

@@ -25,7 +25,7 @@ bool is_outside(uvec2 pixel) { return pixel.x >= restir.at.view.width || pixel.y
 bool is_outside(ivec2 pixel) { return is_outside(uvec2(pixel)); }
 
 // The pixel of this invocation; possibly outside the picture.
-uvec2 own_pixel() { return tile_pixel(restir.at.view.width, 0u, restir.at.view.interleave); }
+uvec2 invocation_pixel() { return tile_pixel(restir.at.view.width, 0u, restir.at.view.interleave); }
 
 // Adds light to a pixel of the picture, `color`. A macro, because GLSL cannot pass buffers to functions.
 #define ADD_LIGHT(PIXEL, LIGHT) \

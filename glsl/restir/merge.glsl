@@ -1,24 +1,24 @@
 #pragma once
-// One merge for every kind of reuse and of sample: a canonical reservoir with neighbours, each with its own domain.
+// One merge for every kind of reuse and of sample: a canonical reservoir with neighbours, each with its own shading point.
 // The file that includes it defines
-//   MergeSample, MergeReservoir { MergeSample value; float contribution_weight; float confidence; … }, Domain
+//   MergeSample, MergeReservoir { MergeSample value; float contribution_weight; float confidence; … }, ShadingPoint
 //   MERGE_EMPTY: an empty MergeReservoir
 //   float confidence_of(uint technique)
 //   MergeReservoir technique_at(uint technique): technique 0 is the canonical
-//   Domain domain_of(uint technique)
-//   vec3 contribution(Domain domain, MergeSample value), whose luminance is the target function
-//   float transmittance(uint technique, Domain domain, MergeSample value), with the sample as the technique sees it: the
+//   ShadingPoint shading_point_of(uint technique)
+//   vec3 contribution(ShadingPoint shading point, MergeSample value), whose luminance is the target function
+//   float transmittance(uint technique, ShadingPoint shading point, MergeSample value), with the sample as the technique sees it: the
 //     share of its light that arrives. Targets include whether it is above 0, light includes the share itself: then a
 //     technique's own sample needs no ray for its weight, only where its light is added
 //   MergeSample shift_to(uint technique, MergeSample value, out float jacobian): the canonical's sample in the technique's
 //     space. The Jacobian is the ratio of the sample's measure there to its measure here; 0 where the shift does not
 //     exist. Its existence must be symmetric, and every rejection that looks at a sample must be here, so that all
-//     weights use the same domain of the shift.
+//     weights use the same shading point of the shift.
 //
 // Techniques are read one after the other, and only the canonical, one neighbour and the selected samples are held:
 // arrays of samples with dynamic indices would live in memory.
 //
-// Visibility with two rays. The balance heuristic needs the visibility of every sample in every domain. The pairwise
+// Visibility with two rays. The balance heuristic needs the visibility of every sample in every shading point. The pairwise
 // weights need it in two sums only, and one random term of each sum can stand for the whole:
 //
 // 1. The canonical's sample y_0. Let s_j = c_0 p̂_0 / (C p̂←j + c_0 p̂_0) be its share in the pair with neighbour j if j
@@ -31,7 +31,7 @@
 //    without visibility. Select one i with probability w̃_i / Σw̃, trace its ray, and give it the weight V_0(y_i) · Σw̃,
 //    all others 0. Each expected weight is w̃_i V_0(y_i), as it should be.
 //
-// A sample is visible in its own domain, or its weight would be 0, so no ray is needed there.
+// A sample is visible in its own shading point, or its weight would be 0, so no ray is needed there.
 #include "core/random.glsl"
 #include "restir/algebra.glsl"
 
@@ -43,8 +43,8 @@ struct Merged {
     vec3 light;
 };
 
-// p̂←k(y) of a sample y of technique i, and its light at technique k. `domain` is that of k.
-float target_at(uint k, Domain domain, uint i, MergeSample value, bool visibility, out vec3 light) {
+// p̂←k(y) of a sample y of technique i, and its light at technique k. `shading_point` is that of k.
+float target_at(uint k, ShadingPoint shading_point, uint i, MergeSample value, bool visibility, out vec3 light) {
     count_lanes(COUNTER_MERGE_LANES);
     light = vec3(0.0);
     float jacobian;
@@ -56,10 +56,10 @@ float target_at(uint k, Domain domain, uint i, MergeSample value, bool visibilit
         there = value;
         jacobian = 1.0;
     }
-    light = contribution(domain, there);
+    light = contribution(shading_point, there);
     float target = luminance(light) * jacobian;
     if (visibility && i != k && target > 0.0) {
-        float passed = transmittance(k, domain, there);
+        float passed = transmittance(k, shading_point, there);
         light *= passed;
         if (passed == 0.0) target = 0.0;
     }
@@ -87,11 +87,11 @@ Merged merge(uint mis, uint count, bool visibility, bool shades, inout Random ra
     float total = max(confidence, 1.0);
     float canonical_share = canonical.confidence / total, neighbour_share = neighbour_confidence / total;
 
-    // An empty technique has no sample; its domain is still evaluated for the others' samples.
+    // An empty technique has no sample; its shading point is still evaluated for the others' samples.
     bool has_canonical = canonical.contribution_weight > 0.0;
     MisTerms canonical_terms = empty_mis_terms();
     vec3 canonical_light = vec3(0.0);
-    Domain here;
+    ShadingPoint here;
 
     Merged merged = Merged(MERGE_EMPTY, vec3(0.0));
     Stream selected = empty_stream();
@@ -103,7 +103,7 @@ Merged merge(uint mis, uint count, bool visibility, bool shades, inout Random ra
     uint i = 0u;
     for (; i < count; i += 1u) {
         float share = confidence_of(i) / total;
-        Domain there = domain_of(i);
+        ShadingPoint there = shading_point_of(i);
         if (i == 0u) here = there;
         if (has_canonical && needs_target(mis, 0u, i)) {
             vec3 light;
@@ -120,17 +120,17 @@ Merged merge(uint mis, uint count, bool visibility, bool shades, inout Random ra
         // Drivers compile the target function, with all that it traces, as often as it stands in the code.
         for (uint k = 0u; k < count; k += 1u) {
             if (!needs_target(mis, i, k)) continue;
-            Domain domain = there;
+            ShadingPoint shading_point = there;
             float technique_share = share;
             if (k == 0u) {
-                domain = here;
+                shading_point = here;
                 technique_share = canonical_share;
             } else if (k != i) {
-                domain = domain_of(k);
+                shading_point = shading_point_of(k);
                 technique_share = confidence_of(k) / total;
             }
             vec3 light;
-            float target = target_at(k, domain, i, neighbour.value, all_rays, light);
+            float target = target_at(k, shading_point, i, neighbour.value, all_rays, light);
             if (k == 0u) neighbour_light = light;
             add_target(terms, i, k, target, technique_share, canonical_share, neighbour_share);
         }
@@ -152,15 +152,15 @@ Merged merge(uint mis, uint count, bool visibility, bool shades, inout Random ra
         bool asks = turn == 0u;
         if ((asks ? asked.chosen : drawn.chosen) == NONE) continue;
         uint viewer = 0u;
-        Domain domain = here;
+        ShadingPoint shading_point = here;
         MergeSample value = drawn_reservoir.value;
         if (asks) {
             float jacobian;
             viewer = asked.chosen;
-            domain = domain_of(viewer);
+            shading_point = shading_point_of(viewer);
             value = shift_to(viewer, canonical.value, jacobian);
         }
-        float passed = transmittance(viewer, domain, value);
+        float passed = transmittance(viewer, shading_point, value);
         if (asks && passed == 0.0) canonical_terms.pairs = 1.0;
         if (!asks) {
             drawn_seen = passed > 0.0;

@@ -62,22 +62,22 @@ Reservoir unpack_reservoir(PackedReservoir p) {
 }
 
 // Records the pixel that drew the sample, for debug AOVs.
-void record_origin(inout Reservoir r, uint pixel, Domain domain) {
+void record_origin(inout Reservoir r, uint pixel, ShadingPoint shading_point) {
     if (!KEEPS_DEBUG_WORDS || r.contribution_weight <= 0.0) return;
     r.origin = pixel;
-    r.origin_solid_angle = sample_solid_angle(ray_start(domain), r.value);
+    r.origin_solid_angle = sample_solid_angle(ray_start(shading_point), r.value);
 }
 
 // The target function: the luminance that a sample adds per unit of its weight.
-float target_function(Domain domain, Sample value) { return luminance(contribution(domain, value)); }
+float target_function(ShadingPoint shading_point, Sample value) { return luminance(contribution(shading_point, value)); }
 
-// The share of a sample's light that arrives: along the segment from the domain and, where surfaces cover a part, those
+// The share of a sample's light that arrives: along the segment from the shading point and, where surfaces cover a part, those
 // behind it that belong to the sample.
-float trace_segments(Domain domain, Sample value, uint epoch) {
+float trace_segments(ShadingPoint shading_point, Sample value, uint epoch) {
     uint segments = HAS_BLEND ? segment_count(value) : 1u;
     float passed = 1.0;
     for (uint i = 0u; passed > 0.0 && i < segments; i += 1u) {
-        passed *= trace_transmittance(segment_ray(domain, value, i, epoch));
+        passed *= trace_transmittance(segment_ray(shading_point, value, i, epoch));
     }
     return passed;
 }

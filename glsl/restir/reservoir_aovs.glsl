@@ -11,7 +11,7 @@ layout(scalar) writeonly buffer ReservoirAovsBlock { ReservoirAov at[]; } reserv
 
 // Writes the AOVs of the pixel of this invocation.
 void write_aovs() {
-    uvec2 pixel = own_pixel();
+    uvec2 pixel = invocation_pixel();
     if (is_outside(pixel)) return;
     uint slot = slot_of(pixel);
     PackedReservoir packed;
@@ -24,7 +24,7 @@ void write_aovs() {
     if (KEEPS_DEBUG_WORDS && reservoir.contribution_weight > 0.0) {
         source = vec2(reservoir.origin % restir.at.view.width, reservoir.origin / restir.at.view.width);
         // From where rays begin: a point in a crease may lie in the plane of the sample's surface.
-        float here = sample_solid_angle(ray_start(unpack_domain(data, primary_ray(pixel))), reservoir.value);
+        float here = sample_solid_angle(ray_start(unpack_shading_point(data, primary_ray(pixel))), reservoir.value);
         jacobian = here / max(reservoir.origin_solid_angle, TINY);
     }
     reservoir_aovs.at[pixel_index(pixel)] =

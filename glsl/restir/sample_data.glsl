@@ -1,7 +1,7 @@
 #pragma once
-// Primary surfaces: packed by the first pass, unpacked into domains by later passes and by the next frame.
+// Primary surfaces: packed by the first pass, unpacked into shading points by later passes and by the next frame.
 #include "core/counters.glsl"
-#include "scene/domain.glsl"
+#include "scene/shading_point.glsl"
 
 // Bits of each octahedral coordinate of a normal. With 16 bits a mirror's reflections would shift, by 9 pixels where the
 // field of view is one degree.
@@ -97,10 +97,10 @@ bool has_surface(SampleData data) { return data.instance != NONE; }
 
 vec3 surface_position(SampleData data, Ray ray) { return ray.origin + data.depth * ray.direction; }
 
-Domain unpack_domain(SampleData data, Ray ray) {
+ShadingPoint unpack_shading_point(SampleData data, Ray ray) {
     float clearance = uintBitsToFloat((data.packed_normals.z >> 24u) << 23u);
     vec3 normal = geometric_normal(data);
     vec3 error = depth_along_error(ray.origin, ray.direction, data.depth, normal, clearance);
-    return make_domain(surface_position(data, ray), clearance, back_off_distance(error, data.depth), normal,
+    return make_shading_point(surface_position(data, ray), clearance, back_off_distance(error, data.depth), normal,
                        shading_normal(data), unpack_material(data), ray.direction);
 }

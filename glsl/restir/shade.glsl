@@ -11,7 +11,7 @@ layout(scalar) buffer ColorBlock { vec3 at[]; } color;
 
 // Shades the pixel of this invocation.
 void shade() {
-    uvec2 pixel = own_pixel();
+    uvec2 pixel = invocation_pixel();
     if (is_outside(pixel)) return;
     uint slot = slot_of(pixel);
     SampleData data = LOAD_SAMPLE_DATA(sample_data, slot);
@@ -20,10 +20,10 @@ void shade() {
         LOAD_RESERVOIR(reservoirs, slot, restir.at.slots, packed);
         Reservoir reservoir = unpack_reservoir(packed);
         if (reservoir.contribution_weight > 0.0) {
-            Domain domain = unpack_domain(data, primary_ray(pixel));
-            vec3 light = contribution(domain, reservoir.value) * reservoir.contribution_weight;
+            ShadingPoint shading_point = unpack_shading_point(data, primary_ray(pixel));
+            vec3 light = contribution(shading_point, reservoir.value) * reservoir.contribution_weight;
             bool traced = (HAS_BLEND && VISIBILITY == VISIBILITY_WEIGHTS) || VISIBILITY == VISIBILITY_FINAL || VISIBILITY == VISIBILITY_INITIAL;
-            if (traced && max_component(light) > 0.0) light *= trace_segments(domain, reservoir.value, CURRENT);
+            if (traced && max_component(light) > 0.0) light *= trace_segments(shading_point, reservoir.value, CURRENT);
             if (max_component(light) > 0.0) ADD_LIGHT(pixel, light)
         }
     }

@@ -10,13 +10,13 @@ layout(scalar) readonly buffer NeighboursBlock { uint at[]; } neighbours;
 layout(scalar) writeonly buffer ReservoirsBlock { uint at[]; } reservoirs;
 layout(scalar) buffer ColorBlock { vec3 at[]; } color;
 
-Domain domain_of(uint technique) {
+ShadingPoint shading_point_of(uint technique) {
     uvec2 pixel = pixels[technique];
-    return unpack_domain(LOAD_SAMPLE_DATA(sample_data, slot_of(pixel)), primary_ray(pixel));
+    return unpack_shading_point(LOAD_SAMPLE_DATA(sample_data, slot_of(pixel)), primary_ray(pixel));
 }
 
-float transmittance(uint technique, Domain domain, Sample value) {
-    return trace_segments(domain, value, CURRENT);
+float transmittance(uint technique, ShadingPoint shading_point, Sample value) {
+    return trace_segments(shading_point, value, CURRENT);
 }
 
 View view_of(uint technique) {
@@ -56,7 +56,7 @@ Reservoir technique_at(uint technique) {
 
 // Merges the pixel of this invocation.
 void merge_neighbours() {
-    uvec2 pixel = own_pixel();
+    uvec2 pixel = invocation_pixel();
     if (is_outside(pixel)) return;
     uint slot = slot_of(pixel);
     PackedReservoir packed;

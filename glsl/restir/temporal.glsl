@@ -1,6 +1,6 @@
 #pragma once
 // Temporal reuse: each pixel's reservoir merges with the reservoir that its surface had in the previous frame. Where
-// something moves, that reservoir's domain uses the previous instances and lights, and its sample moves with the
+// something moves, that reservoir's shading point uses the previous instances and lights, and its sample moves with the
 // triangle and the light that it names. A pass first includes direct.glsl or indirect.glsl.
 #include "core/values.glsl"
 #include "restir/reservoir.glsl"
@@ -14,7 +14,7 @@ layout(scalar) buffer ReservoirsBlock { uint at[]; } reservoirs;
 
 // What a pixel's merge is made of: technique 0 is the canonical, 1 the history.
 Reservoir canonical, historic;
-Domain domain_now, domain_before;
+ShadingPoint point_now, point_before;
 
 Reservoir technique_at(uint technique) {
     if (technique == 0u) return canonical;
@@ -23,24 +23,24 @@ Reservoir technique_at(uint technique) {
 
 float confidence_of(uint technique) { return technique == 0u ? canonical.confidence : historic.confidence; }
 
-Domain domain_of(uint technique) {
-    if (technique == 0u) return domain_now;
-    return domain_before;
+ShadingPoint shading_point_of(uint technique) {
+    if (technique == 0u) return point_now;
+    return point_before;
 }
 
 // The epoch in which a technique sees samples. Without motion there is only one.
 uint epoch_of(uint technique) { return MOVES && technique == 1u ? PREVIOUS : CURRENT; }
 
-// Whether the previous frame saw exactly the same: then both samples, visible in their own domains, are visible in both.
+// Whether the previous frame saw exactly the same: then both samples, visible in their own shading points, are visible in both.
 bool is_static;
 
-float transmittance(uint technique, Domain domain, Sample value) {
+float transmittance(uint technique, ShadingPoint shading_point, Sample value) {
     if (is_static) return 1.0;
     uint epoch = epoch_of(technique);
     uint segments = MOVES ? segment_count(value) : 1u;
     float passed = 1.0;
     for (uint i = 0u; passed > 0.0 && i < segments; i += 1u) {
-        passed *= trace_transmittance(segment_ray(domain, value, i, epoch), epoch);
+        passed *= trace_transmittance(segment_ray(shading_point, value, i, epoch), epoch);
     }
     return passed;
 }
@@ -51,8 +51,8 @@ Sample shift_to(uint technique, Sample value, out float jacobian) {
     if (technique == 0u) return value;
     Sample there = value;
     if (MOVES) jacobian = move_sample(there, CURRENT, PREVIOUS);
-    View now = View(domain_now.position, restir.at.view.camera.position);
-    View before = View(domain_before.position, restir.at.previous_camera.position);
+    View now = View(point_now.position, restir.at.view.camera.position);
+    View before = View(point_before.position, restir.at.previous_camera.position);
     if (!is_within_limits(now, value, before, there, restir.at.jacobian_limit, restir.at.min_distance)) jacobian = 0.0;
     return there;
 }
@@ -70,7 +70,7 @@ void move_to_current_frame(inout Reservoir reservoir) {
 
 // Merges the pixel of this invocation.
 void merge_history() {
-    uvec2 pixel = own_pixel();
+    uvec2 pixel = invocation_pixel();
     if (is_outside(pixel)) return;
     uint slot = slot_of(pixel);
     SampleData data = LOAD_SAMPLE_DATA(sample_data, slot);
@@ -103,8 +103,8 @@ void merge_history() {
     historic.age += 1u;
     move_to_current_frame(historic);
     is_static = !MOVES && before == ivec2(pixel) && previous == data && previous_ray == ray;
-    domain_now = unpack_domain(data, ray);
-    domain_before = unpack_domain(previous, previous_ray);
+    point_now = unpack_shading_point(data, ray);
+    point_before = unpack_shading_point(previous, previous_ray);
     count(COUNTER_NEIGHBOURS, 1u);
     Random random = pass_random(pixel, FIRST_STREAM + STREAM_TEMPORAL);
     packed = pack_reservoir(merge(MIS, 2u, VISIBILITY == VISIBILITY_WEIGHTS, false, random).reservoir);

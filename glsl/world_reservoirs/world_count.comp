@@ -9,7 +9,7 @@ layout(scalar) buffer WorldKeysBlock { uint at[]; } world_keys;
 layout(scalar) buffer WorldCellsBlock { uint at[]; } world_cells;
 
 void main() {
-    uint vertex = own_vertex();
+    uint vertex = invocation_vertex();
     if (vertex >= restir.at.world.vertices) return;
     if (vertex == 0u) count(COUNTER_PLACES, list_of(0u));
     uint key = world_keys.at[vertex];

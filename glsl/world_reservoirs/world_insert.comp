@@ -11,7 +11,7 @@ layout(scalar) readonly buffer WorldKeysBlock { uint at[]; } world_keys;
 layout(scalar) buffer WorldCellsBlock { uint at[]; } world_cells;
 
 void main() {
-    uint vertex = own_vertex();
+    uint vertex = invocation_vertex();
     if (vertex >= restir.at.world.vertices) return;
     uint key = world_keys.at[vertex];
     uint first = bucket_of(key);

@@ -4,12 +4,12 @@
 //
 // Each vertex keeps a reservoir for all who come close: a light sample selected by what a matte white point at its place
 // would reflect, or what it merged itself. In the next frame a vertex finds some of them in its cell and merges them with its
-// own light sample. Each has its own domain, so that the weights are exact. Their targets leave out visibility, and the merge
+// own light sample. Each has its own shading point, so that the weights are exact. Their targets leave out visibility, and the merge
 // asks for no ray: one shadow ray is traced for the sample that it selects. Contribution weights are made of the densities of
 // light sources alone; what BSDF rays find is set against them where the sample is shaded.
 #include "lights/samplers/sources.glsl"
 #include "world_reservoirs/cells.glsl"
-#include "restir/matte_domain.glsl"
+#include "restir/matte_point.glsl"
 #include "world_reservoirs/world_table.glsl"
 
 // The table that the previous frame made.
@@ -47,8 +47,8 @@ struct LightReservoir {
 LightReservoir empty_light_reservoir(float confidence) { return LightReservoir(empty_light_sample(), 0.0, confidence); }
 
 // What a vertex' merge is made of: technique 0 is its own light sample, the others are reservoirs of the previous frame.
-Domain world_domain;
-LightReservoir world_own;
+ShadingPoint world_point;
+LightReservoir world_canonical;
 uint world_found[MAX_WORLD_MERGED];
 uint world_found_count;
 
@@ -62,25 +62,25 @@ uint world_key(GpuCamera camera, vec3 position, vec3 normal, float u, vec3 shift
 // Whether a vertex keeps what it merges. In the weights of others it then stands for a matte white point, so it must be able to
 // select whatever such a point reflects: light of any colour. A metal's lobe may be 0 in f32 where a matte point's is not, and an
 // interpolated normal has another horizon.
-bool keeps_merged_reservoir(Domain vertex, uint packed_normal) {
+bool keeps_merged_reservoir(ShadingPoint vertex, uint packed_normal) {
     vec3 diffuse = matte_albedo_of(vertex.bsdf, vertex.outgoing.z);
     return restir.at.world.keeps_merged != 0u && min(diffuse.x, min(diffuse.y, diffuse.z)) > 0.01
         && pack_octahedral(vertex.shading_normal) == packed_normal;
 }
 
-// A domain with the normals of another. Its tangents may point elsewhere, so the direction of view is turned along.
-Domain with_normals_of(Domain domain, Domain other) {
-    vec3 outgoing = to_world(domain, domain.outgoing);
-    domain.geometric_normal = other.geometric_normal;
-    domain.shading_normal = other.shading_normal;
-    domain.tangent = other.tangent;
-    domain.bitangent = other.bitangent;
-    domain.outgoing = to_shading(domain, outgoing);
-    return domain;
+// A shading point with the normals of another. Its tangents may point elsewhere, so the direction of view is turned along.
+ShadingPoint with_normals_of(ShadingPoint shading_point, ShadingPoint other) {
+    vec3 outgoing = to_world(shading_point, shading_point.outgoing);
+    shading_point.geometric_normal = other.geometric_normal;
+    shading_point.shading_normal = other.shading_normal;
+    shading_point.tangent = other.tangent;
+    shading_point.bitangent = other.bitangent;
+    shading_point.outgoing = to_shading(shading_point, outgoing);
+    return shading_point;
 }
 
 // Finds reservoirs in the cell of a vertex, or in one close by: otherwise the borders of cells would show.
-void find_world_reservoirs(Domain vertex, inout Random random) {
+void find_world_reservoirs(ShadingPoint vertex, inout Random random) {
     world_found_count = 0u;
     vec4 u = to_unit(random_bits(random));
     // The normal as reservoirs keep it, which decides their bin.
@@ -108,7 +108,7 @@ void find_world_reservoirs(Domain vertex, inout Random random) {
 }
 
 float confidence_of(uint technique) {
-    if (technique == 0u) return world_own.confidence;
+    if (technique == 0u) return world_canonical.confidence;
     count_read(1u);
     float confidence = unpack_confidence(previous_world_samples.at[world_found[technique - 1u]].history);
     return min(confidence, restir.at.world.confidence_cap);
@@ -116,7 +116,7 @@ float confidence_of(uint technique) {
 
 // Its sample as this frame shows it.
 LightReservoir technique_at(uint technique) {
-    if (technique == 0u) return world_own;
+    if (technique == 0u) return world_canonical;
     GpuWorldSample stored = previous_world_samples.at[world_found[technique - 1u]];
     count_read(4u);
     LightReservoir reservoir = empty_light_reservoir(confidence_of(technique));
@@ -135,13 +135,13 @@ LightReservoir technique_at(uint technique) {
     return reservoir;
 }
 
-Domain domain_of(uint technique) {
-    if (technique == 0u) return world_domain;
+ShadingPoint shading_point_of(uint technique) {
+    if (technique == 0u) return world_point;
     count_read(4u);
-    return point_domain(previous_world_points.at[world_found[technique - 1u]]);
+    return grid_point_shading(previous_world_points.at[world_found[technique - 1u]]);
 }
 
-float transmittance(uint technique, Domain domain, LightSample value) { return 1.0; }
+float transmittance(uint technique, ShadingPoint shading_point, LightSample value) { return 1.0; }
 
 // The sample as the previous frame's lights showed it.
 LightSample shift_to(uint technique, LightSample value, out float jacobian) {
@@ -157,12 +157,12 @@ LightSample shift_to(uint technique, LightSample value, out float jacobian) {
 #include "restir/merge.glsl"
 
 // Merges a vertex' own reservoir with some of the previous frame.
-LightReservoir merge_world(Domain vertex, LightReservoir own, inout Random random) {
+LightReservoir merge_world(ShadingPoint vertex, LightReservoir own, inout Random random) {
     find_world_reservoirs(vertex, random);
     if (world_found_count == 0u) return own;
     count(COUNTER_NEIGHBOURS, world_found_count);
-    world_domain = vertex;
-    world_own = own;
+    world_point = vertex;
+    world_canonical = own;
     // As published, reservoirs count by their confidence alone.
     uint mis = WORLD_RESERVOIRS == WORLD_RESERVOIRS_PUBLISHED ? MIS_CONSTANT : MIS_DEFENSIVE;
     return merge(mis, 1u + world_found_count, false, false, random).reservoir;

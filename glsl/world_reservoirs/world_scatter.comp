@@ -11,7 +11,7 @@ layout(scalar) readonly buffer WorldCellsBlock { uint at[]; } world_cells;
 layout(scalar) buffer WorldListBlock { uint at[]; } world_list;
 
 void main() {
-    uint vertex = own_vertex();
+    uint vertex = invocation_vertex();
     if (vertex >= restir.at.world.vertices) return;
     uint cell = world_keys.at[vertex];
     if (cell == 0u) return;

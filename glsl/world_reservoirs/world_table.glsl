@@ -37,4 +37,4 @@ uint list_entry(uint vertex, uint length, out uint place) {
     }
 
 // The vertex of this invocation; possibly beyond the last.
-uint own_vertex() { return own_index(restir.at.view.interleave); }
+uint invocation_vertex() { return invocation_index(restir.at.view.interleave); }

@@ -91,7 +91,7 @@ impl Session {
         let captured = purpose == Purpose::Capture;
         let validates = purpose == Purpose::Regression { validate: true };
         check_aovs(&args.aov, &settings, args.bounces)?;
-        let own_camera = args.look_at_camera()?;
+        let camera_override = args.look_at_camera()?;
         let mut scene = open_scene(&args.scene, args.load.options(), interrupt)?;
         for text in &scene.notices {
             notice(text);
@@ -109,7 +109,7 @@ impl Session {
         let times = frames.map(|frame| clock.time(frame));
         let black = scene.why_black(settings.scatters_light(args.bounces), times);
         apply_clock(&clock, &mut scene, "")?;
-        let (camera, followed) = match own_camera {
+        let (camera, followed) = match camera_override {
             Some(camera) => (camera, None),
             None => choose_camera(&scene, args.camera.as_deref(), clock.start_time)?,
         };

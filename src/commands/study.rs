@@ -99,7 +99,7 @@ pub fn run(args: &Args) -> Result<()> {
             .environment
             .as_deref()
             .map_or(Ok(()), Environment::check_name)?;
-        own_camera(planned)?;
+        camera_override(planned)?;
         if !configurations.iter().any(|c| c.is_for(name)) {
             return Err(Error::input(format!(
                 "plan {}: none of its configurations is for scene '{name}'; name one of those in their scenes, or write a plan",
@@ -246,7 +246,7 @@ fn kept(folder: &Folder) -> String {
 }
 
 /// The camera of the plan's own.
-fn own_camera(planned: &PlannedScene) -> Result<Option<Camera>> {
+fn camera_override(planned: &PlannedScene) -> Result<Option<Camera>> {
     let origin = format!("{}: look_at", planned.name);
     (planned.look_at.as_deref())
         .map(|text| parse_look_at(&origin, text))
@@ -259,7 +259,7 @@ fn camera(
     scene: &Scene,
     time: f64,
 ) -> Result<(Camera, Option<MovingCamera>)> {
-    if let Some(camera) = own_camera(planned)? {
+    if let Some(camera) = camera_override(planned)? {
         return Ok((camera, None));
     }
     if scene.cameras.is_empty() {

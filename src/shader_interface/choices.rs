@@ -49,7 +49,7 @@ crate::gpu_enum! {
         /// They do not.
         #[default]
         None,
-        /// With weights that know each reservoir's domain.
+        /// With weights that use each reservoir's shading point.
         Unbiased,
         /// Weighed by confidence alone.
         Published,

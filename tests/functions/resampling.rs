@@ -116,7 +116,7 @@ fn weigh(mis: Mis, techniques: &[Technique], fault: Option<(&str, &str, &str)>) 
     let mis = mis as u32;
     let globals = format!(
         "struct Sample {{ uint number; }};
-        struct Domain {{ uint technique; }};
+        struct ShadingPoint {{ uint technique; }};
         struct Reservoir {{ Sample value; float contribution_weight; float confidence; }};
         Reservoir toys[{MOST}];
         // The weight with which each technique's sample was resampled.
@@ -128,12 +128,12 @@ fn weigh(mis: Mis, techniques: &[Technique], fault: Option<(&str, &str, &str)>) 
         Reservoir empty_reservoir(float confidence) {{ return Reservoir(Sample(NONE), 0.0, confidence); }}
         float confidence_of(uint technique) {{ return CONFIDENCES[technique]; }}
         Reservoir technique_at(uint technique) {{ return toys[technique]; }}
-        Domain domain_of(uint technique) {{ return Domain(technique); }}
-        vec3 contribution(Domain domain, Sample value) {{
-            uint index = {SAMPLES}u * domain.technique + value.number;
+        ShadingPoint shading_point_of(uint technique) {{ return ShadingPoint(technique); }}
+        vec3 contribution(ShadingPoint shading_point, Sample value) {{
+            uint index = {SAMPLES}u * shading_point.technique + value.number;
             return vec3(TARGETS[index] / (JACOBIANS[index] > 0.0 ? JACOBIANS[index] : 1.0));
         }}
-        float transmittance(uint technique, Domain domain, Sample value) {{
+        float transmittance(uint technique, ShadingPoint shading_point, Sample value) {{
             return SEES[{SAMPLES}u * technique + value.number];
         }}
         Sample shift_to(uint technique, Sample value, out float jacobian) {{
@@ -226,7 +226,7 @@ fn toys() -> Vec<(&'static str, Vec<Technique>)> {
             vec![t([1.0, 2.0, 0.0, 3.0], 1.0, [0.2, 0.3, 0.0, 0.5])],
         ),
         (
-            "same domain",
+            "same shading point",
             vec![
                 t([1.0, 2.0, 3.0, 4.0], 1.0, [0.25; 4]),
                 t([1.0, 2.0, 3.0, 4.0], 5.0, [0.1, 0.2, 0.3, 0.4]),
@@ -403,10 +403,10 @@ fn confidence_alone_is_biased_where_supports_differ() {
     assert!(biased > 5, "{biased} samples differ");
 }
 
-/// On identical domains balance and pairwise weigh by confidence alone; defensive gives the canonical
+/// On identical shading points balance and pairwise weigh by confidence alone; defensive gives the canonical
 /// (c/T)(1 + C/T).
 #[test]
-fn on_identical_domains_the_weights_are_known() {
+fn on_identical_shading_points_the_weights_are_known() {
     let (_, techniques) = toys().swap_remove(1);
     let c: Vec<f64> = techniques.iter().map(|t| t.confidence).collect();
     let (neighbours, total) = (c[1] + c[2], c.iter().sum::<f64>());
@@ -478,8 +478,8 @@ fn planted_faults_are_seen() {
             "empty neighbours skipped",
             (
                 "restir/merge.glsl",
-                "Domain there = domain_of(i);",
-                "if (i > 0u && !(technique_at(i).contribution_weight > 0.0)) continue; Domain there = domain_of(i);",
+                "ShadingPoint there = shading_point_of(i);",
+                "if (i > 0u && !(technique_at(i).contribution_weight > 0.0)) continue; ShadingPoint there = shading_point_of(i);",
             ),
         ),
         (

@@ -20,11 +20,11 @@ struct PixelSampler {
     uint list;
 };
 
-PixelSampler begin_light_samples(uvec2 pixel, Domain domain) {
+PixelSampler begin_light_samples(uvec2 pixel, ShadingPoint shading_point) {
     PixelSampler source;
     source.list = 0u;
     if (LIGHT_LISTS) source.list = load_list(pixel, source.context);
-    else source.context = light_sample_context(domain);
+    else source.context = light_sample_context(shading_point);
     return source;
 }
 
@@ -34,11 +34,11 @@ LightSample draw_light_sample(inout PixelSampler source, uint index, uvec4 bits,
     return draw_light_sample(source.context, index, bits, pdf);
 }
 
-void merge_reused_samples(uvec2 pixel, Domain domain, inout Stream stream, inout LightSample selected, inout Random random) {
+void merge_reused_samples(uvec2 pixel, ShadingPoint shading_point, inout Stream stream, inout LightSample selected, inout Random random) {
     if (HASH_GRID == HASH_GRID_NONE) return;
-    own_domain = domain;
-    find_in_grid(pixel, domain);
+    canonical_point = shading_point;
+    find_in_grid(pixel, shading_point);
     merge_grid(stream, selected, random);
 }
 
-float pixel_weight(LightSample value, float target) { return own_weight(value, target); }
+float pixel_weight(LightSample value, float target) { return canonical_weight(value, target); }

@@ -71,10 +71,10 @@ LightSample draw_light_sample(inout LightSampleContext context, uint index, uvec
 
 // The weight of a candidate: its target over the sum of the densities of all light and BSDF samples. `light_pdf` is the mean
 // density of the light samples.
-float candidate_weight(Domain domain, LightSample value, float light_pdf, float light_samples, uint bsdf_samples,
+float candidate_weight(ShadingPoint shading_point, LightSample value, float light_pdf, float light_samples, uint bsdf_samples,
                        out float target) {
     float bsdf_pdf;
-    target = luminance(contribution(domain, value, bsdf_pdf));
+    target = luminance(contribution(shading_point, value, bsdf_pdf));
     // A light that is off has no target, and no density either.
     return target > 0.0 ? target / (light_samples * light_pdf + float(bsdf_samples) * bsdf_pdf) : 0.0;
 }

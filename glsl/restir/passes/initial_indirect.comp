@@ -25,7 +25,7 @@ void add_candidate(Candidate found, float choice) {
 }
 
 void main() {
-    uvec2 pixel = own_pixel();
+    uvec2 pixel = invocation_pixel();
     if (is_outside(pixel)) return;
     uint slot = slot_of(pixel);
     SampleData data = LOAD_SAMPLE_DATA(sample_data, slot);
@@ -33,7 +33,7 @@ void main() {
     Reservoir reservoir = empty_reservoir(1.0);
     PackedReservoir packed = pack_reservoir(reservoir);
     if (has_surface(data) && scene.at.light_count > 0u) {
-        Domain eye = unpack_domain(data, primary_ray(pixel));
+        ShadingPoint eye = unpack_shading_point(data, primary_ray(pixel));
         prefer_narrow_lobes(eye.bsdf);
         Pilot pilot = LOAD_PILOT(reservoirs, slot);
         Random random = pass_random(pixel, FIRST_STREAM + STREAM_INITIAL);
@@ -103,7 +103,7 @@ void main() {
                 purpose = RAY_NONE;
                 continue;
             }
-            Domain vertex = make_domain(surface.position, surface.clearance,
+            ShadingPoint vertex = make_shading_point(surface.position, surface.clearance,
                                         surface.back_off, surface.geometric_normal, surface.shading_normal, surface.material, ray.direction);
             // Later vertices add little, and their walks through the light BVH would take more time than they save.
             LightSampleContext context = distant_context();

@@ -11,17 +11,17 @@ SAMPLE_DATA_BUFFER(sample_data, SampleDataBlock);
 layout(scalar) writeonly buffer PilotsBlock { uint at[]; } pilots;
 
 void main() {
-    uvec2 pixel = own_pixel();
+    uvec2 pixel = invocation_pixel();
     if (is_outside(pixel)) return;
     uint slot = slot_of(pixel);
     SampleData data = LOAD_SAMPLE_DATA(sample_data, slot);
     Pilot pilot = Pilot(NONE, NONE, vec2(0.0), 0.0);
     if (has_surface(data) && scene.at.light_count > 0u) {
-        Domain domain = unpack_domain(data, primary_ray(pixel));
-        prefer_narrow_lobes(domain.bsdf);
+        ShadingPoint shading_point = unpack_shading_point(data, primary_ray(pixel));
+        prefer_narrow_lobes(shading_point.bsdf);
         BsdfSample chosen;
         Ray ray;
-        if (pilot_ray(domain, pixel, chosen, ray)) {
+        if (pilot_ray(shading_point, pixel, chosen, ray)) {
             Hit hit = trace_closest(ray, NO_ALPHA_RANDOM);
             pilot.instance = hit.instance;
             pilot.primitive = hit.primitive;
@@ -38,7 +38,7 @@ void main() {
                 float light_pdf = rare ? rare_pdf_own_measure(value.point, value.position)
                                        : light_sample_pdf_own_measure(distant_context(), value.point, value.position);
                 float light_samples = rare ? 1.0 : float(restir.at.reuse.light_samples), target;
-                float weight = accept_weight(candidate_weight(domain, value, light_pdf, light_samples, 1u, target));
+                float weight = accept_weight(candidate_weight(shading_point, value, light_pdf, light_samples, 1u, target));
                 // The mean is 0 if all lights were off when it was computed; then nothing can be relative to it.
                 if (restir.at.mean_light_luminance > 0.0) pilot.brightness = weight / restir.at.mean_light_luminance;
             }

@@ -12,7 +12,7 @@ layout(scalar) writeonly buffer SampleDataBlock { SampleData at[]; } sample_data
 layout(scalar) writeonly buffer ColorBlock { vec3 at[]; } color;
 
 void main() {
-    uvec2 pixel = own_pixel();
+    uvec2 pixel = invocation_pixel();
     if (is_outside(pixel)) return;
     Ray ray = primary_ray(pixel);
     Hit hit = trace_closest(ray, draw_alpha_random(pass_random(pixel, STREAM_ALPHA)));

@@ -3,7 +3,7 @@
 // angle; that of a punctual light is discrete. Type, target, shadow ray, shift and packing.
 #include "lights/light_point.glsl"
 #include "restir/packed_reservoir.glsl"
-#include "scene/domain.glsl"
+#include "scene/shading_point.glsl"
 
 struct LightSample {
     LightPoint point;
@@ -70,36 +70,36 @@ vec3 arriving_radiance(LightSample value, vec3 from, vec3 back_off, out vec3 dir
 }
 
 // True if BSDF rays find the sample: not a point of a punctual light, nor of a small one that is near.
-bool found_by_rays(Domain domain, LightSample value) {
+bool found_by_rays(ShadingPoint shading_point, LightSample value) {
     if (is_punctual(value.point.kind)) return false;
-    if (is_environment(value.point.kind) || !is_near(domain, value.position)) return true;
-    return light_at(value.point.index, CURRENT).area >= square(near_distance(domain));
+    if (is_environment(value.point.kind) || !is_near(shading_point, value.position)) return true;
+    return light_at(value.point.index, CURRENT).area >= square(near_distance(shading_point));
 }
 
 // The integrand in the sample's measure: f · cosine · arriving radiance · solid angle per unit of the measure, without
 // visibility. `pdf_own_measure` is the density with which BSDF rays find the point.
-vec3 contribution(Domain domain, LightSample value, out float pdf_own_measure) {
+vec3 contribution(ShadingPoint shading_point, LightSample value, out float pdf_own_measure) {
     pdf_own_measure = 0.0;
     vec3 direction;
     float solid_angle;
-    vec3 radiance = arriving_radiance(value, domain.position, domain.back_off, direction, solid_angle);
+    vec3 radiance = arriving_radiance(value, shading_point.position, shading_point.back_off, direction, solid_angle);
     // Early out: from the back of a light.
     if (max_component(radiance) <= 0.0) return vec3(0.0);
-    vec3 light = reflected_light(domain, direction, radiance, pdf_own_measure) * solid_angle;
-    pdf_own_measure = found_by_rays(domain, value) ? pdf_own_measure * solid_angle : 0.0;
+    vec3 light = reflected_light(shading_point, direction, radiance, pdf_own_measure) * solid_angle;
+    pdf_own_measure = found_by_rays(shading_point, value) ? pdf_own_measure * solid_angle : 0.0;
     return light;
 }
 
-vec3 contribution(Domain domain, LightSample value) {
+vec3 contribution(ShadingPoint shading_point, LightSample value) {
     float pdf_own_measure;
-    return contribution(domain, value, pdf_own_measure);
+    return contribution(shading_point, value, pdf_own_measure);
 }
 
 // The ray that decides whether a sample is visible.
-Ray shadow_ray(Domain domain, LightSample value, uint epoch) {
-    if (is_distant(value.point.kind)) return Ray(ray_origin(domain, value.position), LARGEST, value.position);
-    vec3 direction = value.position - domain.position;
-    vec3 from = ray_origin(domain, direction, abs(dot(direction, domain.geometric_normal)));
+Ray shadow_ray(ShadingPoint shading_point, LightSample value, uint epoch) {
+    if (is_distant(value.point.kind)) return Ray(ray_origin(shading_point, value.position), LARGEST, value.position);
+    vec3 direction = value.position - shading_point.position;
+    vec3 from = ray_origin(shading_point, direction, abs(dot(direction, shading_point.geometric_normal)));
     vec3 to = value.position;
     if (is_triangle(value.point.kind)) {
         vec3 error = light_position_error(light_at(value.point.index, epoch));
@@ -137,7 +137,7 @@ float move_sample(inout LightSample value, uint from, uint to) {
 // The segments of a sample whose visibility can change when something moves.
 uint segment_count(LightSample value) { return 1u; }
 
-Ray segment_ray(Domain domain, LightSample value, uint segment, uint epoch) { return shadow_ray(domain, value, epoch); }
+Ray segment_ray(ShadingPoint shading_point, LightSample value, uint segment, uint epoch) { return shadow_ray(shading_point, value, epoch); }
 
 // ---- Shift between pixels: always possible, with a Jacobian of 1 in the sample's measure.
 

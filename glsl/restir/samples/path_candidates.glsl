@@ -120,7 +120,7 @@ bool has_world_reservoirs(Path path) {
 // Next-event estimation at a vertex: selects one of several light samples by their reflected light (RIS) and, with world
 // reservoirs, merges it with some of the previous frame. `slot` is that of the path's pixel. Returns whether its shadow ray
 // must be traced.
-bool sample_light_at(Path path, Domain vertex, LightSampleContext context, uint slot, inout Random random, out Candidate found, out Ray ray) {
+bool sample_light_at(Path path, ShadingPoint vertex, LightSampleContext context, uint slot, inout Random random, out Candidate found, out Ray ray) {
     bool rare = RARE_LIGHTS && random_choice(random) <= restir.at.reuse.rare_lights;
     bool in_world = !rare && has_world_reservoirs(path);
     // BSDF rays share the light with the samples; but not in a weight that other vertices take over.
@@ -128,13 +128,13 @@ bool sample_light_at(Path path, Domain vertex, LightSampleContext context, uint 
     float light_samples = rare ? restir.at.reuse.rare_lights : in_world ? float(restir.at.reuse.light_samples) : vertex_samples();
     // At each vertex the paths of a pixel have random streams of their own.
     Random world_random =
-        pass_random(own_pixel(), STREAM_WORLD + (MAX_DELTA_LOBES + 1u) * path.scatterings + path.first_lobe);
+        pass_random(invocation_pixel(), STREAM_WORLD + (MAX_DELTA_LOBES + 1u) * path.scatterings + path.first_lobe);
     uint normal = pack_octahedral(vertex.geometric_normal);
-    // The domain that resamples, and that of the reservoir which is kept.
-    Domain resampling = vertex, stored = vertex;
+    // The shading point that resamples, and that of the reservoir which is kept.
+    ShadingPoint resampling = vertex, stored = vertex;
     bool keeps_merged = false;
     if (in_world) {
-        stored = matte_domain(vertex.position, unpack_octahedral(normal));
+        stored = matte_point(vertex.position, unpack_octahedral(normal));
         keeps_merged = keeps_merged_reservoir(vertex, normal);
         // What the vertex can select and what the stored point can must be the same, to the last bit of the normal.
         if (keeps_merged) resampling = with_normals_of(vertex, stored);
@@ -182,7 +182,7 @@ bool sample_light_at(Path path, Domain vertex, LightSampleContext context, uint 
 }
 
 // Samples the path's next ray at a vertex; returns whether the path continues.
-bool scatter(inout Path path, Domain vertex, LightSampleContext context, vec4 numbers, out Ray next) {
+bool scatter(inout Path path, ShadingPoint vertex, LightSampleContext context, vec4 numbers, out Ray next) {
     BsdfSample onward;
     bool alive = sample_bsdf_ray(vertex, numbers, onward, next);
     path.throughput *= onward.weight;

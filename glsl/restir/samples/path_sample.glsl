@@ -91,20 +91,20 @@ float aim_at_light(inout PathSample value, uint epoch) {
     return solid_angle;
 }
 
-// Shading domain at the second vertex for a viewer along `direction`.
-Domain vertex_domain(PathSample value, vec3 direction) {
+// shading point at the second vertex for a viewer along `direction`.
+ShadingPoint vertex_shading_point(PathSample value, vec3 direction) {
     GpuMaterial material = value.material;
     if (!VARIES) material = material_at(value.material_index);
     vec3 geometric_normal, shading_normal;
     face_viewer(value.point, material, direction, geometric_normal, shading_normal);
-    return make_domain(value.point.position, value.clearance, 0.0, geometric_normal, shading_normal, material, direction);
+    return make_shading_point(value.point.position, value.clearance, 0.0, geometric_normal, shading_normal, material, direction);
 }
 
 // ---- Target and shadow rays
 
 // The radiance that leaves the second vertex towards a viewer along `direction`.
 vec3 outgoing_radiance(PathSample value, vec3 direction) {
-    Domain vertex = vertex_domain(value, direction);
+    ShadingPoint vertex = vertex_shading_point(value, direction);
     float pdf_solid_angle;
     if (value.kind != PATH_OUTGOING) return reflected_light(vertex, value.direction, value.radiance, pdf_solid_angle);
     // A vertex that is lit from its other side sends nothing to this viewer.
@@ -112,21 +112,21 @@ vec3 outgoing_radiance(PathSample value, vec3 direction) {
 }
 
 // The integrand, per area at the second vertex and per solid angle beyond it, without visibility.
-vec3 contribution(Domain domain, PathSample value) {
+vec3 contribution(ShadingPoint shading_point, PathSample value) {
     vec3 direction;
     float cosine, pdf_solid_angle;
     // From where the ray began that found the vertex: a point in a crease may lie in the plane of the other wall.
-    float solid_angle = solid_angle_per_area(ray_start(domain), value.point.position, value.point.normal, direction, cosine);
-    vec3 light = reflected_light(domain, direction, vec3(solid_angle), pdf_solid_angle);
+    float solid_angle = solid_angle_per_area(ray_start(shading_point), value.point.position, value.point.normal, direction, cosine);
+    vec3 light = reflected_light(shading_point, direction, vec3(solid_angle), pdf_solid_angle);
     // Early out: usually the vertex is behind the surface.
     if (max_component(light) <= 0.0) return vec3(0.0);
     return light * outgoing_radiance(value, direction);
 }
 
 // The ray that decides whether the second vertex is visible.
-Ray shadow_ray(Domain domain, PathSample value, uint epoch) {
-    vec3 direction = value.point.position - domain.position;
-    vec3 from = ray_origin(domain, direction);
+Ray shadow_ray(ShadingPoint shading_point, PathSample value, uint epoch) {
+    vec3 direction = value.point.position - shading_point.position;
+    vec3 from = ray_origin(shading_point, direction);
     float side = dot(direction, value.point.normal) < 0.0 ? value.clearance : -value.clearance;
     vec3 way = value.point.position + side * value.point.normal - from;
     // In a crease the vertex may lie behind the other wall, so the ray ends before it.
@@ -193,10 +193,10 @@ float move_sample(inout PathSample value, uint from, uint to) {
 // there to the light.
 uint segment_count(PathSample value) { return value.kind == PATH_TO_LIGHT ? 2u : 1u; }
 
-Ray segment_ray(Domain domain, PathSample value, uint segment, uint epoch) {
-    Ray first = shadow_ray(domain, value, epoch);
+Ray segment_ray(ShadingPoint shading_point, PathSample value, uint segment, uint epoch) {
+    Ray first = shadow_ray(shading_point, value, epoch);
     if (segment == 0u) return first;
-    return shadow_ray(vertex_domain(value, normalize(first.direction)), light_sample_at(value.end, epoch), epoch);
+    return shadow_ray(vertex_shading_point(value, normalize(first.direction)), light_sample_at(value.end, epoch), epoch);
 }
 
 // ---- Packing

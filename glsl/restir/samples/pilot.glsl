@@ -5,7 +5,7 @@
 #include "core/random.glsl"
 #include "lights/light_point.glsl"
 #include "restir/frame.glsl"
-#include "scene/domain.glsl"
+#include "scene/shading_point.glsl"
 
 // What a pilot found.
 struct Pilot {
@@ -52,26 +52,26 @@ Pilot counted(Pilot pilot) {
 Hit pilot_hit(Pilot pilot) { return Hit(0.0, pilot.instance, pilot.primitive, pilot.place, 0.0); }
 
 // Samples a ray from the BSDF; false if it carries no light or leaves to the back of the surface.
-bool sample_bsdf_ray(Domain domain, vec4 numbers, out BsdfSample chosen, out Ray ray) {
-    chosen = sample_bsdf(domain.bsdf, domain.outgoing, numbers);
-    vec3 direction = to_world(domain, chosen.direction);
-    ray = Ray(ray_origin(domain, direction), LARGEST, direction);
-    return chosen.valid && max_component(chosen.weight) > 0.0 && dot(direction, domain.geometric_normal) > 0.0;
+bool sample_bsdf_ray(ShadingPoint shading_point, vec4 numbers, out BsdfSample chosen, out Ray ray) {
+    chosen = sample_bsdf(shading_point.bsdf, shading_point.outgoing, numbers);
+    vec3 direction = to_world(shading_point, chosen.direction);
+    ray = Ray(ray_origin(shading_point, direction), LARGEST, direction);
+    return chosen.valid && max_component(chosen.weight) > 0.0 && dot(direction, shading_point.geometric_normal) > 0.0;
 }
 
 // The ray of a delta lobe and its reflectance; false if there are fewer lobes, or if it leaves to the back of the surface.
-bool delta_ray(Domain domain, uint index, out Ray ray, out vec3 reflectance) {
+bool delta_ray(ShadingPoint shading_point, uint index, out Ray ray, out vec3 reflectance) {
     vec3 direction;
-    bool found = delta_lobe(domain.bsdf, index, domain.outgoing, direction, reflectance);
-    direction = to_world(domain, direction);
-    ray = Ray(ray_origin(domain, direction), LARGEST, direction);
-    return found && dot(direction, domain.geometric_normal) > 0.0;
+    bool found = delta_lobe(shading_point.bsdf, index, shading_point.outgoing, direction, reflectance);
+    direction = to_world(shading_point, direction);
+    ray = Ray(ray_origin(shading_point, direction), LARGEST, direction);
+    return found && dot(direction, shading_point.geometric_normal) > 0.0;
 }
 
 // The pixel's pilot ray.
-bool pilot_ray(Domain domain, uvec2 pixel, out BsdfSample chosen, out Ray ray) {
+bool pilot_ray(ShadingPoint shading_point, uvec2 pixel, out BsdfSample chosen, out Ray ray) {
     Random random = pass_random(pixel, STREAM_PILOTS);
-    return sample_bsdf_ray(domain, to_unit(random_bits(random)), chosen, ray);
+    return sample_bsdf_ray(shading_point, to_unit(random_bits(random)), chosen, ray);
 }
 
 // The point of a light that a ray hit, or of kind LIGHT_NONE.

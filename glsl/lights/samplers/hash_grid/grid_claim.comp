@@ -9,7 +9,7 @@ layout(scalar) readonly buffer GridPointsBlock { GpuGridPoint at[]; } grid_point
 layout(scalar) buffer GridPlacesBlock { GpuGridPlace at[]; } grid_places;
 
 void main() {
-    uint source = own_index(restir.at.view.interleave);
+    uint source = invocation_index(restir.at.view.interleave);
     if (source >= restir.at.grid.sources) return;
     Random random = claim_random(source);
     GridClaim claim;

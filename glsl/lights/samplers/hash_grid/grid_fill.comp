@@ -11,7 +11,7 @@ layout(scalar) buffer GridPlacesBlock { GpuGridPlace at[]; } grid_places;
 layout(scalar) writeonly buffer GridReservoirsBlock { uint at[]; } grid_reservoirs;
 
 void main() {
-    uint source = own_index(restir.at.view.interleave);
+    uint source = invocation_index(restir.at.view.interleave);
     if (source >= restir.at.grid.sources) return;
     Random random = claim_random(source);
     GridClaim claim;
@@ -20,22 +20,22 @@ void main() {
     if (!valid || grid_places.at[claim.place].claim != claim.value) return;
     grid_places.at[claim.place].key = claim.key;
 
-    Domain domain;
-    GRID_DOMAIN(claim.value, domain);
+    ShadingPoint shading_point;
+    GRID_SHADING_POINT(claim.value, shading_point);
     LightSampleContext context = distant_context();
     Stream stream = empty_stream();
     Reservoir reservoir = empty_reservoir(1.0);
     uint i = 0u;
     for (; i < restir.at.grid.candidates; i += 1u) {
         if (HASH_GRID == HASH_GRID_POINTS) {
-            // As published: each candidate at another point of the cell, so that the reservoir has no domain of its own.
+            // As published: each candidate at another point of the cell, so that the reservoir has no shading point of its own.
             uint number = random_bits(random).x % restir.at.grid.reservoirs;
             uint claimed = grid_places.at[grid_place(claim.key, number)].claim;
-            if (claimed != 0u) domain = point_domain(grid_points.at[(claimed & GRID_SOURCE_MASK) - 1u]);
+            if (claimed != 0u) shading_point = grid_point_shading(grid_points.at[(claimed & GRID_SOURCE_MASK) - 1u]);
         }
         float pdf;
         LightSample value = draw_light_sample(context, i, random_bits(random), pdf);
-        float target = target_function(domain, value);
+        float target = target_function(shading_point, value);
         float weight = target / (float(restir.at.grid.candidates) * pdf);
         if (stream_add(stream, i, weight, target, random_choice(random))) reservoir.value = value;
     }
@@ -43,7 +43,7 @@ void main() {
     if (stream.chosen != NONE) {
         reservoir.value = as_stored(reservoir.value);
         // As published, the target is that of the point that drew the sample.
-        float target = HASH_GRID == HASH_GRID_POINTS ? stream.target : target_function(domain, reservoir.value);
+        float target = HASH_GRID == HASH_GRID_POINTS ? stream.target : target_function(shading_point, reservoir.value);
         if (target > 0.0) reservoir.contribution_weight = accept_weight(stream.weight_sum / target);
     }
     PackedReservoir packed = pack_reservoir(reservoir);

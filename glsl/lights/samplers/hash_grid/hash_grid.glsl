@@ -7,7 +7,7 @@
 #include "world_reservoirs/cells.glsl"
 #include "restir/samples/direct.glsl"
 #include "restir/frame.glsl"
-#include "restir/matte_domain.glsl"
+#include "restir/matte_point.glsl"
 #include "restir/reservoir.glsl"
 #include "restir/sample_data.glsl"
 
@@ -69,13 +69,13 @@ GridClaim claim_of(uint source, vec3 position, vec3 normal, inout Random random)
         CLAIM = claim_of(SOURCE, point_.position, unpack_octahedral(point_.normal), RANDOM); \
     }
 
-// The domain of the source of a claim. Points from a list have no viewer: they are matte and white.
-#define GRID_DOMAIN(CLAIMED, DOMAIN) \
+// The shading point of the source of a claim. Points from a list have no viewer: they are matte and white.
+#define GRID_SHADING_POINT(CLAIMED, SHADING_POINT) \
     uint source_ = ((CLAIMED) & GRID_SOURCE_MASK) - 1u; \
     if (HASH_GRID == HASH_GRID_PIXELS) { \
         Random random_ = claim_random(source_); \
         uvec2 pixel_ = claiming_pixel(source_, random_bits(random_).x); \
-        DOMAIN = unpack_domain(LOAD_SAMPLE_DATA(sample_data, slot_of(pixel_)), primary_ray(pixel_)); \
+        SHADING_POINT = unpack_shading_point(LOAD_SAMPLE_DATA(sample_data, slot_of(pixel_)), primary_ray(pixel_)); \
     } else { \
-        DOMAIN = point_domain(grid_points.at[source_]); \
+        SHADING_POINT = grid_point_shading(grid_points.at[source_]); \
     }

@@ -5,7 +5,7 @@
 #include "core/math.glsl"
 #include "light_bvh_buffer.glsl"
 #include "restir/frame.glsl"
-#include "scene/domain.glsl"
+#include "scene/shading_point.glsl"
 
 // A point that receives light, as light samplers see it.
 struct LightSampleContext {
@@ -103,13 +103,13 @@ float expected_of_all(LightSampleContext context) {
 }
 
 // The context at a shading point.
-LightSampleContext light_sample_context(Domain domain) {
+LightSampleContext light_sample_context(ShadingPoint shading_point) {
     LightSampleContext context = distant_context();
     if (!LIGHT_BVH) return context;
-    context.position = domain.position;
-    context.normal = domain.shading_normal;
-    context.outgoing = to_world(domain, domain.outgoing);
-    context.bsdf = summary_of(domain.bsdf, domain.outgoing.z);
+    context.position = shading_point.position;
+    context.normal = shading_point.shading_normal;
+    context.outgoing = to_world(shading_point, shading_point.outgoing);
+    context.bsdf = summary_of(shading_point.bsdf, shading_point.outgoing.z);
     context.next = 0u;
     context.passed = 0.0;
     context.found = NONE;
@@ -152,8 +152,8 @@ uint draw_near_light(inout LightSampleContext context, uint number, uint count, 
         else end = middle;
     }
     GpuLightEntry light = light_entry(low);
-    uint own_integers = light_entry(low + 1u).before - light.before;
-    probability = context.own / context.expected * (float(own_integers) / float(integers));
+    uint light_integers = light_entry(low + 1u).before - light.before;
+    probability = context.own / context.expected * (float(light_integers) / float(integers));
     return light.light;
 }
 
@@ -177,6 +177,6 @@ float near_light_probability(LightSampleContext context, uint light) {
     GpuLightNode node = load_light_node(index);
     uint first;
     float integers = float(integers_of(node, first));
-    uint own_integers = light_entry(place.place + 1u).before - light_entry(place.place).before;
-    return expected_contribution(node, context) / context.expected * (float(own_integers) / integers);
+    uint light_integers = light_entry(place.place + 1u).before - light_entry(place.place).before;
+    return expected_contribution(node, context) / context.expected * (float(light_integers) / integers);
 }

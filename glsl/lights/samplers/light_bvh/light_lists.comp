@@ -19,7 +19,7 @@ void main() {
         uvec2 pixel = min(tile * restir.at.light_tile + random_bits(random).xy % restir.at.light_tile, picture_size() - 1u);
         SampleData data = LOAD_SAMPLE_DATA(sample_data, slot_of(pixel));
         if (!has_surface(data)) continue;
-        context = light_sample_context(unpack_domain(data, primary_ray(pixel)));
+        context = light_sample_context(unpack_shading_point(data, primary_ray(pixel)));
         break;
     }
     uint word = list_word(tile);

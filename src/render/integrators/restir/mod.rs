@@ -63,7 +63,7 @@ pub struct Restir {
     pub restir: Buffer,
     color: Buffer,
     /// The pilots, where there are any and no reservoirs of indirect light hold them.
-    own_pilots: Option<Buffer>,
+    separate_pilots: Option<Buffer>,
     counters: Counters,
     /// Primary surfaces.
     sample_data: History<Buffer>,
@@ -192,8 +192,8 @@ impl Restir {
             indirect,
             restir: Buffer::new(device, "restir", restir_bytes, uniform)?,
             color: buffer("color", sizes.color)?,
-            own_pilots: (sizes.own_pilots > 0)
-                .then(|| buffer("pilots", sizes.own_pilots))
+            separate_pilots: (sizes.separate_pilots > 0)
+                .then(|| buffer("pilots", sizes.separate_pilots))
                 .transpose()?,
             sample_data: History::new(
                 (0..if has_history { 2 } else { 1 })
@@ -236,7 +236,7 @@ impl Restir {
     /// Everything that is kept for each pixel.
     fn buffers(&self) -> impl Iterator<Item = &Buffer> {
         let reservoirs = self.kinds().flat_map(|reuse| reuse.reservoirs.all());
-        let shared = std::iter::once(&self.color).chain(&self.own_pilots);
+        let shared = std::iter::once(&self.color).chain(&self.separate_pilots);
         let world = (self.indirect.iter()).flat_map(|light| light.world.buffers());
         self.sample_data
             .all()
@@ -267,7 +267,7 @@ impl Restir {
         Pilots {
             buffer: indirect
                 .map(|light| light.reuse.reservoirs.current())
-                .or(self.own_pilots.as_ref()),
+                .or(self.separate_pilots.as_ref()),
         }
     }
 

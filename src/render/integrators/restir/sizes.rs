@@ -25,7 +25,7 @@ pub struct BufferSizes {
     /// Primary surfaces.
     pub sample_data: u64,
     /// Pilots that are in no reservoirs; 0 if there are none.
-    pub own_pilots: u64,
+    pub separate_pilots: u64,
     /// From one pilot to the next.
     pub pilot_stride: u64,
     /// Reservoirs of direct light.
@@ -51,7 +51,7 @@ impl BufferSizes {
         } else {
             pilot
         };
-        let own_pilots = has(Lighting::Direct)
+        let separate_pilots = has(Lighting::Direct)
             && settings.direct.draws_pilots(false)
             && !has(Lighting::Indirect);
         let pilot_stride = if has(Lighting::Indirect) {
@@ -63,7 +63,11 @@ impl BufferSizes {
             slots,
             color: pixels * size_of::<Vec3>() as u64,
             sample_data: slots * size_of::<SampleData>() as u64,
-            own_pilots: if own_pilots { pilot_stride * slots } else { 0 },
+            separate_pilots: if separate_pilots {
+                pilot_stride * slots
+            } else {
+                0
+            },
             pilot_stride,
             direct: slots * layout.bytes(Lighting::Direct),
             indirect: slots * indirect_bytes,
@@ -88,7 +92,7 @@ impl BufferSizes {
         let mut needed = vec![
             ("sample_data", self.sample_data),
             ("color", self.color),
-            ("pilots", self.own_pilots),
+            ("pilots", self.separate_pilots),
         ];
         needed.extend(&self.light_samplers);
         let (world_vertices, world_table) = (self.world.vertex_bytes(), self.world.table_bytes());

@@ -1,0 +1,103 @@
+#pragma once
+// ShadingPoint: a shading point with its BSDF and the direction to its viewer, which is all that a target function needs to
+// evaluate a sample there. Also ray origins, reflected light, and solid angles.
+#include "bsdf/bsdf.glsl"
+#include "scene/surface.glsl"
+
+// A shading point with its outgoing direction.
+struct ShadingPoint {
+    vec3 position;
+    // Distance along the normal by which a ray origin clears rounding errors.
+    float clearance;
+    // From the position to where rays begin, before they clear the surface: towards the viewer.
+    vec3 back_off;
+    // Unit, on the viewer's side.
+    vec3 geometric_normal;
+    vec3 shading_normal;
+    vec3 tangent;
+    vec3 bitangent;
+    // Unit, towards the viewer, in the shading frame.
+    vec3 outgoing;
+    Bsdf bsdf;
+};
+
+// A viewer: a surface point, and the camera that sees it.
+struct View {
+    vec3 position;
+    vec3 eye;
+};
+
+vec3 to_shading(ShadingPoint shading_point, vec3 direction) {
+    return vec3(dot(direction, shading_point.tangent), dot(direction, shading_point.bitangent), dot(direction, shading_point.shading_normal));
+}
+
+vec3 to_world(ShadingPoint shading_point, vec3 direction) {
+    return shading_point.tangent * direction.x + shading_point.bitangent * direction.y + shading_point.shading_normal * direction.z;
+}
+
+// shading point for a viewer along the unit vector `direction`, with normals on the viewer's side.
+ShadingPoint make_shading_point(vec3 position, float clearance, float back_off, vec3 geometric_normal, vec3 shading_normal,
+                   GpuMaterial material, vec3 direction) {
+    ShadingPoint shading_point;
+    shading_point.position = position;
+    shading_point.clearance = clearance;
+    shading_point.back_off = -back_off * direction;
+    shading_point.geometric_normal = geometric_normal;
+    shading_point.shading_normal = shading_normal;
+    tangent_frame(shading_normal, shading_point.tangent, shading_point.bitangent);
+    shading_point.outgoing = to_shading(shading_point, -direction);
+    shading_point.bsdf = make_bsdf(material, max(shading_point.outgoing.z, 0.0));
+    return shading_point;
+}
+
+// The place towards the viewer from which rays begin, before they clear the surface.
+vec3 ray_start(ShadingPoint shading_point) { return shading_point.position + shading_point.back_off; }
+
+// From the position to a ray origin off the surface on the side of `direction`.
+vec3 ray_offset(ShadingPoint shading_point, vec3 direction) {
+    float side = dot(direction, shading_point.geometric_normal) < 0.0 ? -1.0 : 1.0;
+    return shading_point.back_off + (side * shading_point.clearance) * shading_point.geometric_normal;
+}
+
+vec3 ray_origin(ShadingPoint shading_point, vec3 direction) { return shading_point.position + ray_offset(shading_point, direction); }
+
+// A ray origin for a ray that ends `height` above the surface's plane.
+vec3 ray_origin(ShadingPoint shading_point, vec3 direction, float height) {
+    vec3 off = ray_offset(shading_point, direction);
+    return shading_point.position + share_of_offset(abs(dot(off, shading_point.geometric_normal)), height) * off;
+}
+
+float near_distance(ShadingPoint shading_point) { return near_distance(shading_point.clearance, length(shading_point.back_off)); }
+
+bool is_near(ShadingPoint shading_point, vec3 point) {
+    vec3 toward = point - ray_origin(shading_point, shading_point.geometric_normal);
+    return dot(toward, toward) < square(near_distance(shading_point));
+}
+
+// Reflected radiance towards the viewer of light from a direction: f · cosine · radiance. `pdf_solid_angle` is the
+// density with which BSDF sampling takes that direction.
+vec3 reflected_light(ShadingPoint shading_point, vec3 direction, vec3 radiance, out float pdf_solid_angle) {
+    pdf_solid_angle = 0.0;
+    if (dot(direction, shading_point.geometric_normal) <= 0.0) return vec3(0.0);
+    vec3 incoming = to_shading(shading_point, direction);
+    return evaluate_bsdf(shading_point.bsdf, shading_point.outgoing, incoming, pdf_solid_angle) * radiance * max(incoming.z, 0.0);
+}
+
+// The solid angle per unit area at `point` seen from `from`: |cosine| / distance². Also returns the unit direction
+// there and the cosine, which is positive on the side of `normal`. `back_off` leads from `from` to where its rays begin.
+float solid_angle_per_area(vec3 from, vec3 back_off, vec3 point, vec3 normal, out vec3 direction, out float cosine) {
+    vec3 toward = point - from;
+    float distance_squared = max(dot(toward, toward), TINY), inverse = inversesqrt(distance_squared);
+    direction = toward * inverse;
+    cosine = -dot(normal, direction);
+    // In a crease with a lamp `from` lies in the lamp's plane, up to rounding, and would have no light from it: its distance
+    // from the plane is known no better than to a part of that of the rays' start. A lamp close above it is no crease.
+    float least = min(0.25 * inverse * abs(dot(normal, back_off)), 0.01);
+    if (abs(cosine) < least) cosine = least;
+    return abs(cosine) / distance_squared;
+}
+
+// The same from a point that is exact.
+float solid_angle_per_area(vec3 from, vec3 point, vec3 normal, out vec3 direction, out float cosine) {
+    return solid_angle_per_area(from, vec3(0.0), point, normal, direction, cosine);
+}
