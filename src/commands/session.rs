@@ -10,7 +10,7 @@ use super::interrupt::Interrupt;
 use super::{NOTHING_WRITTEN, apply_clock, check_messages, notice, open_scene, open_vulkan};
 use crate::Result;
 use crate::device_scene::selection::{self, Request, Selection};
-use crate::device_scene::{GpuScene, SceneSizes};
+use crate::device_scene::{GpuScene, SceneSizes, shaders};
 use crate::gpu::{Device, Features, Instance, InstanceOptions, PassTime};
 use crate::render::settings::Variant;
 use crate::render::{Clock, Renderer, ResolvedSettings, Settings, Tracking, View};
@@ -153,6 +153,7 @@ impl Session {
             executable_properties: purpose == Purpose::Profile && info.executable_properties,
             ..selection.features()
         };
+        shaders::check_folder(variant)?;
         let device = Device::open(&instance, info, features)?;
         let origin = camera.camera_to_world.translation;
         for limit in scene.limits(&[origin]).iter().filter(|l| l.passed) {
@@ -335,6 +336,11 @@ impl Session {
             .map(|time| format!("{} {:.1} ms", time.name, time.milliseconds))
             .collect();
         log::info!("passes {when}: {}", passes.join(", "));
+        for file in shaders::changes_without_effect()? {
+            notice(&format!(
+                "no pass of this run uses {file}, so its change in HEADWATER_GLSL has no effect"
+            ));
+        }
         let instance = self.instance.clone();
         drop(self);
         check_messages(&instance.validation_messages())

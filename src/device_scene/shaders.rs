@@ -5,7 +5,10 @@ use crate::base::short_hash::short;
 use crate::shader_interface::Variant;
 use crate::shader_interface::compiler::{self, Debug, Sources};
 use crate::{Error, Result, shader_interface};
+use rayon::prelude::*;
+use std::collections::BTreeSet;
 use std::path::Path;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// SPIR-V by variant key.
 const EMBEDDED: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
@@ -34,8 +37,12 @@ pub fn spirv(name: &str, variant: Variant) -> Result<Vec<u32>> {
         } else {
             Debug::Names
         };
-        return compiler::compile_with(file, &sources[file], &sources, &variant.defines(), debug)
-            .map_err(|e| Error::input(e.replace('\n', "; ")));
+        let words =
+            compiler::compile_with(file, &sources[file], &sources, &variant.defines(), debug)
+                .map_err(|e| Error::input(e.replace('\n', "; ")))?;
+        let included = compiler::closure(file, &sources).into_iter();
+        used_files().extend(included.map(str::to_owned));
+        return Ok(words);
     }
     let key = variant.key(name);
     let (_, bytes) = EMBEDDED
@@ -43,6 +50,48 @@ pub fn spirv(name: &str, variant: Variant) -> Result<Vec<u32>> {
         .find(|(embedded, _)| *embedded == key)
         .ok_or_else(|| Error::failed(format!("no shader '{key}' is embedded")))?;
     Ok(bytemuck::pod_collect_to_vec(bytes))
+}
+
+/// The files that passes compiled from `HEADWATER_GLSL` have included in this process.
+fn used_files() -> MutexGuard<'static, BTreeSet<String>> {
+    static USED: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+    USED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Compiles every pass of the folder that `HEADWATER_GLSL` names for a variant, so that a mistake is found even if this run does
+/// not use the pass. Does nothing without the variable.
+///
+/// # Errors
+/// The folder cannot be read, or a shader does not compile.
+pub fn check_folder(variant: Variant) -> Result<()> {
+    if std::env::var_os("HEADWATER_GLSL").is_none() {
+        return Ok(());
+    }
+    let sources = sources_in_use()?;
+    let passes: Vec<(&str, &str)> = compiler::passes(&sources).collect();
+    passes.into_par_iter().try_for_each(|(_, file)| {
+        let defines = variant.defines();
+        let compiled =
+            compiler::compile_with(file, &sources[file], &sources, &defines, Debug::Names);
+        compiled
+            .map(drop)
+            .map_err(|e| Error::input(e.replace('\n', "; ")))
+    })
+}
+
+/// Files of the folder that `HEADWATER_GLSL` names which differ from the built-in ones, although no pass of this process has
+/// included them: their changes have no effect on the picture.
+///
+/// # Errors
+/// The folder cannot be read.
+pub fn changes_without_effect() -> Result<Vec<String>> {
+    if std::env::var_os("HEADWATER_GLSL").is_none() {
+        return Ok(Vec::new());
+    }
+    let (built_in, used) = (sources(), used_files().clone());
+    let changed = (sources_in_use()?.into_iter())
+        .filter(|(name, text)| built_in.get(name) != Some(text) && !used.contains(name));
+    Ok(changed.map(|(name, _)| name).collect())
 }
 
 /// The project's GLSL sources with the declarations that Rust shares: for compiling shaders of

@@ -1,6 +1,7 @@
 //! Rendering: settings and presets, the frame as a list of passes, the integrators that own the passes, and
 //! the outputs besides the picture.
 
+mod builder;
 pub mod camera;
 pub mod clock;
 pub mod counters;
@@ -22,6 +23,7 @@ mod tracking;
 pub mod view;
 pub mod world_reservoirs;
 
+pub use builder::RendererBuilder;
 pub use clock::Clock;
 pub use lighting::Lighting;
 pub use renderer::Renderer;

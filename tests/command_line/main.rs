@@ -508,6 +508,45 @@ fn what_the_validation_layers_say_makes_a_command_fail() {
     assert!(last.contains("VulkanMemoryModel"), "{errors}");
 }
 
+/// A copy of the shaders with a change in a file that path tracing does not include.
+fn render_with_changed_shader(file: &str, text: &str, replacement: &str) -> Output {
+    let folder = tempfile::tempdir().unwrap();
+    let shaders = folder.path().join("glsl");
+    support::planted(&shaders, &[(file, text, replacement)]);
+    let picture = folder.path().join("a.png");
+    let picture = picture.to_str().unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_headwater"));
+    command.args(["render", "cornell", "--width", "8", "--frames", "1"]);
+    command.args(["--preset", "path-tracing", "-o", picture]);
+    command.env("HEADWATER_GLSL", &shaders).output().unwrap()
+}
+
+#[test]
+fn changed_shaders_that_a_run_does_not_use_are_named() {
+    let output = render_with_changed_shader("restir/shade.glsl", "#pragma once", "#pragma once\n");
+    let errors = support::said(&output);
+    assert!(output.status.success(), "{errors}");
+    assert!(
+        errors.contains("no pass of this run uses restir/shade.glsl"),
+        "{errors}"
+    );
+    let output = render_with_changed_shader("core/math.glsl", "#pragma once", "#pragma once\n");
+    assert!(
+        !support::said(&output).contains("no pass"),
+        "{}",
+        support::said(&output)
+    );
+}
+
+#[test]
+fn shaders_that_a_run_does_not_use_must_compile() {
+    let output = render_with_changed_shader("restir/shade.glsl", "void shade()", "void shade((");
+    assert_eq!(output.status.code(), Some(2));
+    let errors = support::said(&output);
+    assert!(errors.contains("restir/shade.glsl"), "{errors}");
+    assert_eq!(errors.lines().count(), 1, "{errors}");
+}
+
 #[test]
 fn compare_measures_and_checks() {
     let folder = tempfile::tempdir().unwrap();
