@@ -19,7 +19,6 @@
 //   summarise(lobe, below, cosine, summary)
 //                                         adds the lobe to the summary by which light samplers compare lights
 #include "core/math.glsl"
-#include "scene/geometry.glsl"
 
 // A BSDF in a few numbers: one matte lobe and one peak, for estimates of what a light contributes.
 struct BsdfSummary {

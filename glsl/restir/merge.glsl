@@ -6,14 +6,16 @@
 //   float confidence_of(uint technique)
 //   MergeReservoir technique_at(uint technique): technique 0 is the canonical
 //   ShadingPoint shading_point_of(uint technique)
-//   vec3 contribution(ShadingPoint shading point, MergeSample value), whose luminance is the target function
 //   float transmittance(uint technique, ShadingPoint shading point, MergeSample value), with the sample as the technique sees it: the
 //     share of its light that arrives. Targets include whether it is above 0, light includes the share itself: then a
 //     technique's own sample needs no ray for its weight, only where its light is added
-//   MergeSample shift_to(uint technique, MergeSample value, out float jacobian): the canonical's sample in the technique's
-//     space. The Jacobian is the ratio of the sample's measure there to its measure here; 0 where the shift does not
-//     exist. Its existence must be symmetric, and every rejection that looks at a sample must be here, so that all
-//     weights use the same shading point of the shift.
+//   bool shift(uint from, uint to, ShadingPoint there, inout MergeSample value, out Shifted shifted): moves a sample from the space
+//     of one technique to that of another. One of them is the canonical, or both are the same. `there` is the shading point of
+//     `to`. Returns false where the shift does not exist. Its existence must be symmetric, and every rejection that looks at a
+//     sample must be here, so that all weights use the same domain of the shift
+//
+// A technique's reservoir is in the technique's own space: its sample, and its weight in the measure of that space. The merge shifts
+// both to the canonical, and stores the shifted sample.
 //
 // Techniques are read one after the other, and only the canonical, one neighbour and the selected samples are held:
 // arrays of samples with dynamic indices would live in memory.
@@ -34,6 +36,7 @@
 // A sample is visible in its own shading point, or its weight would be 0, so no ray is needed there.
 #include "core/random.glsl"
 #include "restir/algebra.glsl"
+#include "restir/shift.glsl"
 
 // The outcome of a merge.
 struct Merged {
@@ -43,24 +46,18 @@ struct Merged {
     vec3 light;
 };
 
-// p̂←k(y) of a sample y of technique i, and its light at technique k. `shading_point` is that of k.
-float target_at(uint k, ShadingPoint shading_point, uint i, MergeSample value, bool visibility, out vec3 light) {
+// p̂←k(y) of a sample y of technique i, in the measure of the canonical, and its light at technique k. The sample is in the canonical's
+// space, except for k = 0, where a neighbour's comes from its own space. `shading_point` is that of k.
+float target_at(uint k, ShadingPoint shading_point, uint i, inout MergeSample value, bool visibility, out Shifted shifted) {
     count_lanes(COUNTER_MERGE_LANES);
-    light = vec3(0.0);
-    float jacobian;
-    // At the canonical (k = 0) a sample keeps its value, but it counts only if the shift from there to its own technique
-    // exists.
-    MergeSample there = shift_to(k != 0u ? k : i, value, jacobian);
-    if (!(jacobian > 0.0)) return 0.0;
-    if (k == 0u) {
-        there = value;
-        jacobian = 1.0;
+    if (!shift(k == 0u ? i : 0u, k, shading_point, value, shifted)) {
+        shifted = Shifted(vec3(0.0), 0.0);
+        return 0.0;
     }
-    light = contribution(shading_point, there);
-    float target = luminance(light) * jacobian;
+    float target = luminance(shifted.contribution) * (k == 0u ? 1.0 : shifted.jacobian);
     if (visibility && i != k && target > 0.0) {
-        float passed = transmittance(k, shading_point, there);
-        light *= passed;
+        float passed = transmittance(k, shading_point, value);
+        shifted.contribution *= passed;
         if (passed == 0.0) target = 0.0;
     }
     return target;
@@ -106,9 +103,10 @@ Merged merge(uint mis, uint count, bool visibility, bool shades, inout Random ra
         ShadingPoint there = shading_point_of(i);
         if (i == 0u) here = there;
         if (has_canonical && needs_target(mis, 0u, i)) {
-            vec3 light;
-            float target = target_at(i, there, 0u, canonical.value, all_rays, light);
-            if (i == 0u) canonical_light = light;
+            Shifted shifted;
+            MergeSample value = canonical.value;
+            float target = target_at(i, there, 0u, value, all_rays, shifted);
+            if (i == 0u) canonical_light = shifted.contribution;
             float change = add_target(canonical_terms, 0u, i, target, share, canonical_share, neighbour_share);
             if (two_rays && change > 0.0) stream_add(asked, i, change, 1.0, random_choice(random));
         }
@@ -129,9 +127,15 @@ Merged merge(uint mis, uint count, bool visibility, bool shades, inout Random ra
                 shading_point = shading_point_of(k);
                 technique_share = confidence_of(k) / total;
             }
-            vec3 light;
-            float target = target_at(k, shading_point, i, neighbour.value, all_rays, light);
-            if (k == 0u) neighbour_light = light;
+            Shifted shifted;
+            MergeSample value = neighbour.value;
+            float target = target_at(k, shading_point, i, value, all_rays, shifted);
+            if (k == 0u) {
+                // From here on it is the canonical's.
+                neighbour.value = value;
+                neighbour.contribution_weight *= shifted.jacobian;
+                neighbour_light = shifted.contribution;
+            }
             add_target(terms, i, k, target, technique_share, canonical_share, neighbour_share);
         }
         float weight = mis_weight(mis, i, terms, share, canonical_share, neighbour_share) * terms.canonical
@@ -155,10 +159,11 @@ Merged merge(uint mis, uint count, bool visibility, bool shades, inout Random ra
         ShadingPoint shading_point = here;
         MergeSample value = drawn_reservoir.value;
         if (asks) {
-            float jacobian;
+            Shifted shifted;
             viewer = asked.chosen;
             shading_point = shading_point_of(viewer);
-            value = shift_to(viewer, canonical.value, jacobian);
+            value = canonical.value;
+            shift(0u, viewer, shading_point, value, shifted);
         }
         float passed = transmittance(viewer, shading_point, value);
         if (asks && passed == 0.0) canonical_terms.pairs = 1.0;

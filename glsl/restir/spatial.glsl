@@ -4,6 +4,7 @@
 #include "core/values.glsl"
 #include "restir/neighbours.glsl"
 #include "restir/reservoir.glsl"
+#include "restir/shift.glsl"
 
 layout(push_constant, scalar) uniform SpatialStepBlock { SpatialStep step; };
 layout(scalar) readonly buffer NeighboursBlock { uint at[]; } neighbours;
@@ -24,11 +25,13 @@ View view_of(uint technique) {
     return View(surface_position(LOAD_SAMPLE_DATA(sample_data, slot_of(pixel)), primary_ray(pixel)), restir.at.view.camera.position);
 }
 
-Sample shift_to(uint technique, Sample value, out float jacobian) {
-    jacobian = 1.0;
-    if (technique != 0u && !is_within_limits(view_of(0u), value, view_of(technique), value, restir.at.jacobian_limit,
-                                             restir.at.min_distance)) jacobian = 0.0;
-    return value;
+// A sample keeps its value: its measure does not depend on the viewer.
+bool shift(uint from, uint to, ShadingPoint there, inout Sample value, out Shifted shifted) {
+    shifted = Shifted(vec3(0.0), 1.0);
+    if (from != to && !is_within_limits(view_of(0u), value, view_of(from != 0u ? from : to), value, restir.at.jacobian_limit,
+                                        restir.at.min_distance)) return false;
+    shifted.contribution = contribution(there, value);
+    return true;
 }
 
 float limited(uint technique, float confidence) {

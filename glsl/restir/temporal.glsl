@@ -4,6 +4,7 @@
 // triangle and the light that it names. A pass first includes direct.glsl or indirect.glsl.
 #include "core/values.glsl"
 #include "restir/reservoir.glsl"
+#include "restir/shift.glsl"
 #include "restir/similarity.glsl"
 #include "scene/previous_frame.glsl"
 
@@ -45,22 +46,21 @@ float transmittance(uint technique, ShadingPoint shading_point, Sample value) {
     return passed;
 }
 
-// The canonical's sample as it was in the previous frame, for technique 1.
-Sample shift_to(uint technique, Sample value, out float jacobian) {
-    jacobian = 1.0;
-    if (technique == 0u) return value;
-    Sample there = value;
-    if (MOVES) jacobian = move_sample(there, CURRENT, PREVIOUS);
-    View now = View(point_now.position, restir.at.view.camera.position);
-    View before = View(point_before.position, restir.at.previous_camera.position);
-    if (!is_within_limits(now, value, before, there, restir.at.jacobian_limit, restir.at.min_distance)) jacobian = 0.0;
-    return there;
-}
-
-// Moves the history's sample to this frame; its weight grows with its measure.
-void move_to_current_frame(inout Reservoir reservoir) {
-    if (!MOVES || reservoir.contribution_weight <= 0.0) return;
-    reservoir.contribution_weight *= move_sample(reservoir.value, PREVIOUS, CURRENT);
+// A sample moves with the triangle and the light that it names, from the frame of one technique to that of the other.
+bool shift(uint from, uint to, ShadingPoint there, inout Sample value, out Shifted shifted) {
+    shifted = Shifted(vec3(0.0), 1.0);
+    if (from != to) {
+        Sample now = value, before = value;
+        if (MOVES && from == 0u) shifted.jacobian = move_sample(before, CURRENT, PREVIOUS);
+        if (MOVES && from != 0u) shifted.jacobian = move_sample(now, PREVIOUS, CURRENT);
+        View view_now = View(point_now.position, restir.at.view.camera.position);
+        View view_before = View(point_before.position, restir.at.previous_camera.position);
+        value = from == 0u ? before : now;
+        if (!(shifted.jacobian > 0.0)) return false;
+        if (!is_within_limits(view_now, now, view_before, before, restir.at.jacobian_limit, restir.at.min_distance)) return false;
+    }
+    shifted.contribution = contribution(there, value);
+    return true;
 }
 
 #define MergeSample Sample
@@ -101,7 +101,6 @@ void merge_history() {
     historic = unpack_reservoir(packed);
     historic.confidence = min(historic.confidence, restir.at.reuse.temporal_confidence_cap);
     historic.age += 1u;
-    move_to_current_frame(historic);
     is_static = !MOVES && before == ivec2(pixel) && previous == data && previous_ray == ray;
     point_now = unpack_shading_point(data, ray);
     point_before = unpack_shading_point(previous, previous_ray);

@@ -8,8 +8,9 @@
 // asks for no ray: one shadow ray is traced for the sample that it selects. Contribution weights are made of the densities of
 // light sources alone; what BSDF rays find is set against them where the sample is shaded.
 #include "lights/samplers/sources.glsl"
-#include "world_reservoirs/cells.glsl"
 #include "restir/matte_point.glsl"
+#include "restir/shift.glsl"
+#include "world_reservoirs/cells.glsl"
 #include "world_reservoirs/world_table.glsl"
 
 // The table that the previous frame made.
@@ -114,7 +115,7 @@ float confidence_of(uint technique) {
     return min(confidence, restir.at.world.confidence_cap);
 }
 
-// Its sample as this frame shows it.
+// The light and the point of its sample; where something moves, `shift` finds the rest.
 LightReservoir technique_at(uint technique) {
     if (technique == 0u) return world_canonical;
     GpuWorldSample stored = previous_world_samples.at[world_found[technique - 1u]];
@@ -127,11 +128,7 @@ LightReservoir technique_at(uint technique) {
     packed.words[3] = stored.place;
     reservoir.value.point = unpack_point(packed, 2u);
     reservoir.contribution_weight = stored.weight;
-    if (MOVES) {
-        reservoir.contribution_weight *= move_sample(reservoir.value, PREVIOUS, CURRENT);
-    } else {
-        reservoir.value = light_sample_at(reservoir.value.point, CURRENT);
-    }
+    if (!MOVES) reservoir.value = light_sample_at(reservoir.value.point, CURRENT);
     return reservoir;
 }
 
@@ -143,12 +140,15 @@ ShadingPoint shading_point_of(uint technique) {
 
 float transmittance(uint technique, ShadingPoint shading_point, LightSample value) { return 1.0; }
 
-// The sample as the previous frame's lights showed it.
-LightSample shift_to(uint technique, LightSample value, out float jacobian) {
-    jacobian = 1.0;
-    LightSample there = value;
-    if (MOVES && technique != 0u) jacobian = move_sample(there, CURRENT, PREVIOUS);
-    return there;
+// The sample as this frame's lights show it, or as the previous frame's lights did.
+bool shift(uint from, uint to, ShadingPoint there, inout LightSample value, out Shifted shifted) {
+    shifted = Shifted(vec3(0.0), 1.0);
+    if (MOVES && from != to) {
+        shifted.jacobian = from == 0u ? move_sample(value, CURRENT, PREVIOUS) : move_sample(value, PREVIOUS, CURRENT);
+        if (!(shifted.jacobian > 0.0)) return false;
+    }
+    shifted.contribution = contribution(there, value);
+    return true;
 }
 
 #define MergeSample LightSample

@@ -2,6 +2,7 @@
 // The merge of a pixel's selected light sample with reservoirs of the hash grid. The file that includes this one declares
 // `sample_data`.
 #include "lights/samplers/hash_grid/hash_grid.glsl"
+#include "restir/shift.glsl"
 
 layout(scalar) readonly buffer GridPointsBlock { GpuGridPoint at[]; } grid_points;
 layout(scalar) readonly buffer GridPlacesBlock { GpuGridPlace at[]; } grid_places;
@@ -53,9 +54,9 @@ ShadingPoint shading_point_of(uint technique) {
 // The merge asks no ray: its selected sample gets the shadow ray that all light samples share.
 float transmittance(uint technique, ShadingPoint shading_point, LightSample value) { return 1.0; }
 
-LightSample shift_to(uint technique, LightSample value, out float jacobian) {
-    jacobian = 1.0;
-    return value;
+bool shift(uint from, uint to, ShadingPoint there, inout LightSample value, out Shifted shifted) {
+    shifted = Shifted(contribution(there, value), 1.0);
+    return true;
 }
 
 #define MergeSample Sample
