@@ -497,17 +497,17 @@ set = {{ {settings} }}
         );
         let world = r#""direct.mode" = "off", "indirect.mode" = "path", "indirect.secondary" = "world-reservoirs", "world_reservoirs.min_lights" = 0"#;
         let indirect = plan("indirect", 3, world);
-        let place = "restir/samples/path_candidates.glsl";
+        let file = "restir/samples/path_candidates.glsl";
         assert_found(
             &indirect,
             (
-                place,
+                file,
                 "(RARE_LIGHTS ? 1.0 - restir.at.reuse.rare_lights : 1.0)",
                 "1.0",
             ),
         );
         let share = "if (RARE_LIGHTS && in_world) light /= 1.0 - restir.at.reuse.rare_lights;";
-        assert_biased(&indirect, (place, share, ""));
+        assert_biased(&indirect, (file, share, ""));
     }
 
     /// The light sample that a vertex keeps stands for a matte white point, which reflects any colour: surfaces that do not must

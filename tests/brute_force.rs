@@ -327,7 +327,7 @@ fn a_lamp_shines_from_its_front_however_it_is_placed() {
     let quad = support::quad(corner, Vec3::X * 2.0, Vec3::Y * 2.0);
     let mirrored = DAffine3::from_scale(DVec3::new(-1.5, 1.0, 1.0));
     let turned = DAffine3::from_rotation_x(PI);
-    for (place, double_sided, front, back) in [
+    for (transform, double_sided, front, back) in [
         (DAffine3::IDENTITY, false, 3.0, 0.0),
         (DAffine3::IDENTITY, true, 3.0, 3.0),
         (mirrored, false, 3.0, 0.0),
@@ -335,7 +335,7 @@ fn a_lamp_shines_from_its_front_however_it_is_placed() {
         (turned * mirrored, false, 0.0, 3.0),
     ] {
         let mut scene = support::scene_of(&[(lamp(Vec3::splat(3.0), double_sided), quad.clone())]);
-        scene.instances[0].object_to_world = place;
+        scene.instances[0].object_to_world = transform;
         let tracer = Tracer::new(&scene);
         let options = Options {
             bounces: 0,
@@ -346,7 +346,7 @@ fn a_lamp_shines_from_its_front_however_it_is_placed() {
         for (toward_eye, wanted) in [(DVec3::Z, front), (-DVec3::Z, back)] {
             let camera = camera_at(DVec3::new(0.3, -0.2, 0.0), toward_eye, 2.0);
             let image = tracer.render(&camera, 1, 1, &options);
-            assert_eq!(image.mean[0], [wanted; 3], "{place}, {toward_eye}");
+            assert_eq!(image.mean[0], [wanted; 3], "{transform}, {toward_eye}");
         }
     }
 }

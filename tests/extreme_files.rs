@@ -126,10 +126,10 @@ impl Shot {
 /// The irradiance at a point from a parallelogram of radiance 1, by a fine grid.
 fn irradiance(point: DVec3, corner: DVec3, u: DVec3, v: DVec3) -> f64 {
     const STEPS: u32 = 100;
-    let place = |i: u32| (f64::from(i) + 0.5) / f64::from(STEPS);
+    let coordinate = |i: u32| (f64::from(i) + 0.5) / f64::from(STEPS);
     let normal = u.cross(v) / f64::from(STEPS * STEPS);
     let terms = (0..STEPS * STEPS).map(|i| {
-        let toward = corner + u * place(i % STEPS) + v * place(i / STEPS) - point;
+        let toward = corner + u * coordinate(i % STEPS) + v * coordinate(i / STEPS) - point;
         toward.y * normal.dot(toward).abs() / toward.length_squared().powi(2)
     });
     terms.sum()

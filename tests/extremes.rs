@@ -43,11 +43,11 @@ fn scene_of_all_lights() -> Scene {
         outer: 0.9,
     };
     let shapes = [PunctualShape::Point, spot, PunctualShape::Directional];
-    let place = DAffine3::from_translation(DVec3::new(0.1, 0.7, 0.9));
+    let transform = DAffine3::from_translation(DVec3::new(0.1, 0.7, 0.9));
     scene.punctual_lights = (shapes.into_iter())
         .map(|shape| PunctualLight {
             name: "test".into(),
-            light_to_world: place,
+            light_to_world: transform,
             shape,
             intensity: Vec3::new(0.5, 0.25, 1.0),
             range: None,
@@ -144,10 +144,10 @@ fn scaled(scene: &Scene, scale: f64, in_meshes: bool) -> Scene {
     assert!(10.0 * scale < LARGEST_COORDINATE);
     let mut scaled = scene.clone();
     for instance in &mut scaled.instances {
-        let place = &mut instance.object_to_world;
-        place.translation *= scale;
+        let transform = &mut instance.object_to_world;
+        transform.translation *= scale;
         if !in_meshes {
-            place.matrix3 *= scale;
+            transform.matrix3 *= scale;
         }
     }
     if in_meshes {

@@ -58,10 +58,10 @@ fn color([r, g, b, _]: [u8; 4]) -> DVec3 {
 
 /// The texel at coordinates, of an image that repeats; none on an edge between texels.
 fn texel(at: DVec2) -> Option<[u8; 4]> {
-    let place = at * 2.0;
-    let edge = (place - place.round()).abs().min_element();
+    let position = at * 2.0;
+    let edge = (position - position.round()).abs().min_element();
     let index = |x: f64| x.floor().rem_euclid(2.0) as usize;
-    (edge > EDGE).then(|| TEXELS[index(place.y)][index(place.x)])
+    (edge > EDGE).then(|| TEXELS[index(position.y)][index(position.x)])
 }
 
 /// The image's colour at coordinates.
@@ -476,8 +476,8 @@ fn maps_of_obj_files_are_laid_onto_surfaces() {
     assert_shows("map_Ke", &emits, 0.0, |at| Some(interpolated(uv(at)) * 2.0));
 }
 
-/// The square under one light of `KHR_lights_punctual`, which hangs at a place and shines down, turned by an angle about x.
-fn lit(light: Value, place: DVec3, turn: f64) -> Scene {
+/// The square under one light of `KHR_lights_punctual`, which hangs at a position and shines down, turned by an angle about x.
+fn lit(light: Value, position: DVec3, turn: f64) -> Scene {
     let (sin, cos) = (turn / 2.0).sin_cos();
     load(&square().with(|json| {
         json["extensionsUsed"] = json!(["KHR_lights_punctual"]);
@@ -485,7 +485,7 @@ fn lit(light: Value, place: DVec3, turn: f64) -> Scene {
         push(
             &mut json["nodes"],
             json!({
-                "translation": place.to_array(),
+                "translation": position.to_array(),
                 "rotation": [sin, 0.0, 0.0, cos],
                 "extensions": { "KHR_lights_punctual": { "light": 0 } },
             }),
@@ -496,33 +496,36 @@ fn lit(light: Value, place: DVec3, turn: f64) -> Scene {
 
 #[test]
 fn punctual_lights_shine_as_the_extension_says() {
-    let (place, turn) = (DVec3::new(0.3, -0.2, 0.9), 0.35_f64);
+    let (position, turn) = (DVec3::new(0.3, -0.2, 0.9), 0.35_f64);
     let axis = DVec3::new(0.0, turn.sin(), -turn.cos());
     let (tint, intensity) = (DVec3::new(1.0, 0.5, 0.25), 6.0);
     let light =
         |kind: &str| json!({ "type": kind, "color": tint.to_array(), "intensity": intensity });
     // Cosine over squared distance, and the cosine to the light's axis.
     let seen = |at: DVec2| {
-        let to_light = place - at.extend(0.0);
+        let to_light = position - at.extend(0.0);
         let distance = to_light.length();
-        (place.z / distance.powi(3), -to_light.dot(axis) / distance)
+        (
+            position.z / distance.powi(3),
+            -to_light.dot(axis) / distance,
+        )
     };
     let reflected = |irradiance: f64| Some(tint * (irradiance / std::f64::consts::PI));
-    assert_shows("point", &lit(light("point"), place, turn), 0.0, |at| {
+    assert_shows("point", &lit(light("point"), position, turn), 0.0, |at| {
         reflected(intensity * seen(at).0)
     });
     let (inner, outer) = (0.2_f64, 1.1_f64);
     let mut spot = light("spot");
     spot["spot"] = json!({ "innerConeAngle": inner, "outerConeAngle": outer });
     // Near the cone's edge the part is a small difference of cosines in f32.
-    assert_shows("spot", &lit(spot, place, turn), 1e-4, |at| {
+    assert_shows("spot", &lit(spot, position, turn), 1e-4, |at| {
         let (falloff, cosine) = seen(at);
         let part = (cosine - outer.cos()) / (inner.cos() - outer.cos());
         reflected(intensity * falloff * part.clamp(0.0, 1.0).powi(2))
     });
     assert_shows(
         "directional",
-        &lit(light("directional"), place, turn),
+        &lit(light("directional"), position, turn),
         0.0,
         |_| reflected(intensity * turn.cos()),
     );

@@ -48,8 +48,8 @@ fn rooms_import_what_their_table_lists() {
 fn planted_imports_between_rooms_are_found() {
     let found = |source: &str| {
         let mut modules = modules();
-        let place = modules.get_mut(&path_of("scene/bounds")).unwrap();
-        place.insert_str(0, source);
+        let text = modules.get_mut(&path_of("scene/bounds")).unwrap();
+        text.insert_str(0, source);
         imports_of_rooms(&modules)["scene"].contains("render")
     };
     assert!(!found(""));

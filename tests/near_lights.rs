@@ -35,7 +35,7 @@ fn punctual(shape: PunctualShape, at: DVec3) -> PunctualLight {
     }
 }
 
-/// A square lamp around the place `at`, which emits downwards.
+/// A square lamp around the position `at`, which emits downwards.
 fn add_lamp(scene: &mut Scene, at: DVec3, side: f64) {
     let lamp = Material {
         emission: Vec3::ONE,
@@ -178,10 +178,10 @@ fn reflected(irradiance: f64) -> f64 {
 /// The irradiance of a floor by a square lamp of radiance 1 above it, by a fine grid.
 fn under_a_lamp(point: DVec3, at: DVec3, side: f64) -> f64 {
     const STEPS: u32 = 64;
-    let place = |i: u32| ((f64::from(i) + 0.5) / f64::from(STEPS) - 0.5) * side;
+    let coordinate = |i: u32| ((f64::from(i) + 0.5) / f64::from(STEPS) - 0.5) * side;
     let mut sum = 0.0;
     for i in 0..STEPS * STEPS {
-        let toward = at + DVec3::new(place(i % STEPS), 0.0, place(i / STEPS)) - point;
+        let toward = at + DVec3::new(coordinate(i % STEPS), 0.0, coordinate(i / STEPS)) - point;
         sum += toward.y * toward.y / toward.length_squared().powi(2);
     }
     sum * (side / f64::from(STEPS)).powi(2)
@@ -316,11 +316,12 @@ mod thorough {
                     let mut view = view(0.5, 0.9);
                     let irradiance = |point: DVec3| {
                         const STEPS: u32 = 64;
-                        let place = |i: u32| (f64::from(i) + 0.5) / f64::from(STEPS);
+                        let coordinate = |i: u32| (f64::from(i) + 0.5) / f64::from(STEPS);
                         let mut sum = 0.0;
                         for i in 0..STEPS * STEPS {
-                            let height = low * (1.0 + place(i % STEPS));
-                            let toward = DVec3::new(-AWAY, height, place(i / STEPS) - 0.5) - point;
+                            let height = low * (1.0 + coordinate(i % STEPS));
+                            let toward =
+                                DVec3::new(-AWAY, height, coordinate(i / STEPS) - 0.5) - point;
                             sum += toward.y * -toward.x / toward.length_squared().powi(2);
                         }
                         sum * low / f64::from(STEPS).powi(2)

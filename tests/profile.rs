@@ -117,7 +117,7 @@ fn world_reservoirs_tell_how_full_their_table_is() {
     let line = lines.find(|line| line.starts_with("world_reservoirs vertices "));
     let words = line.unwrap_or_else(|| panic!("{text}")).split_whitespace();
     let numbers: Vec<u32> = words.filter_map(|word| word.parse().ok()).collect();
-    // A path has a second vertex unless it leaves the box through its open side. A fourth of a place for each pixel is 256.
+    // A path has a second vertex unless it leaves the box through its open side. A fourth of a slot for each pixel is 256.
     assert!((500..32 * 32).contains(&numbers[0]), "{numbers:?}");
     assert!((1..256).contains(&numbers[1]), "{numbers:?}");
     assert_eq!(numbers[2], 256);

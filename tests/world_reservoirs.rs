@@ -12,7 +12,7 @@ use headwater::render::settings::{DirectMode, IndirectMode, Secondary};
 use headwater::render::world_reservoirs::prefix_sum::PrefixSum;
 use headwater::render::world_reservoirs::table::{TableSize, WorldTable};
 use headwater::shader_interface::{
-    COUNTER_CELLS, COUNTER_DROPPED, COUNTER_PLACES, COUNTER_VERTICES, COUNTERS, NONE,
+    COUNTER_CELLS, COUNTER_DROPPED, COUNTER_SLOTS, COUNTER_VERTICES, COUNTERS, NONE,
     RestirConstants, Specialisation, Variant, WORLD_VERTEX_BITS,
 };
 use std::collections::BTreeMap;
@@ -36,7 +36,7 @@ struct Lists {
     list: Vec<u32>,
     vertices: u32,
     cells: u32,
-    places: u32,
+    slots: u32,
     dropped: u32,
 }
 
@@ -62,16 +62,16 @@ fn lists(keys: &[u32], size: TableSize, frame: u32) -> Lists {
     table.record(&mut recording, &restir, &counters).unwrap();
     recording.finish().unwrap();
     support::assert_no_messages(&device);
-    let places = size.places() as usize;
-    let cells: Vec<u32> = table.cells.read(2 * places + 1).unwrap();
+    let slots = size.slots() as usize;
+    let cells: Vec<u32> = table.cells.read(2 * slots + 1).unwrap();
     let counted: Vec<u32> = counters.read(COUNTERS as usize).unwrap();
     Lists {
-        offsets: cells[places..=2 * places].to_vec(),
-        table: cells[..places].to_vec(),
+        offsets: cells[slots..=2 * slots].to_vec(),
+        table: cells[..slots].to_vec(),
         list: table.list.read(keys.len()).unwrap(),
         vertices: counted[COUNTER_VERTICES as usize],
         cells: counted[COUNTER_CELLS as usize],
-        places: counted[COUNTER_PLACES as usize],
+        slots: counted[COUNTER_SLOTS as usize],
         dropped: counted[COUNTER_DROPPED as usize],
     }
 }
@@ -88,35 +88,35 @@ fn check(name: &str, keys: &[u32], share: f64) -> f64 {
         let bucket = buckets.entry(key & (size.buckets as u32 - 1)).or_default();
         bucket.push(*key);
     }
-    let mut table = vec![0; size.places() as usize];
+    let mut table = vec![0; size.slots() as usize];
     for (index, bucket) in &mut buckets {
         bucket.sort_unstable_by(|a, b| b.cmp(a));
         bucket.dedup();
-        let places = size.bucket_places as usize;
-        for (place, key) in bucket.iter().take(places).enumerate() {
-            table[*index as usize * places + place] = *key;
+        let slots = size.bucket_slots as usize;
+        for (slot, key) in bucket.iter().take(slots).enumerate() {
+            table[*index as usize * slots + slot] = *key;
         }
     }
     assert_eq!(found.table, table, "{name}: table");
 
     // Offsets are the sums of the numbers of vertices.
-    let places: BTreeMap<u32, usize> = (table.iter().enumerate())
+    let slots: BTreeMap<u32, usize> = (table.iter().enumerate())
         .filter(|(_, key)| **key != 0)
-        .map(|(place, key)| (*key, place))
+        .map(|(slot, key)| (*key, slot))
         .collect();
     let mut offsets = vec![0; table.len() + 1];
-    for place in keys.iter().filter_map(|key| places.get(key)) {
-        offsets[place + 1] += 1;
+    for slot in keys.iter().filter_map(|key| slots.get(key)) {
+        offsets[slot + 1] += 1;
     }
-    for place in 0..table.len() {
-        offsets[place + 1] += offsets[place];
+    for slot in 0..table.len() {
+        offsets[slot + 1] += offsets[slot];
     }
     assert_eq!(found.offsets, offsets, "{name}: offsets");
 
     // Each vertex is once in the list of its cell, or was dropped.
     let mut is_listed = vec![false; keys.len()];
-    for (key, place) in &places {
-        for entry in &found.list[offsets[*place] as usize..offsets[place + 1] as usize] {
+    for (key, slot) in &slots {
+        for entry in &found.list[offsets[*slot] as usize..offsets[slot + 1] as usize] {
             if *entry == 0 {
                 continue;
             }
@@ -140,8 +140,8 @@ fn check(name: &str, keys: &[u32], share: f64) -> f64 {
     let listed = is_listed.iter().filter(|is| **is).count();
     let with_key = keys.iter().filter(|key| **key != 0).count();
     assert_eq!(found.vertices as usize, with_key, "{name}: vertices");
-    assert_eq!(found.cells as usize, places.len(), "{name}: cells");
-    assert_eq!(found.places as usize, table.len(), "{name}: places");
+    assert_eq!(found.cells as usize, slots.len(), "{name}: cells");
+    assert_eq!(found.slots as usize, table.len(), "{name}: slots");
     assert_eq!(
         found.dropped as usize,
         with_key - listed,
@@ -149,7 +149,7 @@ fn check(name: &str, keys: &[u32], share: f64) -> f64 {
     );
     println!(
         "{name}: {listed} of {with_key} vertices, {} cells",
-        places.len()
+        slots.len()
     );
     listed as f64 / with_key.max(1) as f64
 }
@@ -171,12 +171,12 @@ fn every_vertex_is_in_the_list_of_its_cell_or_counted_as_dropped() {
             })
             .collect()
     };
-    // Of n vertices that take one of n places at random, 1 − 1/e stay.
+    // Of n vertices that take one of n slots at random, 1 − 1/e stay.
     let stays = 1.0 - (-1.0_f64).exp();
     for (name, count, cells) in [
         ("many in each", 100_000, 500),
         ("few in each", 100_000, 10_000),
-        ("more cells than places", 30_000, 30_000),
+        ("more cells than slots", 30_000, 30_000),
         ("one cell", 20_000, 1),
         ("one vertex", 1, 1),
     ] {
@@ -188,7 +188,7 @@ fn every_vertex_is_in_the_list_of_its_cell_or_counted_as_dropped() {
             );
         }
     }
-    check("a table of one place", &draw(5000, 300), 1e-9);
+    check("a table of one slot", &draw(5000, 300), 1e-9);
     check(
         "a table for 1/100 of the vertices",
         &draw(100_000, 10_000),

@@ -11,7 +11,7 @@ struct LightPoint {
     // The index of the light among those of its kind; of the environment that of a texel.
     uint index;
     // On a triangle the weights of its second and third corner, within a texel the part of its width and height.
-    vec2 place;
+    vec2 uv;
 };
 
 bool is_environment(uint kind) { return HAS_ENVIRONMENT && kind == LIGHT_ENVIRONMENT; }
@@ -54,7 +54,7 @@ float rare_probability(LightPoint point) {
 LightPoint draw_point(uint light, uvec4 bits) {
     if (HAS_ENVIRONMENT || HAS_PUNCTUAL_LIGHTS) {
         if (light >= scene.at.triangle_light_count + scene.at.punctual_light_count) {
-            // The words that are left are too few for a texel and a place in it.
+            // The words that are left are too few for a texel and a uv in it.
             uvec4 more = pcg4d(bits);
             return LightPoint(LIGHT_ENVIRONMENT, draw_environment_texel(more.xy), to_unit(more).zw);
         }
@@ -78,7 +78,7 @@ float pdf_own_measure(LightPoint point, vec3 direction, float probability) {
 
 // The point of the environment that is seen in a direction.
 LightPoint environment_point(vec3 direction) {
-    vec2 place = environment_place(direction);
-    uint texel = environment_texel_at(place);
-    return LightPoint(LIGHT_ENVIRONMENT, texel, place - texel_corner(texel));
+    vec2 uv = environment_uv(direction);
+    uint texel = environment_texel_at(uv);
+    return LightPoint(LIGHT_ENVIRONMENT, texel, uv - texel_corner(texel));
 }

@@ -47,10 +47,10 @@ Arrival arrival_at(Surface surface, vec3 viewed, LightPoint point, float probabi
     Arrival arrival;
     arrival.nearness = LARGEST;
     if (is_environment(point.kind)) {
-        vec2 place = texel_corner(point.index) + point.place;
+        vec2 uv = texel_corner(point.index) + point.uv;
         float sine;
-        arrival.direction = environment_direction(place, sine);
-        arrival.light = environment_radiance(place);
+        arrival.direction = environment_direction(uv, sine);
+        arrival.light = environment_radiance(uv);
         arrival.pdf_solid_angle = probability * environment_pdf_solid_angle(point.index, sine);
     } else if (is_punctual(point.kind)) {
         GpuPunctualLight light = punctual_light_at(point.index, CURRENT);
@@ -62,14 +62,14 @@ Arrival arrival_at(Surface surface, vec3 viewed, LightPoint point, float probabi
         arrival.shadow_ray = Ray(from, 1.0 - 1e-6, light.position - from);
     } else {
         GpuLight light = light_at(point.index, CURRENT);
-        vec3 position = light_position(light, point.place), toward = position - surface.position;
+        vec3 position = light_position(light, point.uv), toward = position - surface.position;
         float distance_squared = dot(toward, toward);
         float distance = sqrt(distance_squared);
         float from_rays = length(position - ray_origin(surface, viewed, surface.geometric_normal));
         arrival.nearness = max(from_rays, sqrt(light.area));
         arrival.direction = toward * inversesqrt(max(distance_squared, TINY));
         float cosine = -dot(light.normal, arrival.direction);
-        arrival.light = light_emission(light, point.index, point.place, cosine);
+        arrival.light = light_emission(light, point.index, point.uv, cosine);
         arrival.pdf_solid_angle = area_to_solid_angle(probability / light.area, distance_squared, cosine);
         vec3 from = ray_origin(surface, viewed, arrival.direction, abs(dot(toward, surface.geometric_normal)));
         float height = abs(dot(toward, light.normal));
@@ -160,14 +160,14 @@ void main() {
         }
         if (hit.instance == NONE) {
             if (sees_environment() && is_wanted(path.scatterings)) {
-                vec2 place = environment_place(ray.direction);
+                vec2 uv = environment_uv(ray.direction);
                 float weight = 1.0;
                 if (!path.delta) {
                     LightPoint point = environment_point(ray.direction);
                     float pdf_light = pdf_own_measure(point, ray.direction, light_probability(point));
                     weight = heuristic_weight(path.pdf_solid_angle, pdf_light);
                 }
-                radiance += path.throughput * environment_radiance(place) * weight;
+                radiance += path.throughput * environment_radiance(uv) * weight;
             }
             purpose = RAY_NONE;
             continue;

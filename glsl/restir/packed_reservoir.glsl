@@ -7,8 +7,8 @@
 const uint CONFIDENCE_BITS = 14u;
 const uint AGE_BITS = 10u;
 const uint SPARE_SHIFT = CONFIDENCE_BITS + AGE_BITS;
-// Bits of each of the two coordinates of a point of a light: barycentric weights, or the place in a texel.
-const uint PLACE_BITS = 20u;
+// Bits of each of the two coordinates of a point of a light: barycentric weights, or the position in a texel.
+const uint UV_BITS = 20u;
 
 // The first two words hold the weight, and confidence and age. The words of the sample follow, then those for debug
 // AOVs. Large enough for every kind of sample.
@@ -27,20 +27,20 @@ PackedReservoir empty_packed() {
     return p;
 }
 
-const float PLACE_STEPS = float((1u << PLACE_BITS) - 1u);
+const float UV_STEPS = float((1u << UV_BITS) - 1u);
 
 // In whole steps. Hits of a ray query may lie outside of their triangle by a rounding error.
-vec2 place_steps(vec2 place) { return round(clamp(place, 0.0, 1.0) * PLACE_STEPS); }
+vec2 uv_steps(vec2 uv) { return round(clamp(uv, 0.0, 1.0) * UV_STEPS); }
 
 // As they are stored.
-vec2 stored_place(vec2 place) { return place_steps(place) / PLACE_STEPS; }
+vec2 stored_uv(vec2 uv) { return uv_steps(uv) / UV_STEPS; }
 
 // A point of a light needs a word and the spare bits. 16 bits a coordinate would be too few: on a light of two kilometres
 // they are cells of three centimetres, which lobes of smooth surfaces are narrower than.
-void pack_place(vec2 place, uint word, inout PackedReservoir p) {
-    uvec2 fixed_point = uvec2(place_steps(place));
-    p.words[word] = fixed_point.x | (fixed_point.y << PLACE_BITS);
-    p.words[HISTORY_WORD] |= (fixed_point.y >> (32u - PLACE_BITS)) << SPARE_SHIFT;
+void pack_uv(vec2 uv, uint word, inout PackedReservoir p) {
+    uvec2 fixed_point = uvec2(uv_steps(uv));
+    p.words[word] = fixed_point.x | (fixed_point.y << UV_BITS);
+    p.words[HISTORY_WORD] |= (fixed_point.y >> (32u - UV_BITS)) << SPARE_SHIFT;
 }
 
 // A colour takes a word and 7 of the spare bits.
@@ -55,8 +55,8 @@ uvec3 unpack_color(PackedReservoir p, uint word) {
     return uvec3(p.words[word] & mask, (p.words[word] >> COLOR_BITS) & mask, z);
 }
 
-vec2 unpack_place(PackedReservoir p, uint word) {
-    uint x = bitfieldExtract(p.words[word], 0, int(PLACE_BITS));
-    uint y = (p.words[word] >> PLACE_BITS) | ((p.words[HISTORY_WORD] >> SPARE_SHIFT) << (32u - PLACE_BITS));
-    return vec2(x, y) / PLACE_STEPS;
+vec2 unpack_uv(PackedReservoir p, uint word) {
+    uint x = bitfieldExtract(p.words[word], 0, int(UV_BITS));
+    uint y = (p.words[word] >> UV_BITS) | ((p.words[HISTORY_WORD] >> SPARE_SHIFT) << (32u - UV_BITS));
+    return vec2(x, y) / UV_STEPS;
 }

@@ -50,7 +50,7 @@ ShadingPoint make_shading_point(vec3 position, float clearance, float back_off, 
     return shading_point;
 }
 
-// The place towards the viewer from which rays begin, before they clear the surface.
+// The point towards the viewer from which rays begin, before they clear the surface.
 vec3 ray_start(ShadingPoint shading_point) { return shading_point.position + shading_point.back_off; }
 
 // From the position to a ray origin off the surface on the side of `direction`.

@@ -28,9 +28,9 @@ uniform texture2D images[];
 // so both bodies give the same bits whatever follows.
 uint texel_bytes(GpuTexture used, uint x, uint y) {
 #if TEXTURE_IMAGES
-    return packUnorm4x8(texelFetch(images[nonuniformEXT(used.place)], ivec2(x, y), 0));
+    return packUnorm4x8(texelFetch(images[nonuniformEXT(used.index)], ivec2(x, y), 0));
 #else
-    return texels.at[used.place + y * used.width + x];
+    return texels.at[used.index + y * used.width + x];
 #endif
 }
 

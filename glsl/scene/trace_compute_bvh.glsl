@@ -71,13 +71,13 @@ uint child_hits(uint meta, uvec3 near, uvec3 far, Slabs slabs, uint octant, floa
     bvec4 met = lessThanEqual(enter, leave);
     // Inner children (bits 3 and 4 of their byte are set) are ordered by the octant, leaves are not.
     uint inner = ((meta & (meta << 1u)) & 0x10101010u) >> 4u;
-    uint place = (meta ^ (octant & (inner * 0xFFu))) & 0x1F1F1F1Fu;
+    uint index = (meta ^ (octant & (inner * 0xFFu))) & 0x1F1F1F1Fu;
     uint bits = (meta >> 5u) & 0x07070707u;
     uint hits = 0u;
-    if (met.x) hits |= (bits & 0xFFu) << (place & 0xFFu);
-    if (met.y) hits |= ((bits >> 8u) & 0xFFu) << ((place >> 8u) & 0xFFu);
-    if (met.z) hits |= ((bits >> 16u) & 0xFFu) << ((place >> 16u) & 0xFFu);
-    if (met.w) hits |= (bits >> 24u) << (place >> 24u);
+    if (met.x) hits |= (bits & 0xFFu) << (index & 0xFFu);
+    if (met.y) hits |= ((bits >> 8u) & 0xFFu) << ((index >> 8u) & 0xFFu);
+    if (met.z) hits |= ((bits >> 16u) & 0xFFu) << ((index >> 16u) & 0xFFu);
+    if (met.w) hits |= (bits >> 24u) << (index >> 24u);
     return hits;
 }
 

@@ -1,7 +1,7 @@
 #version 460
 // Puts the keys of all cells with a vertex into the table of world reservoirs.
 //
-// A bucket keeps the largest of its keys, whatever their order: each place receives all that the places before it passed on,
+// A bucket keeps the largest of its keys, whatever their order: each slot receives all that the slots before it passed on,
 // keeps the maximum, and passes on the rest.
 #include "world_reservoirs/world_table.glsl"
 
@@ -15,9 +15,9 @@ void main() {
     if (vertex >= restir.at.world.vertices) return;
     uint key = world_keys.at[vertex];
     uint first = bucket_of(key);
-    for (uint i = 0u; key != 0u && i < restir.at.world.bucket_places; i += 1u) {
+    for (uint i = 0u; key != 0u && i < restir.at.world.bucket_slots; i += 1u) {
         uint old = atomicMax(world_cells.at[first + i], key);
-        // The key was there, or the place was free; otherwise the smaller of both goes on.
+        // The key was there, or the slot was free; otherwise the smaller of both goes on.
         key = old == key ? 0u : min(old, key);
     }
 }

@@ -2,7 +2,7 @@
 // World reservoirs: the light samples of path vertices, reused over space and time by the vertices of the next frame (Boissé,
 // "World-Space Spatiotemporal Reservoir Reuse for Ray-Traced Global Illumination", 2021).
 //
-// Each vertex keeps a reservoir for all who come close: a light sample selected by what a matte white point at its place
+// Each vertex keeps a reservoir for all who come close: a light sample selected by what a matte white point at its position
 // would reflect, or what it merged itself. In the next frame a vertex finds some of them in its cell and merges them with its
 // own light sample. Each has its own shading point, so that the weights are exact. Their targets leave out visibility, and the merge
 // asks for no ray: one shadow ray is traced for the sample that it selects. Contribution weights are made of the densities of
@@ -88,10 +88,10 @@ void find_world_reservoirs(ShadingPoint vertex, inout Random random) {
     vec3 normal = unpack_octahedral(pack_octahedral(vertex.geometric_normal));
     uint key = world_key(restir.at.previous_camera, vertex.position, normal, u.w,
                          restir.at.world.jitter * (u.xyz - 0.5));
-    uint place;
-    FIND_CELL(key, place);
-    if (place == NONE) return;
-    uint first = world_cells.at[list_of(place)], length = world_cells.at[list_of(place) + 1u] - first;
+    uint slot;
+    FIND_CELL(key, slot);
+    if (slot == NONE) return;
+    uint first = world_cells.at[list_of(slot)], length = world_cells.at[list_of(slot) + 1u] - first;
     // One of each part of the list.
     uint parts = min(restir.at.world.merged, length);
     for (uint i = 0u; i < parts; i += 1u) {
@@ -125,7 +125,7 @@ LightReservoir technique_at(uint technique) {
     PackedReservoir packed = empty_packed();
     packed.words[HISTORY_WORD] = stored.history;
     packed.words[2] = stored.light;
-    packed.words[3] = stored.place;
+    packed.words[3] = stored.uv;
     reservoir.value.point = unpack_point(packed, 2u);
     reservoir.contribution_weight = stored.weight;
     if (!MOVES) reservoir.value = light_sample_at(reservoir.value.point, CURRENT);

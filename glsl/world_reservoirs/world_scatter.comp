@@ -1,5 +1,5 @@
 #version 460
-// Enters each vertex in the list of its cell. Its place there is random; of those that meet, one stays. So a list has gaps,
+// Enters each vertex in the list of its cell. Its slot there is random; of those that meet, one stays. So a list has gaps,
 // but no order of threads shows in it, and no list has to be sorted.
 #include "core/counters.glsl"
 #include "world_reservoirs/world_table.glsl"
@@ -16,8 +16,8 @@ void main() {
     uint cell = world_keys.at[vertex];
     if (cell == 0u) return;
     uint first = world_cells.at[list_of(cell - 1u)], length = world_cells.at[list_of(cell)] - first;
-    uint place;
-    uint entry = list_entry(vertex, length, place);
+    uint slot;
+    uint entry = list_entry(vertex, length, slot);
     // Of two that meet, exactly one is dropped.
-    if (atomicMax(world_list.at[first + place], entry) != 0u) count(COUNTER_DROPPED, 1u);
+    if (atomicMax(world_list.at[first + slot], entry) != 0u) count(COUNTER_DROPPED, 1u);
 }

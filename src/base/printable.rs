@@ -14,7 +14,7 @@ pub fn printable_lines(text: &str) -> String {
     escaped(text, |c| c == '\n')
 }
 
-/// Shortens `text` to at most `most` characters. The middle is left out, because a message begins with the place of
+/// Shortens `text` to at most `most` characters. The middle is left out, because a message begins with the location of
 /// an error and ends with the advice.
 pub fn shortened(text: &str, most: usize) -> String {
     let count = text.chars().count();

@@ -44,23 +44,23 @@ impl TomlText {
 
     /// The same error with the line in front that holds the dotted `key` at `path`.
     pub fn error_for(&self, path: &[Step<'_>], key: &str, error: Error) -> Error {
-        match (self.place_of(path, key), error) {
-            (Some(place), Error::Input(message)) => self.error_at(place, &message),
+        match (self.offset_of(path, key), error) {
+            (Some(offset), Error::Input(message)) => self.error_at(offset, &message),
             (None, Error::Input(message)) => Error::input(format!("{}: {message}", self.origin)),
             (_, error) => error,
         }
     }
 
-    /// A message about the byte at `place`.
-    fn error_at(&self, place: usize, message: &str) -> Error {
-        let number = 1 + self.text[..place].matches('\n').count();
+    /// A message about the byte at `offset`.
+    fn error_at(&self, offset: usize, message: &str) -> Error {
+        let number = 1 + self.text[..offset].matches('\n').count();
         let line = self.text.lines().nth(number - 1).unwrap_or_default().trim();
         let origin = &self.origin;
         Error::input(format!("{origin}, line {number}, '{line}': {message}"))
     }
 
     /// Where the dotted `key` stands in the table at `path`.
-    fn place_of(&self, path: &[Step<'_>], key: &str) -> Option<usize> {
+    fn offset_of(&self, path: &[Step<'_>], key: &str) -> Option<usize> {
         let document = DeTable::parse(&self.text).ok()?.into_inner();
         let mut value = &DeValue::Table(document);
         for step in path {
@@ -69,17 +69,17 @@ impl TomlText {
                 Step::Index(index) => value.get(*index)?.get_ref(),
             };
         }
-        place_in(value.as_table()?, key)
+        offset_in(value.as_table()?, key)
     }
 }
 
 /// Where the dotted `key` stands in a table, whose keys may be dotted themselves.
-fn place_in(table: &DeTable<'_>, key: &str) -> Option<usize> {
+fn offset_in(table: &DeTable<'_>, key: &str) -> Option<usize> {
     table.iter().find_map(|(name, value)| {
         let rest = key.strip_prefix(name.get_ref().as_ref())?;
         let here = name.span().start;
         match (rest.strip_prefix('.'), value.get_ref().as_table()) {
-            (Some(rest), Some(inner)) => place_in(inner, rest),
+            (Some(rest), Some(inner)) => offset_in(inner, rest),
             _ => rest.is_empty().then_some(here),
         }
     })

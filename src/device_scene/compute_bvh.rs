@@ -171,18 +171,18 @@ pub fn binary_tree(boxes: &[(Vec3, Vec3)]) -> Vec<BinaryNode> {
             continue;
         }
         let node: &Bvh2Node = &built.nodes[index];
-        let place = nodes.len() as u32;
+        let node_index = nodes.len() as u32;
         let mut primitive = NONE;
         if node.is_leaf() {
             primitive = built.primitive_indices[node.first_index as usize];
         } else {
             let first = node.first_index as usize;
-            stack.extend([(0, place), (first + 1, NONE), (first, NONE)]);
+            stack.extend([(0, node_index), (first + 1, NONE), (first, NONE)]);
         }
         nodes.push(BinaryNode {
             low: node.aabb.min.into(),
             high: node.aabb.max.into(),
-            next: place + 1,
+            next: node_index + 1,
             primitive,
         });
     }

@@ -9,9 +9,9 @@ use crate::shader_interface::NONE;
 use glam::{DAffine3, DVec3, UVec2, UVec3, Vec2, Vec3, Vec4};
 use obvhs::cwbvh::node::CwBvhNode;
 
-/// The place of a mesh in the arrays, and of its positions there in its object space.
+/// Offsets of a mesh in the arrays, and the transform of its positions there to its object space.
 #[derive(Clone, Copy, Debug)]
-pub struct MeshPlace {
+pub struct MeshOffsets {
     /// First triangle in [`Geometry::positions`].
     pub first_triangle: u32,
     /// Number of triangles.
@@ -57,8 +57,8 @@ pub struct Geometry {
     pub nodes: Vec<CwBvhNode>,
     /// Each triangle's index in its mesh.
     pub order: Vec<u32>,
-    /// One place a mesh.
-    pub meshes: Vec<MeshPlace>,
+    /// Offsets of each mesh.
+    pub meshes: Vec<MeshOffsets>,
     /// Levels of the deepest tree.
     pub depth: u32,
 }
@@ -76,9 +76,9 @@ impl Geometry {
 
     /// For each triangle of a mesh, in the mesh's order, its index among those of the mesh here.
     pub fn traced_index(&self, mesh: u32) -> Vec<u32> {
-        let place = self.meshes[mesh as usize];
-        let first = place.first_triangle as usize;
-        let mut index = vec![0; place.triangle_count as usize];
+        let offsets = self.meshes[mesh as usize];
+        let first = offsets.first_triangle as usize;
+        let mut index = vec![0; offsets.triangle_count as usize];
         let order = &self.order[first..first + index.len()];
         for (at, triangle) in (0..).zip(order) {
             index[*triangle as usize] = at;
@@ -111,7 +111,7 @@ impl Geometry {
             .iter()
             .map(|t| t.map(|i| stored(mesh.positions[i as usize])))
             .collect();
-        let mut place = MeshPlace {
+        let mut offsets = MeshOffsets {
             first_triangle: self.positions.len() as u32,
             triangle_count: corners.len() as u32,
             first_normal: NONE,
@@ -129,9 +129,9 @@ impl Geometry {
         };
         let order: Vec<u32> = if trees {
             let tree = Tree::over_triangles(&corners);
-            place.root_node = self.nodes.len() as u32;
+            offsets.root_node = self.nodes.len() as u32;
             self.nodes
-                .extend(tree.placed(place.root_node, place.first_triangle));
+                .extend(tree.placed(offsets.root_node, offsets.first_triangle));
             self.depth = self.depth.max(tree.depth);
             tree.order
         } else {
@@ -140,7 +140,7 @@ impl Geometry {
         self.positions
             .extend(order.iter().map(|&t| corners[t as usize]));
         if !mesh.normals.is_empty() {
-            place.first_normal = self.corner_directions.len() as u32;
+            offsets.first_normal = self.corner_directions.len() as u32;
             self.corner_directions.extend(order.iter().map(|&t| {
                 UVec3::from_array(
                     mesh.triangles[t as usize].map(|i| pack_octahedral(mesh.normals[i as usize])),
@@ -153,18 +153,18 @@ impl Geometry {
             .enumerate()
             .filter(|(_, uvs)| !uvs.is_empty())
         {
-            place.first_uvs[set] = self.uvs.len() as u32;
+            offsets.first_uvs[set] = self.uvs.len() as u32;
             let corners = |&t: &u32| mesh.triangles[t as usize].map(|i| uvs[i as usize]);
             self.uvs.extend(order.iter().map(corners));
         }
         if !mesh.colors.is_empty() {
-            place.first_color = self.colors.len() as u32;
+            offsets.first_color = self.colors.len() as u32;
             let corners =
                 |&t: &u32| mesh.triangles[t as usize].map(|i| pack_color(mesh.colors[i as usize]));
             self.colors.extend(order.iter().map(corners));
         }
         if !mesh.tangents.is_empty() {
-            place.first_tangent = self.corner_directions.len() as u32;
+            offsets.first_tangent = self.corner_directions.len() as u32;
             let corners = |&t: &u32| {
                 let packed =
                     mesh.triangles[t as usize].map(|i| pack_tangent(mesh.tangents[i as usize]));
@@ -185,17 +185,17 @@ impl Geometry {
                     entry.x = part.material;
                     entry.z = part_ids.get(number).copied().unwrap_or(0);
                     if emitters.emits(mesh, part, triangle) {
-                        entry.y = place.lights;
-                        place.lights += 1;
+                        entry.y = offsets.lights;
+                        offsets.lights += 1;
                     }
                 }
             }
-            place.first_part = self.parts.len() as u32;
+            offsets.first_part = self.parts.len() as u32;
             self.parts
                 .extend(order.iter().map(|&t| of_triangle[t as usize]));
         }
         self.order.extend(order);
-        self.meshes.push(place);
+        self.meshes.push(offsets);
     }
 }
 

@@ -117,11 +117,11 @@ impl LightSources {
         sources
     }
 
-    /// The lights where the transforms of instances are `place_of`, and emission of materials and transforms of punctual
+    /// The lights where the transforms of instances are `transform_of`, and emission of materials and transforms of punctual
     /// lights have changed to the values given.
     pub fn placed(
         &self,
-        place_of: impl Fn(u32) -> DAffine3,
+        transform_of: impl Fn(u32) -> DAffine3,
         emission: &[(u32, Vec3)],
         moved: &[(u32, DAffine3)],
         units: &Units,
@@ -131,11 +131,11 @@ impl LightSources {
             materials[*material as usize].emission = *emission;
         }
         let mut punctual = self.punctual.clone();
-        for (index, place) in moved {
-            punctual[*index as usize].light_to_world = *place;
+        for (index, transform) in moved {
+            punctual[*index as usize].light_to_world = *transform;
         }
         let triangles: Vec<LightTriangle> = (self.lamps.iter())
-            .map(|lamp| lamp.placed(&place_of(lamp.instance)))
+            .map(|lamp| lamp.placed(&transform_of(lamp.instance)))
             .collect();
         let mut powers = self.light_powers.of_all(&triangles, &materials, &punctual);
         limit_distant(&mut powers, |index| {
@@ -263,9 +263,14 @@ fn gpu_punctual(light: &PunctualLight, units: &Units) -> GpuPunctualLight {
 
 /// The lights of a scene at time 0, in the device's units.
 pub fn gpu_lights(scene: &Scene, units: &Units) -> Lights {
-    let place_of = |instance: u32| scene.instances[instance as usize].object_to_world;
+    let transform_of = |instance: u32| scene.instances[instance as usize].object_to_world;
     let unchanged = |mesh: u32| (0..scene.meshes[mesh as usize].triangles.len() as u32).collect();
-    LightSources::of(scene, &scene.lamp_materials(), unchanged).placed(place_of, &[], &[], units)
+    LightSources::of(scene, &scene.lamp_materials(), unchanged).placed(
+        transform_of,
+        &[],
+        &[],
+        units,
+    )
 }
 
 /// Mean luminance of lights, weighted by the power that triangles emit to one side. Of an environment power and luminance
@@ -359,8 +364,8 @@ mod tests {
                 leaves_out_rare,
             };
             let bvh = LightBvh::new(&lights, &[], &[], options);
-            let places = bvh.contents(&lights).entries.into_iter().take(4);
-            let found = places.zip(0..).filter(|(entry, _)| entry.leaf != NONE);
+            let entries = bvh.contents(&lights).entries.into_iter().take(4);
+            let found = entries.zip(0..).filter(|(entry, _)| entry.leaf != NONE);
             let found: Vec<i32> = found.map(|(_, light)| light).collect();
             assert_eq!(found, in_tree);
         }

@@ -31,13 +31,13 @@ impl Materials {
         } else {
             Vec::new()
         };
-        let mut places = Vec::with_capacity(scene.images.len());
+        let mut indices = Vec::with_capacity(scene.images.len());
         for (index, image) in scene.images.iter().enumerate() {
             if read == Textures::Images {
-                places.push(index as u32);
+                indices.push(index as u32);
                 continue;
             }
-            places.push(texels.len() as u32);
+            indices.push(texels.len() as u32);
             texels.extend(image.texels.iter().map(|texel| u32::from_le_bytes(*texel)));
         }
         let mut textures = Vec::new();
@@ -48,7 +48,7 @@ impl Materials {
                 column_u: used.transform.matrix2.x_axis,
                 column_v: used.transform.matrix2.y_axis,
                 offset: used.transform.translation,
-                place: places[used.image as usize],
+                index: indices[used.image as usize],
                 width: image.width,
                 height: image.height,
                 set: used.set,

@@ -194,23 +194,23 @@ pub fn merge_static(scene: &Scene, origin: DVec3) -> TracedScene<'_> {
         ..Scene::default()
     };
     let (mut instance_ids, mut part_ids) = (Vec::new(), Vec::new());
-    let mut place_of = vec![None; scene.meshes.len()];
+    let mut mesh_index_of = vec![None; scene.meshes.len()];
     let mut merged: [(Mesh, Vec<u32>); GROUPS] = Default::default();
     for (index, instance) in scene.instances.iter().enumerate() {
         let mesh = &scene.meshes[instance.mesh as usize];
         if is_merged[index] {
             let (whole, ids) = &mut merged[group(mesh)];
-            let place = DAffine3::from_translation(-origin) * instance.object_to_world;
-            append(whole, mesh, place);
+            let transform = DAffine3::from_translation(-origin) * instance.object_to_world;
+            append(whole, mesh, transform);
             ids.extend(mesh.parts.iter().map(|_| index as u32));
         } else {
-            let place = *place_of[instance.mesh as usize].get_or_insert_with(|| {
+            let mesh_index = *mesh_index_of[instance.mesh as usize].get_or_insert_with(|| {
                 left.meshes.push(mesh.clone());
                 part_ids.push(Vec::new());
                 left.meshes.len() as u32 - 1
             });
             left.instances.push(Instance {
-                mesh: place,
+                mesh: mesh_index,
                 ..instance.clone()
             });
             instance_ids.push(index as u32);
@@ -236,12 +236,12 @@ pub fn merge_static(scene: &Scene, origin: DVec3) -> TracedScene<'_> {
     }
 }
 
-/// Adds a mesh where `place` puts it.
-fn append(whole: &mut Mesh, mesh: &Mesh, place: DAffine3) {
-    let turn = place.matrix3.inverse().transpose();
+/// Adds a mesh where `transform` puts it.
+fn append(whole: &mut Mesh, mesh: &Mesh, transform: DAffine3) {
+    let turn = transform.matrix3.inverse().transpose();
     // A triangle's front is the side from which object space shows it counter-clockwise; a
     // mirroring transform would turn it over.
-    let order = if place.matrix3.determinant() < 0.0 {
+    let order = if transform.matrix3.determinant() < 0.0 {
         [0, 2, 1]
     } else {
         [0, 1, 2]
@@ -251,7 +251,7 @@ fn append(whole: &mut Mesh, mesh: &Mesh, place: DAffine3) {
     let positions = mesh.positions.iter().map(|p| p.as_dvec3());
     whole
         .positions
-        .extend(positions.map(|p| place.transform_point3(p).as_vec3()));
+        .extend(positions.map(|p| transform.transform_point3(p).as_vec3()));
     let normals = mesh.normals.iter().map(|n| n.as_dvec3());
     whole
         .normals
@@ -265,9 +265,9 @@ fn append(whole: &mut Mesh, mesh: &Mesh, place: DAffine3) {
         // Those of vertices without a normal map are never read.
         whole.tangents.resize(first as usize, Vec4::ZERO);
         // The bitangent is moved too, not mirrored as the cross product would be.
-        let side = place.matrix3.determinant().signum() as f32;
+        let side = transform.matrix3.determinant().signum() as f32;
         whole.tangents.extend(mesh.tangents.iter().map(|tangent| {
-            let direction = place.matrix3 * tangent.truncate().as_dvec3();
+            let direction = transform.matrix3 * tangent.truncate().as_dvec3();
             let direction = direction.normalize_or_zero().as_vec3();
             direction.extend(side * tangent.w)
         }));

@@ -1,14 +1,14 @@
 //! The state of a scene's instances and lights at one time, as shaders read it.
 
 use super::compute_bvh::Tree;
-use super::geometry::{Geometry, MeshPlace};
+use super::geometry::{Geometry, MeshOffsets};
 use super::lights::{LightSources, Lights};
 use super::merge_static::TracedScene;
 use super::units::Units;
 use crate::Result;
 use crate::scene::Bounds;
 use crate::scene::lights::LampTriangle;
-use crate::scene::motion::{Pose, check_light_place, check_place, is_flat};
+use crate::scene::motion::{Pose, check_light_transform, check_transform, is_flat};
 use crate::scene::validate::LARGEST_COORDINATE;
 use crate::shader_interface::{GpuInstance, GpuPreviousTransform, NONE};
 use glam::{DAffine3, DVec3, Vec3};
@@ -29,7 +29,7 @@ pub struct ScenePoser {
 /// An instance that is traced: its transform unless it moves, and what never changes.
 struct TracedInstance {
     object_to_world: DAffine3,
-    mesh: MeshPlace,
+    mesh: MeshOffsets,
     /// Without transforms.
     constant: GpuInstance,
 }
@@ -59,7 +59,7 @@ impl ScenePoser {
         let mut traced_index = HashMap::new();
         let mut light_count = 0;
         for (index, instance) in scene.instances.iter().enumerate() {
-            let place = geometry.meshes[instance.mesh as usize];
+            let offsets = geometry.meshes[instance.mesh as usize];
             let parts = &scene.meshes[instance.mesh as usize].parts;
             let id = traced.instance_ids[index];
             // A merged mesh holds several of the scene's instances, none of which moves.
@@ -68,24 +68,28 @@ impl ScenePoser {
             }
             instances.push(TracedInstance {
                 object_to_world: instance.object_to_world,
-                mesh: place,
+                mesh: offsets,
                 constant: GpuInstance {
                     object_to_world: [Vec3::ZERO; 4],
                     world_to_object: [Vec3::ZERO; 4],
-                    first_triangle: place.first_triangle,
-                    first_normal: place.first_normal,
-                    first_part: place.first_part,
-                    root_node: place.root_node,
+                    first_triangle: offsets.first_triangle,
+                    first_normal: offsets.first_normal,
+                    first_part: offsets.first_part,
+                    root_node: offsets.root_node,
                     material: parts.first().map_or(0, |p| p.material),
-                    first_light: if place.lights > 0 { light_count } else { NONE },
+                    first_light: if offsets.lights > 0 {
+                        light_count
+                    } else {
+                        NONE
+                    },
                     id,
-                    first_uvs: place.first_uvs,
-                    first_color: place.first_color,
-                    first_tangent: place.first_tangent,
+                    first_uvs: offsets.first_uvs,
+                    first_color: offsets.first_color,
+                    first_tangent: offsets.first_tangent,
                     padding: 0,
                 },
             });
-            light_count += place.lights;
+            light_count += offsets.lights;
         }
         Self {
             units,
@@ -116,7 +120,7 @@ impl ScenePoser {
             self.instances.iter().map(|i| i.object_to_world).collect();
         let from_origin = DAffine3::from_translation(-self.units.origin);
         let farthest = self.units.farthest().min(LARGEST_COORDINATE);
-        for (moving, place) in &pose.instances {
+        for (moving, transform) in &pose.instances {
             let Some(&index) = self.traced_index.get(moving) else {
                 continue;
             };
@@ -125,22 +129,22 @@ impl ScenePoser {
                 min: min.as_dvec3(),
                 max: max.as_dvec3(),
             };
-            let centred = from_origin * *place * self.instances[index].mesh.to_object;
-            check_place(*moving, &centred, Some(&bounds), time, farthest)?;
-            to_world[index] = *place;
+            let centred = from_origin * *transform * self.instances[index].mesh.to_object;
+            check_transform(*moving, &centred, Some(&bounds), time, farthest)?;
+            to_world[index] = *transform;
         }
-        for (moving, place) in &pose.lights {
-            check_light_place(*moving, &(from_origin * *place), time, farthest)?;
+        for (moving, transform) in &pose.lights {
+            check_light_transform(*moving, &(from_origin * *transform), time, farthest)?;
         }
-        let place_of = |instance: u32| to_world[instance as usize];
+        let transform_of = |instance: u32| to_world[instance as usize];
         let lights = self
             .sources
-            .placed(place_of, &pose.emission, &pose.lights, &self.units);
+            .placed(transform_of, &pose.emission, &pose.lights, &self.units);
 
         let mut instances = Vec::with_capacity(to_world.len());
         let (mut visible, mut boxes) = (Vec::new(), Vec::new());
-        for (index, (traced, place)) in self.instances.iter().zip(&to_world).enumerate() {
-            let object_to_world = self.on_device(place, index);
+        for (index, (traced, transform)) in self.instances.iter().zip(&to_world).enumerate() {
+            let object_to_world = self.on_device(transform, index);
             let mut instance = traced.constant;
             if !is_flat(&object_to_world) {
                 instance.object_to_world = columns(object_to_world);
@@ -205,8 +209,8 @@ fn columns(transform: DAffine3) -> [Vec3; 4] {
 }
 
 /// The world-space box of an instance, enlarged by the rounding error of rays in object space.
-fn world_box(object_to_world: &DAffine3, place: &MeshPlace) -> (Vec3, Vec3) {
-    let (low, high) = (place.bounds.0.as_dvec3(), place.bounds.1.as_dvec3());
+fn world_box(object_to_world: &DAffine3, offsets: &MeshOffsets) -> (Vec3, Vec3) {
+    let (low, high) = (offsets.bounds.0.as_dvec3(), offsets.bounds.1.as_dvec3());
     let mut world = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for corner in 0..8 {
         let pick = |axis: usize| {

@@ -124,7 +124,7 @@ mod tests {
         assert!(!with(&[7.0; 30], 1).contains(&true));
     }
 
-    /// Equal lamps at different places have slightly different areas.
+    /// Equal lamps at different positions have slightly different areas.
     #[test]
     fn lamps_that_differ_by_rounding_are_rare_together() {
         let dim: Vec<f64> = (0..11).map(|i| 1.0 + 1e-15 * f64::from(i)).collect();

@@ -1,6 +1,6 @@
 //! The driver's acceleration structures over a scene.
 
-use super::geometry::MeshPlace;
+use super::geometry::MeshOffsets;
 use crate::Result;
 use crate::gpu::{AccelerationStructure, BlasGeometry, Buffer, Device, TlasInstance};
 use crate::shader_interface::GpuInstance;
@@ -27,7 +27,7 @@ impl RayQueryScene {
     /// The device has no memory left.
     pub fn new(
         device: &Arc<Device>,
-        meshes: &[MeshPlace],
+        meshes: &[MeshOffsets],
         positions: &Buffer,
         (instances, visible): (&[GpuInstance], &[u32]),
         mesh_of: Vec<u32>,
@@ -36,15 +36,15 @@ impl RayQueryScene {
         let meshes = meshes
             .iter()
             .enumerate()
-            .map(|(number, place)| {
-                if place.triangle_count == 0 {
+            .map(|(number, offsets)| {
+                if offsets.triangle_count == 0 {
                     return Ok(None);
                 }
                 let mesh = BlasGeometry {
                     positions,
-                    first_triangle: place.first_triangle,
-                    triangle_count: place.triangle_count,
-                    opaque: place.opaque,
+                    first_triangle: offsets.first_triangle,
+                    triangle_count: offsets.triangle_count,
+                    opaque: offsets.opaque,
                 };
                 AccelerationStructure::bottom(device, &format!("mesh {number}"), mesh).map(Some)
             })

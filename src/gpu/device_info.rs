@@ -125,7 +125,7 @@ impl DeviceInfo {
         }
     }
 
-    /// What the device says of itself; `index` is its place in the driver's list.
+    /// What the device says of itself; `index` is its index in the driver's list.
     pub(super) fn of(instance: &ash::Instance, index: usize, device: vk::PhysicalDevice) -> Self {
         let mut driver = vk::PhysicalDeviceDriverProperties::default();
         let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();

@@ -82,22 +82,22 @@ impl Values {
             .map(|p| (p.name, p.default.to_owned()))
             .collect();
         for (key, value) in settings {
-            let place = scene.parameters.iter().position(|p| p.name == key);
-            let place = place.ok_or_else(|| {
+            let index = scene.parameters.iter().position(|p| p.name == key);
+            let index = index.ok_or_else(|| {
                 Error::input(format!(
                     "scene {} has no parameter '{key}'{}; 'headwater scene list' names them all",
                     scene.name,
                     nearest(key, scene.parameters.iter().map(|p| p.name))
                 ))
             })?;
-            let range = scene.parameters[place].values;
+            let range = scene.parameters[index].values;
             if !range.holds(value) {
                 return Err(Error::input(format!(
                     "scene {}: {key}={value} is not valid; it takes {range}",
                     scene.name
                 )));
             }
-            values[place].1.clone_from(value);
+            values[index].1.clone_from(value);
         }
         Ok(Self(values))
     }

@@ -97,7 +97,7 @@ pub fn table(profile: &Profile) -> String {
         line(format_args!(
             "world_reservoirs vertices {vertices} cells {} places {} dropped {}",
             sum(|counts| counts.cells),
-            sum(|counts| counts.places),
+            sum(|counts| counts.slots),
             sum(|counts| counts.dropped)
         ));
     }

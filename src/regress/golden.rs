@@ -95,8 +95,8 @@ pub struct Blessing {
     pictures: BTreeMap<String, Image>,
     /// The folder for the sets of all drivers.
     folder: PathBuf,
-    /// Places of the set.
-    places: Places,
+    /// Locations of the set.
+    locations: Locations,
 }
 
 /// The beginning of the names of sets that are being written.
@@ -105,20 +105,20 @@ const WORK: &str = ".golden-";
 impl Blessing {
     /// An empty set for a device.
     pub fn new(folder: &Path, device: &DeviceInfo) -> Self {
-        let places = Places::new(folder, device);
+        let locations = Locations::new(folder, device);
         let goldens = Goldens {
             version: VERSION,
             device: device.name.clone(),
             driver: device.driver.clone(),
             commit: env!("HEADWATER_COMMIT").to_owned(),
             cases: BTreeMap::new(),
-            folder: places.target.clone(),
+            folder: locations.target.clone(),
         };
         Self {
             goldens,
             pictures: BTreeMap::new(),
             folder: folder.to_owned(),
-            places,
+            locations,
         }
     }
 
@@ -140,7 +140,7 @@ impl Blessing {
     /// # Errors
     /// The older set is damaged.
     pub fn add_older(&mut self) -> Result<()> {
-        if let Some(older) = self.places.set() {
+        if let Some(older) = self.locations.set() {
             for (name, golden) in Goldens::read(older)?.cases {
                 self.goldens.cases.insert(name, golden);
             }
@@ -157,7 +157,7 @@ impl Blessing {
             mut goldens,
             pictures,
             folder,
-            places,
+            locations,
         } = self;
         std::fs::create_dir_all(&folder).map_err(|e| Error::writing(&folder, e))?;
         // While this lasts, no other program writes a set here, and what one has left is of no use to anyone.
@@ -177,7 +177,7 @@ impl Blessing {
                     golden.picture = hash(&file)?;
                 }
                 None => {
-                    let from = picture(places.set().unwrap_or(&places.target), name);
+                    let from = picture(locations.set().unwrap_or(&locations.target), name);
                     std::fs::copy(&from, &file).map_err(|e| Error::reading(&from, e))?;
                 }
             }
@@ -185,7 +185,7 @@ impl Blessing {
         let list = serde_json::to_string_pretty(&goldens)
             .map_err(|e| Error::failed(format!("golden frames as JSON: {e}")))?;
         write_atomically(&work.path().join(LIST), |file| writeln!(file, "{list}"))?;
-        let Places { target, older } = places;
+        let Locations { target, older } = locations;
         let failed = |e| Error::writing(&target, e);
         // Readable by others, which temporary folders are not.
         let permissions = std::fs::Permissions::from_mode(0o755);
@@ -207,14 +207,14 @@ impl Blessing {
     }
 }
 
-/// Places of the set of a driver.
-struct Places {
+/// Locations of the set of a driver.
+struct Locations {
     target: PathBuf,
-    /// The place of an older set while a new one takes its place.
+    /// The location of an older set while a new one takes its place.
     older: PathBuf,
 }
 
-impl Places {
+impl Locations {
     fn new(folder: &Path, device: &DeviceInfo) -> Self {
         let name = folder_name(device);
         Self {
@@ -223,10 +223,12 @@ impl Places {
         }
     }
 
-    /// The set. It is in its older place if a program was killed before a new one could take its place.
+    /// The set. It is in its older location if a program was killed before a new one could take its place.
     fn set(&self) -> Option<&Path> {
-        let mut places = [&self.target, &self.older].into_iter();
-        places.find(|place| place.is_dir()).map(PathBuf::as_path)
+        let mut locations = [&self.target, &self.older].into_iter();
+        locations
+            .find(|location| location.is_dir())
+            .map(PathBuf::as_path)
     }
 }
 
@@ -249,7 +251,7 @@ impl Goldens {
     /// # Errors
     /// There are none, or what is there cannot be read.
     pub fn find(folder: &Path, device: &DeviceInfo) -> Result<(Self, bool)> {
-        if let Some(own) = Places::new(folder, device).set() {
+        if let Some(own) = Locations::new(folder, device).set() {
             return Ok((Self::read(own)?, true));
         }
         let entries = std::fs::read_dir(folder).map_err(|e| Error::reading(folder, e))?;

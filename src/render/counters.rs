@@ -4,7 +4,7 @@ use crate::gpu::{Buffer, Device, Recording, Usage};
 use crate::shader_interface::Specialisation;
 use crate::shader_interface::{
     COUNTER_CELLS, COUNTER_CUT_SHORT, COUNTER_DROPPED, COUNTER_HITS, COUNTER_MERGE_LANES,
-    COUNTER_NEIGHBOURS, COUNTER_PLACES, COUNTER_RAYS, COUNTER_READ, COUNTER_REJECTED,
+    COUNTER_NEIGHBOURS, COUNTER_RAYS, COUNTER_READ, COUNTER_REJECTED, COUNTER_SLOTS,
     COUNTER_TRACE_LANES, COUNTER_VERTICES, COUNTER_WRITTEN, COUNTERS,
 };
 use crate::{Error, Result};
@@ -31,10 +31,10 @@ pub struct Counts {
     /// Cells of the table of world reservoirs that hold a vertex.
     #[serde(default)]
     pub cells: u64,
-    /// Places of that table.
-    #[serde(default)]
-    pub places: u64,
-    /// Vertices of paths that found no place among world reservoirs.
+    /// Slots of that table.
+    #[serde(default, rename = "places")]
+    pub slots: u64,
+    /// Vertices of paths that found no slot among world reservoirs.
     #[serde(default)]
     pub dropped: u64,
     /// Rays that hit something.
@@ -159,7 +159,7 @@ impl Counters {
                     neighbours: of(COUNTER_NEIGHBOURS),
                     vertices: of(COUNTER_VERTICES),
                     cells: of(COUNTER_CELLS),
-                    places: of(COUNTER_PLACES),
+                    slots: of(COUNTER_SLOTS),
                     dropped: of(COUNTER_DROPPED),
                     hits: of(COUNTER_HITS),
                     bytes_read: 4 * of(COUNTER_READ),

@@ -99,7 +99,7 @@ impl ResolvedSettings {
         self.has_light_lists().then_some(&self.light_bvh)
     }
 
-    /// The size of world reservoirs, for a picture with `slots` places for pixels.
+    /// The size of world reservoirs, for a picture with `slots` slots for pixels.
     pub fn world_size(&self, slots: u64) -> WorldSize {
         let is_used =
             self.world_reservoirs() != WorldReservoirs::None && self.renders(Lighting::Indirect);

@@ -1,7 +1,7 @@
 //! A hash of everything in a scene that affects its picture.
 
 use super::motion::tracks::{Animated, Interpolation, Track};
-use super::motion::{AnimatedTransform, Emission, Motion, Node, Place};
+use super::motion::{AnimatedTransform, Emission, Motion, Node, Transform};
 use super::texture::Wrap;
 use super::{
     AlphaMode, Camera, Environment, Image, Instance, Material, Mesh, PunctualLight, PunctualShape,
@@ -128,14 +128,14 @@ fn hash_motion(hasher: &mut blake3::Hasher, motion: &Motion) {
     };
     hasher.update(b"motion\0");
     count(hasher, nodes.len());
-    for Node { parent, place } in nodes {
+    for Node { parent, transform } in nodes {
         index(hasher, *parent);
-        match place {
-            Place::Still(place) => {
+        match transform {
+            Transform::Fixed(transform) => {
                 hasher.update(b"still");
-                hash_affine(hasher, place);
+                hash_affine(hasher, transform);
             }
-            Place::Moving(moving) => {
+            Transform::Moving(moving) => {
                 let AnimatedTransform {
                     translation,
                     rotation,

@@ -14,13 +14,13 @@ struct Kind {
 }
 
 impl Tally {
-    /// Counts one case of `what`; `place` gives its name if it is the first.
-    pub fn add(&mut self, what: &str, place: impl FnOnce() -> String) {
-        self.add_many(what, 1, place);
+    /// Counts one case of `what`; `location` gives its name if it is the first.
+    pub fn add(&mut self, what: &str, location: impl FnOnce() -> String) {
+        self.add_many(what, 1, location);
     }
 
-    /// Counts `count` cases of `what` in one place.
-    pub fn add_many(&mut self, what: &str, count: usize, place: impl FnOnce() -> String) {
+    /// Counts `count` cases of `what` at one location.
+    pub fn add_many(&mut self, what: &str, count: usize, location: impl FnOnce() -> String) {
         if count == 0 {
             return;
         }
@@ -28,7 +28,7 @@ impl Tally {
             Some(kind) => kind.count += count,
             None => self.kinds.push(Kind {
                 what: what.into(),
-                first: place(),
+                first: location(),
                 count,
             }),
         }

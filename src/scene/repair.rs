@@ -15,26 +15,26 @@ impl Mesh {
     /// Repairs a mesh. Its indices must be in range and its numbers finite.
     pub(super) fn repair(&mut self, index: usize, tally: &mut Tally) {
         let name = self.name.clone();
-        let place = || label("mesh", index, &name);
+        let location = || label("mesh", index, &name);
         let flat = self.drop_degenerate_triangles();
-        tally.add_many("triangles without area are removed", flat, place);
+        tally.add_many("triangles without area are removed", flat, location);
         if !self.normals.is_empty() {
             let odd = self.normalize_normals();
             tally.add_many(
                 "normals that were not of unit length are made so",
                 odd,
-                place,
+                location,
             );
             let missing = self.fill_missing_normals();
             tally.add_many(
                 "vertices without a usable normal take the geometric one",
                 missing,
-                place,
+                location,
             );
         }
         self.normalize_tangents();
         let odd = self.clamp_colors();
-        tally.add_many("vertex colours outside 0…1 are clamped", odd, place);
+        tally.add_many("vertex colours outside 0…1 are clamped", odd, location);
         self.drop_unused_vertices();
     }
 
@@ -165,11 +165,11 @@ impl Mesh {
             return;
         }
         let mut kept = 0;
-        for (vertex, place) in moved.iter_mut().enumerate() {
-            if *place == u32::MAX {
+        for (vertex, index) in moved.iter_mut().enumerate() {
+            if *index == u32::MAX {
                 continue;
             }
-            *place = kept as u32;
+            *index = kept as u32;
             self.positions[kept] = self.positions[vertex];
             if !self.normals.is_empty() {
                 self.normals[kept] = self.normals[vertex];

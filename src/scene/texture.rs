@@ -58,15 +58,19 @@ impl Texture {
     /// The texture at some coordinates, 0…1 in each channel. `decode` converts a texel: [`linear`] or [`srgb`].
     pub fn at(&self, image: &Image, uv: Vec2, decode: fn([u8; 4]) -> Vec4) -> Vec4 {
         let size = Vec2::new(image.width as f32, image.height as f32);
-        let place = self.transform.transform_point2(uv) * size;
+        let position = self.transform.transform_point2(uv) * size;
         // Huge coordinates can become infinities and NaN.
-        let place = if place.is_finite() { place } else { Vec2::ZERO };
+        let position = if position.is_finite() {
+            position
+        } else {
+            Vec2::ZERO
+        };
         if self.nearest {
-            return decode(self.texel(image, place.x.floor() as i64, place.y.floor() as i64));
+            return decode(self.texel(image, position.x.floor() as i64, position.y.floor() as i64));
         }
         // Centres of texels are at halves.
-        let place = place - 0.5;
-        let (corner, part) = (place.floor(), place - place.floor());
+        let position = position - 0.5;
+        let (corner, part) = (position.floor(), position - position.floor());
         let (x, y) = (corner.x as i64, corner.y as i64);
         let texel = |dx, dy| decode(self.texel(image, x.saturating_add(dx), y.saturating_add(dy)));
         let top = texel(0, 0).lerp(texel(1, 0), part.x);
@@ -138,8 +142,8 @@ impl LitTexels {
     pub fn may_be_seen(&self, texture: &Texture, uvs: [Vec2; 3]) -> bool {
         let size = Vec2::from(self.size.map(|side| side as f32));
         let transform = &texture.transform;
-        let places = uvs.map(|uv| transform.transform_point2(uv) * size);
-        if places.iter().any(|place| !place.is_finite()) {
+        let positions = uvs.map(|uv| transform.transform_point2(uv) * size);
+        if positions.iter().any(|position| !position.is_finite()) {
             return true;
         }
         let matrix = transform.matrix2;
@@ -149,8 +153,8 @@ impl LitTexels {
         });
         // The neighbours that a lookup interpolates, and what shaders may round otherwise.
         let margin = 2.0 + 1e-5 * (terms[0] + terms[1] + terms[2]);
-        let low = places[0].min(places[1]).min(places[2]) - margin;
-        let high = places[0].max(places[1]).max(places[2]) + margin;
+        let low = positions[0].min(positions[1]).min(positions[2]) - margin;
+        let high = positions[0].max(positions[1]).max(positions[2]) + margin;
         let [columns, rows] =
             [0, 1].map(|axis| self.spans(texture.wrap[axis], axis, low[axis], high[axis]));
         (rows.iter()).any(|rows| columns.iter().any(|columns| self.has_lit(*columns, *rows)))
@@ -275,7 +279,7 @@ mod tests {
         let (width, height) = (96, 40);
         let lit = [(17, 5), (95, 39), (40, 20)];
         let texels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-        let texels = texels.map(|place| match lit.contains(&place) {
+        let texels = texels.map(|texel| match lit.contains(&texel) {
             true => [0, 1, 0, 255],
             false => [0, 0, 0, 255],
         });

@@ -94,7 +94,7 @@ crate::gpu_constants! {
     pub const STREAM_INDIRECT: u32 = 64;
     /// Random stream of the list of a cell of world reservoirs; those of the n-th vertex of a path are 2n and 2n + 1 higher.
     pub const STREAM_WORLD: u32 = 128;
-    /// Width and height of a block of pixels, of which one claims a place of the hash grid.
+    /// Width and height of a block of pixels, of which one claims a slot of the hash grid.
     pub const GRID_BLOCK: u32 = 4;
     /// Maximum number of reservoirs of the hash grid that a pixel merges.
     pub const MAX_GRID_MERGED: u32 = 16;
@@ -125,7 +125,7 @@ crate::gpu_constants! {
     pub const COUNTER_MERGE_LANES: u32 = 5;
     /// Neighbours, or histories, that were merged.
     pub const COUNTER_NEIGHBOURS: u32 = 7;
-    /// Vertices of paths that found no place among world reservoirs.
+    /// Vertices of paths that found no slot among world reservoirs.
     pub const COUNTER_DROPPED: u32 = 8;
     /// Words read of what is kept for pixels, vertices, tiles and cells.
     pub const COUNTER_READ: u32 = 9;
@@ -137,8 +137,8 @@ crate::gpu_constants! {
     pub const COUNTER_VERTICES: u32 = 12;
     /// Cells of the table of world reservoirs that hold a vertex.
     pub const COUNTER_CELLS: u32 = 13;
-    /// Places of that table.
-    pub const COUNTER_PLACES: u32 = 14;
+    /// Slots of that table.
+    pub const COUNTER_SLOTS: u32 = 14;
     /// Counters of a pass.
     pub const COUNTERS: u32 = 15;
 }

@@ -211,7 +211,7 @@ impl SpecialisationConstant {
 }
 
 /// Declares all specialisation constants as one structure: fields with their defaults. In GLSL each
-/// field is a constant with its name in capitals; its id is its place in the structure.
+/// field is a constant with its name in capitals; its id is its index in the structure.
 #[macro_export]
 macro_rules! gpu_specialisation {
     ($(#[$meta:meta])* pub struct $name:ident {

@@ -98,11 +98,11 @@ crate::gpu_struct! {
         pub cell: f32,
         /// Bins of normals along each side of the octahedral map.
         pub bins: u32,
-        /// Places of reservoirs, a power of two.
-        pub places: u32,
+        /// Slots of reservoirs, a power of two.
+        pub slots: u32,
         /// Number of surfaces that claim them.
         pub sources: u32,
-        /// Places of a cell's bin.
+        /// Slots of a cell's bin.
         pub reservoirs: u32,
         /// Light candidates of each reservoir.
         pub candidates: u32,
@@ -150,8 +150,8 @@ crate::gpu_struct! {
         pub vertices: u32,
         /// Buckets of the table, a power of two.
         pub buckets: u32,
-        /// Places of a bucket.
-        pub bucket_places: u32,
+        /// Slots of a bucket.
+        pub bucket_slots: u32,
     }
 }
 
@@ -180,7 +180,7 @@ crate::gpu_struct! {
         pub jitter: Vec2,
         /// That of the previous frame.
         pub previous_jitter: Vec2,
-        /// Places for pixels in a buffer: with tiles, more than there are pixels.
+        /// Slots for pixels in a buffer: with tiles, more than there are pixels.
         pub slots: u32,
         /// Index of the frame.
         pub frame: u32,

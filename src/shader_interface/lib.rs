@@ -28,7 +28,7 @@ pub use pixels::{
 };
 pub use rays::{RayBatch, RayHit, RayQuery};
 pub use scene::{
-    GpuGridPlace, GpuGridPoint, GpuInstance, GpuLight, GpuLightChoice, GpuLightEntry, GpuLightNode,
+    GpuGridPoint, GpuGridSlot, GpuInstance, GpuLight, GpuLightChoice, GpuLightEntry, GpuLightNode,
     GpuLightTexture, GpuMaterial, GpuPreviousTransform, GpuPunctualLight, GpuTexture,
 };
 pub use scene_buffers::{Access, BUFFERS, Elements, LIGHT_BVH, SceneTable};
@@ -49,7 +49,7 @@ pub const STRUCTS: &[StructLayout] = &[
     GpuLightTexture::LAYOUT,
     GpuLightNode::LAYOUT,
     GpuLightEntry::LAYOUT,
-    GpuGridPlace::LAYOUT,
+    GpuGridSlot::LAYOUT,
     GpuGridPoint::LAYOUT,
     GpuPreviousTransform::LAYOUT,
     GpuCamera::LAYOUT,

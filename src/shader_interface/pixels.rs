@@ -103,12 +103,12 @@ crate::gpu_struct! {
     pub struct GpuWorldSample {
         /// Unbiased contribution weight; 0 = empty.
         pub weight: f32,
-        /// Confidence and bits of the place, as in reservoirs.
+        /// Confidence and bits of the uv, as in reservoirs.
         pub history: u32,
         /// Kind and index of the light.
         pub light: u32,
         /// The point on it.
-        pub place: u32,
+        pub uv: u32,
     }
 }
 

@@ -73,9 +73,8 @@ crate::gpu_struct! {
         pub column_v: Vec2,
         /// The translation.
         pub offset: Vec2,
-        /// Where the image is: the index of its first texel in the array of texels or, where images are sampled, its own
-        /// index.
-        pub place: u32,
+        /// Index of the image's first texel in the array of texels or, where images are sampled, of the image itself.
+        pub index: u32,
         /// Width in texels.
         pub width: u32,
         /// Height in texels.
@@ -186,7 +185,7 @@ crate::gpu_struct! {
         pub next: u32,
         /// The largest coordinates of the box.
         pub high: Vec3,
-        /// The place of its first light among the BVH's lights.
+        /// The index of its first light among the BVH's lights.
         pub first: u32,
         /// The centre of the box around its lights.
         pub center: Vec3,
@@ -215,14 +214,14 @@ crate::gpu_struct! {
         pub before: u32,
         /// For the light with this index: the leaf of its cluster; NONE if it belongs to none.
         pub leaf: u32,
-        /// For the light with this index: its position among the lights of the BVH.
-        pub place: u32,
+        /// For the light with this index: its index among the lights of the BVH.
+        pub index: u32,
     }
 }
 
 crate::gpu_struct! {
-    /// A place of the hash grid.
-    pub struct GpuGridPlace {
+    /// A slot of the hash grid.
+    pub struct GpuGridSlot {
         /// Whose it is, plus 1, with random bits above; 0: nobody's.
         pub claim: u32,
         /// The key of its cell and bin.

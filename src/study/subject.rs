@@ -218,10 +218,10 @@ impl Subject {
         let key = self.key(configuration)?;
         let renderer = match self.renderers.entry((key.clone(), tracking.counts)) {
             Entry::Occupied(made) => made.into_mut(),
-            Entry::Vacant(place) => {
+            Entry::Vacant(entry) => {
                 let (scene, view) = (self.scene.clone(), &self.view);
                 let settings = ResolvedSettings::new(&configuration.settings, &scene, view.bounces);
-                place.insert(Renderer::tracking(
+                entry.insert(Renderer::tracking(
                     &self.device,
                     scene,
                     view,

@@ -162,17 +162,17 @@ fn without_a_command_there_is_help() {
 fn a_path_is_named_once() {
     let folder = tempfile::tempdir().unwrap();
     for (arguments, status) in [
-        (["render", "PLACE/a.glb", "-o", "a.exr"], 2),
-        (["render", "PLACE/a.gltf", "-o", "a.exr"], 2),
-        (["render", "PLACE/a.obj", "-o", "a.exr"], 2),
-        (["render", "cornell", "-o", "PLACE/a.exr"], 1),
-        (["scene", "generate", "cornell", "-oPLACE/a.glb"], 1),
-        (["study", "--plan", "PLACE/a.toml", "-oout"], 2),
+        (["render", "LOCATION/a.glb", "-o", "a.exr"], 2),
+        (["render", "LOCATION/a.gltf", "-o", "a.exr"], 2),
+        (["render", "LOCATION/a.obj", "-o", "a.exr"], 2),
+        (["render", "cornell", "-o", "LOCATION/a.exr"], 1),
+        (["scene", "generate", "cornell", "-oLOCATION/a.glb"], 1),
+        (["study", "--plan", "LOCATION/a.toml", "-oout"], 2),
     ] {
-        let place = folder.path().join("no");
-        let given = arguments.map(|word| word.replace("PLACE", text(&place)));
+        let location = folder.path().join("no");
+        let given = arguments.map(|word| word.replace("LOCATION", text(&location)));
         let line = fail(&given.each_ref().map(String::as_str), status);
-        assert_eq!(line.matches(text(&place)).count(), 1, "{line}");
+        assert_eq!(line.matches(text(&location)).count(), 1, "{line}");
     }
 }
 

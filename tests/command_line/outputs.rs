@@ -128,7 +128,7 @@ fn no_output_overwrites_another_file_of_the_same_command() {
 
 /// A file that a killed program has left has no effect, and is removed.
 #[test]
-fn a_file_takes_its_place_beside_what_a_killed_program_left() {
+fn a_file_is_written_beside_what_a_killed_program_left() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("a.exr");
     let arguments = ["render", "cornell", "--width", "8", "-o", text(&out)];

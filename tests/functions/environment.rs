@@ -1,4 +1,4 @@
-//! Tests of shader functions: directions and places of the environment, what is seen there, and its density.
+//! Tests of shader functions: directions and uvs of the environment, what is seen there, and its density.
 
 use crate::{Function, floats, number, vector};
 use glam::{DVec2, DVec3, Vec3};
@@ -86,10 +86,10 @@ fn seen(fault: Option<(&'static str, &'static str, &'static str)>) -> f64 {
     let (units, texels, _) = uploaded(environment.clone());
     let function = Function {
         includes: &["lights/kinds/environment.glsl"],
-        body: "vec2 place = environment_place(uintBitsToFloat(a.xyz));
+        body: "vec2 uv = environment_uv(uintBitsToFloat(a.xyz));
             float sine;
-            x.xyz = floatBitsToUint(environment_radiance(place));
-            y.xyz = floatBitsToUint(environment_direction(place, sine));",
+            x.xyz = floatBitsToUint(environment_radiance(uv));
+            y.xyz = floatBitsToUint(environment_direction(uv, sine));",
         environment: texels,
         fault,
         ..Function::default()
@@ -143,11 +143,11 @@ fn points_are_drawn_by_their_density() {
             uvec4 bits = random_bits(random);
             LightPoint p = draw_point(pick_light(0u, scene.at.light_count, bits.xy), bits);
             float sine;
-            vec3 direction = environment_direction(texel_corner(p.index) + p.place, sine);
+            vec3 direction = environment_direction(texel_corner(p.index) + p.uv, sine);
             float pdf = pdf_own_measure(p, direction, light_probability(p));
             LightPoint same = environment_point(direction);
             x = uvec4(p.kind, p.index, floatBitsToUint(pdf), same.index);
-            y.xy = floatBitsToUint(p.place);",
+            y.xy = floatBitsToUint(p.uv);",
         environment: texels,
         lights,
         ..Function::default()
@@ -159,13 +159,13 @@ fn points_are_drawn_by_their_density() {
     let (mut quarters, mut inverse, mut elsewhere) = ([0_u64; 4], 0.0, 0);
     for words in function.run(&inputs) {
         assert_eq!(words[0], headwater::shader_interface::LIGHT_ENVIRONMENT);
-        let (texel, place) = (words[1], [number(words[4]), number(words[5])]);
+        let (texel, uv) = (words[1], [number(words[4]), number(words[5])]);
         let row = f64::from(texel / WIDTH);
-        let sine = (PI * (row + place[1]) / f64::from(HEIGHT)).sin();
+        let sine = (PI * (row + uv[1]) / f64::from(HEIGHT)).sin();
         let pdf = number(words[2]);
         observed[texel as usize] += 1;
         probability[texel as usize] = pdf * sine * cell;
-        quarters[usize::from(place[0] >= 0.5) + 2 * usize::from(place[1] >= 0.5)] += 1;
+        quarters[usize::from(uv[0] >= 0.5) + 2 * usize::from(uv[1] >= 0.5)] += 1;
         inverse += 1.0 / pdf;
         // By rounding a direction may lie beyond the edge.
         elsewhere += u32::from(words[3] != texel);

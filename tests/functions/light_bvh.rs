@@ -155,7 +155,7 @@ fn probabilities_add_up_to_one_at_every_point() {
 #[test]
 fn a_walk_to_the_wrong_node_is_found() {
     for (text, planted, changes_sums) in [
-        ("place.leaf >= sibling", "place.leaf > sibling", true),
+        ("entry.leaf >= sibling", "entry.leaf > sibling", true),
         // Moves all boxes alike, which leaves the sums as they are.
         (
             "all(lessThanEqual(point, node.high))",
@@ -182,7 +182,7 @@ fn lights_that_are_off_are_not_drawn() {
     for options in ways().into_iter().filter(|options| options.by_power) {
         let all = lights();
         let contents = LightBvh::new(&all, &[], &[Vec3::ZERO; 1], options).contents(&all);
-        // Dark nodes have no place.
+        // Dark nodes have no entry.
         let points = points(&contents.nodes, 1000);
         for shining in [None, Some(7)] {
             let mut lights = lights();
@@ -288,7 +288,7 @@ fn the_mixture_of_near_lights_and_all_is_drawn_by_its_density() {
             if (b.z == 0u) {{
                 float pdf;
                 LightSample drawn = draw_light_sample(context, b.y, pcg4d(uvec4(b.x, 5u, 6u, 7u)), pdf);
-                x = uvec4(light_index(drawn.point), drawn.point.place.x < 0.5, drawn.point.place.y < 0.5, 0u);
+                x = uvec4(light_index(drawn.point), drawn.point.uv.x < 0.5, drawn.point.uv.y < 0.5, 0u);
             }} else {{
                 float all = load_light_choices(b.x).probability;
                 x.x = floatBitsToUint(mean_probability(context, all, near_light_probability(context, b.x)));

@@ -12,7 +12,7 @@ const BODY: &str = "Random random = random_start(a.x, 1u, 2u);
     uvec4 bits = random_bits(random);
     LightPoint p = draw_point(pick_light(0u, a.y, bits.xy), bits);
     float pdf_area = pdf_own_measure(p, vec3(0.0), light_probability(p));
-    x = uvec4(floatBitsToUint(light_position(light_at(p.index, CURRENT), p.place)), p.index); y.x = floatBitsToUint(pdf_area);";
+    x = uvec4(floatBitsToUint(light_position(light_at(p.index, CURRENT), p.uv)), p.index); y.x = floatBitsToUint(pdf_area);";
 
 fn draw(lights: &Lights, count: u32) -> Vec<[u32; 8]> {
     let function = Function {

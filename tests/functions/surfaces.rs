@@ -218,7 +218,7 @@ impl Chart {
     const INSIDE: f64 = 0.99;
 
     /// Where a direction lies; past the square in a lobe's tail.
-    fn place(&self, direction: DVec3) -> DVec2 {
+    fn uv(&self, direction: DVec3) -> DVec2 {
         let azimuth = |d: DVec3| (d.y.atan2(d.x) / TAU).rem_euclid(1.0);
         match self {
             Self::Hemisphere => DVec2::new(direction.z, azimuth(direction)),
@@ -230,16 +230,16 @@ impl Chart {
         }
     }
 
-    /// The direction at a place, and the solid angle that a unit of the square has there.
-    fn direction(&self, place: DVec2) -> (DVec3, f64) {
-        let (sin, cos) = (place.y * TAU).sin_cos();
+    /// The direction at a uv, and the solid angle that a unit of the square has there.
+    fn direction(&self, uv: DVec2) -> (DVec3, f64) {
+        let (sin, cos) = (uv.y * TAU).sin_cos();
         match self {
             Self::Hemisphere => {
-                let r = (1.0 - place.x * place.x).sqrt();
-                (DVec3::new(r * cos, r * sin, place.x), TAU)
+                let r = (1.0 - uv.x * uv.x).sqrt();
+                (DVec3::new(r * cos, r * sin, uv.x), TAU)
             }
             Self::Lobe { outgoing, alpha } => {
-                let share = place.x * Self::INSIDE;
+                let share = uv.x * Self::INSIDE;
                 let slope = alpha * (share / (1.0 - share)).sqrt();
                 let half = DVec3::new(slope * cos, slope * sin, 1.0).normalize();
                 let area = TAU * 0.5 * alpha * alpha * Self::INSIDE / (1.0 - share).powi(2);
@@ -274,8 +274,8 @@ fn directions_are_drawn_by_their_density() {
             };
             let mut observed = vec![0_u64; RINGS * SECTORS + 1];
             for draw in sampled(&material, outgoing, COUNT) {
-                let place = draw.map(|(d, ..)| chart.place(d)).filter(|p| p.x <= 1.0);
-                let bin = place.map_or(RINGS * SECTORS, |p| {
+                let uv = draw.map(|(d, ..)| chart.uv(d)).filter(|p| p.x <= 1.0);
+                let bin = uv.map_or(RINGS * SECTORS, |p| {
                     let ring = ((p.x * RINGS as f64) as usize).min(RINGS - 1);
                     ring * SECTORS + ((p.y * SECTORS as f64) as usize).min(SECTORS - 1)
                 });

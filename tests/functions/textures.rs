@@ -94,7 +94,7 @@ fn lookups_are_those_of_the_twin() {
                 let image = &scene.images[texture.image as usize];
                 let expected = texture.at(image, uv, if is_color { srgb } else { linear });
                 let found = Vec4::from_array([0, 1, 2, 3].map(|c| number(words[c]) as f32));
-                // Far from the image the place within it is rounded to a thousandth of a texel; the nearest texel may
+                // Far from the image the position within it is rounded to a thousandth of a texel; the nearest texel may
                 // then be another.
                 wrong += usize::from(found.distance(expected) > 5e-3);
             }
@@ -143,7 +143,7 @@ fn coordinates_that_are_huge_stay_inside_the_image() {
     };
     let tables = Materials::of(&scene, 1.0, Textures::Buffer);
     // Only texels of the image have this value: all others of the array would be wrong.
-    let before = vec![0; tables.textures[0].place as usize];
+    let before = vec![0; tables.textures[0].index as usize];
     let texels = [&before[..], &[0x4040_4040; 21], &[0; 100]].concat();
     let function = Function {
         includes: &["scene/textures.glsl"],

@@ -24,12 +24,12 @@ use std::sync::Arc;
 pub const ALBEDO: f64 = 0.5;
 
 pub fn environment(width: u32, height: u32, texel: impl Fn(u32, u32) -> Vec3) -> Environment {
-    let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+    let coordinates = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
     Environment {
         name: "test".into(),
         width,
         height,
-        texels: places.map(|(x, y)| texel(x, y)).collect(),
+        texels: coordinates.map(|(x, y)| texel(x, y)).collect(),
         rotation: 0.0,
         intensity: 1.0,
     }

@@ -56,8 +56,8 @@ fn a_node_goes_through_its_keys() {
         &keys,
     ));
     assert!(scene.notices.is_empty(), "{:?}", scene.notices);
-    let place = scene.instances[0].object_to_world.translation;
-    assert_eq!(place, DVec3::X, "as at time 0");
+    let position = scene.instances[0].object_to_world.translation;
+    assert_eq!(position, DVec3::X, "as at time 0");
     assert_eq!(moved(&scene, 1.5), DVec3::new(2.0, 2.0, 0.0));
     assert_eq!(moved(&scene, 9.0), DVec3::new(3.0, 4.0, 0.0));
     let step = load(&animated("translation", "VEC3", "STEP", &[1.0, 2.0], &keys));
@@ -125,10 +125,10 @@ fn children_and_cameras_follow_and_their_own_keys_add() {
     for time in [0.0, 0.3, 1.0] {
         let turn = DQuat::from_rotation_y(time * std::f64::consts::FRAC_PI_2);
         let posed = scene.pose_at(time).unwrap();
-        let place = posed.instances[0].object_to_world;
+        let transform = posed.instances[0].object_to_world;
         let expected = DVec3::X * 10.0 + turn * (DVec3::Z * 2.0);
-        assert!((place.translation - expected).length() < 1e-6, "{time}");
-        let up = place.matrix3.y_axis;
+        assert!((transform.translation - expected).length() < 1e-6, "{time}");
+        let up = transform.matrix3.y_axis;
         assert!(
             (up - DVec3::Y * (1.0 + 2.0 * time)).length() < 1e-6,
             "{time}"
@@ -224,9 +224,9 @@ fn what_never_changes_does_not_move() {
     );
     let scene = load(&still);
     assert_eq!(scene.motion, None);
-    let place = scene.instances[0].object_to_world.translation;
+    let position = scene.instances[0].object_to_world.translation;
     assert_eq!(
-        place,
+        position,
         DVec3::new(1.0, 2.0, 3.0),
         "its keys hold all the same"
     );

@@ -479,11 +479,11 @@ fn fuzz(name: &str, bytes: &[u8], rounds: usize) -> (usize, usize) {
 #[test]
 fn mutated_files_never_panic() {
     let mut file = Gltf::triangle();
-    let places = file.add_view(&[0, 2]);
+    let indices = file.add_view(&[0, 2]);
     let values = file.add_view(&[1; 24]);
     file.json["accessors"][0]["sparse"] = json!({
         "count": 2,
-        "indices": { "bufferView": places, "componentType": 5121 },
+        "indices": { "bufferView": indices, "componentType": 5121 },
         "values": { "bufferView": values },
     });
     let indices = file.add_indices(5121, &[0, 1, 2, 1]);

@@ -118,10 +118,10 @@ fn strides_and_sparse_values_are_followed() {
     let view = file.add_view(&bytes);
     file.json["bufferViews"][view]["byteStride"] = 20.into();
     let values = file.add_view(&floats(&[[5.0, 0.0, 1.0]]));
-    let places = file.add_view(&[1]);
+    let indices = file.add_view(&[1]);
     let sparse = json!({
         "count": 1,
-        "indices": { "bufferView": places, "componentType": 5121 },
+        "indices": { "bufferView": indices, "componentType": 5121 },
         "values": { "bufferView": values },
     });
     let positions = file.add_accessor(json!({
@@ -162,7 +162,7 @@ fn nodes_are_composed_and_share_meshes() {
 }
 
 #[test]
-fn places_far_from_the_origin_keep_their_digits() {
+fn positions_far_from_the_origin_keep_their_digits() {
     let far = DVec3::new(5_000_000.123, -4_999_999.877, 0.1);
     let file = Gltf::triangle().with(|json| {
         json["nodes"][0]["translation"] = json!(far.to_array());

@@ -179,8 +179,8 @@ fn images_that_are_cut_off_are_refused() {
 #[test]
 fn scans_and_samplings_of_jpeg_are_read_or_refused_in_one_line() {
     let whole = write(&noisy().crop_imm(0, 0, 19, 11), ImageFormat::Jpeg);
-    let place_of = |marker: u8| whole.windows(2).position(|pair| pair == [0xFF, marker]);
-    let (frame, scan) = (place_of(0xC0).unwrap(), place_of(0xDA).unwrap());
+    let offset_of = |marker: u8| whole.windows(2).position(|pair| pair == [0xFF, marker]);
+    let (frame, scan) = (offset_of(0xC0).unwrap(), offset_of(0xDA).unwrap());
     let data = &whole[scan + 2 + usize::from(whole[scan + 3])..];
     // A scan of the first colour.
     let single: &[u8] = &[0xFF, 0xDA, 0, 8, 1, 1, 0, 0, 63, 0];

@@ -96,14 +96,14 @@ fn lights_follow_their_nodes() {
     let times = file.add_accessor(json!({
         "bufferView": times, "componentType": 5126, "count": 2, "type": "SCALAR", "min": [0], "max": [1],
     }));
-    let places = file.add_view(&floats(&[1.0, 2.0, 3.0, 5.0, 2.0, 3.0]));
-    let places = file.add_accessor(json!({
-        "bufferView": places, "componentType": 5126, "count": 2, "type": "VEC3",
+    let positions = file.add_view(&floats(&[1.0, 2.0, 3.0, 5.0, 2.0, 3.0]));
+    let positions = file.add_accessor(json!({
+        "bufferView": positions, "componentType": 5126, "count": 2, "type": "VEC3",
     }));
     let file = file.with(|json| {
         let node = json["nodes"].as_array().unwrap().len() - 1;
         json["animations"] = json!([{
-            "samplers": [{ "input": times, "output": places }],
+            "samplers": [{ "input": times, "output": positions }],
             "channels": [{ "sampler": 0, "target": { "node": node, "path": "translation" } }],
         }]);
     });

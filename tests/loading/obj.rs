@@ -56,8 +56,8 @@ fn vertices_far_from_the_origin_keep_their_distances() {
     let scene = Folder::new().load("scene.obj", text);
     assert_eq!(scene.notices.len(), 1, "{:?}", scene.notices);
     let corner = scene.meshes[1].positions[1].as_dvec3();
-    let place = scene.instances[1].object_to_world;
-    let corner = place.transform_point3(corner);
+    let transform = scene.instances[1].object_to_world;
+    let corner = transform.transform_point3(corner);
     assert!((corner.x - 10_000_000.1).abs() < 1e-6, "{corner}");
     // Where all vertices come first, they have one.
     let text =
@@ -181,8 +181,8 @@ fn normals_of_some_corners_stay_with_them() {
     assert_eq!(of(0), [Vec3::Z; 3]);
     assert_eq!(of(1), [tilted; 3]);
     assert_eq!(of(2), [tilted, Vec3::Z, tilted]);
-    let places = mesh.triangles[2].map(|i| mesh.positions[i as usize]);
-    assert_eq!(places, [Vec3::ZERO, Vec3::X, Vec3::Y]);
+    let corners = mesh.triangles[2].map(|i| mesh.positions[i as usize]);
+    assert_eq!(corners, [Vec3::ZERO, Vec3::X, Vec3::Y]);
 }
 
 #[test]

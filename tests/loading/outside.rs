@@ -21,13 +21,13 @@ const SECRET: &str = "hunter2";
 /// The folders `scene` and `other` with a file for each purpose in both, and links that lead from one to the other.
 fn folders() -> Folder {
     let folder = Folder::new();
-    for place in ["scene", "other"] {
-        std::fs::create_dir(folder.path(place)).unwrap();
-        folder.write(&format!("{place}/buffer.bin"), Gltf::triangle().binary);
-        folder.write(&format!("{place}/wall.png"), encoded(ImageFormat::Png));
-        folder.write(&format!("{place}/m.mtl"), "newmtl red\nKd 1 0 0\n");
+    for subfolder in ["scene", "other"] {
+        std::fs::create_dir(folder.path(subfolder)).unwrap();
+        folder.write(&format!("{subfolder}/buffer.bin"), Gltf::triangle().binary);
+        folder.write(&format!("{subfolder}/wall.png"), encoded(ImageFormat::Png));
+        folder.write(&format!("{subfolder}/m.mtl"), "newmtl red\nKd 1 0 0\n");
         folder.write(
-            &format!("{place}/secret"),
+            &format!("{subfolder}/secret"),
             format!("{SECRET} root:x:0:0\nnewmtl {SECRET}\nKd {SECRET}\n"),
         );
     }

@@ -9,7 +9,7 @@ use headwater::render::presets::Preset;
 use headwater::render::settings::{Candidates, ReuseMode, Secondary};
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::motion::tracks::{Interpolation, Track};
-use headwater::scene::motion::{AnimatedTransform, Node, Place};
+use headwater::scene::motion::{AnimatedTransform, Node, Transform};
 use headwater::scene::{Instance, Motion, Scene};
 use headwater::shader_interface::{Format, Tracer};
 use std::sync::Arc;
@@ -175,7 +175,7 @@ fn with_a_step(
     scene.motion = Some(Motion {
         nodes: vec![Node {
             parent: None,
-            place: Place::Moving(Box::new(moving)),
+            transform: Transform::Moving(Box::new(moving)),
         }],
         instances: nodes,
         cameras: vec![None; scene.cameras.len()],

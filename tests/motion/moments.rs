@@ -8,7 +8,7 @@ use headwater::render::ray_list::RayTracer;
 use headwater::render::settings::Candidates;
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::Scene;
-use headwater::scene::motion::{Node, Place};
+use headwater::scene::motion::{Node, Transform};
 use headwater::shader_interface::{NONE, PixelSums, PrimarySurface, RayQuery, Tracer, Variant};
 use std::sync::Arc;
 use support::random::Random;
@@ -227,7 +227,7 @@ mod thorough {
             0,
             Node {
                 parent: None,
-                place: Place::Still(scale),
+                transform: Transform::Fixed(scale),
             },
         );
         let attached = motion.instances.iter_mut().chain(&mut motion.cameras);

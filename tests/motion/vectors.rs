@@ -64,8 +64,9 @@ fn check(scene: &Scene, before: f64, now: f64) -> (f64, f64, usize) {
             project(old_eye, old_eye.camera_to_world.translation + far) - project(eye, from + far)
         } else {
             let point = from + ray * f64::from(surface.depth);
-            let place = |scene: &Scene| scene.instances[surface.instance as usize].object_to_world;
-            let old = place(&then) * place(&here).inverse();
+            let transform =
+                |scene: &Scene| scene.instances[surface.instance as usize].object_to_world;
+            let old = transform(&then) * transform(&here).inverse();
             project(old_eye, old.transform_point3(point)) - project(eye, point)
         };
         worst = worst.max((surface.motion.as_dvec2() - expected).length());

@@ -426,7 +426,7 @@ fn fuzz(seed: u64, count: usize) {
 
 /// A find: products of coordinates of 1e-20 lose their digits, and a ray hit elsewhere. Positions have a unit of their own since.
 #[test]
-fn tiny_meshes_that_are_placed_large_keep_their_places() {
+fn tiny_meshes_that_are_placed_large_keep_their_positions() {
     let corners = [
         Vec3::new(-1.3877393e-20, 1.1595505e-20, 1.884795e-20),
         Vec3::new(-1.1277861e-20, 6.731282e-21, 1.7354858e-20),

@@ -11,17 +11,17 @@ bool sees_environment() { return HAS_ENVIRONMENT && scene.at.environment_size.x 
 // A texel of the environment: its radiance, and the density over longitude and latitude with which it is drawn.
 vec4 environment_texel(uint texel) { return uintBitsToFloat(environment_words(texel)); }
 
-// The place in the image, in texels, that is seen in a direction.
-vec2 environment_place(vec3 direction) {
+// The uv in the image, in texels, that is seen in a direction.
+vec2 environment_uv(vec3 direction) {
     vec2 turn = scene.at.environment_turn;
     float x = turn.x * direction.x - turn.y * direction.z, z = turn.y * direction.x + turn.x * direction.z;
     vec2 at = vec2(turns_of(vec2(z, -x)), 2.0 * turns_of(vec2(direction.y, length(direction.xz))));
     return at * vec2(scene.at.environment_size);
 }
 
-// The unit direction in which a place in the image is seen. `sine` is that of the angle to the zenith.
-vec3 environment_direction(vec2 place, out float sine) {
-    vec2 at = place / vec2(scene.at.environment_size);
+// The unit direction in which a uv in the image is seen. `sine` is that of the angle to the zenith.
+vec3 environment_direction(vec2 uv, out float sine) {
+    vec2 at = uv / vec2(scene.at.environment_size);
     vec2 around = on_circle(at.x), down = on_circle(0.5 * at.y);
     sine = max(down.y, TINY);
     float x = -sine * around.y, z = sine * around.x;
@@ -29,10 +29,10 @@ vec3 environment_direction(vec2 place, out float sine) {
     return vec3(turn.x * x + turn.y * z, down.x, turn.x * z - turn.y * x);
 }
 
-// The radiance at a place in the image.
-vec3 environment_radiance(vec2 place) {
+// The radiance at a uv in the image.
+vec3 environment_radiance(vec2 uv) {
     ivec2 size = ivec2(scene.at.environment_size);
-    vec2 at = place - 0.5, corner = floor(at), part = at - corner;
+    vec2 at = uv - 0.5, corner = floor(at), part = at - corner;
     ivec2 first = ivec2(corner);
     vec3 rows[2];
     for (int y = 0; y < 2; y += 1) {
@@ -44,14 +44,14 @@ vec3 environment_radiance(vec2 place) {
     return mix(rows[0], rows[1], part.y);
 }
 
-// The texel at a place in the image.
-uint environment_texel_at(vec2 place) {
+// The texel at a uv in the image.
+uint environment_texel_at(vec2 uv) {
     uvec2 size = scene.at.environment_size;
-    uvec2 at = min(uvec2(place), size - 1u);
+    uvec2 at = min(uvec2(uv), size - 1u);
     return at.y * size.x + at.x;
 }
 
-// The place in the image of the upper left corner of a texel.
+// The uv in the image of the upper left corner of a texel.
 vec2 texel_corner(uint texel) {
     uint width = scene.at.environment_size.x;
     return vec2(texel % width, texel / width);

@@ -10,7 +10,7 @@
 bool has_near_lights(LightSampleContext context) { return LIGHT_BVH && context.expected > 0.0; }
 
 // Whether number `index` of the context's light samples is drawn among near lights; for a single sample a random number decides, from
-// another hash of its bits than the one that draws a light and a place on it.
+// another hash of its bits than the one that draws a light and a uv on it.
 bool draws_near(LightSampleContext context, uint index, uvec4 bits) {
     return has_near_lights(context) && index < restir.at.reuse.near_samples
         && (restir.at.reuse.light_samples > 1u || to_unit(pcg4d(bits.wzyx).x) < restir.at.reuse.near_share);
@@ -52,7 +52,7 @@ LightSample draw_light_sample(inout LightSampleContext context, bool rare, uint 
     uint light;
     float near = 0.0;
     if (!rare && draws_near(context, index, bits)) {
-        // The words that are left are too few for a cluster, a light and a place on it.
+        // The words that are left are too few for a cluster, a light and a uv on it.
         light = draw_near_light(context, index, restir.at.reuse.near_samples, pcg4d(bits).xy, near);
     } else {
         uint count = scene.at.light_count;

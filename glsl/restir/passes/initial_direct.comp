@@ -161,10 +161,10 @@ void main() {
             if (purpose == RAY_DELTA) {
                 vec3 emission;
                 if (is_environment(light.kind)) {
-                    emission = environment_radiance(environment_place(ray.direction));
+                    emission = environment_radiance(environment_uv(ray.direction));
                 } else {
                     GpuLight seen = light_at(light.index, CURRENT);
-                    emission = light_emission(seen, light.index, light.place, -dot(seen.normal, ray.direction));
+                    emission = light_emission(seen, light.index, light.uv, -dot(seen.normal, ray.direction));
                 }
                 ADD_LIGHT(pixel, emission * reflectance)
                 continue;

@@ -94,7 +94,7 @@ void main() {
             if (left_first(path)) {
                 path.second.instance = hit.instance;
                 path.second.primitive = hit.primitive;
-                path.second.place = place_of(hit, surface.position);
+                path.second.uv = uv_of(hit, surface.position);
             } else if (surface.light != NONE) {
                 // Emission at the second vertex belongs to direct light.
                 add_candidate(light_hit(path, surface.light, hit, ray.direction), random_choice(random));

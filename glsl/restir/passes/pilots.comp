@@ -25,11 +25,11 @@ void main() {
             Hit hit = trace_closest(ray, NO_ALPHA_RANDOM);
             pilot.instance = hit.instance;
             pilot.primitive = hit.primitive;
-            pilot.place = hit.barycentrics;
+            pilot.uv = hit.barycentrics;
             LightPoint light = light_found(hit, ray.direction);
             if (is_environment(light.kind)) {
                 pilot.primitive = light.index;
-                pilot.place = light.place;
+                pilot.uv = light.uv;
             }
             if (light.kind != LIGHT_NONE) {
                 LightSample value = new_light_sample(light);

@@ -28,7 +28,7 @@ void main() {
             emission += accept_radiance(light_emission(light, surface.light, hit.barycentrics, cosine));
         }
     } else if (sees_environment()) {
-        emission = accept_radiance(environment_radiance(environment_place(ray.direction)));
+        emission = accept_radiance(environment_radiance(environment_uv(ray.direction)));
     }
     sample_data.at[slot_of(pixel)] = data;
     color.at[pixel_index(pixel)] = emission;

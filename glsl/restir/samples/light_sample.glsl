@@ -23,10 +23,10 @@ LightSample empty_light_sample() {
 // The sample at a point of a light, as reservoirs store it.
 LightSample light_sample_at(LightPoint point, uint epoch) {
     if (is_environment(point.kind)) {
-        vec2 place = texel_corner(point.index) + point.place;
+        vec2 uv = texel_corner(point.index) + point.uv;
         float sine;
-        vec3 direction = environment_direction(place, sine);
-        return LightSample(point, direction, -direction, environment_radiance(place));
+        vec3 direction = environment_direction(uv, sine);
+        return LightSample(point, direction, -direction, environment_radiance(uv));
     }
     if (is_punctual(point.kind)) {
         GpuPunctualLight light = punctual_light_at(point.index, epoch);
@@ -35,14 +35,14 @@ LightSample light_sample_at(LightPoint point, uint epoch) {
     }
     GpuLight light = light_at(point.index, epoch);
     point.kind = is_double_sided(light) ? LIGHT_TWO_SIDED : LIGHT_TRIANGLE;
-    return LightSample(point, light_position(light, point.place), light.normal,
-                       light_radiance(light, point.index, point.place));
+    return LightSample(point, light_position(light, point.uv), light.normal,
+                       light_radiance(light, point.index, point.uv));
 }
 
 // The sample at a new point of a light, which is rounded to what reservoirs store: if it were rounded after its weight is
 // known, it could cross the edge of a texel, where the target may be 0, and its light would be lost.
 LightSample new_light_sample(LightPoint point) {
-    point.place = stored_place(point.place);
+    point.uv = stored_uv(point.uv);
     return light_sample_at(point, CURRENT);
 }
 
@@ -120,7 +120,7 @@ float sample_solid_angle(vec3 from, LightSample value) {
     return solid_angle;
 }
 
-// ---- Shift between frames: the sample keeps its light and its place on it. The Jacobian is the ratio of areas; other
+// ---- Shift between frames: the sample keeps its light and its uv on it. The Jacobian is the ratio of areas; other
 // measures stay as they are.
 
 // The area of the triangle that a point lies on; 1 if it lies on none.
@@ -149,11 +149,11 @@ bool is_within_limits(View a, LightSample in_a, View b, LightSample in_b, float 
 
 void pack_point(LightPoint point, uint word, inout PackedReservoir p) {
     p.words[word] = (point.kind << LIGHT_KIND_SHIFT) | point.index;
-    pack_place(point.place, word + 1u, p);
+    pack_uv(point.uv, word + 1u, p);
 }
 
 LightPoint unpack_point(PackedReservoir p, uint word) {
-    return LightPoint(p.words[word] >> LIGHT_KIND_SHIFT, p.words[word] & LIGHT_MASK, unpack_place(p, word + 1u));
+    return LightPoint(p.words[word] >> LIGHT_KIND_SHIFT, p.words[word] & LIGHT_MASK, unpack_uv(p, word + 1u));
 }
 
 void pack_sample(LightSample value, inout PackedReservoir p) {

@@ -24,7 +24,7 @@ struct PathSample {
     // rounding permits, so it is kept in full precision.
     uint instance;
     uint primitive;
-    vec2 place;
+    vec2 uv;
     // PATH_TO_LIGHT: where the path ends.
     LightPoint end;
     // Unit, from the second vertex onward, and the radiance that arrives from there; with PATH_OUTGOING the radiance
@@ -46,7 +46,7 @@ PathSample empty_path_sample() {
 }
 
 // Where the hit of a ray lies on its triangle. `position` is the point that the ray and the triangle give together.
-vec2 place_of(Hit hit, vec3 position) {
+vec2 uv_of(Hit hit, vec3 position) {
     if (!HAS_LARGE_TRIANGLES) return hit.barycentrics;
     vec3 tangent, bitangent;
     tangent_frame(triangle_point(load_instances(hit.instance), hit.primitive, vec2(0.0)).normal, tangent, bitangent);
@@ -56,13 +56,13 @@ vec2 place_of(Hit hit, vec3 position) {
 // The second vertex in an epoch, and its barycentric weights if something is interpolated by them.
 TrianglePoint vertex_point(PathSample value, uint epoch, out vec2 barycentrics) {
     GpuInstance instance = instance_at(value.instance, epoch);
-    barycentrics = value.place;
+    barycentrics = value.uv;
     vec3 position = vec3(0.0);
     if (HAS_LARGE_TRIANGLES) {
         TrianglePoint corner = triangle_point(instance, value.primitive, vec2(0.0));
         vec3 tangent, bitangent;
         tangent_frame(corner.normal, tangent, bitangent);
-        position = dot(corner.position, corner.normal) * corner.normal + value.place.x * tangent + value.place.y * bitangent;
+        position = dot(corner.position, corner.normal) * corner.normal + value.uv.x * tangent + value.uv.y * bitangent;
         barycentrics = vec2(0.0);
         if (HAS_SMOOTH_NORMALS || VARIES) barycentrics = barycentrics_of(instance, value.primitive, position - corner.position);
     }
@@ -207,9 +207,9 @@ const uint INTERPOLATED = 0x80000000u;
 void pack_sample(PathSample value, inout PackedReservoir p) {
     p.words[2] = (value.kind << PATH_KIND_SHIFT) | value.instance;
     p.words[3] = value.primitive;
-    uvec2 place = floatBitsToUint(value.place);
-    p.words[4] = place.x;
-    p.words[5] = place.y;
+    uvec2 uv = floatBitsToUint(value.uv);
+    p.words[4] = uv.x;
+    p.words[5] = uv.y;
     if (value.kind == PATH_TO_LIGHT) {
         pack_point(value.end, 6u, p);
     } else {
@@ -233,7 +233,7 @@ void unpack_sample(PackedReservoir p, out PathSample value) {
     value.kind = p.words[2] >> PATH_KIND_SHIFT;
     value.instance = p.words[2] & INSTANCE_MASK;
     value.primitive = p.words[3];
-    value.place = uintBitsToFloat(uvec2(p.words[4], p.words[5]));
+    value.uv = uintBitsToFloat(uvec2(p.words[4], p.words[5]));
     if (RESERVOIR_FORMAT == FORMAT_FULL) {
         value.point.position = uintBitsToFloat(uvec3(p.words[8], p.words[9], p.words[10]));
         value.clearance = uintBitsToFloat(p.words[11]);

@@ -9,11 +9,11 @@
 
 // What a pilot found.
 struct Pilot {
-    // NONE: no surface. Then `primitive` is the texel of the environment, or NONE, and `place` the place in it.
+    // NONE: no surface. Then `primitive` is the texel of the environment, or NONE, and `uv` the point in it.
     uint instance;
     uint primitive;
     // The barycentrics of the hit.
-    vec2 place;
+    vec2 uv;
     // If it is a light: the luminance that it would add to the pixel as the only candidate, in units of the lights' mean
     // luminance.
     float brightness;
@@ -42,14 +42,14 @@ Pilot counted(Pilot pilot) {
     { \
         BUFFER.at[pilot_word(SLOT, 0u)] = PILOT.instance; \
         BUFFER.at[pilot_word(SLOT, 1u)] = PILOT.primitive; \
-        BUFFER.at[pilot_word(SLOT, 2u)] = floatBitsToUint(PILOT.place.x); \
-        BUFFER.at[pilot_word(SLOT, 3u)] = floatBitsToUint(PILOT.place.y); \
+        BUFFER.at[pilot_word(SLOT, 2u)] = floatBitsToUint(PILOT.uv.x); \
+        BUFFER.at[pilot_word(SLOT, 3u)] = floatBitsToUint(PILOT.uv.y); \
         BUFFER.at[pilot_word(SLOT, BRIGHTNESS_WORD)] = floatBitsToUint(PILOT.brightness); \
         count_written(PILOT_WORDS); \
     }
 
 // The hit of a pilot; its distance is not stored.
-Hit pilot_hit(Pilot pilot) { return Hit(0.0, pilot.instance, pilot.primitive, pilot.place, 0.0); }
+Hit pilot_hit(Pilot pilot) { return Hit(0.0, pilot.instance, pilot.primitive, pilot.uv, 0.0); }
 
 // Samples a ray from the BSDF; false if it carries no light or leaves to the back of the surface.
 bool sample_bsdf_ray(ShadingPoint shading_point, vec4 numbers, out BsdfSample chosen, out Ray ray) {
@@ -91,7 +91,7 @@ LightPoint light_found(Hit hit, vec3 direction) {
 // The point of a light that a pilot found.
 LightPoint light_found(Pilot pilot) {
     if (pilot.instance == NONE && sees_environment()) {
-        return LightPoint(pilot.primitive == NONE ? LIGHT_NONE : LIGHT_ENVIRONMENT, pilot.primitive, pilot.place);
+        return LightPoint(pilot.primitive == NONE ? LIGHT_NONE : LIGHT_ENVIRONMENT, pilot.primitive, pilot.uv);
     }
     return light_of(pilot_hit(pilot));
 }

@@ -44,13 +44,13 @@ pub(super) fn choose_camera(
 
 /// A camera as text that tells any two apart.
 pub(super) fn camera_text(camera: &Camera) -> String {
-    let place = camera.camera_to_world;
+    let transform = camera.camera_to_world;
     let text = |v: DVec3| format!("{:?} {:?} {:?}", v.x, v.y, v.z);
     format!(
         "eye {}; back {}; up {}; vertical fov {:?}",
-        text(place.translation),
-        text(place.matrix3.z_axis),
-        text(place.matrix3.y_axis),
+        text(transform.translation),
+        text(transform.matrix3.z_axis),
+        text(transform.matrix3.y_axis),
         camera.vertical_fov
     )
 }

@@ -105,11 +105,11 @@ pub fn clusters(lights: &[NearLight]) -> Vec<Vec<u32>> {
 /// Units of equal boxes are one: no walk can tell them apart, so it would visit all of them.
 fn joined_where_they_coincide(units: Vec<Unit>) -> Vec<Unit> {
     let mut joined: Vec<Unit> = Vec::new();
-    let mut places = HashMap::new();
+    let mut indices = HashMap::new();
     for unit in units {
         let bits = [unit.low, unit.high].map(|corner| corner.to_array().map(f32::to_bits));
-        let place = *places.entry(bits).or_insert(joined.len());
-        match joined.get_mut(place) {
+        let index = *indices.entry(bits).or_insert(joined.len());
+        match joined.get_mut(index) {
             Some(same) => {
                 same.lights.extend(unit.lights);
                 same.area += unit.area;

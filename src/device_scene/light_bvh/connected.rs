@@ -14,8 +14,8 @@ pub fn connected(lamps: &[LampTriangle]) -> Vec<u32> {
         }
         for corner in lamp.corners {
             // Adding 0 makes the two zeros equal.
-            let place = corner.to_array().map(|x| (x + 0.0).to_bits());
-            let other = *corners.entry(place).or_insert(index);
+            let position = corner.to_array().map(|x| (x + 0.0).to_bits());
+            let other = *corners.entry(position).or_insert(index);
             let (a, b) = (first(&mut firsts, index), first(&mut firsts, other));
             firsts[a.max(b) as usize] = a.min(b);
         }

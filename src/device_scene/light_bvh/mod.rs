@@ -296,11 +296,11 @@ impl LightBvh {
             .enumerate()
             .filter(|(_, node)| node.is_leaf)
         {
-            for place in node.first..node.first + node.count {
-                let light = near[self.order[place as usize] as usize].index;
-                entries[place as usize].light = light;
+            for index in node.first..node.first + node.count {
+                let light = near[self.order[index as usize] as usize].index;
+                entries[index as usize].light = light;
                 let own = &mut entries[light as usize];
-                (own.leaf, own.place) = (leaf as u32, place);
+                (own.leaf, own.index) = (leaf as u32, index);
             }
         }
         LightBvhContents { nodes, entries }

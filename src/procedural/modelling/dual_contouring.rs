@@ -64,7 +64,7 @@ fn projected(body: &impl Fn(Vec3) -> f32, mut p: Vec3) -> Vec3 {
 }
 
 /// A node of the grid or a cell, by its indices along the axes.
-type Place = [usize; 3];
+type GridIndex = [usize; 3];
 
 /// Nodes along each side of a block that is filled together.
 const BLOCK: usize = 5;
@@ -74,7 +74,7 @@ const MAX_SLOPE: f32 = 2.0;
 /// A body's values on a grid.
 struct Net<'a> {
     grid: &'a [Vec<f32>; 3],
-    size: Place,
+    size: GridIndex,
     values: Vec<f32>,
     /// Points where the surface crosses the edge from a node along an axis, with the normals there.
     crossings: HashMap<(usize, usize), (Vec3, Vec3)>,
@@ -89,10 +89,13 @@ impl<'a> Net<'a> {
             crossings: HashMap::new(),
         };
         net.values = vec![0.0; net.size.iter().product()];
-        for corner in net.places().filter(|at| at.iter().all(|i| i % BLOCK == 0)) {
+        for corner in net
+            .grid_indices()
+            .filter(|at| at.iter().all(|i| i % BLOCK == 0))
+        {
             net.fill(corner, body);
         }
-        for at in net.places() {
+        for at in net.grid_indices() {
             for axis in 0..3 {
                 let next = shifted(at, axis, 1);
                 if !net.is_last(at, axis) && net.inside(at) != net.inside(next) {
@@ -106,7 +109,7 @@ impl<'a> Net<'a> {
     }
 
     /// Fills a block of nodes. Far from the surface only the sign matters, so all get one value.
-    fn fill(&mut self, first: Place, body: &impl Fn(Vec3) -> f32) {
+    fn fill(&mut self, first: GridIndex, body: &impl Fn(Vec3) -> f32) {
         let end = [0, 1, 2].map(|axis| (first[axis] + BLOCK).min(self.size[axis]));
         let (low, high) = (self.node(first), self.node(end.map(|i| i - 1)));
         let all = body((low + high) / 2.0);
@@ -121,35 +124,35 @@ impl<'a> Net<'a> {
         }
     }
 
-    fn places(&self) -> impl Iterator<Item = Place> + use<> {
+    fn grid_indices(&self) -> impl Iterator<Item = GridIndex> + use<> {
         let [width, height, depth] = self.size;
         (0..width * height * depth)
             .map(move |n| [n % width, n / width % height, n / width / height])
     }
 
-    fn index(&self, [i, j, k]: Place) -> usize {
+    fn index(&self, [i, j, k]: GridIndex) -> usize {
         (k * self.size[1] + j) * self.size[0] + i
     }
 
-    fn node(&self, [i, j, k]: Place) -> Vec3 {
+    fn node(&self, [i, j, k]: GridIndex) -> Vec3 {
         Vec3::new(self.grid[0][i], self.grid[1][j], self.grid[2][k])
     }
 
-    fn value(&self, at: Place) -> f32 {
+    fn value(&self, at: GridIndex) -> f32 {
         self.values[self.index(at)]
     }
 
-    fn inside(&self, at: Place) -> bool {
+    fn inside(&self, at: GridIndex) -> bool {
         self.value(at) < 0.0
     }
 
     /// True if the node is the last along the axis.
-    fn is_last(&self, at: Place, axis: usize) -> bool {
+    fn is_last(&self, at: GridIndex, axis: usize) -> bool {
         at[axis] + 1 == self.size[axis]
     }
 
     /// The surface's vertex in a cell that it crosses.
-    fn corner(&self, cell: Place) -> Option<Vec3> {
+    fn corner(&self, cell: GridIndex) -> Option<Vec3> {
         if (0..3).any(|axis| self.is_last(cell, axis)) {
             return None;
         }
@@ -183,7 +186,7 @@ impl<'a> Net<'a> {
     }
 
     /// The point where the surface crosses the edge between two nodes.
-    fn crossing(&self, a: Place, b: Place, body: &impl Fn(Vec3) -> f32) -> Vec3 {
+    fn crossing(&self, a: GridIndex, b: GridIndex, body: &impl Fn(Vec3) -> f32) -> Vec3 {
         let (mut from, mut to) = ((self.node(a), self.value(a)), (self.node(b), self.value(b)));
         for _ in 0..3 {
             let p = from.0.lerp(to.0, from.1 / (from.1 - to.1));
@@ -199,17 +202,17 @@ impl<'a> Net<'a> {
 
     /// Dual contouring (Ju et al. 2002): a vertex in every cell that the surface crosses, a quad across
     /// every edge that it crosses. Unlike marching cubes, it keeps sharp edges.
-    fn surface(&self) -> (Vec<Vec3>, Vec<Place>) {
+    fn surface(&self) -> (Vec<Vec3>, Vec<GridIndex>) {
         let mut points = Vec::new();
         let corners: Vec<usize> = self
-            .places()
+            .grid_indices()
             .map(|cell| {
                 points.extend(self.corner(cell));
                 points.len().wrapping_sub(1)
             })
             .collect();
         let mut faces = Vec::new();
-        for at in self.places() {
+        for at in self.grid_indices() {
             for axis in 0..3 {
                 let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
                 if self.is_last(at, axis) || at[u] == 0 || at[v] == 0 {
@@ -236,7 +239,7 @@ impl<'a> Net<'a> {
     }
 }
 
-fn shifted(mut at: Place, axis: usize, by: isize) -> Place {
+fn shifted(mut at: GridIndex, axis: usize, by: isize) -> GridIndex {
     at[axis] = at[axis].wrapping_add_signed(by);
     at
 }

@@ -2,7 +2,7 @@
 
 use super::Builder;
 use crate::scene::motion::tracks::{Animated, Interpolation, Keyed, Track};
-use crate::scene::motion::{AnimatedTransform, Emission, Node, Place};
+use crate::scene::motion::{AnimatedTransform, Emission, Node, Transform};
 use crate::scene::{Motion, Scene};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use std::f64::consts::TAU;
@@ -37,16 +37,16 @@ impl Stage {
     }
 
     /// Adds a node with a constant transform.
-    pub fn node(&mut self, parent: Option<u32>, place: DAffine3) -> u32 {
-        self.push(parent, Place::Still(place))
+    pub fn node(&mut self, parent: Option<u32>, transform: DAffine3) -> u32 {
+        self.push(parent, Transform::Fixed(transform))
     }
 
     pub fn moving_node(&mut self, parent: Option<u32>, moving: AnimatedTransform) -> u32 {
-        self.push(parent, Place::Moving(Box::new(moving)))
+        self.push(parent, Transform::Moving(Box::new(moving)))
     }
 
-    fn push(&mut self, parent: Option<u32>, place: Place) -> u32 {
-        self.motion.nodes.push(Node { parent, place });
+    fn push(&mut self, parent: Option<u32>, transform: Transform) -> u32 {
+        self.motion.nodes.push(Node { parent, transform });
         self.motion.nodes.len() as u32 - 1
     }
 

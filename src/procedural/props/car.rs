@@ -102,9 +102,9 @@ fn wheels(model: &mut Model, chrome: &Material) {
     for side in [-1.0, 1.0] {
         for z in [BASE, -BASE] {
             // Upright becomes sideways, outwards on either side.
-            let place = |p: Vec3| vec3(side * (p.y + TRACK), WHEEL + side * -p.x, p.z + z);
-            model.add(&rubber, tyre.clone().map(place));
-            model.add(chrome, cap.clone().map(place));
+            let transform = |p: Vec3| vec3(side * (p.y + TRACK), WHEEL + side * -p.x, p.z + z);
+            model.add(&rubber, tyre.clone().map(transform));
+            model.add(chrome, cap.clone().map(transform));
         }
     }
 }

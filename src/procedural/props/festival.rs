@@ -6,7 +6,7 @@ use crate::procedural::modelling::{Model, Shape, dielectric, emitter, lathe};
 use crate::scene::Material;
 use glam::Vec3;
 
-/// A place at the street's left side, or mirrored at its right side; x leads from the houses to
+/// A position at the street's left side, or mirrored at its right side; x leads from the houses to
 /// the middle of the street.
 #[derive(Clone, Copy)]
 pub struct Spot {
@@ -15,7 +15,7 @@ pub struct Spot {
 }
 
 impl Spot {
-    /// The shape at this place.
+    /// The shape at this position.
     pub fn put(self, shape: Shape) -> Shape {
         let moved = shape.map(|p| p + self.foot);
         if self.mirrored {
@@ -178,8 +178,8 @@ impl Festival {
                 self.model.add(&crate_wood, spot.put(tray));
                 let skin = dielectric("fruit", color, 0.35);
                 for (i, j) in (0..5).flat_map(|i| (0..4).map(move |j| (i, j))) {
-                    let place = Vec3::new(i as f32 * 0.095 - 0.19, 0.11, j as f32 * 0.095 - 0.14);
-                    let middle = at + place + Vec3::Y * random.between(0.0, 0.03);
+                    let offset = Vec3::new(i as f32 * 0.095 - 0.19, 0.11, j as f32 * 0.095 - 0.14);
+                    let middle = at + offset + Vec3::Y * random.between(0.0, 0.03);
                     let fruit = Shape::sphere(1).flat().map(|p| p * 0.047 + middle);
                     self.model.add(&skin, spot.put(fruit));
                 }

@@ -26,17 +26,17 @@ impl Piece {
     /// Places the piece, rotated around its vertical axis.
     pub fn put(self, scene: &mut Builder, name: &str, at: Vec3, degrees: f64) {
         let turn = DQuat::from_rotation_y(degrees.to_radians());
-        let place = DAffine3::from_rotation_translation(turn, at.as_dvec3());
+        let transform = DAffine3::from_rotation_translation(turn, at.as_dvec3());
         if !self.flat.0.is_empty() {
             scene.add_model(name, self.flat);
             if let Some(instance) = scene.0.instances.last_mut() {
-                instance.object_to_world = place;
+                instance.object_to_world = transform;
             }
         }
         for (material, shape) in self.smooth.0 {
             let part = format!("{name}: {}", material.name);
             let mesh = scene.mesh(material, shape);
-            scene.place(&part, mesh, place);
+            scene.place(&part, mesh, transform);
         }
     }
 }

@@ -144,10 +144,10 @@ impl Stock {
     }
 
     fn car(&self, scene: &mut Builder, random: &mut Random, at: Vec3, degrees: f64) {
-        let place = turned(at, degrees, 1.0);
-        scene.place("car", random.pick(&self.cars), place);
+        let transform = turned(at, degrees, 1.0);
+        scene.place("car", random.pick(&self.cars), transform);
         for mesh in self.car_parts {
-            scene.place("car", mesh, place);
+            scene.place("car", mesh, transform);
         }
     }
 }

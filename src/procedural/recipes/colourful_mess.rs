@@ -108,15 +108,15 @@ fn block(random: &mut Random) -> Toy {
     let thinnest = half.to_array().into_iter().filter(|&h| h == thin).count();
     let radius = if thinnest > 1 { thin / 2.0 } else { thin };
     let count = (half / radius).ceil();
-    let place = |i: f32, count: f32| (i + 0.5) / count * 2.0 - 1.0;
+    let coordinate = |i: f32, count: f32| (i + 0.5) / count * 2.0 - 1.0;
     let mut balls = Vec::new();
     for i in 0..count.x as u32 {
         for j in 0..count.y as u32 {
             for k in 0..count.z as u32 {
                 let [x, y, z] = [
-                    place(i as f32, count.x),
-                    place(j as f32, count.y),
-                    place(k as f32, count.z),
+                    coordinate(i as f32, count.x),
+                    coordinate(j as f32, count.y),
+                    coordinate(k as f32, count.z),
                 ];
                 balls.push((vec3(x, y, z) * half, radius));
             }

@@ -173,10 +173,10 @@ fn furnish(room: &mut Builder) {
     let mesh = &mut room.0.meshes[sphere as usize];
     let color = |p: &Vec3| Vec4::new(1.0, 0.8 + 0.2 * p.y, 0.7 + 0.3 * p.x, 1.0);
     mesh.colors = mesh.positions.iter().map(color).collect();
-    let place = DVec3::new(0.5, 0.79, -0.2);
-    let place =
-        DAffine3::from_scale_rotation_translation(DVec3::splat(0.29), DQuat::IDENTITY, place);
-    room.place("sphere", sphere, place);
+    let position = DVec3::new(0.5, 0.79, -0.2);
+    let transform =
+        DAffine3::from_scale_rotation_translation(DVec3::splat(0.29), DQuat::IDENTITY, position);
+    room.place("sphere", sphere, transform);
 }
 
 /// A wall of laths with holes, and leaves in the pot, which are cut out of rectangles.
@@ -193,13 +193,13 @@ fn trellis(stage: &mut Stage, speed: f64) {
     let (y, z) = (Vec3::Y * SIZE.y, Vec3::Z * SIZE.z);
     let wall = room.mesh(laths, Shape::quad(LOW.with_x(0.0), z, y));
     room.lay(wall, |p| Vec2::new(p.z, p.y) / SIZE.y);
-    let mut place = at(f64::from(LOW.x + SIZE.x), 0.0, 0.0);
+    let mut transform = at(f64::from(LOW.x + SIZE.x), 0.0, 0.0);
     let keys = [0.0, 0.25, 0.5, 0.75].map(|phase| {
         let aside = 0.4 * (std::f64::consts::TAU * phase).sin();
         (phase, [DVec3::new(f64::from(LOW.x + SIZE.x), 0.0, aside)])
     });
-    place.translation.track = repeated(speed, 4.0, Interpolation::Linear, &keys);
-    let node = stage.moving_node(None, place);
+    transform.translation.track = repeated(speed, 4.0, Interpolation::Linear, &keys);
+    let node = stage.moving_node(None, transform);
     stage.hang("trellis", wall, node);
 
     let room = &mut stage.room;
@@ -224,12 +224,12 @@ fn trellis(stage: &mut Stage, speed: f64) {
     room.lay(leaf, |p| Vec2::new(p.x / 0.24 + 0.5, 1.0 - p.y / 0.6));
     for number in 0..7 {
         let turn = 0.9 * f64::from(number);
-        let place = DAffine3::from_translation(DVec3::new(-0.75, 0.4, 0.45))
+        let transform = DAffine3::from_translation(DVec3::new(-0.75, 0.4, 0.45))
             * DAffine3::from_rotation_y(turn)
             * DAffine3::from_rotation_x(0.25 + 0.1 * f64::from(number % 3))
             // Every other one is mirrored.
             * DAffine3::from_scale(DVec3::ONE.with_x(f64::from(1 - number % 2 * 2)));
-        room.place("leaf", leaf, place);
+        room.place("leaf", leaf, transform);
     }
 }
 
@@ -280,7 +280,7 @@ fn lights(stage: &mut Stage, speed: f64) {
         inner: 0.15,
         outer: 0.4,
     };
-    for (name, shape, intensity, place, axis) in [
+    for (name, shape, intensity, transform, axis) in [
         (
             "candle",
             PunctualShape::Point,
@@ -297,7 +297,7 @@ fn lights(stage: &mut Stage, speed: f64) {
             DVec3::Y,
         ),
     ] {
-        let (_, turn, position) = place.to_scale_rotation_translation();
+        let (_, turn, position) = transform.to_scale_rotation_translation();
         let mut moving = at(position.x, position.y, position.z);
         moving.rotation.rest = turn;
         // Its own turn comes first.

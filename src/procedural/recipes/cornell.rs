@@ -109,12 +109,12 @@ pub(super) fn glossy(values: &Values) -> Scene {
     ] {
         let name = format!("sphere of roughness {roughness}");
         let mesh = room.mesh(metal(&name, color, roughness), Shape::sphere(subdivisions));
-        let place = DAffine3::from_scale_rotation_translation(
+        let transform = DAffine3::from_scale_rotation_translation(
             DVec3::splat(radius),
             DQuat::IDENTITY,
             DVec3::new(x, radius, z),
         );
-        room.place(&name, mesh, place);
+        room.place(&name, mesh, transform);
     }
     let glazed = room.mesh(
         dielectric("glazed block", Vec3::new(0.2, 0.35, 0.6), 0.2),

@@ -69,16 +69,16 @@ pub(super) fn make(values: &Values) -> Scene {
         return room.0;
     }
     let mut stage = Stage::new(room);
-    // The eye turns around a place near it, and so does not leave the room.
+    // The eye turns around a point near it, and so does not leave the room.
     let mut pivot = at(1.5, 0.0, 1.4);
     pivot.rotation.track = swing(speed, 8.0, DVec3::Y, 0.2);
     let pivot = stage.moving_node(None, pivot);
-    let place = look_at(
+    let camera = look_at(
         eye - DVec3::new(1.5, 0.0, 1.4),
         target - DVec3::new(1.5, 0.0, 1.4),
         1.0,
     );
-    let node = stage.node(Some(pivot), place.camera_to_world);
+    let node = stage.node(Some(pivot), camera.camera_to_world);
     stage.motion.cameras.push(Some(node));
     stage.scene()
 }
@@ -136,8 +136,8 @@ fn lamps(room: &mut Builder, count: u32, contrast: f32) {
     );
     let rows = (count as f32).sqrt().ceil() as u32;
     for index in 0..count {
-        let place = |cell: u32| (cell as f32 + 0.5) / rows as f32;
-        let (x, z) = (place(index % rows), place(index / rows));
+        let coordinate = |cell: u32| (cell as f32 + 0.5) / rows as f32;
+        let (x, z) = (coordinate(index % rows), coordinate(index / rows));
         let to_world = under_the_ceiling(THIN + (HALF - THIN) * x, HALF * (2.0 * z - 1.0));
         room.place("dim lamp", dim, to_world);
     }

@@ -71,10 +71,10 @@ pub(super) fn make(values: &Values) -> Scene {
         metal("ball", Vec3::new(0.9, 0.72, 0.4), values.real("roughness")),
         Shape::sphere(4),
     );
-    let place = |scale: f32, at: Vec3| {
+    let transform = |scale: f32, at: Vec3| {
         DAffine3::from_translation(at.as_dvec3()) * DAffine3::from_scale(DVec3::splat(scale.into()))
     };
-    corner.place("ball", ball, place(0.18, Vec3::new(0.3, 0.18, -0.2)));
+    corner.place("ball", ball, transform(0.18, Vec3::new(0.3, 0.18, -0.2)));
 
     let radiance = values.real("radiance");
     let square = Shape::quad(Vec3::new(-0.5, 0.0, -0.5), Vec3::X, Vec3::Z);
@@ -95,10 +95,14 @@ pub(super) fn make(values: &Values) -> Scene {
     for index in 0..count {
         let across = |cell: u32| ((cell as f32 + 0.5) / rows as f32 - 0.5) * SIDE;
         let at = Vec3::new(across(index % rows), HIGH, across(index / rows));
-        corner.place("large lamp", lamp, place(side, at));
+        corner.place("large lamp", lamp, transform(side, at));
     }
     let below = Vec3::new(-0.25, 0.0, 0.1);
-    corner.place("small lamp", lamp, place(height, below + Vec3::Y * height));
+    corner.place(
+        "small lamp",
+        lamp,
+        transform(height, below + Vec3::Y * height),
+    );
     let contrast = values.real("contrast");
     if contrast > 0.0 {
         let side = 0.1;
@@ -107,7 +111,7 @@ pub(super) fn make(values: &Values) -> Scene {
         corner.place(
             "hidden lamp",
             hidden,
-            place(side, Vec3::new(0.0, 0.5, -0.8)),
+            transform(side, Vec3::new(0.0, 0.5, -0.8)),
         );
     }
     let eye = DVec3::new(0.1, 0.7, 1.6);

@@ -242,11 +242,15 @@ fn scatter(
         });
         let turn = DQuat::from_rotation_y(f64::from(random.between(0.0, std::f32::consts::TAU)));
         // Slightly above the plane, so that no face coincides with it.
-        let place = at.as_dvec3() + DVec3::Y * 0.001;
+        let position = at.as_dvec3() + DVec3::Y * 0.001;
         scene.place(
             "figure",
             mesh,
-            DAffine3::from_scale_rotation_translation(DVec3::splat(f64::from(size)), turn, place),
+            DAffine3::from_scale_rotation_translation(
+                DVec3::splat(f64::from(size)),
+                turn,
+                position,
+            ),
         );
         taken.push(Taken {
             middle: at,
@@ -311,13 +315,13 @@ fn lights(
                 reach *= 1.1;
             }
         };
-        let place = DAffine3::from_scale_rotation_translation(
+        let transform = DAffine3::from_scale_rotation_translation(
             DVec3::splat(f64::from(size)),
             DQuat::IDENTITY,
             at.as_dvec3(),
         );
         let mesh = random.pick(&meshes);
-        scene.place("light", mesh, place);
+        scene.place("light", mesh, transform);
     }
 }
 

@@ -44,10 +44,10 @@ const DOOR: (f32, f32) = (-3.15, -0.35);
 const DOOR_HIGH: f32 = 2.4;
 
 /// A wall of blocks, its foot along X from 0 to `long`, facing +Z; the joints let the mortar show.
-fn blocks(model: &mut Model, random: &mut Random, long: f32, place: impl Fn(Vec3) -> Vec3) {
+fn blocks(model: &mut Model, random: &mut Random, long: f32, transform: impl Fn(Vec3) -> Vec3) {
     let mortar = Material::lambert("mortar", Vec3::splat(0.28));
     let wall = Shape::quad(Vec3::Y * DEEP, Vec3::X * long, Vec3::Y * (HIGH - DEEP));
-    model.add(&mortar, wall.map(&place));
+    model.add(&mortar, wall.map(&transform));
     let (wide, high, joint) = (0.45, 0.2, 0.012);
     for row in 0..(HIGH / high) as u32 {
         let y = row as f32 * high;
@@ -68,7 +68,7 @@ fn blocks(model: &mut Model, random: &mut Random, long: f32, place: impl Fn(Vec3
                 );
                 model.add(
                     &dielectric("painted blocks", paint * shade, 0.55),
-                    block.map(&place),
+                    block.map(&transform),
                 );
             }
             from += wide;

@@ -131,9 +131,9 @@ impl Stage {
             .room
             .mesh(metal("brass", Vec3::new(0.9, 0.65, 0.3), 0.3), horse);
         for index in 0..5 {
-            let place = DAffine3::from_rotation_y(TAU * f64::from(index) / 5.0)
+            let transform = DAffine3::from_rotation_y(TAU * f64::from(index) / 5.0)
                 * DAffine3::from_translation(DVec3::new(0.36, 0.0, 0.0));
-            let node = self.node(Some(hub), place);
+            let node = self.node(Some(hub), transform);
             self.hang("horse", horse, node);
         }
 
@@ -158,12 +158,12 @@ impl Stage {
         const PERIOD: f64 = 1.5;
         let mut ball = at(1.05, RADIUS, 0.95);
         ball.scale = Animated::still(DVec3::splat(RADIUS));
-        let place = |height: f64| DVec3::new(1.05, RADIUS + height, 0.95);
+        let position = |height: f64| DVec3::new(1.05, RADIUS + height, 0.95);
         // A parabola, which a cubic spline with its tangents reproduces exactly.
         let slope = DVec3::Y * (4.0 * HEIGHT / PERIOD * speed);
         let keys = [
-            (0.0, [-slope, place(0.0), slope]),
-            (0.5, [DVec3::ZERO, place(HEIGHT), DVec3::ZERO]),
+            (0.0, [-slope, position(0.0), slope]),
+            (0.5, [DVec3::ZERO, position(HEIGHT), DVec3::ZERO]),
         ];
         ball.translation.track = repeated(speed, PERIOD, Interpolation::CubicSpline, &keys);
         let squashed = DVec3::new(1.12, 0.8, 1.12) * RADIUS;
@@ -252,8 +252,8 @@ impl Stage {
         let mut pivot = at(0.0, 0.0, 0.0);
         pivot.rotation.track = swing(speed, 8.0, DVec3::Y, 0.3);
         let pivot = self.moving_node(None, pivot);
-        let place = look_at(eye, target, 1.0).camera_to_world;
-        let node = self.node(Some(pivot), place);
+        let transform = look_at(eye, target, 1.0).camera_to_world;
+        let node = self.node(Some(pivot), transform);
         self.motion.cameras.push(Some(node));
     }
 }

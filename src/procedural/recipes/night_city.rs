@@ -226,12 +226,12 @@ fn street_lamps(scene: &mut Builder, end: f32) {
         } else {
             std::f64::consts::PI
         };
-        let place = DAffine3::from_rotation_translation(
+        let transform = DAffine3::from_rotation_translation(
             DQuat::from_rotation_y(turn),
             DVec3::new(f64::from(side * (KERB + 0.5)), 0.14, f64::from(z)),
         );
-        scene.place("lamp post", post, place);
-        scene.place("bulb", bulb, place);
+        scene.place("lamp post", post, transform);
+        scene.place("bulb", bulb, transform);
         z -= 4.5;
         index += 1;
     }
@@ -290,17 +290,17 @@ fn cars(scene: &mut Builder, random: &mut Random, end: f32) {
         pair(-2.11, 0.12),
     );
     let park = |scene: &mut Builder, x: f32, z: f32, turn: f64, lit: bool, random: &mut Random| {
-        let place = DAffine3::from_rotation_translation(
+        let transform = DAffine3::from_rotation_translation(
             DQuat::from_rotation_y(turn),
             DVec3::new(f64::from(x), 0.0, f64::from(z)),
         );
         let mesh = random.pick(&meshes);
-        scene.place("car", mesh, place);
-        scene.place("cabin", cabin, place);
-        scene.place("tyres", tyres, place);
+        scene.place("car", mesh, transform);
+        scene.place("cabin", cabin, transform);
+        scene.place("tyres", tyres, transform);
         if lit {
-            scene.place("head lights", head, place);
-            scene.place("tail lights", tail, place);
+            scene.place("head lights", head, transform);
+            scene.place("tail lights", tail, transform);
         }
     };
     let mut z = -4.0;

@@ -245,8 +245,8 @@ pub(super) fn make(values: &Values) -> Scene {
     let brass = metal("brass", vec3(0.91, 0.74, 0.4), 0.25);
     let post = scene.mesh(brass, post());
     for end in [left, right] {
-        let place = end.as_dvec3().with_y(stand.y);
-        scene.place("post", post, DAffine3::from_translation(place));
+        let position = end.as_dvec3().with_y(stand.y);
+        scene.place("post", post, DAffine3::from_translation(position));
     }
     scene.camera(
         DVec3::new(0.6, 1.45, 2.5),

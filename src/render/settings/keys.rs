@@ -120,7 +120,7 @@ impl Settings {
 /// The schema of all settings. It takes milliseconds to make.
 static SCHEMA: LazyLock<Value> = LazyLock::new(|| schemars::schema_for!(Settings).to_value());
 
-/// The place of the value of a dotted key in a tree.
+/// The slot of the value of a dotted key in a tree.
 fn slot_of<'a>(tree: &'a mut Value, key: &str) -> Option<&'a mut Value> {
     let slot = key
         .split('.')

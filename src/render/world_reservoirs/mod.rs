@@ -40,7 +40,7 @@ pub struct WorldSize {
 }
 
 impl WorldSize {
-    /// For paths of at most `bounces` scattering events and a picture with `slots` places for pixels; `is_used`: there are world
+    /// For paths of at most `bounces` scattering events and a picture with `slots` slots for pixels; `is_used`: there are world
     /// reservoirs at all.
     pub fn new(
         settings: &WorldReservoirsSettings,

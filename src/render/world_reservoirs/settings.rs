@@ -51,8 +51,8 @@ pub struct WorldReservoirsSettings {
     /// longer. No effect with `stores=initial`, where it is 1. Unbiased at any value.
     #[schemars(range(min = 1, max = 500))]
     pub confidence_cap: u32,
-    /// Places of the table of cells for each vertex of a frame, rounded up to a power of two in all. Lower: less memory, and
-    /// cells that find no place are left out: more noise. Unbiased at any value.
+    /// Slots of the table of cells for each vertex of a frame, rounded up to a power of two in all. Lower: less memory, and
+    /// cells that find no slot are left out: more noise. Unbiased at any value.
     #[schemars(range(min = 1e-9, max = 1000.0))]
     pub table: f64,
     /// Minimum number of lights for world reservoirs, without those that are rare or infinitely far away; one lamp alone, of any number of

@@ -40,8 +40,8 @@ crate::bindings! {
     }
 }
 
-/// Maximum number of places of a bucket.
-const BUCKET_PLACES: u64 = 8;
+/// Maximum number of slots of a bucket.
+const BUCKET_SLOTS: u64 = 8;
 
 /// The size of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,27 +50,27 @@ pub struct TableSize {
     pub vertices: u64,
     /// Buckets, a power of two.
     pub buckets: u64,
-    /// Places of each.
-    pub bucket_places: u64,
+    /// Slots of each.
+    pub bucket_slots: u64,
 }
 
 impl TableSize {
-    /// A table for `vertices`, with `share` places for each, rounded up to a power of two in all.
+    /// A table for `vertices`, with `share` slots for each, rounded up to a power of two in all.
     pub fn new(vertices: u64, share: f64) -> Self {
-        let places = (vertices as f64 * share).ceil().max(1.0) as u64;
+        let slots = (vertices as f64 * share).ceil().max(1.0) as u64;
         // Sizes near 2⁶⁴ are refused like all that are too large.
-        let places = places.min(1 << 60).next_power_of_two();
-        let bucket_places = places.min(BUCKET_PLACES);
+        let slots = slots.min(1 << 60).next_power_of_two();
+        let bucket_slots = slots.min(BUCKET_SLOTS);
         Self {
             vertices,
-            buckets: places / bucket_places,
-            bucket_places,
+            buckets: slots / bucket_slots,
+            bucket_slots,
         }
     }
 
-    /// Places of all buckets.
-    pub fn places(&self) -> u64 {
-        self.buckets * self.bucket_places
+    /// Slots of all buckets.
+    pub fn slots(&self) -> u64 {
+        self.buckets * self.bucket_slots
     }
 
     /// Bytes of the buffers, by name.
@@ -81,7 +81,7 @@ impl TableSize {
             ("world_keys", 4 * vertices),
             (
                 "world_cells",
-                4 * (self.places() + PrefixSum::length(self.places() + 1)),
+                4 * (self.slots() + PrefixSum::length(self.slots() + 1)),
             ),
             ("world_list", 4 * vertices),
         ]
@@ -91,7 +91,7 @@ impl TableSize {
     pub fn write(&self, constants: &mut WorldConstants) {
         constants.vertices = self.vertices as u32;
         constants.buckets = self.buckets as u32;
-        constants.bucket_places = self.bucket_places as u32;
+        constants.bucket_slots = self.bucket_slots as u32;
     }
 }
 
@@ -99,9 +99,9 @@ impl TableSize {
 pub struct WorldTable {
     passes: Option<Passes>,
     groups: [u32; 3],
-    /// Keys of the vertices' cells, 0 for those without; afterwards the places of the cells, plus 1.
+    /// Keys of the vertices' cells, 0 for those without; afterwards the slots of the cells, plus 1.
     pub keys: Buffer,
-    /// Keys of all cells, bucket by bucket, and then where the list of the cell at each place begins.
+    /// Keys of all cells, bucket by bucket, and then where the list of the cell at each slot begins.
     pub cells: Buffer,
     /// The lists: indices of vertices, plus 1, in the lower bits; 0 where there is a gap.
     pub list: Buffer,
@@ -130,7 +130,7 @@ impl WorldTable {
             Ok::<_, crate::Error>(Passes {
                 insert: pass("world_insert")?,
                 count: pass("world_count")?,
-                sum: PrefixSum::new(size.places(), size.places() + 1, &pass)?,
+                sum: PrefixSum::new(size.slots(), size.slots() + 1, &pass)?,
                 scatter: pass("world_scatter")?,
             })
         });

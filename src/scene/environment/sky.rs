@@ -56,14 +56,14 @@ pub fn parse(text: &str) -> Result<Sky> {
                 "sky: '{part}' is not KEY=VALUE; write sky:KEY=VALUE,KEY=VALUE"
             ))
         })?;
-        let Some(place) = KEYS.iter().position(|(name, ..)| *name == key) else {
+        let Some(index) = KEYS.iter().position(|(name, ..)| *name == key) else {
             return Err(Error::input(format!(
                 "sky has no parameter '{key}'{}; it has sun, azimuth, turbidity, ground and width",
                 nearest(key, KEYS.iter().map(|(name, ..)| *name))
             )));
         };
-        let (_, low, high) = KEYS[place];
-        values[place] = (value.parse().ok())
+        let (_, low, high) = KEYS[index];
+        values[index] = (value.parse().ok())
             .filter(|number| (low..=high).contains(number))
             .ok_or_else(|| {
                 Error::input(format!(
@@ -161,8 +161,8 @@ fn direction(around: f64, down: f64) -> DVec3 {
 /// The share of a texel that the sun's disc covers, by points on a grid.
 fn share_of_disc(sun: DVec3, at: impl Fn([f64; 2]) -> DVec3) -> f64 {
     const SIDE: u32 = 32;
-    let place = |i: u32| (f64::from(i) + 0.5) / f64::from(SIDE);
-    let points = (0..SIDE * SIDE).map(|i| at([place(i % SIDE), place(i / SIDE)]));
+    let coordinate = |i: u32| (f64::from(i) + 0.5) / f64::from(SIDE);
+    let points = (0..SIDE * SIDE).map(|i| at([coordinate(i % SIDE), coordinate(i / SIDE)]));
     let inside = points.filter(|point| (*point - sun).length() < 2.0 * (0.5 * SUN_RADIUS).sin());
     inside.count() as f64 / f64::from(SIDE * SIDE)
 }

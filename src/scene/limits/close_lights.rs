@@ -74,7 +74,7 @@ pub(super) fn closest(scene: &Scene, lights: &[LightTriangle], eye: DVec3) -> Op
     let mut closest: Option<CloseLight> = None;
     for (index, instance) in (0..).zip(&scene.instances) {
         let mesh = &scene.meshes[instance.mesh as usize];
-        let place = |corner: &u32| {
+        let to_world = |corner: &u32| {
             let position = mesh.positions[*corner as usize].as_dvec3();
             instance.object_to_world.transform_point3(position)
         };
@@ -86,7 +86,7 @@ pub(super) fn closest(scene: &Scene, lights: &[LightTriangle], eye: DVec3) -> Op
         }
         for part in &mesh.parts {
             for triangle in part.range() {
-                let corners = mesh.triangles[triangle as usize].each_ref().map(place);
+                let corners = mesh.triangles[triangle as usize].each_ref().map(to_world);
                 let Some(bounds) = Bounds::of(corners.into_iter()) else {
                     continue;
                 };
@@ -113,7 +113,7 @@ pub(super) fn closest(scene: &Scene, lights: &[LightTriangle], eye: DVec3) -> Op
     closest
 }
 
-/// Candidates of about the same reach, by their place along an axis. A far light reaches far, and in one list with the others it
+/// Candidates of about the same reach, by their position along an axis. A far light reaches far, and in one list with the others it
 /// would make each triangle look at all of them.
 struct List {
     axis: usize,

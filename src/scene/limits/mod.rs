@@ -451,7 +451,7 @@ mod tests {
     }
 
     #[test]
-    fn many_lamps_in_one_place_are_not_counted_to_the_end() {
+    fn many_lamps_at_one_position_are_not_counted_to_the_end() {
         let mut scene = floor();
         add_lamp(&mut scene, DVec3::Y, 0.5, 1.0);
         let lamp = scene.instances[1].clone();

@@ -136,8 +136,8 @@ fn strips(members: Vec<usize>, boxes: &[Bounds]) -> impl Iterator<Item = (Vec<Me
     for light in members {
         let first = strip_at(boxes[light].min[across]);
         let last = strip_at(boxes[light].max[across]);
-        for (place, strip) in divided[first..=last].iter_mut().enumerate() {
-            let begins = place == 0;
+        for (index, strip) in divided[first..=last].iter_mut().enumerate() {
+            let begins = index == 0;
             strip.push(Member { light, begins });
         }
     }

@@ -5,7 +5,7 @@ mod pose;
 pub mod tracks;
 
 pub use moving_camera::MovingCamera;
-pub use pose::{Pose, check_light_place, check_place, is_flat};
+pub use pose::{Pose, check_light_transform, check_transform, is_flat};
 
 use super::validate::BRIGHTEST;
 use crate::{Error, Result};
@@ -33,14 +33,14 @@ pub struct Node {
     /// Index of its parent, smaller than its own; none for a root.
     pub parent: Option<u32>,
     /// The transform of the node relative to its parent.
-    pub place: Place,
+    pub transform: Transform,
 }
 
 /// A node's transform relative to its parent.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Place {
+pub enum Transform {
     /// Constant.
-    Still(DAffine3),
+    Fixed(DAffine3),
     /// Changes with time.
     Moving(Box<AnimatedTransform>),
 }
@@ -115,9 +115,9 @@ impl Emission {
 impl Motion {
     /// The time of the last key in seconds; nothing moves after it.
     pub fn seconds(&self) -> f64 {
-        let nodes = self.nodes.iter().map(|node| match &node.place {
-            Place::Still(_) => 0.0,
-            Place::Moving(moving) => (moving.translation.seconds())
+        let nodes = self.nodes.iter().map(|node| match &node.transform {
+            Transform::Fixed(_) => 0.0,
+            Transform::Moving(moving) => (moving.translation.seconds())
                 .max(moving.rotation.seconds())
                 .max(moving.scale.seconds()),
         });
@@ -141,16 +141,16 @@ impl Motion {
     pub(crate) fn simplified(mut self) -> Option<Self> {
         let mut moves = Vec::with_capacity(self.nodes.len());
         for node in &mut self.nodes {
-            if let Place::Moving(moving) = &mut node.place {
+            if let Transform::Moving(moving) = &mut node.transform {
                 moving.translation.simplify();
                 moving.rotation.simplify();
                 moving.scale.simplify();
                 if !moving.moves() {
-                    node.place = Place::Still(moving.at(0.0));
+                    node.transform = Transform::Fixed(moving.at(0.0));
                 }
             }
             let with_parent = node.parent.is_some_and(|parent| moves[parent as usize]);
-            moves.push(with_parent || matches!(node.place, Place::Moving(_)));
+            moves.push(with_parent || matches!(node.transform, Transform::Moving(_)));
         }
         for attached in self.attached_mut() {
             attached.take_if(|node| !moves[*node as usize]);
@@ -221,7 +221,7 @@ impl Motion {
             if node.parent.is_some_and(|parent| parent as usize >= index) {
                 return wrong(what, "its parent does not come before it");
             }
-            if let Place::Moving(moving) = &node.place {
+            if let Transform::Moving(moving) = &node.transform {
                 check_track(&format!("{what}, translation"), &moving.translation)?;
                 check_track(&format!("{what}, rotation"), &moving.rotation)?;
                 check_track(&format!("{what}, scale"), &moving.scale)?;
@@ -265,14 +265,14 @@ mod tests {
         })
     }
 
-    pub(super) fn moving(to: DVec3) -> Place {
+    pub(super) fn moving(to: DVec3) -> Transform {
         let mut moving = AnimatedTransform::still(DVec3::ZERO, DQuat::IDENTITY, DVec3::ONE);
         moving.translation.track = line(to);
-        Place::Moving(Box::new(moving))
+        Transform::Moving(Box::new(moving))
     }
 
-    pub(super) fn node(parent: Option<u32>, place: Place) -> Node {
-        Node { parent, place }
+    pub(super) fn node(parent: Option<u32>, transform: Transform) -> Node {
+        Node { parent, transform }
     }
 
     #[test]
@@ -281,8 +281,8 @@ mod tests {
             nodes: vec![
                 node(None, moving(DVec3::ZERO)),
                 node(None, moving(DVec3::X)),
-                node(Some(0), Place::Still(DAffine3::IDENTITY)),
-                node(Some(1), Place::Still(DAffine3::IDENTITY)),
+                node(Some(0), Transform::Fixed(DAffine3::IDENTITY)),
+                node(Some(1), Transform::Fixed(DAffine3::IDENTITY)),
             ],
             instances: vec![Some(2), Some(3)],
             cameras: vec![Some(0)],
@@ -317,6 +317,8 @@ mod tests {
         assert!(message(|m| m.instances.clear()).contains("every instance"));
         assert!(message(|m| m.instances[0] = Some(1)).contains("node 1 does not exist"));
         assert!(message(|m| m.nodes[0].parent = Some(0)).contains("node 0: its parent"));
-        assert!(message(|m| m.nodes[0].place = moving(DVec3::NAN)).contains("node 0, translation"));
+        assert!(
+            message(|m| m.nodes[0].transform = moving(DVec3::NAN)).contains("node 0, translation")
+        );
     }
 }

@@ -1,6 +1,6 @@
 //! The state of everything that moves at one time.
 
-use super::{Motion, Place};
+use super::{Motion, Transform};
 use crate::scene::validate::{LARGEST_COORDINATE, check_reach, is_singular};
 use crate::scene::{Bounds, Camera, Mesh, Scene, camera};
 use crate::{Error, Result};
@@ -24,9 +24,9 @@ impl Motion {
     pub fn pose(&self, time: f64) -> Pose {
         let mut to_world: Vec<DAffine3> = Vec::with_capacity(self.nodes.len());
         for node in &self.nodes {
-            let local = match &node.place {
-                Place::Still(place) => *place,
-                Place::Moving(moving) => moving.at(time),
+            let local = match &node.transform {
+                Transform::Fixed(transform) => *transform,
+                Transform::Moving(moving) => moving.at(time),
             };
             to_world.push(match node.parent {
                 Some(parent) => to_world[parent as usize] * local,
@@ -77,8 +77,8 @@ impl Scene {
         })?;
         if let Some(motion) = &self.motion {
             let pose = motion.pose(time);
-            if let Some((_, place)) = pose.cameras.iter().find(|(i, _)| *i as usize == index) {
-                camera.camera_to_world = rigid_camera(index, place, time)?;
+            if let Some((_, transform)) = pose.cameras.iter().find(|(i, _)| *i as usize == index) {
+                camera.camera_to_world = rigid_camera(index, transform, time)?;
             }
         }
         Ok(camera)
@@ -92,19 +92,19 @@ impl Scene {
         let pose = motion.pose(time);
         // Once for each mesh, in however many places it stands.
         let boxes: Vec<_> = self.meshes.iter().map(Mesh::bounds).collect();
-        for (index, place) in pose.instances {
+        for (index, transform) in pose.instances {
             let instance = &mut self.instances[index as usize];
             let bounds = boxes[instance.mesh as usize].as_ref();
-            check_place(index, &place, bounds, time, LARGEST_COORDINATE)?;
-            instance.object_to_world = place;
+            check_transform(index, &transform, bounds, time, LARGEST_COORDINATE)?;
+            instance.object_to_world = transform;
         }
-        for (index, place) in pose.cameras {
-            let place = rigid_camera(index as usize, &place, time)?;
-            self.cameras[index as usize].camera_to_world = place;
+        for (index, transform) in pose.cameras {
+            let transform = rigid_camera(index as usize, &transform, time)?;
+            self.cameras[index as usize].camera_to_world = transform;
         }
-        for (index, place) in pose.lights {
-            check_light_place(index, &place, time, LARGEST_COORDINATE)?;
-            self.punctual_lights[index as usize].light_to_world = place;
+        for (index, transform) in pose.lights {
+            check_light_transform(index, &transform, time, LARGEST_COORDINATE)?;
+            self.punctual_lights[index as usize].light_to_world = transform;
         }
         for (index, emission) in pose.emission {
             self.materials[index as usize].emission = emission;
@@ -113,10 +113,10 @@ impl Scene {
     }
 }
 
-fn rigid_camera(index: usize, place: &DAffine3, time: f64) -> Result<DAffine3> {
-    match camera::rigid(place.matrix3) {
-        Some(axes) if place.is_finite() => {
-            Ok(DAffine3::from_mat3_translation(axes, place.translation))
+fn rigid_camera(index: usize, transform: &DAffine3, time: f64) -> Result<DAffine3> {
+    match camera::rigid(transform.matrix3) {
+        Some(axes) if transform.is_finite() => {
+            Ok(DAffine3::from_mat3_translation(axes, transform.translation))
         }
         _ => Err(Error::input(format!(
             "camera {index}: at {time} s it has no direction, since its scale is 0 or its axes are in one plane"
@@ -129,35 +129,40 @@ pub fn is_flat(object_to_world: &DAffine3) -> bool {
     is_singular(object_to_world.matrix3)
 }
 
-/// Checks that a mesh with these bounds can be rendered under the transform `place`, which an
+/// Checks that a mesh with these bounds can be rendered under `transform`, which an
 /// instance has at `time` in seconds, with coordinates up to `farthest`.
 ///
 /// # Errors
 /// The transform is not finite, or the mesh reaches too far from the origin. The message names the
 /// instance's `index`.
-pub fn check_place(
+pub fn check_transform(
     index: u32,
-    place: &DAffine3,
+    transform: &DAffine3,
     bounds: Option<&Bounds>,
     time: f64,
     farthest: f64,
 ) -> Result<()> {
     let what = format!("instance {index} at {time} s");
-    check_reach(&what, place, bounds, farthest)
+    check_reach(&what, transform, bounds, farthest)
 }
 
-/// Checks that a punctual light can be rendered where `place` puts it at `time` in seconds, with coordinates up to
+/// Checks that a punctual light can be rendered where `transform` puts it at `time` in seconds, with coordinates up to
 /// `farthest`.
 ///
 /// # Errors
 /// The transform is not finite, or the light is further away.
-pub fn check_light_place(index: u32, place: &DAffine3, time: f64, farthest: f64) -> Result<()> {
+pub fn check_light_transform(
+    index: u32,
+    transform: &DAffine3,
+    time: f64,
+    farthest: f64,
+) -> Result<()> {
     let what = format!("punctual light {index} at {time} s");
     let point = Bounds {
         min: DVec3::ZERO,
         max: DVec3::ZERO,
     };
-    check_reach(&what, place, Some(&point), farthest)
+    check_reach(&what, transform, Some(&point), farthest)
 }
 
 #[cfg(test)]
@@ -173,7 +178,7 @@ mod tests {
         let motion = Motion {
             nodes: vec![
                 node(None, moving(DVec3::X)),
-                node(Some(0), Place::Still(turn)),
+                node(Some(0), Transform::Fixed(turn)),
                 node(Some(1), moving(DVec3::X * 4.0)),
             ],
             instances: vec![Some(2), None, Some(1)],
@@ -205,9 +210,9 @@ mod tests {
     #[test]
     fn lights_that_move_out_of_reach_are_refused() {
         let at = |x: f64| DAffine3::from_translation(DVec3::X * x);
-        assert!(check_light_place(7, &at(99.0), 2.0, 100.0).is_ok());
-        for place in [at(101.0), at(f64::NAN), at(f64::INFINITY)] {
-            let text = check_light_place(7, &place, 2.0, 100.0).unwrap_err();
+        assert!(check_light_transform(7, &at(99.0), 2.0, 100.0).is_ok());
+        for transform in [at(101.0), at(f64::NAN), at(f64::INFINITY)] {
+            let text = check_light_transform(7, &transform, 2.0, 100.0).unwrap_err();
             assert!(text.to_string().starts_with("punctual light 7 at 2 s"));
         }
     }

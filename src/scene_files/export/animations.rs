@@ -2,7 +2,7 @@
 
 use super::{Binary, FLOAT};
 use crate::scene::motion::tracks::{Animated, Interpolation, Keyed, Track};
-use crate::scene::motion::{Emission, Motion, Place};
+use crate::scene::motion::{Emission, Motion, Transform};
 use glam::{DAffine3, DMat4, DQuat, DVec3};
 use serde_json::{Value, json};
 
@@ -14,9 +14,9 @@ pub fn nodes(motion: &Motion) -> Vec<Value> {
     let mut nodes: Vec<Value> = motion
         .nodes
         .iter()
-        .map(|node| match &node.place {
-            Place::Still(place) => json!({ "matrix": matrix(place) }),
-            Place::Moving(moving) => json!({
+        .map(|node| match &node.transform {
+            Transform::Fixed(transform) => json!({ "matrix": matrix(transform) }),
+            Transform::Moving(moving) => json!({
                 "translation": moving.translation.rest.to_array(),
                 "rotation": moving.rotation.rest.to_array(),
                 "scale": moving.scale.rest.to_array(),
@@ -69,7 +69,7 @@ pub fn animation(motion: &Motion, binary: &mut Binary) -> Value {
     let vector = |v: DVec3| v.as_vec3().to_array().to_vec();
     let quaternion = |q: DQuat| q.as_quat().to_array().to_vec();
     for (index, node) in motion.nodes.iter().enumerate() {
-        if let Place::Moving(moving) = &node.place {
+        if let Transform::Moving(moving) = &node.transform {
             let target = |path: &str| json!({ "node": index, "path": path });
             writer.add(&moving.translation, "VEC3", vector, target("translation"));
             writer.add(&moving.rotation, "VEC4", quaternion, target("rotation"));

@@ -22,7 +22,7 @@ fn what_moves_moves_when_it_is_read_again() {
             let time = 0.43 * f64::from(step);
             let (a, b) = (scene.pose_at(time).unwrap(), back.pose_at(time).unwrap());
             // A file may order them differently.
-            let places = |scene: &Scene| {
+            let transforms = |scene: &Scene| {
                 let instances = scene
                     .instances
                     .iter()
@@ -35,15 +35,15 @@ fn what_moves_moves_when_it_is_read_again() {
                     .cameras
                     .iter()
                     .map(|c| (c.name.clone(), c.camera_to_world));
-                let mut places: Vec<_> = instances.chain(lights).chain(cameras).collect();
-                places.sort_by(|a, b| a.0.cmp(&b.0));
-                places
+                let mut transforms: Vec<_> = instances.chain(lights).chain(cameras).collect();
+                transforms.sort_by(|a, b| a.0.cmp(&b.0));
+                transforms
             };
-            let (ours, others) = (places(&a), places(&b));
+            let (ours, others) = (transforms(&a), transforms(&b));
             assert_eq!(ours.len(), others.len());
-            for ((name, place), (other_name, other)) in ours.iter().zip(&others) {
+            for ((name, transform), (other_name, other)) in ours.iter().zip(&others) {
                 assert_eq!(name, other_name);
-                assert!(place.abs_diff_eq(*other, 1e-5), "{name} at {time} s");
+                assert!(transform.abs_diff_eq(*other, 1e-5), "{name} at {time} s");
             }
             for (a, b) in a.materials.iter().zip(&b.materials) {
                 let same = a.emission.abs_diff_eq(b.emission, 1e-4);
@@ -120,7 +120,7 @@ fn every_factor_survives() {
             .map(|p| p.abs().extend(0.5).min(Vec4::ONE))
             .collect();
     }
-    let place = DAffine3::from_translation(glam::DVec3::new(1.0, 2.0, 3.0));
+    let transform = DAffine3::from_translation(glam::DVec3::new(1.0, 2.0, 3.0));
     for (shape, intensity) in [
         (PunctualShape::Point, Vec3::new(0.1, 0.2, 0.0)),
         (PunctualShape::Directional, Vec3::new(1e5, 2e4, 0.0)),
@@ -134,7 +134,7 @@ fn every_factor_survives() {
     ] {
         scene.punctual_lights.push(PunctualLight {
             name: "a light".into(),
-            light_to_world: place,
+            light_to_world: transform,
             shape,
             intensity,
             range: (shape == PunctualShape::Point).then_some(7.0),
@@ -202,8 +202,8 @@ fn difference(a: &Scene, b: &Scene) -> Option<String> {
         let instances =
             (s.instances.iter().enumerate()).filter(|(i, _)| still(&motion.instances, *i));
         let placed = instances.map(|(_, i)| {
-            let place = format!("{} {:?} ", i.name, i.object_to_world);
-            place + &meshes[i.mesh as usize]
+            let text = format!("{} {:?} ", i.name, i.object_to_world);
+            text + &meshes[i.mesh as usize]
         });
         let lights = s.punctual_lights.iter().enumerate().map(|(i, light)| {
             let mut light = light.clone();

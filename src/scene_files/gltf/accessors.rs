@@ -401,9 +401,9 @@ impl Elements<'_> {
     fn element(&self, index: usize) -> &[u8] {
         debug_assert!((index as u64) < self.count);
         if let Some(sparse) = &self.sparse
-            && let Ok(place) = sparse.indices.binary_search(&(index as u64))
+            && let Ok(found) = sparse.indices.binary_search(&(index as u64))
         {
-            return sparse.values.element(place, self.size);
+            return sparse.values.element(found, self.size);
         }
         match &self.dense {
             Some(dense) => dense.element(index, self.size),

@@ -9,7 +9,7 @@ use super::document::{Animation, Channel};
 use super::materials::emission;
 use super::nodes::Placed;
 use crate::scene::motion::tracks::{Animated, Interpolation, Keyed, Track, TrackFault};
-use crate::scene::motion::{AnimatedTransform, Emission, Motion, Node, Place};
+use crate::scene::motion::{AnimatedTransform, Emission, Motion, Node, Transform};
 use crate::scene::notices::{Tally, quoted};
 use crate::scene::validate::BRIGHTEST;
 use crate::{Error, Result};
@@ -73,7 +73,7 @@ fn target(
     tally: &mut Tally,
 ) -> Result<Option<Target>> {
     let ignored = "animations of what cannot be animated are ignored";
-    let place = || what.to_owned();
+    let location = || what.to_owned();
     let document = accessors.document;
     let in_range = |kind: &str, index: u64| {
         let count = match kind {
@@ -115,7 +115,7 @@ fn target(
         });
     }
     let Some(node) = node else {
-        tally.add(ignored, place);
+        tally.add(ignored, location);
         return Ok(None);
     };
     let node = in_range("node", node)?;
@@ -124,11 +124,11 @@ fn target(
         "rotation" => Some(Target::Rotation(node)),
         "scale" => Some(Target::Scale(node)),
         "weights" => {
-            tally.add("animated morph weights are ignored", place);
+            tally.add("animated morph weights are ignored", location);
             None
         }
         _ => {
-            tally.add(ignored, place);
+            tally.add(ignored, location);
             None
         }
     })
@@ -227,12 +227,12 @@ impl Animations {
                 let Some(moving) = self.moving(source, node, in_scene)? else {
                     return Ok(());
                 };
-                let place = match target {
+                let animated = match target {
                     Target::Scale(_) => &mut moving.scale,
                     _ => &mut moving.translation,
                 };
-                if !taken(tally, place.track.is_some()) {
-                    place.track = Some(track);
+                if !taken(tally, animated.track.is_some()) {
+                    animated.track = Some(track);
                 }
             }
             Target::Rotation(node) => {
@@ -322,11 +322,11 @@ impl Animations {
         if self.nodes.is_empty() && self.materials.is_empty() {
             return None;
         }
-        let nodes = placed.iter().map(|place| Node {
-            parent: place.parent,
-            place: match self.nodes.remove(&place.index) {
-                Some(moving) => Place::Moving(Box::new(moving)),
-                None => Place::Still(place.in_parent),
+        let nodes = placed.iter().map(|placed_node| Node {
+            parent: placed_node.parent,
+            transform: match self.nodes.remove(&placed_node.index) {
+                Some(moving) => Transform::Moving(Box::new(moving)),
+                None => Transform::Fixed(placed_node.in_parent),
             },
         });
         Some(Motion {

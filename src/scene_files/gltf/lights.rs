@@ -10,23 +10,23 @@ use glam::Vec3;
 use std::f64::consts::FRAC_PI_2;
 
 /// The light of a node, if it has one.
-pub fn of_node(document: &Document, place: &Placed<'_>) -> Result<Option<PunctualLight>> {
-    let Some(named) = &place.node.extensions.light else {
+pub fn of_node(document: &Document, placed: &Placed<'_>) -> Result<Option<PunctualLight>> {
+    let Some(named) = &placed.node.extensions.light else {
         return Ok(None);
     };
     let lights = &document.extensions.lights.lights;
     let Some(light) = super::get(lights, named.light) else {
         return Err(super::out_of_range(
-            &place.label(),
+            &placed.label(),
             "light",
             named.light,
             lights.len(),
         ));
     };
-    let what = format!("light {} of {}", named.light, place.label());
+    let what = format!("light {} of {}", named.light, placed.label());
     Ok(Some(PunctualLight {
-        name: place.name_or(&light.name),
-        light_to_world: place.to_world,
+        name: placed.name_or(&light.name),
+        light_to_world: placed.to_world,
         shape: shape(&what, light)?,
         intensity: Vec3::from_array(light.color) * light.intensity,
         range: light.range,

@@ -27,7 +27,10 @@ impl Uses {
     ) -> Self {
         let mut has_faces = vec![false; document.materials.len()];
         // Each mesh once, in however many places it stands.
-        let meshes: BTreeSet<u64> = placed.iter().filter_map(|place| place.node.mesh).collect();
+        let meshes: BTreeSet<u64> = placed
+            .iter()
+            .filter_map(|placed_node| placed_node.node.mesh)
+            .collect();
         // What is out of range is named when meshes are read.
         let meshes = (meshes.iter()).filter_map(|index| get(&document.meshes, *index));
         for primitive in meshes.flat_map(|mesh| &mesh.primitives) {

@@ -47,8 +47,8 @@ pub struct Meshes<'a> {
     default_material: u32,
     /// True if that was needed.
     pub default_material_used: bool,
-    /// For each vertex of the primitive at hand its place in the mesh, or `u32::MAX`.
-    places: Vec<u32>,
+    /// For each vertex of the primitive at hand its index in the mesh, or `u32::MAX`.
+    indices_in_mesh: Vec<u32>,
 }
 
 impl<'a> Meshes<'a> {
@@ -65,7 +65,7 @@ impl<'a> Meshes<'a> {
             needed: [false; 2],
             default_material: accessors.document.materials.len() as u32,
             default_material_used: false,
-            places: Vec::new(),
+            indices_in_mesh: Vec::new(),
             accessors,
         }
     }
@@ -222,13 +222,15 @@ impl<'a> Meshes<'a> {
         corners: u64,
         count: u64,
     ) -> Result<()> {
-        let table = positions.count.saturating_sub(self.places.len() as u64);
+        let table = positions
+            .count
+            .saturating_sub(self.indices_in_mesh.len() as u64);
         let needed = u128::from(count) * 12
             + u128::from(corners.min(positions.count)) * 56
             + u128::from(table) * 4;
         self.accessors.unfolding.take(what, needed)?;
-        self.places
-            .resize(self.places.len() + table as usize, u32::MAX);
+        self.indices_in_mesh
+            .resize(self.indices_in_mesh.len() + table as usize, u32::MAX);
         Ok(())
     }
 
@@ -253,18 +255,18 @@ impl<'a> Meshes<'a> {
                         source.positions.count
                     )));
                 }
-                let place = &mut self.places[vertex as usize];
-                if *place == u32::MAX {
-                    *place = index_of(what, mesh.positions.len())?;
+                let index = &mut self.indices_in_mesh[vertex as usize];
+                if *index == u32::MAX {
+                    *index = index_of(what, mesh.positions.len())?;
                     used.push(vertex);
                     source.copy_vertex(vertex, mesh)?;
                 }
-                *corner = *place;
+                *corner = *index;
             }
             mesh.triangles.push(triangle);
         }
         for vertex in used {
-            self.places[vertex as usize] = u32::MAX;
+            self.indices_in_mesh[vertex as usize] = u32::MAX;
         }
         Ok(())
     }
@@ -335,7 +337,7 @@ fn notice_ignored(what: &str, primitive: &Primitive, tally: &mut Tally) {
 }
 
 fn index_of(what: &str, count: usize) -> Result<u32> {
-    // u32::MAX itself marks the absence of a place.
+    // u32::MAX itself marks the absence of an index.
     match u32::try_from(count) {
         Ok(index) if index < u32::MAX => Ok(index),
         _ => Err(Error::input(format!(

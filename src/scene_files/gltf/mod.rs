@@ -94,36 +94,36 @@ pub(super) fn read(
     // Where in the scene each of the file's meshes is, once it has been read.
     let mut read: Vec<Option<u32>> = vec![None; document.meshes.len()];
     let mut light_nodes = Vec::new();
-    for (number, place) in (0_u32..).zip(&placed) {
-        if let Some(light) = lights::of_node(&document, place)? {
+    for (number, placed_node) in (0_u32..).zip(&placed) {
+        if let Some(light) = lights::of_node(&document, placed_node)? {
             scene.punctual_lights.push(light);
             light_nodes.push(Some(number));
         }
-        if let Some(index) = place.node.camera {
+        if let Some(index) = placed_node.node.camera {
             let Some(source) = get(&document.cameras, index) else {
                 return Err(out_of_range(
-                    &place.label(),
+                    &placed_node.label(),
                     "camera",
                     index,
                     document.cameras.len(),
                 ));
             };
-            if let Some(camera) = nodes::camera(place, index, source, &mut tally)? {
+            if let Some(camera) = nodes::camera(placed_node, index, source, &mut tally)? {
                 cameras.push((index, camera, number));
             }
         }
-        if let Some(index) = place.node.mesh {
+        if let Some(index) = placed_node.node.mesh {
             let Some(source) = get(&document.meshes, index) else {
                 return Err(out_of_range(
-                    &place.label(),
+                    &placed_node.label(),
                     "mesh",
                     index,
                     document.meshes.len(),
                 ));
             };
-            if place.node.skin.is_some() {
+            if placed_node.node.skin.is_some() {
                 tally.add("skins are ignored, the mesh stands as modelled", || {
-                    place.label()
+                    placed_node.label()
                 });
             }
             let index = index as usize;
@@ -138,9 +138,9 @@ pub(super) fn read(
             read[index] = Some(mesh);
             instance_nodes.push(Some(number));
             scene.instances.push(Instance {
-                name: place.node.name.clone(),
+                name: placed_node.node.name.clone(),
                 mesh,
-                object_to_world: place.to_world,
+                object_to_world: placed_node.to_world,
             });
         }
     }

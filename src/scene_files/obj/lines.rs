@@ -125,7 +125,7 @@ impl<'a> Line<'a> {
     }
 
     /// The name of the line in messages.
-    pub fn place(&self) -> String {
+    pub fn location(&self) -> String {
         format!("line {}", self.number)
     }
 
@@ -152,7 +152,7 @@ mod tests {
             let words: Vec<&str> = line.words().collect();
             found.push(format!(
                 "{} {} {}",
-                line.place(),
+                line.location(),
                 line.keyword,
                 words.join(",")
             ));

@@ -68,7 +68,7 @@ pub fn load(
             {
                 return Err(Error::input(format!(
                     "map_Pr in {} and map_Pm in {} of the MTL file differ in size, scale, offset or clamp; give both the same",
-                    a.place, b.place
+                    a.location, b.location
                 )));
             }
         }
@@ -146,7 +146,7 @@ impl<'a> Files<'a> {
 
 /// The name of a texture in messages.
 fn what(map: &Map) -> String {
-    format!("texture in {} of its MTL file", map.place)
+    format!("texture in {} of its MTL file", map.location)
 }
 
 /// An image of the size of `like` with roughness in green and metalness in blue, as glTF has it.

@@ -168,7 +168,7 @@ impl<'a> Reader<'a> {
                 self.positions.push(line.numbers()?.into());
                 if line.words().count() >= 6 {
                     self.tally
-                        .add("vertex colours are ignored", || line.place());
+                        .add("vertex colours are ignored", || line.location());
                 }
             }
             "vn" => {
@@ -194,10 +194,12 @@ impl<'a> Reader<'a> {
             "mtllib" => self.material_library(line)?,
             "p" | "l" => self
                 .tally
-                .add("points and lines are skipped", || line.place()),
+                .add("points and lines are skipped", || line.location()),
             "curv" | "curv2" | "surf" => self
                 .tally
-                .add("free-form curves and surfaces are skipped", || line.place()),
+                .add("free-form curves and surfaces are skipped", || {
+                    line.location()
+                }),
             "vp" | "s" | "mg" | "cstype" | "deg" | "bmat" | "step" | "parm" | "trim" | "hole"
             | "scrv" | "sp" | "end" | "con" | "bevel" | "c_interp" | "d_interp" | "lod"
             | "shadow_obj" | "trace_obj" | "ctech" | "stech" | "usemap" | "maplib" => {}
@@ -242,7 +244,7 @@ impl<'a> Reader<'a> {
             if textured && coordinates == MISSING {
                 self.tally
                     .add("texture coordinates are missing, 0 is used", || {
-                        line.place()
+                        line.location()
                     });
             }
             let position_here = self.positions[position as usize] - self.center;
@@ -285,7 +287,7 @@ impl<'a> Reader<'a> {
         if self.material.is_none() {
             self.tally
                 .add("materials that no MTL file has are grey (0.8)", || {
-                    format!("{}: {}", line.place(), quoted(line.rest))
+                    format!("{}: {}", line.location(), quoted(line.rest))
                 });
         }
     }
@@ -300,7 +302,7 @@ impl<'a> Reader<'a> {
             if is_one || !self.library(line, name)? {
                 self.tally
                     .add("MTL files that cannot be read are left out", || {
-                        format!("{}: {}", line.place(), quoted(name))
+                        format!("{}: {}", line.location(), quoted(name))
                     });
             }
         }
@@ -321,7 +323,7 @@ impl<'a> Reader<'a> {
 
     fn open_library(&self, line: &Line, name: &str) -> Result<Option<SceneFile>> {
         let open = |name: &str| {
-            let what = format!("mtllib in {}", line.place());
+            let what = format!("mtllib in {}", line.location());
             self.folder.open_dispensable(&what, &[name.into()])
         };
         let found = open(name)?;
@@ -360,10 +362,10 @@ impl<'a> Reader<'a> {
                 self.textures.push(texture);
             }
         }
-        for (option, place) in library.options {
+        for (option, location) in library.options {
             let what = format!("the option {option} of textures is ignored");
             self.tally
-                .add(&what, || format!("{place} of {}", quoted(name)));
+                .add(&what, || format!("{location} of {}", quoted(name)));
         }
         for material in library.transparent {
             self.tally

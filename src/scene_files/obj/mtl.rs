@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 pub struct Library {
     /// The kinds of textures it names that are ignored, each once, and not more than one above [`MAX_KINDS`].
     pub textures: Vec<String>,
-    /// Options of the other textures that would change the picture, and are ignored; each with its place.
+    /// Options of the other textures that would change the picture, and are ignored; each with its location.
     pub options: Vec<(String, String)>,
     /// Names of materials that let light through, which is ignored.
     pub transparent: Vec<String>,
@@ -78,7 +78,7 @@ pub struct Map {
     /// True if the edges continue instead of the image.
     pub clamp: bool,
     /// The line, for messages.
-    pub place: String,
+    pub location: String,
 }
 
 /// Reads an MTL file, which lies in `folder`, given from that of the OBJ file. Appends its materials in file order,
@@ -220,7 +220,7 @@ fn map(line: &Line, folder: &Path, ignored: &mut Vec<(String, String)>) -> Resul
             _ => return Err(line.wrong(&format!("{} is no option of a texture", quoted(&option)))),
         };
         if !is_followed {
-            ignored.push((option, line.place()));
+            ignored.push((option, line.location()));
         }
     }
     if rest.is_empty() {
@@ -232,7 +232,7 @@ fn map(line: &Line, folder: &Path, ignored: &mut Vec<(String, String)>) -> Resul
         files: [folder.join(&file), file.into()],
         transform: Affine2::from_mat2_translation(Mat2::from_diagonal(scale), offset),
         clamp,
-        place: line.place(),
+        location: line.location(),
     })
 }
 

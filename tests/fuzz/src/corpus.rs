@@ -33,10 +33,10 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 fn write(folder: &Path, target: &str, files: Files, words: &str) -> Result<(), Box<dyn Error>> {
-    let place = folder.join(target);
-    std::fs::create_dir_all(&place)?;
+    let subfolder = folder.join(target);
+    std::fs::create_dir_all(&subfolder)?;
     for (name, bytes) in files {
-        std::fs::write(place.join(name), bytes)?;
+        std::fs::write(subfolder.join(name), bytes)?;
     }
     // libFuzzer takes a backslash, a quote and what is not ASCII by their codes.
     let code = |byte: u8| format!("\\x{byte:02X}");

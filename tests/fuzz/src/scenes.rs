@@ -205,11 +205,11 @@ fn lit() -> Gltf {
 /// Sparse accessors, strips and fans, colours, quantized attributes, strides, primitives without a material.
 fn packed() -> Gltf {
     let mut file = Gltf::triangle();
-    let places = file.add_view(&[0, 2]);
+    let indices = file.add_view(&[0, 2]);
     let values = file.add_view(&floats(&[[0.0, 0.0, 1.0], [0.0, 2.0, 1.0]]));
     file.json["accessors"][0]["sparse"] = json!({
         "count": 2,
-        "indices": { "bufferView": places, "componentType": 5121 },
+        "indices": { "bufferView": indices, "componentType": 5121 },
         "values": { "bufferView": values },
     });
     let strip = file.add_indices(5121, &[0, 1, 2, 1]);

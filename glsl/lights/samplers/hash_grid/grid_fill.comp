@@ -1,5 +1,5 @@
 #version 460
-// Surfaces whose claims stayed fill their places of the hash grid.
+// Surfaces whose claims stayed fill their slots of the hash grid.
 #include "lights/samplers/hash_grid/hash_grid.glsl"
 #include "lights/samplers/sources.glsl"
 
@@ -7,7 +7,7 @@ layout(local_size_x = TILE * TILE) in;
 
 SAMPLE_DATA_BUFFER(sample_data, SampleDataBlock);
 layout(scalar) readonly buffer GridPointsBlock { GpuGridPoint at[]; } grid_points;
-layout(scalar) buffer GridPlacesBlock { GpuGridPlace at[]; } grid_places;
+layout(scalar) buffer GridSlotsBlock { GpuGridSlot at[]; } grid_slots;
 layout(scalar) writeonly buffer GridReservoirsBlock { uint at[]; } grid_reservoirs;
 
 void main() {
@@ -17,8 +17,8 @@ void main() {
     GridClaim claim;
     bool valid;
     CLAIM_OF_SOURCE(source, random, claim, valid);
-    if (!valid || grid_places.at[claim.place].claim != claim.value) return;
-    grid_places.at[claim.place].key = claim.key;
+    if (!valid || grid_slots.at[claim.slot].claim != claim.value) return;
+    grid_slots.at[claim.slot].key = claim.key;
 
     ShadingPoint shading_point;
     GRID_SHADING_POINT(claim.value, shading_point);
@@ -30,7 +30,7 @@ void main() {
         if (HASH_GRID == HASH_GRID_POINTS) {
             // As published: each candidate at another point of the cell, so that the reservoir has no shading point of its own.
             uint number = random_bits(random).x % restir.at.grid.reservoirs;
-            uint claimed = grid_places.at[grid_place(claim.key, number)].claim;
+            uint claimed = grid_slots.at[grid_slot(claim.key, number)].claim;
             if (claimed != 0u) shading_point = grid_point_shading(grid_points.at[(claimed & GRID_SOURCE_MASK) - 1u]);
         }
         float pdf;
@@ -47,5 +47,5 @@ void main() {
         if (target > 0.0) reservoir.contribution_weight = accept_weight(stream.weight_sum / target);
     }
     PackedReservoir packed = pack_reservoir(reservoir);
-    STORE_RESERVOIR(grid_reservoirs, claim.place, restir.at.grid.places, packed);
+    STORE_RESERVOIR(grid_reservoirs, claim.slot, restir.at.grid.slots, packed);
 }

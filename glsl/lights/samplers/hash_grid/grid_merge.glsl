@@ -5,7 +5,7 @@
 #include "restir/shift.glsl"
 
 layout(scalar) readonly buffer GridPointsBlock { GpuGridPoint at[]; } grid_points;
-layout(scalar) readonly buffer GridPlacesBlock { GpuGridPlace at[]; } grid_places;
+layout(scalar) readonly buffer GridSlotsBlock { GpuGridSlot at[]; } grid_slots;
 layout(scalar) readonly buffer GridReservoirsBlock { uint at[]; } grid_reservoirs;
 
 // What the pixel's merge with the hash grid is made of: technique 0 is what its own light samples selected, the others are
@@ -16,7 +16,7 @@ uint grid_found[MAX_GRID_MERGED];
 uint grid_claims[MAX_GRID_MERGED];
 uint grid_count = 0u;
 
-// Finds reservoirs at random places of the pixel's cell, or of a cell close by: otherwise the borders of cells would show.
+// Finds reservoirs at random slots of the pixel's cell, or of a cell close by: otherwise the borders of cells would show.
 void find_in_grid(uvec2 pixel, ShadingPoint shading_point) {
     if (HASH_GRID == HASH_GRID_NONE || restir.at.frame >= restir.at.grid.until_frame) return;
     Random random = pass_random(pixel, STREAM_GRID + 1u);
@@ -25,10 +25,10 @@ void find_in_grid(uvec2 pixel, ShadingPoint shading_point) {
     uint merged = restir.at.grid.merged, reservoirs = restir.at.grid.reservoirs;
     for (uint i = 0u; i < merged; i += 1u) {
         float part = (float(i) + to_unit(random_bits(random).x)) / float(merged);
-        uint place = grid_place(key, min(uint(part * float(reservoirs)), reservoirs - 1u));
-        GpuGridPlace found = grid_places.at[place];
+        uint slot = grid_slot(key, min(uint(part * float(reservoirs)), reservoirs - 1u));
+        GpuGridSlot found = grid_slots.at[slot];
         if (found.claim == 0u || found.key != key) continue;
-        grid_found[grid_count] = place;
+        grid_found[grid_count] = slot;
         grid_claims[grid_count] = found.claim;
         grid_count += 1u;
     }
@@ -39,7 +39,7 @@ float confidence_of(uint technique) { return technique == 0u ? 1.0 : restir.at.g
 Reservoir technique_at(uint technique) {
     if (technique == 0u) return canonical_reservoir;
     PackedReservoir packed;
-    LOAD_RESERVOIR(grid_reservoirs, grid_found[technique - 1u], restir.at.grid.places, packed);
+    LOAD_RESERVOIR(grid_reservoirs, grid_found[technique - 1u], restir.at.grid.slots, packed);
     return unpack_reservoir(packed);
 }
 

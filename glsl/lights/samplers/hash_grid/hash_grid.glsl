@@ -1,9 +1,9 @@
 #pragma once
 // The hash grid. Space is divided into cells, and each cell by the direction of normals into bins. A cell's bin has some
-// places for reservoirs of direct light, which a hash finds. In each frame some surfaces claim places, one at random of those
+// slots for reservoirs of direct light, which a hash finds. In each frame some surfaces claim slots, one at random of those
 // of their cell, and fill them with a reservoir of many candidates; the pixels around merge it with their own.
 //
-// No cell is stored: two cells may hash to the same place, of which one then has fewer reservoirs.
+// No cell is stored: two cells may hash to the same slot, of which one then has fewer reservoirs.
 #include "world_reservoirs/cells.glsl"
 #include "restir/samples/direct.glsl"
 #include "restir/frame.glsl"
@@ -26,16 +26,16 @@ uint grid_key(vec3 position, vec3 normal, float u, vec3 shift) {
 }
 
 // Where the reservoir `number` of a cell's bin is.
-uint grid_place(uint key, uint number) { return pcg4d(uvec4(key, number, 0u, 0u)).x & (restir.at.grid.places - 1u); }
+uint grid_slot(uint key, uint number) { return pcg4d(uvec4(key, number, 0u, 0u)).x & (restir.at.grid.slots - 1u); }
 
-// A claim of a place.
+// A claim of a slot.
 struct GridClaim {
     uint key;
-    uint place;
+    uint slot;
     uint value;
 };
 
-// The pixel of a block that claims a place in this frame; possibly outside the picture.
+// The pixel of a block that claims a slot in this frame; possibly outside the picture.
 uvec2 claiming_pixel(uint block, uint bits) {
     uint blocks = (restir.at.view.width + GRID_BLOCK - 1u) / GRID_BLOCK;
     uvec2 inside = uvec2(bits, bits >> 8u) % GRID_BLOCK;
@@ -48,8 +48,8 @@ Random claim_random(uint source) { return random_stream(source, restir.at.frame,
 GridClaim claim_of(uint source, vec3 position, vec3 normal, inout Random random) {
     uvec4 bits = random_bits(random);
     uint key = grid_key(position, normal, to_unit(bits.x), vec3(0.0));
-    uint place = grid_place(key, bits.y % restir.at.grid.reservoirs);
-    return GridClaim(key, place, (bits.z & ~GRID_SOURCE_MASK) | (source + 1u));
+    uint slot = grid_slot(key, bits.y % restir.at.grid.reservoirs);
+    return GridClaim(key, slot, (bits.z & ~GRID_SOURCE_MASK) | (source + 1u));
 }
 
 // Macros, because GLSL cannot pass buffers to functions. VALID tells whether the source has a surface.

@@ -159,24 +159,24 @@ uint draw_near_light(inout LightSampleContext context, uint number, uint count, 
 
 // The probability with which a draw selects a light, in the mean over the numbers of draws.
 float near_light_probability(LightSampleContext context, uint light) {
-    GpuLightEntry place = light_entry(light);
-    if (place.leaf == NONE) return 0.0;
+    GpuLightEntry entry = light_entry(light);
+    if (entry.leaf == NONE) return 0.0;
     // Down from the root to the node that is found, of which the light's leaf is a descendant.
-    uint index = restir.at.light_bvh_joins != 0u ? 0u : place.leaf;
+    uint index = restir.at.light_bvh_joins != 0u ? 0u : entry.leaf;
     bool inside, found;
     while (true) {
         GpuLightNode here = load_light_node(index);
         inside = holds(here, context.position);
         found = finds(index, here, inside);
-        if (!inside || index == place.leaf) break;
+        if (!inside || index == entry.leaf) break;
         uint sibling = load_light_node(index + 1u).next;
-        index = place.leaf >= sibling ? sibling : index + 1u;
+        index = entry.leaf >= sibling ? sibling : index + 1u;
     }
     if (!found) return 0.0;
     // Loaded here, so that the loop does not load what only this needs.
     GpuLightNode node = load_light_node(index);
     uint first;
     float integers = float(integers_of(node, first));
-    uint light_integers = light_entry(place.place + 1u).before - light_entry(place.place).before;
+    uint light_integers = light_entry(entry.index + 1u).before - light_entry(entry.index).before;
     return expected_contribution(node, context) / context.expected * (float(light_integers) / integers);
 }

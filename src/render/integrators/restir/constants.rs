@@ -9,7 +9,7 @@ use crate::shader_interface::{
 };
 use glam::Vec2;
 
-/// The constants that do not change from frame to frame, for buffers with `slots` places for pixels and a light BVH of
+/// The constants that do not change from frame to frame, for buffers with `slots` slots for pixels and a light BVH of
 /// `light_nodes` nodes.
 pub fn frame_constants(
     view: &ViewConstants,

@@ -32,7 +32,7 @@ impl ReservoirLayout {
         )
     }
 
-    /// Places that a picture's pixels take; tiles at the borders are whole.
+    /// Slots that a picture's pixels take; tiles at the borders are whole.
     pub fn slots(&self, width: u32, height: u32) -> u64 {
         let side = match self.settings.order {
             Order::Swizzle(side) => side,

@@ -18,7 +18,7 @@ const _: () = assert!(PILOT_WORDS <= INDIRECT_COMPACT_WORDS);
 
 /// Bytes of the buffers of a picture.
 pub struct BufferSizes {
-    /// Places for pixels: a number, not bytes.
+    /// Slots for pixels: a number, not bytes.
     pub slots: u64,
     /// Radiance.
     pub color: u64,

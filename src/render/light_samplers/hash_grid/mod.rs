@@ -14,19 +14,19 @@ use crate::gpu::{Buffer, ComputePass, Recording, Usage, in_rows};
 use crate::render::frame_inputs::FrameInputs;
 use crate::render::scene_bindings::SceneBindings;
 use crate::shader_interface::{
-    GRID_BLOCK, GpuGridPlace, GpuGridPoint, GridConstants, HashGrid, RestirConstants, TILE,
+    GRID_BLOCK, GpuGridPoint, GpuGridSlot, GridConstants, HashGrid, RestirConstants, TILE,
     ViewConstants,
 };
 use settings::{GridMode, HashGridSettings};
 
 crate::bindings! {
-    /// Bindings of the pass that decides whose the places are.
+    /// Bindings of the pass that decides whose the slots are.
     pub struct ClaimGrid {
         [offers scene: SceneBindings]
         [optional read grid_points]
         uniform restir,
         read sample_data,
-        write grid_places,
+        write grid_slots,
         write counters,
     }
 }
@@ -38,7 +38,7 @@ crate::bindings! {
         [optional read grid_points]
         uniform restir,
         read sample_data,
-        write grid_places,
+        write grid_slots,
         write grid_reservoirs,
         write counters,
     }
@@ -56,7 +56,7 @@ pub struct HashGridLight {
     /// Points that fill the grid, where pixels do not; the first frame then fills it for all.
     points: Option<Buffer>,
     /// The surface that has claimed each slot.
-    places: Buffer,
+    slots: Buffer,
     /// A reservoir for each slot.
     reservoirs: Buffer,
     constants: GridConstants,
@@ -90,7 +90,7 @@ pub fn bytes(
     };
     Some([
         ("grid_points", points * size_of::<GpuGridPoint>() as u64),
-        ("grid_places", slots * size_of::<GpuGridPlace>() as u64),
+        ("grid_slots", slots * size_of::<GpuGridSlot>() as u64),
         ("grid_reservoirs", slots * reservoir_bytes),
     ])
 }
@@ -115,7 +115,7 @@ impl HashGridLight {
         let settings = &settings.hash_grid;
         let (surfaces, slots) = counts(filled_by, view);
         let mut sources = surfaces as u32;
-        let [points, places, reservoirs] = sizes;
+        let [points, grid_slots, reservoirs] = sizes;
         let buffer = |(name, bytes)| Buffer::new(device, name, bytes, Usage::default());
         let mut cell = settings.cell as f32;
         let points = match filled_by {
@@ -151,12 +151,12 @@ impl HashGridLight {
             claim: (inputs.pass)("grid_claim")?,
             fill: (inputs.pass)("grid_fill")?,
             points,
-            places: buffer(places)?,
+            slots: buffer(grid_slots)?,
             reservoirs: buffer(reservoirs)?,
             constants: GridConstants {
                 cell,
                 bins,
-                places: slots as u32,
+                slots: slots as u32,
                 sources,
                 reservoirs: per_cell,
                 candidates,
@@ -178,7 +178,7 @@ impl LightSampler for HashGridLight {
     fn buffers(&self) -> Vec<(&'static str, &Buffer)> {
         let points = self.points.iter().map(|points| ("grid_points", points));
         let others = [
-            ("grid_places", &self.places),
+            ("grid_slots", &self.slots),
             ("grid_reservoirs", &self.reservoirs),
         ];
         points.chain(others).collect()
@@ -205,13 +205,13 @@ impl LightSampler for HashGridLight {
             ..
         } = *inputs;
         let groups = in_rows(self.constants.sources.div_ceil(TILE * TILE));
-        recording.clear(&self.places);
+        recording.clear(&self.slots);
         let bindings = ClaimGrid {
             scene,
             restir,
             sample_data,
             grid_points: self.points.as_ref(),
-            grid_places: &self.places,
+            grid_slots: &self.slots,
             counters,
         };
         recording.pass(&self.claim, &bindings, &(), groups)?;
@@ -220,7 +220,7 @@ impl LightSampler for HashGridLight {
             restir,
             sample_data,
             grid_points: self.points.as_ref(),
-            grid_places: &self.places,
+            grid_slots: &self.slots,
             grid_reservoirs: &self.reservoirs,
             counters,
         };
