@@ -283,7 +283,7 @@ Kd 0 0 0
 Ke 0 0 20
 ";
 
-/// A red and white floor before a white wall, under a blue lamp.
+/// A red and white floor before a white wall, under a blue emitter.
 fn chequered_floor() -> String {
     let mut text = String::from("mtllib chequered.mtl\n");
     let mut square = |material: &str, corners: [[f32; 3]; 4]| {

@@ -15,7 +15,7 @@ const LEVEL: f64 = 0.001;
 const NARROW: f64 = 1e-6;
 
 /// Light of one colour that reflects nothing.
-fn lamp(radiance: Vec3, double_sided: bool) -> Material {
+fn emitter(radiance: Vec3, double_sided: bool) -> Material {
     Material {
         emission: radiance,
         double_sided,
@@ -68,7 +68,7 @@ fn camera_at(target: DVec3, toward_eye: DVec3, distance: f64) -> Camera {
 }
 
 #[test]
-fn a_lamp_lights_a_plane_as_the_integral_over_it_says() {
+fn an_emitter_lights_a_plane_as_the_integral_over_it_says() {
     // Tilted and off to a side; it faces the plane.
     let (corner, u, v) = (
         Vec3::new(-0.5, 1.0, -0.75),
@@ -80,7 +80,7 @@ fn a_lamp_lights_a_plane_as_the_integral_over_it_says() {
     let floor = support::quad(Vec3::new(-8.0, 0.0, 8.0), Vec3::X * 16.0, -Vec3::Z * 16.0);
     let scene = support::scene_of(&[
         (Material::lambert("floor", albedo), floor),
-        (lamp(radiance, false), support::quad(corner, u, v)),
+        (emitter(radiance, false), support::quad(corner, u, v)),
     ]);
     let tracer = Tracer::new(&scene);
     let mut comparisons = Vec::new();
@@ -101,7 +101,7 @@ fn a_lamp_lights_a_plane_as_the_integral_over_it_says() {
         }
         for (nee, samples) in [(true, 8192), (false, 131_072)] {
             if !nee && number == 2 {
-                // Too far for chance to find the lamp often.
+                // Too far for chance to find the emitter often.
                 continue;
             }
             let options = Options {
@@ -186,7 +186,8 @@ fn plate(material: Material, shading_normal: Option<Vec3>) -> Scene {
     }
     let corner = Vec3::new(-1.0, -1.0, 0.0);
     let front = support::quad(corner, Vec3::X * 2.0, Vec3::Y * 2.0);
-    let mut scene = support::scene_of(&[(material, front), (lamp(Vec3::splat(2.0), true), room)]);
+    let mut scene =
+        support::scene_of(&[(material, front), (emitter(Vec3::splat(2.0), true), room)]);
     if let Some(normal) = shading_normal {
         scene.meshes[0].normals = vec![normal; scene.meshes[0].positions.len()];
     }
@@ -322,7 +323,7 @@ fn shading_normals_bend_light_but_never_through_the_surface() {
 }
 
 #[test]
-fn a_lamp_shines_from_its_front_however_it_is_placed() {
+fn an_emitter_shines_from_its_front_however_it_is_placed() {
     let corner = Vec3::new(-1.0, -1.0, 0.0);
     let quad = support::quad(corner, Vec3::X * 2.0, Vec3::Y * 2.0);
     let mirrored = DAffine3::from_scale(DVec3::new(-1.5, 1.0, 1.0));
@@ -334,7 +335,8 @@ fn a_lamp_shines_from_its_front_however_it_is_placed() {
         (turned, false, 0.0, 3.0),
         (turned * mirrored, false, 0.0, 3.0),
     ] {
-        let mut scene = support::scene_of(&[(lamp(Vec3::splat(3.0), double_sided), quad.clone())]);
+        let mut scene =
+            support::scene_of(&[(emitter(Vec3::splat(3.0), double_sided), quad.clone())]);
         scene.instances[0].object_to_world = transform;
         let tracer = Tracer::new(&scene);
         let options = Options {
@@ -370,7 +372,7 @@ fn stated_errors_are_those_that_seeds_show() {
             above.clone(),
         ),
         (
-            lamp(Vec3::ONE, true),
+            emitter(Vec3::ONE, true),
             above.iter().map(|t| t.map(|c| c * 0.5)).collect(),
         ),
     ]);

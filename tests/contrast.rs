@@ -1,4 +1,4 @@
-//! Lights of very different brightness. An opaque wall divides a room, each half has lamps, and one that the camera does
+//! Lights of very different brightness. An opaque wall divides a room, each half has emitters, and one that the camera does
 //! not see is far brighter than the others: what the camera sees must not lack the light of the dim ones. Resampling that
 //! compares candidates before their shadow rays shows a clean picture that is nearly black, so the median over the pixels
 //! counts, and not only the mean. `headwater study --plan contrast` has many more cases, and intervals.
@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 const FRAMES: u32 = 64;
-/// Samples of the truth, which path tracing finds without the bright lamp.
+/// Samples of the truth, which path tracing finds without the bright emitter.
 const TRUE_SAMPLES: u32 = 4096;
 const WIDTH: u32 = 32;
 const HEIGHT: u32 = 24;
@@ -25,8 +25,8 @@ const HEIGHT: u32 = 24;
 const EDGE_WIDTH: u32 = 96;
 const EDGE_HEIGHT: u32 = 72;
 const BESIDE_EDGE: usize = 5;
-/// The sum of the channels from which a pixel shows a lamp.
-const LAMP: f64 = 17.0;
+/// The sum of the channels from which a pixel shows an emitter.
+const EMITTER: f64 = 17.0;
 
 fn divided_room(more: &str) -> Scene {
     let settings = more.split(',').filter_map(|pair| pair.split_once('='));
@@ -36,9 +36,9 @@ fn divided_room(more: &str) -> Scene {
     procedural::generate("divided-room", &settings).unwrap()
 }
 
-/// The room without the bright lamp, or without the dim ones.
-fn without(mut scene: Scene, lamp: &str) -> Scene {
-    scene.instances.retain(|instance| instance.name != lamp);
+/// The room without the bright emitter, or without the dim ones.
+fn without(mut scene: Scene, emitter: &str) -> Scene {
+    scene.instances.retain(|instance| instance.name != emitter);
     scene.motion = None;
     scene
 }
@@ -72,13 +72,13 @@ fn picture(scene: &Scene, settings: &Settings, view: &View, samples: u32) -> Vec
         .collect()
 }
 
-/// The picture that the dim lamps of a room make. Rooms that differ in contrast alone share it.
+/// The picture that the dim emitters of a room make. Rooms that differ in contrast alone share it.
 fn truth_of(room: &str, scene: &Scene, view: &View) -> Vec<f64> {
     static TRUTHS: Mutex<BTreeMap<(String, u32), Vec<f64>>> = Mutex::new(BTreeMap::new());
-    let lamps = room.split(',').filter(|pair| !pair.starts_with("contrast"));
+    let emitters = room.split(',').filter(|pair| !pair.starts_with("contrast"));
     let mut truths = TRUTHS.lock().unwrap_or_else(PoisonError::into_inner);
     let truth = truths
-        .entry((lamps.collect(), view.bounces))
+        .entry((emitters.collect(), view.bounces))
         .or_insert_with(|| {
             let mut dim = without(scene.clone(), "bright lamp");
             dim.punctual_lights.clear();
@@ -94,7 +94,7 @@ fn of<T>(all: &'static [T], few: &'static [T]) -> &'static [T] {
 
 /// Checks a preset's picture of a room: the median of its pixels over the truth, and the mean, which one picture knows to
 /// about 1 %.
-fn assert_dim_lamps_are_seen(room: &str, name: &str, change: &[&str], bounces: u32) {
+fn assert_dim_emitters_are_seen(room: &str, name: &str, change: &[&str], bounces: u32) {
     assert_scene_shows(&divided_room(room), room, name, change, bounces);
 }
 
@@ -104,7 +104,7 @@ fn assert_scene_shows(scene: &Scene, room: &str, name: &str, change: &[&str], bo
     let truth = truth_of(room, scene, &view);
     let found = picture(scene, &preset(name, change), &view, FRAMES);
     let pairs: Vec<(f64, f64)> = (found.into_iter().zip(truth))
-        .filter(|(_, truth)| *truth > 0.0 && *truth < LAMP)
+        .filter(|(_, truth)| *truth > 0.0 && *truth < EMITTER)
         .collect();
     assert!(pairs.len() > 600);
     let median = median_ratio(pairs.iter().copied());
@@ -116,8 +116,8 @@ fn assert_scene_shows(scene: &Scene, room: &str, name: &str, change: &[&str], bo
     assert!((mean - 1.0).abs() < 0.04, "{what}");
 }
 
-/// Pixels in the bright lamp's shadow, two to five pixels from its edge. The pixels at the edge itself are left out: the few
-/// samples of this picture take a pixel that sees 0.1 % of the lamp for one in its shadow, and the lamp's light in it would
+/// Pixels in the bright emitter's shadow, two to five pixels from its edge. The pixels at the edge itself are left out: the few
+/// samples of this picture take a pixel that sees 0.1 % of the emitter for one in its shadow, and the emitter's light in it would
 /// count as an error of the preset.
 fn beside_the_edge(scene: &Scene, view: &View) -> Vec<usize> {
     let bright = without(scene.clone(), "dim lamp");
@@ -133,7 +133,7 @@ fn beside_the_edge(scene: &Scene, view: &View) -> Vec<usize> {
         .collect()
 }
 
-/// The values that a preset finds in the bright lamp's shadow, close to its edge, each with the true one, for each of `seeds`
+/// The values that a preset finds in the bright emitter's shadow, close to its edge, each with the true one, for each of `seeds`
 /// runs: of the mean of all frames, or, while the camera moves, of the last frame alone.
 fn umbra(
     contrast: &str,
@@ -182,7 +182,7 @@ fn umbra(
     let dim = without(scene.clone(), "bright lamp");
     let truth = picture(&dim, &preset("path-tracing", &[]), &view, true_samples);
     let lit: Vec<usize> = (beside_the_edge(&scene, &view).into_iter())
-        .filter(|pixel| truth[*pixel] > 0.0 && truth[*pixel] < LAMP)
+        .filter(|pixel| truth[*pixel] > 0.0 && truth[*pixel] < EMITTER)
         .collect();
     assert!(lit.len() > 100, "{}", lit.len());
     let pairs = |found: &Vec<f64>| {
@@ -193,7 +193,7 @@ fn umbra(
     runs.iter().map(pairs).collect()
 }
 
-/// Checks the median of the pixels in the bright lamp's shadow, close to its edge.
+/// Checks the median of the pixels in the bright emitter's shadow, close to its edge.
 fn assert_umbra_is_right(contrast: &str, name: &str, moving: bool) {
     let pairs = umbra(contrast, name, moving, 1, 1024).remove(0);
     let median = median_ratio(pairs.iter().copied());
@@ -206,8 +206,8 @@ fn assert_umbra_is_right(contrast: &str, name: &str, moving: bool) {
 }
 
 #[test]
-fn a_dim_lamp_is_seen_beside_a_hidden_bright_one() {
-    assert_dim_lamps_are_seen("contrast=1e4", "fast", &[], 1);
+fn a_dim_emitter_is_seen_beside_a_hidden_bright_one() {
+    assert_dim_emitters_are_seen("contrast=1e4", "fast", &[], 1);
 }
 
 mod thorough {
@@ -215,12 +215,12 @@ mod thorough {
 
     #[test]
     #[should_panic(expected = "median 0.0")]
-    fn dim_lamps_that_are_resampled_with_the_bright_one_are_missed() {
-        assert_dim_lamps_are_seen("contrast=1e6", "fast", &["direct.rare_lights=0"], 1);
+    fn dim_emitters_that_are_resampled_with_the_bright_one_are_missed() {
+        assert_dim_emitters_are_seen("contrast=1e6", "fast", &["direct.rare_lights=0"], 1);
     }
 
     #[test]
-    fn presets_see_dim_lamps_at_every_contrast_and_number() {
+    fn presets_see_dim_emitters_at_every_contrast_and_number() {
         const ROOMS: &[&str] = &[
             "contrast=1e9",
             "lamps=1000,contrast=1e6",
@@ -230,20 +230,20 @@ mod thorough {
         ];
         for name in ["fast", "accurate", "balanced"] {
             for room in of(ROOMS, &ROOMS[..2]) {
-                assert_dim_lamps_are_seen(room, name, &[], 1);
+                assert_dim_emitters_are_seen(room, name, &[], 1);
             }
         }
     }
 
     #[test]
-    fn indirect_light_of_dim_lamps_is_seen() {
+    fn indirect_light_of_dim_emitters_is_seen() {
         for name in of(&["fast", "accurate", "balanced"], &["fast", "accurate"]) {
-            assert_dim_lamps_are_seen("contrast=1e9", name, &[], 3);
+            assert_dim_emitters_are_seen("contrast=1e9", name, &[], 3);
         }
     }
 
     #[test]
-    fn a_sun_that_walls_shut_out_hides_no_lamp() {
+    fn a_sun_that_walls_shut_out_hides_no_emitter() {
         for brightness in [1e3, 1e6] {
             let mut scene = divided_room("contrast=1");
             scene.punctual_lights.push(PunctualLight {
@@ -260,20 +260,20 @@ mod thorough {
     }
 
     #[test]
-    fn every_source_of_candidates_sees_dim_lamps() {
+    fn every_source_of_candidates_sees_dim_emitters() {
         for source in ["uniform", "light-bvh", "hash-grid"] {
             let change = format!("direct.candidates={source}");
-            assert_dim_lamps_are_seen("lamps=30,contrast=1e6", "accurate", &[&change], 1);
+            assert_dim_emitters_are_seen("lamps=30,contrast=1e6", "accurate", &[&change], 1);
         }
         let change = [
             "indirect.secondary=world-reservoirs",
             "world_reservoirs.min_lights=0",
         ];
-        assert_dim_lamps_are_seen("contrast=1e6", "accurate", &change, 3);
+        assert_dim_emitters_are_seen("contrast=1e6", "accurate", &change, 3);
     }
 
     #[test]
-    fn shadows_of_a_bright_lamp_have_the_light_of_dim_ones() {
+    fn shadows_of_a_bright_emitter_have_the_light_of_dim_ones() {
         for name in of(&["fast", "accurate", "balanced"], &["fast", "accurate"]) {
             for contrast in of(&["1e9", "1e4"], &["1e9"]) {
                 assert_umbra_is_right(contrast, name, false);
@@ -286,7 +286,7 @@ mod thorough {
 mod largest {
     use super::*;
 
-    /// Checks the mean over the pixels in the bright lamp's shadow, close to its edge: at rest its 99 % interval lies inside
+    /// Checks the mean over the pixels in the bright emitter's shadow, close to its edge: at rest its 99 % interval lies inside
     /// ±1 %, and that of a single frame while the camera moves inside ±3 %. A single frame is noisier, and takes more seeds.
     fn assert_mean_umbra_is_right(name: &str) {
         for (contrast, moving, seeds, most) in [
@@ -312,17 +312,17 @@ mod largest {
     }
 
     #[test]
-    fn fast_has_the_mean_light_of_dim_lamps_in_a_bright_ones_shadow() {
+    fn fast_has_the_mean_light_of_dim_emitters_in_a_bright_ones_shadow() {
         assert_mean_umbra_is_right("fast");
     }
 
     #[test]
-    fn balanced_has_the_mean_light_of_dim_lamps_in_a_bright_ones_shadow() {
+    fn balanced_has_the_mean_light_of_dim_emitters_in_a_bright_ones_shadow() {
         assert_mean_umbra_is_right("balanced");
     }
 
     #[test]
-    fn accurate_has_the_mean_light_of_dim_lamps_in_a_bright_ones_shadow() {
+    fn accurate_has_the_mean_light_of_dim_emitters_in_a_bright_ones_shadow() {
         assert_mean_umbra_is_right("accurate");
     }
 }

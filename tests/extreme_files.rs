@@ -1,5 +1,5 @@
 //! Files at the extremes, as users load and render them: what a picture shows is compared with a closed form, or with the same
-//! file without the lamp that nobody sees. `near_lights.rs` and `contrast.rs` have many more cases of each kind.
+//! file without the emitter that nobody sees. `near_lights.rs` and `contrast.rs` have many more cases of each kind.
 
 mod support;
 
@@ -181,10 +181,10 @@ fn a_spot_of_a_thousandth_of_a_radian_is_a_disc() {
 mod thorough {
     use super::*;
 
-    /// A room that a wall divides, with a lamp in each half; the camera does not see the one with such a radiance.
+    /// A room that a wall divides, with an emitter in each half; the camera does not see the one with such a radiance.
     fn room(unseen: Option<f64>) -> Scene {
         let wall = ("wall", 0.5, 0.0);
-        let lamp = |x: f64| {
+        let emitter = |x: f64| {
             let corners = [[-0.15, -0.45], [0.15, -0.45], [0.15, -0.15], [-0.15, -0.15]];
             corners.map(|[aside, z]| [x + aside, 0.99, z])
         };
@@ -200,19 +200,19 @@ mod thorough {
         let mut quads = vec![
             (wall, plane(0, -0.01)),
             (wall, plane(0, 0.01)),
-            (("seen", 0.0, 1.0), lamp(0.5)),
+            (("seen", 0.0, 1.0), emitter(0.5)),
         ];
         for axis in 0..3 {
             quads.extend([-1.0, 1.0].map(|at| (wall, plane(axis, at))));
         }
         if let Some(radiance) = unseen {
-            quads.push((("unseen", 0.0, radiance), lamp(-0.5)));
+            quads.push((("unseen", 0.0, radiance), emitter(-0.5)));
         }
         open_obj(&quads)
     }
 
     #[test]
-    fn the_lamp_behind_a_wall_hides_nothing() {
+    fn the_emitter_behind_a_wall_hides_nothing() {
         let shot = Shot {
             eye: DVec3::new(0.5, -0.1, 0.95),
             target: DVec3::new(0.4, -0.1, -0.5),
@@ -241,11 +241,11 @@ mod thorough {
     }
 
     #[test]
-    fn a_lamp_of_tenths_of_a_millimetre_lights_the_floor_ten_metres_away() {
+    fn an_emitter_of_tenths_of_a_millimetre_lights_the_floor_ten_metres_away() {
         let low = 1.745_329_252_179_882_4e-4;
         let corners = [[low, -1.0], [2.0 * low, -1.0], [2.0 * low, 1.0], [low, 1.0]];
-        let lamp = corners.map(|[y, z]| [-10.0, y, z]);
-        let scene = open_obj(&[(FLOOR, floor(50.0)), (("lamp", 0.0, 50.0), lamp)]);
+        let emitter = corners.map(|[y, z]| [-10.0, y, z]);
+        let scene = open_obj(&[(FLOOR, floor(50.0)), (("lamp", 0.0, 50.0), emitter)]);
         let shot = Shot {
             eye: DVec3::new(0.0, 2.0, 3.0),
             target: DVec3::ZERO,
@@ -263,11 +263,11 @@ mod thorough {
     }
 
     #[test]
-    fn a_lamp_a_millimetre_above_the_floor_is_seen_from_forty_metres() {
+    fn an_emitter_a_millimetre_above_the_floor_is_seen_from_forty_metres() {
         const H: f64 = 0.001;
         let corners = [[-H, -H], [H, -H], [H, H], [-H, H]];
-        let lamp = corners.map(|[x, z]| [x, H, z]);
-        let scene = open_obj(&[(FLOOR, floor(40.0)), (("lamp", 0.0, 1e4), lamp)]);
+        let emitter = corners.map(|[x, z]| [x, H, z]);
+        let scene = open_obj(&[(FLOOR, floor(40.0)), (("lamp", 0.0, 1e4), emitter)]);
         let shot = Shot {
             eye: DVec3::new(0.0, 32.0, 24.0),
             target: DVec3::ZERO,
@@ -277,7 +277,7 @@ mod thorough {
         };
         let corner = DVec3::new(-H, H, -H);
         let of_point = |point: DVec3| {
-            // The lamp hides what is behind it.
+            // The emitter hides what is behind it.
             let through = point + (shot.eye - point) * (H / shot.eye.y);
             let is_hidden = through.x.abs().max(through.z.abs()) < 1.2 * H;
             let light = irradiance(point, corner, DVec3::X * (2.0 * H), DVec3::Z * (2.0 * H));

@@ -218,10 +218,10 @@ fn size_and_brightness_together_only_scale_the_picture() {
     }
 }
 
-/// A floor that reflects nothing but red, under a lamp that has almost none: what a reservoir stores of a
+/// A floor that reflects nothing but red, under an emitter that has almost none: what a reservoir stores of a
 /// path's colour is dark in the only channel that counts.
 #[test]
-fn the_dim_channel_of_a_lamp_is_kept() {
+fn the_dim_channel_of_an_emitter_is_kept() {
     let mut scene = procedural::generate("cornell", &[]).unwrap();
     let floor = scene.meshes[scene.instances[0].mesh as usize].parts[0].material;
     // Without the two blocks.
@@ -341,14 +341,14 @@ fn white() -> Material {
     }
 }
 
-fn lamp() -> Material {
+fn emitter() -> Material {
     Material {
         emission: Vec3::splat(20.0),
         ..white()
     }
 }
 
-/// A box under a lamp on ground of two triangles that reach this far, and rise by so much a metre.
+/// A box under an emitter on ground of two triangles that reach this far, and rise by so much a metre.
 fn box_on_ground(reach: f32, slope: f32) -> Scene {
     let (x, y, z) = (Vec3::X + slope * Vec3::Y, Vec3::Y, Vec3::Z);
     // The box stands away from the ground's middle, where their common edge would be.
@@ -368,7 +368,7 @@ fn box_on_ground(reach: f32, slope: f32) -> Scene {
     support::scene_of(&[
         (white(), ground),
         (white(), walls.concat()),
-        (lamp(), above),
+        (emitter(), above),
     ])
 }
 
@@ -386,7 +386,7 @@ fn plate_over_lava() -> (Scene, Camera) {
     let floor = support::quad(reach * (z - x), 2.0 * reach * x, -2.0 * reach * z);
     // Its front looks down.
     let plate = support::quad(Vec3::new(-2.0, 0.2, -2.0), 4.0 * x, 4.0 * z);
-    let scene = support::scene_of(&[(lamp(), floor), (plastic, plate)]);
+    let scene = support::scene_of(&[(emitter(), floor), (plastic, plate)]);
     let eye = DVec3::new(0.03, 0.1, 0.15);
     let camera = support::look_at(eye, DVec3::new(0.01, 0.2, 0.02), DVec3::Y, 0.5);
     (scene, camera)

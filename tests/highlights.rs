@@ -1,5 +1,6 @@
-//! Smooth metal beside the mirror image of a lamp. It shows the tail of a narrow lobe there, which neither a point of the lamp nor a
-//! ray of the lobe is likely to find: `points_of_lamp` in glsl/path_tracing/path_trace.comp says what is done about it.
+//! Smooth metal beside the mirror image of an emitter. It shows the tail of a narrow lobe there, which neither a point of the
+//! emitter nor a ray of the lobe is likely to find: `points_of_emitter` in glsl/path_tracing/path_trace.comp says what is done
+//! about it.
 
 mod support;
 
@@ -17,7 +18,7 @@ const HEIGHT: u32 = 36;
 const SAMPLES: u32 = 16;
 const SEEDS: u32 = 200;
 const RADIANCE: f32 = 10.0;
-/// The lamp's corner and its side: a square 0.8 above the floor that emits downwards.
+/// The emitter's corner and its side: a square 0.8 above the floor that emits downwards.
 const CORNER: DVec3 = DVec3::new(-0.3, 0.8, -0.5);
 const SIDE: f64 = 0.6;
 
@@ -30,7 +31,7 @@ fn metal() -> Material {
 }
 
 fn scene() -> Scene {
-    let lamp = Material {
+    let emitter = Material {
         emission: Vec3::splat(RADIANCE),
         ..Material::lambert("lamp", Vec3::ZERO)
     };
@@ -38,7 +39,7 @@ fn scene() -> Scene {
     let (x, z) = (Vec3::X * SIDE as f32, Vec3::Z * SIDE as f32);
     support::scene_of(&[
         (metal(), floor),
-        (lamp, support::quad(CORNER.as_vec3(), x, z)),
+        (emitter, support::quad(CORNER.as_vec3(), x, z)),
     ])
 }
 
@@ -51,7 +52,8 @@ fn camera() -> Camera {
     )
 }
 
-/// The radiance that the metal shows in each pixel's centre, by a sum over the lamp; none where the lamp is seen or nearly mirrored.
+/// The radiance that the metal shows in each pixel's centre, by a sum over the emitter; none where the emitter is seen or nearly
+/// mirrored.
 fn truth() -> Vec<Option<f64>> {
     let surface = Surface::new(&metal());
     // The shading frame of the floor, whose normal is +Y.
@@ -124,9 +126,9 @@ fn deviation() -> (f64, Estimate) {
     )
 }
 
-/// They deviate by 1.4 with one point of the lamp, and by 0.7 with several.
+/// They deviate by 1.4 with one point of the emitter, and by 0.7 with several.
 #[test]
-fn metal_beside_the_image_of_a_lamp_has_few_outliers() {
+fn metal_beside_the_image_of_an_emitter_has_few_outliers() {
     let (deviation, sum) = deviation();
     let half_width = sum.t_interval_half_width(0.999);
     println!(
@@ -157,13 +159,13 @@ mod thorough {
             ),
             ("/ (points * pdf_light)", "/ pdf_light", "the sum is"),
             (
-                "samples_of_lamp(path.narrow, probability) * pdf_light",
+                "samples_of_emitter(path.narrow, probability) * pdf_light",
                 "pdf_light",
                 "the sum is",
             ),
         ];
         for (text, replacement, message) in faults {
-            let test = "metal_beside_the_image_of_a_lamp_has_few_outliers";
+            let test = "metal_beside_the_image_of_an_emitter_has_few_outliers";
             let output = support::run_with_fault(test, (pass, text, replacement), |c| c);
             let said = support::said(&output);
             assert!(

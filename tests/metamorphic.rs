@@ -25,19 +25,24 @@ const LEVEL: f64 = 1e-4;
 /// Part of what a comparison says that fails.
 const CHANGES: &str = "changes the picture";
 
-/// A box with gloss, a lamp of the ceiling, a dim one that is rare beside it, and a small one that turns its back to the camera.
+/// A box with gloss, an emitter of the ceiling, a dim one that is rare beside it, and a small one that turns its back to the
+/// camera.
 fn scene() -> Scene {
     let mut scene = procedural::generate("cornell-glossy", &[]).unwrap();
-    let lamp = |name: &str, radiance: Vec3| Material {
+    let emitter = |name: &str, radiance: Vec3| Material {
         emission: radiance,
         ..Material::lambert(name, Vec3::splat(0.5))
     };
     let corner = Vec3::new(-0.9, 0.3, -0.95);
     let dim = support::quad(corner, Vec3::X * 0.1, Vec3::Y * 0.1);
-    support::add(&mut scene, &lamp("dim", Vec3::new(0.2, 0.6, 0.9)), &dim);
+    support::add(&mut scene, &emitter("dim", Vec3::new(0.2, 0.6, 0.9)), &dim);
     let corner = Vec3::new(0.6, 0.05, 0.7);
     let small = support::quad(corner, Vec3::Y * 0.2, Vec3::X * 0.2);
-    support::add(&mut scene, &lamp("small", Vec3::new(9.0, 6.0, 2.0)), &small);
+    support::add(
+        &mut scene,
+        &emitter("small", Vec3::new(9.0, 6.0, 2.0)),
+        &small,
+    );
     // Eggs that lie on their sides, and a second one of each above: meshes of one instance are uploaded in the world's
     // coordinates, and only those of several are turned by shaders.
     let turn = DAffine3::from_rotation_z(1.2) * DAffine3::from_scale(DVec3::new(1.0, 0.7, 0.9));
@@ -147,7 +152,7 @@ fn assert_looks_the_same(name: &str, changed: &Scene, mirrored: bool) {
 
 /// Each emissive triangle in four.
 fn with_split_lights(mut scene: Scene) -> Scene {
-    let is_lamp: Vec<bool> = scene
+    let is_emitter: Vec<bool> = scene
         .materials
         .iter()
         .map(|m| m.emission != Vec3::ZERO)
@@ -156,7 +161,7 @@ fn with_split_lights(mut scene: Scene) -> Scene {
         if !mesh
             .parts
             .iter()
-            .any(|part| is_lamp[part.material as usize])
+            .any(|part| is_emitter[part.material as usize])
         {
             continue;
         }
@@ -342,8 +347,8 @@ mod thorough {
             let bits = |scene: &Scene| support::frame_bits(scene, &settings, None);
             assert!(bits(&scene()) == bits(&renamed), "{technique}");
             let mut brighter = scene();
-            let lamp = brighter.materials.iter_mut().find(|m| m.is_emissive());
-            lamp.unwrap().emission *= 1.0 + f32::EPSILON;
+            let emitter = brighter.materials.iter_mut().find(|m| m.is_emissive());
+            emitter.unwrap().emission *= 1.0 + f32::EPSILON;
             assert!(bits(&scene()) != bits(&brighter), "{technique}");
         }
     }

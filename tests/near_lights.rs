@@ -35,14 +35,14 @@ fn punctual(shape: PunctualShape, at: DVec3) -> PunctualLight {
     }
 }
 
-/// A square lamp around the position `at`, which emits downwards.
-fn add_lamp(scene: &mut Scene, at: DVec3, side: f64) {
-    let lamp = Material {
+/// A square emitter around the position `at`, which emits downwards.
+fn add_emitter(scene: &mut Scene, at: DVec3, side: f64) {
+    let emitter = Material {
         emission: Vec3::ONE,
         ..Material::lambert("lamp", Vec3::ZERO)
     };
     let corner = Vec3::new(-0.5, 0.0, -0.5);
-    support::add(scene, &lamp, &support::quad(corner, Vec3::X, Vec3::Z));
+    support::add(scene, &emitter, &support::quad(corner, Vec3::X, Vec3::Z));
     let mesh = scene.meshes.len() as u32 - 1;
     scene.instances.retain(|instance| instance.mesh != mesh);
     scene.instances.push(Instance {
@@ -151,7 +151,7 @@ fn heights() -> &'static [f64] {
     if support::takes_largest() {
         &[0.0123, 1.1e-3, 5e-4, 1.3e-4, 2.5e-5, 7.7e-6, 2e-6]
     } else {
-        // At the first one BSDF rays begin to find the lamp.
+        // At the first one BSDF rays begin to find the emitter.
         &[5e-4, 2.5e-5, 2e-6]
     }
 }
@@ -175,8 +175,8 @@ fn reflected(irradiance: f64) -> f64 {
     irradiance * f64::from(ALBEDO) / PI
 }
 
-/// The irradiance of a floor by a square lamp of radiance 1 above it, by a fine grid.
-fn under_a_lamp(point: DVec3, at: DVec3, side: f64) -> f64 {
+/// The irradiance of a floor by a square emitter of radiance 1 above it, by a fine grid.
+fn under_an_emitter(point: DVec3, at: DVec3, side: f64) -> f64 {
     const STEPS: u32 = 64;
     let coordinate = |i: u32| ((f64::from(i) + 0.5) / f64::from(STEPS) - 0.5) * side;
     let mut sum = 0.0;
@@ -190,7 +190,7 @@ fn under_a_lamp(point: DVec3, at: DVec3, side: f64) -> f64 {
 mod thorough {
     use super::*;
 
-    /// Of a picture that a lamp lights.
+    /// Of a picture that an emitter lights.
     const SAMPLES: u32 = 256;
 
     #[test]
@@ -238,7 +238,7 @@ mod thorough {
         );
         for test in [
             "points_of_light_close_to_a_floor_light_it_as_they_should",
-            "small_lamps_close_to_a_floor_light_it_as_they_should",
+            "small_emitters_close_to_a_floor_light_it_as_they_should",
         ] {
             let test = format!("thorough::{test}");
             // Without `--all` it tries few heights and presets, which is enough.
@@ -256,7 +256,7 @@ mod thorough {
     }
 
     #[test]
-    fn small_lamps_close_to_a_floor_light_it_as_they_should() {
+    fn small_emitters_close_to_a_floor_light_it_as_they_should() {
         for name in presets() {
             for part in heights() {
                 // One as large as its height is high is much noisier: 256 samples leave 0.4 % to the sum.
@@ -266,21 +266,22 @@ mod thorough {
                         let mut view = view((2.0 + size) * height, slant);
                         let at = DVec3::Y * height;
                         let eye = view.camera.camera_to_world.translation;
-                        // The lamp's back hides a part of the floor.
+                        // The emitter's back hides a part of the floor.
                         let is_hidden = |point: DVec3| {
                             let seen = point + (eye - point) * (height / eye.y);
                             seen.x.abs().max(seen.z.abs()) < size * height / 2.0
                         };
                         let of_point = |point: DVec3| match is_hidden(point) {
                             true => 0.0,
-                            false => reflected(under_a_lamp(point, at, size * height)),
+                            false => reflected(under_an_emitter(point, at, size * height)),
                         };
                         let expected: Vec<f64> =
                             points(&view, slant).into_iter().map(of_point).collect();
                         let mut scene = floor();
-                        add_lamp(&mut scene, at, size * height);
+                        add_emitter(&mut scene, at, size * height);
                         turned(&mut scene, &mut view, turn);
-                        let what = format!("{name}, lamp of {size} h at {part:e} D, slant {slant}");
+                        let what =
+                            format!("{name}, emitter of {size} h at {part:e} D, slant {slant}");
                         assert_shows(
                             &what,
                             &scene,
@@ -296,7 +297,7 @@ mod thorough {
         }
     }
 
-    /// A lamp that stands on the floor far away, so low that its light grazes the floor.
+    /// An emitter that stands on the floor far away, so low that its light grazes the floor.
     #[test]
     fn grazing_light_is_as_bright_as_it_should_be() {
         const AWAY: f64 = 10.0;
@@ -329,7 +330,7 @@ mod thorough {
                     let points = points(&view, 0.9).into_iter();
                     let expected: Vec<f64> = points.map(|p| reflected(irradiance(p))).collect();
                     let mut scene = floor();
-                    add_lamp(&mut scene, DVec3::ZERO, 1.0);
+                    add_emitter(&mut scene, DVec3::ZERO, 1.0);
                     let upright = DAffine3::from_rotation_z(FRAC_PI_2);
                     let last = scene.instances.last_mut().unwrap();
                     last.object_to_world =
@@ -337,7 +338,7 @@ mod thorough {
                             * DAffine3::from_scale(DVec3::new(1.0, low, 1.0))
                             * upright;
                     turned(&mut scene, &mut view, turn);
-                    let what = format!("{name}, lamp at {degrees}°");
+                    let what = format!("{name}, emitter at {degrees}°");
                     assert_shows(&what, &scene, &view, &preset(name), 256, &expected, most);
                 }
             }

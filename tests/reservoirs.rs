@@ -12,7 +12,7 @@ use headwater::scene::Scene;
 use headwater::shader_interface::{NONE, PrimarySurface, ReservoirAov};
 use std::sync::Arc;
 
-/// Triangles of the room's lamp.
+/// Triangles of the room's emitter.
 const LIGHTS: u32 = 2;
 
 fn room() -> Scene {
@@ -92,11 +92,11 @@ fn confidence_grows_by_a_frame_up_to_the_cap_and_samples_age() {
     }
 }
 
-/// One candidate a pixel, picked evenly: what it weighs is one over its density, the lamp's area.
+/// One candidate a pixel, picked evenly: what it weighs is one over its density, the emitter's area.
 #[test]
 fn a_lone_candidate_weighs_what_its_density_says() {
-    let lamp: Vec<f32> = lamp_areas(&room());
-    assert_eq!(lamp.len(), LIGHTS as usize);
+    let emitter: Vec<f32> = emitter_areas(&room());
+    assert_eq!(emitter.len(), LIGHTS as usize);
     for format in ["compact", "full"] {
         let changes = [
             "direct.reuse=none",
@@ -110,9 +110,9 @@ fn a_lone_candidate_weighs_what_its_density_says() {
             assert_eq!((reservoir.confidence, reservoir.age), (1.0, 0));
             assert_eq!(reservoir.neighbours, 0);
             if reservoir.light != NONE {
-                let expected = lamp[reservoir.light as usize] * LIGHTS as f32;
+                let expected = emitter[reservoir.light as usize] * LIGHTS as f32;
                 let off = reservoir.weight / expected - 1.0;
-                // The weight also compensates for the stored point, which is up to 2^-21 of the lamp's edges away from
+                // The weight also compensates for the stored point, which is up to 2^-21 of the emitter's edges away from
                 // the one that was drawn.
                 assert!(off.abs() < 2e-4, "{reservoir:?}, expected {expected}");
             }
@@ -121,7 +121,7 @@ fn a_lone_candidate_weighs_what_its_density_says() {
 }
 
 /// Areas of the emissive triangles.
-fn lamp_areas(scene: &Scene) -> Vec<f32> {
+fn emitter_areas(scene: &Scene) -> Vec<f32> {
     let mut areas = Vec::new();
     for instance in &scene.instances {
         let mesh = &scene.meshes[instance.mesh as usize];

@@ -73,7 +73,7 @@ fn sizes_are_known_before_they_are_taken() {
         for material in &mut scene.materials {
             material.emission = Vec3::ZERO;
         }
-        assert_sizes(&format!("{name} with its lamps off"), &scene);
+        assert_sizes(&format!("{name} with its emitters off"), &scene);
     }
 }
 

@@ -198,22 +198,22 @@ fn vertices_of_one_colour_are_that_colour() {
     }
 }
 
-/// A floor below a lamp of which one half is dark: by a texture, or because it is another material.
-fn half_a_lamp(textured: bool) -> Scene {
+/// A floor below an emitter of which one half is dark: by a texture, or because it is another material.
+fn half_an_emitter(textured: bool) -> Scene {
     let floor = support::quad(Vec3::new(-2.0, 0.0, 2.0), Vec3::X * 4.0, Vec3::NEG_Z * 4.0);
     let grey = Material::lambert("floor", Vec3::splat(0.5));
     let dark = Material::lambert("lamp", Vec3::splat(0.2));
-    let lamp = Material {
+    let emitter = Material {
         emission: Vec3::new(3.0, 4.0, 5.0),
         ..dark.clone()
     };
     let (corner, depth) = (Vec3::new(-0.5, 1.0, -0.5), Vec3::Z);
     let half = |x: f32| support::quad(corner + Vec3::X * x, Vec3::X * 0.5, depth);
     if !textured {
-        return support::scene_of(&[(grey, floor), (lamp, half(0.0)), (dark, half(0.5))]);
+        return support::scene_of(&[(grey, floor), (emitter, half(0.0)), (dark, half(0.5))]);
     }
     let whole = support::quad(corner, Vec3::X, depth);
-    let mut scene = support::scene_of(&[(grey, floor), (lamp, whole)]);
+    let mut scene = support::scene_of(&[(grey, floor), (emitter, whole)]);
     scene.images = vec![image(&[[255; 4], [0, 0, 0, 255]])];
     scene.materials[1].emissive_texture = Some(Texture {
         nearest: true,
@@ -225,10 +225,11 @@ fn half_a_lamp(textured: bool) -> Scene {
     scene
 }
 
-/// A column of texels between the points at which a lamp's brightness is estimated. Without power no light sample would find it.
+/// A column of texels between the points at which an emitter's brightness is estimated. Without power no light sample would find
+/// it.
 #[test]
-fn a_lamp_that_is_lit_between_the_points_of_its_estimate_has_power() {
-    let mut scene = half_a_lamp(true);
+fn an_emitter_that_is_lit_between_the_points_of_its_estimate_has_power() {
+    let mut scene = half_an_emitter(true);
     let texel = |x: usize| if x == 24 { [255; 4] } else { [0, 0, 0, 255] };
     scene.images = vec![image(&std::array::from_fn::<_, 64, _>(texel))];
     scene.validate().unwrap();
@@ -287,8 +288,8 @@ mod thorough {
     }
 
     #[test]
-    fn half_a_lamp_by_texture_lights_as_half_a_lamp() {
-        let [plain, textured] = [false, true].map(half_a_lamp);
+    fn half_an_emitter_by_texture_lights_as_half_an_emitter() {
+        let [plain, textured] = [false, true].map(half_an_emitter);
         let mut camera = support::look_at(
             DVec3::new(0.3, 0.2, 3.0),
             DVec3::new(0.0, 0.5, 0.0),
@@ -314,7 +315,7 @@ mod thorough {
             };
             let (device, _) = support::open_device(Some(variant));
             let settings = Preset::named(preset).unwrap().settings().unwrap();
-            // Each row of the picture sees other parts of floor and lamp.
+            // Each row of the picture sees other parts of floor and emitter.
             let rows = |scene: &Scene, seed| -> Vec<[f64; 2]> {
                 let view = View {
                     seed,

@@ -45,7 +45,7 @@ void refine_by_ray(inout vec3 position, inout vec3 error, inout float clearance,
 // The distance towards the viewer by which rays that leave a hit point begin, so that they begin before the surface and before
 // any other surface that the viewer's ray does not graze. In a crease the point may lie behind the other wall, which would then
 // occlude everything. At most half the length of the viewer's ray, so that they do not begin behind the viewer. The point
-// itself is not moved: a lamp that is a millimetre above the floor of a landscape would light another floor.
+// itself is not moved: an emitter that is a millimetre above the floor of a landscape would light another floor.
 float back_off_distance(vec3 error, float ray_length) { return min(component_sum(error), 0.5 * ray_length); }
 
 // Rays begin beside the point that is shaded, so that a BSDF ray finds the lights of another point than light samples do. That
@@ -56,7 +56,7 @@ float near_distance(float clearance, float back_off) { return 256.0 * (clearance
 
 // The part of an offset by which an end of a ray leaves its surface whose other end is `height` above the plane of that surface.
 // Of a height that is not much larger, the two ends keep a third: all of it would carry each of them past the other one, which then
-// sees the back of a lamp. A quarter is left in any case, since a light that grazes the surface needs a clear ray as well.
+// sees the back of an emitter. A quarter is left in any case, since a light that grazes the surface needs a clear ray as well.
 float share_of_offset(float rise, float height) { return clamp(height / max(3.0 * rise, TINY), 0.25, 1.0); }
 
 // An end of a ray off the surface on the side of `direction`, moved by the bound of the rounding error. A constant

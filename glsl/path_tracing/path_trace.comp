@@ -87,18 +87,18 @@ Arrival arrival_at(Surface surface, vec3 viewed, LightPoint point, float probabi
 // A narrow lobe is one below this width, a roughness of 0.1.
 const float NARROW_ALPHA = 0.01;
 
-// Beside a lamp's mirror image a smooth surface shows the tail of its lobe, whose light comes from the part of the lamp that is nearest
-// to the image. One point of the lamp seldom lies there, and a ray that is drawn from the lobe seldom reaches the lamp at all, but
-// then counts nearly all of its radiance: single pixels would be up to a hundred times too bright. So narrow lobes compare several
-// points of the lamp that is drawn, and one of them gets the shadow ray. They are points of one lamp: points of several would leave the
-// ray to the brightest, which may be hidden. Where lamps are many, what is seldom drawn is the lamp, and one point will do.
-// Two other ways were tried: to draw a tenth of the rays from a wider lobe, and to draw half of the points around the mirror
+// Beside an emitter's mirror image a smooth surface shows the tail of its lobe, whose light comes from the part of the emitter that is
+// nearest to the image. One point of the emitter seldom lies there, and a ray that is drawn from the lobe seldom reaches the emitter at
+// all, but then counts nearly all of its radiance: single pixels would be up to a hundred times too bright. So narrow lobes compare
+// several points of the emitter that is drawn, and one of them gets the shadow ray. They are points of one emitter: points of several
+// would leave the ray to the brightest, which may be hidden. Where emitters are many, what is seldom drawn is the emitter, and one point
+// will do. Two other ways were tried: to draw a tenth of the rays from a wider lobe, and to draw half of the points around the mirror
 // direction. Both made the image itself noisier, by a factor of up to four, and what is beside it hardly less noisy. Wider lobes have few
 // such outliers, and their images would become noisier by this.
-float points_of_lamp(bool narrow, float probability) { return narrow ? clamp(round(32.0 * probability), 1.0, 16.0) : 1.0; }
+float points_of_emitter(bool narrow, float probability) { return narrow ? clamp(round(32.0 * probability), 1.0, 16.0) : 1.0; }
 
-// The number of independent samples that they are worth in MIS weights: all of them depend on the draw of the lamp.
-float samples_of_lamp(bool narrow, float probability) { return mix(1.0, points_of_lamp(narrow, probability), probability); }
+// The number of independent samples that they are worth in MIS weights: all of them depend on the draw of the emitter.
+float samples_of_emitter(bool narrow, float probability) { return mix(1.0, points_of_emitter(narrow, probability), probability); }
 
 // A path under construction.
 struct Path {
@@ -108,7 +108,7 @@ struct Path {
     float pdf_solid_angle;
     // The distance within which the ray finds no lights that are no larger: `near_distance`.
     float near;
-    // True if the surface where the ray begins compares points of lamps.
+    // True if the surface where the ray begins compares points of emitters.
     bool narrow;
     bool delta;
 };
@@ -183,7 +183,7 @@ void main() {
                 float distance_squared = square(hit.t);
                 float probability = load_light_choices(surface.light).probability;
                 float pdf_light = area_to_solid_angle(probability / light.area, distance_squared, cosine);
-                weight = heuristic_weight(path.pdf_solid_angle, samples_of_lamp(path.narrow, probability) * pdf_light);
+                weight = heuristic_weight(path.pdf_solid_angle, samples_of_emitter(path.narrow, probability) * pdf_light);
             }
             if (max(hit.t, sqrt(light.area)) >= path.near) radiance += path.throughput * emission * weight;
         }
@@ -210,7 +210,7 @@ void main() {
             uint light = pick_light(0u, scene.at.light_count, light_bits.xy);
             float probability = load_light_choices(light).probability;
             bool several = narrow && light < scene.at.triangle_light_count;
-            float points = points_of_lamp(several, probability), worth = samples_of_lamp(several, probability);
+            float points = points_of_emitter(several, probability), worth = samples_of_emitter(several, probability);
             // One of the points, in proportion to the light that each of them would add.
             float sum = 0.0, selected = 0.0;
             for (float i = 0.0; i < points; i += 1.0) {

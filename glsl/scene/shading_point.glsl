@@ -90,8 +90,8 @@ float solid_angle_per_area(vec3 from, vec3 back_off, vec3 point, vec3 normal, ou
     float distance_squared = max(dot(toward, toward), TINY), inverse = inversesqrt(distance_squared);
     direction = toward * inverse;
     cosine = -dot(normal, direction);
-    // In a crease with a lamp `from` lies in the lamp's plane, up to rounding, and would have no light from it: its distance
-    // from the plane is known no better than to a part of that of the rays' start. A lamp close above it is no crease.
+    // In a crease with an emitter `from` lies in the emitter's plane, up to rounding, and would have no light from it: its distance
+    // from the plane is known no better than to a part of that of the rays' start. An emitter close above it is no crease.
     float least = min(0.25 * inverse * abs(dot(normal, back_off)), 0.01);
     if (abs(cosine) < least) cosine = least;
     return abs(cosine) / distance_squared;

@@ -190,7 +190,7 @@ impl Session {
         let settings = ResolvedSettings::new(&settings, &gpu_scene, view.bounces);
         if settings.indirect.secondary != wanted {
             notice(
-                "without rare ones, the scene has fewer lights than world_reservoirs.min_lights, or one lamp alone, so indirect.secondary is ris; world_reservoirs.min_lights=0 keeps world reservoirs",
+                "without rare ones, the scene has fewer lights than world_reservoirs.min_lights, or one emitter group alone, so indirect.secondary is ris; world_reservoirs.min_lights=0 keeps world reservoirs",
             );
         }
         let tracking = Tracking {

@@ -67,7 +67,7 @@ impl Geometry {
     /// Lays out every mesh. With `trees`, triangles are in leaf order; otherwise in the mesh's order.
     pub fn new(traced: &TracedScene<'_>, trees: bool) -> Self {
         let mut geometry = Self::default();
-        let emitters = Emitters::new(&traced.scene, &traced.lamps);
+        let emitters = Emitters::new(&traced.scene, &traced.emitter_materials);
         for (mesh, ids) in traced.scene.meshes.iter().zip(&traced.part_ids) {
             geometry.push(mesh, ids, &traced.scene.materials, &emitters, trees);
         }

@@ -4,7 +4,7 @@
 use super::rare_lights::RareLights;
 use super::units::Units;
 use crate::scene::lights::{
-    self, AliasTable, LampTriangle, LightPowers, LightTriangle, UNIFORM_SHARE,
+    self, AliasTable, EmitterTriangle, LightPowers, LightTriangle, UNIFORM_SHARE,
 };
 use crate::scene::{AlphaMode, Environment, Material, PunctualLight, PunctualShape, Scene};
 use crate::shader_interface::{
@@ -16,7 +16,7 @@ use std::collections::HashMap;
 /// The lights of a scene, and the tables that select among them.
 pub struct LightSources {
     /// Emissive triangles.
-    pub lamps: Vec<LampTriangle>,
+    pub emitter_triangles: Vec<EmitterTriangle>,
     /// For each of them [`GpuLight::primitive`].
     primitives: Vec<u32>,
     materials: Vec<Material>,
@@ -39,7 +39,7 @@ pub struct Lights {
     pub choices: Vec<GpuLightChoice>,
     /// The table without rare lights; empty where no light is rare.
     pub common_choices: Vec<GpuLightChoice>,
-    /// The table of rare lights alone, in which each lamp has the same probability; empty where no light is rare.
+    /// The table of rare lights alone, in which each emitter has the same probability; empty where no light is rare.
     pub rare_choices: Vec<GpuLightChoice>,
     /// For each light true if it is rare; empty where none is.
     pub rare: Vec<bool>,
@@ -79,22 +79,26 @@ impl Lights {
 impl LightSources {
     /// Those of a scene, given which of its materials give light at any time, and for each mesh where its triangles are
     /// among those that are traced.
-    pub fn of(scene: &Scene, lamps: &[bool], traced_index: impl Fn(u32) -> Vec<u32>) -> Self {
-        let lamps = lights::lamp_triangles(scene, lamps);
+    pub fn of(
+        scene: &Scene,
+        emitter_materials: &[bool],
+        traced_index: impl Fn(u32) -> Vec<u32>,
+    ) -> Self {
+        let emitter_triangles = lights::emitter_triangles(scene, emitter_materials);
         let mut traced = HashMap::new();
-        let primitives = lamps.iter().map(|lamp| {
-            let material = &scene.materials[lamp.material as usize];
+        let primitives = emitter_triangles.iter().map(|emitter| {
+            let material = &scene.materials[emitter.material as usize];
             if !matches!(material.alpha_mode, AlphaMode::Mask { .. }) {
                 return NONE;
             }
-            let mesh = scene.instances[lamp.instance as usize].mesh;
+            let mesh = scene.instances[emitter.instance as usize].mesh;
             let indices = traced.entry(mesh).or_insert_with(|| traced_index(mesh));
-            indices[lamp.triangle as usize]
+            indices[emitter.triangle as usize]
         });
         let primitives = primitives.collect();
         let integrals = scene.environment.as_ref().map(Environment::integrals);
         let mut sources = Self {
-            lamps,
+            emitter_triangles,
             primitives,
             materials: scene.materials.clone(),
             punctual: scene.punctual_lights.clone(),
@@ -105,14 +109,16 @@ impl LightSources {
             light_powers: LightPowers::of(scene, integrals.map(|(integral, _)| integral)),
             rare: None,
         };
-        let triangles: Vec<LightTriangle> = (sources.lamps.iter())
-            .map(|lamp| lamp.placed(&scene.instances[lamp.instance as usize].object_to_world))
+        let triangles: Vec<LightTriangle> = (sources.emitter_triangles.iter())
+            .map(|emitter| {
+                emitter.placed(&scene.instances[emitter.instance as usize].object_to_world)
+            })
             .collect();
-        // A lamp that is off now may be the brightest one later. Not limited: a sun that the scene shuts out takes every
+        // An emitter that is off now may be the brightest one later. Not limited: a sun that the scene shuts out takes every
         // reservoir, however seldom it is drawn.
         let brightest = scene.brightest_materials();
         let powers = (sources.light_powers).of_all(&triangles, &brightest, &sources.punctual);
-        let names = lights::lamp_names(&triangles, powers.len());
+        let names = lights::emitter_names(&triangles, powers.len());
         sources.rare = RareLights::find(&powers, names);
         sources
     }
@@ -134,8 +140,8 @@ impl LightSources {
         for (index, transform) in moved {
             punctual[*index as usize].light_to_world = *transform;
         }
-        let triangles: Vec<LightTriangle> = (self.lamps.iter())
-            .map(|lamp| lamp.placed(&transform_of(lamp.instance)))
+        let triangles: Vec<LightTriangle> = (self.emitter_triangles.iter())
+            .map(|emitter| emitter.placed(&transform_of(emitter.instance)))
             .collect();
         let mut powers = self.light_powers.of_all(&triangles, &materials, &punctual);
         limit_distant(&mut powers, |index| {
@@ -265,7 +271,7 @@ fn gpu_punctual(light: &PunctualLight, units: &Units) -> GpuPunctualLight {
 pub fn gpu_lights(scene: &Scene, units: &Units) -> Lights {
     let transform_of = |instance: u32| scene.instances[instance as usize].object_to_world;
     let unchanged = |mesh: u32| (0..scene.meshes[mesh as usize].triangles.len() as u32).collect();
-    LightSources::of(scene, &scene.lamp_materials(), unchanged).placed(
+    LightSources::of(scene, &scene.emitter_materials(), unchanged).placed(
         transform_of,
         &[],
         &[],

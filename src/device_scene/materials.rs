@@ -1,6 +1,6 @@
 //! Materials and textures as shaders read them.
 
-use crate::scene::lights::LampTriangle;
+use crate::scene::lights::EmitterTriangle;
 use crate::scene::texture::{self, Wrap};
 use crate::scene::{AlphaMode, Material, Scene, Texture};
 use crate::shader_interface::{
@@ -76,14 +76,14 @@ impl Materials {
     }
 
     /// The textures of emissive triangles, one for each.
-    pub fn of_lights(&self, lamps: &[LampTriangle]) -> Vec<GpuLightTexture> {
-        let laid = lamps.iter().map(|lamp| {
-            let [a, b, c] = lamp.uvs;
+    pub fn of_lights(&self, emitters: &[EmitterTriangle]) -> Vec<GpuLightTexture> {
+        let laid = emitters.iter().map(|emitter| {
+            let [a, b, c] = emitter.uvs;
             GpuLightTexture {
                 uv: a,
                 edge1: b - a,
                 edge2: c - a,
-                texture: self.emissive[lamp.material as usize],
+                texture: self.emissive[emitter.material as usize],
                 padding: 0,
             }
         });

@@ -17,7 +17,7 @@ pub struct TracedScene<'a> {
     /// For each mesh, what each of its parts adds to that; empty means zeros.
     pub part_ids: Vec<Vec<u32>>,
     /// For each material: true if it emits light at some time.
-    pub lamps: Vec<bool>,
+    pub emitter_materials: Vec<bool>,
 }
 
 impl<'a> TracedScene<'a> {
@@ -26,7 +26,7 @@ impl<'a> TracedScene<'a> {
             scene: Cow::Borrowed(scene),
             instance_ids: (0..scene.instances.len() as u32).collect(),
             part_ids: vec![Vec::new(); scene.meshes.len()],
-            lamps: scene.lamp_materials(),
+            emitter_materials: scene.emitter_materials(),
         }
     }
 }
@@ -145,7 +145,7 @@ impl ElementCounts {
         for instance in &scene.instances {
             used[instance.mesh as usize] = true;
         }
-        let lamps = scene.lamp_materials();
+        let emitter_materials = scene.emitter_materials();
         for (index, mesh) in scene.meshes.iter().enumerate() {
             // Gathering drops meshes without instances.
             if merges && !used[index] {
@@ -156,7 +156,10 @@ impl ElementCounts {
             if !mesh.normals.is_empty() {
                 counts.smooth_triangles += count;
             }
-            let emits = mesh.parts.iter().any(|part| lamps[part.material as usize]);
+            let emits = mesh
+                .parts
+                .iter()
+                .any(|part| emitter_materials[part.material as usize]);
             if is_merged[index] || mesh.parts.len() > 1 || emits {
                 counts.part_triangles += count;
             }
@@ -232,7 +235,7 @@ pub fn merge_static(scene: &Scene, origin: DVec3) -> TracedScene<'_> {
         scene: Cow::Owned(left),
         instance_ids,
         part_ids,
-        lamps: scene.lamp_materials(),
+        emitter_materials: scene.emitter_materials(),
     }
 }
 

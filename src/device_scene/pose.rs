@@ -7,7 +7,7 @@ use super::merge_static::TracedScene;
 use super::units::Units;
 use crate::Result;
 use crate::scene::Bounds;
-use crate::scene::lights::LampTriangle;
+use crate::scene::lights::EmitterTriangle;
 use crate::scene::motion::{Pose, check_light_transform, check_transform, is_flat};
 use crate::scene::validate::LARGEST_COORDINATE;
 use crate::shader_interface::{GpuInstance, GpuPreviousTransform, NONE};
@@ -96,14 +96,16 @@ impl ScenePoser {
             max_depth: u32::MAX,
             instances,
             traced_index,
-            sources: LightSources::of(scene, &traced.lamps, |mesh| geometry.traced_index(mesh)),
+            sources: LightSources::of(scene, &traced.emitter_materials, |mesh| {
+                geometry.traced_index(mesh)
+            }),
             trees,
         }
     }
 
     /// The emissive triangles, in the order of lights.
-    pub fn lamps(&self) -> &[LampTriangle] {
-        &self.sources.lamps
+    pub fn emitter_triangles(&self) -> &[EmitterTriangle] {
+        &self.sources.emitter_triangles
     }
 
     /// Limits the levels of trees over the instances; those of a balanced tree must be permitted.

@@ -1,17 +1,17 @@
-//! Rare lights: lamps so dim beside others that resampling would lose their light.
+//! Rare lights: emitters so dim beside others that resampling would lose their light.
 //!
-//! Resampling compares candidates before their shadow rays. A lamp that is a million times brighter takes every reservoir, also
-//! where it is hidden, and then nothing of a dim lamp is left. So dim lamps are kept out of reservoirs, and have candidates and
-//! shadow rays of their own (`glsl/lights/samplers/sources.glsl`).
+//! Resampling compares candidates before their shadow rays. An emitter that is a million times brighter takes every reservoir, also
+//! where it is hidden, and then nothing of a dim emitter is left. So dim emitters are kept out of reservoirs, and have candidates
+//! and shadow rays of their own (`glsl/lights/samplers/sources.glsl`).
 
 use std::collections::HashMap;
 use std::hash::Hash;
 
-/// The dimmest lamps are rare if they have less than this part of all power together: draws by power select them so seldom
-/// that a brighter lamp nearly always takes their place.
+/// The dimmest emitters are rare if they have less than this part of all power together: draws by power select them so seldom
+/// that a brighter emitter nearly always takes their place.
 const SHARE: f64 = 1.0 / 96.0;
 
-/// A rare lamp has less than this part of the mean power of lamps, so that none is rare among its like.
+/// A rare emitter has less than this part of the mean power of emitters, so that none is rare among its like.
 const PART: f64 = 1.0 / 8.0;
 
 /// The same power up to the rounding of areas.
@@ -19,8 +19,8 @@ const SAME: f64 = 1.0 - 1e-6;
 
 /// The lights of a scene of which some are rare.
 pub struct RareLights {
-    /// For each light the number of its lamp. A lamp is all that shines together: the slivers of a bright one are not rare.
-    lamps: Vec<usize>,
+    /// For each light the number of its emitter. An emitter is all that shines together: the slivers of a bright one are not rare.
+    emitters: Vec<usize>,
     /// For each light true if it is rare. The same at all times: reservoirs of an earlier frame must hold no light that has
     /// candidates of its own now.
     pub is_rare: Vec<bool>,
@@ -28,35 +28,37 @@ pub struct RareLights {
 
 impl RareLights {
     /// Finds those among lights of which the largest powers at any time are known; none if no light is rare. Lights with the
-    /// same name in `names` are one lamp.
+    /// same name in `names` are one emitter.
     pub fn find<Name: Hash + Eq>(
         powers: &[f64],
         names: impl Iterator<Item = Name>,
     ) -> Option<Self> {
         let mut numbers = HashMap::new();
-        let lamps: Vec<usize> = names
+        let emitters: Vec<usize> = names
             .map(|name| {
                 let next = numbers.len();
                 *numbers.entry(name).or_insert(next)
             })
             .collect();
-        let of_lamps = sums(powers, &lamps, numbers.len());
-        let mut lit: Vec<f64> = of_lamps.iter().copied().filter(|p| *p > 0.0).collect();
+        let of_emitters = sums(powers, &emitters, numbers.len());
+        let mut lit: Vec<f64> = of_emitters.iter().copied().filter(|p| *p > 0.0).collect();
         lit.sort_by(f64::total_cmp);
         let total: f64 = lit.iter().sum();
         let dim = PART * total / lit.len() as f64;
-        // The least power of a lamp that is not rare. Lamps of the same power are rare together, or none of them is.
+        // The least power of an emitter that is not rare. Emitters of the same power are rare together, or none of them is.
         let mut sum = 0.0;
         let common = SAME
             * lit.into_iter().find(|power| {
                 sum += power;
                 sum >= SHARE * total || *power >= dim
             })?;
-        let is_rare = lamps
+        let is_rare = emitters
             .iter()
-            .map(|lamp| of_lamps[*lamp] > 0.0 && of_lamps[*lamp] < common);
+            .map(|emitter| of_emitters[*emitter] > 0.0 && of_emitters[*emitter] < common);
         let is_rare: Vec<bool> = is_rare.collect();
-        is_rare.contains(&true).then_some(Self { lamps, is_rare })
+        is_rare
+            .contains(&true)
+            .then_some(Self { emitters, is_rare })
     }
 
     /// The weights with which light samples select lights of these powers: 0 for rare ones.
@@ -64,14 +66,15 @@ impl RareLights {
         self.weights_among(powers, false)
     }
 
-    /// The weights with which candidates among rare lights select them: each lamp has the same, and its lights share it by power.
+    /// The weights with which candidates among rare lights select them: each emitter has the same, and its lights share it by
+    /// power.
     pub fn rare_weights(&self, powers: &[f64]) -> Vec<f64> {
         let weights = self.weights_among(powers, true);
-        let of_lamps = sums(&weights, &self.lamps, self.lamps.len());
-        let shares = weights.iter().zip(&self.lamps);
-        let shares = shares.map(|(weight, lamp)| {
-            let lamp = of_lamps[*lamp];
-            if lamp > 0.0 { weight / lamp } else { 0.0 }
+        let of_emitters = sums(&weights, &self.emitters, self.emitters.len());
+        let shares = weights.iter().zip(&self.emitters);
+        let shares = shares.map(|(weight, emitter)| {
+            let emitter = of_emitters[*emitter];
+            if emitter > 0.0 { weight / emitter } else { 0.0 }
         });
         shares.collect()
     }
@@ -90,11 +93,11 @@ impl RareLights {
     }
 }
 
-/// The sum of the values of each lamp.
-fn sums(values: &[f64], lamps: &[usize], count: usize) -> Vec<f64> {
+/// The sum of the values of each emitter.
+fn sums(values: &[f64], emitters: &[usize], count: usize) -> Vec<f64> {
     let mut sums = vec![0.0; count];
-    for (value, lamp) in values.iter().zip(lamps) {
-        sums[*lamp] += value;
+    for (value, emitter) in values.iter().zip(emitters) {
+        sums[*emitter] += value;
     }
     sums
 }
@@ -103,14 +106,14 @@ fn sums(values: &[f64], lamps: &[usize], count: usize) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    /// True for each lamp of its own that is rare.
+    /// True for each emitter of its own that is rare.
     fn rare(powers: &[f64]) -> Vec<bool> {
         let found = RareLights::find(powers, 0..powers.len());
         found.map_or(vec![false; powers.len()], |found| found.is_rare)
     }
 
     #[test]
-    fn few_dim_lamps_beside_a_bright_one_are_rare() {
+    fn few_dim_emitters_beside_a_bright_one_are_rare() {
         assert_eq!(rare(&[1000.0, 1.0, 0.0, 2.0]), [false, true, false, true]);
         assert_eq!(rare(&[20.0, 1.0]), [false; 2]);
         assert_eq!(rare(&[5.0]), [false]);
@@ -119,20 +122,20 @@ mod tests {
         let with = |bright: &[f64], dim: usize| rare(&[bright, &vec![1.0; dim]].concat());
         assert!(with(&[1000.0], 10).contains(&true));
         assert!(!with(&[1000.0], 11).contains(&true));
-        // Many bright lamps make one rare that is not so much dimmer than each of them.
+        // Many bright emitters make one rare that is not so much dimmer than each of them.
         assert!(with(&[20.0; 30], 1).contains(&true));
         assert!(!with(&[7.0; 30], 1).contains(&true));
     }
 
-    /// Equal lamps at different positions have slightly different areas.
+    /// Equal emitters at different positions have slightly different areas.
     #[test]
-    fn lamps_that_differ_by_rounding_are_rare_together() {
+    fn emitters_that_differ_by_rounding_are_rare_together() {
         let dim: Vec<f64> = (0..11).map(|i| 1.0 + 1e-15 * f64::from(i)).collect();
         assert!(!rare(&[vec![1000.0], dim].concat()).contains(&true));
     }
 
     #[test]
-    fn slivers_of_a_bright_lamp_are_not_rare() {
+    fn slivers_of_a_bright_emitter_are_not_rare() {
         let powers = [1000.0, 0.001, 1.0];
         let found = RareLights::find(&powers, [7, 7, 8].into_iter()).unwrap();
         assert_eq!(found.is_rare, [false, false, true]);
@@ -141,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn rare_lamps_count_the_same_and_share_by_power() {
+    fn rare_emitters_count_the_same_and_share_by_power() {
         let powers = [1e6, 3.0, 1.0, 1.0];
         let found = RareLights::find(&powers, [0, 1, 1, 2].into_iter()).unwrap();
         assert_eq!(found.rare_weights(&powers), [0.0, 0.75, 0.25, 1.0]);

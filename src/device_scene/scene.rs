@@ -84,10 +84,10 @@ impl GpuScene {
         };
         let materials = Materials::of(&traced.scene, units.radiance, variant.textures);
         let light_textures = match counts.textured_lights {
-            true => materials.of_lights(poser.lamps()),
+            true => materials.of_lights(poser.emitter_triangles()),
             false => Vec::new(),
         };
-        let light_groups = connected(poser.lamps());
+        let light_groups = connected(poser.emitter_triangles());
         let triangle_counts = traced.scene.instances.iter();
         let triangle_counts = triangle_counts
             .map(|instance| geometry.meshes[instance.mesh as usize].triangle_count)

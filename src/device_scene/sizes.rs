@@ -6,7 +6,7 @@ use super::merge_static::ElementCounts;
 use crate::base::memory;
 use crate::gpu::DeviceInfo;
 use crate::scene::Scene;
-use crate::scene::lights::{AliasColumn, LampTriangle, LightTriangle};
+use crate::scene::lights::{AliasColumn, EmitterTriangle, LightTriangle};
 use crate::shader_interface::{
     Fetch, GeometryAccess, GpuLight, GpuLightChoice, LIGHT_MASK, Textures, Variant,
 };
@@ -20,7 +20,7 @@ const MAX_LIGHTS: u64 = LIGHT_MASK as u64 + 1;
 
 /// Bytes of the host's memory that an emissive triangle takes while a scene is put on a device: itself in object and
 /// world space, what shaders read of it, kept for time 0 too, the alias table over all, and a few numbers.
-const LIGHT_BYTES: usize = size_of::<LampTriangle>()
+const LIGHT_BYTES: usize = size_of::<EmitterTriangle>()
     + size_of::<LightTriangle>()
     + 2 * (size_of::<GpuLight>() + size_of::<GpuLightChoice>())
     + size_of::<AliasColumn>()

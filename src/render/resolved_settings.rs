@@ -68,8 +68,8 @@ impl ResolvedSettings {
             ),
         ] {
             if renders && resampling.candidates == Candidates::Auto {
-                let (lights, lamps) = counts(resampling);
-                let (fitting, reason) = fitting(lights, lamps);
+                let (lights, emitter_groups) = counts(resampling);
+                let (fitting, reason) = fitting(lights, emitter_groups);
                 resampling.candidates = fitting;
                 log::info!("candidates of {} light: {reason}", lighting.name());
             }
@@ -77,8 +77,8 @@ impl ResolvedSettings {
         let min_lights = settings.world_reservoirs.min_lights as usize;
         if renders[1] && settings.indirect.secondary == Secondary::WorldReservoirs && min_lights > 0
         {
-            let (lights, lamps) = counts(&settings.indirect.resampling);
-            if lights < min_lights || lamps < 2 {
+            let (lights, emitter_groups) = counts(&settings.indirect.resampling);
+            if lights < min_lights || emitter_groups < 2 {
                 settings.indirect.secondary = Secondary::Ris;
             }
         }
@@ -107,28 +107,28 @@ impl ResolvedSettings {
     }
 }
 
-/// Numbers of lights that are not distant, and of lamps that they form: triangles with common corners are one. Distant lights
-/// do not count, since the light BVH lacks them, and any vertex finds them. Nor do rare lights where they are set apart, because
-/// reservoirs do not hold them.
+/// Numbers of lights that are not distant, and of emitter groups that they form: triangles with common corners are one. Distant
+/// lights do not count, since the light BVH lacks them, and any vertex finds them. Nor do rare lights where they are set apart,
+/// because reservoirs do not hold them.
 fn count(lights: &Lights, groups: &[u32], sets_rare_apart: bool) -> (usize, usize) {
     let counts =
         |index: &usize| !(lights.is_distant(*index) || sets_rare_apart && lights.is_rare(*index));
     let triangles = lights.triangles.len();
     let own: Vec<usize> = (0..triangles).filter(counts).collect();
     let others = (triangles..lights.choices.len()).filter(counts).count();
-    let lamps: HashSet<_> = own.iter().map(|index| groups[*index]).collect();
-    (own.len() + others, lamps.len() + others)
+    let emitter_groups: HashSet<_> = own.iter().map(|index| groups[*index]).collect();
+    (own.len() + others, emitter_groups.len() + others)
 }
 
-/// The candidates for this number of lights and of lamps that they form, and the reason.
-fn fitting(lights: usize, lamps: usize) -> (Candidates, String) {
+/// The candidates for this number of lights and of emitter groups that they form, and the reason.
+fn fitting(lights: usize, emitter_groups: usize) -> (Candidates, String) {
     if lights < MANY_LIGHTS {
         let reason =
             format!("by power, since there are fewer than {MANY_LIGHTS} lights ({lights})");
         (Candidates::Power, reason)
-    } else if lamps < 2 {
+    } else if emitter_groups < 2 {
         // In `atrium:lights=1` candidates from the light BVH have 1.12 times the clamped error in the first frame.
-        let reason = format!("by power, since all lights ({lights}) form one lamp");
+        let reason = format!("by power, since all lights ({lights}) form one emitter group");
         (Candidates::Power, reason)
     } else {
         let reason = format!("from the light BVH, since there are many lights ({lights})");
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn few_lights_and_one_lamp_are_selected_by_power_and_many_from_the_light_bvh() {
+    fn few_lights_and_one_emitter_group_are_selected_by_power_and_many_from_the_light_bvh() {
         assert_eq!(fitting(0, 0).0, Candidates::Power);
         assert_eq!(
             fitting(MANY_LIGHTS - 1, MANY_LIGHTS - 1).0,

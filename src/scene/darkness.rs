@@ -56,8 +56,8 @@ impl Scene {
 
     /// The materials that give light at some time, on some triangle in the world.
     fn emitters(&self) -> BTreeSet<u32> {
-        let lamps = self.lamp_materials();
-        let emitters = Emitters::new(self, &lamps);
+        let emitter_materials = self.emitter_materials();
+        let emitters = Emitters::new(self, &emitter_materials);
         let mut found = BTreeSet::new();
         for mesh in self.placed_meshes() {
             // Once for all parts, of which a mesh may have as many as vertices.
@@ -128,7 +128,7 @@ mod tests {
         }
     }
 
-    fn lamp() -> Material {
+    fn emitter() -> Material {
         Material {
             emission: Vec3::ONE,
             ..Material::default()
@@ -144,12 +144,12 @@ mod tests {
         let dark = scene(Material::default());
         assert!(why(&dark).starts_with("the scene has no light"));
         assert!(why(&Scene::default()).starts_with("the scene has no light"));
-        assert_eq!(why(&scene(lamp())), "");
+        assert_eq!(why(&scene(emitter())), "");
         assert_eq!(why(&scene(Material::unlit("", Vec3::ONE))), "");
 
         let mut textured = scene(Material {
             emissive_texture: Some(Texture::plain(0)),
-            ..lamp()
+            ..emitter()
         });
         for (texel, black) in [([0; 4], true), ([9; 4], false)] {
             textured.images = vec![Image {
@@ -164,12 +164,12 @@ mod tests {
         let cut = |alpha| Material {
             alpha,
             alpha_mode: AlphaMode::Mask { cutoff: 0.5 },
-            ..lamp()
+            ..emitter()
         };
         assert_eq!(why(&scene(cut(0.6))), "");
         assert_ne!(why(&scene(cut(0.4))), "");
 
-        let mut nowhere = scene(lamp());
+        let mut nowhere = scene(emitter());
         nowhere.instances.clear();
         assert_ne!(why(&nowhere), "");
     }

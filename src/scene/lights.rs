@@ -32,7 +32,7 @@ pub struct LightTriangle {
 
 /// An emissive triangle in object space.
 #[derive(Clone, Copy, Debug)]
-pub struct LampTriangle {
+pub struct EmitterTriangle {
     /// Index into [`Scene::instances`].
     pub instance: u32,
     /// Index into the triangles of the instance's mesh.
@@ -47,18 +47,18 @@ pub struct LampTriangle {
     pub emission_mean: Vec3,
 }
 
-/// The name of a lamp: the instance and the material of which it is what the one has of the other, or no instance and the index of
-/// a punctual light; that of the environment follows the last one.
-pub type LampName = (Option<u32>, u32);
+/// The name of an emitter: the instance and the material of which it is what the one has of the other, or no instance and the
+/// index of a punctual light; that of the environment follows the last one.
+pub type EmitterName = (Option<u32>, u32);
 
 impl LightTriangle {
-    /// The lamp that it is a part of.
-    pub fn lamp(&self) -> LampName {
+    /// The emitter that it is a part of.
+    pub fn emitter(&self) -> EmitterName {
         (Some(self.instance), self.material)
     }
 }
 
-impl LampTriangle {
+impl EmitterTriangle {
     /// The triangle in world space.
     pub fn placed(&self, object_to_world: &DAffine3) -> LightTriangle {
         // The front side is defined in object space, so a mirroring transform reverses the winding.
@@ -80,12 +80,12 @@ impl LampTriangle {
 impl Scene {
     /// True if some material that is a light at any time has an emissive texture.
     pub fn has_textured_lights(&self) -> bool {
-        let mut materials = self.materials.iter().zip(self.lamp_materials());
-        materials.any(|(material, is_lamp)| is_lamp && material.emissive_texture.is_some())
+        let mut materials = self.materials.iter().zip(self.emitter_materials());
+        materials.any(|(material, is_emitter)| is_emitter && material.emissive_texture.is_some())
     }
 
     /// For each material whether it is a light: it emits now or, if the scene moves, at another time.
-    pub fn lamp_materials(&self) -> Vec<bool> {
+    pub fn emitter_materials(&self) -> Vec<bool> {
         let mut lights: Vec<bool> = self.materials.iter().map(|m| m.is_emissive()).collect();
         for emission in self.motion.iter().flat_map(|motion| &motion.emission) {
             lights[emission.material as usize] = true;
@@ -108,16 +108,16 @@ impl Scene {
 pub struct Emitters<'a> {
     scene: &'a Scene,
     /// For each material whether it emits at some time.
-    lamps: &'a [bool],
+    emitter_materials: &'a [bool],
     /// For each image that some emission has as its texture, where it is not black.
     lit: HashMap<u32, LitTexels>,
 }
 
 impl<'a> Emitters<'a> {
-    /// The choice for a scene; `lamps` are its [`Scene::lamp_materials`].
-    pub fn new(scene: &'a Scene, lamps: &'a [bool]) -> Self {
-        let materials = scene.materials.iter().zip(lamps);
-        let textures = materials.filter(|(_, is_lamp)| **is_lamp);
+    /// The choice for a scene; `emitter_materials` are its [`Scene::emitter_materials`].
+    pub fn new(scene: &'a Scene, emitter_materials: &'a [bool]) -> Self {
+        let materials = scene.materials.iter().zip(emitter_materials);
+        let textures = materials.filter(|(_, is_emitter)| **is_emitter);
         let images: BTreeSet<u32> = textures
             .filter_map(|(material, _)| Some(material.emissive_texture?.image))
             .collect();
@@ -125,14 +125,14 @@ impl<'a> Emitters<'a> {
         let lit = lit.map(|image| (image, LitTexels::of(&scene.images[image as usize])));
         Self {
             scene,
-            lamps,
+            emitter_materials,
             lit: lit.collect(),
         }
     }
 
     /// True if triangles of a mesh's part may emit.
     pub fn may_emit(&self, part: &Part) -> bool {
-        self.lamps[part.material as usize]
+        self.emitter_materials[part.material as usize]
     }
 
     /// True if a triangle of a mesh's part emits.
@@ -166,8 +166,8 @@ fn uvs_of(mesh: &Mesh, texture: &Texture, triangle: u32) -> [Vec2; 3] {
 }
 
 /// The triangles that give light, given which materials do, ordered by instance, then by the mesh's order of triangles.
-pub fn lamp_triangles(scene: &Scene, lamps: &[bool]) -> Vec<LampTriangle> {
-    let emitters = Emitters::new(scene, lamps);
+pub fn emitter_triangles(scene: &Scene, emitter_materials: &[bool]) -> Vec<EmitterTriangle> {
+    let emitters = Emitters::new(scene, emitter_materials);
     let mut triangles = Vec::new();
     for (index, instance) in scene.instances.iter().enumerate() {
         let mesh = &scene.meshes[instance.mesh as usize];
@@ -177,7 +177,7 @@ pub fn lamp_triangles(scene: &Scene, lamps: &[bool]) -> Vec<LampTriangle> {
                 let material = &scene.materials[part.material as usize];
                 let uvs = (material.emissive_texture.as_ref())
                     .map_or([Vec2::ZERO; 3], |texture| uvs_of(mesh, texture, triangle));
-                triangles.push(LampTriangle {
+                triangles.push(EmitterTriangle {
                     instance: index as u32,
                     triangle,
                     material: part.material,
@@ -234,9 +234,9 @@ fn emission_mean(scene: &Scene, mesh: &Mesh, material: &Material, triangle: u32)
     sum / (SIDE * SIDE) as f32
 }
 
-/// The scene's lights, in the order of [`lamp_triangles`].
+/// The scene's lights, in the order of [`emitter_triangles`].
 pub fn light_triangles(scene: &Scene) -> Vec<LightTriangle> {
-    lamp_triangles(scene, &scene.lamp_materials())
+    emitter_triangles(scene, &scene.emitter_materials())
         .iter()
         .map(|light| light.placed(&scene.instances[light.instance as usize].object_to_world))
         .collect()
@@ -295,10 +295,13 @@ impl LightPowers {
     }
 }
 
-/// For each light, of `count` of all kinds, the lamp that it is a part of.
-pub fn lamp_names(triangles: &[LightTriangle], count: usize) -> impl Iterator<Item = LampName> {
+/// For each light, of `count` of all kinds, the emitter that it is a part of.
+pub fn emitter_names(
+    triangles: &[LightTriangle],
+    count: usize,
+) -> impl Iterator<Item = EmitterName> {
     let others = (0..count - triangles.len()).map(|index| (None, index as u32));
-    triangles.iter().map(LightTriangle::lamp).chain(others)
+    triangles.iter().map(LightTriangle::emitter).chain(others)
 }
 
 /// Luminance of a colour in linear sRGB (ITU-R BT.709).

@@ -57,7 +57,7 @@ pub struct Requirements {
 impl Requirements {
     /// Scans a valid scene.
     pub fn of(scene: &Scene) -> Self {
-        let lights = scene.lamp_materials();
+        let lights = scene.emitter_materials();
         let emitters = Emitters::new(scene, &lights);
         let mut required = Self {
             triangles: scene.triangle_count(),
@@ -195,7 +195,7 @@ impl Scene {
 
     /// Triangles in the world that give light at some time.
     pub fn emissive_triangle_count(&self) -> u64 {
-        self.count_emissive(&Emitters::new(self, &self.lamp_materials()))
+        self.count_emissive(&Emitters::new(self, &self.emitter_materials()))
     }
 
     fn count_emissive(&self, emitters: &Emitters<'_>) -> u64 {

@@ -62,7 +62,7 @@ pub struct Reference {
     pub mean: Vec<[f32; 3]>,
     /// Standard error of the mean.
     pub error: Vec<[f32; 3]>,
-    /// Light that the camera sees from lamps themselves. It needs no resampling and would make a
+    /// Light that the camera sees from emitters themselves. It needs no resampling and would make a
     /// picture's mean look better known than what is lit.
     pub emission: Vec<[f32; 3]>,
     /// Samples a pixel that it was made with.
@@ -141,7 +141,7 @@ impl Reference {
         self.means(|i, c| f64::from(picture[i][c]) - f64::from(self.emission[i][c]))
     }
 
-    /// The median of a picture's luminance over the reference's, over the pixels that are lit and show no lamp.
+    /// The median of a picture's luminance over the reference's, over the pixels that are lit and show no emitter.
     pub fn median_ratio(&self, picture: &[[f32; 3]]) -> f64 {
         let pixels = picture.iter().zip(&self.mean).zip(&self.emission);
         let lit = pixels.filter(|(_, emission)| **emission == [0.0; 3]);

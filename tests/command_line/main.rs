@@ -317,10 +317,10 @@ fn a_light_too_close_to_a_surface_is_one_notice() {
     let floor = "v -1 0 -1\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nusemtl floor\nf 1 2 3 4\n";
     for (height, notices) in [(1e-6, 1), (1e-4, 0)] {
         let [low, high] = [-1.0, 1.0].map(|side| side * height);
-        let lamp = format!(
+        let emitter = format!(
             "v {low} {height} {low}\nv {high} {height} {low}\nv {high} {height} {high}\nusemtl lamp\nf 5 6 7\n"
         );
-        std::fs::write(&mesh, format!("mtllib a.mtl\n{floor}{lamp}")).unwrap();
+        std::fs::write(&mesh, format!("mtllib a.mtl\n{floor}{emitter}")).unwrap();
         let arguments = ["--look-at", "0,4,0.001,0,0,0", "--width", "16"];
         let said = succeed(&[&["render", text(&mesh), "-o", text(&out)], &arguments[..]].concat());
         assert_eq!(

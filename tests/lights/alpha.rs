@@ -88,20 +88,20 @@ fn what_blends_brings_no_shadows_where_there_is_no_visibility() {
     assert_eq!(plain, found);
 }
 
-/// A lamp with holes: all but a quarter, at one corner. Its texture, black on one half, lights the half of that.
-fn add_lamp(scene: &mut Scene, corner: Vec3, u: Vec3, v: Vec3) {
+/// An emitter with holes: all but a quarter, at one corner. Its texture, black on one half, lights the half of that.
+fn add_emitter(scene: &mut Scene, corner: Vec3, u: Vec3, v: Vec3) {
     let of_image = |image, nearest| Texture {
         nearest,
         ..Texture::plain(image)
     };
-    let lamp = Material {
+    let emitter = Material {
         emission: Vec3::new(4.0, 2.0, 1.0),
         emissive_texture: Some(of_image(1, true)),
         base_color_texture: Some(of_image(0, true)),
         alpha_mode: AlphaMode::Mask { cutoff: 0.5 },
         ..Material::lambert("lamp", Vec3::ZERO)
     };
-    support::add(scene, &lamp, &support::quad(corner, u, v));
+    support::add(scene, &emitter, &support::quad(corner, u, v));
     scene.images = vec![
         image(|i| [255, 255, 255, if i % 8 < 4 && i / 8 < 4 { 255 } else { 90 }]),
         image(|i| if i / 8 < 2 { [255; 4] } else { [0, 0, 0, 255] }),
@@ -114,9 +114,9 @@ fn add_lamp(scene: &mut Scene, corner: Vec3, u: Vec3, v: Vec3) {
 }
 
 #[test]
-fn light_from_the_holes_of_lamps_is_seen() {
+fn light_from_the_holes_of_emitters_is_seen() {
     assert_seen(
-        "alpha::thorough::lamps_may_have_holes",
+        "alpha::thorough::emitters_may_have_holes",
         (
             "lights/kinds/triangle.glsl",
             "if (HAS_ALPHA && light.primitive != NONE)",
@@ -125,7 +125,7 @@ fn light_from_the_holes_of_lamps_is_seen() {
     );
 }
 
-/// The Cornell box with one block that covers half, one full of holes, and a sheet below the lamp.
+/// The Cornell box with one block that covers half, one full of holes, and a sheet below the emitter.
 fn box_with_alpha() -> Scene {
     let mut scene = procedural::generate("cornell", &[]).unwrap();
     scene.images = vec![image(|i| {
@@ -230,13 +230,13 @@ mod thorough {
         );
     }
 
-    /// The part of a lamp that has no hole and is not black lights a floor, and nothing else does.
+    /// The part of an emitter that has no hole and is not black lights a floor, and nothing else does.
     #[test]
-    fn lamps_may_have_holes() {
+    fn emitters_may_have_holes() {
         let mut scene = floor();
         // From its front, which is below.
         let (corner, u, v) = (Vec3::new(-2.0, 5.0, -2.0), Vec3::X * 4.0, Vec3::Z * 4.0);
-        add_lamp(&mut scene, corner, u, v);
+        add_emitter(&mut scene, corner, u, v);
         const CELLS: usize = 64;
         let expected: DVec3 = (0..SIDE as usize * SIDE as usize)
             .map(|pixel| {
@@ -263,7 +263,7 @@ mod thorough {
     }
 
     /// Two sheets that reflect nothing weaken the light of a direction at every pixel alike, and that of an environment and
-    /// of a lamp on average.
+    /// of an emitter on average.
     #[test]
     fn sheets_weaken_what_passes_them() {
         let (covers, down) = ([0.4_f32, 0.25], DVec3::new(0.2, -1.0, 0.1));
@@ -404,10 +404,10 @@ mod thorough {
 
     /// What the camera sees of it, and through its holes.
     #[test]
-    fn the_camera_sees_through_the_holes_of_lamps() {
+    fn the_camera_sees_through_the_holes_of_emitters() {
         let mut scene = floor();
         let (corner, u, v) = (Vec3::new(-0.5, 2.0, -0.5), Vec3::X, Vec3::Z);
-        add_lamp(&mut scene, corner, u, v);
+        add_emitter(&mut scene, corner, u, v);
         // Its front, above, is what the camera sees.
         scene
             .instances

@@ -131,9 +131,12 @@ fn objects_become_meshes_and_materials_parts() {
         .collect();
     assert_eq!(parts, [(0, 2, 0), (2, 1, 1)]);
     assert_eq!(scene.meshes[1].parts[0].material, 0);
-    let mut lamp = Material::lambert("lamp light", Vec3::splat(0.5));
-    lamp.emission = Vec3::new(3.0, 2.0, 1.0);
-    assert_eq!(scene.materials, [Material::lambert("red", Vec3::X), lamp]);
+    let mut emitter = Material::lambert("lamp light", Vec3::splat(0.5));
+    emitter.emission = Vec3::new(3.0, 2.0, 1.0);
+    assert_eq!(
+        scene.materials,
+        [Material::lambert("red", Vec3::X), emitter]
+    );
     assert_eq!(scene.emissive_triangle_count(), 1);
 }
 

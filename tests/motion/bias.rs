@@ -232,8 +232,8 @@ mod thorough {
 
     #[test]
     fn moving_lights_in_the_light_bvh() {
-        let lamps = playroom(&["light", "toggle"], 2.0);
-        check("light BVH", lamps, None, |settings| {
+        let emitters = playroom(&["light", "toggle"], 2.0);
+        check("light BVH", emitters, None, |settings| {
             temporal(settings);
             settings.direct.resampling.candidates = Candidates::LightBvh;
         });
@@ -242,8 +242,8 @@ mod thorough {
     /// In small cells: the mean of a picture is known no better for what its pixels share.
     #[test]
     fn moving_lights_in_the_hash_grid() {
-        let lamps = playroom(&["camera", "light", "toggle"], 2.0);
-        check("hash grid", lamps, None, |settings| {
+        let emitters = playroom(&["camera", "light", "toggle"], 2.0);
+        check("hash grid", emitters, None, |settings| {
             temporal(settings);
             settings.direct.resampling.candidates = Candidates::HashGrid;
             (settings.hash_grid.cell, settings.hash_grid.reservoirs) = (4, 2);
@@ -260,15 +260,15 @@ mod thorough {
     }
 
     #[test]
-    fn indirect_light_of_lamps_that_move_and_go_on_and_off() {
-        let lamps = playroom(&["light", "toggle"], 1.0);
-        check_at(3, SEEDS, "indirect, lamps", lamps, None, temporal);
+    fn indirect_light_of_emitters_that_move_and_go_on_and_off() {
+        let emitters = playroom(&["light", "toggle"], 1.0);
+        check_at(3, SEEDS, "indirect, emitters", emitters, None, temporal);
     }
 
     #[test]
-    fn indirect_light_that_world_reservoirs_find_where_lamps_move() {
-        let lamps = playroom(&["camera", "light", "toggle"], 1.0);
-        check_at(3, SEEDS, "world reservoirs", lamps, None, |settings| {
+    fn indirect_light_that_world_reservoirs_find_where_emitters_move() {
+        let emitters = playroom(&["camera", "light", "toggle"], 1.0);
+        check_at(3, SEEDS, "world reservoirs", emitters, None, |settings| {
             temporal(settings);
             settings.indirect.secondary = Secondary::WorldReservoirs;
             settings.world_reservoirs.min_lights = 0;
@@ -286,7 +286,7 @@ mod thorough {
         });
     }
 
-    /// A board comes between the lamp and what it lit, so that paths of the last frame end in its shadow.
+    /// A board comes between the emitter and what it lit, so that paths of the last frame end in its shadow.
     #[test]
     fn indirect_light_that_a_board_cuts_off() {
         let mut scene = procedural::generate("cornell", &[]).unwrap();
@@ -324,7 +324,7 @@ mod thorough {
     #[test]
     fn paths_that_are_kept_though_what_lies_behind_may_have_changed_are_seen() {
         assert_seen(
-            "bias::thorough::indirect_light_of_lamps_that_move_and_go_on_and_off",
+            "bias::thorough::indirect_light_of_emitters_that_move_and_go_on_and_off",
             "restir/samples/path_sample.glsl",
             "if (value.kind == PATH_ONWARD) return 0.0;",
             "if (value.kind == PATH_ONWARD) return 1.0;",

@@ -672,10 +672,10 @@ fn gathered_meshes() {
 #[test]
 fn gathered_meshes_look_as_they_did() {
     let mut shared = placed(DVec3::new(1e4, 0.0, -2e4), 1.0);
-    // A lamp among them, and smooth meshes beside flat ones.
+    // An emitter among them, and smooth meshes beside flat ones.
     shared.materials[0].emission = Vec3::new(1.0, 2.0, 3.0);
     let mesh = &mut shared.meshes[0];
-    // Its front looks inwards; lamps should shine outwards.
+    // Its front looks inwards; emitters should shine outwards.
     mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
     mesh.normals = mesh.positions.iter().map(|p| p.normalize()).collect();
     let copied = unshared(&shared);
@@ -713,5 +713,5 @@ fn gathered_meshes_look_as_they_did() {
     let seen: std::collections::BTreeSet<u32> = one.iter().map(|s| s.instance).collect();
     assert!(seen.len() > 30, "{} instances are seen", seen.len());
     let lit = lit_one.iter().filter(|s| s.sum.x > 0.0).count();
-    assert!(lit > pixels / 20, "{lit} pixels show a lamp");
+    assert!(lit > pixels / 20, "{lit} pixels show an emitter");
 }

@@ -1,7 +1,7 @@
 //! Direct light against a closed form.
 
 use crate::comparison::{Comparison, exact, failures, on_device};
-use crate::rooms::lamp;
+use crate::rooms::emitter;
 use crate::support;
 use crate::support::brute_force::camera_ray;
 use glam::{DVec3, Vec3};
@@ -36,10 +36,10 @@ fn a_quad_lights_a_plane_as_the_closed_form_says() {
     let floor = support::quad(Vec3::new(-8.0, 0.0, 8.0), Vec3::X * 16.0, -Vec3::Z * 16.0);
     let scene = support::scene_of(&[
         (Material::lambert("floor", albedo), floor),
-        (lamp(radiance, 0.0), support::quad(corner, u, v)),
+        (emitter(radiance, 0.0), support::quad(corner, u, v)),
     ]);
     let corners = [corner, corner + u, corner + u + v, corner + v].map(|c| c.as_dvec3());
-    assert!(u.cross(v).y < 0.0, "the lamp faces down");
+    assert!(u.cross(v).y < 0.0, "the emitter faces down");
 
     let mut comparisons = Vec::new();
     let points = [
@@ -51,7 +51,7 @@ fn a_quad_lights_a_plane_as_the_closed_form_says() {
     ];
     for (number, [x, z]) in points.into_iter().enumerate() {
         let target = DVec3::new(x, 0.0, z);
-        // From the side, under the lamp's lowest corner.
+        // From the side, under the emitter's lowest corner.
         let eye = target + DVec3::new(0.3, 0.5, 0.4);
         let camera = support::look_at(eye, target, DVec3::Y, 0.02);
         let pixels = (0..SIZE * SIZE).map(|p| [p % SIZE, p / SIZE]);

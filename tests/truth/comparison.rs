@@ -14,7 +14,7 @@ const LEVEL: f64 = 0.001;
 /// The widest 99.9 % interval of an image's mean, as a part of it, that still shows something.
 const WIDEST: f64 = 0.003;
 
-/// The picture but for visible lamps: their own light needs no tracing, and would make what is lit
+/// The picture but for visible emitters: their own light needs no tracing, and would make what is lit
 /// look better known than it is.
 pub const IMAGE: &str = "image";
 

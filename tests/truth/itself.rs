@@ -1,7 +1,7 @@
 //! Tests of the brute-force tracer itself: against itself, and against results that need no tracer.
 
 use crate::comparison::{Comparison, by_brute_force, compare_pictures, failures, regions};
-use crate::rooms::{ROOM_SIZE, lamp, room, standing_box};
+use crate::rooms::{ROOM_SIZE, emitter, room, standing_box};
 use crate::support;
 use crate::support::brute_force::{Options, Tracer};
 use glam::{DAffine3, DVec3, Vec3};
@@ -11,9 +11,9 @@ use headwater::scene::{Camera, Material, Scene};
 #[test]
 fn the_brute_force_estimators_agree() {
     let (mut scene, camera) = room();
-    // A lamp that chance finds, turned to both sides so that its back counts too.
-    let lamp = scene.materials.last_mut().unwrap();
-    lamp.double_sided = true;
+    // An emitter that chance finds, turned to both sides so that its back counts too.
+    let emitter = scene.materials.last_mut().unwrap();
+    emitter.double_sided = true;
     let tracer = Tracer::new(&scene);
     let options = Options {
         bounces: 3,
@@ -41,7 +41,7 @@ fn furnace(emission: f32, albedo: f32) -> (Scene, Camera) {
     shell.extend(support::quad(corner, Vec3::X * 4.0, Vec3::Z * 4.0));
     let glow = Material {
         double_sided: true,
-        ..lamp(Vec3::splat(emission), albedo)
+        ..emitter(Vec3::splat(emission), albedo)
     };
     let mut scene = support::scene_of(&[
         (glow, shell),

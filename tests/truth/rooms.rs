@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 use headwater::scene::{Camera, Material, Scene};
 
 /// Light of one colour from a matte quad.
-pub fn lamp(radiance: Vec3, albedo: f32) -> Material {
+pub fn emitter(radiance: Vec3, albedo: f32) -> Material {
     Material {
         emission: radiance,
         ..Material::lambert("lamp", Vec3::splat(albedo))
@@ -76,7 +76,7 @@ pub fn room() -> (Scene, Camera) {
             standing_box([0.35, 0.4], Vec3::new(0.55, 0.5, 0.5), -0.3),
         ),
         (
-            lamp(Vec3::new(9.0, 8.0, 6.0), 0.5),
+            emitter(Vec3::new(9.0, 8.0, 6.0), 0.5),
             support::quad(Vec3::new(-0.4, 1.95, -0.4), Vec3::X * 0.8, Vec3::Z * 0.8),
         ),
     ]);

@@ -81,8 +81,8 @@ float candidate_weight(ShadingPoint shading_point, LightSample value, float ligh
 
 // ---- Rare lights
 //
-// Resampling compares candidates before their shadow rays. Beside a much brighter lamp a dim one is selected almost never, also
-// where the bright lamp is hidden: then nearly all pixels lack the dim lamp's light, and no firefly warns. So lamps of
+// Resampling compares candidates before their shadow rays. Beside a much brighter emitter a dim one is selected almost never, also
+// where the bright emitter is hidden: then nearly all pixels lack the dim emitter's light, and no firefly warns. So emitters of
 // very little power are left out of reservoirs. They have a candidate of their own, drawn with the same probability for each of
 // them, and a shadow ray that is theirs alone; BSDF rays find them too. Rust decides which are rare: src/device_scene/rare_lights.rs.
 

@@ -1,8 +1,8 @@
 //! Lights that are close to each other are one: how emissive triangles are joined to clusters.
 //!
 //! Lights fill their box where their area is a good part of the square of its diagonal. Triangles that share corners are one
-//! unit if they fill their box, however finely a lamp is modelled; otherwise each is its own. A tree is built over the units
-//! by joining the nearest boxes first, and cut where a node's lights fill its box. So a lamp is one cluster, even if it is
+//! unit if they fill their box, however finely an emitter is modelled; otherwise each is its own. A tree is built over the units
+//! by joining the nearest boxes first, and cut where a node's lights fill its box. So an emitter is one cluster, even if it is
 //! made of several parts, while the windows of a house, with wall between them, stay apart. No length is compared with a
 //! constant, so a scene has the same clusters at any scale.
 
@@ -184,9 +184,9 @@ mod tests {
     }
 
     #[test]
-    fn lamps_that_coincide_are_one_light() {
-        let lamps = (0..500_000).flat_map(|group| square(Vec3::ZERO, 1.0, 1, group));
-        assert_eq!(clusters(&lamps.collect::<Vec<_>>()).len(), 1);
+    fn emitters_that_coincide_are_one_light() {
+        let emitters = (0..500_000).flat_map(|group| square(Vec3::ZERO, 1.0, 1, group));
+        assert_eq!(clusters(&emitters.collect::<Vec<_>>()).len(), 1);
     }
 
     #[test]

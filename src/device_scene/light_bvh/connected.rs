@@ -1,18 +1,18 @@
-//! Emissive triangles that share corners: the triangles of one lamp, however finely it is modelled.
+//! Emissive triangles that share corners: the triangles of one emitter group, however finely it is modelled.
 
-use crate::scene::lights::LampTriangle;
+use crate::scene::lights::EmitterTriangle;
 use std::collections::HashMap;
 
 /// For each triangle the index of the first one that it is connected with by common corners, through others or directly.
 /// Triangles of an instance follow each other.
-pub fn connected(lamps: &[LampTriangle]) -> Vec<u32> {
-    let mut firsts: Vec<u32> = (0..lamps.len() as u32).collect();
+pub fn connected(triangles: &[EmitterTriangle]) -> Vec<u32> {
+    let mut firsts: Vec<u32> = (0..triangles.len() as u32).collect();
     let mut corners = HashMap::new();
-    for (index, lamp) in (0..).zip(lamps) {
-        if index > 0 && lamps[index as usize - 1].instance != lamp.instance {
+    for (index, triangle) in (0..).zip(triangles) {
+        if index > 0 && triangles[index as usize - 1].instance != triangle.instance {
             corners.clear();
         }
-        for corner in lamp.corners {
+        for corner in triangle.corners {
             // Adding 0 makes the two zeros equal.
             let position = corner.to_array().map(|x| (x + 0.0).to_bits());
             let other = *corners.entry(position).or_insert(index);
@@ -20,7 +20,7 @@ pub fn connected(lamps: &[LampTriangle]) -> Vec<u32> {
             firsts[a.max(b) as usize] = a.min(b);
         }
     }
-    (0..lamps.len() as u32)
+    (0..triangles.len() as u32)
         .map(|index| first(&mut firsts, index))
         .collect()
 }
@@ -38,21 +38,21 @@ fn first(firsts: &mut [u32], mut index: u32) -> u32 {
 mod tests {
     use super::*;
     use crate::procedural;
-    use crate::scene::lights::lamp_triangles;
+    use crate::scene::lights::emitter_triangles;
 
     /// The number of connected sets among a scene's lights, and the number of triangles.
     fn sets(scene: &str, parameter: &str, value: &str) -> (usize, usize) {
         let scene = procedural::generate(scene, &[(parameter.into(), value.into())]).unwrap();
-        let lamps = lamp_triangles(&scene, &scene.lamp_materials());
-        let mut firsts = connected(&lamps);
+        let triangles = emitter_triangles(&scene, &scene.emitter_materials());
+        let mut firsts = connected(&triangles);
         assert!(firsts.iter().zip(0..).all(|(first, index)| *first <= index));
         firsts.sort_unstable();
         firsts.dedup();
-        (firsts.len(), lamps.len())
+        (firsts.len(), triangles.len())
     }
 
     #[test]
-    fn a_lamp_of_many_triangles_is_one() {
+    fn an_emitter_of_many_triangles_is_one_group() {
         let (others, _) = sets("colourful-mess", "lamps", "0");
         let (all, triangles) = sets("colourful-mess", "lamps", "28");
         assert_eq!(all - others, 28);
@@ -60,11 +60,11 @@ mod tests {
     }
 
     #[test]
-    fn the_parts_of_a_divided_lamp_stay_one() {
-        let (lamps, triangles) = sets("night-city", "tessellation", "1");
+    fn the_parts_of_a_divided_emitter_stay_one_group() {
+        let (groups, triangles) = sets("night-city", "tessellation", "1");
         assert_eq!(
             sets("night-city", "tessellation", "3"),
-            (lamps, 9 * triangles)
+            (groups, 9 * triangles)
         );
     }
 }

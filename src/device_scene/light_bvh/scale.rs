@@ -11,7 +11,7 @@ const OVERLAP: f64 = 8.0;
 /// The scale with which [`OVERLAP`] is met: the first that is not below it, by steps of a quarter.
 pub fn fitting(bvh: &mut LightBvh, lights: &[NearLight], surfaces: &[Vec3]) -> f32 {
     // Up to ten clusters are too few for that number: three quarters of them are wanted, in the mean over all points. Over those
-    // that a box holds the points on the lamps themselves would do.
+    // that a box holds the points on the emitters themselves would do.
     let three_quarters = 0.75 * bvh.cluster_count() as f64;
     let wanted = OVERLAP.min(three_quarters);
     let mut overlap = |scale: f32| {
@@ -62,9 +62,9 @@ mod tests {
     use crate::procedural;
     use glam::DVec3;
 
-    /// A lamp stands on a surface of its own, which must not count as all that it lights.
+    /// An emitter stands on a surface of its own, which must not count as all that it lights.
     #[test]
-    fn one_lamp_lights_most_points() {
+    fn one_emitter_lights_most_points() {
         let scene = procedural::generate("statue-room", &[]).unwrap();
         let lights = gpu_lights(&scene, &Units::of(&scene, DVec3::ZERO));
         let corner = lights.triangles[0].corner;

@@ -125,7 +125,7 @@ mod tests {
         leaves_out_rare: false,
     };
 
-    /// A lamp that goes on later must be found then.
+    /// An emitter that goes on later must be found then.
     #[test]
     fn dark_clusters_keep_their_boxes() {
         let scene = procedural::generate("colourful-mess", &[]).unwrap();

@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Candidates {
-    /// `light-bvh` if the scene has 64 lights or more that are neither rare nor infinitely far away, and they form more than one lamp;
-    /// otherwise `power`.
+    /// `light-bvh` if the scene has 64 lights or more that are neither rare nor infinitely far away, and they form more than one
+    /// emitter group; otherwise `power`.
     #[default]
     Auto,
     /// Every light alike.
@@ -163,10 +163,10 @@ pub struct Resampling {
     /// path chooses from, unless `secondary=power`. Cost: one target each, no ray. Unbiased at any value.
     #[schemars(range(min = 1, max = 1024))]
     pub light_samples: u32,
-    /// For a pixel, the least probability of a ray to a rare lamp; for a vertex of a path, the probability itself. The dimmest
-    /// lamps are rare if they have less than 1/96 of all power together and less than 1/8 of the mean power each: brighter lamps
-    /// that are hidden would win against them in resampling. They have candidates of their own, and no reuse. 0: they are
-    /// resampled like others. Only with `visibility=weights`. Unbiased at any value.
+    /// For a pixel, the least probability of a ray to a rare emitter; for a vertex of a path, the probability itself. The dimmest
+    /// emitters are rare if they have less than 1/96 of all power together and less than 1/8 of the mean power each: brighter
+    /// emitters that are hidden would win against them in resampling. They have candidates of their own, and no reuse. 0: they
+    /// are resampled like others. Only with `visibility=weights`. Unbiased at any value.
     #[schemars(range(min = 0.0, max = 0.95))]
     pub rare_lights: f32,
     /// Whose reservoirs a pixel merges with its own. Unbiased at any value; of indirect light in motion,

@@ -55,8 +55,8 @@ pub struct WorldReservoirsSettings {
     /// cells that find no slot are left out: more noise. Unbiased at any value.
     #[schemars(range(min = 1e-9, max = 1000.0))]
     pub table: f64,
-    /// Minimum number of lights for world reservoirs, without those that are rare or infinitely far away; one lamp alone, of any number of
-    /// triangles, has none either. With few lights vertices draw the right ones themselves. 0: always.
+    /// Minimum number of lights for world reservoirs, without those that are rare or infinitely far away; one emitter group
+    /// alone, of any number of triangles, has none either. With few lights vertices draw the right ones themselves. 0: always.
     #[schemars(range(min = 0, max = 1000000000))]
     pub min_lights: u32,
     /// Vertices of a path, from the second on, that have reservoirs. Cost: about 74 bytes a pixel each. Unbiased at any value.

@@ -1,6 +1,6 @@
 //! Lights so close to a surface that positions in f32 limit how exactly it is lit.
 
-use super::super::lights::{LampName, LightTriangle};
+use super::super::lights::{EmitterName, LightTriangle};
 use super::super::notices::label;
 use super::super::{Bounds, Mesh, PunctualShape, Scene};
 use glam::DVec3;
@@ -15,7 +15,7 @@ const COARSE_LIGHT: f64 = 2.5e-5;
 /// than 5 %.
 const SMALLEST_HEIGHT: f64 = 2e-6;
 
-/// Lamps larger than this many times their height are not taken for small: only a small part of them is that close.
+/// Emitters larger than this many times their height are not taken for small: only a small part of them is that close.
 const SMALL: f64 = 20.0;
 
 /// A light that is close to a surface which it shines at.
@@ -59,7 +59,7 @@ struct Candidate {
     /// The direction in which it shines; none: in all.
     front: Option<DVec3>,
     /// The instance that it is a part of, and its material there.
-    own: Option<LampName>,
+    own: Option<EmitterName>,
     name: String,
 }
 
@@ -157,7 +157,7 @@ fn lists(candidates: Vec<Candidate>) -> Vec<List> {
     lists.collect()
 }
 
-/// Lights without a surface, and lamps that are small enough.
+/// Lights without a surface, and emitters that are small enough.
 fn candidates(scene: &Scene, lights: &[LightTriangle], eye: DVec3) -> Vec<Candidate> {
     let mut candidates = Vec::new();
     for (index, light) in scene.punctual_lights.iter().enumerate() {
@@ -178,23 +178,23 @@ fn candidates(scene: &Scene, lights: &[LightTriangle], eye: DVec3) -> Vec<Candid
         });
     }
     // The bounds, and the normal if it is the same all over.
-    let mut lamps: BTreeMap<LampName, (Bounds, Option<DVec3>)> = BTreeMap::new();
+    let mut emitters: BTreeMap<EmitterName, (Bounds, Option<DVec3>)> = BTreeMap::new();
     for light in lights {
         let Some(own) = Bounds::of(light.corners.into_iter()) else {
             continue;
         };
         let sides = scene.materials[light.material as usize].double_sided;
         let front = (!sides).then_some(light.normal);
-        let lamp = lamps.entry(light.lamp()).or_insert((own, front));
-        *lamp = (
+        let emitter = emitters.entry(light.emitter()).or_insert((own, front));
+        *emitter = (
             Bounds {
-                min: lamp.0.min.min(own.min),
-                max: lamp.0.max.max(own.max),
+                min: emitter.0.min.min(own.min),
+                max: emitter.0.max.max(own.max),
             },
-            lamp.1.filter(|normal| normal.dot(light.normal) > 0.999),
+            emitter.1.filter(|normal| normal.dot(light.normal) > 0.999),
         );
     }
-    for (own, (bounds, front)) in lamps {
+    for (own, (bounds, front)) in emitters {
         let (at, size) = (bounds.center(), bounds.size().length());
         let away = at.distance(eye);
         let reach = COARSE_LIGHT * away;
@@ -208,7 +208,7 @@ fn candidates(scene: &Scene, lights: &[LightTriangle], eye: DVec3) -> Vec<Candid
             size,
             front,
             own: Some(own),
-            name: scene.lamp_label(&own),
+            name: scene.emitter_label(&own),
         });
     }
     candidates

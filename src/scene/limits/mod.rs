@@ -3,7 +3,7 @@
 mod close_lights;
 mod overlaps;
 
-use super::lights::{self, LampName, LightPowers, LightTriangle, light_triangles};
+use super::lights::{self, EmitterName, LightPowers, LightTriangle, light_triangles};
 use super::notices::label;
 use super::validate::{BRIGHTEST, LARGEST_COORDINATE, SMALLEST_SCENE};
 use super::{Bounds, Material, PunctualShape, Scene};
@@ -14,7 +14,7 @@ use std::collections::HashMap;
 /// A scene comes near a limit if a quantity that is this many times larger, or smaller, passes it.
 const NEAR: f64 = 1e3;
 
-/// The largest ratio of the powers of two lamps that is tested.
+/// The largest ratio of the powers of two emitters that is tested.
 const CONTRAST: f64 = 1e9;
 
 /// A ratio of powers may be this much above the one that was meant, since areas and colours are rounded.
@@ -135,31 +135,31 @@ impl Scene {
         })
     }
 
-    /// A line if some lamp is much brighter than another one.
+    /// A line if some emitter is much brighter than another one.
     fn contrast(&self, triangles: &[LightTriangle], materials: &[Material]) -> Option<Limit> {
         let environment = self.environment.as_ref().map(|e| e.integrals().0);
         let powers = LightPowers::of(self, environment);
         let powers = powers.of_all(triangles, materials, &self.punctual_lights);
-        let mut lamps: HashMap<LampName, f64> = HashMap::new();
-        for (name, power) in lights::lamp_names(triangles, powers.len()).zip(powers) {
-            *lamps.entry(name).or_default() += power;
+        let mut emitters: HashMap<EmitterName, f64> = HashMap::new();
+        for (name, power) in lights::emitter_names(triangles, powers.len()).zip(powers) {
+            *emitters.entry(name).or_default() += power;
         }
-        let lit = || lamps.iter().filter(|(_, power)| **power > 0.0);
+        let lit = || emitters.iter().filter(|(_, power)| **power > 0.0);
         let (dimmest, low) = lit().min_by(|a, b| a.1.total_cmp(b.1).then(a.0.cmp(b.0)))?;
         let (brightest, high) = lit().max_by(|a, b| a.1.total_cmp(b.1).then(b.0.cmp(a.0)))?;
         let ratio = high / low;
         (ratio > CONTRAST / NEAR).then(|| Limit {
             text: format!(
                 "contrast: {} has {ratio:.1e} times the power of {}; above {CONTRAST:e} the dimmer one's light may be lost",
-                self.lamp_label(brightest),
-                self.lamp_label(dimmest)
+                self.emitter_label(brightest),
+                self.emitter_label(dimmest)
             ),
             passed: ratio > ROUNDED * CONTRAST,
         })
     }
 
-    /// A lamp's name for messages.
-    fn lamp_label(&self, (instance, index): &LampName) -> String {
+    /// An emitter's name for messages.
+    fn emitter_label(&self, (instance, index): &EmitterName) -> String {
         let index = *index as usize;
         if let Some(instance) = instance {
             let material = label("material", index, &self.materials[index].name);
@@ -216,8 +216,8 @@ mod tests {
         }
     }
 
-    /// The floor's mesh once more, as a lamp of such a radiance that shines downwards.
-    fn add_lamp(scene: &mut Scene, at: DVec3, size: f64, radiance: f32) {
+    /// The floor's mesh once more, as an emitter of such a radiance that shines downwards.
+    fn add_emitter(scene: &mut Scene, at: DVec3, size: f64, radiance: f32) {
         let mut mesh = scene.meshes[0].clone();
         mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
         mesh.parts[0].material = scene.materials.len() as u32;
@@ -261,8 +261,8 @@ mod tests {
     #[test]
     fn an_ordinary_scene_is_near_no_limit() {
         let mut scene = floor();
-        add_lamp(&mut scene, DVec3::Y, 0.5, 10.0);
-        // Just below the lamp, which shines at it from behind.
+        add_emitter(&mut scene, DVec3::Y, 0.5, 10.0);
+        // Just below the emitter, which shines at it from behind.
         scene.punctual_lights = vec![point(0.5)];
         assert_near(&scene, &[]);
         assert_near(&Scene::default(), &[]);
@@ -288,18 +288,18 @@ mod tests {
     }
 
     #[test]
-    fn very_bright_and_very_dim_lamps_are_named() {
-        let lamps = |bright: f32, dim: f32| {
+    fn very_bright_and_very_dim_emitters_are_named() {
+        let emitters = |bright: f32, dim: f32| {
             let mut scene = floor();
-            add_lamp(&mut scene, DVec3::Y, 0.5, bright);
-            add_lamp(&mut scene, DVec3::Y * 2.0, 0.5, dim);
+            add_emitter(&mut scene, DVec3::Y, 0.5, bright);
+            add_emitter(&mut scene, DVec3::Y * 2.0, 0.5, dim);
             scene
         };
-        assert_near(&lamps(1e6, 2.0), &[]);
-        assert_near(&lamps(1e8, 1.0), &["contrast"]);
-        assert_near(&lamps(1e10, 1.0), &["radiance", "contrast!"]);
-        assert_near(&lamps(1e-28, 1e-28), &["radiance"]);
-        assert_near(&lamps(1e-28, 1e-31), &["radiance!"]);
+        assert_near(&emitters(1e6, 2.0), &[]);
+        assert_near(&emitters(1e8, 1.0), &["contrast"]);
+        assert_near(&emitters(1e10, 1.0), &["radiance", "contrast!"]);
+        assert_near(&emitters(1e-28, 1e-28), &["radiance"]);
+        assert_near(&emitters(1e-28, 1e-31), &["radiance!"]);
 
         let bright = PunctualLight {
             intensity: Vec3::splat(1e10),
@@ -315,7 +315,7 @@ mod tests {
             assert_near(&scene, &["contrast: light 1 \"bulb\" has!"]);
         }
 
-        let mut scene = lamps(1e-6, 1.0);
+        let mut scene = emitters(1e-6, 1.0);
         scene.environment = Some(Environment {
             intensity: 2.0,
             ..environment(1e12)
@@ -359,7 +359,7 @@ mod tests {
 
             let mut scene = floor();
             let height = 4.0 * part;
-            add_lamp(&mut scene, DVec3::new(0.3, height, 0.4), height, 1.0);
+            add_emitter(&mut scene, DVec3::new(0.3, height, 0.4), height, 1.0);
             let found = limits(&scene);
             assert_eq!(!found.is_empty(), close, "{found:?}");
             assert!(found.iter().all(|limit| limit.passed == (part < 2e-6)));
@@ -369,8 +369,8 @@ mod tests {
     #[test]
     fn what_a_light_does_not_shine_at_is_not_close() {
         let mut scene = floor();
-        // A lamp at a ceiling, and a spot that looks away from it.
-        add_lamp(&mut scene, DVec3::Y * -1e-6, 1e-6, 1.0);
+        // An emitter at a ceiling, and a spot that looks away from it.
+        add_emitter(&mut scene, DVec3::Y * -1e-6, 1e-6, 1.0);
         let up = DAffine3::from_rotation_x(-std::f64::consts::FRAC_PI_2);
         scene.punctual_lights = vec![PunctualLight {
             shape: PunctualShape::Spot {
@@ -385,7 +385,7 @@ mod tests {
     }
 
     #[test]
-    fn lamps_in_one_plane_that_overlap_are_found() {
+    fn emitters_in_one_plane_that_overlap_are_found() {
         // Beside each other, above each other, and crossing.
         for (at, overlaps) in [
             (DVec3::new(0.5, 1.0, 0.0), false),
@@ -394,8 +394,8 @@ mod tests {
             (DVec3::new(0.0, 1.0, 0.0), true),
         ] {
             let mut scene = floor();
-            add_lamp(&mut scene, DVec3::Y, 0.5, 1.0);
-            add_lamp(&mut scene, at, 0.5, 1.0);
+            add_emitter(&mut scene, DVec3::Y, 0.5, 1.0);
+            add_emitter(&mut scene, at, 0.5, 1.0);
             let found = limits(&scene);
             assert_eq!(found.len(), usize::from(overlaps), "{at}: {found:?}");
             assert!(
@@ -407,22 +407,22 @@ mod tests {
         }
     }
 
-    /// Lamps in rows and columns, which are compared strip by strip, and one among them that overlaps its neighbours.
+    /// Emitters in rows and columns, which are compared strip by strip, and one among them that overlaps its neighbours.
     #[test]
-    fn an_overlap_among_many_lamps_is_found() {
-        let lamps = |last: DVec3, size: f64| {
+    fn an_overlap_among_many_emitters_is_found() {
+        let emitters = |last: DVec3, size: f64| {
             let mut scene = floor();
             for number in 0..400 {
                 let (row, column) = (f64::from(number / 20), f64::from(number % 20));
-                add_lamp(&mut scene, DVec3::new(row, 1.0, column), 1.0, 1.0);
+                add_emitter(&mut scene, DVec3::new(row, 1.0, column), 1.0, 1.0);
             }
-            add_lamp(&mut scene, last, size, 1.0);
+            add_emitter(&mut scene, last, size, 1.0);
             scene
         };
-        assert_near(&lamps(DVec3::new(20.0, 1.0, 3.0), 1.0), &[]);
-        assert_near(&lamps(DVec3::new(12.4, 1.0, 7.5), 0.3), &["overlap!"]);
+        assert_near(&emitters(DVec3::new(20.0, 1.0, 3.0), 1.0), &[]);
+        assert_near(&emitters(DVec3::new(12.4, 1.0, 7.5), 0.3), &["overlap!"]);
         // One below all of them.
-        let found = limits(&lamps(DVec3::new(9.5, 1.0, 9.5), 30.0));
+        let found = limits(&emitters(DVec3::new(9.5, 1.0, 9.5), 30.0));
         assert!(found[0].text.contains("800 pairs"), "{found:?}");
     }
 
@@ -431,9 +431,9 @@ mod tests {
     fn overlaps_in_several_planes_are_named_in_one_order() {
         let mut scene = floor();
         for height in [1.0, 2.0, 3.0] {
-            add_lamp(&mut scene, DVec3::Y * height, 0.5, 1.0);
-            let lamp = scene.instances[scene.instances.len() - 1].clone();
-            scene.instances.extend(vec![lamp; 50]);
+            add_emitter(&mut scene, DVec3::Y * height, 0.5, 1.0);
+            let emitter = scene.instances[scene.instances.len() - 1].clone();
+            scene.instances.extend(vec![emitter; 50]);
         }
         let first = limits(&scene)[0].text.clone();
         for _ in 0..8 {
@@ -442,20 +442,20 @@ mod tests {
     }
 
     #[test]
-    fn both_sides_of_a_thin_lamp_far_away_are_two_planes() {
+    fn both_sides_of_a_thin_emitter_far_away_are_two_planes() {
         let mut scene = floor();
         for height in [1000.0, 1000.005] {
-            add_lamp(&mut scene, DVec3::Y * height, 0.5, 1.0);
+            add_emitter(&mut scene, DVec3::Y * height, 0.5, 1.0);
         }
         assert_near(&scene, &[]);
     }
 
     #[test]
-    fn many_lamps_at_one_position_are_not_counted_to_the_end() {
+    fn many_emitters_at_one_position_are_not_counted_to_the_end() {
         let mut scene = floor();
-        add_lamp(&mut scene, DVec3::Y, 0.5, 1.0);
-        let lamp = scene.instances[1].clone();
-        scene.instances.extend(vec![lamp; 100_000]);
+        add_emitter(&mut scene, DVec3::Y, 0.5, 1.0);
+        let emitter = scene.instances[1].clone();
+        scene.instances.extend(vec![emitter; 100_000]);
         let found = limits(&scene);
         assert!(found[0].text.contains("1000 or more pairs"), "{found:?}");
     }

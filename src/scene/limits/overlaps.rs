@@ -113,8 +113,8 @@ struct Member {
     begins: bool,
 }
 
-/// Divides lights of one plane into strips across its second widest axis, which overlap by no more than lights do, so that a
-/// lamp of many triangles in rows and columns is not compared row with row. Also returns the widest axis, along which the
+/// Divides lights of one plane into strips across its second widest axis, which overlap by no more than lights do, so that an
+/// emitter of many triangles in rows and columns is not compared row with row. Also returns the widest axis, along which the
 /// fewest boxes of a strip overlap.
 fn strips(members: Vec<usize>, boxes: &[Bounds]) -> impl Iterator<Item = (Vec<Member>, usize)> {
     let around = Bounds::around(members.iter().map(|light| boxes[*light]));
