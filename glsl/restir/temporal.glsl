@@ -46,18 +46,19 @@ float transmittance(uint technique, ShadingPoint shading_point, Sample value) {
     return passed;
 }
 
+View view_of(uint technique) {
+    if (technique == 0u) return View(point_now.position, restir.at.view.camera.position);
+    return View(point_before.position, restir.at.previous_camera.position);
+}
+
 // A sample moves with the triangle and the light that it names, from the frame of one technique to that of the other.
 bool shift(uint from, uint to, ShadingPoint there, inout Sample value, out Shifted shifted) {
     shifted = Shifted(vec3(0.0), 1.0);
     if (from != to) {
-        Sample now = value, before = value;
-        if (MOVES && from == 0u) shifted.jacobian = move_sample(before, CURRENT, PREVIOUS);
-        if (MOVES && from != 0u) shifted.jacobian = move_sample(now, PREVIOUS, CURRENT);
-        View view_now = View(point_now.position, restir.at.view.camera.position);
-        View view_before = View(point_before.position, restir.at.previous_camera.position);
-        value = from == 0u ? before : now;
+        Sample old = value;
+        if (MOVES) shifted.jacobian = move_sample(value, epoch_of(from), epoch_of(to));
         if (!(shifted.jacobian > 0.0)) return false;
-        if (!is_within_limits(view_now, now, view_before, before, restir.at.jacobian_limit, restir.at.min_distance)) return false;
+        if (!is_within_limits(view_of(from), old, view_of(to), value, restir.at.jacobian_limit, restir.at.min_distance)) return false;
     }
     shifted.contribution = contribution(there, value);
     return true;

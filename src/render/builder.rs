@@ -36,9 +36,16 @@ pub struct RendererBuilder<'a> {
     device: Option<String>,
 }
 
+impl Renderer {
+    /// Begins a renderer of a scene with defaults; [`RendererBuilder::build`] opens the device.
+    pub fn builder(scene: &Scene) -> RendererBuilder<'_> {
+        RendererBuilder::new(scene)
+    }
+}
+
 impl<'a> RendererBuilder<'a> {
     /// The defaults: the preset `balanced`, 640 × 360 pixels, 5 bounces, seed 0, the scene's first camera.
-    pub(super) fn new(scene: &'a Scene) -> Self {
+    fn new(scene: &'a Scene) -> Self {
         Self {
             scene,
             settings: Settings::default(),

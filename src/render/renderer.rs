@@ -2,7 +2,6 @@
 //!
 //! Methods that return a [`Result`] fail if the device does; other errors are named where they can occur.
 
-use super::RendererBuilder;
 use super::camera::gpu_camera;
 use super::counters::Counts;
 use super::integrators::{Integrator, PathTracer, Restir};
@@ -18,7 +17,7 @@ use super::tracking::Tracking;
 use super::view::View;
 use crate::device_scene::GpuScene;
 use crate::gpu::{Device, PassTime};
-use crate::scene::{Camera, MovingCamera, Scene};
+use crate::scene::{Camera, MovingCamera};
 use crate::shader_interface::{
     FrameConstants, GpuCamera, PixelSums, PrimarySurface, ReservoirAov, Specialisation,
     ViewConstants,
@@ -50,11 +49,6 @@ struct Moment {
 }
 
 impl Renderer {
-    /// Begins a renderer of a scene with defaults; [`RendererBuilder::build`] opens the device.
-    pub fn builder(scene: &Scene) -> RendererBuilder<'_> {
-        RendererBuilder::new(scene)
-    }
-
     /// Makes the passes and buffers that `settings` need.
     ///
     /// # Errors

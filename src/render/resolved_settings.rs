@@ -1,6 +1,7 @@
 //! Decisions that settings leave to the scene: light candidates with `candidates=auto`, and whether there are world
 //! reservoirs.
 
+use super::light_samplers::SamplerSettings;
 use super::lighting::Lighting;
 use super::settings::{Candidates, Integrator, LightBvhSettings, Resampling, Secondary, Settings};
 use super::world_reservoirs::WorldSize;
@@ -97,6 +98,16 @@ impl ResolvedSettings {
     /// The settings of the light BVH, if candidates of direct light come from light lists.
     pub fn light_lists(&self) -> Option<&LightBvhSettings> {
         self.has_light_lists().then_some(&self.light_bvh)
+    }
+
+    /// The settings of the light samplers of pixels; `None` without direct light.
+    pub fn light_samplers(&self) -> Option<SamplerSettings<'_>> {
+        self.renders(Lighting::Direct).then(|| SamplerSettings {
+            light_lists: self.light_lists(),
+            filled_by: self.hash_grid(),
+            hash_grid: &self.hash_grid,
+            light_samples: self.direct.resampling.light_samples,
+        })
     }
 
     /// The size of world reservoirs, for a picture with `slots` slots for pixels.

@@ -18,7 +18,7 @@ fn run(material: GpuMaterial, outgoing: Vec3, body: &str) -> Vec<[u32; 8]> {
          Random random = random_start(b.x, 7u, 5u); vec4 u = to_unit(random_bits(random)); {body}"
     );
     let function = Function {
-        includes: &["core/random.glsl", "bsdf/bsdf.glsl"],
+        includes: &["core/random.glsl", "bsdf/bsdf.glsl", "scene/geometry.glsl"],
         body: &body,
         materials: &[material],
         changes: &TOY_LOBES,

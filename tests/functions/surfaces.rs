@@ -10,7 +10,7 @@ use headwater::scene::Material;
 use headwater::shader_interface::GpuMaterial;
 use std::f64::consts::TAU;
 
-const INCLUDES: &[&str] = &["bsdf/bsdf.glsl"];
+const INCLUDES: &[&str] = &["bsdf/bsdf.glsl", "scene/geometry.glsl"];
 
 /// Metals and dielectrics, smooth to rough, and one between.
 fn materials() -> Vec<Material> {
@@ -146,7 +146,7 @@ fn surfaces_reflect_as_their_twins_do() {
 fn sampled(material: &Material, outgoing: Vec3, count: u32) -> Vec<Option<(DVec3, DVec3, f64)>> {
     let materials = gpu(std::slice::from_ref(material));
     let function = Function {
-        includes: &["core/random.glsl", "bsdf/bsdf.glsl"],
+        includes: &["core/random.glsl", "bsdf/bsdf.glsl", "scene/geometry.glsl"],
         body: "Random random = random_start(b.x, 9u, 4u); vec3 o = uintBitsToFloat(a.xyz);
             BsdfSample s = sample_bsdf(make_bsdf(material_at(0), o.z), o, to_unit(random_bits(random)));
             x = uvec4(floatBitsToUint(s.direction), s.valid ? 1u : 0u);

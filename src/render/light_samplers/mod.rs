@@ -5,14 +5,14 @@ pub mod hash_grid;
 pub mod light_bvh;
 
 use super::frame_inputs::FrameInputs;
-use super::lighting::Lighting;
-use super::resolved_settings::ResolvedSettings;
 use crate::Result;
 use crate::device_scene::GpuScene;
 use crate::gpu::{Buffer, ComputePass, Device, Recording, Resource};
-use crate::shader_interface::{RestirConstants, ViewConstants};
+use crate::shader_interface::{HashGrid, RestirConstants, ViewConstants};
 use hash_grid::HashGridLight;
+use hash_grid::settings::HashGridSettings;
 use light_bvh::lists::LightLists;
+use light_bvh::settings::LightBvhSettings;
 use std::sync::Arc;
 
 /// Data from which the pixels draw light samples of direct light, and the passes that make it in each frame.
@@ -35,14 +35,27 @@ pub trait LightSampler {
     ) -> Result<()>;
 }
 
+/// The settings of the light samplers that the pixels use.
+#[derive(Clone, Copy)]
+pub struct SamplerSettings<'a> {
+    /// The light BVH, if tiles of pixels draw lists from it.
+    pub light_lists: Option<&'a LightBvhSettings>,
+    /// The surfaces that fill the hash grid.
+    pub filled_by: HashGrid,
+    /// The hash grid.
+    pub hash_grid: &'a HashGridSettings,
+    /// Light samples per pixel.
+    pub light_samples: u32,
+}
+
 /// From what light samplers are made.
 pub struct SamplerInputs<'a> {
     /// The device.
     pub device: &'a Arc<Device>,
     /// The scene.
     pub scene: &'a GpuScene,
-    /// All settings.
-    pub settings: &'a ResolvedSettings,
+    /// The settings.
+    pub settings: SamplerSettings<'a>,
     /// The picture.
     pub view: &'a ViewConstants,
     /// Bytes of a reservoir of direct light.
@@ -69,16 +82,13 @@ impl LightSamplers {
 
     /// Bytes of the buffers that [`Self::new`] would make, by name.
     pub fn bytes(
-        settings: &ResolvedSettings,
+        settings: SamplerSettings<'_>,
         view: &ViewConstants,
         reservoir_bytes: u64,
     ) -> Vec<(&'static str, u64)> {
-        if !settings.renders(Lighting::Direct) {
-            return Vec::new();
-        }
-        let lists = settings.light_lists();
+        let lists = settings.light_lists;
         let lists = lists.map(|lists| ("light_lists", LightLists::bytes(lists, view)));
-        let grid = hash_grid::bytes(settings.hash_grid(), view, reservoir_bytes);
+        let grid = hash_grid::bytes(settings.filled_by, view, reservoir_bytes);
         lists
             .into_iter()
             .chain(grid.into_iter().flatten())

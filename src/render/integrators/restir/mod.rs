@@ -132,14 +132,14 @@ impl Restir {
             let reuse = Reuse::new(device, lighting, resampling, constants, shares, bytes, make)?;
             Ok::<_, Error>((initial, reuse))
         };
-        let direct = has_direct.then(|| {
+        let direct = settings.light_samplers().map(|samplers| {
             let (initial, reuse) =
                 reuse(Lighting::Direct, settings.direct.resampling, sizes.direct)?;
             let make = |name: &str| pass(name, for_direct);
             let samplers = LightSamplers::new(&SamplerInputs {
                 device,
                 scene: &bindings.scene,
-                settings,
+                settings: samplers,
                 view,
                 reservoir_bytes: layout.bytes(Lighting::Direct),
                 pass: &make,

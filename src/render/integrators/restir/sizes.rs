@@ -71,7 +71,9 @@ impl BufferSizes {
             pilot_stride,
             direct: slots * layout.bytes(Lighting::Direct),
             indirect: slots * indirect_bytes,
-            light_samplers: LightSamplers::bytes(settings, view, layout.bytes(Lighting::Direct)),
+            light_samplers: settings.light_samplers().map_or_else(Vec::new, |samplers| {
+                LightSamplers::bytes(samplers, view, layout.bytes(Lighting::Direct))
+            }),
             world: settings.world_size(slots),
         }
     }

@@ -6,7 +6,7 @@
 
 pub mod settings;
 
-use super::{LightSampler, SamplerInputs};
+use super::{LightSampler, SamplerInputs, SamplerSettings};
 use crate::Result;
 use crate::device_scene::geometry::pack_octahedral;
 use crate::device_scene::surface_points::SurfacePoint;
@@ -107,21 +107,24 @@ impl HashGridLight {
             view,
             ..
         } = *inputs;
-        let filled_by = settings.hash_grid();
+        let SamplerSettings {
+            filled_by,
+            hash_grid: grid,
+            light_samples,
+            ..
+        } = settings;
         let Some(sizes) = bytes(filled_by, view, inputs.reservoir_bytes) else {
             return Ok(None);
         };
-        let light_samples = settings.direct.resampling.light_samples;
-        let settings = &settings.hash_grid;
         let (surfaces, slots) = counts(filled_by, view);
         let mut sources = surfaces as u32;
         let [points, grid_slots, reservoirs] = sizes;
         let buffer = |(name, bytes)| Buffer::new(device, name, bytes, Usage::default());
-        let mut cell = settings.cell as f32;
+        let mut cell = grid.cell as f32;
         let points = match filled_by {
             HashGrid::Points => {
                 let surfaces = inputs.scene.surface_points(SURFACE_POINTS)?;
-                cell = cell_size(&surfaces, settings.cells);
+                cell = cell_size(&surfaces, grid.cells);
                 let both_sides: Vec<GpuGridPoint> = (surfaces.iter())
                     .flat_map(|point| [1.0, -1.0].map(|side| (point.position, side * point.normal)))
                     .map(|(position, normal)| GpuGridPoint {
@@ -146,7 +149,7 @@ impl HashGridLight {
             confidence,
             until_frame,
             ..
-        } = *settings;
+        } = *grid;
         Ok(Some(Box::new(Self {
             claim: (inputs.pass)("grid_claim")?,
             fill: (inputs.pass)("grid_fill")?,

@@ -45,7 +45,7 @@ impl LightLists {
     /// # Errors
     /// More memory than the device has.
     pub fn sampler(inputs: &SamplerInputs<'_>) -> Result<Option<Box<dyn LightSampler>>> {
-        let Some(settings) = inputs.settings.light_lists() else {
+        let Some(settings) = inputs.settings.light_lists else {
             return Ok(None);
         };
         let bytes = Self::bytes(settings, inputs.view);
