@@ -1,4 +1,4 @@
-//! Environment variables that ask for something.
+//! Environment variables that switch functions on.
 
 /// True if a variable is set, and to another value than `0`.
 pub fn is_asked_for(variable: &str) -> bool {

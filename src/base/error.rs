@@ -3,7 +3,7 @@
 use crate::base::printable::printable;
 use std::path::Path;
 
-/// An error that is shown to the user. Its text is one line: what failed, where, what to do.
+/// An error that is shown to the user. Its text is one line: the failure, its location, and the remedy.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The arguments or the input are wrong (exit status 2).
@@ -15,7 +15,7 @@ pub enum Error {
     /// A signal stopped the work (exit status 128 + signal).
     #[error("stopped by signal {signal}; {kept}")]
     Interrupted {
-        /// The signal's number.
+        /// The number of the signal.
         signal: i32,
         /// The results that were kept.
         kept: String,

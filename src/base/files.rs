@@ -14,8 +14,8 @@ use tempfile::TempPath;
 /// The writer that [`write_atomically`] passes to its closure.
 pub type Output = BufWriter<File>;
 
-/// Writes `path` through `write`. On failure an existing file stays unchanged and no new file is
-/// left. A symbolic link stays a link.
+/// Writes `path` through `write`. On failure an existing file stays unchanged and no new file is left. A symbolic link remains
+/// a link.
 ///
 /// # Errors
 /// The file cannot be created or written, or `write`'s own error.
@@ -74,7 +74,7 @@ pub fn check_writable(path: &Path) -> Result<()> {
     New::beside(path, &target(path)).map(drop)
 }
 
-/// Opens a device or a pipe for writing. It never waits: of a pipe that nobody reads, the system would wait for a reader.
+/// Opens a device or a pipe for writing. It never waits: for a pipe without a reader, the system would wait for one.
 fn open_device(path: &Path) -> std::io::Result<File> {
     let mut options = File::options();
     options.write(true).custom_flags(libc::O_NONBLOCK);
@@ -90,8 +90,8 @@ fn open_device(path: &Path) -> std::io::Result<File> {
     Ok(file)
 }
 
-/// True if two paths lead to the same file, which need not exist yet: by another spelling or a link. Devices,
-/// such as /dev/null, are no files: all may be written to one.
+/// True if two paths lead to one file, which need not exist yet: by another spelling or a link. Devices, such as /dev/null, are
+/// not files: several outputs may be written to one.
 pub fn is_same_file(a: &Path, b: &Path) -> bool {
     if is_device(a) {
         return false;
@@ -102,7 +102,7 @@ pub fn is_same_file(a: &Path, b: &Path) -> bool {
     }
 }
 
-/// The path without links or detours as far as its folder exists.
+/// The path without links or detours, as far as its folders exist.
 fn resolved(path: &Path) -> PathBuf {
     let folder = folder(path);
     let folder = folder.canonicalize().unwrap_or(folder);
@@ -113,7 +113,7 @@ fn resolved(path: &Path) -> PathBuf {
 /// A new file that does not have its final name yet.
 struct New {
     file: File,
-    /// A name of its own, deleted on drop; none where a file can be without.
+    /// A unique temporary name, deleted on drop; `None` if the file system supports files without a name.
     name: Option<TempPath>,
 }
 
@@ -157,10 +157,10 @@ mod unnamed {
     use std::os::fd::AsRawFd;
     use std::os::unix::fs::OpenOptionsExt;
 
-    /// Open files by their numbers, through which a file without a name can be given one.
+    /// Open files by their file descriptors, through which a file without a name can be given one.
     const OPEN_FILES: &str = "/proc/self/fd";
 
-    /// A file without a name; nothing where the file system has none or the folder takes no file.
+    /// A file without a name; `None` if the file system does not support it or the folder cannot be written.
     pub fn create(folder: &Path) -> Option<File> {
         let mut options = File::options();
         options.write(true).custom_flags(libc::O_TMPFILE);
@@ -168,10 +168,10 @@ mod unnamed {
         Path::new(OPEN_FILES).is_dir().then_some(file)
     }
 
-    /// Makes a file without a name the file `target`, in place of an older one.
+    /// Gives a file without a name the name `target`, replacing an older file.
     ///
     /// # Errors
-    /// The folder does not take it.
+    /// The folder cannot be written.
     pub fn give_name(file: &File, target: &Path) -> Result<()> {
         let open = format!("{OPEN_FILES}/{}", file.as_raw_fd());
         // Whether there was no file of that name.

@@ -31,7 +31,7 @@ pub fn open(path: &Path) -> io::Result<File> {
 /// Checks that a file is a plain one.
 ///
 /// # Errors
-/// It is a folder, a pipe or a device.
+/// The file is a folder, a pipe or a device.
 pub fn check_plain(file: &Metadata) -> io::Result<()> {
     if file.is_file() {
         return Ok(());
@@ -44,7 +44,7 @@ pub fn check_plain(file: &Metadata) -> io::Result<()> {
 /// Checks, before long work, that a plain file is at `path`.
 ///
 /// # Errors
-/// There is none.
+/// There is no plain file at `path`.
 pub fn check(path: &Path) -> Result<()> {
     let found = path.metadata().and_then(|file| check_plain(&file));
     found.map_err(|cause| Error::reading(path, cause))
@@ -53,7 +53,7 @@ pub fn check(path: &Path) -> Result<()> {
 /// The bytes of a plain file.
 ///
 /// # Errors
-/// It cannot be read, or there is no memory for it.
+/// The file cannot be read, or there is no memory for it.
 pub fn read(path: &Path) -> Result<Vec<u8>> {
     read_at_most(path, u64::MAX)
 }
@@ -61,7 +61,7 @@ pub fn read(path: &Path) -> Result<Vec<u8>> {
 /// The text of a plain file of at most `most` bytes.
 ///
 /// # Errors
-/// It cannot be read, is larger, or is not UTF-8.
+/// The file cannot be read, is larger, or is not UTF-8.
 pub fn read_text(path: &Path, most: u64) -> Result<String> {
     let bytes = read_at_most(path, most)?;
     let not_text = |_| Error::reading(path, "it is not UTF-8; save it as UTF-8");
@@ -83,7 +83,7 @@ fn read_at_most(path: &Path, most: u64) -> Result<Vec<u8>> {
 /// The first `length` bytes of a file, or all if it has become shorter.
 ///
 /// # Errors
-/// It cannot be read, or there is no memory for it.
+/// The file cannot be read, or there is no memory for it.
 pub fn read_length(file: impl Read, length: u64) -> io::Result<Vec<u8>> {
     let no_room = |cause| {
         let text = format!("{cause}; give a smaller file");

@@ -1,14 +1,14 @@
-//! JSON with each number as short as it was written.
+//! JSON with shortest numbers.
 
 use crate::{Error, Result};
 use serde::Serialize;
 use serde_json::Value;
 
-/// A value as JSON whose 32-bit numbers are as short as they can be. `serde_json::to_value` would make 64-bit
-/// ones of them first, and 0.05 would read 0.05000000074505806.
+/// A value as JSON whose 32-bit numbers are as short as possible. `serde_json::to_value` would make 64-bit numbers of them
+/// first, and 0.05 would become 0.05000000074505806.
 ///
 /// # Errors
-/// `what`, which messages call it, has no JSON form.
+/// The value, called `what` in messages, has no JSON form.
 pub fn value_of(what: &str, value: &impl Serialize) -> Result<Value> {
     serde_json::to_string(value)
         .and_then(|text| serde_json::from_str(&text))

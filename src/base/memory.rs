@@ -1,22 +1,22 @@
-//! Memory: how much there is, looked up before an input takes much of it. Linux promises more than it has, and then ends
-//! the process that uses it; so a reservation alone proves nothing.
+//! Memory: its available amount, checked before an input takes much of it. Linux promises more memory than it has, and then
+//! ends the process that uses it; so a reservation alone proves nothing.
 
 use crate::base::out_of_memory::may_fail;
 use std::fs::read_to_string;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// This many bytes, in one piece or in many, are taken without a look at what there is.
+/// The number of bytes, in one piece or in many, that are taken without a check of the available memory.
 const LITTLE: u64 = 64 << 20;
 
-/// The sum of the pieces that were taken since the last look.
+/// The sum of the pieces that were taken since the last check.
 static TAKEN: AtomicU64 = AtomicU64::new(0);
 
-/// Checks that there is memory for `bytes` more. Small pieces cost nothing: they are summed, and for each [`LITTLE`] there
-/// is one look.
+/// Checks that there is memory for `bytes` more. Small pieces cost nothing: they are summed, and there is one check per
+/// [`LITTLE`] bytes.
 ///
 /// # Errors
-/// There is less; the text gives both numbers of bytes.
+/// There is less memory; the text gives both numbers of bytes.
 pub fn check(bytes: u64) -> Result<(), String> {
     if bytes <= LITTLE && TAKEN.fetch_add(bytes, Ordering::Relaxed) + bytes <= LITTLE {
         return Ok(());
@@ -45,8 +45,8 @@ pub fn room_for(bytes: u64) -> Result<Vec<u8>, String> {
     Ok(room)
 }
 
-/// Bytes that the process can still take: what is free or can be freed, within the limits of its control groups and of
-/// its address space. None where the system does not report it.
+/// The number of bytes that the process can still take: memory that is free or can be freed, within the limits of its control
+/// groups and of its address space. `None` if the system does not report it.
 fn available() -> Option<u64> {
     let report = read_to_string("/proc/meminfo").ok()?;
     let kibibytes = |key| value(&report, key);
@@ -57,18 +57,18 @@ fn available() -> Option<u64> {
     Some(limits.into_iter().flatten().fold(free, u64::min))
 }
 
-/// The number behind a key, of which the report has one per line.
+/// The number behind a key in a report with one key per line.
 fn value(report: &str, key: &str) -> Option<u64> {
     number(report.lines().find_map(|line| line.strip_prefix(key))?)
 }
 
-/// The first word as a number.
+/// The first word, parsed as a number.
 fn number(text: &str) -> Option<u64> {
     text.split_whitespace().next()?.parse().ok()
 }
 
-/// Bytes that the control groups of a process leave it; none where they have no limit. `groups` is the content of its
-/// `/proc/self/cgroup`, `root` the folder where the hierarchies are mounted.
+/// The number of bytes that the control groups of a process still allow; `None` if they have no limit. `groups` is the content
+/// of its `/proc/self/cgroup`, `root` the folder where the hierarchies are mounted.
 fn left_in_groups(groups: &str, root: &Path) -> Option<u64> {
     let left = groups.lines().filter_map(|line| {
         let (controllers, path) = line.split_once(':')?.1.split_once(':')?;
@@ -102,7 +102,7 @@ fn left_in_groups(groups: &str, root: &Path) -> Option<u64> {
     left.min()
 }
 
-/// Bytes that the limit of the process's address space (`ulimit -v`) leaves it; none where there is no limit.
+/// The number of bytes that the limit of the process's address space (`ulimit -v`) still allows; `None` if there is no limit.
 fn left_in_address_space() -> Option<u64> {
     let limit = rustix::process::getrlimit(rustix::process::Resource::As).current?;
     let used = number(&read_to_string("/proc/self/statm").ok()?)?;

@@ -1,9 +1,10 @@
-//! The known name that is most similar to a mistyped one.
+//! The valid name that is most similar to a mistyped one.
 
 /// The longest name that is compared, in bytes.
 const LONGEST: usize = 100;
 
-/// ", did you mean 'X'?" for the closest of `names`, or nothing if none is close or `wanted` is too long to be one of them.
+/// ", did you mean 'X'?" for the closest of `names`, or an empty text if none is close or `wanted` is too long to be one of
+/// them.
 pub fn nearest<'a>(wanted: &str, names: impl Iterator<Item = &'a str>) -> String {
     // The comparison takes the product of both lengths, and nothing so long is a name that was mistyped.
     let comparable = wanted.len() <= LONGEST;
@@ -18,8 +19,8 @@ pub fn nearest<'a>(wanted: &str, names: impl Iterator<Item = &'a str>) -> String
         })
 }
 
-/// The similarity of two names, from 0 to 1. The last word of a dotted name counts most, so that a key is found whose group was left
-/// out or mistaken.
+/// The similarity of two names, from 0 to 1. The last word of a dotted name counts most, so that a key is found if its group
+/// was left out or mistaken.
 fn likeness(wanted: &str, name: &str) -> f64 {
     let whole = strsim::jaro_winkler(wanted, name);
     let Some((group, word)) = name.rsplit_once('.') else {

@@ -1,5 +1,5 @@
-//! The end of a process whose memory does not suffice: one line on stderr and exit status 1. The standard library would
-//! print two lines and abort, and only its unstable interface can change that.
+//! The end of a process that has too little memory: one line on stderr and exit status 1. The standard library would print two
+//! lines and abort, and only its unstable interface can change that.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -20,7 +20,7 @@ pub fn may_fail<T>(work: impl FnOnce() -> T) -> T {
     result
 }
 
-/// The system's allocator, whose failures end the process.
+/// The system's allocator, with failures that end the process.
 pub struct Allocator;
 
 /// The memory, if there is any.
@@ -46,8 +46,8 @@ fn end(bytes: usize) -> ! {
     end_with(&line[..length])
 }
 
-/// Ends the process with a line on stderr and status 1, from any thread and at any moment; of several threads that fail
-/// at once, the first one has the line. Outputs are whole, because their files have no names before they are.
+/// Ends the process with a line on stderr and status 1, from any thread and at any moment; if several threads fail at once, the
+/// first one prints the line. Outputs are complete, because their files have no names before they are.
 pub fn end_with(line: &[u8]) -> ! {
     static ENDS: AtomicBool = AtomicBool::new(false);
     while ENDS.swap(true, Ordering::Relaxed) {

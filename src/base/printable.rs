@@ -8,8 +8,8 @@ pub fn printable(text: &str) -> String {
     escaped(text, |_| false)
 }
 
-/// Like [`printable`], but keeps line breaks. JSON remains the same JSON, because its strings hold no raw line break
-/// and the escapes are its own.
+/// Like [`printable`], but keeps line breaks. JSON remains equal, because its strings hold no raw line break and the escapes
+/// are those of JSON.
 pub fn printable_lines(text: &str) -> String {
     escaped(text, |c| c == '\n')
 }

@@ -2,8 +2,8 @@
 
 use crate::Result;
 
-/// Is told now and then which share of a piece of work is done, from 0 to 1. An error ends the work there.
+/// A callback that receives the fraction of a piece of work that is done, in [0, 1]. An error from it ends the work.
 ///
-/// Rendering and studies speak it. Loading, whose files name further files on the way, tells its steps instead:
+/// Rendering and studies use it. Loading, whose files name further files on the way, reports its steps instead:
 /// [`crate::scene_files::progress`].
 pub type Watch<'a> = dyn FnMut(f64) -> Result<()> + 'a;

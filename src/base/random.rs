@@ -1,12 +1,11 @@
-//! Random numbers that are the same on every machine: content hashes of procedural scenes depend on
-//! them.
+//! Random numbers that are equal on every machine: content hashes of procedural scenes depend on them.
 
 /// The generator PCG XSH-RR with 64 bits of state (O'Neill, "PCG: A Family of Simple Fast
 /// Space-Efficient Statistically Good Algorithms for Random Number Generation", 2014).
 pub struct Random(u64);
 
 impl Random {
-    /// The numbers of a seed.
+    /// The generator with this seed.
     pub fn new(seed: u64) -> Self {
         let mut random = Self(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15));
         random.bits();
@@ -23,22 +22,22 @@ impl Random {
         word.rotate_right((state >> 59) as u32)
     }
 
-    /// In [0, 1).
+    /// A random number in [0, 1).
     pub fn unit(&mut self) -> f32 {
         (self.bits() >> 8) as f32 / 16_777_216.0
     }
 
-    /// Between `low` and `high`.
+    /// A random number between `low` and `high`.
     pub fn between(&mut self, low: f32, high: f32) -> f32 {
         low + (high - low) * self.unit()
     }
 
-    /// An index below `count`, which is not 0.
+    /// A random index below `count`, which is not 0.
     pub fn index(&mut self, count: usize) -> usize {
         (self.unit() * count as f32) as usize % count
     }
 
-    /// One of `things`, of which there is at least one.
+    /// A random element of `things`, which is not empty.
     pub fn pick<T: Copy>(&mut self, things: &[T]) -> T {
         things[self.index(things.len())]
     }

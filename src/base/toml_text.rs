@@ -23,7 +23,7 @@ pub enum Step<'a> {
 }
 
 impl TomlText {
-    /// A text, and what messages call it.
+    /// A text with its name in messages.
     pub fn new(origin: &str, text: &str) -> Self {
         Self {
             origin: origin.to_owned(),
@@ -34,7 +34,7 @@ impl TomlText {
     /// The contents of the text: a tree of values, or a structure.
     ///
     /// # Errors
-    /// It is not TOML or not of that structure; the message names the line.
+    /// The text is not TOML or not of that structure; the message names the line.
     pub fn parse<T: DeserializeOwned>(&self) -> Result<T> {
         toml::from_str(&self.text).map_err(|e| {
             let start = e.span().map_or(0, |span| span.start);
@@ -42,7 +42,7 @@ impl TomlText {
         })
     }
 
-    /// The same error with the line in front that holds the dotted `key` at `path`.
+    /// The given error, preceded by the line that holds the dotted `key` at `path`.
     pub fn error_for(&self, path: &[Step<'_>], key: &str, error: Error) -> Error {
         match (self.offset_of(path, key), error) {
             (Some(offset), Error::Input(message)) => self.error_at(offset, &message),
@@ -59,7 +59,7 @@ impl TomlText {
         Error::input(format!("{origin}, line {number}, '{line}': {message}"))
     }
 
-    /// Where the dotted `key` stands in the table at `path`.
+    /// The byte offset of the dotted `key` in the table at `path`.
     fn offset_of(&self, path: &[Step<'_>], key: &str) -> Option<usize> {
         let document = DeTable::parse(&self.text).ok()?.into_inner();
         let mut value = &DeValue::Table(document);
@@ -73,7 +73,7 @@ impl TomlText {
     }
 }
 
-/// Where the dotted `key` stands in a table, whose keys may be dotted themselves.
+/// The byte offset of the dotted `key` in a table, whose keys may be dotted too.
 fn offset_in(table: &DeTable<'_>, key: &str) -> Option<usize> {
     table.iter().find_map(|(name, value)| {
         let rest = key.strip_prefix(name.get_ref().as_ref())?;

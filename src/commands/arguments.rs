@@ -1,4 +1,4 @@
-//! Options that several commands share.
+//! The options that several commands have in common.
 
 use super::choices::{LoadArgs, VariantArgs};
 use crate::base::files::{check_writable, is_same_file};
@@ -16,7 +16,7 @@ use crate::{Error, Result};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 
-/// Largest number of pixels of an image.
+/// The maximum number of pixels of an image.
 const MAX_PIXELS: u64 = 1 << 28;
 
 /// The scene and its view.
@@ -24,7 +24,7 @@ const MAX_PIXELS: u64 = 1 << 28;
 pub struct SceneArgs {
     /// A procedural scene's name, or a file: .gltf, .glb, .obj
     pub scene: String,
-    /// How it is loaded
+    /// Options of loading
     #[command(flatten)]
     pub load: LoadArgs,
     /// Light from all around: a file, .exr or .hdr, by longitude and latitude, or a sky such as sky:sun=40
@@ -39,7 +39,7 @@ pub struct SceneArgs {
     /// Seed of all random numbers
     #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
     pub seed: u32,
-    /// Scattering events at most; 0 = emission only, 1 = direct light
+    /// Maximum number of scattering events; 0 = emission only, 1 = direct light
     #[arg(long, default_value_t = 5, allow_negative_numbers = true)]
     pub bounces: u32,
     /// Draw rays over the whole pixel (box filter) instead of through its centre
@@ -48,7 +48,7 @@ pub struct SceneArgs {
     /// The scene's camera, by name or index
     #[arg(long, value_name = "NAME|INDEX", allow_negative_numbers = true)]
     pub camera: Option<String>,
-    /// A camera of one's own: eye, target and optionally the vertical field of view in degrees
+    /// A user-defined camera: eye, target and optionally the vertical field of view in degrees
     #[arg(
         long,
         value_name = "EX,EY,EZ,TX,TY,TZ[,DEGREES]",
@@ -63,16 +63,16 @@ pub struct SceneArgs {
         value_name = "SECONDS"
     )]
     pub start_time: f64,
-    /// Settings to begin with; see 'headwater presets' [default: balanced]
+    /// Preset to which the other settings are applied; see 'headwater presets' [default: balanced]
     #[arg(long)]
     pub preset: Option<String>,
-    /// Settings from a TOML file, over the preset's
+    /// Settings from a TOML file, which override the preset
     #[arg(long, value_name = "FILE.toml")]
     pub config: Option<PathBuf>,
-    /// One setting, over all others; repeatable
+    /// One setting, which overrides the preset and the file; repeatable
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// How shaders work
+    /// Variant of the shaders
     #[command(flatten)]
     pub variant: VariantArgs,
     /// The device, by name, part of a name, or index
@@ -89,7 +89,7 @@ pub struct SceneArgs {
         value_name = "EV"
     )]
     pub exposure: f32,
-    /// Write what was done, and how long it took, as JSON
+    /// Write the choices, the settings and the times of the run as JSON
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,
 }
@@ -103,9 +103,9 @@ pub enum Aov {
     Normal,
     /// Distance along the ray; 0 where nothing was hit.
     Depth,
-    /// Number of the instance.
+    /// Index of the instance.
     Instance,
-    /// Pixels to where the last frame had it, rightwards and downwards.
+    /// Motion in pixels to the position in the last frame, rightwards and downwards.
     Motion,
     /// The contents of the last frame's reservoirs of direct light.
     Direct,
@@ -114,7 +114,7 @@ pub enum Aov {
 }
 
 impl Aov {
-    /// The kind of light whose reservoirs it shows; the others show surfaces.
+    /// The light whose reservoirs the output shows; `None` for outputs that show surfaces.
     pub const fn reservoirs_of(self) -> Option<Lighting> {
         match self {
             Self::Direct => Some(Lighting::Direct),
@@ -125,7 +125,7 @@ impl Aov {
 }
 
 impl SceneArgs {
-    /// Preset, file and single settings, in this order, and the keys that the last two name.
+    /// The settings from preset, file and single settings, in this order, and the keys that the last two name.
     ///
     /// # Errors
     /// An unknown preset, key or value, or a file that cannot be read.
@@ -162,7 +162,7 @@ impl SceneArgs {
         check_files(pictures.chain(report), self.inputs())
     }
 
-    /// The files that are read, and what they are.
+    /// The files that are read, each with its role.
     pub fn inputs(&self) -> impl Iterator<Item = (&str, &Path)> {
         let scene = file_of(&self.scene).map(|path| ("the scene", path));
         let environment = self.environment.as_deref().and_then(environment_file_of);
@@ -174,7 +174,7 @@ impl SceneArgs {
     /// The times that frames show, `fps` frames per second.
     ///
     /// # Errors
-    /// `--fps` or `--start-time` is what no clock can have.
+    /// `--fps` or `--start-time` has a value that no clock can have.
     pub fn clock(&self, fps: Option<f64>) -> Result<Clock> {
         let clock = Clock {
             start_time: self.start_time,
@@ -211,8 +211,7 @@ impl SceneArgs {
 /// text in messages.
 ///
 /// # Errors
-/// Not six or seven finite numbers, eye and target in one place, or a field of view outside
-/// 0…180 degrees.
+/// There are not six or seven finite numbers, eye and target are equal, or the field of view is outside (0, 180) degrees.
 pub fn parse_look_at(origin: &str, text: &str) -> Result<Camera> {
     let numbers: Option<Vec<f64>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
     let numbers = numbers
@@ -240,7 +239,7 @@ pub fn parse_look_at(origin: &str, text: &str) -> Result<Camera> {
     Ok(camera)
 }
 
-/// Width and height, the ones not given by the camera's aspect ratio.
+/// The width and the height; the aspect ratio of the camera gives those that are not given.
 ///
 /// # Errors
 /// A side of 0, or more pixels than Headwater takes.
@@ -267,8 +266,8 @@ pub fn size_for(camera: &Camera, width: Option<u32>, height: Option<u32>) -> Res
     Ok((width, height))
 }
 
-/// Checks, before work begins, files that will be written, each with its role: each can be written, and none is another
-/// one or one that is read.
+/// Checks files that will be written, each with its role, before work begins: each can be written, and none is another one or
+/// one that is read.
 ///
 /// # Errors
 /// A file that has two roles (wrong input), or one that cannot be written (failed work).
@@ -285,7 +284,7 @@ pub fn check_files<'a>(
         .try_for_each(|(_, path)| check_writable(path))
 }
 
-/// Checks that none of the first `written` files, with what they are, is also another of them all: it would be
+/// Checks that none of the first `written` files, each with its role, is also another file of the list: it would be
 /// overwritten.
 fn check_distinct(files: &[(&str, &Path)], written: usize) -> Result<()> {
     for (i, (what, path)) in files.iter().enumerate() {

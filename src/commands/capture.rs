@@ -32,10 +32,10 @@ impl FromStr for FrameRange {
 }
 
 impl FrameRange {
-    /// Refuses frames that are not rendered.
+    /// Refuses ranges that are not rendered.
     ///
     /// # Errors
-    /// There are fewer than `frames` says.
+    /// There are fewer frames than `frames`.
     pub fn check(&self, frames: u32) -> Result<()> {
         if self.last >= frames {
             return Err(Error::input(format!(
@@ -53,9 +53,9 @@ impl FrameRange {
     }
 }
 
-/// Who records the frames.
+/// The tool that records the frames.
 enum Tool {
-    /// RenderDoc, which is told where frames begin and end.
+    /// RenderDoc, which is notified of the beginning and the end of frames.
     RenderDoc(renderdoc::Watcher),
     /// A layer that records all calls; it finds the frames by the pictures that are presented.
     Layer,
@@ -73,7 +73,7 @@ impl<'a> Capture<'a> {
     /// Finds the tool.
     ///
     /// # Errors
-    /// None is loaded, or it needs presented pictures, which the device does not have.
+    /// No tool is loaded, or the tool needs presented pictures, which the device does not support.
     fn new(session: &Session, wanted: &'a CapturePlan<'a>) -> Result<Self> {
         let layers = session.device.tools();
         let tool = match renderdoc::Watcher::find() {
@@ -173,7 +173,7 @@ pub struct CapturePlan<'a> {
     pub accumulate: bool,
     /// Exposure of the presented pictures, in stops.
     pub exposure: f32,
-    /// Where the presented pictures of captured frames go.
+    /// The folder for the presented pictures of captured frames.
     pub folder: Option<&'a Path>,
 }
 
@@ -181,8 +181,8 @@ pub struct CapturePlan<'a> {
 /// [`accumulate`](CapturePlan::accumulate) all.
 ///
 /// # Errors
-/// No tool is loaded, or it needs presented pictures, which the device does not have; a device, tool or disk that fails, or a
-/// signal.
+/// No tool is loaded, or it needs presented pictures, which the device does not support; a device, tool or disk that fails, or
+/// a signal.
 pub fn render(
     session: &mut Session,
     wanted: &CapturePlan<'_>,
@@ -211,7 +211,7 @@ mod renderdoc {
     /// RenderDoc, as it is loaded into this process.
     pub struct Watcher {
         renderdoc: RenderDoc<V120>,
-        /// Captures before the one that began last.
+        /// The number of captures before the one that began last.
         before: u32,
     }
 
@@ -224,14 +224,14 @@ mod renderdoc {
             })
         }
 
-        /// Captures from here on.
+        /// Starts a capture.
         pub fn begin(&mut self) {
             self.before = self.renderdoc.get_num_captures();
             // Null pointers stand for the only device and any window.
             (self.renderdoc).start_frame_capture(std::ptr::null(), std::ptr::null());
         }
 
-        /// Captures up to here; returns the file.
+        /// Ends a capture; returns the file.
         ///
         /// # Errors
         /// RenderDoc has captured nothing.
@@ -252,7 +252,7 @@ mod renderdoc {
     use crate::Result;
     use std::path::PathBuf;
 
-    /// There is no RenderDoc on this system.
+    /// The watcher on a system without RenderDoc.
     pub enum Watcher {}
 
     impl Watcher {

@@ -1,4 +1,4 @@
-//! Choices on the command line that the rules make unless the user does.
+//! Choices on the command line that rules make by default.
 
 use crate::device_scene::selection::Request;
 use crate::scene_files::Options;
@@ -7,16 +7,16 @@ use crate::shader_interface::{GeometryAccess, Textures, Tracer};
 /// Permissions of loading a scene.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub struct LoadArgs {
-    /// Render even if image files of textures are missing: without these textures
+    /// Render even if image files of textures are missing, without these textures
     #[arg(long)]
     pub allow_missing: bool,
-    /// Open files outside of the scene's folder too, where the scene names such: buffers, textures and MTL files
+    /// Also open files outside of the scene's folder if the scene names them: buffers, textures and MTL files
     #[arg(long)]
     pub allow_outside: bool,
 }
 
 impl LoadArgs {
-    /// The same values as a type of the library.
+    /// The library's type with these values.
     pub const fn options(self) -> Options {
         Options {
             allow_missing: self.allow_missing,
@@ -38,7 +38,7 @@ pub enum TracerArg {
 }
 
 impl TracerArg {
-    /// The tracer; none where the rules choose.
+    /// The tracer; `None` if the rules choose.
     pub const fn tracer(self) -> Option<Tracer> {
         match self {
             Self::Auto => None,
@@ -48,19 +48,19 @@ impl TracerArg {
     }
 }
 
-/// How shaders reach the buffers of the scene, and world reservoirs
+/// Access of shaders to the buffers of the scene and to world reservoirs
 #[derive(Clone, Copy, Debug, Default, clap::ValueEnum)]
 pub enum GeometryArg {
     /// By rule from the device and the size of the scene
     #[default]
     Auto,
-    /// As named storage buffers, which capture tools show and replay
+    /// Access as named storage buffers, which capture tools show and replay
     StorageBuffers,
-    /// By buffer device address
+    /// Access by buffer device address
     BufferAddresses,
 }
 
-/// How textures are read
+/// Access to the texels of textures
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum TexturesArg {
     /// By rule from the device
@@ -75,19 +75,19 @@ pub enum TexturesArg {
 /// Choices of shader variants; by default, rules make them.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub struct VariantArgs {
-    /// How rays are traced
+    /// Tracer of rays
     #[arg(long, value_enum, default_value_t)]
     pub tracer: TracerArg,
-    /// How shaders reach the buffers of the scene, and world reservoirs
+    /// Access of shaders to the buffers of the scene and to world reservoirs
     #[arg(long, value_enum, default_value_t)]
     pub geometry: GeometryArg,
-    /// How textures are read
+    /// Access to the texels of textures
     #[arg(long, value_enum, default_value_t)]
     pub textures: TexturesArg,
 }
 
 impl VariantArgs {
-    /// The same values as a type of the library.
+    /// The library's type with these values.
     pub const fn request(&self) -> Request {
         Request {
             tracer: self.tracer.tracer(),

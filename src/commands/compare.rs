@@ -15,16 +15,16 @@ use std::path::{Path, PathBuf};
 pub struct Args {
     /// The picture: .exr or .png
     picture: PathBuf,
-    /// The reference it is held against
+    /// The reference with which it is compared
     reference: PathBuf,
-    /// Print one JSON object; what has no finite value, as a ratio to black has not, is null
+    /// Print one JSON object; values that are not finite, such as a ratio to black, are null
     #[arg(long)]
     json: bool,
-    /// Write where they differ: as .png the FLIP error of each pixel in the colours of magma (black is no
-    /// error, then violet, orange, and pale yellow at 1), as .exr the picture minus the reference
+    /// Write the difference: as .png the FLIP error of each pixel in the colour map magma (black is no error, then violet,
+    /// orange, and pale yellow at 1), as .exr the picture minus the reference
     #[arg(long, value_name = "FILE.png|FILE.exr")]
     diff: Option<PathBuf>,
-    /// Exposure at which FLIP sees both, in stops
+    /// Exposure of both pictures for FLIP, in stops
     #[arg(
         long,
         default_value_t = 0.0,
@@ -41,10 +41,10 @@ pub struct Args {
     /// Fail above this mean FLIP error
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     max_flip: Option<f64>,
-    /// Fail if the ratio of the means is further from 1 than this
+    /// Fail if the ratio of the means differs from 1 by more than this
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     max_mean_deviation: Option<f64>,
-    /// Fail unless both have the same channels with the same bits; metadata may differ
+    /// Fail unless both have equal channels with equal bits; metadata may differ
     #[arg(long)]
     exact: bool,
 }
@@ -140,7 +140,7 @@ pub fn run(args: &Args) -> Result<()> {
     }
 }
 
-/// Says that two formats differ where nothing is wrong.
+/// Prints a note that two formats differ where nothing is wrong.
 fn note_formats(picture: &Path, reference: &Path) -> Result<()> {
     let (png, exr) = match (Format::of(picture)?, Format::of(reference)?) {
         (Format::Png, Format::Exr) => (picture, reference),
@@ -155,7 +155,7 @@ fn note_formats(picture: &Path, reference: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Refuses arguments that make no sense, before anything is read.
+/// Refuses arguments that contradict each other, before any file is read.
 fn check(args: &Args) -> Result<()> {
     for (name, limit) in [
         ("max-rmse", args.max_rmse),
@@ -198,7 +198,7 @@ fn write_difference(
     image.write(path, 0.0)
 }
 
-/// A number to six figures or so, however large or small it is.
+/// A number with about six significant digits, for any magnitude.
 fn figures(value: f64) -> String {
     if value == 0.0 || (1e-3..1e6).contains(&value.abs()) {
         format!("{value:.6}")

@@ -1,4 +1,4 @@
-//! One line on stderr for each argument that has no effect in combination with the others.
+//! Notes on stderr, one line for each argument that has no effect in combination with the others.
 
 use super::arguments::SceneArgs;
 use super::notice;
@@ -11,7 +11,7 @@ use crate::scene_files::file_of;
 use crate::shader_interface::{HashGrid, WorldReservoirs};
 use std::path::PathBuf;
 
-/// Settings that `reference` takes.
+/// The settings that `reference` uses.
 const OF_PATH_TRACING: [&str; 6] = [
     "heuristic",
     "energy",
@@ -29,7 +29,8 @@ const OF_INDIRECT_PATHS: [&str; 4] = [
     "indirect.light_samples",
 ];
 
-/// Arguments without effect, for every command that renders a scene; `presents` are frames, as display values.
+/// Prints notes on arguments without effect, for every command that renders a scene; with `presents`, frames are presented as
+/// display values.
 pub fn note_for_scene(args: &SceneArgs, changed: &[String], outputs: &[PathBuf], presents: bool) {
     if args.environment.is_none() {
         note_ignored("there is no --environment", changed, |key| {
@@ -136,7 +137,7 @@ pub fn note_for_render(changed: &[String], settings: &Settings, bounces: u32) {
     }
 }
 
-/// Settings of the light BVH and of the hash grid that others of theirs leave without effect.
+/// Prints notes on settings of the light BVH and of the hash grid that have no effect because of their other settings.
 fn note_parts_of_candidates(changed: &[String], settings: &Settings, bounces: u32) {
     if settings.has_candidates(Candidates::LightBvh, bounces) {
         if settings.light_bvh.far == Far::Joined {
@@ -193,7 +194,7 @@ fn is_of_path_tracing(key: &str) -> bool {
     OF_PATH_TRACING.contains(&key) || OF_PATH_TRACING.contains(&group(key))
 }
 
-/// One line about the keys that `is_ignored`, if there are any.
+/// Prints one line about the keys that `is_ignored`, if there are any.
 fn note_ignored(why: &str, changed: &[String], is_ignored: impl Fn(&str) -> bool) {
     let ignored: Vec<&str> = (changed.iter().map(String::as_str))
         .filter(|key| is_ignored(key))

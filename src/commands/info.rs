@@ -1,4 +1,5 @@
-//! `info`: the devices, and the shaders that each would get for a scene with textures that is small enough for its bindings.
+//! `info`: the devices, and the shaders that each device would use for a scene with textures that is small enough for its
+//! bindings.
 
 use super::{check_messages, open_vulkan, print};
 use crate::Result;
@@ -14,7 +15,7 @@ pub struct Args {
     /// Print one JSON object
     #[arg(long)]
     json: bool,
-    /// The device that would be taken, by name, part of a name, or index
+    /// The device that would be used, by name, part of a name, or index
     #[arg(long, value_name = "NAME|INDEX", env = "HEADWATER_DEVICE")]
     device: Option<String>,
 }

@@ -7,16 +7,16 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicI32, Ordering};
 use std::time::{Duration, Instant};
 
-/// Signals that follow the first one within this time are the same request: `timeout` sends one to its child
-/// and one to the child's process group, and a terminal's Ctrl-C may reach a process twice.
+/// The time after the first signal within which further signals count as one request: `timeout` sends one to its child and one
+/// to the child's process group, and a terminal's Ctrl-C may reach a process twice.
 const SAME_REQUEST: Duration = Duration::from_secs(1);
 
 /// Watches for signals from its creation on.
 pub struct Interrupt(Arc<AtomicI32>);
 
 impl Interrupt {
-    /// Begins to watch. The first signal is kept for [`Self::pending`]; one that comes more than a second later
-    /// ends the process at once.
+    /// Starts to watch. The first signal is kept for [`Self::pending`]; a signal that comes more than a second later ends the
+    /// process at once.
     ///
     /// # Errors
     /// The system refuses a handler or a thread.
@@ -42,7 +42,7 @@ impl Interrupt {
         Ok(Self(pending))
     }
 
-    /// The number of the signal that came.
+    /// The number of the signal that was received.
     pub fn pending(&self) -> Option<i32> {
         match self.0.load(Ordering::Relaxed) {
             0 => None,
@@ -50,10 +50,10 @@ impl Interrupt {
         }
     }
 
-    /// Ends work once a signal came; `kept` says what is kept of it.
+    /// Ends work after a signal; `kept` describes the results that are kept.
     ///
     /// # Errors
-    /// A signal came.
+    /// A signal was received.
     pub fn check(&self, kept: &str) -> Result<()> {
         self.pending().map_or(Ok(()), |signal| {
             Err(Error::Interrupted {

@@ -1,4 +1,4 @@
-//! The command line: one file a command, each thin.
+//! The command line: one small file per command.
 
 pub mod arguments;
 pub mod capture;
@@ -40,7 +40,7 @@ use std::sync::Arc;
 #[derive(Parser)]
 #[command(name = "headwater", version, about, max_term_width = 100)]
 struct Cli {
-    /// Say what is chosen, and why: the device, what the scene requires, the passes
+    /// Print the choices and their reasons: the device, the requirements of the scene, the passes
     #[arg(short, long, global = true)]
     verbose: bool,
     #[command(subcommand)]
@@ -49,26 +49,26 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Devices, what each supports, and which tracer it would take and why.
+    /// Devices, their features, and the tracer that each would use, with the reason.
     Info(info::Args),
-    /// Procedural scenes, and what is in a file.
+    /// Procedural scenes, and the contents of a file.
     #[command(subcommand)]
     Scene(scene::Command),
-    /// Render frames; write the last, or the mean of all.
+    /// Render frames; write the last frame, or the mean of all.
     Render(Box<render::Args>),
-    /// MIS path tracing with its standard error, for comparing against.
+    /// MIS path tracing with its standard error, as a reference.
     Reference(Box<reference::Args>),
-    /// One picture against a reference, with checks.
+    /// Compare a picture with a reference, with checks.
     Compare(compare::Args),
-    /// What each pass of a frame takes, does and moves.
+    /// Profile each pass of a frame: time, counts and memory traffic.
     Profile(Box<profile::Args>),
     /// Registers, memory and occupancy of each pass, as the driver's compiler reports them; nothing runs.
     Statistics(statistics::Args),
-    /// Golden frames of a driver: render, compare, name what differs.
+    /// Golden frames of a driver: render, compare, report the differences.
     Regress(regress::Args),
     /// The presets, and every setting with its doc.
     Presets(presets::Args),
-    /// Configurations × scenes × seeds × frames against references, and whether each is biased.
+    /// Configurations × scenes × seeds × frames against references, with a test for bias.
     Study(study::Args),
     /// Completions of commands and options, for a shell.
     Completions(shell::CompletionsArgs),
@@ -120,7 +120,7 @@ fn run(command: Command) -> Result<()> {
     }
 }
 
-/// Help and version go to stdout as they are; an error becomes one line on stderr.
+/// Help and version go to stdout unchanged; an error becomes one line on stderr.
 fn wrong_arguments(error: &clap::Error) -> ExitCode {
     // Without a command, the list of commands is what is wanted, not an error.
     let no_command = ArgumentError::DisplayHelpOnMissingArgumentOrSubcommand;
@@ -150,7 +150,7 @@ fn wrong_arguments(error: &clap::Error) -> ExitCode {
     ExitCode::from(2)
 }
 
-/// The argument that does what an unknown one does in other renderers, or in another command.
+/// The argument that has the function which an unknown argument has in other renderers, or in another command.
 fn other_name(error: &clap::Error) -> Option<&'static str> {
     if error.kind() != ArgumentError::UnknownArgument {
         return None;
@@ -173,13 +173,13 @@ fn other_name(error: &clap::Error) -> Option<&'static str> {
 /// than line breaks are escaped; a name from a file that must stay on its line is made `printable` first.
 ///
 /// # Errors
-/// Stdout takes nothing, as on a full disk. A reader that has closed its pipe wants no more: that
-/// is no error.
+/// Stdout rejects the text, for example because the disk is full. A reader that has closed its pipe needs no more text: that is
+/// no error.
 pub fn print(text: impl std::fmt::Display) -> Result<()> {
     print_part(format_args!("{text}\n"))
 }
 
-/// Prints the beginning of such a line, at once.
+/// Prints the beginning of such a line immediately.
 ///
 /// # Errors
 /// The errors of [`print()`].
@@ -194,10 +194,10 @@ pub fn print_part(text: impl std::fmt::Display) -> Result<()> {
     }
 }
 
-/// Opens a scene and shows how far its files have been loaded.
+/// Opens a scene and shows the progress of loading its files.
 ///
 /// # Errors
-/// Neither a procedural scene nor a file that can be read, or a signal.
+/// The name is neither a procedural scene nor a readable file, or a signal.
 pub fn open_scene(name: &str, options: Options, interrupt: &Interrupt) -> Result<Scene> {
     let mut shown: Option<(Step, Progress)> = None;
     Scene::open_watched(name, options, &mut |step, done, total| {
@@ -218,10 +218,10 @@ pub fn open_scene(name: &str, options: Options, interrupt: &Interrupt) -> Result
     })
 }
 
-/// The text of an interrupted work that has saved nothing yet.
+/// The text for interrupted work that has not saved any result yet.
 pub const NOTHING_WRITTEN: &str = "nothing was written";
 
-/// Loads Vulkan with `options`, and with the validation layers also where `HEADWATER_VALIDATION` asks for them.
+/// Loads Vulkan with `options`; the environment variable `HEADWATER_VALIDATION` adds the validation layers.
 ///
 /// # Errors
 /// No Vulkan, or no validation layers.
@@ -233,10 +233,10 @@ pub fn open_vulkan(options: InstanceOptions) -> Result<Arc<Instance>> {
     })
 }
 
-/// Asks what the validation layers have said.
+/// Checks that the validation layers have reported no messages.
 ///
 /// # Errors
-/// They said something.
+/// There are messages.
 pub fn check_messages(messages: &[String]) -> Result<()> {
     match messages.first() {
         None => Ok(()),
@@ -247,8 +247,8 @@ pub fn check_messages(messages: &[String]) -> Result<()> {
     }
 }
 
-/// Freezes the scene if the clock is stopped, and says if there is nothing for the clock to move; `whose`
-/// begins that line.
+/// Freezes the scene if the clock is stopped, and prints a notice if there is nothing for the clock to move; `whose` begins
+/// that line.
 ///
 /// # Errors
 /// The errors of [`Clock::freeze_if_stopped`].
@@ -261,12 +261,13 @@ pub fn apply_clock(clock: &Clock, scene: &mut Scene, whose: &str) -> Result<()> 
     clock.freeze_if_stopped(scene)
 }
 
-/// One line for the user about something assumed or ignored.
+/// Prints one line about an assumption or an omission on stderr.
 pub fn notice(text: &str) {
     say(format_args!("note: {text}"));
 }
 
-/// Most characters of a message on stderr. Longer ones lose their middle: a value from a file can be of any length.
+/// The maximum number of characters of a message on stderr. A longer message loses its middle: a value from a file can have any
+/// length.
 const MESSAGE_CHARACTERS: usize = 500;
 
 /// A message under the program's name, as one line.
@@ -277,7 +278,7 @@ fn line(text: impl std::fmt::Display) -> String {
     )
 }
 
-/// One line on stderr. Where nobody can read it, the work goes on: `eprintln!` would panic.
+/// Prints one line on stderr. If stderr cannot be written, the work continues: `eprintln!` would panic.
 fn say(text: impl std::fmt::Display) {
     let line = line(text);
     let _ = writeln!(std::io::stderr().lock(), "{line}");

@@ -1,4 +1,4 @@
-//! `profile`: what each pass of a frame takes, does and moves.
+//! `profile`: the time, the counts and the memory traffic of each pass of a frame.
 
 use super::arguments::{SceneArgs, check_files};
 use super::interrupt::Interrupt;
@@ -18,17 +18,17 @@ use std::path::{Path, PathBuf};
 pub struct Args {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Number of frames that are timed
+    /// Number of timed frames
     #[arg(long, default_value_t = 16, allow_negative_numbers = true)]
     frames: u32,
-    /// Frames before them, which compile the shaders and fill the history
+    /// Number of frames before them, which compile the shaders and fill the history
     #[arg(long, default_value_t = 3, allow_negative_numbers = true)]
     warm_up: u32,
-    /// Frames that the host may be ahead of the device. With more than 1 the device has no gaps while the host records, and
-    /// the time from submission to fence is not known; nothing else changes, and no bit of a picture
+    /// Maximum number of frames that the host is ahead of the device. With more than 1 the device has no gaps while the host
+    /// records, and the time from submission to fence is not measured; no bit of a picture changes
     #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     in_flight: u32,
-    /// Frames a second; without it time stands at --start-time
+    /// Number of frames per second; without it all frames show --start-time
     #[arg(long, allow_hyphen_values = true)]
     fps: Option<f64>,
     /// Print one JSON object
@@ -43,7 +43,7 @@ pub struct Args {
     /// An earlier profile of the same scene: print both, and fail if this one is worse than the limits allow
     #[arg(long, value_name = "FILE.json")]
     against: Option<PathBuf>,
-    /// With --against: how much longer frame and passes may take, as a part of the earlier time
+    /// With --against: largest increase of the times of frame and passes, as a fraction of the earlier times
     #[arg(
         long,
         value_name = "PART",
@@ -51,7 +51,7 @@ pub struct Args {
         allow_negative_numbers = true
     )]
     max_slowdown: f64,
-    /// With --against: how much more memory there may be, as a part of the earlier bytes
+    /// With --against: largest increase of memory, as a fraction of the earlier size
     #[arg(
         long,
         value_name = "PART",
@@ -167,7 +167,7 @@ fn check(args: &Args) -> Result<()> {
     Ok(())
 }
 
-/// Refuses files that cannot be written, or that are also something else.
+/// Refuses files that cannot be written, or that have two roles.
 fn check_outputs(args: &Args) -> Result<()> {
     let outputs = [("--output", &args.output), ("--trace", &args.trace)];
     let outputs = outputs.into_iter();
@@ -187,7 +187,7 @@ fn read(path: &Path) -> Result<Profile> {
     })
 }
 
-/// Prints the profile, and writes the files that were asked for.
+/// Prints the profile, and writes the requested files.
 fn write(args: &Args, profile: &Profile, frames: &[Frame]) -> Result<()> {
     let json = serde_json::to_string_pretty(profile)
         .map_err(|e| Error::failed(format!("a profile as JSON: {e}")))?;

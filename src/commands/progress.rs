@@ -5,16 +5,16 @@ use std::cell::Cell;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
-/// Between plain lines; work that ends sooner prints none.
+/// The interval between plain lines; work that ends sooner prints none.
 const LINE_EVERY: Duration = Duration::from_secs(5);
 
 /// The time for which work is observed before the time left is estimated.
 const ESTIMATE_AFTER: Duration = Duration::from_secs(1);
 
-/// Work that will take longer than this is announced early on: a number may have been mistyped.
+/// The duration above which work is announced early: a number may have been mistyped.
 const LONG: Duration = Duration::from_secs(3600);
 
-/// Ticks of the bar for all of the work.
+/// The number of ticks of the bar for all of the work.
 const TICKS: u64 = 10_000;
 
 /// The progress of one piece of work.
@@ -24,32 +24,32 @@ pub struct Progress {
     steps: Steps,
     started: Instant,
     last_line: Cell<Instant>,
-    /// When progress was first told, and how much was done then: what came before holds preparations, such as
-    /// the compilation of shaders.
+    /// The time of the first report of progress, and the progress at that time: preparations, such as the compilation of
+    /// shaders, happen before it.
     first: Cell<Option<(Instant, f64)>>,
     announced: Cell<bool>,
 }
 
 /// The unit in which work is counted.
 enum Steps {
-    /// Steps of a name, and how many, where that is known.
+    /// Steps with a name, and their number if it is known.
     Counted(Option<u64>, &'static str),
-    /// Shares of a whole of this name.
+    /// Fractions of a whole with this name.
     Shares(&'static str),
 }
 
 impl Progress {
-    /// Work of `total` steps called `unit`; without a total, how far it is yet to go is not known.
+    /// The progress of work with `total` steps called `unit`; without a total, the time left is not estimated.
     pub fn new(total: Option<u64>, unit: &'static str) -> Self {
         Self::with(Steps::Counted(total, unit))
     }
 
-    /// Work of which shares are told, from 0 to 1.
+    /// The progress of work that is reported in fractions, from 0 to 1.
     pub fn of_whole(name: &'static str) -> Self {
         Self::with(Steps::Shares(name))
     }
 
-    /// The same for work that may end before its last step: that all of it would take long is not announced.
+    /// The progress of work that may end before its last step: the time of all steps is not announced.
     pub fn that_may_end_sooner(self) -> Self {
         self.announced.set(true);
         self
@@ -85,7 +85,7 @@ impl Progress {
         }
     }
 
-    /// `done` steps are done; of large ones a part may be.
+    /// Reports that `done` steps are done; large steps may be done in part.
     pub fn at(&self, done: f64) {
         let total = match self.steps {
             Steps::Counted(total, _) => total.map(|total| total as f64),
@@ -141,7 +141,7 @@ impl Progress {
         Duration::try_from_secs_f64(seconds).ok()
     }
 
-    /// Says once that the work will take long.
+    /// Announces once that the work will take long.
     fn announce(&self, left: Option<Duration>) {
         let Some(left) = left.filter(|left| *left > LONG && !self.announced.get()) else {
             return;
@@ -158,7 +158,7 @@ impl Progress {
         self.bar.suspend(|| super::notice(&text));
     }
 
-    /// The work is done.
+    /// Ends the progress: the work is done.
     pub fn finish(&self) {
         self.bar.finish_and_clear();
     }

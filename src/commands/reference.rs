@@ -22,12 +22,12 @@ use resume::resume;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// Seconds between saves of an unfinished reference: what a crash can cost.
-/// `HEADWATER_SAVE_SECONDS` sets another time.
+/// The number of seconds between saves of an unfinished reference: the maximum loss by a crash. `HEADWATER_SAVE_SECONDS` sets
+/// another time.
 const SAVE_SECONDS: u64 = 20;
 
-/// Samples that a stop by error waits for: with fewer, the fireflies that make the error are
-/// missing themselves.
+/// The minimum number of samples of a run with a target error: with fewer samples, the fireflies that dominate the error may be
+/// missing.
 const MIN_SAMPLES: u32 = 64;
 
 /// Arguments of `reference`.
@@ -35,13 +35,13 @@ const MIN_SAMPLES: u32 = 64;
 pub struct Args {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Where the picture goes: an .exr first, which can be resumed; may repeat
+    /// Output files: an .exr first, which can be resumed; repeatable
     #[arg(short, long, value_name = "FILE.exr", required = true)]
     output: Vec<PathBuf>,
-    /// Samples a pixel [default: 256, or no limit with --target-error or --time]
+    /// Samples per pixel [default: 256, or no limit with --target-error or --time]
     #[arg(long, allow_negative_numbers = true)]
     spp: Option<u32>,
-    /// Stop when √mean(stderr²) is below this share of the image's mean
+    /// Stop when √mean(stderr²) is below this fraction of the image's mean
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     target_error: Option<f64>,
     /// Stop after this many seconds
@@ -52,8 +52,8 @@ pub struct Args {
     resume: bool,
 }
 
-/// The command with the shared options that a reference takes no part of left out of its help: presets differ in
-/// what it does not do, there are no reservoirs to look into, and without a frame before nothing has moved.
+/// The command, with the shared options that have no effect on a reference hidden from its help: presets differ only in
+/// resampling, a reference has no reservoirs, and without a previous frame there is no motion.
 pub fn shown(command: clap::Command) -> clap::Command {
     let shown = Aov::value_variants()
         .iter()
@@ -68,7 +68,7 @@ pub fn shown(command: clap::Command) -> clap::Command {
         .mut_arg("aov", |aov| aov.value_parser(aovs))
 }
 
-/// Renders, saves now and then, and writes.
+/// Renders, saves at intervals, and writes.
 ///
 /// # Errors
 /// Wrong arguments or input, a device or disk that fails, or a signal, after which the file holds
@@ -156,7 +156,7 @@ pub fn run(args: &Args) -> Result<()> {
     session.finish()
 }
 
-/// The sentence about what the first output file holds after a signal.
+/// The sentence about the content of the first output file after a signal.
 fn kept(args: &Args, samples: u32) -> String {
     match samples {
         0 => NOTHING_WRITTEN.into(),
@@ -167,8 +167,8 @@ fn kept(args: &Args, samples: u32) -> String {
     }
 }
 
-/// The sample count after `done` at which a target error is looked at. The counts are fixed, so that
-/// where a run stops depends neither on its speed nor on where it was interrupted.
+/// The sample count after `done` at which a target error is checked. The counts are fixed, so that the last sample of a run
+/// depends neither on its speed nor on interruptions.
 fn next_check(done: u32) -> u32 {
     let mut check = MIN_SAMPLES;
     while check <= done {
@@ -181,12 +181,12 @@ fn next_check(done: u32) -> u32 {
     check
 }
 
-/// True if a target error is looked at after `done` samples.
+/// True if a target error is checked after `done` samples.
 fn checks_error(done: u32) -> bool {
     done > 0 && next_check(done - 1) == done
 }
 
-/// The number of samples to stop at.
+/// The number of samples after which the run stops.
 fn sample_limit(args: &Args) -> Result<u32> {
     let positive = |value: Option<f64>, name: &str| match value {
         Some(v) if !(v > 0.0 && v.is_finite()) => Err(Error::input(format!(
@@ -209,7 +209,7 @@ fn sample_limit(args: &Args) -> Result<u32> {
     }
 }
 
-/// Writes every output with what resuming needs, and returns the sums written.
+/// Writes every output with the data for resuming, and returns the sums that were written.
 fn save(args: &Args, session: &mut Session, samples: u32) -> Result<Sums> {
     let sums = session.renderer.sums()?;
     let mut image = session.picture(&sums, samples, &args.scene.aov)?;
@@ -241,7 +241,7 @@ const PARTS: [(&str, Part); 4] = [
     ("square_low", |p| p.square_low),
 ];
 
-/// √mean(stderr²) over the image's mean; 0 for a black picture, nothing for a single sample.
+/// √mean(stderr²) over the image's mean; 0 for a black picture, `None` for a single sample.
 fn relative_error(sums: &Sums, samples: u32) -> Option<f64> {
     if samples < 2 {
         return None;

@@ -27,16 +27,16 @@ use std::time::{Duration, Instant};
 pub struct Args {
     /// The folder of golden frames, with a folder for each driver
     folder: PathBuf,
-    /// Make the golden frames of this driver, in place of older ones of the same driver; with --only, those of some cases
+    /// Make the golden frames of this driver, replacing older ones of the same driver; with --only, those of some cases
     #[arg(long)]
     bless: bool,
-    /// Also with the validation layers and synchronization validation: any message is a failure
+    /// Also run with the validation layers and synchronization validation: any message is a failure
     #[arg(long)]
     validate: bool,
-    /// Every bit must be the same also if the golden frames are of another driver, as of another build of the same source
+    /// Require equal bits even if the golden frames belong to another driver, such as another build of the same source
     #[arg(long, conflicts_with = "bless")]
     exact: bool,
-    /// Only cases whose name contains this text
+    /// Run only cases whose name contains this text
     #[arg(long, value_name = "TEXT")]
     only: Option<String>,
     /// Write the results as JUnit XML
@@ -174,7 +174,7 @@ fn check_folder(folder: &Path) -> Result<()> {
     check_writable(&there.unwrap_or(Path::new(".")).join(".headwater"))
 }
 
-/// The last line, and whether all is well.
+/// The last line, and true if all cases passed.
 fn summarise(results: &[(String, Verdict, Duration)], time: Duration) -> Result<()> {
     let names = |is: fn(&Verdict) -> bool| -> Vec<&str> {
         let found = results.iter().filter(|(_, verdict, _)| is(verdict));
@@ -259,7 +259,8 @@ fn again(args: &Args, case: &Case) -> String {
     )
 }
 
-/// Renders a case, its frames as a whole and then each pass by itself; or says what the device lacks for it.
+/// Renders a case, first with whole frames and then with each pass separately; or returns the features that the device lacks
+/// for it.
 fn render_case(
     args: &Args,
     case: &Case,
@@ -314,7 +315,7 @@ fn render_case(
     Ok(Ok(Rendered { image, steps }))
 }
 
-/// A feature that a case asks for and the device lacks, as a sentence.
+/// A feature that a case requests and the device lacks, as a sentence.
 fn lacks(device: &DeviceInfo, request: &Request) -> Option<String> {
     let lacking = [
         (
@@ -334,7 +335,7 @@ fn lacks(device: &DeviceInfo, request: &Request) -> Option<String> {
     found.map(|(_, what)| format!("the device has no {what}"))
 }
 
-/// Keeps the picture of a case that failed, the golden one, and where they differ: as FLIP shows it.
+/// Keeps the picture of a failed case, the golden picture, and their difference as a FLIP map.
 fn keep_pictures(folder: &Path, case: &Case, picture: &Image, golden: &Image) -> Result<()> {
     std::fs::create_dir_all(folder).map_err(|e| Error::writing(folder, e))?;
     let file = |what: &str| folder.join(format!("{}{what}", case.name));

@@ -16,23 +16,23 @@ use std::path::PathBuf;
 pub struct Args {
     #[command(flatten)]
     pub(super) scene: SceneArgs,
-    /// Where the picture goes: .exr or .png; may repeat
+    /// Output files: .exr or .png; repeatable
     #[arg(short, long, value_name = "FILE", required = true)]
     output: Vec<PathBuf>,
-    /// Number of frames; they count from 0
+    /// Number of frames; their indices begin with 0
     #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     pub(super) frames: u32,
     /// Write the mean of all frames instead of the last
     #[arg(long)]
     pub(super) accumulate: bool,
-    /// Render every frame, end each with a presented picture, and have RenderDoc or GFXReconstruct, whichever is loaded,
-    /// capture frames N to M; tools/capture starts both
+    /// Render every frame, end each with a presented picture, and have RenderDoc or GFXReconstruct (the loaded one) capture
+    /// frames N to M; tools/capture starts both
     #[arg(long, value_name = "N..M", allow_hyphen_values = true)]
     capture: Option<FrameRange>,
     /// With --capture: write the presented pictures of the captured frames to this folder
     #[arg(long, value_name = "FOLDER", requires = "capture")]
     presented: Option<PathBuf>,
-    /// Frames a second; without it time stands at --start-time
+    /// Number of frames per second; without it all frames show --start-time
     #[arg(long, allow_hyphen_values = true)]
     pub(super) fps: Option<f64>,
 }
@@ -129,10 +129,10 @@ fn write(args: &Args, session: &mut Session, samples: u32) -> Result<()> {
     write_report(session, samples, args.scene.report.as_ref())
 }
 
-/// Writes `--report`, if it was asked for.
+/// Writes the file of `--report`, if it is given.
 ///
 /// # Errors
-/// The disk does not take it.
+/// The disk rejects it.
 pub fn write_report(session: &Session, samples: u32, path: Option<&PathBuf>) -> Result<()> {
     let Some(path) = path else { return Ok(()) };
     let report = session.report(samples)?;

@@ -1,12 +1,11 @@
-//! Threads, and the end of the program where a part of it fails that cannot return an error: one line on stderr and exit
-//! status 1.
+//! Threads, and the end of the program if a part that cannot return an error fails: one line on stderr and exit status 1.
 
 use crate::base::out_of_memory::end_with;
 use crate::{Error, Result};
 use signal_hook::consts::{SIGABRT, SIGBUS, SIGSEGV};
 
-/// Starts the threads that all parallel work shares: one that is first missed in the middle of the work would be a panic.
-/// Crashes and panics get a line and an exit status of ours, unless `RUST_BACKTRACE` is set.
+/// Starts the threads of all parallel work: a thread that could not be started later would cause a panic. Crashes and panics
+/// produce a line and an exit status of this program, unless `RUST_BACKTRACE` is set.
 ///
 /// # Errors
 /// The system refuses the threads or the handler.
@@ -32,7 +31,7 @@ pub fn prepare() -> Result<()> {
     })
 }
 
-/// Drivers that find no memory crash in their own ways.
+/// Handles crashes of drivers that find no memory: they crash in different ways.
 fn watch_for_crashes() -> Result<()> {
     const CRASHED: &[u8] = b"headwater: a driver or a library crashed, perhaps out of memory; take a smaller picture or scene, or another device; RUST_BACKTRACE=1 lets it crash\n";
     for signal in [SIGABRT, SIGBUS, SIGSEGV] {

@@ -1,4 +1,4 @@
-//! `scene`: procedural scenes, and what is in a file.
+//! `scene`: procedural scenes, and the contents of a file.
 
 use super::arguments::check_files;
 use super::choices::LoadArgs;
@@ -30,7 +30,7 @@ pub enum Command {
     Generate {
         /// The scene's name, or a sky such as sky:sun=40
         name: String,
-        /// Where it goes
+        /// The output file
         #[arg(short, long, value_name = "FILE.glb|FILE.exr")]
         output: PathBuf,
         /// A parameter; repeatable
@@ -41,7 +41,7 @@ pub enum Command {
     Inspect {
         /// A procedural scene's name, or a file: .gltf, .glb, .obj
         scene: String,
-        /// How it is loaded
+        /// Options of loading
         #[command(flatten)]
         load: LoadArgs,
         /// Print one JSON object
@@ -53,7 +53,7 @@ pub enum Command {
 /// Runs a subcommand.
 ///
 /// # Errors
-/// Wrong arguments or input, or a disk that does not take the file.
+/// Wrong arguments or input, or a disk that rejects the file.
 pub fn run(command: &Command) -> Result<()> {
     match command {
         Command::List { json } => list(*json),

@@ -1,4 +1,4 @@
-//! From arguments to a scene on an open device, ready to be rendered; `session/` has what is done with it besides frames.
+//! A session: from arguments to a scene on an open device, ready to be rendered; `session/` has its functions besides frames.
 
 mod cameras;
 mod picture;
@@ -22,32 +22,32 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// How long one submission should take: short enough that a signal is noticed soon and that no
-/// driver thinks the device hangs.
+/// The target duration of one submission: short enough that a signal is noticed soon and that no driver assumes that the device
+/// hangs.
 const SUBMISSION: Duration = Duration::from_millis(300);
 
-/// Triangles whose trees take more than some seconds to build.
+/// The number of triangles above which building the trees takes more than some seconds.
 const MANY_TRIANGLES: u64 = 2_000_000;
 
 /// The purposes of a session besides pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
-    /// Nothing.
+    /// Pictures only.
     Pictures,
-    /// A tool captures what the device does: it is opened for
-    /// [`Presentation`](crate::gpu::Presentation), and uses nothing that cannot be
-    /// replayed.
+    /// A tool captures the calls of the device: it is opened for [`Presentation`](crate::gpu::Presentation), and uses no
+    /// feature that cannot be replayed.
     Capture,
-    /// What the driver's compiler says of shaders is kept for [`Records::compiled`](crate::gpu::records::Records::compiled).
+    /// The reports of the driver's compiler about shaders are kept for
+    /// [`Records::compiled`](crate::gpu::records::Records::compiled).
     Profile,
-    /// What passes write is hashed for [`Records::take_outputs`](crate::gpu::records::Records::take_outputs).
+    /// The outputs of passes are hashed for [`Records::take_outputs`](crate::gpu::records::Records::take_outputs).
     Regression {
-        /// True if the validation layers watch.
+        /// True if the validation layers are used.
         validate: bool,
     },
 }
 
-/// A scene on an open device, and what its picture is made with.
+/// A scene on an open device, with the settings and the view of its picture.
 pub struct Session {
     /// The settings after preset, file and single changes, for this scene.
     pub settings: ResolvedSettings,
@@ -55,7 +55,7 @@ pub struct Session {
     pub view: View,
     /// The passes and buffers.
     pub renderer: Renderer,
-    /// Where it renders.
+    /// The device that renders.
     pub device: Arc<Device>,
     instance: Arc<Instance>,
     gpu_scene: Arc<GpuScene>,
@@ -63,7 +63,7 @@ pub struct Session {
     scene_hash: String,
     /// The clock, for scenes that move.
     clock: Option<Clock>,
-    /// The camera, where it moves while the clock runs.
+    /// The camera, if it moves while the clock runs.
     camera: Option<MovingCamera>,
     rejected: u32,
     /// The time of each pass in its first run.
@@ -218,7 +218,7 @@ impl Session {
         })
     }
 
-    /// The first frame that must be rendered so that frame `number` is what it should be.
+    /// The index of the first frame that must be rendered so that frame `number` is correct.
     pub fn first_needed_for(&self, number: u32) -> u32 {
         if self.renderer.has_history() {
             return 0;
@@ -228,7 +228,7 @@ impl Session {
         number - u32::from(runs && number > 0)
     }
 
-    /// Renders a frame for the sake of those that follow.
+    /// Renders a frame only as the history of later frames.
     ///
     /// # Errors
     /// The device fails, or the scene cannot be rendered at that frame's time.
@@ -239,7 +239,7 @@ impl Session {
         Ok(())
     }
 
-    /// Renders a frame by itself.
+    /// Renders a frame alone.
     fn single_frame(&mut self, number: u32) -> Result<()> {
         self.set_clock(number)?;
         let times = self.renderer.single_frame(number)?;
@@ -247,7 +247,7 @@ impl Session {
         Ok(())
     }
 
-    /// Begins anew, without history or sums. From now on, each pass runs by itself, and what it writes is hashed.
+    /// Restarts without history and sums. From now on, each pass runs separately, and its outputs are hashed.
     ///
     /// # Errors
     /// The device fails, or the session is not for [`Purpose::Regression`].
@@ -256,7 +256,7 @@ impl Session {
         self.device.hash_outputs()
     }
 
-    /// Renders a frame: in addition to those before it, or by itself.
+    /// Renders a frame: added to the frames before it, or alone.
     ///
     /// # Errors
     /// The device fails, or the scene cannot be rendered at that frame's time.
@@ -267,7 +267,7 @@ impl Session {
         }
     }
 
-    /// Keeps what a submission took; first runs, which may hold compilation, by themselves.
+    /// Stores the times of a submission, with first runs, which may include compilation, stored separately.
     fn keep_times(&mut self, times: Vec<PassTime>) {
         let times = PassTime::by_name(times).into_iter();
         let (first, rest) = times.partition(|time| time.first_run);
@@ -275,12 +275,12 @@ impl Session {
         self.times = rest;
     }
 
-    /// The clock, if frames have times of their own.
+    /// The clock, if frames show different times.
     fn running_clock(&self) -> Option<Clock> {
         self.clock.filter(|clock| clock.fps.is_some())
     }
 
-    /// Sets time and camera of a frame; whether every frame has its own.
+    /// Sets the time and the camera of a frame; returns true if frames show different times.
     fn set_clock(&mut self, number: u32) -> Result<bool> {
         let Some(clock) = self.running_clock() else {
             return Ok(false);
@@ -290,13 +290,13 @@ impl Session {
         Ok(true)
     }
 
-    /// Adds up to `samples` samples to every pixel, in one submission whose length follows from the
-    /// time that earlier ones took. Returns how many were added. The split changes no bit. `watch` is
-    /// told within large pictures how many samples are done, and can end the work by an error.
+    /// Adds up to `samples` samples to every pixel, in one submission whose length follows from the times of earlier ones.
+    /// Returns the number of samples that were added. The split changes no bit. `watch` receives the number of finished samples
+    /// within large pictures, and can end the work by an error.
     ///
     /// # Errors
-    /// The device fails, the scene cannot be rendered at that frame's time, or those of `watch`, after
-    /// which the sums mean nothing.
+    /// The device fails, the scene cannot be rendered at that frame's time, or the errors of `watch`, after which the sums are
+    /// invalid.
     pub fn add_samples(
         &mut self,
         first: u32,
@@ -325,7 +325,7 @@ impl Session {
     /// Ends the session, and then checks the messages of the validation layers: the end may cause some too.
     ///
     /// # Errors
-    /// There are any.
+    /// There are messages.
     pub fn finish(self) -> Result<()> {
         // In a single frame every pass runs for the first time.
         let (times, when) = match self.times.is_empty() {
@@ -346,7 +346,7 @@ impl Session {
         check_messages(&instance.validation_messages())
     }
 
-    /// What was done, for `--report`; version 2 since first runs stand apart from `last_submission`.
+    /// A description of the run for `--report`; version 2 since first runs are separate from `last_submission`.
     ///
     /// # Errors
     /// Never with finite settings.

@@ -1,4 +1,4 @@
-//! `completions` and `man`: what shells and manuals know of the command line.
+//! `completions` and `man`: the command line for shells and manuals.
 
 use super::{command_line, print_part};
 use crate::base::files::write_atomically;
@@ -13,10 +13,10 @@ pub struct CompletionsArgs {
     shell: Shell,
 }
 
-/// Prints what a shell needs to complete commands, options and values.
+/// Prints the script with which a shell completes commands, options and values.
 ///
 /// # Errors
-/// Stdout takes nothing.
+/// Stdout rejects the text.
 pub fn completions(args: &CompletionsArgs) -> Result<()> {
     let mut text = Vec::new();
     clap_complete::generate(args.shell, &mut command_line(), "headwater", &mut text);

@@ -32,10 +32,10 @@ pub struct Args {
     /// Print one JSON object, with every pipeline
     #[arg(long)]
     json: bool,
-    /// Write every pipeline; what the file has of other devices and drivers stays
+    /// Write every pipeline; entries of the file for other devices and drivers stay
     #[arg(short, long, value_name = "FILE.json")]
     output: Option<PathBuf>,
-    /// An earlier output: fail if a value is worse than there
+    /// An earlier output: fail if a value is worse than in that output
     #[arg(long, value_name = "FILE.json")]
     against: Option<PathBuf>,
 }
@@ -123,7 +123,7 @@ pub fn run(args: &Args) -> Result<()> {
     }
 }
 
-/// Puts the pipelines of a device and driver in the place of those that a file has of both.
+/// Replaces the pipelines of a device and driver in those of a file.
 fn merge(mut others: Vec<Pipeline>, pipelines: &[Pipeline]) -> Vec<Pipeline> {
     others.retain(|old| !pipelines.iter().any(|new| is_comparable(old, new)));
     others.extend_from_slice(pipelines);
@@ -136,7 +136,8 @@ fn is_comparable(a: &Pipeline, b: &Pipeline) -> bool {
     (&a.driver, &a.device) == (&b.driver, &b.device)
 }
 
-/// A line for each value that is worse than those stored in the file at `path`. What cannot be compared is in a note.
+/// A line for each value that is worse than the stored value in the file at `path`. Pipelines that cannot be compared are
+/// listed in a note.
 fn worse(pipelines: &[Pipeline], stored: &[Pipeline], path: &Path) -> Vec<String> {
     let Some(first) = pipelines.first() else {
         return Vec::new();

@@ -35,33 +35,33 @@ use std::path::PathBuf;
 pub struct Args {
     /// Scenes instead of the plan's
     scenes: Vec<String>,
-    /// The folder for results, references and finished runs; a study goes on with what it finds there
+    /// The folder for results, references and finished runs; a study continues with the runs in it
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// What to render: a plan of the program's own, or a file
+    /// The plan: one that comes with the program, or a file
     #[arg(long, value_name = "NAME|FILE.toml", default_value = "bias-matrix")]
     plan: String,
-    /// How scenes are loaded
+    /// Options of loading
     #[command(flatten)]
     load: LoadArgs,
     /// Light from all around, for all scenes: a file, .exr or .hdr, or a sky such as sky:sun=40
     #[arg(long, value_name = "FILE|sky:…")]
     environment: Option<String>,
-    /// Scattering events at most, instead of the plan's
+    /// Maximum number of scattering events, instead of the plan's
     #[arg(long, allow_negative_numbers = true)]
     bounces: Option<u32>,
-    /// A fourth of the seeds and of the references' samples: a first look, no proof
+    /// Use a fourth of the seeds and of the references' samples: a first look, no proof
     #[arg(long)]
     quick: bool,
     /// The device, by name or index
     #[arg(long, value_name = "NAME|INDEX", env = "HEADWATER_DEVICE")]
     device: Option<String>,
-    /// How rays are traced
+    /// Tracer of rays
     #[arg(long, value_enum, default_value_t = TracerArg::Auto)]
     tracer: TracerArg,
 }
 
-/// Renders what is missing, judges all, writes and prints.
+/// Renders the missing runs, judges all, writes and prints.
 ///
 /// # Errors
 /// Wrong arguments or a wrong plan, a device or disk that fails, a signal, or a configuration that
@@ -234,7 +234,7 @@ pub fn run(args: &Args) -> Result<()> {
     check_messages(&instance.validation_messages())
 }
 
-/// The sentence about what a study's folder holds after a signal.
+/// The sentence about the contents of a study's folder after a signal.
 fn kept(folder: &Folder) -> String {
     if !folder.holds_results() {
         return NOTHING_WRITTEN.into();
@@ -245,7 +245,7 @@ fn kept(folder: &Folder) -> String {
     )
 }
 
-/// The camera of the plan's own.
+/// The camera that the plan defines, if it does.
 fn camera_override(planned: &PlannedScene) -> Result<Option<Camera>> {
     let origin = format!("{}: look_at", planned.name);
     (planned.look_at.as_deref())
@@ -253,7 +253,7 @@ fn camera_override(planned: &PlannedScene) -> Result<Option<Camera>> {
         .transpose()
 }
 
-/// The camera at a time, and how it moves if it is one of the scene's own.
+/// The camera at a time, and its motion if it is a camera of the scene.
 fn camera(
     planned: &PlannedScene,
     scene: &Scene,
@@ -269,7 +269,7 @@ fn camera(
     Ok((moving.at(time)?, Some(moving)))
 }
 
-/// An error if any row is not what it should be, and a line if any is undecided.
+/// An error if any row has the wrong verdict, and a line if any is undecided.
 fn verdict(rows: &[Row]) -> Result<()> {
     let open: Vec<String> = (rows.iter())
         .filter_map(|row| {

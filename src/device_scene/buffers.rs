@@ -22,22 +22,22 @@ macro_rules! declare_contents {
         $(#[$meta:meta])*
         $name:ident: [$element:ty] as $elements:ident $(($argument:tt))?; $count:expr;
     )*) => {
-        /// The contents of the buffers.
+        /// The contents of the buffers of a scene.
         pub struct SceneContents {
             $($(#[$meta])* pub $name: Vec<$element>,)*
             /// Width and height of the environment in texels.
             pub environment_size: UVec2,
-            /// Cosine and sine of the angle by which it is turned around the upward axis.
+            /// Cosine and sine of the environment's rotation around the upward axis.
             pub environment_turn: Vec2,
         }
 
-        /// Bytes of each buffer, known before any tree is built. Only the nodes are missing, whose number
-        /// the trees decide; for all but the smallest meshes they take fewer bytes than the positions.
+        /// The size of each buffer in bytes, known before any tree is built. The nodes are missing, because the trees decide
+        /// their number; for all but the smallest meshes they take fewer bytes than the positions.
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
         pub struct BufferBytes { $($(#[$meta])* pub $name: u64,)* }
 
         impl BufferBytes {
-            /// The bytes for these numbers of elements.
+            /// The sizes in bytes for these numbers of elements.
             pub fn of(counts: &ElementCounts) -> Self {
                 Self { $($name: {
                     let count: fn(&ElementCounts) -> u64 = $count;
@@ -45,7 +45,7 @@ macro_rules! declare_contents {
                 },)* }
             }
 
-            /// Name and bytes of every buffer.
+            /// The name and the size in bytes of every buffer.
             pub fn named(&self) -> Vec<(&'static str, u64)> {
                 vec![$((stringify!($name), self.$name),)*]
             }

@@ -30,27 +30,27 @@ pub struct Tree {
 /// Settings of the builder. Triangles are not split: each is in one leaf, so that the leaf order is a
 /// permutation, and a hit identifies its triangle.
 ///
-/// `slow_build` takes a hundredth of a second longer than `medium_build` for 57,000 triangles, and rays take 3 to 6 %
-/// less time; `very_slow_build` takes .05 s and saves 1 to 5 % more (`atrium`, `garage`, `night-city`, path tracing).
+/// `slow_build` takes 0.01 s longer than `medium_build` for 57,000 triangles, and rays take 3 to 6 % less time;
+/// `very_slow_build` takes 0.05 s longer and saves 1 to 5 % more (`atrium`, `garage`, `night-city`, path tracing).
 ///
-/// Testing triangles takes half the time of path tracing in `atrium`, and more than a quarter in `garage`: four lanes of
-/// five are idle meanwhile. Leaves of at most 3, 2 and 1 triangles: 1, .95, .97 of the time in `atrium`; 1, .98, 1.01 in
+/// Testing triangles takes half the time of path tracing in `atrium`, and more than a quarter in `garage`: four lanes of five
+/// are idle meanwhile. Leaves of at most 3, 2 and 1 triangles: 1, 0.95, 0.97 of the time in `atrium`; 1, 0.98, 1.01 in
 /// `garage`; 1, 1.00, 1.23 in `cornell`.
 const TRIANGLES: BvhBuildParams = BvhBuildParams {
     pre_split: false,
     max_prims_per_leaf: 2,
     ..BvhBuildParams::slow_build()
 };
-/// One instance a leaf: entering one costs a ray transform.
+/// One instance per leaf: entering an instance costs a ray transform.
 const INSTANCES: BvhBuildParams = BvhBuildParams {
     pre_split: false,
     max_prims_per_leaf: 1,
     ..BvhBuildParams::medium_build()
 };
 
-/// The builder merges pairs of boxes that are nearest to each other. Among equal boxes it finds only a few such pairs in each
-/// round, so that its time is quadratic in their number: 30 s for 32,000 triangles, hours for a million. With more than these
-/// the whole tree is halved by the order of boxes instead, which rays take longer to walk.
+/// The number of equal boxes above which the whole tree is halved by the order of boxes. The builder merges pairs of boxes that
+/// are nearest to each other. Among equal boxes it finds only a few such pairs in each round, so that its time is quadratic in
+/// their number: 30 s for 32,000 triangles, hours for a million. Rays take longer to walk the halved tree.
 const MAX_EQUAL_BOXES: usize = 1000;
 
 impl Tree {
@@ -96,7 +96,7 @@ impl Tree {
         Self::from_built(build_cwbvh(&boxes, INSTANCES, &mut Duration::default()))
     }
 
-    /// The tree over boxes, at most `max_depth` levels deep. That must be at least [`balanced_depth`].
+    /// The tree over boxes, at most `max_depth` levels deep; `max_depth` must be at least [`balanced_depth`].
     pub fn over_boxes_within(boxes: &[(Vec3, Vec3)], max_depth: u32) -> Self {
         let tree = Self::over_boxes(boxes);
         if tree.depth <= max_depth {
@@ -105,7 +105,7 @@ impl Tree {
         Self::balanced(&aabbs(boxes))
     }
 
-    /// A tree over boxes with the minimum number of levels.
+    /// The tree over boxes with the minimum number of levels.
     fn balanced(boxes: &[Aabb]) -> Self {
         Self::from_built(bvh2_to_cwbvh(&halved(boxes), 1, true, false))
     }
@@ -139,16 +139,16 @@ impl Tree {
     }
 }
 
-/// A node of a binary tree whose nodes are in depth-first order: an inner node's first child follows it.
+/// A node of a binary tree whose nodes are in depth-first order: the first child of an inner node follows it.
 #[derive(Clone, Copy, Debug)]
 pub struct BinaryNode {
     /// The smallest coordinates of its box.
     pub low: Vec3,
-    /// The largest.
+    /// The largest coordinates of its box.
     pub high: Vec3,
-    /// The index of the node after its last descendant: of a first child, its sibling.
+    /// The index of the node after its last descendant; for a first child, this is its sibling.
     pub next: u32,
-    /// For a leaf the index of its only primitive; otherwise NONE.
+    /// The index of a leaf's only primitive; NONE for an inner node.
     pub primitive: u32,
 }
 
@@ -212,17 +212,17 @@ fn aabbs(boxes: &[(Vec3, Vec3)]) -> Vec<Aabb> {
         .collect()
 }
 
-/// Maximum nodes of a tree over `count` boxes: each node but a lone root has at least two children.
+/// The maximum number of nodes of a tree over `count` boxes: each node except a lone root has at least two children.
 pub fn max_nodes(count: usize) -> usize {
     count.saturating_sub(1).max(1)
 }
 
-/// Maximum levels of a balanced tree over `count` boxes.
+/// The maximum number of levels of a balanced tree over `count` boxes.
 pub fn balanced_depth(count: usize) -> u32 {
     count.next_power_of_two().ilog2().max(1)
 }
 
-/// A binary tree over boxes with the minimum number of levels.
+/// The binary tree over boxes with the minimum number of levels.
 fn halved(boxes: &[Aabb]) -> Bvh2 {
     let mut nodes = vec![Bvh2Node::default()];
     let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
@@ -234,7 +234,7 @@ fn halved(boxes: &[Aabb]) -> Bvh2 {
     }
 }
 
-/// Makes the binary node `at` over `items`, the first of which has the index `first` among all: halves of equal
+/// Makes the binary node with the index `at` over `items`, whose first item has the index `first` among all: halves of equal
 /// count along the longest axis.
 fn halve(nodes: &mut Vec<Bvh2Node>, at: usize, boxes: &[Aabb], items: &mut [u32], first: u32) {
     let around = |bounds: Aabb, item: &u32| bounds.union(&boxes[*item as usize]);
@@ -273,7 +273,7 @@ fn depth(nodes: &[CwBvhNode]) -> u32 {
 mod tests {
     use super::*;
 
-    /// Boxes each ten times as far as the one before: trees by surface area are deep over these.
+    /// Each box is ten times as far away as the previous one: trees by surface area are deep over these boxes.
     #[test]
     fn a_tree_over_boxes_is_no_deeper_than_it_may_be() {
         for count in [1_usize, 2, 3, 9, 60] {
@@ -301,7 +301,7 @@ mod tests {
         }
     }
 
-    /// By the library's builder this takes hours.
+    /// The library's builder would take hours.
     #[test]
     fn a_million_equal_triangles_have_a_tree() {
         let mut corners = vec![[Vec3::ZERO, Vec3::X, Vec3::Y]; 1_000_000];

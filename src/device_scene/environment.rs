@@ -6,20 +6,21 @@ use crate::scene::lights::{AliasTable, luminance};
 use glam::{UVec2, Vec2, Vec4};
 use std::f64::consts::{PI, TAU};
 
-/// Share of the probability that is uniform over the sphere, so that dark texels can be drawn too: what random words
-/// cannot select would be missing from light samples.
+/// The fraction of the probability that is uniform over the sphere, so that dark texels can be drawn too: texels that random
+/// words cannot select would be missing from light samples.
 const UNIFORM_SHARE: f64 = 0.02;
 
 /// An environment on the device; empty without one.
 #[derive(Clone, Debug, Default)]
 pub struct EnvironmentTexels {
-    /// Radiance of each texel, and the density over longitude and latitude with which points in it are drawn.
+    /// The radiance of each texel, and the density over longitude and latitude with which points in the texel are drawn.
     pub texels: Vec<Vec4>,
-    /// The alias table that draws texels: the number of 32-bit words that keep a texel, and what is taken otherwise.
+    /// The alias table that draws texels: the threshold of 32-bit words below which a column's texel is kept, and the texel
+    /// that is drawn otherwise.
     pub columns: Vec<UVec2>,
-    /// Width and height.
+    /// The width and the height in texels.
     pub size: UVec2,
-    /// Cosine and sine of the rotation.
+    /// The cosine and the sine of the rotation.
     pub turn: Vec2,
 }
 

@@ -1,4 +1,4 @@
-//! A scene that moves, in two epochs: the buffers hold the current frame, followed by the previous frame.
+//! A scene that moves, in two epochs: the buffers hold the current frame and then the previous frame.
 
 use super::lights::Lights;
 use super::pose::{ScenePose, ScenePoser};
@@ -10,8 +10,7 @@ use crate::{Error, Result};
 use obvhs::cwbvh::node::CwBvhNode;
 use std::sync::{Mutex, MutexGuard};
 
-/// The contents of the buffers that differ by epoch: the current one, then, where something moves, the previous
-/// one.
+/// The contents of the buffers that differ by epoch: the current epoch and, where something moves, the previous epoch.
 pub struct EpochContents {
     /// Nodes of the trees over the instances.
     pub nodes: Vec<CwBvhNode>,
@@ -23,13 +22,13 @@ pub struct EpochContents {
     pub lights: Vec<GpuLight>,
     /// Punctual lights.
     pub punctual_lights: Vec<GpuPunctualLight>,
-    /// The table that selects lights of the current epoch.
+    /// The alias table that selects lights of the current epoch.
     pub light_choices: Vec<GpuLightChoice>,
 }
 
 impl EpochContents {
-    /// The contents for one pose or two. Every tree over the instances takes `room` nodes; the nodes of the
-    /// meshes follow them.
+    /// The contents for one or two poses. Every tree over the instances has space for `room` nodes; the nodes of the meshes
+    /// follow the trees.
     pub fn new(poses: &[&ScenePose], room: usize) -> Self {
         let mut contents = Self {
             nodes: Vec::new(),
@@ -78,7 +77,7 @@ impl EpochContents {
 pub struct MovingScene {
     motion: Motion,
     poser: ScenePoser,
-    /// Nodes for each of the two trees over the instances.
+    /// The number of nodes reserved for each of the two trees over the instances.
     pub room: usize,
     /// Number of instances in the scene, before any were merged.
     instance_count: usize,
@@ -92,7 +91,7 @@ pub struct PoseChange<'a> {
     pub poses: MutexGuard<'a, [ScenePose; 2]>,
     /// True if the current pose has become the previous one.
     pub advanced: bool,
-    /// True if each pose, after that, is new.
+    /// True for each pose (current, previous) that is new after the change.
     pub new: [bool; 2],
     /// For each of the scene's instances, the transform of its points from the current to the previous frame.
     pub previous_transforms: Vec<GpuPreviousTransform>,
@@ -151,7 +150,7 @@ impl MovingScene {
         }))
     }
 
-    /// The lights of the current pose, and its time in seconds, unless that is `known`.
+    /// The lights of the current pose and the time of that pose in seconds; `None` if that time is `known`.
     ///
     /// # Errors
     /// Posing the scene failed in another thread.

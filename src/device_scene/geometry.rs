@@ -28,13 +28,13 @@ pub struct MeshOffsets {
     pub first_part: u32,
     /// Root in [`Geometry::nodes`].
     pub root_node: u32,
-    /// True if no material of it has alpha.
+    /// True if no material of the mesh has alpha.
     pub opaque: bool,
     /// Number of emissive triangles.
     pub lights: u32,
-    /// From the positions here to those of the mesh.
+    /// The transform from the positions here to those of the mesh.
     pub to_object: DAffine3,
-    /// Bounds of the positions here.
+    /// The bounds of the positions here.
     pub bounds: (Vec3, Vec3),
 }
 
@@ -43,17 +43,17 @@ pub struct MeshOffsets {
 pub struct Geometry {
     /// Corner positions.
     pub positions: Vec<[Vec3; 3]>,
-    /// Octahedral corner normals of smooth meshes, and corner tangents of meshes with normal maps, whose lowest bit is the side of
-    /// the bitangent.
+    /// Octahedral corner normals of smooth meshes, and octahedral corner tangents of meshes with normal maps; the lowest bit of
+    /// a tangent is the side of the bitangent.
     pub corner_directions: Vec<UVec3>,
     /// Texture coordinates of the corners of meshes that have them.
     pub uvs: Vec<[Vec2; 3]>,
     /// Vertex colours of the corners of meshes that have them.
     pub colors: Vec<[UVec2; 3]>,
-    /// Material, emissive rank and instance offset of each triangle, for meshes with several parts or with
-    /// lights; the offset is added to the index of the instance.
+    /// The material, emissive rank and instance offset of each triangle, for meshes with several parts or with lights; the
+    /// offset is added to the index of the instance.
     pub parts: Vec<UVec3>,
-    /// Eight-wide nodes; empty where the driver builds its own.
+    /// Eight-wide nodes; empty if the driver builds its own trees.
     pub nodes: Vec<CwBvhNode>,
     /// Each triangle's index in its mesh.
     pub order: Vec<u32>,
@@ -64,7 +64,7 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// Lays out every mesh. With `trees`, triangles are in leaf order; otherwise in the mesh's order.
+    /// Lays out every mesh. With `trees`, triangles are in leaf order; otherwise they are in the mesh's order.
     pub fn new(traced: &TracedScene<'_>, trees: bool) -> Self {
         let mut geometry = Self::default();
         let emitters = Emitters::new(&traced.scene, &traced.emitter_materials);
@@ -218,15 +218,15 @@ fn bounds(positions: impl Iterator<Item = Vec3>) -> (Vec3, Vec3) {
         .unwrap_or_default()
 }
 
-/// A colour within 0…1 in 16 bits a channel.
+/// A colour with components in [0, 1], packed with 16 bits per channel.
 fn pack_color(color: Vec4) -> UVec2 {
     let steps = (color * 65535.0).round();
     let [r, g, b, a] = steps.to_array().map(|step| step as u32);
     UVec2::new(r | g << 16, b | a << 16)
 }
 
-/// The direction of a tangent, and in the lowest bit whether the bitangent is reversed. Vertices without a normal map
-/// have no direction.
+/// The direction of a tangent, and in the lowest bit the sign of the bitangent. Vertices without a normal map have no
+/// direction.
 fn pack_tangent(tangent: Vec4) -> u32 {
     let direction = tangent.truncate().try_normalize().unwrap_or(Vec3::X);
     pack_octahedral(direction) & !1 | u32::from(tangent.w < 0.0)

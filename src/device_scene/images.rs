@@ -5,22 +5,22 @@ use crate::gpu::{Device, DeviceInfo, SampledImage};
 use crate::scene::Scene;
 use std::sync::Arc;
 
-/// Bindings of a pass besides images, at most: they share some limits of the device with them.
+/// The maximum number of a pass's bindings besides images: both together count for some limits of the device.
 const OTHER_BINDINGS: u64 = 64;
 
-/// The sizes of a scene's images, known before they are uploaded.
+/// The sizes of a scene's images, known before the images are uploaded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ImageSizes {
-    /// Number of images.
+    /// The number of images.
     pub count: u64,
     /// The longest side, in texels.
     pub max_side: u32,
-    /// Bytes of the largest image.
+    /// The size of the largest image, in bytes.
     pub max_bytes: u64,
 }
 
 impl ImageSizes {
-    /// Those of a scene's images.
+    /// The sizes of a scene's images.
     pub fn of(scene: &Scene) -> Self {
         let images = || scene.images.iter();
         let max_side = images().map(|image| image.width.max(image.height)).max();
@@ -34,7 +34,7 @@ impl ImageSizes {
         }
     }
 
-    /// The limit of a device that the images exceed, if they exceed one.
+    /// A description of the device's limit that the images exceed, if they exceed one.
     pub(super) fn excess(&self, device: &DeviceInfo) -> Option<String> {
         let most = u64::from(device.max_sampled_images).saturating_sub(OTHER_BINDINGS);
         if self.count > most {
@@ -58,7 +58,7 @@ impl ImageSizes {
     }
 }
 
-/// Uploads a scene's images. Without any there is one of a single texel, so that it can be bound.
+/// Uploads a scene's images. A scene without images has one image of a single texel, so that an image can be bound.
 ///
 /// # Errors
 /// More memory than the device has.

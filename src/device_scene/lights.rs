@@ -17,14 +17,14 @@ use std::collections::HashMap;
 pub struct LightSources {
     /// Emissive triangles.
     pub emitter_triangles: Vec<EmitterTriangle>,
-    /// For each of them [`GpuLight::primitive`].
+    /// [`GpuLight::primitive`] of each emissive triangle.
     primitives: Vec<u32>,
     materials: Vec<Material>,
     punctual: Vec<PunctualLight>,
     /// The mean of the environment's luminance, weighted by itself.
     environment_mean: Option<f64>,
     light_powers: LightPowers,
-    /// None if no light is rare.
+    /// The rare lights; `None` if no light is rare.
     rare: Option<RareLights>,
 }
 
@@ -35,15 +35,16 @@ pub struct Lights {
     pub triangles: Vec<GpuLight>,
     /// Punctual lights.
     pub punctual: Vec<GpuPunctualLight>,
-    /// The alias table over all: triangles, punctual lights, the environment.
+    /// The alias table over all lights: triangles, punctual lights, the environment.
     pub choices: Vec<GpuLightChoice>,
     /// The table without rare lights; empty where no light is rare.
     pub common_choices: Vec<GpuLightChoice>,
     /// The table of rare lights alone, in which each emitter has the same probability; empty where no light is rare.
     pub rare_choices: Vec<GpuLightChoice>,
-    /// For each light true if it is rare; empty where none is.
+    /// True for each light that is rare; empty if no light is rare.
     pub rare: Vec<bool>,
-    /// For each light its power over π, in the device's units; distant lights count for at most as much as all others.
+    /// The power of each light over π, in the device's units; the power of distant lights is limited to the power of all other
+    /// lights.
     pub powers: Vec<f64>,
     /// Mean luminance of triangles and environment, weighted by their power; 0 without any.
     pub mean_luminance: f32,
@@ -55,18 +56,18 @@ impl Lights {
         !self.rare.is_empty()
     }
 
-    /// True if a light, by its index among those of all kinds, is rare.
+    /// True if the light with this index among the lights of all kinds is rare.
     pub fn is_rare(&self, index: usize) -> bool {
         self.rare.get(index).is_some_and(|is_rare| *is_rare)
     }
 
-    /// The share of directional lights and of the environment in the power of all, as the table has it.
+    /// The fraction of directional lights and the environment in the power of all lights, as in the alias table.
     pub fn distant_share(&self) -> f32 {
         let distant = (0..self.choices.len()).filter(|index| self.is_distant(*index));
         distant.map(|index| self.choices[index].probability).sum()
     }
 
-    /// True if a light, by its index among those of all kinds, is infinitely far away.
+    /// True if the light with this index among the lights of all kinds is infinitely far away.
     pub fn is_distant(&self, index: usize) -> bool {
         let punctual = index.checked_sub(self.triangles.len());
         punctual.is_some_and(|index| {
@@ -77,8 +78,8 @@ impl Lights {
 }
 
 impl LightSources {
-    /// Those of a scene, given which of its materials give light at any time, and for each mesh where its triangles are
-    /// among those that are traced.
+    /// The lights of a scene. `emitter_materials` are the materials that emit light at any time; `traced_index` gives the
+    /// indices of a mesh's triangles among the traced triangles.
     pub fn of(
         scene: &Scene,
         emitter_materials: &[bool],
@@ -123,8 +124,8 @@ impl LightSources {
         sources
     }
 
-    /// The lights where the transforms of instances are `transform_of`, and emission of materials and transforms of punctual
-    /// lights have changed to the values given.
+    /// The lights with the given transforms of instances (`transform_of`), emission of materials and transforms of punctual
+    /// lights.
     pub fn placed(
         &self,
         transform_of: impl Fn(u32) -> DAffine3,
@@ -183,8 +184,8 @@ impl LightSources {
     }
 }
 
-/// Distant lights are taken to have at most as much power as all others together: how much of their light arrives is
-/// unknown, as it is in a room with windows, and half of the candidates is enough.
+/// Limits the power of distant lights to the power of all other lights: the fraction of their light that arrives is not known,
+/// for example in a room with windows, and half of the candidates is enough.
 fn limit_distant(powers: &mut [f64], is_distant: impl Fn(usize) -> bool) {
     let (mut near, mut far) = (0.0, 0.0);
     for (index, power) in powers.iter().enumerate() {
@@ -201,7 +202,7 @@ fn limit_distant(powers: &mut [f64], is_distant: impl Fn(usize) -> bool) {
     }
 }
 
-/// The alias table for lights of these powers, of which a share is uniform.
+/// The alias table for lights with these powers, mixed with a uniform fraction.
 fn choices(powers: &[f64], uniform_share: f64) -> Vec<GpuLightChoice> {
     let table = AliasTable::new(powers, uniform_share);
     let columns = table.columns.iter().zip(&table.probabilities);
@@ -232,7 +233,7 @@ fn gpu_light(light: &LightTriangle, material: &Material, units: &Units) -> GpuLi
     }
 }
 
-/// The least difference of the squared distances of a spot's angles.
+/// The smallest difference of the squared distances of a spot's inner and outer angles.
 const SHARPEST: f64 = 1e-30;
 
 fn gpu_punctual(light: &PunctualLight, units: &Units) -> GpuPunctualLight {
@@ -279,8 +280,8 @@ pub fn gpu_lights(scene: &Scene, units: &Units) -> Lights {
     )
 }
 
-/// Mean luminance of lights, weighted by the power that triangles emit to one side. Of an environment power and luminance
-/// are given.
+/// The mean luminance of lights, weighted by the power that triangles emit to one side. The power and the luminance of an
+/// environment are given.
 fn mean_luminance(lights: &[GpuLight], environment: Option<(f64, f64)>) -> f32 {
     let (mut power, mut weighted) = (0.0, 0.0);
     for light in lights {

@@ -13,17 +13,17 @@ use glam::Vec3;
 pub struct Materials {
     /// The materials.
     pub materials: Vec<GpuMaterial>,
-    /// Their textures.
+    /// The textures of the materials.
     pub textures: Vec<GpuTexture>,
-    /// For each material its emissive texture, or NONE.
+    /// The emissive texture of each material, or NONE.
     emissive: Vec<u32>,
-    /// Without textures nothing; otherwise the bits of the linear value of each sRGB byte, and then the texels of all images,
+    /// Empty without textures; otherwise the bits of the linear value of each sRGB byte, and then the texels of all images,
     /// unless images are sampled.
     pub texels: Vec<u32>,
 }
 
 impl Materials {
-    /// Those of a scene, given the unit of radiance and how shaders read textures.
+    /// The materials of a scene in the given unit of radiance, with textures for the access that shaders use.
     pub fn of(scene: &Scene, radiance: f64, read: Textures) -> Self {
         let has_textures = scene.materials.iter().any(|m| m.textures().count() > 0);
         let mut texels: Vec<u32> = if has_textures {
@@ -75,7 +75,7 @@ impl Materials {
         }
     }
 
-    /// The textures of emissive triangles, one for each.
+    /// The texture of each emissive triangle.
     pub fn of_lights(&self, emitters: &[EmitterTriangle]) -> Vec<GpuLightTexture> {
         let laid = emitters.iter().map(|emitter| {
             let [a, b, c] = emitter.uvs;
@@ -104,8 +104,8 @@ const fn wrap(wrap: Wrap) -> u32 {
     }
 }
 
-/// The least product of texture and vertex colour at which a material with this cutoff is there: at the cutoff itself there is no
-/// hole, and one step of f32 below it there is.
+/// The smallest product of texture and vertex colour at which the surface of a material with this cutoff exists: at the cutoff
+/// itself there is no hole, and one step of f32 below it there is one.
 fn least_coverage(material: &Material, cutoff: f32) -> f32 {
     // From two steps below the rounded quotient: no smaller product reaches the cutoff.
     let mut least = (cutoff / material.alpha).next_down().next_down();
@@ -121,7 +121,7 @@ fn least_coverage(material: &Material, cutoff: f32) -> f32 {
     least * (1.0 - rounding)
 }
 
-/// A material without its textures, given the unit of radiance.
+/// A material without its textures, in the given unit of radiance.
 pub fn gpu_material(material: &Material, radiance: f64) -> GpuMaterial {
     // KHR_materials_ior: an index of 0 stands for a reflectance of 1 at every angle.
     let normal_reflectance = if material.ior == 0.0 {

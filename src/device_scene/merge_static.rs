@@ -8,15 +8,15 @@ use crate::scene::{Instance, Mesh, Part, Scene};
 use glam::{DAffine3, DVec3, Vec2, Vec4};
 use std::borrow::Cow;
 
-/// A scene as it is traced, and the original indices of its instances.
+/// A scene as rays see it, and the original indices of its instances.
 pub struct TracedScene<'a> {
     /// The scene; merged meshes and their instances come last.
     pub scene: Cow<'a, Scene>,
     /// The original index of each instance; 0 for a merged mesh.
     pub instance_ids: Vec<u32>,
-    /// For each mesh, what each of its parts adds to that; empty means zeros.
+    /// The offset that each part of a mesh adds to the instance's original index; empty means zeros.
     pub part_ids: Vec<Vec<u32>>,
-    /// For each material: true if it emits light at some time.
+    /// True for each material that emits light at some time.
     pub emitter_materials: Vec<bool>,
 }
 
@@ -31,8 +31,8 @@ impl<'a> TracedScene<'a> {
     }
 }
 
-/// Which instances are merged: those whose mesh has no other instance and that do not move, if there are
-/// at least two of them.
+/// True for each instance that is merged: its mesh has no other instance, and it does not move. No instance is merged if there
+/// is only one of these.
 fn merged_instances(scene: &Scene) -> Vec<bool> {
     let mut uses = vec![0_u32; scene.meshes.len()];
     for instance in &scene.instances {
@@ -48,10 +48,10 @@ fn merged_instances(scene: &Scene) -> Vec<bool> {
     merged
 }
 
-/// Numbers of elements of a scene.
+/// The numbers of elements of a scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ElementCounts {
-    /// Triangles that are stored: those of a mesh with several instances once.
+    /// The number of stored triangles; the triangles of a mesh with several instances are stored once.
     pub triangles: u64,
     /// Triangles of smooth meshes.
     pub smooth_triangles: u64,
@@ -79,19 +79,19 @@ pub struct ElementCounts {
     pub punctual_lights: u64,
     /// Texels of the environment; 0 without one.
     pub environment_texels: u64,
-    /// 2 where something moves, for the current and the previous frame; else 1.
+    /// The number of epochs: 2 (current and previous frame) if something moves; otherwise 1.
     pub epochs: u64,
-    /// Instances of the scene, where something moves.
+    /// The number of the scene's instances if something moves; otherwise 0.
     pub previous_transforms: u64,
 }
 
 impl ElementCounts {
-    /// Lights of all kinds.
+    /// The number of lights of all kinds.
     pub fn lights(&self) -> u64 {
         self.triangle_lights + self.punctual_lights + u64::from(self.environment_texels > 0)
     }
 
-    /// The numbers of elements that a scene has on the device, known before it is merged.
+    /// The numbers of elements that a scene has on the device, known before its meshes are merged.
     pub fn of(scene: &Scene) -> Self {
         let merged = merged_instances(scene);
         let motion = scene.motion.as_ref().filter(|motion| motion.moves_things());
@@ -174,10 +174,11 @@ impl ElementCounts {
     }
 }
 
-/// Into how many meshes others are merged.
+/// The number of meshes into which the others are merged.
 const GROUPS: usize = 4;
 
-/// Which of them a mesh belongs to: flat ones need no normals, and others no texture coordinates or colours.
+/// The index of the merged mesh to which a mesh belongs: flat meshes need no normals, and other meshes need no texture
+/// coordinates or colours.
 fn group(mesh: &Mesh) -> usize {
     let varies = !mesh.colors.is_empty() || mesh.uvs.iter().any(|uvs| !uvs.is_empty());
     usize::from(!mesh.normals.is_empty()) + 2 * usize::from(varies)
@@ -239,7 +240,7 @@ pub fn merge_static(scene: &Scene, origin: DVec3) -> TracedScene<'_> {
     }
 }
 
-/// Adds a mesh where `transform` puts it.
+/// Adds a mesh, transformed by `transform`.
 fn append(whole: &mut Mesh, mesh: &Mesh, transform: DAffine3) {
     let turn = transform.matrix3.inverse().transpose();
     // A triangle's front is the side from which object space shows it counter-clockwise; a

@@ -14,23 +14,23 @@ use crate::shader_interface::{GpuInstance, GpuPreviousTransform, NONE};
 use glam::{DAffine3, DVec3, Vec3};
 use std::collections::HashMap;
 
-/// Poses a scene at any time: computes its instances, its lights and the tree over the instances.
+/// Computes the pose of a scene at any time: its instances, its lights and the tree over the instances.
 pub struct ScenePoser {
     units: Units,
     instances: Vec<TracedInstance>,
-    /// The index in `instances` of each instance of the scene that may move.
+    /// The index in `instances` of each instance that may move, by its index in the scene.
     traced_index: HashMap<u32, usize>,
     sources: LightSources,
     trees: bool,
-    /// Maximum levels of the tree over the instances.
+    /// The maximum number of levels of the tree over the instances.
     max_depth: u32,
 }
 
-/// An instance that is traced: its transform unless it moves, and what never changes.
+/// A traced instance: its transform unless it moves, and its constant data.
 struct TracedInstance {
     object_to_world: DAffine3,
     mesh: MeshOffsets,
-    /// Without transforms.
+    /// The constant data, without transforms.
     constant: GpuInstance,
 }
 
@@ -43,7 +43,7 @@ pub struct ScenePose {
     pub instances: Vec<GpuInstance>,
     /// Indices of the instances that are not flattened by their transforms.
     pub visible: Vec<u32>,
-    /// The tree over the visible ones; empty where the driver builds its own.
+    /// The tree over the visible instances; empty if the driver builds its own tree.
     pub top: Tree,
     /// Lights.
     pub lights: Lights,
@@ -108,15 +108,15 @@ impl ScenePoser {
         &self.sources.emitter_triangles
     }
 
-    /// Limits the levels of trees over the instances; those of a balanced tree must be permitted.
+    /// Limits the levels of trees over the instances; the limit must allow a balanced tree.
     pub fn limit_depth(&mut self, levels: u32) {
         self.max_depth = levels;
     }
 
-    /// The scene at a time; `pose` says what has moved or changed by then.
+    /// The scene at a time; `pose` holds the transforms and the emission that have changed by then.
     ///
     /// # Errors
-    /// An instance further away than can be rendered.
+    /// An instance is further away than can be rendered.
     pub fn pose_at(&self, time: f64, pose: Pose) -> Result<ScenePose> {
         let mut to_world: Vec<DAffine3> =
             self.instances.iter().map(|i| i.object_to_world).collect();

@@ -1,34 +1,36 @@
-//! Rare lights: emitters so dim beside others that resampling would lose their light.
+//! Rare lights: emitters that are so dim, compared with others, that resampling would lose their light.
 //!
-//! Resampling compares candidates before their shadow rays. An emitter that is a million times brighter takes every reservoir, also
-//! where it is hidden, and then nothing of a dim emitter is left. So dim emitters are kept out of reservoirs, and have candidates
-//! and shadow rays of their own (`glsl/lights/samplers/sources.glsl`).
+//! Resampling compares candidates before their shadow rays. An emitter that is a million times brighter wins every reservoir,
+//! even where it is hidden, and the light of a dim emitter is lost. So dim emitters are kept out of reservoirs, and have
+//! separate candidates and shadow rays (`glsl/lights/samplers/sources.glsl`).
 
 use std::collections::HashMap;
 use std::hash::Hash;
 
-/// The dimmest emitters are rare if they have less than this part of all power together: draws by power select them so seldom
-/// that a brighter emitter nearly always takes their place.
+/// The fraction of all power below which the dimmest emitters together are rare: draws by power select them so seldom that a
+/// brighter emitter nearly always takes their place.
 const SHARE: f64 = 1.0 / 96.0;
 
-/// A rare emitter has less than this part of the mean power of emitters, so that none is rare among its like.
+/// The fraction of the mean power of emitters below which an emitter can be rare, so that no emitter is rare among similar
+/// ones.
 const PART: f64 = 1.0 / 8.0;
 
-/// The same power up to the rounding of areas.
+/// The ratio above which two powers are equal up to the rounding of areas.
 const SAME: f64 = 1.0 - 1e-6;
 
-/// The lights of a scene of which some are rare.
+/// The rare lights of a scene.
 pub struct RareLights {
-    /// For each light the number of its emitter. An emitter is all that shines together: the slivers of a bright one are not rare.
+    /// The index of each light's emitter. Lights with equal names form one emitter, so that the slivers of a bright emitter are
+    /// not rare.
     emitters: Vec<usize>,
-    /// For each light true if it is rare. The same at all times: reservoirs of an earlier frame must hold no light that has
-    /// candidates of its own now.
+    /// True for each light that is rare, constant over time: reservoirs of an earlier frame must hold no light that has
+    /// separate candidates now.
     pub is_rare: Vec<bool>,
 }
 
 impl RareLights {
-    /// Finds those among lights of which the largest powers at any time are known; none if no light is rare. Lights with the
-    /// same name in `names` are one emitter.
+    /// Finds the rare lights, given the largest power of each light at any time; `None` if no light is rare. Lights with equal
+    /// `names` form one emitter.
     pub fn find<Name: Hash + Eq>(
         powers: &[f64],
         names: impl Iterator<Item = Name>,
@@ -61,13 +63,13 @@ impl RareLights {
             .then_some(Self { emitters, is_rare })
     }
 
-    /// The weights with which light samples select lights of these powers: 0 for rare ones.
+    /// The weights with which light samples select lights with these powers: 0 for rare lights.
     pub fn common_weights(&self, powers: &[f64]) -> Vec<f64> {
         self.weights_among(powers, false)
     }
 
-    /// The weights with which candidates among rare lights select them: each emitter has the same, and its lights share it by
-    /// power.
+    /// The weights with which candidates among rare lights select them: all emitters have the same weight, which is distributed
+    /// over their lights by power.
     pub fn rare_weights(&self, powers: &[f64]) -> Vec<f64> {
         let weights = self.weights_among(powers, true);
         let of_emitters = sums(&weights, &self.emitters, self.emitters.len());
@@ -79,8 +81,8 @@ impl RareLights {
         shares.collect()
     }
 
-    /// The powers of lights that are rare, or of those that are not, and 0 for the others. If none of them has power now, all
-    /// of them count the same.
+    /// The powers of lights that are rare, or of lights that are not rare, and 0 for the others. If none of them has power now,
+    /// all of them have the same weight.
     fn weights_among(&self, powers: &[f64], rare: bool) -> Vec<f64> {
         let lights = || self.is_rare.iter().zip(powers);
         let is_lit = lights().any(|(is_rare, power)| *is_rare == rare && *power > 0.0);
@@ -93,7 +95,7 @@ impl RareLights {
     }
 }
 
-/// The sum of the values of each emitter.
+/// The sum of the values for each emitter.
 fn sums(values: &[f64], emitters: &[usize], count: usize) -> Vec<f64> {
     let mut sums = vec![0.0; count];
     for (value, emitter) in values.iter().zip(emitters) {
@@ -106,7 +108,7 @@ fn sums(values: &[f64], emitters: &[usize], count: usize) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    /// True for each emitter of its own that is rare.
+    /// True for each light that is rare, where every light is a separate emitter.
     fn rare(powers: &[f64]) -> Vec<bool> {
         let found = RareLights::find(powers, 0..powers.len());
         found.map_or(vec![false; powers.len()], |found| found.is_rare)

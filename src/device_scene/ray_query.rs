@@ -7,13 +7,13 @@ use crate::shader_interface::GpuInstance;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// One structure a mesh, and one or two over the instances.
+/// One structure per mesh, and one or two over the instances.
 pub struct RayQueryScene {
-    /// The top-level structures that rays are traced in; where the scene moves two, for this frame and the last.
+    /// The top-level structures in which rays are traced; two if the scene moves, for this frame and the previous one.
     tops: Vec<AccelerationStructure>,
     /// The index of the structure of this frame.
     current: AtomicUsize,
-    /// The bottom-level structures that they refer to.
+    /// The bottom-level structures of the meshes.
     meshes: Vec<Option<AccelerationStructure>>,
     /// Each instance's mesh.
     mesh_of: Vec<u32>,
@@ -69,7 +69,7 @@ impl RayQueryScene {
         &self.tops[self.current.load(Ordering::Relaxed)]
     }
 
-    /// The structure over the previous frame's instances: the same where nothing moves.
+    /// The structure over the previous frame's instances, which is the current one if nothing moves.
     pub fn previous_top(&self) -> &AccelerationStructure {
         let previous = (self.current.load(Ordering::Relaxed) + 1) % self.tops.len();
         &self.tops[previous]
@@ -81,7 +81,7 @@ impl RayQueryScene {
         self.current.store(next, Ordering::Relaxed);
     }
 
-    /// Builds one of the structures over the instances anew.
+    /// Rebuilds one of the structures over the instances.
     ///
     /// # Errors
     /// The device has no memory left.
@@ -108,7 +108,7 @@ impl RayQueryScene {
             .collect()
     }
 
-    /// Bytes of all structures.
+    /// The size of all structures in bytes.
     pub fn size(&self) -> u64 {
         let meshes = self.meshes.iter().flatten();
         let all = meshes.chain(&self.tops);

@@ -35,9 +35,9 @@ pub struct GpuScene {
     pub units: Units,
     /// The features that the scene requires.
     pub requirements: Requirements,
-    /// Numbers of elements in its buffers.
+    /// The numbers of elements in its buffers.
     pub counts: ElementCounts,
-    /// Entries that the stack of the traversal in compute needs, rounded up so that scenes share shaders.
+    /// The number of entries that the stack of the traversal in compute needs, rounded up so that scenes use the same shaders.
     pub stack_size: u32,
     buffers: SceneBuffers,
     /// The images of textures, where shaders sample them.
@@ -46,9 +46,9 @@ pub struct GpuScene {
     moving: Option<MovingScene>,
     /// The lights at time 0.
     first_lights: Lights,
-    /// For each emissive triangle the first one that it is connected with by common corners.
+    /// The index of the first emissive triangle to which each emissive triangle is connected by common corners.
     pub light_groups: Vec<u32>,
-    /// For each instance the triangles of its mesh.
+    /// The number of triangles of each instance's mesh.
     triangle_counts: Vec<u32>,
 }
 
@@ -162,8 +162,8 @@ impl GpuScene {
         })
     }
 
-    /// Poses the scene at the time `now`, and for passes that look back at the time `before`, both in
-    /// seconds. Does nothing where nothing but cameras moves.
+    /// Poses the scene at the time `now`, and for passes that use the previous frame also at the time `before`, both in
+    /// seconds. Does nothing if only cameras move.
     ///
     /// # Errors
     /// At one of the times something is further away than can be rendered, or the device fails.
@@ -204,7 +204,7 @@ impl GpuScene {
         }
     }
 
-    /// The lights as they are posed, and the time of the pose in seconds, unless they are those of the time `known`.
+    /// The lights in the current pose and the time of that pose in seconds; `None` if that time is `known`.
     ///
     /// # Errors
     /// Posing the scene failed in another thread.
@@ -220,7 +220,7 @@ impl GpuScene {
         &self.first_lights
     }
 
-    /// Some points on the surfaces as they are posed, uniform by area, in the device's units.
+    /// Points on the surfaces in the current pose, uniform by area, in the device's units.
     ///
     /// # Errors
     /// The device fails.
@@ -262,7 +262,7 @@ impl GpuScene {
         resources
     }
 
-    /// Makes the pass `NAME.comp`, in the scene's variant, with pairs of id and value as its constants.
+    /// Makes the pass `NAME.comp` in the scene's variant; `constants` are pairs of id and value.
     ///
     /// # Errors
     /// A shader whose interface cannot be bound by name.
@@ -276,7 +276,7 @@ impl GpuScene {
         ComputePass::with_images(device, name, &spirv, constants, self.images.len() as u32)
     }
 
-    /// Bytes on the device, by buffer.
+    /// The size in bytes of each buffer on the device.
     pub fn memory(&self) -> Vec<(&str, u64)> {
         let buffers = self.buffers.named().into_iter();
         let mut memory: Vec<(&str, u64)> = buffers.map(|(name, b)| (name, b.size())).collect();

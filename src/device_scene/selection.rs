@@ -1,5 +1,5 @@
 //! The choice of tracer, geometry access and textures for a scene on a device: by rule from the device and the size of the
-//! scene, never from a timing, so that the same command on the same machine always does the same.
+//! scene, never from a timing, so that a command always makes the same choice on the same machine.
 
 use super::buffers::is_fetched;
 use super::sizes::SceneSizes;
@@ -7,7 +7,7 @@ use crate::gpu::{DeviceInfo, DriverKind, Features};
 use crate::shader_interface::{Fetch, GeometryAccess, Textures, Tracer, Variant};
 use crate::{Error, Result};
 
-/// The parts of a variant that the user chooses; rules choose those that are `None`.
+/// The choices of the user for a variant; rules decide where a choice is `None`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Request {
     /// The tracer.
@@ -25,18 +25,18 @@ pub struct Request {
 pub struct Selection {
     /// The variant that the shaders are compiled for.
     pub variant: Variant,
-    /// Why this tracer.
+    /// The reason for the tracer.
     pub tracer_reason: String,
-    /// Why this geometry access.
+    /// The reason for the geometry access.
     pub geometry_reason: String,
-    /// Why this fetch.
+    /// The reason for the fetch.
     pub fetch_reason: String,
-    /// Why textures are read so.
+    /// The reason for the access to textures.
     pub textures_reason: String,
 }
 
 impl Selection {
-    /// The features the device must be opened with.
+    /// The features with which the device must be opened.
     pub fn features(&self) -> Features {
         Features {
             ray_query: self.variant.tracer == Tracer::RayQuery,
@@ -49,16 +49,15 @@ impl Selection {
     }
 }
 
-/// Why a captured frame uses no addresses.
+/// The reason why a captured frame uses no addresses.
 const NO_REPLAY: &str = "addresses of buffers cannot be replayed on this device";
 
-/// The rule. A CPU device traces in compute: its ray query is the slower one by far. Addresses are
-/// used where the device has them, since they reach further than a binding, but for drivers that
-/// were measured to be slow with them (processor time of path tracing `cornell-glossy` and
-/// `night-city`) and scenes that these can bind.
+/// The rule. A CPU device traces in compute, because its ray query is much slower. Addresses are used where the device has
+/// them, since they reach further than a binding, except with drivers that were measured to be slow with them (processor time
+/// of path tracing `cornell-glossy` and `night-city`) and scenes that these drivers can bind.
 ///
 /// # Errors
-/// Ray query or buffer addresses were asked for on a device that has none, storage buffers for a scene that is too large for
+/// Ray query or buffer addresses are requested on a device without them, storage buffers for a scene that is too large for
 /// them, or images on a device that cannot sample those of the scene.
 pub fn select(device: &DeviceInfo, request: Request, scene: &SceneSizes) -> Result<Selection> {
     // Addresses would be others when the capture is replayed.

@@ -10,10 +10,10 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// SPIR-V by variant key.
+/// The embedded SPIR-V by variant key.
 const EMBEDDED: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 
-/// GLSL by file name.
+/// The embedded GLSL by file name.
 const SOURCES: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/sources.rs"));
 
 /// A variant's SPIR-V: embedded, or compiled from the folder that `HEADWATER_GLSL` names, or with `HEADWATER_SHADER_DEBUG`
@@ -58,8 +58,8 @@ fn used_files() -> MutexGuard<'static, BTreeSet<String>> {
     USED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Compiles every pass of the folder that `HEADWATER_GLSL` names for a variant, so that a mistake is found even if this run does
-/// not use the pass. Does nothing without the variable.
+/// Compiles every pass of the folder that `HEADWATER_GLSL` names for a variant, so that a mistake is found even if this run
+/// does not use the pass. Does nothing without the variable.
 ///
 /// # Errors
 /// The folder cannot be read, or a shader does not compile.
@@ -94,8 +94,8 @@ pub fn changes_without_effect() -> Result<Vec<String>> {
     Ok(changed.map(|(name, _)| name).collect())
 }
 
-/// The project's GLSL sources with the declarations that Rust shares: for compiling shaders of
-/// one's own against them, as tests do.
+/// The project's GLSL sources with the declarations that Rust and the shaders have in common: tests compile their shaders
+/// against them.
 pub fn sources() -> Sources {
     let mut sources: Sources = SOURCES
         .iter()
@@ -105,7 +105,7 @@ pub fn sources() -> Sources {
     sources
 }
 
-/// Hashes, in hexadecimal, of sources that shaders are made from: results found with others are not comparable.
+/// Hashes, in hexadecimal, of the sources of shaders: results with different hashes are not comparable.
 pub struct Fingerprints {
     /// The hash of all sources.
     pub all: String,
@@ -137,7 +137,7 @@ fn hash_of(sources: &Sources, is_wanted: impl Fn(&str) -> bool) -> String {
     short(&hasher.finalize())
 }
 
-/// The sources of the folder that `HEADWATER_GLSL` names, or else the project's own.
+/// The sources of the folder that `HEADWATER_GLSL` names, or the project's sources without that variable.
 fn sources_in_use() -> Result<Sources> {
     let Some(folder) = std::env::var_os("HEADWATER_GLSL") else {
         return Ok(sources());
@@ -164,7 +164,7 @@ mod tests {
     use crate::shader_interface::{GpuLightEntry, GpuLightNode, STRUCTS};
     use std::collections::BTreeSet;
 
-    /// A reference outlives changes of shaders that have no part in it, and no others.
+    /// A reference remains valid when shaders change that do not affect it, and only then.
     #[test]
     fn a_pass_depends_on_what_it_includes() {
         let sources = sources();
@@ -220,7 +220,7 @@ mod tests {
         }
     }
 
-    /// What shaders declare that Rust does not, or otherwise, and constants that no shader uses.
+    /// The constants that shaders declare and Rust does not, or that differ, and constants that no shader uses.
     fn specialisation_faults(declared: &[SpecialisationConstant]) -> Vec<String> {
         let mut unused: BTreeSet<&str> = declared.iter().map(|c| c.name.as_str()).collect();
         let mut faults = Vec::new();
@@ -295,8 +295,8 @@ mod tests {
         assert!(reflection.check_layouts(&[planted]).is_err());
     }
 
-    /// SwiftShader binds 30 storage buffers. A pass leaves out what its scene can do without; these are for a scene that needs
-    /// everything.
+    /// SwiftShader binds 30 storage buffers. A pass leaves out the buffers that its scene does not need; these passes are for a
+    /// scene that needs everything.
     #[test]
     fn every_shader_has_room_for_its_buffers_on_every_driver() {
         for (key, bytes) in EMBEDDED {

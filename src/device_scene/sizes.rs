@@ -1,4 +1,4 @@
-//! How many bytes a scene takes on a device, known before any tree is built.
+//! The sizes in bytes of a scene's buffers on a device, known before any tree is built.
 
 use super::buffers::{BufferBytes, is_fetched};
 use super::images::ImageSizes;
@@ -12,14 +12,14 @@ use crate::shader_interface::{
 };
 use crate::{Error, Result};
 
-/// Shaders count a triangle's words in 32 bits, nine for its corners.
+/// The maximum number of triangles: shaders count a triangle's words in 32 bits, nine words for its corners.
 const MAX_TRIANGLES: u64 = u32::MAX as u64 / 9;
 
-/// Reservoirs have 29 bits for the index of a light.
+/// The maximum number of lights: reservoirs have 29 bits for the index of a light.
 const MAX_LIGHTS: u64 = LIGHT_MASK as u64 + 1;
 
-/// Bytes of the host's memory that an emissive triangle takes while a scene is put on a device: itself in object and
-/// world space, what shaders read of it, kept for time 0 too, the alias table over all, and a few numbers.
+/// The host's memory, in bytes, that an emissive triangle takes while a scene is put on a device: the triangle in object and
+/// world space, its data for shaders (also kept for time 0), its part of the alias table, and a few numbers.
 const LIGHT_BYTES: usize = size_of::<EmitterTriangle>()
     + size_of::<LightTriangle>()
     + 2 * (size_of::<GpuLight>() + size_of::<GpuLightChoice>())
@@ -29,11 +29,11 @@ const LIGHT_BYTES: usize = size_of::<EmitterTriangle>()
 /// The size of a scene on a device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SceneSizes {
-    /// Triangles that are stored: those of a mesh with several instances once.
+    /// The number of stored triangles; the triangles of a mesh with several instances are stored once.
     pub triangles: u64,
     /// Emissive triangles in the world.
     pub triangle_lights: u64,
-    /// Bytes of its buffers, without the nodes of trees.
+    /// The sizes in bytes of its buffers, without the nodes of trees.
     pub bytes: BufferBytes,
     /// The sizes of the images.
     pub images: ImageSizes,
@@ -51,7 +51,7 @@ impl SceneSizes {
         }
     }
 
-    /// The name and the bytes of the largest buffer among those that `counts` takes by name.
+    /// The name and the size in bytes of the largest buffer among those whose names `counts` accepts.
     pub(super) fn largest(&self, counts: impl Fn(&str) -> bool) -> (&'static str, u64) {
         let buffers = self.bytes.named().into_iter();
         let counted = buffers.filter(|(name, _)| counts(name));
@@ -61,7 +61,7 @@ impl SceneSizes {
     /// True if a device can hold the scene and read it as a variant does, and the host its lights.
     ///
     /// # Errors
-    /// It cannot: which buffer, its bytes, and the limit.
+    /// They cannot; the message names the buffer, its size in bytes, and the limit.
     pub fn check(&self, device: &DeviceInfo, variant: Variant) -> Result<()> {
         if self.triangles > MAX_TRIANGLES {
             return Err(Error::input(format!(
@@ -105,10 +105,10 @@ impl SceneSizes {
     }
 }
 
-/// True if a device can hold one of a scene's buffers and read it as a variant does.
+/// Checks that a device can hold one of a scene's buffers and read it as a variant does.
 ///
 /// # Errors
-/// It cannot.
+/// The device cannot.
 pub(crate) fn check_buffer(
     device: &DeviceInfo,
     variant: Variant,

@@ -4,8 +4,8 @@ use super::GpuScene;
 use crate::shader_interface::Specialisation;
 
 impl GpuScene {
-    /// The values that the scene decides, for all passes; the others are defaults. With `full`, shaders contain the code for
-    /// everything that scenes may have.
+    /// The constants that the scene decides, for all passes; the others have their defaults. With `full`, shaders contain the
+    /// code for all features of scenes.
     pub fn specialisation(&self, full: bool) -> Specialisation {
         let requires = &self.requirements;
         Specialisation {

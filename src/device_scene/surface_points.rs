@@ -7,14 +7,14 @@ use glam::{DVec3, Vec3};
 /// A point on a surface, in the device's units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint {
-    /// Where it is.
+    /// The position.
     pub position: Vec3,
-    /// The unit normal of its triangle, of either side.
+    /// The unit normal of the triangle, towards either side.
     pub normal: Vec3,
 }
 
-/// Some points on the surfaces of instances: one in each of `count` parts of equal area. `triangle_counts` are those of the
-/// instances' meshes, `positions` the corners of all meshes.
+/// Points on the surfaces of instances: one in each of `count` parts of equal area. `triangle_counts` are the numbers of
+/// triangles of the instances' meshes, `positions` the corners of all meshes.
 pub fn surface_points(
     instances: &[GpuInstance],
     triangle_counts: &[u32],

@@ -12,13 +12,13 @@ use glam::{DAffine3, DVec3, Vec3};
 pub struct Units {
     /// The point of the world that is at zero on the device, so that f32 is finest around it.
     pub origin: DVec3,
-    /// Scene units of a length of 1 on the device.
+    /// The length in scene units that is 1 on the device.
     pub length: f64,
-    /// Radiance of 1 on the device.
+    /// The radiance that is 1 on the device.
     pub radiance: f64,
 }
 
-/// Bound of coordinates on the device, within a factor of two.
+/// The bound of coordinates on the device, within a factor of two.
 const FARTHEST: f64 = (1_u64 << 50) as f64;
 
 impl Units {
@@ -79,19 +79,19 @@ impl Units {
         2.0 * FARTHEST * self.length
     }
 
-    /// From the world to the device.
+    /// The transform from the world to the device.
     pub fn to_device(&self) -> DAffine3 {
         DAffine3::from_scale(DVec3::splat(1.0 / self.length))
             * DAffine3::from_translation(-self.origin)
     }
 
-    /// From the device to the world.
+    /// The transform from the device to the world.
     pub fn to_world(&self) -> DAffine3 {
         DAffine3::from_translation(self.origin) * DAffine3::from_scale(DVec3::splat(self.length))
     }
 }
 
-/// The largest power of two that is not above a number; 1 for 0.
+/// The largest power of two that is not above `number`; 1 for 0.
 pub(super) fn power_of_two(number: f64) -> f64 {
     if number > 0.0 {
         2.0_f64.powi(exponent(number) as i32)

@@ -34,7 +34,7 @@ pub struct TlasInstance<'a> {
     pub blas: &'a AccelerationStructure,
     /// Columns of the 3×4 object-to-world transform.
     pub object_to_world: [Vec3; 4],
-    /// What `rayQueryGetIntersectionInstanceCustomIndexEXT` returns; 24 bits.
+    /// The value that `rayQueryGetIntersectionInstanceCustomIndexEXT` returns; 24 bits.
     pub index: u32,
 }
 
@@ -74,7 +74,7 @@ impl AccelerationStructure {
     /// instances.
     ///
     /// # Errors
-    /// More than 2²⁴ instances, or as [`AccelerationStructure::bottom`].
+    /// More than 2²⁴ instances, or the errors of [`AccelerationStructure::bottom`].
     pub fn top(
         device: &Arc<Device>,
         name: &str,
@@ -91,7 +91,7 @@ impl AccelerationStructure {
     /// Rebuilds a structure made by [`Self::top`] over at most its capacity of instances, and waits.
     ///
     /// # Errors
-    /// As [`AccelerationStructure::top`].
+    /// The errors of [`AccelerationStructure::top`].
     pub fn rebuild_top(&self, instances: &[TlasInstance<'_>]) -> Result<()> {
         let buffer = instance_buffer(&self.buffer.device, self.buffer.name(), instances)?;
         self.fill(Build::over_instances(&buffer)?, instances.len() as u32)

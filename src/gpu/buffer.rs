@@ -1,4 +1,4 @@
-//! Buffers, each with its own memory allocation.
+//! Buffers, each with a separate memory allocation.
 
 use super::commands::Commands;
 use super::device::Device;
@@ -15,18 +15,18 @@ use std::sync::Arc;
 pub struct Usage {
     /// Input of an acceleration structure build.
     pub acceleration_input: bool,
-    /// Holds an acceleration structure.
+    /// The buffer holds an acceleration structure.
     pub acceleration_storage: bool,
-    /// Bound as a uniform buffer.
+    /// The buffer is bound as a uniform buffer.
     pub uniform: bool,
-    /// Read as texels of four `uint`s.
+    /// The buffer is read as texels of four `uint`s.
     pub texels: bool,
 }
 
 /// A named buffer, freed when dropped. On a device that only compiles it has a size and no memory.
 pub struct Buffer {
     pub(super) raw: vk::Buffer,
-    /// View through which shaders read texels; null without that usage.
+    /// The view through which shaders read texels; null without that usage.
     pub(super) view: vk::BufferView,
     pub(super) device: Arc<Device>,
     allocation: Option<Allocation>,
@@ -54,7 +54,7 @@ impl Buffer {
     /// A buffer in device memory that holds `data`.
     ///
     /// # Errors
-    /// As [`Buffer::new`].
+    /// The errors of [`Buffer::new`].
     pub fn from_slice<T: bytemuck::Pod>(
         device: &Arc<Device>,
         name: &str,
@@ -286,7 +286,7 @@ impl Buffer {
         Ok(())
     }
 
-    /// Its memory, if the host sees it.
+    /// The memory of the buffer, if the host can access it.
     pub(super) fn mapped(&mut self) -> Result<&mut [u8]> {
         self.allocation
             .as_mut()

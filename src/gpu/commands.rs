@@ -8,18 +8,18 @@ use std::ffi::CString;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// One command buffer, with what is needed to run it once. What the commands use is alive until they are submitted; from
-/// then on, dropping it waits for them ([`Device::wait_before_drop`]).
+/// One command buffer, with the objects that are needed to run it once. The resources of the commands are alive until they are
+/// submitted; from then on, dropping a resource waits for them ([`Device::wait_before_drop`]).
 pub(super) struct Commands {
     pub(super) device: Arc<Device>,
     /// Descriptor pools of the recorded commands, destroyed after the wait.
     pub(super) descriptor_pools: Vec<vk::DescriptorPool>,
     recorder: Recorder,
-    /// The frame that they end, and its picture.
+    /// The frame that the commands end, and its picture.
     frame_end: Option<(u32, vk::Image)>,
-    /// True if they belong to a [`Submission`].
+    /// True if the commands belong to a [`Submission`].
     is_submitted: bool,
-    /// Name of each region so far, and whether its pass runs for the first time.
+    /// The name of each region so far, and true if its pass runs for the first time.
     regions: Vec<(String, bool)>,
 }
 
@@ -102,7 +102,7 @@ impl Commands {
         }
     }
 
-    /// Says that the submission ends a frame, for tools that ask the device for it.
+    /// Marks the submission as the end of a frame, for tools that use this mark.
     pub(super) fn ends_frame(&mut self, number: u32, picture: vk::Image) {
         self.frame_end = Some((number, picture));
     }
@@ -121,7 +121,7 @@ impl Commands {
         }
     }
 
-    /// Submits everything, waits, and returns each region's time (empty without timestamps).
+    /// Submits all commands, waits, and returns the time of each region (empty without timestamps).
     ///
     /// # Errors
     /// The device is lost or out of memory.
@@ -130,7 +130,7 @@ impl Commands {
         Ok(device.wait_for(self.submit()?)?.0)
     }
 
-    /// Submits everything.
+    /// Submits all commands.
     ///
     /// # Errors
     /// The device is lost or out of memory.

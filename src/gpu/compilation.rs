@@ -1,7 +1,7 @@
 //! Programs that are made in the background.
 //!
-//! Drivers take up to a second for a large shader, each on one core. So those of all passes are compiled at the same time,
-//! and the first recording of a pass waits for its own.
+//! Drivers take up to a second for a large shader, each on one core. So the programs of all passes are compiled at the same
+//! time, and the first recording of a pass waits for its program.
 
 use super::device::Device;
 use super::program::{Program, Source};
@@ -9,10 +9,10 @@ use crate::{Error, Result};
 use std::sync::{Arc, Mutex, OnceLock};
 use std::thread::{Builder, JoinHandle};
 
-/// A program, or the text of why there is none.
+/// A program, or the text of the reason why there is none.
 type Made = std::result::Result<Program, String>;
 
-/// Bytes of a compiling thread's stack: as much as a main thread usually has, since compilers recurse deeply.
+/// The size of a compiling thread's stack, in bytes: the usual size of a main thread's stack, since compilers recurse deeply.
 const STACK_BYTES: usize = 8 << 20;
 
 /// A program, finished or not. Dropping it waits for the driver, which cannot be interrupted.
@@ -23,7 +23,7 @@ pub(super) struct Compilation {
 }
 
 impl Compilation {
-    /// Begins to make a program.
+    /// Starts to make a program.
     pub(super) fn start(device: &Arc<Device>, source: Source) -> Self {
         let source = Arc::new(source);
         let make = |device: &Arc<Device>, source: &Source| {

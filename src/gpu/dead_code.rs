@@ -1,17 +1,17 @@
-//! Removes what a specialised shader cannot run, and the bindings that only such code uses.
+//! Removal of code that a specialised shader cannot run, and of the bindings that only such code uses.
 //!
-//! Shaders have the code of every technique, and what code names must be bound, whether it can run or not. Devices bind a
-//! limited number of buffers to a shader: SwiftShader 30, lavapipe of Mesa 22 32, beyond which it crashes.
+//! Shaders have the code of every technique, and every name in the code must be bound, even if the code cannot run. Devices
+//! bind a limited number of buffers to a shader: SwiftShader 30, lavapipe of Mesa 22 32, beyond which it crashes.
 //!
-//! Which blocks can be reached is found by conditional constant propagation (Wegman and Zadeck, "Constant Propagation with
-//! Conditional Branches", 1991). The others stay, but empty, so that control flow keeps the structure that SPIR-V demands.
+//! Conditional constant propagation finds the blocks that can be reached (Wegman and Zadeck, "Constant Propagation with
+//! Conditional Branches", 1991). The others stay, but empty, so that control flow keeps the structure that SPIR-V requires.
 
 use super::specialise::{fold, words_of_constants};
 use rspirv::dr::{Block, Function, Instruction, Module, Operand};
 use rspirv::spirv::{Op, Word};
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-/// Removes the code of `module` that no invocation reaches, functions that are not called, and variables and numbers without
+/// Removes the code of `module` that no invocation reaches, functions that are not called, and variables and constants without
 /// a use.
 pub fn remove_dead_code(module: &mut Module) {
     let mut constants = words_of_constants(module);
@@ -43,7 +43,7 @@ fn id_of_function(function: &Function) -> Option<Word> {
     function.def.as_ref()?.result_id
 }
 
-/// Labels of the blocks that can be reached. To `constants`, functions are added that always return the same word.
+/// The labels of the blocks that can be reached. Functions that always return one constant word are added to `constants`.
 fn reached_blocks(functions: &[Function], constants: &mut HashMap<Word, u32>) -> HashSet<Word> {
     loop {
         let mut live = HashSet::new();
@@ -66,7 +66,7 @@ fn reached_blocks(functions: &[Function], constants: &mut HashMap<Word, u32>) ->
     }
 }
 
-/// The variables of a function of which nothing but the whole is loaded and stored.
+/// The variables of a function that are only loaded and stored as a whole.
 fn whole_variables(function: &Function) -> HashSet<Word> {
     let mut variables = HashSet::new();
     for instruction in instructions_of(function) {
@@ -81,15 +81,15 @@ fn whole_variables(function: &Function) -> HashSet<Word> {
     variables
 }
 
-/// What is known of a value that was reached.
+/// The known content of a value that was reached.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Known {
-    /// It always has this word; booleans are 0 or 1.
+    /// A constant word; booleans are 0 or 1.
     Word(u32),
     Varies,
 }
 
-/// What is known of a value that is one of these; none if there are none.
+/// The common content of several values; `None` if there are no values.
 fn common(mut values: impl Iterator<Item = Known>) -> Option<Known> {
     let first = values.next()?;
     Some(match values.all(|other| other == first) {
@@ -98,18 +98,18 @@ fn common(mut values: impl Iterator<Item = Known>) -> Option<Known> {
     })
 }
 
-/// What can be reached in a function.
+/// The reachable part of a function.
 struct Reached<'a> {
     constants: &'a HashMap<Word, u32>,
     /// The values that the function computes.
     own: HashSet<Word>,
-    /// Variables that are only loaded and stored as a whole.
+    /// The variables that are only loaded and stored as a whole.
     variables: HashSet<Word>,
-    /// Of values that were reached, and of what such variables hold.
+    /// The known content of values that were reached, and of such variables.
     known: HashMap<Word, Known>,
-    /// Labels of blocks.
+    /// The labels of the reached blocks.
     blocks: HashSet<Word>,
-    /// Pairs of labels.
+    /// The reached edges, as pairs of labels.
     edges: HashSet<(Word, Word)>,
 }
 
@@ -138,7 +138,7 @@ impl<'a> Reached<'a> {
         }
     }
 
-    /// Follows a block, if it is reached; returns whether anything was new.
+    /// Follows a block if it is reached; returns true if it found something new.
     fn visit(&mut self, block: &Block) -> bool {
         let Some(here) = label_of(block).filter(|label| self.blocks.contains(label)) else {
             return false;
@@ -171,7 +171,7 @@ impl<'a> Reached<'a> {
         is_new
     }
 
-    /// What is known of an operand; none if it is a value that was not reached yet.
+    /// The known content of an operand; `None` if it is a value that was not reached yet.
     fn operand(&self, operand: &Operand) -> Option<Known> {
         let Operand::IdRef(id) = operand else {
             return Some(Known::Varies);
@@ -183,7 +183,7 @@ impl<'a> Reached<'a> {
         }
     }
 
-    /// What is known of the result of an instruction in block `here`; none if nothing that it depends on was reached yet.
+    /// The known content of the result of an instruction in block `here`; `None` if none of its inputs was reached yet.
     fn evaluate(&self, instruction: &Instruction, here: Word) -> Option<Known> {
         let operands = &instruction.operands;
         let operation = instruction.class.opcode;
@@ -228,7 +228,7 @@ impl<'a> Reached<'a> {
         Some(folded.map_or(Known::Varies, Known::Word))
     }
 
-    /// What is known of the value that the function returns.
+    /// The known content of the value that the function returns.
     fn returned(&self, function: &Function) -> Option<Known> {
         let blocks = function.blocks.iter();
         let live = blocks.filter(|block| label_of(block).is_some_and(|l| self.blocks.contains(&l)));
@@ -268,8 +268,8 @@ impl<'a> Reached<'a> {
     }
 }
 
-/// A constant of zeros for each type that needs one, in an order that is always the same: drivers keep what they compile by a
-/// hash of the words.
+/// A constant of zeros for each type that needs one, in a deterministic order: drivers cache compiled shaders by a hash of the
+/// words.
 struct Nulls {
     by_type: BTreeMap<Word, Word>,
     next: Word,
@@ -302,8 +302,8 @@ impl Nulls {
     }
 }
 
-/// Takes everything but the ends out of blocks that are not `live`. What these computed is nowhere used but in their ends, and
-/// in what live blocks select by the block they come from.
+/// Removes all instructions except the terminators from blocks that are not `live`. Their results are used only in these
+/// terminators, and in live blocks that select a value by their predecessor.
 fn empty_other_blocks(
     function: &mut Function,
     live: &HashSet<Word>,
@@ -345,7 +345,7 @@ fn empty_other_blocks(
     }
 }
 
-/// True if control flow is made of such instructions.
+/// True for instructions that make up the control flow.
 fn is_structure(instruction: &Instruction) -> bool {
     matches!(
         instruction.class.opcode,
@@ -404,7 +404,7 @@ fn remove_variables(module: &mut Module) {
     }
 }
 
-/// Removes numbers that nothing names, so that shaders which differ only in settings that they do not read are equal.
+/// Removes constants that nothing uses, so that shaders that differ only in settings that they do not read are equal.
 fn remove_constants(module: &mut Module) {
     let names = [Op::Name, Op::MemberName, Op::Decorate, Op::MemberDecorate];
     let operands = (module.all_inst_iter())
@@ -417,7 +417,7 @@ fn remove_constants(module: &mut Module) {
     });
 }
 
-/// Removes names and decorations of what is not there any more.
+/// Removes the names and decorations of objects that no longer exist.
 fn remove_names(module: &mut Module) {
     let there: HashSet<Word> = module.all_inst_iter().filter_map(|i| i.result_id).collect();
     let is_of_something = |i: &Instruction| {

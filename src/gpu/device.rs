@@ -24,23 +24,23 @@ pub struct Features {
     pub buffer_addresses: bool,
     /// Arrays of sampled images, which each invocation indexes by itself.
     pub image_arrays: bool,
-    /// Pictures presented to a headless surface, and the ends of frames told to tools.
+    /// Pictures are presented to a headless surface, and tools are notified of the ends of frames.
     pub presentation: bool,
-    /// What the driver's compiler made of shaders, to be asked for.
+    /// The device reports statistics of the driver's compiler about shaders.
     pub executable_properties: bool,
-    /// Not of the driver: the device makes pipelines and does nothing else. Buffers have no memory and read as zeros, and no
-    /// command runs. This is what a driver without its GPU can do.
+    /// Not a feature of the driver: the device only makes pipelines. Buffers have no memory and read as zeros, and no command
+    /// runs. A driver without its GPU can do this.
     pub compiles_only: bool,
-    /// Not of the driver: what passes write can be hashed ([`Device::hash_outputs`]). Buffers begin with zeros, so that what
-    /// nobody wrote does not differ.
+    /// Not a feature of the driver: outputs of passes can be hashed ([`Device::hash_outputs`]). Buffers begin with zeros, so
+    /// that bytes that no pass wrote do not differ.
     pub hashed_outputs: bool,
 }
 
-/// An open device, shared by all objects made from it.
+/// An open device, used by all objects that are made from it.
 pub struct Device {
     /// Properties and abilities of the device.
     pub info: DeviceInfo,
-    /// The features it was opened with.
+    /// The features with which it was opened.
     pub features: Features,
     pub(super) raw: ash::Device,
     pub(super) queue: vk::Queue,
@@ -48,7 +48,7 @@ pub struct Device {
     pub(super) debug: Option<ext::debug_utils::Device>,
     pub(super) presentation: Option<khr::swapchain::Device>,
     pub(super) executables: Option<khr::pipeline_executable_properties::Device>,
-    /// True if submissions say that they end a frame.
+    /// True if submissions mark the end of a frame.
     pub(super) ends_frames: bool,
     /// Minimum alignment of scratch memory for acceleration structure builds, in bytes.
     pub(super) scratch_alignment: u64,
@@ -59,13 +59,13 @@ pub struct Device {
     pub(super) idle: Mutex<Vec<Recorder>>,
     /// Submissions that nothing has waited for yet, the oldest first.
     pub(super) running: Mutex<VecDeque<Submission>>,
-    /// What it notes of the work on it.
+    /// The records of the work on the device.
     pub records: Records,
     instance: Arc<Instance>,
 }
 
 impl Device {
-    /// From now on, runs each pass by itself and hashes what it writes.
+    /// Runs each pass separately from now on and hashes its outputs.
     ///
     /// # Errors
     /// The device was opened without [`Features::hashed_outputs`].
@@ -81,9 +81,8 @@ impl Device {
 
     /// Opens `info` with `features`.
     ///
-    /// Under the validation layers no other thread may use Vulkan while a device is opened or closed: they keep their
-    /// devices in a map without a lock (1.3.239), and what moves in it while another thread's call looks its device up
-    /// damages the heap.
+    /// Under the validation layers no other thread may use Vulkan while a device is opened or closed: they keep their devices
+    /// in a map without a lock (1.3.239), and a change of the map during another thread's look-up damages the heap.
     ///
     /// # Errors
     /// The device lacks one of the features, the driver cannot open it, or the host cannot map its memory.
@@ -281,12 +280,12 @@ impl Device {
         self.instance.tools(&self.info)
     }
 
-    /// The instance it belongs to.
+    /// The instance to which the device belongs.
     pub(super) fn instance(&self) -> &Instance {
         &self.instance
     }
 
-    /// Labels what is submitted until the returned value is dropped, as tools show it.
+    /// Labels all submissions until the returned value is dropped, as tools show it.
     pub fn label(self: &Arc<Self>, name: &str) -> Label {
         if let (Some(debug), Ok(name)) = (&self.debug, CString::new(name)) {
             let label = vk::DebugUtilsLabelEXT::default().label_name(&name);
@@ -313,7 +312,7 @@ impl Device {
     /// Memory for a buffer or an image of `bytes`, which a message names.
     ///
     /// # Errors
-    /// The device has not that much.
+    /// The device has too little free memory.
     pub(super) fn allocate(
         &self,
         wanted: &AllocationCreateDesc<'_>,
@@ -328,7 +327,7 @@ impl Device {
         self.allocator.lock().map_err(panicked)
     }
 
-    /// The error for memory that is not there.
+    /// The error for missing memory.
     fn lacks(
         &self,
         wanted: &AllocationCreateDesc<'_>,
@@ -341,14 +340,14 @@ impl Device {
         ))
     }
 
-    /// Gives memory back, if there is any.
+    /// Frees memory, if there is any.
     pub(super) fn free(&self, allocation: Option<Allocation>) {
         if let (Some(allocation), Ok(mut allocator)) = (allocation, self.allocator.lock()) {
             let _ = allocator.free(allocation);
         }
     }
 
-    /// The error for a Vulkan call that failed; `what` completes "failed to …".
+    /// The error for a failed Vulkan call; `what` completes "failed to …".
     pub(super) fn failure(&self, what: &str, cause: vk::Result) -> Error {
         Error::failed(format!(
             "device '{}' failed to {what} ({cause})",

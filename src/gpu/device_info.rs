@@ -1,4 +1,4 @@
-//! What a physical device is and is able to do, asked once.
+//! The properties and abilities of a physical device, queried once.
 
 use ash::{ext, khr, vk};
 use std::ffi::CStr;
@@ -69,21 +69,21 @@ pub struct DeviceInfo {
     pub image_arrays: bool,
     /// True if pictures can be presented.
     pub presentation: bool,
-    /// True if submissions can say that they end a frame (`VK_EXT_frame_boundary`).
+    /// True if submissions can mark the end of a frame (`VK_EXT_frame_boundary`).
     pub frame_boundary: bool,
-    /// True if the driver tells what its compiler made of a shader (`VK_KHR_pipeline_executable_properties`).
+    /// True if the driver reports statistics of its compiler about a shader (`VK_KHR_pipeline_executable_properties`).
     pub executable_properties: bool,
-    /// Invocations in a subgroup.
+    /// The number of invocations in a subgroup.
     pub subgroup_size: u32,
     /// Nanoseconds per timestamp tick; 0 if compute queues have no timestamps.
     pub timestamp_period: f32,
-    /// Largest range of one storage-buffer descriptor, in bytes.
+    /// The largest range of one storage-buffer descriptor, in bytes.
     pub max_storage_buffer_range: u64,
-    /// Most storage buffers that one shader can use.
+    /// The maximum number of storage buffers of one shader.
     pub max_storage_buffers: u32,
-    /// Largest number of texels in one buffer.
+    /// The maximum number of texels in one buffer.
     pub max_texels: u32,
-    /// Most images and buffers that one pass can bind where it samples images.
+    /// The maximum number of images and buffers that one pass can bind if it samples images.
     pub max_sampled_images: u32,
     /// Longest side of an image, in texels.
     pub max_image_side: u32,
@@ -91,12 +91,12 @@ pub struct DeviceInfo {
     pub max_buffer_size: u64,
     /// Memory on the device, in bytes.
     pub device_memory: u64,
-    /// Loop iterations after which the driver ends all loops of an invocation, if it does.
+    /// The number of loop iterations after which the driver ends all loops of an invocation, if it has such a limit.
     pub loop_turns: Option<u32>,
     /// The driver.
     #[serde(skip)]
     pub driver_kind: DriverKind,
-    /// Why Headwater cannot use the device; none if it can.
+    /// The reason why Headwater cannot use the device; `None` if it can.
     pub unusable: Option<String>,
     #[serde(skip)]
     pub(super) raw: vk::PhysicalDevice,
@@ -115,9 +115,8 @@ impl DeviceInfo {
         TEXEL_SIZE * u64::from(self.max_texels)
     }
 
-    /// Number of threads among which the driver splits a dispatch into equal contiguous ranges of
-    /// workgroups, as llvmpipe does; 1 for GPUs. Shaders interleave the image's parts by it, since a
-    /// thread with an easy part of the image would idle.
+    /// The number of threads among which the driver splits a dispatch into equal contiguous ranges of workgroups, as llvmpipe
+    /// does; 1 for GPUs. Shaders interleave the image's parts by it, since a thread with an easy part of the image would idle.
     pub fn interleave(&self) -> u32 {
         match std::thread::available_parallelism() {
             Ok(threads) if self.is_cpu() => threads.get() as u32,
@@ -125,7 +124,7 @@ impl DeviceInfo {
         }
     }
 
-    /// What the device says of itself; `index` is its index in the driver's list.
+    /// The properties of the physical device `device`; `index` is its index in the driver's list.
     pub(super) fn of(instance: &ash::Instance, index: usize, device: vk::PhysicalDevice) -> Self {
         let mut driver = vk::PhysicalDeviceDriverProperties::default();
         let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();

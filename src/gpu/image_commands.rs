@@ -1,13 +1,13 @@
-//! What is recorded about images of one level of detail and one layer: changes of layout, and copies of whole rows.
+//! Recorded commands on images with one level of detail and one layer: changes of layout, and copies of whole rows.
 
 use super::buffer::Buffer;
 use super::commands::Commands;
 use ash::vk;
 
-/// The layout while rows are copied: the layers warn of copies into `GENERAL`.
+/// The layout while rows are copied: the validation layers warn of copies into `GENERAL`.
 pub(super) const UPLOAD: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
 
-/// All of such an image.
+/// The whole of such an image.
 pub(super) const WHOLE: vk::ImageSubresourceRange = vk::ImageSubresourceRange {
     aspect_mask: vk::ImageAspectFlags::COLOR,
     base_mip_level: 0,
@@ -18,16 +18,16 @@ pub(super) const WHOLE: vk::ImageSubresourceRange = vk::ImageSubresourceRange {
 
 /// Rows of an image.
 pub(super) struct Rows {
-    /// Pixels across.
+    /// The width in pixels.
     pub(super) width: u32,
-    /// The first row.
+    /// The index of the first row.
     pub(super) first: u32,
-    /// How many.
+    /// The number of rows.
     pub(super) count: u32,
 }
 
 impl Commands {
-    /// Records a change of layout between copies and everything else.
+    /// Records a change of layout between copies and all other accesses.
     pub(super) fn change_layout(&self, image: vk::Image, [from, to]: [vk::ImageLayout; 2]) {
         let all = vk::AccessFlags::MEMORY_READ | vk::AccessFlags::MEMORY_WRITE;
         let barrier = [vk::ImageMemoryBarrier::default()
@@ -54,8 +54,8 @@ impl Commands {
         }
     }
 
-    /// Records a copy of rows, four bytes a pixel, from the start of a buffer to an image in the layout [`UPLOAD`]. The caller
-    /// has checked that both hold them.
+    /// Records a copy of rows, four bytes per pixel, from the start of a buffer to an image in the layout [`UPLOAD`]. The
+    /// caller has checked that both hold the rows.
     pub(super) fn copy_rows(&self, from: &Buffer, to: vk::Image, rows: &Rows) {
         let region = [vk::BufferImageCopy::default()
             .image_subresource(vk::ImageSubresourceLayers {

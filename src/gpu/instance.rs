@@ -25,7 +25,7 @@ pub(super) fn change_lists() -> RwLockWriteGuard<'static, ()> {
 pub struct Instance {
     pub(super) raw: ash::Instance,
     pub(super) debug: Option<DebugUtils>,
-    /// What makes headless surfaces, if that was asked for and is there.
+    /// The extensions that make headless surfaces, if they were requested and exist.
     pub(super) surfaces: Option<Surfaces>,
     /// Keeps the Vulkan library loaded; dropped last.
     entry: ash::Entry,
@@ -37,7 +37,7 @@ pub(super) struct Surfaces {
     pub(super) headless: ext::headless_surface::Instance,
 }
 
-/// What an instance is wanted for.
+/// The purposes of an instance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct InstanceOptions {
     /// The Khronos layer with synchronization validation.
@@ -47,10 +47,10 @@ pub struct InstanceOptions {
 }
 
 impl Instance {
-    /// Loads Vulkan with the layers and extensions that are wanted.
+    /// Loads Vulkan with the requested layers and extensions.
     ///
     /// # Errors
-    /// No Vulkan library, no instance, or no validation layer although it is wanted.
+    /// No Vulkan library, no instance, or no validation layer although it is requested.
     pub fn new(options: InstanceOptions) -> Result<Arc<Self>> {
         let validation = options.validation;
         // SAFETY: loading runs the library's initialisers, which have no preconditions.
@@ -147,8 +147,8 @@ impl Instance {
             .collect())
     }
 
-    /// Chooses a device; returns it with the reason. `wanted` is an index or a part of a name in
-    /// upper or lower case; without it, discrete devices come before integrated, virtual and CPU.
+    /// Chooses a device; returns it with the reason. `wanted` is an index or a part of a name in upper or lower case; without
+    /// it, discrete devices come before integrated ones, virtual ones and CPUs.
     ///
     /// # Errors
     /// No usable device, or none that matches `wanted` (wrong input).
@@ -228,7 +228,7 @@ impl Instance {
         debug.map(DebugUtils::messages).unwrap_or_default()
     }
 
-    /// True if pictures can be presented on a device: the instance was made for it, and both are able to.
+    /// True if pictures can be presented on a device: the instance was made for presentation, and both support it.
     pub fn presents(&self, device: &DeviceInfo) -> bool {
         self.surfaces.is_some() && device.presentation
     }

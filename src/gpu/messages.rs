@@ -5,14 +5,14 @@ use ash::{ext, vk};
 use std::ffi::{CStr, c_void};
 use std::sync::Mutex;
 
-/// A message of the validation layers that is known and harmless.
+/// A harmless message of the validation layers.
 #[derive(Debug)]
 pub struct Allowed {
     /// The message's identifier, such as `VUID-vkCmdDispatch-None-08114`.
     pub id: &'static str,
     /// A part of its text that distinguishes this case from others with the same identifier.
     pub text: &'static str,
-    /// Why the fault is not Headwater's.
+    /// The reason why Headwater does not cause the fault.
     pub reason: &'static str,
 }
 
@@ -22,7 +22,7 @@ pub struct Allowed {
 /// Empty, as Mesa 22.3.6 and 25.0.7 and SwiftShader need none.
 pub const ALLOWED: &[Allowed] = &[];
 
-/// Limit on stored messages: one in a loop must not fill the memory.
+/// The maximum number of stored messages: a message in a loop must not fill the memory.
 const MAX_MESSAGES: usize = 1000;
 
 /// Vulkan's debug utilities with a messenger that collects messages.
@@ -116,7 +116,7 @@ unsafe extern "system" fn on_message(
     vk::FALSE
 }
 
-/// True if a message is on a list.
+/// True if a list contains a message.
 fn allows(list: &[Allowed], id: &str, message: &str) -> bool {
     list.iter()
         .any(|allowed| allowed.id == id && message.contains(allowed.text))

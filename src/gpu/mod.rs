@@ -6,8 +6,8 @@
 //! global memory barrier separates the passes of a recording, and every descriptor is checked
 //! against the shader's interface by name, kind and access.
 //!
-//! Functions that call the driver return an error if the device is lost or out of memory; their
-//! `# Errors` sections list only what can fail besides.
+//! Functions that call the driver return an error if the device is lost or out of memory; their `# Errors` sections list only
+//! the other failures.
 //!
 //! Each file uses only files before it: `messages`, `device_info`, `instance`, `recorder`, `records`, `device`, `waiting`,
 //! `commands`, `buffer`, `image_commands`, `presentation`, `sampled_image`, `acceleration`, `reflection`,

@@ -14,9 +14,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// A resource that can be bound to a shader.
 #[derive(Clone, Copy)]
 pub enum Resource<'a> {
-    /// A buffer the shader only reads, as storage or, if it was made for that, as texels.
+    /// A buffer that the shader only reads, as storage or, if it was made for that, as texels.
     Read(&'a Buffer),
-    /// A storage buffer the shader may write.
+    /// A storage buffer that the shader may write.
     Write(&'a Buffer),
     /// A uniform buffer.
     Uniform(&'a Buffer),
@@ -30,18 +30,18 @@ pub enum Resource<'a> {
 
 /// Resources by the names of a shader's bindings.
 pub trait Bindings<'a> {
-    /// The pass's own bindings; its shader must name every one of them.
+    /// The bindings that the shader must all use.
     fn own(&self) -> Vec<(&'static str, Resource<'a>)>;
 
-    /// Bindings that a shader may leave out, from the groups of `[offers …]`.
+    /// The bindings that a shader may leave out, from the groups of `[offers …]`.
     fn offered(&self) -> Vec<(&'static str, Resource<'a>)> {
         Vec::new()
     }
 }
 
-/// Declares a structure with a pass's bindings as fields, each marked `read`, `write` or `uniform`;
-/// each `[offers name: GROUP]` adds a group of bindings of which the shader uses those that it names, and `[optional read name]` is
-/// one buffer of this kind, which may be absent where the shader's specialisation leaves the binding out.
+/// Declares a structure whose fields are the bindings of a pass, each marked `read`, `write` or `uniform`; each
+/// `[offers name: GROUP]` adds a group of bindings, from which the shader uses those that it names, and `[optional read name]`
+/// is one buffer of this kind, which may be absent where the shader's specialisation leaves the binding out.
 #[macro_export]
 macro_rules! bindings {
     ($(#[$meta:meta])* pub struct $name:ident {
@@ -81,17 +81,17 @@ pub struct ComputePass {
     pub(super) compilation: Compilation,
     /// The names of all bindings that the shader's code uses.
     declared: Vec<String>,
-    /// Bytes.
+    /// The size of the push constants, in bytes.
     pub(super) push_constant_size: u32,
     name: String,
-    /// Length of an array of images, if the shader has one.
+    /// The length of the array of images, if the shader has one.
     image_count: u32,
     has_run: AtomicBool,
 }
 
 impl ComputePass {
-    /// Begins to compile a SPIR-V shader; the first recording waits for the pipeline, and fails if the driver rejects
-    /// the shader. `constants` are specialisation constants: (id, value), four bytes each.
+    /// Starts to compile a SPIR-V shader; the first recording waits for the pipeline, and fails if the driver rejects the
+    /// shader. `constants` are specialisation constants: (id, value), four bytes each.
     ///
     /// # Errors
     /// The shader's interface cannot be bound by name.
@@ -151,7 +151,7 @@ impl ComputePass {
         &self.name
     }
 
-    /// True if this is asked for the first time, which is when the pass is first recorded.
+    /// True at the first call, which is made when the pass is first recorded.
     pub(super) fn is_first_run(&self) -> bool {
         !self.has_run.swap(true, Ordering::Relaxed)
     }

@@ -9,7 +9,7 @@ use ash::vk;
 use ash::vk::ImageLayout;
 use std::sync::Arc;
 
-/// Formats of pictures that can be presented, and whether they begin with blue.
+/// The formats of pictures that can be presented; true if blue is the first channel.
 const FORMATS: [(vk::Format, bool); 2] = [
     (vk::Format::R8G8B8A8_UNORM, false),
     (vk::Format::B8G8R8A8_UNORM, true),
@@ -21,7 +21,7 @@ pub struct Presentation {
     surface: vk::SurfaceKHR,
     swapchain: vk::SwapchainKHR,
     images: Vec<vk::Image>,
-    /// Signalled when an image may be written.
+    /// The fence that is signalled when an image may be written.
     acquired: vk::Fence,
     size: (u32, u32),
     begins_with_blue: bool,
@@ -138,10 +138,11 @@ impl Presentation {
         self.begins_with_blue
     }
 
-    /// Presents `pixels`, one word for each, row by row from the top: the end of frame `number`. Waits until it is done.
+    /// Presents `pixels`, one word per pixel, row by row from the top: the end of frame `number`. Waits until the presentation
+    /// is done.
     ///
     /// # Errors
-    /// Fewer pixels than the pictures have, or the device fails.
+    /// There are fewer pixels than the pictures have, or the device fails.
     pub fn present(&self, number: u32, pixels: &Buffer) -> Result<()> {
         let Some(presenting) = &self.device.presentation else {
             return Err(Error::failed("the device was opened without presentation"));

@@ -1,4 +1,4 @@
-//! What the device runs for a pass: a pipeline, and what it binds.
+//! The program of a pass on the device: a pipeline, and its bindings.
 
 use super::dead_code::remove_dead_code;
 use super::device::Device;
@@ -14,7 +14,7 @@ use std::ffi::CStr;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// What a program is made from.
+/// The inputs from which a program is made.
 pub(super) struct Source {
     /// The name in debug labels, timings and messages.
     pub name: String,
@@ -22,7 +22,7 @@ pub(super) struct Source {
     pub shader: Module,
     /// Specialisation constants: id and word.
     pub constants: Vec<(u32, u32)>,
-    /// Bytes of push constants.
+    /// The size of the push constants, in bytes.
     pub push_constant_size: u32,
     /// Length of the array of images, if the shader has one.
     pub image_count: u32,
@@ -31,7 +31,8 @@ pub(super) struct Source {
 /// A compute pipeline with its layouts.
 pub(super) struct Program {
     device: Arc<Device>,
-    /// What the shader binds with the values of its specialisation constants, in the order of the numbers.
+    /// The bindings that the shader uses with the values of its specialisation constants, in the order of their binding
+    /// numbers.
     pub bindings: Vec<Binding>,
     /// The layout of the descriptor set.
     pub set: vk::DescriptorSetLayout,
@@ -42,7 +43,7 @@ pub(super) struct Program {
 }
 
 impl Program {
-    /// Specialises a shader, removes what cannot run then, and has the driver compile the rest.
+    /// Specialises a shader, removes the code that cannot run then, and has the driver compile the rest.
     ///
     /// # Errors
     /// The shader uses more than the device can bind, or the driver rejects it.
@@ -171,7 +172,7 @@ fn descriptor_type(kind: BindingKind) -> vk::DescriptorType {
     }
 }
 
-/// Checks that the device can bind so many buffers to one shader.
+/// Checks that the device can bind this number of buffers to one shader.
 fn check_limit(device: &Device, name: &str, bindings: &[Binding]) -> Result<()> {
     let storage = bindings
         .iter()
@@ -186,7 +187,7 @@ fn check_limit(device: &Device, name: &str, bindings: &[Binding]) -> Result<()> 
     Ok(())
 }
 
-/// What the driver's compiler says of a pipeline, if it was asked to; nothing is lost where it fails to.
+/// The report of the driver's compiler about a pipeline, if it was requested; a failure is ignored.
 fn report(device: &Device, pipeline: vk::Pipeline) -> Option<CompilerReport> {
     let executables = device.executables.as_ref()?;
     let text = |name: std::result::Result<&CStr, _>| -> Option<String> {

@@ -1,25 +1,25 @@
-//! What records and runs commands, kept by the device and used again and again; and commands that run.
+//! Objects that record and run commands, kept by the device for reuse; and commands that run.
 
 use ash::vk;
 use std::time::Instant;
 
-/// Timestamp pairs of one command buffer; regions beyond are not timed.
+/// The number of timestamp pairs of one command buffer; further regions are not timed.
 pub(super) const MAX_TIMED_REGIONS: u32 = 256;
 
-/// A command buffer and what it takes to run it. The device keeps those that are idle, to be used again: the validation
-/// layers (1.3.239) forget a destroyed command buffer in a thread of their own, late, and without a lock; by then a new one
-/// may have its address, and the heap is damaged.
+/// A command buffer and the objects that are needed to run it. The device keeps idle ones for reuse: the validation layers
+/// (1.3.239) forget a destroyed command buffer late, in a separate thread and without a lock; by then a new one may have its
+/// address, and the heap is damaged.
 #[derive(Clone, Copy)]
 pub(super) struct Recorder {
     pub(super) raw: vk::CommandBuffer,
     pool: vk::CommandPool,
     pub(super) fence: vk::Fence,
-    /// Two timestamps a region; null if the device has no timestamps.
+    /// Two timestamps per region; null if the device has no timestamps.
     pub(super) queries: vk::QueryPool,
 }
 
 impl Recorder {
-    /// Makes one for a queue family, with or without timestamps.
+    /// Makes a recorder for a queue family, with or without timestamps.
     pub(super) fn new(
         raw: &ash::Device,
         queue_family: u32,
@@ -82,7 +82,7 @@ impl Recorder {
         Ok(())
     }
 
-    /// Destroys it; null handles are ignored.
+    /// Destroys the recorder; null handles are ignored.
     ///
     /// # Safety
     /// Called once, while its commands are not running, or the device is lost.
@@ -101,9 +101,9 @@ impl Recorder {
 pub struct PassTime {
     /// The pass.
     pub name: String,
-    /// Milliseconds between its first and last timestamp.
+    /// The time between its first and last timestamp, in milliseconds.
     pub milliseconds: f64,
-    /// Milliseconds from the first timestamp of its submission to its own first.
+    /// The time from the first timestamp of its submission to the first one of the pass, in milliseconds.
     #[serde(skip)]
     pub start: f64,
     /// True if the pass ran for the first time, in which some drivers compile it.
@@ -112,15 +112,15 @@ pub struct PassTime {
 }
 
 impl PassTime {
-    /// One time for each pass, in the order of their first runs.
+    /// One time per pass, in the order of their first runs.
     pub fn by_name(times: Vec<Self>) -> Vec<Self> {
         let mut by_name = Vec::new();
         Self::add(&mut by_name, times);
         by_name
     }
 
-    /// Adds `times` to `total`, where passes of the same name share one entry; it is a first run if one of
-    /// them is.
+    /// Adds `times` to `total`, in which passes with the same name have one entry; an entry is a first run if one of its runs
+    /// is.
     pub fn add(total: &mut Vec<Self>, times: Vec<Self>) {
         for time in times {
             match total.iter_mut().find(|t| t.name == time.name) {
@@ -139,13 +139,13 @@ pub(super) struct Submission {
     pub(super) recorder: Recorder,
     /// Descriptor pools of the commands, destroyed after the wait.
     pub(super) descriptor_pools: Vec<vk::DescriptorPool>,
-    /// Name of each timed region, and whether it is the first run of a pass.
+    /// The name of each timed region, and true if it is the first run of a pass.
     pub(super) regions: Vec<(String, bool)>,
     pub(super) started: Instant,
 }
 
 impl Submission {
-    /// Destroys what it is made of.
+    /// Destroys the objects of the submission.
     ///
     /// # Safety
     /// The commands do not run, or the device is lost.
@@ -159,7 +159,7 @@ impl Submission {
         }
     }
 
-    /// The times of the regions after the wait, empty without timestamps; `period` are the nanoseconds of a tick.
+    /// The times of the regions after the wait, empty without timestamps; `period` is the length of a tick in nanoseconds.
     pub(super) fn times(
         &self,
         raw: &ash::Device,

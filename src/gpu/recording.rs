@@ -13,7 +13,7 @@ use ash::vk;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-/// So many workgroups, or a few more, in rows: one dimension holds at least 65,535 of them everywhere.
+/// At least `groups` workgroups in rows: every device supports 65,535 workgroups in one dimension.
 pub fn in_rows(groups: u32) -> [u32; 3] {
     let rows = groups.div_ceil(32768).max(1);
     [groups.div_ceil(rows).max(1), rows, 1]
@@ -23,9 +23,9 @@ pub fn in_rows(groups: u32) -> [u32; 3] {
 /// of timestamps. The lifetime keeps every resource alive until the commands are submitted; from then on, dropping a resource
 /// waits for them.
 pub struct Recording<'a> {
-    /// None on a device that only compiles: what is recorded is checked, and does nothing.
+    /// `None` on a device that only compiles: commands are checked, and have no effect.
     commands: Option<Commands>,
-    /// Times of what was submitted before the end.
+    /// The times of commands that were submitted before the end.
     times: Vec<PassTime>,
     resources: PhantomData<&'a ()>,
 }
@@ -113,7 +113,7 @@ impl<'a> Recording<'a> {
         Ok(())
     }
 
-    /// Records overwriting the start of a buffer with a value, as it is now.
+    /// Records an overwrite of the start of a buffer with the present content of `value`.
     ///
     /// # Errors
     /// The value is larger than the buffer or than 65,536 bytes, or its size is no multiple of 4.
@@ -144,7 +144,7 @@ impl<'a> Recording<'a> {
         }
     }
 
-    /// Submits everything without waiting. [`Device::wait_for_running`] waits, and so does whatever drops a resource.
+    /// Submits all commands without waiting. [`Device::wait_for_running`] waits, and so does every resource that is dropped.
     ///
     /// # Errors
     /// Only those of every driver call, see [`crate::gpu`].
@@ -161,7 +161,7 @@ impl<'a> Recording<'a> {
         Ok(())
     }
 
-    /// Submits everything, waits, and returns each pass's time (empty without timestamps).
+    /// Submits all commands, waits, and returns the time of each pass (empty without timestamps).
     ///
     /// # Errors
     /// Only those of every driver call, see [`crate::gpu`].
@@ -181,7 +181,7 @@ impl<'a> Recording<'a> {
     }
 }
 
-/// Notes a hash of each buffer that a pass, whose commands have run, may write.
+/// Stores a hash of each buffer that a pass, whose commands have run, may write.
 fn hash_outputs(device: &Device, pass: &ComputePass, resources: &[Resource<'_>]) -> Result<()> {
     for resource in resources {
         let Resource::Write(buffer) = resource else {
@@ -198,7 +198,7 @@ fn hash_outputs(device: &Device, pass: &ComputePass, resources: &[Resource<'_>])
 }
 
 impl Commands {
-    /// A descriptor set of a program's resources, whose pool lives as long as the commands.
+    /// A descriptor set for a program's resources; its pool lives as long as the commands.
     fn descriptor_set(
         &mut self,
         name: &str,

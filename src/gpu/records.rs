@@ -1,39 +1,39 @@
-//! What a device notes of the work on it, for profiles and regression tests.
+//! Records of the work on a device, for profiles and regression tests.
 
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
-/// What a pass left in a buffer that it may write.
+/// The content of a buffer after a pass that may write it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Output {
     /// The pass.
     pub pass: String,
     /// The buffer.
     pub buffer: String,
-    /// A hash of all its bytes, in hexadecimal.
+    /// A hash of all bytes of the buffer, in hexadecimal.
     pub hash: String,
 }
 
-/// Bytes of buffers and images by name: how many of a name there are now, and their bytes.
+/// The number of buffers and images with each name that exist now, and their size in bytes.
 pub type MemoryUse = BTreeMap<String, (u32, u64)>;
 
-/// What the driver made of a shader.
+/// The driver's result for a shader.
 #[derive(Clone, Debug)]
 pub struct Compiled {
     /// The pass.
     pub name: String,
-    /// A hash of the SPIR-V that the driver was given.
+    /// A hash of the SPIR-V that the driver compiled.
     pub shader: String,
-    /// Milliseconds that it took to make the pipeline.
+    /// The time that it took to make the pipeline, in milliseconds.
     pub milliseconds: f64,
     /// The report of the driver's compiler; empty without
     /// [`Features::executable_properties`](super::Features::executable_properties).
     pub report: CompilerReport,
 }
 
-/// A driver's statement about a pipeline, as the driver gives it.
+/// A driver's statistics about a pipeline, unchanged.
 #[derive(Clone, Debug, Default)]
 pub struct CompilerReport {
     /// Invocations in a subgroup; 0 if the driver does not report it.
@@ -42,12 +42,12 @@ pub struct CompilerReport {
     pub statistics: Vec<(String, String)>,
 }
 
-/// What was noted so far. A list whose lock is poisoned stays as it is: it is for information only.
+/// The records so far. A list whose lock is poisoned stays unchanged: it is for information only.
 #[derive(Default)]
 pub struct Records {
-    /// Bytes.
+    /// The size of the SPIR-V given to the driver, in bytes.
     shaders: AtomicU64,
-    /// Nanoseconds.
+    /// The time of recordings, in nanoseconds.
     submitted: AtomicU64,
     compiled: Mutex<Vec<Compiled>>,
     hashes_outputs: AtomicBool,
@@ -56,17 +56,17 @@ pub struct Records {
 }
 
 impl Records {
-    /// Bytes of SPIR-V that were given to the driver.
+    /// The size of the SPIR-V given to the driver, in bytes.
     pub fn shader_bytes(&self) -> u64 {
         self.shaders.load(Ordering::Relaxed)
     }
 
-    /// How long recordings of passes have taken, each from the call that submitted it to the end of the wait for it.
+    /// The total time of recordings of passes, each from the call that submitted it to the end of the wait for it.
     pub fn submitted_time(&self) -> Duration {
         Duration::from_nanos(self.submitted.load(Ordering::Relaxed))
     }
 
-    /// What the driver made of the shaders.
+    /// The driver's results for the shaders.
     pub fn compiled(&self) -> Vec<Compiled> {
         let compiled = self.compiled.lock();
         compiled.map(|all| all.clone()).unwrap_or_default()
@@ -80,7 +80,7 @@ impl Records {
             .cloned()
     }
 
-    /// What passes wrote since the last call, in their order, where it was hashed.
+    /// The outputs of passes since the last call, in their order, if outputs are hashed.
     pub fn take_outputs(&self) -> Vec<Output> {
         let outputs = self.outputs.lock();
         outputs
@@ -88,18 +88,18 @@ impl Records {
             .unwrap_or_default()
     }
 
-    /// The buffers and images that there are, by name.
+    /// The buffers and images that exist, by name.
     pub fn memory_use(&self) -> MemoryUse {
         let memory = self.memory.lock();
         memory.map(|memory| memory.clone()).unwrap_or_default()
     }
 
-    /// True if what passes write is hashed.
+    /// True if the outputs of passes are hashed.
     pub(super) fn hashes_outputs(&self) -> bool {
         self.hashes_outputs.load(Ordering::Relaxed)
     }
 
-    /// From now on it is.
+    /// Switches the hashing of outputs on.
     pub(super) fn hash_outputs(&self) {
         self.hashes_outputs.store(true, Ordering::Relaxed);
     }
@@ -125,7 +125,7 @@ impl Records {
         }
     }
 
-    /// One more buffer or image of that name.
+    /// Records that a buffer or image with this name was allocated.
     pub(super) fn note_allocated(&self, name: &str, bytes: u64) {
         if let Ok(mut memory) = self.memory.lock() {
             let entry = memory.entry(name.to_owned()).or_default();
@@ -133,7 +133,7 @@ impl Records {
         }
     }
 
-    /// One less.
+    /// Records that a buffer or image with this name was freed.
     pub(super) fn note_freed(&self, name: &str, bytes: u64) {
         if let Ok(mut memory) = self.memory.lock() {
             let entry = memory.entry(name.to_owned()).or_default();

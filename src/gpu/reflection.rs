@@ -19,7 +19,7 @@ pub enum BindingKind {
     Uniform,
     /// A buffer of texels that the shader only reads.
     Texels,
-    /// An array of sampled images, as long as what is bound to it.
+    /// An array of sampled images; its length is the number of bound images.
     Images,
     /// A top-level acceleration structure.
     AccelerationStructure,
@@ -30,9 +30,9 @@ pub enum BindingKind {
 pub struct Binding {
     /// The GLSL instance name.
     pub name: String,
-    /// Its number in descriptor set 0.
+    /// The binding number in descriptor set 0.
     pub number: u32,
-    /// Kind of resource.
+    /// The kind of the resource.
     pub kind: BindingKind,
 }
 
@@ -41,7 +41,7 @@ pub struct Binding {
 pub struct Interface {
     /// Bindings that the shader's code uses.
     pub bindings: Vec<Binding>,
-    /// Bytes of push constants.
+    /// The size of the push constants, in bytes.
     pub push_constant_size: u32,
 }
 
@@ -50,13 +50,13 @@ pub struct Interface {
 pub struct DeclaredConstant {
     /// The name.
     pub name: String,
-    /// Its GLSL type, `uint` or `bool`.
+    /// The GLSL type, `uint` or `bool`.
     pub glsl: &'static str,
-    /// Its `constant_id`.
+    /// The `constant_id`.
     pub id: u32,
-    /// Its default value.
+    /// The default value.
     pub word: u32,
-    /// True if code uses it.
+    /// True if the code uses it.
     pub is_used: bool,
 }
 
@@ -82,7 +82,7 @@ pub(crate) fn parse(words: &[u32]) -> Result<Module> {
         .map_err(|e| Error::failed(format!("a shader's SPIR-V cannot be parsed ({e})")))
 }
 
-/// True if a type is an image of a dimension.
+/// True if a type is an image with this dimension.
 fn is_image(instruction: &Instruction, dim: Dim) -> bool {
     instruction.class.opcode == Op::TypeImage
         && instruction.operands.get(1) == Some(&Operand::Dim(dim))
@@ -97,7 +97,7 @@ impl Reflection {
         Ok(Self::of(parse(words)?))
     }
 
-    /// Of a parsed shader.
+    /// The reflection of a parsed shader.
     pub(super) fn of(module: Module) -> Self {
         let names = module
             .debug_names
@@ -119,7 +119,7 @@ impl Reflection {
     /// The bindings that the shader's code uses, and its push constants.
     ///
     /// # Errors
-    /// A binding outside set 0, or without a name or number.
+    /// A binding outside set 0, or without a name or binding number.
     pub fn interface(&self) -> Result<Interface> {
         let mut interface = Interface {
             bindings: Vec::new(),
@@ -180,8 +180,8 @@ impl Reflection {
         Ok(interface)
     }
 
-    /// Checks the member offsets and array strides of the structures that the shader shares with
-    /// Rust. Returns the names of those that the shader keeps in buffers.
+    /// Checks the member offsets and array strides of the structures that Rust and the shader have in common. Returns the names
+    /// of those that the shader keeps in buffers.
     ///
     /// # Errors
     /// The first difference.

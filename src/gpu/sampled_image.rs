@@ -11,10 +11,10 @@ use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 use std::sync::Arc;
 
-/// Four bytes that shaders read as 0…1; every device samples this format.
+/// The format: four bytes that shaders read as values in [0, 1]; every device samples it.
 const FORMAT: vk::Format = vk::Format::R8G8B8A8_UNORM;
 
-/// Most bytes that are uploaded at once, but for a single row.
+/// The maximum number of bytes that are uploaded at once, except for a single row.
 const PIECE: usize = 64 << 20;
 
 /// The name of all images in [`Records::memory_use`](super::records::Records::memory_use): a scene may have thousands.
@@ -64,7 +64,7 @@ impl SampledImage {
         Ok(image)
     }
 
-    /// Bytes of memory that it takes.
+    /// The size of the image's memory, in bytes.
     pub fn size(&self) -> u64 {
         self.size
     }
@@ -119,7 +119,7 @@ impl SampledImage {
         Ok(())
     }
 
-    /// Uploads the rows, and then changes to the layout in which the image stays.
+    /// Uploads the rows, and then changes to the final layout of the image.
     fn write(&self, width: u32, texels: &[[u8; 4]]) -> Result<()> {
         let device = &self.device;
         let rows = (PIECE / (4 * width as usize)).max(1);

@@ -1,4 +1,5 @@
-//! Specialisation constants get their values before the driver sees a shader, and what follows from them is computed.
+//! Specialisation of shaders before the driver sees them: constants get their values, and expressions of constants are
+//! computed.
 //!
 //! Drivers may do so themselves, but SwiftShader's optimiser keeps code behind a condition that is a specialisation
 //! constant, and compiles all of it: it took 12 minutes for the passes of `accurate` instead of 6 seconds.
@@ -7,8 +8,8 @@ use rspirv::dr::{Instruction, Module, Operand};
 use rspirv::spirv::{Decoration, Op};
 use std::collections::{HashMap, HashSet};
 
-/// Makes the specialisation constants of a shader constants: each has the value that `constants`, pairs of id and word, has for
-/// it, or else its default.
+/// Replaces the specialisation constants of a shader by constants: each has its value in `constants`, pairs of id and word, or
+/// its default value.
 pub fn specialise(module: &mut Module, constants: &[(u32, u32)]) {
     let mut given = HashMap::new();
     module.annotations.retain(|i| match &i.operands[..] {
@@ -81,7 +82,7 @@ pub(super) fn words_of_constants(module: &Module) -> HashMap<u32, u32> {
         .collect()
 }
 
-/// The words of operands, if all are known.
+/// The words of operands; `None` if any is not constant.
 fn words_of(operands: &[Operand], values: &HashMap<u32, u32>) -> Option<Vec<u32>> {
     let words = operands.iter().map(|operand| match operand {
         Operand::IdRef(id) => values.get(id).copied(),
@@ -90,8 +91,8 @@ fn words_of(operands: &[Operand], values: &HashMap<u32, u32>) -> Option<Vec<u32>
     words.collect()
 }
 
-/// The result of an operation on booleans or unsigned integers of 32 bits; none for those that no shader of ours needs,
-/// which the driver then computes.
+/// The result of an operation on booleans or unsigned integers of 32 bits; `None` for operations that no shader of Headwater
+/// needs, which the driver then computes.
 pub(super) fn fold(operation: Op, operands: &[u32]) -> Option<u32> {
     let result = match (operation, operands) {
         (Op::LogicalNot, [a]) => u32::from(*a == 0),
@@ -134,7 +135,7 @@ mod tests {
             results.at[5] = COUNT / 2u;
         }";
 
-    /// The constants that the shader stores, in order; none for what is not a constant.
+    /// The constants that the shader stores, in order; `None` for values that are not constant.
     fn stored(constants: &[(u32, u32)]) -> Vec<Option<u32>> {
         let words = compiler::compile("test.comp", SHADER, &Sources::new(), &[]).unwrap();
         let mut module = parse(&words).unwrap();
@@ -162,7 +163,7 @@ mod tests {
         assert_eq!(stored(&[(9, 0), (77, 1)]), with([5, 14, 0, 0, 0]));
     }
 
-    /// Debuggers show the line that the first instruction of a function comes from.
+    /// Debuggers show the source line of the first instruction of a function.
     #[test]
     fn source_lines_stay() {
         let lines = |debug| {

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 impl Device {
     /// Waits for the oldest submissions of [`Recording::submit`](super::Recording::submit) until at most `most` are left;
-    /// returns the times of each.
+    /// returns the times of each submission.
     ///
     /// # Errors
     /// The device is lost.
@@ -34,8 +34,8 @@ impl Device {
         }
     }
 
-    /// Waits for a submission; returns the time of each of its regions, and how long it took from the call that submitted it
-    /// to the end of the wait.
+    /// Waits for a submission; returns the time of each of its regions, and the time from the call that submitted it to the end
+    /// of the wait.
     ///
     /// # Errors
     /// The device is lost.
@@ -57,7 +57,7 @@ impl Device {
         Ok((times, taken))
     }
 
-    /// Keeps a recorder whose commands do not run, and destroys the descriptor pools that they used.
+    /// Keeps a recorder whose commands do not run, and destroys the descriptor pools of its commands.
     pub(super) fn keep(&self, recorder: Recorder, pools: &[vk::DescriptorPool]) {
         for pool in pools {
             // SAFETY: the commands do not run.
@@ -70,7 +70,8 @@ impl Device {
         }
     }
 
-    /// Waits until nothing runs, before something that submissions may use is destroyed. Their times can still be asked for.
+    /// Waits until no commands run, before an object that submissions may use is destroyed. The times of the submissions remain
+    /// available.
     pub(super) fn wait_before_drop(&self) {
         let Ok(running) = self.running.lock() else {
             return;

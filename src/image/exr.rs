@@ -13,7 +13,7 @@ use std::path::Path;
 /// Name of the attribute that holds the metadata as JSON.
 const METADATA: &str = "headwater";
 
-/// Size limit of pictures that are read, in pixels.
+/// The maximum size of pictures that are read, in pixels.
 const MAX_PIXELS: usize = 1 << 30;
 
 /// Upper bound on the compression ratio: deflate reaches 1032, and PXR24 stores three of four bytes
@@ -58,7 +58,7 @@ pub(super) fn write(image: &Image, path: &Path) -> crate::Result<()> {
     })
 }
 
-/// The library's own conversion panics on characters outside Latin-1.
+/// UTF-8 text for a header: the library's conversion panics on characters outside Latin-1.
 fn utf8(text: &str) -> Text {
     Text::from_slice_unchecked(text.as_bytes())
 }

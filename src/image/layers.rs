@@ -1,25 +1,25 @@
-//! Which channels of a picture are the picture itself: other programs write layers, or grey.
+//! The choice of the channels of a picture that are the picture itself: other programs write layers, or grey.
 
 use super::Image;
 use crate::{Error, Result};
 
-/// The picture in an image, and which of its channels that is.
+/// The picture in an image, and the layer and the kind of its channels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Colors {
     /// Red, green and blue of each pixel.
     pub pixels: Vec<[f32; 3]>,
-    /// The layer that holds them; none for the image's own `R`, `G`, `B` or `Y`.
+    /// The layer that holds them; `None` for channels `R`, `G`, `B` or `Y` without a layer.
     pub layer: Option<String>,
-    /// True if there is grey only.
+    /// True if there is only a grey channel.
     pub is_grey: bool,
 }
 
 impl Image {
-    /// The picture itself: `R`, `G`, `B`; or else those of its only layer, or of the layer named Combined, as
-    /// Blender writes `ViewLayer.Combined.R`; or else grey `Y`, likewise.
+    /// The picture itself: `R`, `G`, `B`; or otherwise those of its only layer, or of the layer named Combined, as Blender
+    /// writes `ViewLayer.Combined.R`; or otherwise grey `Y`, found in the same way.
     ///
     /// # Errors
-    /// There is no such thing, or more than one; the message lists the channels.
+    /// There is no such channel, or more than one; the message lists the channels.
     pub fn colors(&self) -> Result<Colors> {
         let color = self.layer_of(&["R", "G", "B"], &[])?;
         // With the others of its kind a Y is no grey: a vector's, or a luminance beside subsampled colour.
@@ -46,8 +46,8 @@ impl Image {
         })
     }
 
-    /// The layer with float channels of all of `names` and none of `others`: the image's own, called "", or the
-    /// only one, or the only one called Combined.
+    /// The layer with float channels of all of `names` and none of `others`: the channels without a layer, called "", or the
+    /// only layer, or the only one called Combined.
     fn layer_of(&self, names: &[&str], others: &[&str]) -> Result<Option<String>> {
         let layers = self.channels.keys().filter_map(|channel| {
             let layer = channel.strip_suffix(names[0])?;

@@ -11,7 +11,7 @@ use crate::{Error, Result};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// One channel's values, row by row from the top.
+/// The values of one channel, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Samples {
     /// 32-bit floats.
@@ -41,9 +41,9 @@ impl Samples {
 /// A picture of named channels, such as `R`, `stderr.G` or `instance.id`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Image {
-    /// Pixels across.
+    /// The width in pixels.
     pub width: u32,
-    /// Pixels down.
+    /// The height in pixels.
     pub height: u32,
     /// Channels by name; each has width × height values, row 0 at the top.
     pub channels: BTreeMap<String, Samples>,

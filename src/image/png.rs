@@ -162,7 +162,7 @@ mod tests {
         }
     }
 
-    /// A PNG of one row of two pixels with indices, whose palette has this many bytes.
+    /// A PNG of one row of two pixels with indices, with a palette of `length` bytes.
     fn with_palette(length: usize) -> Vec<u8> {
         let row = [0, 0b0100_0000];
         // Stored without compression, with its checksum (Adler-32).

@@ -1,4 +1,4 @@
-//! From radiance to display values: the tone curve and the sRGB encoding.
+//! The conversion of radiance to display values: the tone curve and the sRGB encoding.
 
 use crate::shader_interface::{TONE_DESATURATION, TONE_KNEE};
 
@@ -28,7 +28,7 @@ pub fn tone_map(radiance: [f32; 3]) -> [f32; 3] {
     })
 }
 
-/// Linear to sRGB (IEC 61966-2-1), 0…1.
+/// The sRGB encoding (IEC 61966-2-1) of a linear value, both in [0, 1].
 fn to_srgb(value: f32) -> f32 {
     if value <= 0.003_130_8 {
         12.92 * value
@@ -37,7 +37,7 @@ fn to_srgb(value: f32) -> f32 {
     }
 }
 
-/// sRGB to linear, 0…1.
+/// The linear value of an sRGB value, both in [0, 1].
 pub(super) fn from_srgb(value: f32) -> f32 {
     if value <= 0.04045 {
         value / 12.92
@@ -46,7 +46,7 @@ pub(super) fn from_srgb(value: f32) -> f32 {
     }
 }
 
-/// One 8-bit sRGB value from a linear one; what lies outside 0…1 is clamped, NaN is 0.
+/// The 8-bit sRGB value of a linear value; values outside of [0, 1] are clamped, NaN is 0.
 pub(crate) fn to_srgb_byte(value: f32) -> u8 {
     (to_srgb(value.clamp(0.0, 1.0)) * 255.0).round() as u8
 }

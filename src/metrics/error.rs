@@ -9,10 +9,10 @@ pub struct Errors {
     pub rmse: f64,
     /// RMSE of both pictures after they are clamped to [0, 1], the range of a display.
     pub rmse_clamped: f64,
-    /// Mean of (a − b)² / (b² + 0.01), which weighs dark and bright pixels alike.
+    /// Mean of (a − b)² / (b² + 0.01), in which dark and bright pixels have similar weights.
     pub relmse: f64,
-    /// Mean of the picture over mean of the reference, over all channels; 1 if both are black, and
-    /// infinite if only the reference is.
+    /// The mean of the picture over the mean of the reference, over all channels; 1 if both are black, and infinite if only the
+    /// reference is black.
     pub mean_ratio: f64,
 }
 
@@ -48,9 +48,8 @@ impl Errors {
     }
 }
 
-/// Pearson's correlation of two pictures' errors, −1…1, over all channels: the temporal correlation
-/// of noise if the pictures are successive frames. Each picture comes with its reference. 0 if either
-/// has no error.
+/// Pearson's correlation of two pictures' errors, in [−1, 1], over all channels: the temporal correlation of noise if the
+/// pictures are successive frames. Each picture comes with its reference. 0 if either has no error.
 ///
 /// # Panics
 /// The sizes differ.
@@ -73,8 +72,8 @@ pub fn error_correlation(a: [&[[f32; 3]]; 2], b: [&[[f32; 3]]; 2]) -> f64 {
     }
 }
 
-/// The median over pixels of the luminance over that of the reference, of those that the reference lights; 1 if there is
-/// none. A mean does not show that most pixels lack light, since a few bright ones make up for it.
+/// The median, over pixels that are lit in the reference, of the ratio of luminance to reference luminance; 1 if no pixel is
+/// lit. A mean does not show that most pixels lack light, since a few bright pixels compensate for it.
 pub fn median_ratio(pairs: impl IntoIterator<Item = (f64, f64)>) -> f64 {
     let lit = pairs.into_iter().filter(|(_, reference)| *reference > 0.0);
     let ratios: Vec<f64> = lit

@@ -9,15 +9,14 @@ pub const PIXELS_PER_DEGREE: f32 = nv_flip::DEFAULT_PIXELS_PER_DEGREE;
 
 /// Result of a comparison.
 pub struct Flip {
-    /// Mean over the pixels, 0…1.
+    /// The mean error over the pixels, in [0, 1].
     pub mean: f64,
     /// The error of each pixel in the colour map magma, three bytes per pixel.
     pub map: Vec<u8>,
 }
 
-/// Compares two pictures of `size` = (width, height) at 67 pixels a degree. Both are shown as
-/// radiance × 2^`exposure`, clamped to 0…1, sRGB, 8 bits: no tone curve, which would hide errors in
-/// bright areas.
+/// Compares two pictures of `size` = (width, height) at 67 pixels per degree. Both are shown as radiance × 2^`exposure`,
+/// clamped to [0, 1], sRGB, 8 bits, without a tone curve, which would hide errors in bright areas.
 ///
 /// # Panics
 /// A picture has fewer pixels than `size`.

@@ -3,22 +3,22 @@
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
 use statrs::statistics::{Data, OrderStatistics};
 
-/// From this many degrees of freedom on, the normal distribution replaces Student's: their quantiles
-/// differ relatively by about z²/4ν, less than 1e-5.
+/// The number of degrees of freedom from which on the normal distribution replaces Student's: their quantiles differ relatively
+/// by about z²/4ν, less than 1e-5.
 const NORMAL_FROM: f64 = 1e6;
 
-/// Expected counts below this are pooled before a χ² test (Cochran 1954).
+/// The expected count below which counts are pooled before a χ² test (Cochran 1954).
 const MIN_EXPECTED: f64 = 5.0;
 
-/// The Kolmogorov–Smirnov test is exact up to this product of the two sample sizes.
+/// The largest product of the two sample sizes for which the Kolmogorov–Smirnov test is exact.
 const MAX_EXACT: usize = 10_000_000;
 
-/// The median: of an even number of values the mean of the middle two; NaN without values.
+/// The median; for an even number of values, the mean of the middle two; NaN without values.
 pub fn median(values: impl Iterator<Item = f64>) -> f64 {
     Data::new(values.collect::<Vec<f64>>()).median()
 }
 
-/// The value that a part of `values`, 0…1, does not exceed (R-8); NaN without values.
+/// The quantile of `values` at `part`, in [0, 1] (R-8); NaN without values.
 pub fn quantile(values: impl Iterator<Item = f64>, part: f64) -> f64 {
     Data::new(values.collect::<Vec<f64>>()).quantile(part)
 }
@@ -81,7 +81,7 @@ impl Estimate {
 /// (Welch, "The generalization of 'Student's' problem when several different population variances
 /// are involved", 1947).
 ///
-/// If both standard errors are 0: 1 for equal means, else 0. NaN if an estimate is NaN.
+/// If both standard errors are 0: 1 for equal means, otherwise 0. NaN if an estimate is NaN.
 pub fn welch_p_value(a: &Estimate, b: &Estimate) -> f64 {
     let difference = (a.mean - b.mean).abs();
     let error = a.standard_error.hypot(b.standard_error);

@@ -30,7 +30,7 @@ pub fn list() -> &'static [Procedural] {
     recipes::SCENES
 }
 
-/// The procedural scene of that name.
+/// The procedural scene with this name.
 ///
 /// # Errors
 /// No such scene; the message suggests the closest name.
@@ -43,7 +43,7 @@ pub fn find(name: &str) -> Result<&'static Procedural> {
     })
 }
 
-/// Checks that a scene of that name has such parameters.
+/// Checks that the scene with this name has these parameters.
 ///
 /// # Errors
 /// No such scene or parameter, or a value out of range.
@@ -80,7 +80,7 @@ mod tests {
         }
     }
 
-    /// Ends of ranges whose scenes take seconds or gigabytes; they are made with `HEADWATER_TEST_ALL`.
+    /// The ends of ranges that take seconds or gigabytes to generate; `HEADWATER_TEST_ALL` includes them.
     const LARGE: &[(&str, &str, &str)] = &[
         ("colourful-mess", "things", "1000"),
         ("street", "lights", "2000000"),

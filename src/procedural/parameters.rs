@@ -6,14 +6,14 @@ use crate::{Error, Result};
 use serde::Serialize;
 use std::fmt;
 
-/// The values a parameter takes.
+/// The values that a parameter can have.
 #[derive(Clone, Copy, Debug)]
 pub enum Range {
     /// Whole numbers between two bounds, both included.
     Whole(u64, u64),
     /// Numbers between two bounds, both included.
     Real(f64, f64),
-    /// One of some words.
+    /// One word of a list.
     Words(&'static [&'static str]),
 }
 
@@ -65,9 +65,9 @@ pub struct Parameter {
     pub name: &'static str,
     /// A description of the effect.
     pub doc: &'static str,
-    /// The value if none is given.
+    /// The default value.
     pub default: &'static str,
-    /// The values it takes.
+    /// The values that the parameter can have.
     pub values: Range,
 }
 
@@ -107,12 +107,12 @@ impl Values {
         found.map_or("", |(_, value)| value)
     }
 
-    /// A checked number; 0 for a name that no scene declares.
+    /// The checked value of a parameter; 0 for a name that no scene declares.
     pub(super) fn real(&self, name: &str) -> f32 {
         self.text(name).parse().unwrap_or(0.0)
     }
 
-    /// A checked whole number; 0 for a name that no scene declares.
+    /// The checked value of a whole-number parameter; 0 for a name that no scene declares.
     pub(super) fn whole(&self, name: &str) -> u64 {
         self.text(name).parse().unwrap_or(0)
     }

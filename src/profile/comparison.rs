@@ -1,9 +1,9 @@
-//! One profile against an earlier one of the same subject.
+//! Comparison of a profile with an earlier one of the same subject.
 
 use super::{Circumstances, Profile, Spread, Subject, VERSION};
 use crate::{Error, Result};
 
-/// Limits by which a profile may be worse.
+/// The limits within which a profile may be worse.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
     /// Limit of the increase of the median times of frame and passes, as a fraction of the earlier ones.
@@ -12,13 +12,13 @@ pub struct Limits {
     pub memory: f64,
 }
 
-/// Passes that take less than this part of the frame do not count by themselves: a timer's noise is most of their time.
+/// The fraction of the frame's time below which a pass is not compared: a timer's noise is most of its time.
 const SMALLEST_PASS: f64 = 0.02;
 
-/// Refuses an earlier profile that shows something else, before work begins.
+/// Refuses an earlier profile with another subject, before work begins.
 ///
 /// # Errors
-/// It does; `earlier_name` is the file that messages name.
+/// The subjects differ; `earlier_name` is the file that messages name.
 pub fn check_comparable(
     ours: &Subject,
     circumstances: &Circumstances,

@@ -9,33 +9,34 @@ use std::time::Instant;
 /// The frames that are rendered.
 #[derive(Clone, Copy, Debug)]
 pub struct Plan {
-    /// Frames before those that are timed: they compile shaders and fill the history.
+    /// The number of frames before the timed ones: they compile shaders and fill the history.
     pub warm_up: u32,
-    /// Frames that are timed.
+    /// The number of timed frames.
     pub frames: u32,
-    /// Frames that may be submitted and not finished.
+    /// The maximum number of frames that are submitted but not finished.
     pub in_flight: u32,
 }
 
 /// The times of one frame, in milliseconds.
 #[derive(Clone, Debug, Default)]
 pub struct Frame {
-    /// The number of the frame.
+    /// The index of the frame.
     pub number: u32,
-    /// When it began on the host, since the first frame.
+    /// The time of its start on the host, since the first frame.
     pub start: f64,
-    /// From its start to the start of the next.
+    /// The time from its start to the start of the next frame.
     pub host: f64,
-    /// On the device, from the submission to the end of the wait; 0 with several in flight.
+    /// The time on the device, from the submission to the end of the wait; 0 with several frames in flight.
     pub submitted: f64,
     /// The passes of the frame, one entry for each run.
     pub passes: Vec<PassTime>,
 }
 
-/// Renders the frames of a plan, those of the warm-up first. `prepare` sets time and camera of each, and may end the work.
+/// Renders the frames of a plan, first those of the warm-up. `prepare` sets the time and the camera of each frame, and may end
+/// the work.
 ///
 /// # Errors
-/// The device fails, or those of `prepare`.
+/// The device fails, or the errors of `prepare`.
 pub fn measure(
     device: &Arc<Device>,
     renderer: &mut Renderer,

@@ -1,5 +1,5 @@
-//! Profiles: what each pass of a frame takes, does and moves, after a warm-up; as text, as JSON, as a trace, and against an
-//! earlier one.
+//! Profiles: the time, the counts and the memory traffic of each pass of a frame, after a warm-up; as text, as JSON, as a
+//! trace, and against an earlier profile.
 
 mod comparison;
 mod measure;
@@ -29,21 +29,21 @@ pub struct Subject {
     pub settings: serde_json::Value,
     /// The device.
     pub device: String,
-    /// Pixels across.
+    /// The width in pixels.
     pub width: u32,
-    /// Pixels down.
+    /// The height in pixels.
     pub height: u32,
-    /// Scattering events at most.
+    /// The maximum number of scattering events.
     pub bounces: u32,
     /// Seed of all random numbers.
     pub seed: u32,
     /// The camera.
     pub camera: String,
-    /// The time of frame 0 and frames a second, if anything moves.
+    /// The time of frame 0 and the number of frames per second, if anything moves.
     pub clock: Option<(f64, Option<f64>)>,
-    /// Frames before those that are timed.
+    /// The number of frames before the timed ones.
     pub warm_up: u32,
-    /// Frames that are timed.
+    /// The number of timed frames.
     pub frames: u32,
 }
 
@@ -52,13 +52,13 @@ pub struct Subject {
 pub struct Circumstances {
     /// Name and version of the driver.
     pub driver: String,
-    /// How rays are traced.
+    /// The way in which rays are traced.
     pub tracer: String,
     /// The access of shaders to the scene.
     pub geometry: String,
     /// The revision of Headwater.
     pub commit: String,
-    /// Frames in flight at most.
+    /// The maximum number of frames in flight.
     pub in_flight: u32,
 }
 
@@ -67,7 +67,7 @@ pub struct Circumstances {
 pub struct Spread {
     /// The median.
     pub median: f64,
-    /// 95 of 100 are at most this.
+    /// The 95th percentile.
     pub p95: f64,
 }
 
@@ -85,15 +85,15 @@ impl Spread {
 pub struct Pass {
     /// The name.
     pub name: String,
-    /// The number of runs in a frame.
+    /// The number of runs per frame.
     pub runs: u32,
-    /// The time of all its runs in a frame, in milliseconds.
+    /// The time of all runs in a frame, in milliseconds.
     pub milliseconds: Spread,
     /// The time of its first run, in which some drivers compile it, in milliseconds.
     pub first_run: f64,
     /// The time in which the driver made its pipeline, on the host, in milliseconds.
     pub pipeline: f64,
-    /// Its counts in the first frame that was timed, in a run of its own.
+    /// The counts in the first timed frame, in a separate run.
     pub counts: Counts,
     /// The report of the driver's compiler, if the driver has one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -103,26 +103,27 @@ pub struct Pass {
 /// The buffers, or images, of one name.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
-    /// Their name.
+    /// The name of the buffers.
     pub name: String,
-    /// The number of buffers of this name.
+    /// The number of buffers with this name.
     pub count: u32,
-    /// Their bytes.
+    /// The size of all these buffers in bytes.
     pub bytes: u64,
 }
 
 /// A profile.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Profile {
-    /// Version of this form.
+    /// The version of this form.
     pub version: u32,
     /// The subject of the profile.
     pub subject: Subject,
-    /// How.
+    /// The conditions of the run.
     pub circumstances: Circumstances,
-    /// A frame on the device, in milliseconds: from the submission to the end of the wait for it. 0 with several in flight.
+    /// The time of a frame on the device, in milliseconds: from the submission to the end of the wait for it. 0 with several
+    /// frames in flight.
     pub frame: Spread,
-    /// A frame on the host, in milliseconds: from the start of one to the start of the next.
+    /// The time of a frame on the host, in milliseconds: from the start of one to the start of the next.
     pub host: Spread,
     /// The passes in order.
     pub passes: Vec<Pass>,
@@ -131,7 +132,7 @@ pub struct Profile {
 }
 
 impl Profile {
-    /// A profile of timed frames, in order. `first` are the runs of the warm-up, `counts` what one frame counted.
+    /// A profile of timed frames, in order. `first` are the runs of the warm-up, `counts` the counts of one frame.
     pub fn new(
         subject: Subject,
         circumstances: Circumstances,
@@ -193,7 +194,7 @@ impl Profile {
         }
     }
 
-    /// The time of a frame: on the device, or with several in flight on the host.
+    /// The time of a frame: on the device or, with several frames in flight, on the host.
     pub fn whole(&self) -> Spread {
         match self.circumstances.in_flight {
             ..=1 => self.frame,
@@ -201,12 +202,12 @@ impl Profile {
         }
     }
 
-    /// Bytes of all buffers and images.
+    /// The size of all buffers and images in bytes.
     pub fn bytes(&self) -> u64 {
         self.memory.iter().map(|memory| memory.bytes).sum()
     }
 
-    /// Rays of a frame.
+    /// The number of rays in a frame.
     pub fn rays(&self) -> u64 {
         self.passes.iter().map(|pass| pass.counts.rays).sum()
     }

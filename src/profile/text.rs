@@ -1,17 +1,17 @@
-//! Profiles as text. Each line begins with what it is about, such as `frame`, `pass NAME` or `memory NAME`, and has its values
-//! in an order that stays; the one with the names of columns begins with `#`.
+//! Profiles as text. Each line begins with its subject, such as `frame`, `pass NAME` or `memory NAME`, and has its values in a
+//! fixed order; the line with the names of columns begins with `#`.
 
 use super::Profile;
 use crate::base::printable::printable;
 use crate::render::counters::Counts;
 use std::fmt::Write;
 
-/// In millions.
+/// A number in millions.
 fn millions(value: u64) -> String {
     format!("{:.3}", value as f64 / 1e6)
 }
 
-/// A part of 1 as percent; a dash where there is none.
+/// A fraction as a percentage; a dash for `None`.
 fn percent(part: Option<f64>) -> String {
     part.map_or_else(|| "-".into(), |part| format!("{:.1}", 100.0 * part))
 }

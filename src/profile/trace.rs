@@ -7,11 +7,11 @@ use serde_json::{Value, json};
 const HOST: u32 = 1;
 const DEVICE: u32 = 2;
 
-/// A trace of frames: on the host's track each frame, on the device's each frame and the runs of its passes. Times are in
-/// microseconds, as the format has them.
+/// A trace of frames: the host's track has each frame, the device's track each frame and the runs of its passes. Times are in
+/// microseconds, as the format requires.
 ///
-/// Host and device have clocks of their own; the passes of a frame are placed so that the last ends with the frame, when the
-/// host has waited for it.
+/// The host and the device have different clocks; the passes of a frame are placed so that the last one ends with the frame,
+/// when the host has waited for it.
 pub fn trace(frames: &[Frame]) -> Value {
     let mut events = vec![
         json!({"ph": "M", "pid": 1, "name": "process_name", "args": {"name": "headwater"}}),

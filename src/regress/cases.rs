@@ -10,7 +10,7 @@ use serde::Deserialize;
 pub struct Case {
     /// The name of the case and of its files.
     pub name: String,
-    /// Arguments of `render`, but for `--output`.
+    /// The arguments of `render`, without `--output`.
     pub arguments: String,
 }
 

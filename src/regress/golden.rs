@@ -33,7 +33,7 @@ pub struct Step {
 }
 
 impl Step {
-    /// What a pass of frame `frame` wrote.
+    /// The output of a pass in a buffer, in frame `frame`.
     pub fn of(frame: u32, output: Output) -> Self {
         Self {
             frame,
@@ -47,9 +47,9 @@ impl Step {
 /// A case as it was once rendered.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Golden {
-    /// Arguments of the case.
+    /// The arguments of the case.
     pub arguments: String,
-    /// Hash of the file of the picture.
+    /// The hash of the file of the picture.
     pub picture: String,
     /// The outputs of its passes, in order.
     pub steps: Vec<Step>,
@@ -65,14 +65,14 @@ pub struct Goldens {
     pub driver: String,
     /// The revision of Headwater that made them.
     pub commit: String,
-    /// By name of the case.
+    /// The cases by name.
     pub cases: BTreeMap<String, Golden>,
     #[serde(skip)]
     folder: PathBuf,
 }
 
-/// The name of a driver's folder: what must be the same for the same bits. Names and versions of drivers have the version of
-/// the compiler and the width of vectors in them.
+/// The name of a driver's folder: the properties that must be equal so that bits are equal. Names and versions of drivers
+/// contain the version of the compiler and the width of vectors.
 fn folder_name(device: &DeviceInfo) -> String {
     let text = format!("{} {}", device.name, device.driver);
     let letters = text.chars().map(|c| {
@@ -87,8 +87,8 @@ fn folder_name(device: &DeviceInfo) -> String {
     words.collect::<Vec<_>>().join("-")
 }
 
-/// A new set of golden frames, which takes the place of an older one of the same driver when it is complete. Until then
-/// it is in memory, so that nothing has to be cleaned up after work that ends early.
+/// A new set of golden frames, which replaces an older one of the same driver when it is complete. Until then it is in memory,
+/// so that nothing must be cleaned up after work that ends early.
 pub struct Blessing {
     goldens: Goldens,
     /// The pictures of new cases, by name.
@@ -134,8 +134,8 @@ impl Blessing {
         self.pictures.insert(case.name.clone(), image);
     }
 
-    /// Takes over the cases of the older set, if there is one; those that are added later replace them. Their pictures are
-    /// copied in the end.
+    /// Adds the cases of the older set, if there is one; cases that are added later replace them. Their pictures are copied at
+    /// the end.
     ///
     /// # Errors
     /// The older set is damaged.
@@ -148,10 +148,10 @@ impl Blessing {
         Ok(())
     }
 
-    /// Puts the set in the place of the older one; returns where it is.
+    /// Replaces the older set by this one; returns the path of its folder.
     ///
     /// # Errors
-    /// The disk does not take it; then the older one stays.
+    /// The disk rejects it; then the older set stays.
     pub fn finish(self) -> Result<PathBuf> {
         let Self {
             mut goldens,
@@ -246,10 +246,10 @@ fn picture(folder: &Path, name: &str) -> PathBuf {
 }
 
 impl Goldens {
-    /// The golden frames of a device, or else those of another; whether they are its own.
+    /// The golden frames of a device, or otherwise those of another device; true if they belong to this device.
     ///
     /// # Errors
-    /// There are none, or what is there cannot be read.
+    /// There are none, or the existing ones cannot be read.
     pub fn find(folder: &Path, device: &DeviceInfo) -> Result<(Self, bool)> {
         if let Some(own) = Locations::new(folder, device).set() {
             return Ok((Self::read(own)?, true));
@@ -303,7 +303,7 @@ impl Goldens {
         })
     }
 
-    /// A case and its picture; `None` if it was not rendered then, as where the driver lacked something.
+    /// A case and its picture; `None` if it was not rendered then, for example because the driver lacked a feature.
     ///
     /// # Errors
     /// The picture is missing or damaged, or the case was another one.

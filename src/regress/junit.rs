@@ -6,8 +6,8 @@ use crate::{Error, Result};
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 use std::time::Duration;
 
-/// The report of cases, each with the time it took, and of the case that is `running`: an error, since a report that still has
-/// one is that of a program which a driver has ended.
+/// The report of cases, each with its duration, and of the case that is `running`: it counts as an error, since a final report
+/// with a running case comes from a program that a driver has ended.
 ///
 /// # Errors
 /// Never with names that XML can hold.

@@ -1,5 +1,6 @@
-//! Regression tests of drivers: small frames whose pictures, and what each pass writes on the way, are compared with golden
-//! ones. On the driver that made these every bit must be the same; on another the pictures must agree but for rounding.
+//! Regression tests of drivers: small frames whose pictures, and the outputs of each of their passes, are compared with golden
+//! ones. On the driver that made the golden frames every bit must be equal; on another driver the pictures must agree except
+//! for rounding.
 
 mod cases;
 mod golden;

@@ -1,4 +1,4 @@
-//! Whether a frame is what it should be.
+//! The verdict on a frame: its comparison with the golden frame.
 
 use super::golden::{Golden, Step};
 use crate::Result;
@@ -15,24 +15,25 @@ pub struct Rendered {
 /// The result of a comparison.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Verdict {
-    /// Nothing is wrong; what was found all the same.
+    /// The case passed; the text holds remarks.
     Passed(String),
-    /// Something is wrong: what.
+    /// The case failed; the text holds the reason.
     Failed(String),
-    /// It was not compared: why.
+    /// The case was not compared; the text holds the reason.
     Skipped(String),
 }
 
-/// A pixel agrees with another driver's if each channel does to this part of the larger value.
+/// The largest difference of a channel of a pixel, relative to the larger value, with which the pixel agrees with another
+/// driver's pixel.
 const NEAR: f32 = 1e-3;
-/// The share of pixels that may not: where rounding changes a choice, a path goes elsewhere.
+/// The fraction of pixels that may disagree: where rounding changes a choice, a path takes another direction.
 const MAX_APART: f64 = 0.05;
-/// Standard errors by which the mean may differ: rounding favours neither side.
+/// The number of standard errors by which the mean may differ: rounding favours neither side.
 const MAX_DEVIATIONS: f64 = 4.0;
-/// The difference of the means that needs no such reason, as a part of the mean.
+/// The difference of the means, relative to the mean, that is always allowed.
 const ROUNDING: f64 = 1e-4;
 
-/// Every bit of the picture and of what passes wrote must be the same.
+/// Compares exactly: every bit of the picture and of the outputs of passes must be equal.
 pub fn judge_exactly(rendered: &Rendered, golden: &Golden, picture: &Image) -> Verdict {
     let pairs = rendered.steps.iter().zip(&golden.steps);
     if let Some((now, before)) = pairs.clone().find(|(now, before)| now != before) {
@@ -63,8 +64,8 @@ pub fn judge_exactly(rendered: &Rendered, golden: &Golden, picture: &Image) -> V
     ))
 }
 
-/// The picture must agree with another driver's but for rounding, and the paths that rounding sends elsewhere must not make it
-/// brighter or darker.
+/// Compares with tolerance: the picture must agree with another driver's picture except for rounding, and the paths that
+/// rounding changes must not make it brighter or darker.
 ///
 /// # Errors
 /// The pictures have no colour.

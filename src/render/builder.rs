@@ -11,7 +11,7 @@ use crate::scene::{Camera, Scene};
 use crate::{Error, Result};
 use std::sync::Arc;
 
-/// What a [`Renderer`] is made from; [`Renderer::builder`] makes one.
+/// The settings, camera, size and device of a [`Renderer`] that is to be built; [`Renderer::builder`] makes one.
 ///
 /// ```no_run
 /// # fn main() -> headwater::Result<()> {
@@ -91,13 +91,13 @@ impl<'a> RendererBuilder<'a> {
         self
     }
 
-    /// Sets the maximum number of scattering events of a path; 1 is direct light.
+    /// Sets the maximum number of scattering events of a path; 1 is direct light only.
     pub fn bounces(mut self, bounces: u32) -> Self {
         self.bounces = bounces;
         self
     }
 
-    /// Sets whether rays begin anywhere in a pixel (a box filter), instead of at its centre.
+    /// With `jitter`, primary rays begin anywhere in a pixel (a box filter) instead of at its centre.
     pub fn jitter(mut self, jitter: bool) -> Self {
         self.jitter = jitter;
         self

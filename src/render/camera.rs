@@ -4,8 +4,8 @@ use crate::device_scene::Units;
 use crate::scene::Camera;
 use crate::shader_interface::GpuCamera;
 
-/// A pinhole camera for an image of `width` × `height` pixels, in the units of the device. The vertical
-/// field of view holds; the horizontal one follows the image's shape.
+/// A pinhole camera for an image of `width` × `height` pixels, in the units of the device. The vertical field of view stays;
+/// the horizontal one follows the image's aspect ratio.
 pub fn gpu_camera(camera: &Camera, units: &Units, width: u32, height: u32) -> GpuCamera {
     let axes = camera.camera_to_world.matrix3;
     let half_height = (0.5 * camera.vertical_fov).tan();

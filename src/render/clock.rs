@@ -8,7 +8,7 @@ use crate::{Error, Result};
 pub struct Clock {
     /// The time of frame 0, in seconds.
     pub start_time: f64,
-    /// Frames a second; without, all frames show the same time.
+    /// The number of frames per second; without it, all frames show the same time.
     pub fps: Option<f64>,
 }
 
@@ -16,7 +16,7 @@ impl Clock {
     /// Refuses invalid values. `start_time` and `fps` are the names of the two in messages.
     ///
     /// # Errors
-    /// A time that is not finite, or frames a second that are not positive and finite.
+    /// A time that is not finite, or a number of frames per second that is not positive and finite.
     pub fn check(&self, start_time: &str, fps: &str) -> Result<()> {
         if let Some(value) = self.fps.filter(|fps| !(*fps > 0.0 && fps.is_finite())) {
             return Err(Error::input(format!(

@@ -40,21 +40,21 @@ pub struct Counts {
     /// Rays that hit something.
     #[serde(default)]
     pub hits: u64,
-    /// Bytes read of sample data, reservoirs, pilots, light lists, points and samples of world reservoirs, colour and sums.
+    /// Bytes read from sample data, reservoirs, pilots, light lists, points and samples of world reservoirs, colour and sums.
     #[serde(default)]
     pub bytes_read: u64,
-    /// Bytes written there.
+    /// Bytes written to these buffers.
     #[serde(default)]
     pub bytes_written: u64,
 }
 
 impl Counts {
-    /// Share of lanes in use, 0…1, where rays are traced; `None` without any.
+    /// The fraction of lanes in use where rays are traced, in [0, 1]; `None` without any.
     pub fn tracing_share(&self) -> Option<f64> {
         share(self.trace_lanes)
     }
 
-    /// Share of lanes in use, 0…1, where merges evaluate targets; `None` without any.
+    /// The fraction of lanes in use where merges evaluate targets, in [0, 1]; `None` without any.
     pub fn merging_share(&self) -> Option<f64> {
         share(self.merge_lanes)
     }
@@ -64,18 +64,18 @@ fn share([busy, all]: [u64; 2]) -> Option<f64> {
     (all > 0).then(|| busy as f64 / all as f64)
 }
 
-/// One counter of every pass, summed.
+/// The sum of one counter over all passes.
 fn sum(all: &[u32], counter: u32) -> u32 {
     let own = all.iter().skip(counter as usize).step_by(COUNTERS as usize);
     own.fold(0, |sum: u32, n| sum.saturating_add(*n))
 }
 
-/// Maximum number of passes with counters of their own.
+/// The maximum number of passes with separate counters.
 const MAX_PASSES: usize = 32;
-/// Words of the buffer.
+/// The length of the buffer, in words.
 const LENGTH: usize = MAX_PASSES * COUNTERS as usize;
 
-/// The counters of the passes of a technique.
+/// The counters of the passes of an integrator.
 pub struct Counters {
     /// The buffer that passes bind.
     pub buffer: Buffer,
@@ -89,7 +89,7 @@ pub struct Counters {
 }
 
 impl Counters {
-    /// Counters, all 0; with `counting`, also those that cost time.
+    /// Counters, all 0; with `counting`, also the counters that cost time.
     pub fn new(device: &Arc<Device>, counting: bool) -> Result<Self> {
         let mut made = Self {
             buffer: Buffer::new(device, "counters", 4 * LENGTH as u64, Usage::default())?,
@@ -102,7 +102,7 @@ impl Counters {
         Ok(made)
     }
 
-    /// A pass's specialisation with a range of counters. Passes of one name share it.
+    /// The specialisation of a pass with a range of counters. Passes with the same name use the same range.
     ///
     /// # Errors
     /// Too many passes.
@@ -125,7 +125,7 @@ impl Counters {
         })
     }
 
-    /// Sets all to 0.
+    /// Sets all counters to 0.
     pub fn clear(&mut self) -> Result<()> {
         self.seen = vec![0; LENGTH];
         let mut recording = Recording::new(&self.device)?;
@@ -133,7 +133,7 @@ impl Counters {
         recording.finish().map(drop)
     }
 
-    /// The counts of each pass since the last call; nothing unless counting was asked for.
+    /// The counts of each pass since the last call; empty unless counting is on.
     pub fn since_last(&mut self) -> Result<Vec<Counts>> {
         if !self.counting {
             return Ok(Vec::new());
@@ -169,7 +169,7 @@ impl Counters {
         Ok(counts.collect())
     }
 
-    /// Values refused since the counters were cleared, over all passes.
+    /// The number of rejected values since the counters were cleared, over all passes.
     ///
     /// # Errors
     /// The errors of [`Self::assert_whole`].
@@ -179,10 +179,10 @@ impl Counters {
         Ok(sum(&all, COUNTER_REJECTED))
     }
 
-    /// Fails if the driver has ended loops early since then, which leaves pixels dark.
+    /// Fails if the driver has ended loops early since the counters were cleared, which leaves pixels dark.
     ///
     /// # Errors
-    /// It did, or the device fails.
+    /// The driver did so, or the device fails.
     pub fn assert_whole(&self) -> Result<()> {
         self.check_whole(&self.read()?)
     }

@@ -4,16 +4,15 @@ use crate::shader_interface::{ALBEDO_CELLS, MIRROR_ROUGHNESS};
 use glam::DVec2;
 use rayon::prelude::*;
 
-/// Points that each table entry integrates over: with these the error is below 5e-4. (A grid of as
-/// many has ten times that, because the integrand ends in a step where the reflected direction
-/// leaves the hemisphere.)
+/// The number of points over which each table entry is integrated: the error is below 5e-4. (A grid with the same number of
+/// points has ten times that error, because the integrand ends in a step where the reflected direction leaves the hemisphere.)
 const POINTS: u32 = 4096;
 
 /// Directional albedo of GGX with height-correlated Smith masking under Schlick's Fresnel: the part
 /// scaled by F0, and the part scaled by F90. Their sum is the albedo of a lobe that reflects all.
 ///
-/// `cosine` is the outgoing direction's, in 0…1; `roughness` is perceptual. Integrated over visible
-/// normals (Heitz 2018), where the integrand is G2/G1 × Fresnel, smooth and at most 1.
+/// `cosine` is the cosine of the outgoing direction, in [0, 1]; `roughness` is perceptual. The integral is over visible normals
+/// (Heitz 2018), where the integrand is G2/G1 × Fresnel, smooth and at most 1.
 pub fn specular_albedo(cosine: f64, roughness: f64) -> DVec2 {
     let alpha = (roughness * roughness).max(1e-6);
     let cosine = cosine.clamp(1e-5, 1.0);

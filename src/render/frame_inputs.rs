@@ -1,9 +1,9 @@
-//! Buffers and numbers that the passes of a frame share.
+//! The buffers and numbers that all passes of a frame use.
 
 use super::scene_bindings::SceneBindings;
 use crate::gpu::Buffer;
 
-/// The buffers and numbers that the passes of a frame share.
+/// The buffers and numbers that all passes of a frame use.
 pub struct FrameInputs<'a> {
     /// The scene and its tables.
     pub scene: &'a SceneBindings,
@@ -17,8 +17,8 @@ pub struct FrameInputs<'a> {
     pub counters: &'a Buffer,
     /// Index of the frame.
     pub frame: u32,
-    /// True if there was no frame before it.
+    /// True for the first frame and for the first one after a restart.
     pub is_first: bool,
-    /// Workgroups of a pass over all pixels.
+    /// The number of workgroups of a pass over all pixels.
     pub groups: [u32; 3],
 }

@@ -21,13 +21,13 @@ impl<T> History<T> {
         }
     }
 
-    /// This frame's copy.
+    /// The copy of this frame.
     pub fn current(&self) -> &T {
         &self.copies[self.current.get()]
     }
 
-    /// The copy that was current before the last advance. `None` with one copy, and until the second advance
-    /// after a reset, when it holds nothing.
+    /// The copy that was current before the last advance. `None` with one copy, and until the second advance after a reset,
+    /// because it holds no frame until then.
     pub fn previous(&self) -> Option<&T> {
         (self.copies.len() == 2 && self.advances.get() > 1).then(|| self.spare())
     }
@@ -51,7 +51,7 @@ impl<T> History<T> {
         self.advances.set(0);
     }
 
-    /// Every copy.
+    /// All copies.
     pub fn all(&self) -> &[T] {
         &self.copies
     }

@@ -1,11 +1,11 @@
-//! Direct and indirect light, each with its own passes.
+//! Direct and indirect light, each with separate passes.
 
-/// Light by the number of surfaces that it was scattered from; resampling treats each with passes of its own.
+/// The number of surfaces that scattered the light: one, or more. Resampling has separate passes for each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lighting {
-    /// From lights to the surfaces that the camera sees.
+    /// Light that reaches the visible surface directly from a light.
     Direct,
-    /// From lights over at least one other surface.
+    /// Light that reaches the visible surface by way of at least one other surface.
     Indirect,
 }
 
@@ -24,7 +24,7 @@ pub struct PassNames {
 }
 
 impl Lighting {
-    /// The names of its passes.
+    /// The names of the passes.
     pub const fn passes(self) -> PassNames {
         match self {
             Self::Direct => PassNames {

@@ -13,7 +13,7 @@ use std::sync::LazyLock;
 pub struct Preset {
     /// The name on the command line.
     pub name: &'static str,
-    /// The file's text, TOML; its first comment says what the preset is for.
+    /// The file's text in TOML; its first comment describes the purpose of the preset.
     pub text: &'static str,
 }
 
@@ -41,14 +41,14 @@ pub const PRESETS: &[Preset] = &[
     },
 ];
 
-/// The preset taken when none is named.
+/// The preset that is used when no preset is named.
 pub const DEFAULT: &str = "balanced";
 
 impl Preset {
-    /// The preset of that name.
+    /// The preset with this name.
     ///
     /// # Errors
-    /// There is none; the message names those that exist.
+    /// There is no preset with this name; the message lists the existing names.
     pub fn named(name: &str) -> Result<&'static Self> {
         PRESETS.iter().find(|p| p.name == name).ok_or_else(|| {
             let names: Vec<_> = PRESETS.iter().map(|p| p.name).collect();
@@ -72,7 +72,7 @@ impl Preset {
     /// The default settings with this preset's changes.
     ///
     /// # Errors
-    /// Never with the presets of this build; a test says so.
+    /// Never with the presets of this build, as a test checks.
     pub fn settings(&self) -> Result<Settings> {
         // A plan asks for them once for each of its configurations.
         static PARSED: LazyLock<HashMap<&str, Settings>> = LazyLock::new(|| {

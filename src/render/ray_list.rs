@@ -17,7 +17,7 @@ crate::bindings! {
     }
 }
 
-/// A list of rays on the device, ready to be traced again and again.
+/// A list of rays on the device that can be traced repeatedly.
 pub struct RayTracer {
     scene: Arc<GpuScene>,
     pass: ComputePass,
@@ -57,7 +57,7 @@ impl RayTracer {
         })
     }
 
-    /// Traces every ray once.
+    /// Traces each ray once.
     pub fn run(&self) -> Result<Vec<PassTime>> {
         let bindings = TraceRays {
             scene: &self.scene,
@@ -75,7 +75,7 @@ impl RayTracer {
         recording.finish()
     }
 
-    /// The answers of the last run, in the order of the rays.
+    /// The hits of the last run, in the order of the rays.
     pub fn answers(&self) -> Result<Vec<RayHit>> {
         self.answers.read(self.count)
     }

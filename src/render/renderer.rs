@@ -26,7 +26,7 @@ use crate::{Error, Result};
 use glam::Vec3;
 use std::sync::Arc;
 
-/// Renders one view of a scene; what each call adds is summed up for each pixel.
+/// Renders one view of a scene; the samples of all calls are summed up for each pixel.
 pub struct Renderer {
     device: Arc<Device>,
     bindings: Arc<SceneBindings>,
@@ -43,7 +43,7 @@ pub struct Renderer {
 /// A time, and the camera at that time.
 #[derive(Clone, Copy)]
 struct Moment {
-    /// In seconds.
+    /// The time in seconds.
     time: f64,
     camera: GpuCamera,
 }
@@ -63,8 +63,8 @@ impl Renderer {
         Self::tracking(device, scene, view, &settings, Tracking::default())
     }
 
-    /// [`Self::new`], with what is to be kept besides the picture. `settings` are resolved for this scene and the bounces of
-    /// the view.
+    /// [`Self::new`], with the data that `tracking` selects besides the picture. `settings` are resolved for this scene and the
+    /// bounces of the view.
     ///
     /// # Errors
     /// The errors of [`Self::new`].
@@ -135,7 +135,7 @@ impl Renderer {
         })
     }
 
-    /// Name and bytes of the light BVH's buffer, if something draws from it.
+    /// The name and the size in bytes of the light BVH's buffer, if candidates are drawn from it.
     pub fn light_bvh_memory(&self) -> Option<(&'static str, u64)> {
         self.bindings.light_bvh_memory()
     }
@@ -185,8 +185,8 @@ impl Renderer {
         self.add_samples_watched(first, samples, &mut |_| Ok(()))
     }
 
-    /// [`Self::add_samples`]; `watch` is called now and then with the fraction of the work that is done, in [0, 1].
-    /// If it returns an error the work ends, and pixels then differ in their number of samples.
+    /// [`Self::add_samples`]; `watch` is called repeatedly with the fraction of the work that is done, in [0, 1]. If it returns
+    /// an error, the work ends, and pixels then differ in their number of samples.
     ///
     /// # Errors
     /// The errors of [`Self::add_samples`] and of `watch`.
@@ -213,7 +213,7 @@ impl Renderer {
         Ok(times)
     }
 
-    /// Renders a frame only as the history of those that follow: not at all where none depends on another.
+    /// Renders a frame only as the history of later frames; does nothing if frames do not depend on each other.
     pub fn skip_frame(&mut self, index: u32) -> Result<Vec<PassTime>> {
         let camera = self.begin()?;
         if !self.integrator.has_history() {
@@ -222,28 +222,28 @@ impl Renderer {
         self.integrator.render(index, camera, &mut self.sums)
     }
 
-    /// Bytes on the device per pixel that the integrator keeps from frame to frame or from pass to pass, over all buffers; 0 for
-    /// path tracing, whose sums are its result.
+    /// Bytes per pixel on the device that the integrator keeps from frame to frame or from pass to pass, over all buffers; 0
+    /// for path tracing, which keeps only its sums.
     pub fn bytes_per_pixel(&self) -> f64 {
         let ViewConstants { width, height, .. } = self.constants.view;
         self.integrator.bytes() as f64 / (f64::from(width) * f64::from(height))
     }
 
-    /// Starts again with another seed, without history or sums.
+    /// Restarts with another seed, without history and sums.
     pub fn restart(&mut self, seed: u32) -> Result<()> {
         self.shown = [None; 2];
         self.sums.clear()?;
         self.integrator.restart(seed)
     }
 
-    /// Submits a frame without waiting for it, if it is one of resampling; [`Device::wait_for_running`] does, and returns the
-    /// times. Path tracing waits, and returns them here.
+    /// Submits a frame of resampling without waiting for it; [`Device::wait_for_running`] waits and returns the times. With
+    /// path tracing, this method waits and returns the times.
     pub fn submit_frame(&mut self, index: u32) -> Result<Option<Vec<PassTime>>> {
         let camera = self.begin()?;
         self.integrator.submit(index, camera, &mut self.sums)
     }
 
-    /// Renders one frame by itself, for [`Self::frame_radiance`]. Returns the time of each run of a pass.
+    /// Renders one frame alone, for [`Self::frame_radiance`]. Returns the time of each run of a pass.
     pub fn single_frame(&mut self, index: u32) -> Result<Vec<PassTime>> {
         let camera = self.begin()?;
         self.integrator.render(index, camera, &mut self.sums)
@@ -324,7 +324,7 @@ impl Renderer {
         Ok(surfaces)
     }
 
-    /// The contents of the last frame's reservoirs of a kind of light, row by row from the top.
+    /// The contents of the last frame's reservoirs of direct or indirect light, row by row from the top.
     ///
     /// # Errors
     /// Path tracing, which has none, or the device fails.
@@ -349,8 +349,8 @@ impl Renderer {
         })
     }
 
-    /// Replaces each pixel's sums by those of `samples` samples in an earlier run of the same scene, as many as the picture has
-    /// pixels.
+    /// Replaces the sums of each pixel by the sums of `samples` samples from an earlier run of the same scene. `sums` has one
+    /// entry per pixel.
     ///
     /// # Errors
     /// The device fails, or frames depend on a history that sums do not hold.
@@ -368,7 +368,8 @@ impl Renderer {
         self.integrator.counters().since_last()
     }
 
-    /// Values refused so far because they were NaN, negative or beyond [`crate::shader_interface::MAX_RADIANCE`].
+    /// The number of values rejected so far because they were NaN, negative or larger than
+    /// [`crate::shader_interface::MAX_RADIANCE`].
     ///
     /// # Errors
     /// The device fails, or its driver ended loops early.

@@ -13,15 +13,15 @@ use std::cell::LazyCell;
 use std::collections::HashSet;
 use std::ops::Deref;
 
-/// The number of lights from which on the light BVH is used. Below it, some of a pixel's candidates by power are lights that
-/// matter, and walks through the tree would cost time for nothing.
+/// The minimum number of lights with which the light BVH is used. With fewer lights, some candidates drawn by power are lights
+/// that matter at the pixel, and walks through the tree would cost time without benefit.
 const MANY_LIGHTS: usize = 64;
 
-/// Settings for one scene: what they leave to the scene is decided.
+/// The settings for one scene, with a decision where the settings leave it to the scene.
 #[derive(Clone, Debug)]
 pub struct ResolvedSettings {
     settings: Settings,
-    /// Scattering events at most.
+    /// The maximum number of scattering events of a path.
     bounces: u32,
 }
 
@@ -34,8 +34,8 @@ impl Deref for ResolvedSettings {
 }
 
 impl ResolvedSettings {
-    /// The settings for a scene, with at most `bounces` scattering events: with `candidates=auto` what fits its lights, and
-    /// world reservoirs only with `world_reservoirs.min_lights`.
+    /// The settings for a scene, with at most `bounces` scattering events: `candidates=auto` becomes the candidates that suit
+    /// its lights, and world reservoirs need at least `world_reservoirs.min_lights` lights.
     pub fn new(settings: &Settings, scene: &GpuScene, bounces: u32) -> Self {
         let mut resolved = Self {
             settings: settings.clone(),
@@ -90,7 +90,7 @@ impl ResolvedSettings {
         self.settings.renders(lighting, self.bounces)
     }
 
-    /// The options of the light BVH, if something draws from it.
+    /// The options of the light BVH, if candidates are drawn from it.
     pub fn light_bvh_options(&self) -> Option<LightBvhOptions> {
         self.settings.light_bvh_options(self.bounces)
     }
@@ -118,9 +118,9 @@ impl ResolvedSettings {
     }
 }
 
-/// Numbers of lights that are not distant, and of emitter groups that they form: triangles with common corners are one. Distant
-/// lights do not count, since the light BVH lacks them, and any vertex finds them. Nor do rare lights where they are set apart,
-/// because reservoirs do not hold them.
+/// The number of lights that are not distant, and the number of emitter groups that they form (triangles with common corners
+/// form one group). Distant lights do not count, since the light BVH does not contain them, and every vertex finds them. Rare
+/// lights that have separate candidates do not count, because reservoirs do not hold them.
 fn count(lights: &Lights, groups: &[u32], sets_rare_apart: bool) -> (usize, usize) {
     let counts =
         |index: &usize| !(lights.is_distant(*index) || sets_rare_apart && lights.is_rare(*index));
@@ -131,7 +131,7 @@ fn count(lights: &Lights, groups: &[u32], sets_rare_apart: bool) -> (usize, usiz
     (own.len() + others, emitter_groups.len() + others)
 }
 
-/// The candidates for this number of lights and of emitter groups that they form, and the reason.
+/// The candidates for this number of lights and of emitter groups, with the reason.
 fn fitting(lights: usize, emitter_groups: usize) -> (Candidates, String) {
     if lights < MANY_LIGHTS {
         let reason =

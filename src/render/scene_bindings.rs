@@ -1,4 +1,4 @@
-//! What every pass may bind besides its own buffers: the scene, and the tables that materials look up.
+//! The bindings that every pass may use besides its own buffers: the scene, and the tables for materials.
 
 use super::energy;
 use crate::Result;
@@ -12,7 +12,7 @@ pub trait SceneResource: Send + Sync {
     /// The name and the buffer, for shaders of a variant.
     fn resource(&self, variant: Variant) -> (&'static str, Resource<'_>);
 
-    /// The name and the bytes of the buffer, unless it is empty.
+    /// The name and the size in bytes of the buffer, unless it is empty.
     fn memory(&self) -> Option<(&'static str, u64)>;
 
     /// Fits the buffer to the scene as it is now.
@@ -22,11 +22,11 @@ pub trait SceneResource: Send + Sync {
     fn follow(&self, scene: &GpuScene) -> Result<()>;
 }
 
-/// The scene and the tables, and how shaders are specialised by them.
+/// The scene, the tables, and the specialisation of shaders that follows from them.
 pub struct SceneBindings {
     /// The scene.
     pub scene: Arc<GpuScene>,
-    /// The specialisation by scene and settings; techniques and passes add theirs.
+    /// The specialisation by scene and settings; integrators and passes add their constants.
     pub specialisation: Specialisation,
     specular_albedo: Buffer,
     light_bvh: Box<dyn SceneResource>,
@@ -75,7 +75,8 @@ impl SceneBindings {
         resources
     }
 
-    /// Poses the scene at the time `now`, and for passes that look back at the time `before`, both in seconds.
+    /// Poses the scene at the time `now`, and for passes that use the previous frame also at the time `before`, both in
+    /// seconds.
     ///
     /// # Errors
     /// At one of the times something is further away than can be rendered, or the device fails.
@@ -84,7 +85,7 @@ impl SceneBindings {
         self.light_bvh.follow(&self.scene)
     }
 
-    /// Name and bytes of the light BVH's buffer, if there is one.
+    /// The name and the size in bytes of the light BVH's buffer, if there is one.
     pub fn light_bvh_memory(&self) -> Option<(&'static str, u64)> {
         self.light_bvh.memory()
     }

@@ -1,21 +1,21 @@
-//! A picture in strips of rows, each with its own buffers: a device binds only so many bytes at once (128 MiB in
-//! lavapipe), and drivers of displays end a submission that takes too long.
+//! A picture in strips of rows, with separate buffers for each strip: a device binds a limited number of bytes at once (128 MiB
+//! in lavapipe), and drivers of displays end a submission that takes too long.
 
 use crate::gpu::{Buffer, Device, Usage};
 use crate::shader_interface::{Strip, TILE};
 use crate::{Error, Result};
 use std::sync::Arc;
 
-/// Maximum pixels of a strip: about a second of path tracing on two cores.
+/// The maximum number of pixels in a strip: about one second of path tracing on two cores.
 const MAX_PIXELS: u64 = 1 << 20;
 
-/// Maximum pixels of a side: Vulkan guarantees 65,535 workgroups along an axis.
+/// The maximum length of a side, in pixels: Vulkan guarantees 65,535 workgroups along an axis.
 const MAX_SIDE: u32 = 65_535 * TILE;
 
-/// Refuses a side of more tiles than every device takes along an axis.
+/// Refuses a side with more tiles than every device supports along an axis.
 ///
 /// # Errors
-/// It is too long; `how`, wide or high, says which side it is.
+/// The side is too long; `how` (wide or high) names the side in the message.
 pub(super) fn check_side(how: &str, pixels: u32) -> Result<()> {
     if pixels > MAX_SIDE {
         return Err(Error::input(format!(
@@ -25,11 +25,11 @@ pub(super) fn check_side(how: &str, pixels: u32) -> Result<()> {
     Ok(())
 }
 
-/// Cuts a picture so that a strip with `bytes_a_pixel` fits `most_bytes`. Strips begin where
-/// tiles do.
+/// Cuts a picture into strips whose size, with `bytes_a_pixel` bytes per pixel, is at most `most_bytes`. Strips begin at a
+/// tile's border.
 ///
 /// # Errors
-/// Rows of which not even one tile fits, or rows of more tiles than every device takes.
+/// Rows in which not even one tile fits, or rows with more tiles than every device supports.
 fn cut_to(width: u32, height: u32, bytes_a_pixel: u64, most_bytes: u64) -> Result<Vec<Strip>> {
     check_side("wide", width)?;
     let row = u64::from(width) * bytes_a_pixel;
@@ -51,7 +51,7 @@ fn cut_to(width: u32, height: u32, bytes_a_pixel: u64, most_bytes: u64) -> Resul
         .collect())
 }
 
-/// A buffer of one `T` a pixel for each strip of the picture.
+/// A buffer with one `T` per pixel for each strip of the picture.
 pub(super) fn strips_of<T>(
     device: &Arc<Device>,
     name: &str,
@@ -67,7 +67,7 @@ pub(super) fn strips_of<T>(
         .collect()
 }
 
-/// The strips of a picture that keeps one `T` a pixel.
+/// The strips of a picture with one `T` per pixel.
 pub(super) fn cut<T>(device: &Device, name: &str, width: u32, height: u32) -> Result<Vec<Strip>> {
     let bytes = size_of::<T>() as u64;
     let info = &device.info;

@@ -1,4 +1,4 @@
-//! A view of a scene: camera, size, seed, length of paths, jitter.
+//! A view of a scene: camera, size, seed, maximum length of paths, jitter.
 
 use crate::scene::Camera;
 
@@ -7,14 +7,14 @@ use crate::scene::Camera;
 pub struct View {
     /// The camera in the scene's world.
     pub camera: Camera,
-    /// Pixels across.
+    /// The width in pixels.
     pub width: u32,
-    /// Pixels down.
+    /// The height in pixels.
     pub height: u32,
-    /// The run's seed.
+    /// The seed of the run.
     pub seed: u32,
-    /// Maximum scattering events of a path.
+    /// The maximum number of scattering events of a path.
     pub bounces: u32,
-    /// Rays over the whole pixel instead of through its centre.
+    /// True if primary rays cover the whole pixel instead of passing through its centre.
     pub jitter: bool,
 }

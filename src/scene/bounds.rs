@@ -65,8 +65,8 @@ impl Bounds {
     }
 }
 
-/// The vertices that are looked at for a tight box. Where instances of large meshes reach equally far in great number, the
-/// box is less tight instead of taking minutes.
+/// The maximum number of vertices that are examined for a tight box. Where very many instances of large meshes reach equally
+/// far, the box is less tight, because the computation would take minutes.
 const MOST_VERTICES: usize = 1 << 30;
 
 /// The extent of a box in each of the six directions.
@@ -115,7 +115,7 @@ impl Scene {
         bounds
     }
 
-    /// For each instance a box around its mesh's box, which is fast to compute but not tight.
+    /// A box around the box of each instance's mesh, which is fast to compute but not tight.
     pub fn loose_boxes(&self) -> Vec<Bounds> {
         let bounds: Vec<Option<Bounds>> = self.meshes.iter().map(Mesh::bounds).collect();
         self.placed_boxes(&bounds)
@@ -155,8 +155,8 @@ pub fn usual_size(boxes: &[Bounds]) -> f64 {
     }
 }
 
-/// The exponent of the largest power of two that is not above a positive normal number. From its bits, because
-/// a rounded logarithm of twice the number may not be larger by exactly 1.
+/// The exponent of the largest power of two that is not above a positive normal number. It is taken from the number's bits,
+/// because the rounded logarithm of twice the number may not be larger by exactly 1.
 pub fn exponent(number: f64) -> i64 {
     (number.to_bits() >> 52) as i64 - 1023
 }

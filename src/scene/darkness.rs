@@ -1,16 +1,16 @@
-//! Scenes of which every picture is black, found before they are rendered.
+//! Detection of scenes whose pictures are all black, before they are rendered.
 
 use super::lights::Emitters;
 use super::{AlphaMode, Environment, Material, Mesh, Scene};
 use std::cell::LazyCell;
 use std::collections::BTreeSet;
 
-/// Most times of a running clock at which lights are looked for.
+/// The maximum number of times of a running clock at which lights are searched.
 const MOST_TIMES: usize = 100_000;
 
 impl Scene {
-    /// The reason for which pictures of the scene at `times` are black, if they are. Without `scattering` they show only
-    /// what emits light itself.
+    /// The reason why pictures of the scene at `times` are black, if they are. Without `scattering`, pictures show only
+    /// surfaces that emit light.
     pub fn why_black(
         &self,
         scattering: bool,

@@ -7,8 +7,8 @@ use super::{
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 use std::collections::{BTreeSet, HashMap};
 
-/// Share of the sampling probability that is uniform over the lights, so that no light's probability
-/// falls below the resolution of 32 random bits, however dim it is.
+/// The fraction of the sampling probability that is uniform over the lights, so that no light's probability falls below the
+/// resolution of 32 random bits, however dim it is.
 pub const UNIFORM_SHARE: f64 = 0.1;
 
 /// An emissive triangle in world space.
@@ -26,7 +26,7 @@ pub struct LightTriangle {
     pub normal: DVec3,
     /// Area in squared scene units.
     pub area: f64,
-    /// The mean of what multiplies its emission: of its texture, and 0 where it has holes.
+    /// The mean factor of its emission: the mean of its texture, with 0 where it has holes.
     pub emission_mean: Vec3,
 }
 
@@ -43,16 +43,16 @@ pub struct EmitterTriangle {
     pub corners: [DVec3; 3],
     /// Texture coordinates of the corners for its emissive texture; 0 without.
     pub uvs: [Vec2; 3],
-    /// The mean of what multiplies its emission: of its texture, and 0 where it has holes.
+    /// The mean factor of its emission: the mean of its texture, with 0 where it has holes.
     pub emission_mean: Vec3,
 }
 
-/// The name of an emitter: the instance and the material of which it is what the one has of the other, or no instance and the
-/// index of a punctual light; that of the environment follows the last one.
+/// The name of an emitter: an instance and a material, whose triangles form the emitter; or no instance and the index of a
+/// punctual light. The environment has the index after the last punctual light.
 pub type EmitterName = (Option<u32>, u32);
 
 impl LightTriangle {
-    /// The emitter that it is a part of.
+    /// The emitter to which the triangle belongs.
     pub fn emitter(&self) -> EmitterName {
         (Some(self.instance), self.material)
     }
@@ -84,7 +84,7 @@ impl Scene {
         materials.any(|(material, is_emitter)| is_emitter && material.emissive_texture.is_some())
     }
 
-    /// For each material whether it is a light: it emits now or, if the scene moves, at another time.
+    /// True for each material that is a light: it emits now or, if the scene moves, at another time.
     pub fn emitter_materials(&self) -> Vec<bool> {
         let mut lights: Vec<bool> = self.materials.iter().map(|m| m.is_emissive()).collect();
         for emission in self.motion.iter().flat_map(|motion| &motion.emission) {
@@ -103,13 +103,13 @@ impl Scene {
     }
 }
 
-/// The choice of the triangles that emit at some time: all with a material that does, except where its emissive texture is
-/// black all over the triangle.
+/// The choice of the triangles that emit at some time: all triangles with an emissive material, except where the emissive
+/// texture is black over the whole triangle.
 pub struct Emitters<'a> {
     scene: &'a Scene,
-    /// For each material whether it emits at some time.
+    /// True for each material that emits at some time.
     emitter_materials: &'a [bool],
-    /// For each image that some emission has as its texture, where it is not black.
+    /// The parts that are not black, for each image that is an emissive texture.
     lit: HashMap<u32, LitTexels>,
 }
 
@@ -145,7 +145,7 @@ impl<'a> Emitters<'a> {
             })
     }
 
-    /// The number of triangles of a mesh's part that emit.
+    /// The number of emissive triangles in a mesh's part.
     pub fn count(&self, mesh: &Mesh, part: &Part) -> u64 {
         let texture = self.scene.materials[part.material as usize].emissive_texture;
         match (self.may_emit(part), texture) {
@@ -165,7 +165,7 @@ fn uvs_of(mesh: &Mesh, texture: &Texture, triangle: u32) -> [Vec2; 3] {
     corners.map(|i| mesh.uvs[texture.set as usize][i as usize])
 }
 
-/// The triangles that give light, given which materials do, ordered by instance, then by the mesh's order of triangles.
+/// The triangles that give light, for the given emissive materials, ordered by instance, then by the mesh's order of triangles.
 pub fn emitter_triangles(scene: &Scene, emitter_materials: &[bool]) -> Vec<EmitterTriangle> {
     let emitters = Emitters::new(scene, emitter_materials);
     let mut triangles = Vec::new();
@@ -191,8 +191,8 @@ pub fn emitter_triangles(scene: &Scene, emitter_materials: &[bool]) -> Vec<Emitt
     triangles
 }
 
-/// The mean over a triangle of what multiplies its emission, from points on a grid. Above 0, because light samples must find what is lit
-/// between the points, too.
+/// The mean over a triangle of the factor of its emission, from points on a grid. It is above 0, because light samples must
+/// also find lit areas between the points.
 fn emission_mean(scene: &Scene, mesh: &Mesh, material: &Material, triangle: u32) -> Vec3 {
     const SIDE: usize = 8;
     let mask = match material.alpha_mode {
@@ -242,14 +242,15 @@ pub fn light_triangles(scene: &Scene) -> Vec<LightTriangle> {
         .collect()
 }
 
-/// A light's sampling weight, before the uniform share: area × luminance, doubled for a light that
-/// emits on both sides.
+/// A light's sampling weight before the uniform fraction is mixed in: area × luminance, doubled for a light that emits on both
+/// sides.
 pub fn power(light: &LightTriangle, material: &Material) -> f64 {
     let sides = if material.double_sided { 2.0 } else { 1.0 };
     sides * light.area * luminance(material.emission * light.emission_mean)
 }
 
-/// The powers of lights of all kinds. That of a light infinitely far away is the one that falls on a disc around the scene.
+/// The powers of lights of all kinds. The power of an infinitely distant light is the power that falls on a disc around the
+/// scene.
 #[derive(Clone, Copy, Debug)]
 pub struct LightPowers {
     /// The area of the disc over π: half the scene's diagonal, squared.
@@ -259,7 +260,7 @@ pub struct LightPowers {
 }
 
 impl LightPowers {
-    /// For lights of a scene, whose environment has this integral.
+    /// The powers of a scene's lights, given the integral of the environment's luminance.
     pub fn of(scene: &Scene, environment: Option<f64>) -> Self {
         let bounds = Bounds::around(scene.loose_boxes().into_iter());
         Self {
@@ -268,8 +269,8 @@ impl LightPowers {
         }
     }
 
-    /// The power over π of each light of all kinds, in the scene's units: of triangles as [`power`] has it, of punctual lights, and of the
-    /// environment.
+    /// The power over π of each light of all kinds, in the scene's units: of triangles as in [`power`], of punctual lights, and
+    /// of the environment.
     pub fn of_all(
         &self,
         triangles: &[LightTriangle],
@@ -295,7 +296,7 @@ impl LightPowers {
     }
 }
 
-/// For each light, of `count` of all kinds, the emitter that it is a part of.
+/// The emitter to which each of `count` lights of all kinds belongs.
 pub fn emitter_names(
     triangles: &[LightTriangle],
     count: usize,
@@ -312,14 +313,14 @@ pub fn luminance(color: Vec3) -> f64 {
 /// One column of an alias table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AliasColumn {
-    /// The column's own entry is chosen if 32 random bits are below this.
+    /// The threshold below which 32 random bits select the column's entry.
     pub keep_below: u32,
-    /// Index of the entry that is chosen otherwise.
+    /// The index of the entry that is selected otherwise.
     pub alias: u32,
 }
 
-/// Samples entry i with a probability close to `weights[i]` / Σ, mixed with the uniform share, in
-/// constant time (Walker 1977; Vose 1991).
+/// A table that samples entry i with a probability close to `weights[i]` / Σ, mixed with a uniform fraction, in constant time
+/// (Walker 1977; Vose 1991).
 #[derive(Clone, Debug)]
 pub struct AliasTable {
     /// One column per entry.

@@ -47,7 +47,7 @@ pub struct Scene {
     pub cameras: Vec<Camera>,
     /// The scene's motion, if it moves; the rest of the scene is then its state at time 0.
     pub motion: Option<Motion>,
-    /// Notices to the user of what was assumed or ignored while loading, one line each.
+    /// Notices to the user about assumptions and omissions of the loader, one line each.
     pub notices: Vec<String>,
 }
 
@@ -60,9 +60,9 @@ pub struct Mesh {
     pub positions: Vec<Vec3>,
     /// Unit shading normals, one per position; empty for flat shading with geometric normals.
     pub normals: Vec<Vec3>,
-    /// Linear colours and alpha, 0…1, which multiply the material's base colour, one per position; or none.
+    /// Linear colours and alpha in [0, 1], which multiply the material's base colour, one per position; or empty.
     pub colors: Vec<Vec4>,
-    /// Unit tangents along u, with the sign of the bitangent normal × tangent in w, one per position; or none. A vertex whose
+    /// Unit tangents along u, with the sign of the bitangent normal × tangent in w, one per position; or empty. A vertex whose
     /// material has no normal map may have 0.
     pub tangents: Vec<Vec4>,
     /// Two sets of texture coordinates, one per position; a set that no texture uses is empty.
@@ -73,7 +73,7 @@ pub struct Mesh {
     pub parts: Vec<Part>,
 }
 
-/// A run of triangles of a [`Mesh`] that share a material.
+/// A run of triangles of a [`Mesh`] with one material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Part {
     /// Index of the run's first triangle.
@@ -105,14 +105,14 @@ pub struct Instance {
 /// The meaning of a material's alpha.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AlphaMode {
-    /// Nothing: the surface covers all.
+    /// Alpha has no effect: the surface is opaque.
     Opaque,
-    /// It covers all where alpha is at least the cutoff, and elsewhere nothing.
+    /// The surface is opaque where alpha is at least the cutoff, and absent elsewhere.
     Mask {
-        /// Above 0.
+        /// The cutoff, above 0.
         cutoff: f32,
     },
-    /// It covers the share that alpha says; the rest of the light passes.
+    /// Alpha is the fraction of the light that the surface covers; the rest of the light passes.
     Blend,
 }
 
@@ -121,35 +121,35 @@ pub enum AlphaMode {
 pub struct Material {
     /// Name in the source file, possibly empty.
     pub name: String,
-    /// Linear base colour, 0…1.
+    /// Linear base colour, each channel in [0, 1].
     pub base_color: Vec3,
-    /// Multiplies the base colour; sRGB.
+    /// Texture that multiplies the base colour; sRGB.
     pub base_color_texture: Option<Texture>,
     /// Coverage of the surface, in [0, 1]: multiplied by the alpha of base colour texture and vertex colours.
     pub alpha: f32,
     /// The meaning of alpha.
     pub alpha_mode: AlphaMode,
-    /// 0 dielectric … 1 metal.
+    /// Metalness in [0, 1]: 0 is a dielectric, 1 a metal.
     pub metallic: f32,
-    /// Perceptual roughness, 0…1; GGX α is its square.
+    /// Perceptual roughness in [0, 1]; GGX α is its square.
     pub roughness: f32,
-    /// Multiplies roughness (green) and metalness (blue).
+    /// Texture that multiplies roughness (green) and metalness (blue).
     pub metallic_roughness_texture: Option<Texture>,
-    /// Turns the shading normal: a vector of tangent, bitangent and normal.
+    /// Texture that turns the shading normal: a vector of tangent, bitangent and normal.
     pub normal_texture: Option<Texture>,
-    /// Multiplies the first two components of that vector.
+    /// Factor of the first two components of that vector.
     pub normal_scale: f32,
-    /// `KHR_materials_specular`'s factor, 0…1; 0 on a dielectric is pure Lambert.
+    /// The factor of `KHR_materials_specular`, in [0, 1]; 0 on a dielectric is pure Lambert.
     pub specular: f32,
     /// `KHR_materials_specular`'s colour factor, ≥ 0.
     pub specular_color: Vec3,
     /// Index of refraction of a dielectric, ≥ 1 (or 0, glTF's "F0 = 1" convention).
     pub ior: f32,
-    /// True if the camera sees the base colour as it is, as radiance, and all else sees black (`KHR_materials_unlit`).
+    /// True if the camera sees the base colour unchanged, as radiance, while all other rays see black (`KHR_materials_unlit`).
     pub unlit: bool,
     /// Emitted radiance: emissive factor × emissive strength, ≥ 0.
     pub emission: Vec3,
-    /// Multiplies the emission; sRGB.
+    /// Texture that multiplies the emission; sRGB.
     pub emissive_texture: Option<Texture>,
     /// True if both sides emit. (Every surface reflects on both sides.)
     pub double_sided: bool,
@@ -192,7 +192,7 @@ impl Material {
         }
     }
 
-    /// An opaque surface that is seen, but gives and reflects no light.
+    /// An opaque surface that the camera sees, but that neither emits nor reflects light.
     pub fn unlit(name: &str, color: Vec3) -> Self {
         Self {
             unlit: true,

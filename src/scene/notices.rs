@@ -1,4 +1,4 @@
-//! Collects notices of what was assumed or ignored; equal notices are counted in one line.
+//! Collection of notices about assumptions and omissions; equal notices are counted in one line.
 
 /// Notices by kind: the first case of each kind is named, the others are counted.
 #[derive(Debug, Default)]
@@ -34,7 +34,7 @@ impl Tally {
         }
     }
 
-    /// One line per kind.
+    /// One line per kind of notice.
     pub fn into_lines(self) -> impl Iterator<Item = String> {
         self.kinds.into_iter().map(|kind| match kind.count {
             1 => format!("{}: {}", kind.what, kind.first),
@@ -52,7 +52,7 @@ pub(crate) fn label(kind: &str, index: usize, name: &str) -> String {
     format!("{kind} {index} {}", quoted(name))
 }
 
-/// The most characters of a text from a file in a message.
+/// The maximum number of characters in a message that come from a text in a file.
 const LONGEST: usize = 60;
 
 /// A text from a file for messages: quoted, on one line, at most 60 characters.
@@ -65,7 +65,7 @@ pub(crate) fn quoted(text: &str) -> String {
     }
 }
 
-/// As the function above, for a text whose end says more than its start.
+/// [`quoted`] for a text whose end is more informative than its start.
 pub(crate) fn quoted_end(text: &str) -> String {
     match text.chars().count().checked_sub(LONGEST) {
         None | Some(0) => quoted(text),

@@ -13,7 +13,7 @@ pub struct PunctualLight {
     pub shape: PunctualShape,
     /// Radiant intensity, ≥ 0; of a directional light the irradiance of a surface that faces it.
     pub intensity: Vec3,
-    /// The distance from which on it has no effect, in scene units; none: any distance.
+    /// The distance from which on the light has no effect, in scene units; `None`: no limit.
     pub range: Option<f64>,
 }
 
@@ -24,9 +24,9 @@ pub enum PunctualShape {
     Point,
     /// A cone around the axis: full intensity up to the angle `inner`, none beyond `outer`, both in radians.
     Spot {
-        /// At least 0.
+        /// The inner angle, at least 0.
         inner: f64,
-        /// Above 0, at least `inner` and at most π/2.
+        /// The outer angle, above 0, at least `inner` and at most π/2.
         outer: f64,
     },
     /// Parallel, from infinitely far away.
@@ -53,7 +53,7 @@ impl PunctualLight {
         self.light_to_world.translation
     }
 
-    /// The unit direction in which it shines; −Z if its transform has none.
+    /// The unit direction in which it shines; −Z if its transform has no direction.
     pub fn direction(&self) -> DVec3 {
         let axis = self.light_to_world.matrix3 * DVec3::NEG_Z;
         // Scaled first: squares of lengths can leave the range of f64.

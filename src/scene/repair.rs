@@ -5,10 +5,11 @@ use super::Mesh;
 use super::notices::{Tally, label};
 use glam::{DVec3, Vec3, Vec4};
 
-/// A normal is normalised if its squared length differs from 1 by more.
+/// The difference from 1 of a squared length above which a normal is normalised.
 const UNIT_TOLERANCE: f64 = 1e-6;
 
-/// A notice is added if a normal's squared length differs from 1 by more: by as much as one of signed bytes may.
+/// The difference from 1 of a normal's squared length above which a notice is added: the largest difference of a normal in
+/// signed bytes.
 const NOTICED_TOLERANCE: f64 = 2e-2;
 
 impl Mesh {
@@ -38,7 +39,7 @@ impl Mesh {
         self.drop_unused_vertices();
     }
 
-    /// Clamps colours to 0…1; returns how many were outside.
+    /// Clamps colours to [0, 1]; returns the number of colours that were outside.
     fn clamp_colors(&mut self) -> usize {
         let mut odd = 0;
         for color in &mut self.colors {
@@ -76,7 +77,7 @@ impl Mesh {
         before - kept
     }
 
-    /// Normalises all normals but those of zero length. Returns how many were far from unit length.
+    /// Normalises all normals except those of zero length. Returns the number of normals that were far from unit length.
     fn normalize_normals(&mut self) -> usize {
         let mut odd = 0;
         for normal in &mut self.normals {
@@ -105,8 +106,8 @@ impl Mesh {
         }
     }
 
-    /// Gives vertices with a normal of zero length the geometric normal of their triangle; vertices
-    /// shared by triangles of different normals are duplicated. Returns how many normals were missing.
+    /// Gives vertices with a normal of zero length the geometric normal of their triangle; a vertex that belongs to triangles
+    /// of different normals is duplicated. Returns the number of missing normals.
     fn fill_missing_normals(&mut self) -> usize {
         let is_missing: Vec<bool> = self.normals.iter().map(|&n| n == Vec3::ZERO).collect();
         let missing = is_missing.iter().filter(|&&m| m).count();
@@ -138,7 +139,7 @@ impl Mesh {
         missing
     }
 
-    /// Adds a copy of a vertex, and returns its index; none if there is no index left.
+    /// Adds a copy of a vertex, and returns its index; `None` if no index is left.
     pub(super) fn duplicate_vertex(&mut self, vertex: u32) -> Option<u32> {
         let (vertex, copy) = (vertex as usize, u32::try_from(self.positions.len()).ok()?);
         self.positions.push(self.positions[vertex]);

@@ -21,7 +21,7 @@ pub struct Requirements {
     pub punctual_lights: u64,
     /// True if there is an environment.
     pub environment: bool,
-    /// True if some surface has a specular lobe (else all is Lambert).
+    /// True if some surface has a specular lobe; otherwise all surfaces are Lambert.
     pub specular: bool,
     /// True if some specular lobe is too narrow for reservoirs (see [`MIRROR_ROUGHNESS`]).
     pub near_delta: bool,
@@ -41,8 +41,8 @@ pub struct Requirements {
     pub vertex_colors: bool,
     /// True if some mesh has shading normals.
     pub smooth_normals: bool,
-    /// True if some triangle is so much larger than instances usually are that barycentric weights in f32 do not
-    /// tell its points apart.
+    /// True if some triangle is so much larger than the usual instance that barycentric weights in f32 cannot distinguish its
+    /// points.
     pub large_triangles: bool,
     /// True if some mesh has more than one material.
     pub multi_part_meshes: bool,
@@ -112,7 +112,7 @@ impl Requirements {
         required
     }
 
-    /// The features of the renderer that the scene requires, and those that it does without.
+    /// The features of the renderer that the scene requires, and those that it does not need.
     pub fn features(&self) -> [Vec<&'static str>; 2] {
         let &Self {
             triangles: _,
@@ -165,7 +165,7 @@ impl Requirements {
     }
 }
 
-/// Edges this many times the usual size are large: barycentric weights are then exact to a thousandth of that size.
+/// The ratio to the usual size above which edges are large: barycentric weights are then exact to a thousandth of that size.
 const LARGE: f64 = 10_000.0;
 
 /// The longest edge of a mesh's triangles, in object space.
@@ -181,7 +181,7 @@ fn longest_edge(mesh: &Mesh) -> f64 {
 }
 
 impl Material {
-    /// True if the surface has a specular lobe; else it is pure Lambert.
+    /// True if the surface has a specular lobe; otherwise it is pure Lambert.
     pub fn has_specular_lobe(&self) -> bool {
         self.metallic > 0.0 || self.specular > 0.0
     }

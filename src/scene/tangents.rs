@@ -1,11 +1,11 @@
-//! Tangents for normal maps, where a file has none: by MikkTSpace, as glTF asks for and as most normal maps are baked.
+//! Tangents for normal maps, where a file has none: by MikkTSpace, as glTF requires and as most normal maps are baked.
 
 use super::{Material, Mesh};
 use bevy_mikktspace::{Geometry, TangentSpace};
 use glam::{Vec2, Vec3, Vec4};
 
 impl Mesh {
-    /// Gives tangents to the triangles with normal maps that lack them. Vertices whose triangles need different ones are
+    /// Gives tangents to the triangles with normal maps that have none. Vertices whose triangles need different tangents are
     /// duplicated. The mesh must be valid.
     pub(crate) fn make_tangents(&mut self, materials: &[Material]) {
         let mapped = self.parts.iter().filter_map(|part| {
@@ -126,7 +126,7 @@ mod tests {
     use super::super::{Part, Texture};
     use super::*;
 
-    /// Two triangles of a square in the plane of x and y, of which the second has its texture mirrored.
+    /// Two triangles of a square in the plane of x and y; the second one has a mirrored texture.
     fn square() -> Mesh {
         let uv = |x: f32, y: f32| Vec2::new(x, 1.0 - y);
         Mesh {

@@ -1,4 +1,4 @@
-//! Textures: images that vary a material over a surface, and how they are laid onto it.
+//! Textures: images that vary a material over a surface, and their mapping to the surface.
 
 use glam::{Affine2, Vec2, Vec4};
 use std::sync::Arc;
@@ -12,19 +12,19 @@ pub struct Image {
     pub width: u32,
     /// Height in texels, at least 1.
     pub height: u32,
-    /// RGBA, row by row from the top, which is at v = 0. Shared, because scenes are copied.
+    /// RGBA, row by row from the top, which is at v = 0. In an `Arc`, because scenes are copied.
     pub texels: Arc<[[u8; 4]]>,
 }
 
 /// The texels beyond the edges of an image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wrap {
-    /// The image again.
+    /// The image repeats.
     #[default]
     Repeat,
-    /// The image mirrored, then the image again.
+    /// The image repeats, mirrored every other time.
     Mirror,
-    /// The texels at the edge.
+    /// The texels at the edge continue.
     Clamp,
 }
 
@@ -35,16 +35,16 @@ pub struct Texture {
     pub image: u32,
     /// The set of texture coordinates: index into [`Mesh::uvs`](super::Mesh::uvs).
     pub set: u32,
-    /// From these coordinates to those of the image, in which it covers 0…1.
+    /// The transform from these coordinates to those of the image, which covers [0, 1].
     pub transform: Affine2,
-    /// Beyond the edges along u and v.
+    /// The wrap modes beyond the edges along u and v.
     pub wrap: [Wrap; 2],
     /// True if a lookup takes the nearest texel instead of interpolating between four.
     pub nearest: bool,
 }
 
 impl Texture {
-    /// The image, as it is, over the first set of coordinates.
+    /// The whole image, unchanged, over the first set of coordinates.
     pub fn plain(image: u32) -> Self {
         Self {
             image,
@@ -55,7 +55,7 @@ impl Texture {
         }
     }
 
-    /// The texture at some coordinates, 0…1 in each channel. `decode` converts a texel: [`linear`] or [`srgb`].
+    /// The texture at some coordinates, each channel in [0, 1]. `decode` converts a texel: [`linear`] or [`srgb`].
     pub fn at(&self, image: &Image, uv: Vec2, decode: fn([u8; 4]) -> Vec4) -> Vec4 {
         let size = Vec2::new(image.width as f32, image.height as f32);
         let position = self.transform.transform_point2(uv) * size;
@@ -99,12 +99,12 @@ fn wrapped(wrap: Wrap, i: i64, size: u32) -> u32 {
     index as u32
 }
 
-/// Where an image is not black, by blocks of its texels.
+/// The parts of an image that are not black, by blocks of its texels.
 pub struct LitTexels {
     size: [u32; 2],
     /// Blocks along x.
     columns: usize,
-    /// For each corner of blocks, by rows, the number of lit blocks before it along both axes.
+    /// The number of lit blocks before each corner of blocks along both axes, by rows.
     lit_before: Vec<u32>,
 }
 
@@ -112,7 +112,7 @@ pub struct LitTexels {
 const BLOCK: u32 = 8;
 
 impl LitTexels {
-    /// Those of an image.
+    /// The lit parts of an image.
     pub fn of(image: &Image) -> Self {
         let columns = image.width.div_ceil(BLOCK) as usize;
         let mut lit_before = vec![0; columns + 1];
@@ -137,8 +137,8 @@ impl LitTexels {
         }
     }
 
-    /// True if a lookup may find anything but black, at some point of a triangle whose corners have these coordinates.
-    /// Where it is not certain, it may.
+    /// True if a lookup may find a colour other than black at some point of a triangle whose corners have these coordinates. In
+    /// doubt it is true.
     pub fn may_be_seen(&self, texture: &Texture, uvs: [Vec2; 3]) -> bool {
         let size = Vec2::from(self.size.map(|side| side as f32));
         let transform = &texture.transform;
@@ -160,7 +160,7 @@ impl LitTexels {
         (rows.iter()).any(|rows| columns.iter().any(|columns| self.has_lit(*columns, *rows)))
     }
 
-    /// True if a block is lit of these columns and rows, the last included.
+    /// True if a block in these columns and rows, the last ones included, is lit.
     fn has_lit(&self, [left, right]: [usize; 2], [top, bottom]: [usize; 2]) -> bool {
         let before = |column: usize, row: usize| self.lit_before[row * (self.columns + 1) + column];
         before(right + 1, bottom + 1) + before(left, top)
@@ -200,13 +200,13 @@ pub fn linear(texel: [u8; 4]) -> Vec4 {
     Vec4::from_array(texel.map(f32::from)) / 255.0
 }
 
-/// A texel of colour, whose red, green and blue are sRGB; alpha is linear.
+/// A texel of colour, with red, green and blue in sRGB and linear alpha.
 pub fn srgb(texel: [u8; 4]) -> Vec4 {
     let [r, g, b, a] = linear(texel).to_array();
     Vec4::new(decode_srgb(r), decode_srgb(g), decode_srgb(b), a)
 }
 
-/// From sRGB to linear (IEC 61966-2-1).
+/// The linear value of an sRGB value (IEC 61966-2-1).
 fn decode_srgb(value: f32) -> f32 {
     if value <= 0.04045 {
         value / 12.92
@@ -267,7 +267,7 @@ mod tests {
         assert_eq!(red(nearest, 0.51, 0.25), 1.0);
     }
 
-    /// Triangles that are said to be black are, at many points; most of those that are black are said to be.
+    /// Triangles that are reported as black are black at many points; most black triangles are reported.
     #[test]
     fn what_is_black_all_over_a_triangle_is_known() {
         // A linear congruential generator (Numerical Recipes).

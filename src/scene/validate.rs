@@ -18,18 +18,18 @@ pub const LARGEST_COORDINATE: f64 = 1e15;
 /// The smallest size of a scene: below it, areas of its triangles and squares of distances underflow f32.
 pub const SMALLEST_SCENE: f64 = 1e-12;
 
-/// A mesh is coarse if a step of f32 at its furthest vertex is more than this part of its size.
+/// The ratio of a step of f32 at a mesh's furthest vertex to the mesh's size above which the mesh is coarse.
 const COARSE: f64 = 5e-3;
 
 /// The largest emission, in W/(m²·sr): a sample may be [`crate::shader_interface::MAX_RADIANCE`] times as bright as the
 /// brightest light, and a picture, whose radiance is not in the device's unit, must hold it in f32.
 pub const BRIGHTEST: f32 = 1e12;
 
-/// An instance is flat if its volume scale is below this, relative to the lengths of its axes.
+/// The volume scale, relative to the lengths of its axes, below which an instance is flat.
 const SINGULAR: f64 = 1e-15;
 
-/// True if the positions of a mesh are much further from its origin than from each other, or those of the corners of at least one
-/// triangle in ten: of a mesh with parts in two far places no part is held finely.
+/// True if the positions of a mesh are much further from its origin than from each other, or if this holds for the corners of
+/// at least one triangle in ten: of a mesh with parts in two distant locations, no part is held finely.
 fn is_coarse(mesh: &Mesh) -> bool {
     let step = |furthest: f64| furthest * f64::from(f32::EPSILON);
     let Some(bounds) = mesh.bounds() else {
@@ -51,22 +51,20 @@ fn is_coarse(mesh: &Mesh) -> bool {
     coarse > 0 && 10 * coarse >= mesh.triangles.len()
 }
 
-/// True if every channel is between 0 and a limit. By comparison, because the smallest and the largest element of a
-/// vector with NaN in it may be those of the rest.
+/// True if every channel is between 0 and a limit. The test compares channels, because the smallest and the largest element of
+/// a vector with a NaN may be those of the other channels.
 pub(super) fn is_within(color: Vec3, limit: f32) -> bool {
     color.cmpge(Vec3::ZERO).all() && color.cmple(Vec3::splat(limit)).all()
 }
 
 impl Scene {
-    /// Checks the scene and repairs what can be repaired without changing its picture.
+    /// Checks the scene and repairs faults that can be repaired without changing its picture.
     ///
-    /// An error names what the renderer cannot take: indices out of range, numbers that are not
-    /// finite, parts that do not cover their triangles, material factors outside their range, an
-    /// invalid camera, keys out of order. Each repair adds a notice: a base colour outside 0…1 is
-    /// clamped; triangles without area, flat instances and empty meshes are dropped (which shifts the
-    /// indices of later meshes); normals are normalised, missing ones replaced by the geometric
-    /// normal. Afterwards every vertex belongs to a triangle, and a second check changes nothing. An
-    /// empty scene is valid.
+    /// An error names the element that the renderer cannot use: indices out of range, numbers that are not finite, parts that
+    /// do not cover their triangles, material factors outside their range, an invalid camera, keys out of order. Each repair
+    /// adds a notice: a base colour outside [0, 1] is clamped; triangles without area, flat instances and empty meshes are
+    /// dropped (which shifts the indices of later meshes); normals are normalised, missing ones replaced by the geometric
+    /// normal. Afterwards every vertex belongs to a triangle, and a second check changes nothing. An empty scene is valid.
     pub fn validate(&mut self) -> Result<()> {
         let mut tally = Tally::default();
         if let Some(motion) = &self.motion {
@@ -278,7 +276,7 @@ mod tests {
     use super::*;
     use glam::{DVec3, Vec3};
 
-    /// One triangle of one material, placed once, seen by one camera.
+    /// A scene with one triangle of one material, one instance, and one camera.
     fn scene() -> Scene {
         Scene {
             meshes: vec![Mesh {

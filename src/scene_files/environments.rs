@@ -19,7 +19,7 @@ impl Environment {
     /// Reads an environment (`.exr`, `.hdr`), or generates the sky that `sky:…` describes.
     ///
     /// # Errors
-    /// No such file, damaged data, radiance that is no number or out of range, or wrong parameters.
+    /// There is no such file, the data are damaged, the radiance is not a number or out of range, or parameters are wrong.
     pub fn open(name: &str) -> Result<Self> {
         let mut environment = match name.split_once(':') {
             Some(("sky", parameters)) => sky::generate(parameters)?,
@@ -43,7 +43,7 @@ impl Environment {
     }
 }
 
-/// The file that an environment's name is the path of; none for a generated sky.
+/// The path of an environment's file; `None` for a generated sky.
 pub fn environment_file_of(name: &str) -> Option<&Path> {
     let generated = name == "sky" || name.starts_with("sky:");
     (!generated).then(|| Path::new(name))
@@ -76,7 +76,7 @@ fn read(path: &Path) -> Result<Environment> {
     })
 }
 
-/// Checks that the header ends: the decoder would look for its end, a line after an empty one, as far as the file goes.
+/// Checks that the header ends: the decoder would search for its end, a line after an empty one, through the whole file.
 fn check_hdr_header(file: &mut BufReader<File>) -> std::io::Result<()> {
     let mut start = Vec::new();
     file.by_ref().take(MAX_HEADER).read_to_end(&mut start)?;

@@ -1,4 +1,4 @@
-//! Image files of textures, and what follows where one is missing.
+//! Image files of textures, and the treatment of missing ones.
 
 use super::progress::{Progress, read_file};
 use super::scene_folder::{SceneFile, SceneFolder, unreadable};
@@ -11,7 +11,7 @@ const MAX_BYTES: u64 = 4 << 30;
 /// The bytes of an image file.
 ///
 /// # Errors
-/// It is too large or cannot be read, or the watcher's error.
+/// The file is too large or cannot be read, or the watcher's error.
 pub(super) fn read(what: &str, file: SceneFile, progress: &mut Progress<'_>) -> Result<Vec<u8>> {
     let length = file.length;
     if length > MAX_BYTES {
@@ -24,7 +24,7 @@ pub(super) fn read(what: &str, file: SceneFile, progress: &mut Progress<'_>) -> 
 /// Notes that an image file is missing, if `folder` permits it.
 ///
 /// # Errors
-/// It does not.
+/// `folder` does not permit it.
 pub(super) fn missing(
     what: &str,
     name: &str,

@@ -1,4 +1,4 @@
-//! Images of textures: decoding, with limits on what files may claim.
+//! Images of textures: decoding, with limits on the sizes that files may claim.
 
 use super::progress::Progress;
 use crate::base::memory;
@@ -14,23 +14,23 @@ use std::io::Cursor;
 /// The largest width and height of an image, in texels.
 pub const MAX_SIZE: u32 = 16384;
 
-/// The most texels of all images of a scene: shaders count them in 32 bits.
+/// The maximum number of texels of all images of a scene: shaders count them in 32 bits.
 pub const MAX_TEXELS: u64 = 1 << 32;
 
 /// Bytes of a texel.
 pub(super) const BYTES: u64 = size_of::<[u8; 4]>() as u64;
 
-/// The most texels that are decoded at the same time, where an image alone has not more: those of the largest image.
-/// While an image is decoded it takes up to four times the memory that it has later.
+/// The maximum number of texels that are decoded at the same time, if no single image has more: the texels of the largest
+/// image. While an image is decoded it takes up to four times its final memory.
 const TEXELS_AT_ONCE: u64 = MAX_SIZE as u64 * MAX_SIZE as u64;
 
-/// The most bytes that a decoder takes for what is no texel, such as the colour profile of a PNG file, which may unpack
-/// to a thousand times its size.
+/// The maximum number of bytes that a decoder takes for data other than texels, such as the colour profile of a PNG file, which
+/// may unpack to a thousand times its size.
 const MAX_METADATA: u64 = 16 << 20;
 
-/// An image as it is in a file.
+/// An image in the encoding of its file.
 pub(super) struct Encoded<'a> {
-    /// The element that has it, for messages.
+    /// The element that contains it, for messages.
     pub what: String,
     /// The name of the file or in the file; may be empty.
     pub name: String,
@@ -38,15 +38,15 @@ pub(super) struct Encoded<'a> {
     pub bytes: Cow<'a, [u8]>,
 }
 
-/// The texels that a scene's images have so far.
+/// The number of texels of a scene's images so far.
 #[derive(Default)]
 pub(super) struct TexelCount(u64);
 
 impl TexelCount {
-    /// Counts those of one more image; `name` says which it is.
+    /// Adds the texels of one more image; `name` gives its name for messages.
     ///
     /// # Errors
-    /// A scene cannot have as many.
+    /// The scene would have too many texels.
     pub fn add(&mut self, texels: u64, name: impl FnOnce() -> String) -> Result<()> {
         self.0 = self.0.saturating_add(texels);
         if self.0 <= MAX_TEXELS {
@@ -62,7 +62,7 @@ impl TexelCount {
     }
 }
 
-/// Decodes images, several at once. `count` has the texels of those decoded before.
+/// Decodes images, several at once. `count` has the number of texels decoded before.
 ///
 /// # Errors
 /// The scene would have too many texels; another format, damaged data, or an image that is too large; the watcher's
@@ -96,7 +96,7 @@ pub(super) fn decode(
     Ok(images)
 }
 
-/// The number of images, of these numbers of texels, that are decoded at once: at least one.
+/// The number of images that are decoded at once, given their numbers of texels: at least one.
 fn batch_length(sizes: &[u64]) -> usize {
     let mut texels = 0;
     let fitting = sizes.iter().take_while(|size| {
@@ -124,12 +124,12 @@ impl Encoded<'_> {
         self.wrong(format!("cannot be decoded: {cause}; export it again"))
     }
 
-    /// Runs work of a decoder. A panic, as damaged data can cause, is an error.
+    /// Runs a decoder. A panic, which damaged data can cause, becomes an error.
     fn guarded<T>(&self, work: impl FnOnce(&Self) -> Result<T>) -> Result<T> {
         caught(|| work(self)).unwrap_or_else(|| Err(self.damaged("it is damaged")))
     }
 
-    /// The number of texels, of a size within the limits.
+    /// The number of texels of an image whose size is within the limits.
     fn texels(&self) -> Result<u64> {
         let (width, height) = self.decoder()?.0.dimensions();
         Ok(u64::from(width) * u64::from(height))
@@ -183,8 +183,7 @@ impl Encoded<'_> {
     }
 }
 
-/// True if a JPEG file has the marker of its end. Markers inside of segments, as in the preview of a photograph, are
-/// not its own.
+/// True if a JPEG file contains its end marker. Markers inside of segments, as in the preview of a photograph, do not count.
 fn is_whole_jpeg(bytes: &[u8]) -> bool {
     const END: u8 = 0xD9;
     // These markers have no segment; 0 stands for a byte of data, and FF before a marker for nothing.
@@ -208,8 +207,8 @@ fn is_whole_jpeg(bytes: &[u8]) -> bool {
     }
 }
 
-/// True if a WebP file is as long as it says: behind its first eight bytes. The byte that makes the length even is not
-/// always there.
+/// True if a WebP file has the length that its header gives, without its first eight bytes. The byte that makes the length even
+/// may be absent.
 fn is_whole_webp(bytes: &[u8]) -> bool {
     let length = bytes.get(4..).and_then(|bytes| bytes.first_chunk());
     length

@@ -13,14 +13,13 @@ use std::path::Path;
 /// Largest glTF file, in bytes, without its separate buffers: a GLB stores its length in 32 bits.
 const MAX_BYTES: u64 = u32::MAX as u64;
 
-/// Bytes of memory that an OBJ file takes for each of its own.
+/// The memory that an OBJ file takes for each of its bytes, in bytes.
 const OBJ_RATIO: u64 = 4;
 
 /// Reads and validates a scene: glTF 2.0 (`.gltf`, `.glb`) or Wavefront OBJ (`.obj`).
 ///
-/// For any content this returns either a scene that passes [`Scene::validate`], with a notice for
-/// each thing assumed or ignored, or an error of one line that names the file, the element and what
-/// to do.
+/// For any content this returns either a scene that passes [`Scene::validate`], with a notice for each assumption and omission,
+/// or an error of one line that names the file, the element and a remedy.
 ///
 /// # Errors
 /// The file cannot be read, or its content is not a valid scene.
@@ -69,7 +68,7 @@ pub fn load_watched(path: &Path, options: Options, watch: &mut Watch<'_>) -> Res
         })
 }
 
-/// A file, and how many bytes it has.
+/// An opened file, and its size in bytes.
 fn open_file(path: &Path, progress: &mut Progress<'_>) -> Result<(File, u64)> {
     let file = input_files::open(path).map_err(unreadable)?;
     let length = file.metadata().map_err(unreadable)?.len();
@@ -102,7 +101,7 @@ fn finished(mut scene: Scene, path: &Path) -> Scene {
     scene
 }
 
-/// The error of a file that cannot be read; [`load_watched`] puts the path in front of it.
+/// The error for a file that cannot be read; [`load_watched`] puts the path in front of it.
 fn unreadable(cause: std::io::Error) -> Error {
     Error::input(format!("cannot be read: {cause}"))
 }

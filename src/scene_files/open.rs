@@ -6,10 +6,10 @@ use crate::{Error, Result, procedural};
 use std::path::Path;
 
 impl Scene {
-    /// Generates the procedural scene of that name, or loads the file at that path.
+    /// Generates the procedural scene with this name, or loads the file at this path.
     ///
     /// # Errors
-    /// Neither a procedural scene nor a readable file.
+    /// The name is neither a procedural scene nor a readable file.
     pub fn open(name: &str) -> Result<Self> {
         Self::open_watched(name, Options::default(), &mut |_, _, _| Ok(()))
     }
@@ -26,13 +26,13 @@ impl Scene {
     }
 }
 
-/// The file that a scene's name is the path of; none for a procedural scene.
+/// The path of a scene's file; `None` for a procedural scene.
 pub fn file_of(name: &str) -> Option<&Path> {
     as_procedural(name).is_none().then(|| Path::new(name))
 }
 
-/// The name of a procedural scene and the text after its colon. A bare word is taken as a name; a file
-/// of that name can be given as ./NAME.
+/// The name of a procedural scene and the text after its colon. A bare word is taken as a name; a file with that name can be
+/// given as ./NAME.
 fn as_procedural(name: &str) -> Option<(&str, &str)> {
     let (bare, parameters) = name.split_once(':').unwrap_or((name, ""));
     if procedural::list().iter().any(|scene| scene.name == bare) {

@@ -2,12 +2,12 @@
 
 use glam::{DVec2, DVec3, Vec3};
 
-/// Concave polygons with more corners are cut as a fan, since ear clipping would take too long.
+/// The number of corners above which concave polygons are cut as a fan, since ear clipping would take too long.
 const MAX_EAR_CLIPPING_CORNERS: usize = 512;
 
-/// Cuts a polygon into triangles, given as indices of its corners: a convex one as a fan around its
-/// first corner, a concave one by ear clipping. A polygon that crosses itself or is far from planar
-/// has no correct triangulation; it is cut into the same number of triangles.
+/// Cuts a polygon into triangles, given as indices of its corners: a convex one as a fan around its first corner, a concave one
+/// by ear clipping. A polygon that crosses itself or is far from planar has no correct triangulation; it is cut into an equal
+/// number of triangles.
 pub(super) fn triangulate(points: &[Vec3], mut triangle: impl FnMut([usize; 3])) {
     let count = points.len();
     if (4..=MAX_EAR_CLIPPING_CORNERS).contains(&count) {
@@ -37,9 +37,9 @@ fn is_convex(corners: &[DVec2]) -> bool {
     (0..count).all(|i| turns_left([i, (i + 1) % count, (i + 2) % count]))
 }
 
-/// Finds the ears of a polygon: corners that can be cut off, because no other corner lies in the triangle with their
-/// neighbours. What is known of a corner is kept until it can change, since a file can hold thousands of polygons for
-/// which each cut would search all pairs of corners.
+/// A search for the ears of a polygon: corners that can be cut off, because no other corner lies in the triangle with their
+/// neighbours. The state of a corner is kept until it can change, since a file can hold thousands of polygons for which each
+/// cut would search all pairs of corners.
 struct Ears<'a> {
     corners: &'a [DVec2],
     /// The corners that are not cut off, in the order of the polygon.
@@ -53,9 +53,9 @@ struct Ears<'a> {
 enum Known {
     Nothing,
     Ear,
-    /// The corner is no ear as long as its neighbours stay.
+    /// The corner is not an ear as long as its neighbours stay.
     Reflex,
-    /// The corner is no ear as long as the given one stays, the first in the triangle.
+    /// The corner is not an ear as long as the given corner, the first one in the triangle, stays.
     Blocked(usize),
 }
 
@@ -69,7 +69,7 @@ impl<'a> Ears<'a> {
         }
     }
 
-    /// Cuts off the first ear; none if there is none.
+    /// Cuts off the first ear; `None` if there is no ear.
     fn cut_first(&mut self) -> Option<[usize; 3]> {
         let position = (0..self.left.len()).find(|&position| self.is_ear(position))?;
         let [before, ear, after] = self.around(position);
@@ -156,7 +156,7 @@ mod tests {
         triangles
     }
 
-    /// The triangles' areas along the polygon's normal: all positive if none lies outside.
+    /// The triangles' areas along the polygon's normal: all are positive if no triangle lies outside.
     fn areas(points: &[Vec3], normal: Vec3) -> Vec<f32> {
         cut(points)
             .into_iter()

@@ -9,17 +9,16 @@ use std::io::Read;
 /// A step of loading.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
-    /// Reading the file and those that it refers to; counted in bytes.
+    /// Reading the file and the files that it names, counted in bytes.
     Reading,
     /// Decoding; counted in meshes.
     Decoding,
 }
 
-/// A callback that receives the step, how much of it is done, and the total; its error stops the
-/// loading.
+/// A callback that receives the step, its progress and its total; an error from it stops the loading.
 pub type Watch<'a> = dyn FnMut(Step, u64, u64) -> Result<()> + 'a;
 
-/// Sums the bytes read of all files.
+/// The sum of the bytes read from all files.
 pub(super) struct Progress<'a> {
     watch: &'a mut Watch<'a>,
     read: u64,
@@ -35,12 +34,12 @@ impl<'a> Progress<'a> {
         }
     }
 
-    /// Adds `bytes` to the total to read.
+    /// Adds `bytes` to the total number of bytes to read.
     pub(super) fn expect(&mut self, bytes: u64) {
         self.to_read = self.to_read.saturating_add(bytes);
     }
 
-    /// Asks the watcher, between things that take long, whether to go on.
+    /// Calls the watcher between long steps; its error ends the loading.
     pub(super) fn pause(&mut self) -> Result<()> {
         (self.watch)(Step::Reading, self.read, self.to_read)
     }

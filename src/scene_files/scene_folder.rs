@@ -1,9 +1,9 @@
-//! Files that a scene names: only those in its own folder are opened, unless the user permits others. A scene from
-//! elsewhere must not show what else is on this machine.
+//! Files that a scene names: only files in the scene's folder are opened, unless the user permits others. A scene from
+//! elsewhere must not show other files of this machine.
 //!
-//! A link that leads out of the folder is a way out like `..`. What is opened is walked to from the folder without
-//! following links, so that one that is put in between the check and the opening is refused too. Hard links and mounts
-//! inside of the folder are part of it.
+//! A link that leads out of the folder is treated like `..`. The path to a file is walked from the folder without following
+//! links, so that a link that is inserted between the check and the opening is refused too. Hard links and mounts inside of the
+//! folder are part of it.
 
 use super::Options;
 use crate::base::input_files;
@@ -15,14 +15,14 @@ use std::io::{self, ErrorKind};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Component, Path, PathBuf};
 
-/// Flags with which folders on the way to a file are opened. One that may be passed through need not be readable, except where the
-/// system has no such flag.
+/// The flags with which folders on the way to a file are opened. A folder that may be passed through need not be readable,
+/// except where the system has no such flag.
 #[cfg(target_os = "linux")]
 const THROUGH: OFlags = OFlags::PATH.union(OFlags::DIRECTORY);
 #[cfg(not(target_os = "linux"))]
 const THROUGH: OFlags = OFlags::DIRECTORY;
 
-/// The folder of a scene, and what the user permits.
+/// The folder of a scene, and the permissions of the user.
 #[derive(Clone, Copy)]
 pub(super) struct SceneFolder<'a> {
     path: &'a Path,
@@ -32,9 +32,9 @@ pub(super) struct SceneFolder<'a> {
 /// A plain file that a scene names, opened.
 pub(super) struct SceneFile {
     pub file: File,
-    /// Bytes that it had when it was opened.
+    /// The size of the file when it was opened, in bytes.
     pub length: u64,
-    /// Device and inode, by which it is known under any of its names.
+    /// The device and the inode, which identify the file under any of its names.
     pub id: (u64, u64),
     /// The first of the names under which it was found.
     pub name: PathBuf,
@@ -49,23 +49,23 @@ enum Lookup {
 }
 
 impl<'a> SceneFolder<'a> {
-    /// The folder in which the scene's file lies; an empty path is the current folder. Where the file is a link, the
-    /// folder of the link counts.
+    /// The folder that contains the scene's file; an empty path is the current folder. If the file is a link, the folder of the
+    /// link counts.
     pub const fn new(path: &'a Path, options: Options) -> Self {
         Self { path, options }
     }
 
-    /// Opens the first of these files that exists; none if none does. Names are paths from the folder; `what` is the
-    /// element that has them, for messages.
+    /// Opens the first of these files that exists; `None` if none exists. Names are paths from the folder; `what` is the
+    /// element that names them, for messages.
     ///
     /// # Errors
-    /// They are outside of the folder, or the file cannot be opened or is not a plain one.
+    /// The names lead out of the folder, or the file cannot be opened or is not a plain one.
     pub fn open(&self, what: &str, names: &[PathBuf]) -> Result<Option<SceneFile>> {
         self.look_up(what, names)?.or_refused(what)
     }
 
-    /// [`Self::open`] for what a scene can do without: where missing files are permitted, those outside of the folder
-    /// count as missing.
+    /// [`Self::open`] for files that a scene can do without: if missing files are permitted, files outside of the folder count
+    /// as missing.
     ///
     /// # Errors
     /// The errors of [`Self::open`].
@@ -153,7 +153,7 @@ impl Lookup {
     }
 }
 
-/// True if an error means that no file is there: none has a name that is too long.
+/// True if an error means that the file does not exist: a name that is too long cannot exist.
 fn is_absence(kind: ErrorKind) -> bool {
     matches!(
         kind,
@@ -161,7 +161,7 @@ fn is_absence(kind: ErrorKind) -> bool {
     )
 }
 
-/// The error of a file that cannot be read.
+/// The error for a file that cannot be read.
 pub(super) fn unreadable(what: &str, name: &Path, cause: &dyn std::fmt::Display) -> Error {
     let name = quoted(&name.to_string_lossy());
     Error::input(format!("{what}: cannot read {name}: {cause}"))

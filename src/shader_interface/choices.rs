@@ -1,4 +1,4 @@
-//! Choices that settings and shaders share: each enumeration is declared once for both.
+//! Choices in settings and shaders: each enumeration is declared once for both.
 
 crate::gpu_enum! {
     /// The MIS heuristic of next-event estimation and BSDF sampling.
@@ -8,7 +8,7 @@ crate::gpu_enum! {
         /// In proportion to the densities: close to the optimum everywhere.
         #[default]
         Balance,
-        /// In proportion to the squared densities: less noise where one technique is much the better.
+        /// In proportion to the squared densities: less noise where one technique is much better than the other.
         Power,
     }
 }
@@ -24,7 +24,7 @@ crate::gpu_enum! {
         Balance,
         /// The balance heuristic between the pixel and one neighbour at a time: unbiased, cheaper.
         Pairwise,
-        /// Pairwise, with a minimum share for the pixel's own sample: unbiased, robust against bad neighbours.
+        /// Pairwise, with a minimum weight for the pixel's canonical sample: unbiased, robust against bad neighbours.
         #[default]
         Defensive,
     }
@@ -33,7 +33,7 @@ crate::gpu_enum! {
 crate::gpu_enum! {
     /// The surfaces that fill the hash grid.
     pub enum HashGrid {
-        /// There is none.
+        /// No hash grid.
         #[default]
         None,
         /// Some pixels of the frame.
@@ -46,7 +46,7 @@ crate::gpu_enum! {
 crate::gpu_enum! {
     /// The way in which vertices of paths reuse light samples of other vertices.
     pub enum WorldReservoirs {
-        /// They do not.
+        /// No reuse.
         #[default]
         None,
         /// With weights that use each reservoir's shading point.
@@ -57,18 +57,18 @@ crate::gpu_enum! {
 }
 
 crate::gpu_enum! {
-    /// Where visibility enters.
+    /// The step at which visibility is tested.
     #[derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
     #[serde(rename_all = "kebab-case")]
     pub enum Visibility {
-        /// Nowhere: shadows are missing. Biased, for comparisons only.
+        /// No test: shadows are missing. Biased, for comparisons only.
         None,
-        /// Where the selected sample is shaded: one ray. For direct light unbiased, noisy in shadows, and without
-        /// BSDF samples. Paths of indirect light are traced, so for them the same as `initial`.
+        /// A test where the selected sample is shaded: one ray. For direct light unbiased, noisy in shadows, and without BSDF
+        /// samples. Paths of indirect light are traced, so for them `final` means `initial`.
         Final,
-        /// In the selected initial candidate, and where the selected sample is shaded. Biased, dark.
+        /// Tests of the selected initial candidate, and where the selected sample is shaded. Biased, dark.
         Initial,
-        /// In every target function: one ray each with `mis=balance`, two for a pairwise merge. Unbiased.
+        /// A test in every target function: one ray each with `mis=balance`, two for a pairwise merge. Unbiased.
         #[default]
         Weights,
     }
@@ -83,7 +83,7 @@ crate::gpu_enum! {
         /// the scene.
         #[default]
         Compact,
-        /// 44 and 60 bytes: points, their normals and materials, and of direct light what lights emit too.
+        /// 44 and 60 bytes: points, their normals and materials, and for direct light also the emission of lights.
         Full,
     }
 }

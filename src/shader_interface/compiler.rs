@@ -9,8 +9,8 @@ use std::sync::LazyLock;
 /// GLSL sources by the name that `#include` uses, such as `core/random.glsl` or `passes/primary.comp`.
 pub type Sources = BTreeMap<String, String>;
 
-/// The compiler of the process. It is never dropped: the last one to go takes the tables of GLSL's built-in functions
-/// with it, and to build these again takes most of the time of a compilation.
+/// The compiler of the process. It is never dropped: dropping the last one drops the tables of GLSL's built-in functions, and
+/// building them again takes most of the time of a compilation.
 static COMPILER: LazyLock<Result<shaderc::Compiler, String>> =
     LazyLock::new(|| shaderc::Compiler::new().map_err(|e| e.to_string()));
 
@@ -22,7 +22,7 @@ const ONCE: &str = "#pragma once\n";
 pub enum Debug {
     /// Names only.
     Names,
-    /// The text and the line of each instruction too, which profilers and debuggers show.
+    /// Names, and the text and the line of each instruction, which profilers and debuggers show.
     Lines,
 }
 
@@ -83,9 +83,9 @@ pub fn closure<'a>(name: &'a str, sources: &'a Sources) -> BTreeSet<&'a str> {
 
 /// Compiles one compute shader to SPIR-V 1.5 (Vulkan 1.2).
 ///
-/// Names are kept and no optimiser runs: binding by name needs the names, and drivers optimise
-/// anyway. Bindings get their numbers automatically. A file that begins with `#pragma once` is included
-/// once; includes are named from the root of `includes`.
+/// Names are kept and no optimiser runs: binding by name needs the names, and drivers optimise anyway. Bindings get their
+/// binding numbers automatically. A file that begins with `#pragma once` is included once; includes are named from the root of
+/// `includes`.
 ///
 /// # Errors
 /// The compiler's own message, which names file and line.
@@ -98,7 +98,7 @@ pub fn compile(
     compile_with(name, source, includes, defines, Debug::Names)
 }
 
-/// [`compile`], with more of the source in the SPIR-V if `debug` says so.
+/// [`compile`] with the amount of the source in the SPIR-V that `debug` selects.
 ///
 /// # Errors
 /// The errors of [`compile`].

@@ -1,15 +1,14 @@
-//! One declaration for each structure that Rust and GLSL share.
+//! Declarations of the structures that Rust and GLSL have in common, one for both.
 //!
 //! [`gpu_struct!`](crate::gpu_struct) declares a `#[repr(C)]` structure and generates its GLSL text;
-//! [`gpu_constants!`](crate::gpu_constants) does the same for numbers, [`gpu_enum!`](crate::gpu_enum) for
-//! enumerations and [`gpu_specialisation!`](crate::gpu_specialisation) for specialisation constants.
-//! Both sides use the scalar block layout, in which a member is aligned like its components: that is
-//! what `#[repr(C)]` gives to the types below, and why SIMD types (`Vec3A`, `Vec4`, matrices) are not
-//! among them.
+//! [`gpu_constants!`](crate::gpu_constants) declares constants, [`gpu_enum!`](crate::gpu_enum) enumerations and
+//! [`gpu_specialisation!`](crate::gpu_specialisation) specialisation constants, each with its GLSL text. Both sides use the
+//! scalar block layout, in which a member is aligned like its components: `#[repr(C)]` gives this layout to the types below,
+//! but not to SIMD types (`Vec3A`, `Vec4`, matrices), which are therefore left out.
 
 use std::fmt::Write;
 
-/// A Rust type that has a GLSL twin of the same size and alignment under the scalar layout.
+/// A Rust type with a GLSL type of equal size and alignment under the scalar layout.
 pub trait GlslType: bytemuck::Pod {
     /// The GLSL type's name, without array brackets.
     const GLSL: &'static str;
@@ -35,7 +34,7 @@ where
     const LENGTH: usize = N;
 }
 
-/// One member of a shared structure, as Rust lays it out.
+/// One member of a shared structure, in Rust's layout.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Member {
     /// The member's name, the same on both sides.
@@ -76,7 +75,7 @@ impl StructLayout {
 
 /// A type declared by [`gpu_struct!`](crate::gpu_struct).
 pub trait GpuStruct: bytemuck::Pod {
-    /// Where its members lie.
+    /// The layout of the structure.
     const LAYOUT: StructLayout;
 }
 
@@ -166,7 +165,7 @@ macro_rules! gpu_enum {
 pub trait SpecialisationValue {
     /// The GLSL type, `uint` or `bool`.
     const GLSL: &'static str;
-    /// The word that Vulkan is given.
+    /// The word for Vulkan.
     fn word(self) -> u32;
 }
 
@@ -191,9 +190,9 @@ pub struct SpecialisationConstant {
     pub name: String,
     /// The GLSL type.
     pub glsl: &'static str,
-    /// Its `constant_id`.
+    /// The `constant_id`.
     pub id: u32,
-    /// Its value.
+    /// The value as a word.
     pub word: u32,
 }
 
@@ -228,7 +227,7 @@ macro_rules! gpu_specialisation {
         }
 
         impl $name {
-            /// Every constant with its value here.
+            /// All constants with their present values.
             pub fn constants(&self) -> Vec<$crate::declare::SpecialisationConstant> {
                 let fields = [$((
                     stringify!($field),
@@ -281,7 +280,7 @@ impl From<f32> for Number {
     }
 }
 
-/// One constant's GLSL declaration.
+/// The GLSL declaration of one constant.
 pub fn constant_glsl(name: &str, glsl: &str, value: Number) -> String {
     match value {
         Number::Uint(value) => format!("const {glsl} {name} = {value}u;\n"),

@@ -1,4 +1,4 @@
-//! What the passes of a frame are told: the view, settings of reuse, and which part of it they work on.
+//! The constants of the passes of a frame: the view, settings of reuse, and the part of the frame that a pass works on.
 
 use crate::TILE;
 use glam::{UVec2, Vec2, Vec3};
@@ -6,7 +6,7 @@ use glam::{UVec2, Vec2, Vec3};
 crate::gpu_struct! {
     /// A pinhole camera relative to the scene's origin.
     pub struct GpuCamera {
-        /// Position.
+        /// The position.
         pub position: Vec3,
         /// Half the image plane's width at distance 1, to the right.
         pub right: Vec3,
@@ -26,15 +26,15 @@ crate::gpu_struct! {
         pub width: u32,
         /// Image height in pixels.
         pub height: u32,
-        /// Threads of a device that gives each a contiguous range of workgroups, or 1.
+        /// The number of threads of a device that gives each thread a contiguous range of workgroups, or 1.
         pub interleave: u32,
-        /// The run's seed.
+        /// The seed of the run.
         pub seed: u32,
-        /// Maximum scattering events of a path.
+        /// The maximum number of scattering events of a path.
         pub bounces: u32,
-        /// Scattering events before Russian roulette begins.
+        /// The number of scattering events before Russian roulette begins.
         pub roulette_start: u32,
-        /// Minimum probability of continuing a path.
+        /// The minimum probability that a path continues.
         pub roulette_floor: f32,
     }
 }
@@ -46,7 +46,7 @@ crate::gpu_struct! {
         pub view: ViewConstants,
         /// Index of the first sample.
         pub first_sample: u32,
-        /// Samples a pixel in this dispatch.
+        /// The number of samples per pixel in this dispatch.
         pub samples: u32,
         /// Box filter over the pixel (1) or pixel centres (0).
         pub jitter: u32,
@@ -62,23 +62,23 @@ crate::gpu_struct! {
     pub struct ReuseConstants {
         /// 1 if light candidates are drawn uniformly among all lights, 0 if by power.
         pub uniform_candidates: u32,
-        /// Light samples of a pixel, or of a vertex of a path.
+        /// The number of light samples of a pixel, or of a vertex of a path.
         pub light_samples: u32,
-        /// Probability of a candidate among rare lights; used only where they are apart.
+        /// The probability of a candidate among rare lights; used only if they have separate candidates.
         pub rare_lights: f32,
-        /// The number of light samples drawn from the light BVH, where it finds lights; they come first.
+        /// The number of light samples drawn from the light BVH, if it finds lights; they come first.
         pub near_samples: u32,
-        /// Their share of all; of a single sample the probability.
+        /// The fraction of these among all light samples; for a single sample, the probability.
         pub near_share: f32,
         /// Maximum confidence of history.
         pub temporal_confidence_cap: f32,
         /// Maximum confidence of a neighbour.
         pub spatial_confidence_cap: f32,
-        /// Maximum number of neighbours of a pixel whose surface has a history.
+        /// The maximum number of neighbours of a pixel whose surface has a history.
         pub neighbours: u32,
-        /// Maximum confidence of the merge of a pixel whose surface has no history.
+        /// The maximum confidence of the merge of a pixel whose surface has no history.
         pub confidence_without_history: f32,
-        /// Maximum number of pixels that a search tries for each neighbour.
+        /// The maximum number of pixels that a search tries for each neighbour.
         pub tries: u32,
         /// Radius of the disc of neighbours, in pixels.
         pub radius: f32,
@@ -94,29 +94,29 @@ crate::gpu_struct! {
 crate::gpu_struct! {
     /// The hash grid.
     pub struct GridConstants {
-        /// Side of a cell; in pixels, where cells fit the picture.
+        /// The size of a cell; in pixels if cells fit the picture.
         pub cell: f32,
         /// Bins of normals along each side of the octahedral map.
         pub bins: u32,
-        /// Slots of reservoirs, a power of two.
+        /// The number of slots of reservoirs, a power of two.
         pub slots: u32,
-        /// Number of surfaces that claim them.
+        /// The number of surfaces that claim slots.
         pub sources: u32,
-        /// Slots of a cell's bin.
+        /// The maximum number of slots per cell and bin.
         pub reservoirs: u32,
-        /// Light candidates of each reservoir.
+        /// The number of light candidates of each reservoir.
         pub candidates: u32,
-        /// Reservoirs that a pixel merges.
+        /// The number of reservoirs that a pixel merges.
         pub merged: u32,
-        /// Confidence of each of these.
+        /// The confidence of each merged reservoir.
         pub confidence: f32,
-        /// The frame from which on none are merged.
+        /// The index of the frame from which on no reservoirs are merged.
         pub until_frame: u32,
     }
 }
 
 crate::gpu_struct! {
-    /// Addresses of the world reservoirs of a frame, for shaders that take addresses; zeros for others.
+    /// The addresses of the world reservoirs of a frame, for shaders that use addresses; zeros for others.
     pub struct WorldAddresses {
         /// Address of the array of `GpuGridPoint`: lower word, upper word.
         pub points: UVec2,
@@ -128,35 +128,35 @@ crate::gpu_struct! {
 crate::gpu_struct! {
     /// World reservoirs.
     pub struct WorldConstants {
-        /// Where the reservoirs of the previous frame are.
+        /// The addresses of the previous frame's buffers.
         pub previous: WorldAddresses,
         /// The addresses of this frame's buffers.
         pub current: WorldAddresses,
-        /// Side of a cell, in pixels.
+        /// The size of a cell, in pixels.
         pub cell: f32,
         /// Bins of normals along each side of the octahedral map.
         pub bins: u32,
         /// The width of the range in which a vertex looks for its cell, in cells.
         pub jitter: f32,
-        /// Reservoirs that a vertex merges.
+        /// The number of reservoirs that a vertex merges.
         pub merged: u32,
-        /// Maximum confidence of each of these.
+        /// The maximum confidence of each merged reservoir.
         pub confidence_cap: f32,
-        /// 1 if vertices keep what they merged, 0 if they keep what their own light samples selected.
+        /// 1 if vertices keep the merged sample, 0 if they keep the sample that their light candidates selected.
         pub keeps_merged: u32,
-        /// Vertices of a path that have reservoirs.
+        /// The number of vertices per path that have reservoirs.
         pub depth: u32,
-        /// Reservoirs of a frame.
+        /// The number of reservoirs of a frame.
         pub vertices: u32,
-        /// Buckets of the table, a power of two.
+        /// The number of buckets of the table, a power of two.
         pub buckets: u32,
-        /// Slots of a bucket.
+        /// The number of slots per bucket.
         pub bucket_slots: u32,
     }
 }
 
 crate::gpu_struct! {
-    /// A level of a prefix sum: which values, and where the sums of their blocks are.
+    /// A level of a prefix sum: the range of its values, and the location of the sums of their blocks.
     pub struct PrefixLevel {
         /// Index of the first value.
         pub first: u32,
@@ -176,21 +176,21 @@ crate::gpu_struct! {
         pub previous_camera: GpuCamera,
         /// 1 if primary rays are jittered, 0 if they pass through the centres of the pixels.
         pub jitters: u32,
-        /// The position of this frame's primary rays in the first pixel, 0…1, downwards.
+        /// The position of this frame's primary rays in the first pixel, each coordinate in [0, 1], downwards.
         pub jitter: Vec2,
-        /// That of the previous frame.
+        /// The position of the previous frame's primary rays in the first pixel.
         pub previous_jitter: Vec2,
         /// Slots for pixels in a buffer: with tiles, more than there are pixels.
         pub slots: u32,
         /// Index of the frame.
         pub frame: u32,
-        /// Maximum ratio of the solid angles per area at a second vertex between two views that share it; below 1: any.
+        /// The maximum ratio between two viewers of the solid angle per area at a reused second vertex; below 1: no limit.
         pub jacobian_limit: f32,
-        /// Minimum distance to a second vertex that is shared, relative to the viewer's distance from the camera.
+        /// The minimum distance to a reused second vertex, relative to the viewer's distance from the camera.
         pub min_distance: f32,
-        /// BSDF candidates of a pixel.
+        /// The number of BSDF candidates per pixel.
         pub bsdf_samples: u32,
-        /// Maximum number of additional BSDF candidates, in pixels that need them.
+        /// The maximum number of additional BSDF candidates, in pixels that need them.
         pub more_bsdf_samples: u32,
         /// Mean luminance of the lights, weighted by their power.
         pub mean_light_luminance: f32,
@@ -198,11 +198,11 @@ crate::gpu_struct! {
         pub light_node_count: u32,
         /// 1 if far lights are joined, 0 if they are skipped.
         pub light_bvh_joins: u32,
-        /// 1 if lights are drawn from it uniformly, 0 if by their expected contribution.
+        /// 1 if lights are drawn from the light BVH uniformly, 0 if by their expected contribution.
         pub light_bvh_uniform: u32,
-        /// Pixels a side of the tiles that have light lists.
+        /// The side of the tiles that have light lists, in pixels.
         pub light_tile: u32,
-        /// Entries of a light list.
+        /// The number of entries of a light list.
         pub light_list: u32,
         /// The hash grid.
         pub grid: GridConstants,
@@ -218,7 +218,7 @@ crate::gpu_struct! {
     pub struct SpatialStep {
         /// The index of the spatial pass, from 0.
         pub index: u32,
-        /// 1 if it also adds what it merges to the picture, otherwise 0.
+        /// 1 if it also adds the merged light to the picture, otherwise 0.
         pub shades: u32,
     }
 }
@@ -234,7 +234,7 @@ crate::gpu_struct! {
 }
 
 impl Strip {
-    /// Pixels of the strip in a picture of this width.
+    /// The number of pixels of the strip in a picture with this width.
     pub fn pixels(&self, width: u32) -> usize {
         width as usize * self.rows as usize
     }

@@ -1,6 +1,7 @@
-//! What Rust and the shaders share, each thing declared once, in Rust: structures, constants, enumerations, specialisation
-//! constants, the buffers of a scene and the variants of the shaders. The GLSL text of them is generated here. The build
-//! script uses this package to compile the shaders of the folder `glsl`, and the program uses it to fill what they read.
+//! The data that Rust and the shaders have in common, each declared once, in Rust: structures, constants, enumerations,
+//! specialisation constants, the buffers of a scene and the variants of the shaders. Their GLSL text is generated here. The
+//! build script uses this package to compile the shaders of the folder `glsl`, and the program uses it to fill the buffers that
+//! they read.
 //!
 //! Positions, lengths and radiance in the structures are in the units of the device (`device_scene/units.rs`).
 #![warn(missing_docs)]

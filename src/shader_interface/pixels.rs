@@ -1,4 +1,4 @@
-//! What is known of each pixel: its surface, its sums, and what its reservoirs hold.
+//! The data of each pixel: its surface, its sums, and the contents of its reservoirs.
 
 use glam::{DVec3, UVec2, UVec3, Vec2, Vec3};
 
@@ -85,7 +85,7 @@ crate::gpu_struct! {
 crate::gpu_struct! {
     /// Constants of the pass that turns a part of a picture into display values.
     pub struct ToneMap {
-        /// Words from one pixel's radiance to the next.
+        /// The distance from one pixel's radiance to the next, in words.
         pub stride: u32,
         /// Index of the first pixel in the picture.
         pub first_pixel: u32,
@@ -105,9 +105,9 @@ crate::gpu_struct! {
         pub weight: f32,
         /// Confidence and bits of the uv, as in reservoirs.
         pub history: u32,
-        /// Kind and index of the light.
+        /// The kind and the index of the light.
         pub light: u32,
-        /// The point on it.
+        /// The uv of the point on the light.
         pub uv: u32,
     }
 }

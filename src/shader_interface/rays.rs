@@ -1,4 +1,4 @@
-//! Lists of rays and their answers.
+//! Lists of rays and their hits.
 
 use glam::Vec3;
 
@@ -7,17 +7,17 @@ crate::gpu_struct! {
     pub struct RayQuery {
         /// Origin: relative to the scene's origin and in scene units in lists of rays, in the device's unit in buffers.
         pub origin: Vec3,
-        /// Hits at this parameter and beyond are ignored.
+        /// The parameter from which on hits are ignored.
         pub t_max: f32,
         /// Direction; the parameter counts in its length.
         pub direction: Vec3,
-        /// 1: any hit will do; 0: the closest.
+        /// 1: any hit is sufficient; 0: the closest hit.
         pub any: u32,
     }
 }
 
 crate::gpu_struct! {
-    /// The answer to a [`RayQuery`].
+    /// The hit of a [`RayQuery`].
     pub struct RayHit {
         /// Ray parameter; −1 = miss. With `any` only hit or miss has meaning.
         pub t: f32,
@@ -29,7 +29,7 @@ crate::gpu_struct! {
         pub u: f32,
         /// Barycentric weight of the third corner.
         pub v: f32,
-        /// With `any`, the share of light that passes between the ray's ends; otherwise 0 or, of a miss, without meaning.
+        /// With `any`, the fraction of light that passes between the ray's ends; otherwise 0 or, for a miss, without meaning.
         pub transmittance: f32,
     }
 }
@@ -39,7 +39,7 @@ crate::gpu_struct! {
     pub struct RayBatch {
         /// Number of rays.
         pub count: u32,
-        /// Threads that the device gives fixed runs of workgroups, or 1.
+        /// The number of threads to which the device gives fixed ranges of workgroups, or 1.
         pub interleave: u32,
     }
 }

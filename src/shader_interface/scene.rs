@@ -1,4 +1,4 @@
-//! What a scene consists of: instances, materials, textures and lights.
+//! The elements of a scene: instances, materials, textures and lights.
 
 use glam::{UVec2, UVec3, Vec2, Vec3};
 
@@ -39,7 +39,7 @@ crate::gpu_struct! {
     pub struct GpuMaterial {
         /// Linear base colour; with MATERIAL_UNLIT radiance.
         pub base_color: Vec3,
-        /// 0 dielectric … 1 metal.
+        /// Metalness in [0, 1]: 0 is a dielectric, 1 a metal.
         pub metallic: f32,
         /// Reflectance of the dielectric at normal incidence.
         pub dielectric_f0: Vec3,
@@ -51,15 +51,16 @@ crate::gpu_struct! {
         pub base_color_texture: u32,
         /// Texture that multiplies roughness and metalness, or NONE.
         pub metallic_roughness_texture: u32,
-        /// MATERIAL_…
+        /// The flags MATERIAL_….
         pub flags: u32,
         /// Texture that turns the shading normal, or NONE.
         pub normal_texture: u32,
-        /// Multiplies its red and green.
+        /// Factor of the normal texture's red and green components.
         pub normal_scale: f32,
-        /// ALPHA_…
+        /// The alpha mode, ALPHA_….
         pub alpha_mode: u32,
-        /// Coverage, which texture and vertex colours multiply; with ALPHA_MASK the least product of these that covers.
+        /// The coverage, which texture and vertex colours multiply; with ALPHA_MASK the smallest product of these that is
+        /// covered.
         pub alpha: f32,
     }
 }
@@ -81,7 +82,7 @@ crate::gpu_struct! {
         pub height: u32,
         /// The set of texture coordinates, 0 or 1.
         pub set: u32,
-        /// WRAP_… along u, and along v times 4.
+        /// The wrap modes: WRAP_… along u, plus 4 times WRAP_… along v.
         pub wrap: u32,
         /// 1 if a lookup takes the nearest texel, 0 if it interpolates between four.
         pub nearest: u32,
@@ -93,9 +94,9 @@ crate::gpu_struct! {
     pub struct GpuLight {
         /// First corner.
         pub corner: Vec3,
-        /// From the first corner to the second.
+        /// The vector from the first corner to the second.
         pub edge1: Vec3,
-        /// From the first corner to the third.
+        /// The vector from the first corner to the third.
         pub edge2: Vec3,
         /// Unit normal of the emitting side.
         pub normal: Vec3,
@@ -121,16 +122,16 @@ crate::gpu_struct! {
         pub position: Vec3,
         /// LIGHT_POINT, LIGHT_SPOT or LIGHT_DIRECTIONAL.
         pub kind: u32,
-        /// Unit, in which a spot is aimed or directional light travels.
+        /// The unit direction in which a spot is aimed or directional light travels.
         pub direction: Vec3,
-        /// The distance up to which it reaches; 0: any.
+        /// The distance up to which it reaches; 0: no limit.
         pub range: f32,
-        /// Intensity; of a directional light the irradiance of a surface that faces it.
+        /// The intensity; for a directional light, the irradiance of a surface that faces it.
         pub intensity: Vec3,
-        /// The square root of a spot's share of its intensity is this offset less the product of `angle_scale` and a squared distance,
-        /// within 0 and 1.
+        /// The offset of a spot's falloff: the square root of the emitted fraction of the intensity is this offset minus the
+        /// product of `angle_scale` and a squared distance, clamped to [0, 1].
         pub angle_offset: f32,
-        /// The factor of the squared distance of the unit vectors along the spot's axis and to the point that is lit.
+        /// The factor of the squared distance between the unit vectors along the spot's axis and to the shading point.
         pub angle_scale: f32,
         /// Fills the last four words.
         pub padding: UVec3,
@@ -140,11 +141,11 @@ crate::gpu_struct! {
 crate::gpu_struct! {
     /// One column of the alias table that selects lights of all kinds by power.
     pub struct GpuLightChoice {
-        /// Probability of the column's own light.
+        /// The probability of the light with the column's index.
         pub probability: f32,
-        /// Take that light if 32 random bits are below this.
+        /// The threshold below which 32 random bits select that light.
         pub keep_below: u32,
-        /// Else take this one.
+        /// The index of the light that is selected otherwise.
         pub alias: u32,
         /// Fills the last four words.
         pub padding: u32,
@@ -156,9 +157,9 @@ crate::gpu_struct! {
     pub struct GpuLightTexture {
         /// Texture coordinates of the first corner.
         pub uv: Vec2,
-        /// From the first corner to the second.
+        /// The difference of texture coordinates from the first corner to the second.
         pub edge1: Vec2,
-        /// From the first corner to the third.
+        /// The difference of texture coordinates from the first corner to the third.
         pub edge2: Vec2,
         /// The texture that multiplies its emission, or NONE.
         pub texture: u32,
@@ -168,7 +169,7 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// Where the points of an instance were in the previous frame.
+    /// The transform from the present positions of an instance's points to the previous frame's.
     pub struct GpuPreviousTransform {
         /// Columns of the 3×4 transform from current to previous world positions.
         pub current_to_previous: [Vec3; 4],
@@ -176,12 +177,12 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// A node of the light BVH. Nodes are in depth-first order: a walk visits the next one where a node's box holds the
-    /// point, and else skips its descendants.
+    /// A node of the light BVH. Nodes are in depth-first order: a walk visits the next node if a node's box holds the point,
+    /// and otherwise skips its descendants.
     pub struct GpuLightNode {
         /// The smallest coordinates of the box.
         pub low: Vec3,
-        /// The node after the last descendant; of a leaf the next one.
+        /// The index of the node after the last descendant; for a leaf, this is the next node.
         pub next: u32,
         /// The largest coordinates of the box.
         pub high: Vec3,
@@ -189,9 +190,9 @@ crate::gpu_struct! {
         pub first: u32,
         /// The centre of the box around its lights.
         pub center: Vec3,
-        /// Their power or, where they are drawn uniformly, their number.
+        /// The power of its lights or, if they are drawn uniformly, their number.
         pub weight: f32,
-        /// The mean of their normals, weighted by power: shorter than 1 where they face into different directions.
+        /// The mean of their normals, weighted by power: shorter than 1 if they face different directions.
         pub normal: Vec3,
         /// Half the diagonal of the box around its lights.
         pub size: f32,
@@ -205,8 +206,9 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// Two arrays of the light BVH, side by side. One has its lights, in the order of its leaves; among those of a node each is
-    /// drawn by its part of their integers. The other says where each light is, by the index among the lights of all kinds.
+    /// An element of two arrays of the light BVH, which are stored side by side. The first array has its lights, in the order
+    /// of its leaves; a light of a node is drawn with the probability of its fraction of the node's integers. The second array
+    /// has the location of each light, by its index among the lights of all kinds.
     pub struct GpuLightEntry {
         /// For the light at this position in the BVH: its index among the lights of all kinds.
         pub light: u32,
@@ -222,7 +224,7 @@ crate::gpu_struct! {
 crate::gpu_struct! {
     /// A slot of the hash grid.
     pub struct GpuGridSlot {
-        /// Whose it is, plus 1, with random bits above; 0: nobody's.
+        /// The index of the surface that has claimed it, plus 1, with random bits above; 0: no surface.
         pub claim: u32,
         /// The key of its cell and bin.
         pub key: u32,
@@ -232,9 +234,9 @@ crate::gpu_struct! {
 crate::gpu_struct! {
     /// A point of a surface at which a reservoir is made, for surfaces close to it.
     pub struct GpuGridPoint {
-        /// Where it is.
+        /// The position.
         pub position: Vec3,
-        /// Unit geometric normal, on the side that is seen, octahedral.
+        /// Unit geometric normal on the visible side, octahedral.
         pub normal: u32,
     }
 }

@@ -18,61 +18,64 @@ pub struct Access {
 
 /// The access of shaders to the elements of a buffer.
 pub enum Elements {
-    /// Each by itself, as this GLSL type.
+    /// Single elements of this GLSL type.
     Plain(&'static str),
     /// Four words at once: `NAME_words(index)` gives the words 4 · `index` to 4 · `index` + 3. Shader variants with
     /// [`Fetch::Texels`](crate::Fetch) read them as texels.
     Words,
-    /// As `Words`, put together to structures of a multiple of four words: `load_NAME(index)`.
+    /// Like `Words`, assembled into structures of a multiple of four words: `load_NAME(index)`.
     Records(StructLayout),
 }
 
-/// Hands the declarations of all buffers to a macro. Each has a name, the Rust type of an element, how shaders read elements
-/// ([`Elements`]), and the number of elements from the numbers of what a scene consists of.
+/// Passes the declarations of all buffers to a macro. Each has a name, the Rust type of an element, the access of shaders to
+/// elements ([`Elements`]), and the number of elements as a function of the scene's numbers of elements.
 #[macro_export]
 macro_rules! scene_buffers {
     ($($declare:tt)+) => {
         $($declare)+! {
-            /// Three packed octahedral words a triangle: the corner normals of smooth meshes, and the corner tangents of meshes with normal
-            /// maps.
+            /// Three packed octahedral words per triangle: the corner normals of smooth meshes, and the corner tangents of
+            /// meshes with normal maps.
             corner_directions: [UVec3] as Plain("uvec3"); |c| c.smooth_triangles + c.tangent_triangles;
-            /// Texture coordinates of corners, three a triangle of a mesh with textures: of the first set, then of the second.
+            /// Texture coordinates of corners, three per triangle of a mesh with textures: of the first set, then of the
+            /// second.
             uvs: [[Vec2; 3]] as Plain("vec2"); |c| c.uv_triangles;
-            /// Vertex colours of corners, three a triangle of a mesh with colours: red, green, blue and alpha in 16 bits each.
+            /// Vertex colours of corners, three per triangle of a mesh with colours: red, green, blue and alpha in 16 bits
+            /// each.
             colors: [[UVec2; 3]] as Plain("uvec2"); |c| c.color_triangles;
-            /// Three words a triangle of a mesh of several parts: material, rank among the mesh's emissive triangles
-            /// or NONE, and what its part adds to the instance's index.
+            /// Three words per triangle of a mesh of several parts: material, rank among the mesh's emissive triangles or NONE,
+            /// and the offset that its part adds to the instance's index.
             triangle_parts: [UVec3] as Plain("uvec3"); |c| c.part_triangles;
             /// Instances in the order of the leaves of the trees over them, for each epoch.
             top_instances: [u32] as Plain("uint"); |c| c.epochs * c.instances;
             /// Instances, for each epoch.
             instances: [GpuInstance] as Records(GpuInstance); |c| c.epochs * c.instances;
-            /// Nodes of the trees over the instances, for each epoch, then those of the meshes: five times four words
-            /// each.
+            /// Nodes of the trees over the instances, for each epoch, then those of the meshes: twenty words each.
             nodes: [CwBvhNode] as Words; |_| 0;
-            /// Object-space positions of corners, three a triangle.
+            /// Object-space positions of corners, three per triangle.
             positions: [[Vec3; 3]] as Words; |c| c.triangles;
             /// Materials.
             materials: [GpuMaterial] as Records(GpuMaterial); |c| c.materials;
             /// Textures of materials.
             textures: [GpuTexture] as Records(GpuTexture); |c| c.textures;
-            /// The bits of the linear value of each sRGB byte, if there are textures, and then the texels of their images: red, green, blue
-            /// and alpha, from the lowest byte. In one buffer, since some drivers bind 30 at most.
+            /// The bits of the linear value of each sRGB byte, if there are textures, and then the texels of their images: red,
+            /// green, blue and alpha, from the lowest byte. In one buffer, since some drivers bind 30 at most.
             texels: [u32] as Plain("uint"); |c| c.texels + if c.textures > 0 { 256 } else { 0 };
             /// Emissive triangles, for each epoch.
             lights: [GpuLight] as Records(GpuLight); |c| c.epochs * c.triangle_lights;
-            /// Textures of emissive triangles, one a triangle if some of them has any.
+            /// Textures of emissive triangles, one per triangle if some of them have a texture.
             light_textures: [GpuLightTexture] as Records(GpuLightTexture); |c| if c.textured_lights { c.triangle_lights } else { 0 };
             /// Punctual lights, for each epoch.
             punctual_lights: [GpuPunctualLight] as Records(GpuPunctualLight); |c| c.epochs * c.punctual_lights;
-            /// Texels of the environment, by rows: radiance, and the density over longitude and latitude with which they are drawn.
+            /// Texels of the environment, by rows: radiance, and the density over longitude and latitude with which they are
+            /// drawn.
             environment: [Vec4] as Words; |c| c.environment_texels;
-            /// The alias table that draws them: a texel is kept if 32 random bits are below the first number, else the second is taken.
+            /// The alias table that draws texels of the environment: a texel is kept if 32 random bits are below the first
+            /// number; otherwise the second one is drawn.
             environment_columns: [UVec2] as Plain("uvec2"); |c| c.environment_texels;
-            /// The alias table over the lights of all kinds: triangles, punctual lights, the environment. Where some are rare, two more
-            /// follow: of those that are not, and of those that are.
+            /// The alias table over the lights of all kinds: triangles, punctual lights, the environment. If some lights are
+            /// rare, two more tables follow: of the lights that are not rare, and of the rare lights.
             light_choices: [GpuLightChoice] as Records(GpuLightChoice); |c| 3 * c.lights();
-            /// Where each of the scene's instances was in the previous frame; empty where nothing moves.
+            /// The previous transform of each of the scene's instances; empty if nothing moves.
             previous_transforms: [GpuPreviousTransform] as Records(GpuPreviousTransform); |c| c.previous_transforms;
         }
     };
@@ -94,7 +97,7 @@ macro_rules! declare_access {
                 pub punctual_light_count: u32,
                 /// Width and height of the environment in texels.
                 pub environment_size: UVec2,
-                /// Cosine and sine of the angle by which it is turned around the upward axis.
+                /// Cosine and sine of the environment's rotation around the upward axis.
                 pub environment_turn: Vec2,
                 /// Number of instances that are traced.
                 pub instance_count: u32,
@@ -117,13 +120,14 @@ macro_rules! declare_access {
 scene_buffers!(declare_access);
 
 impl Elements {
-    /// True if four words at once are read, in shader variants with texels as texels.
+    /// True if four words are read at once: as texels in shader variants with texels.
     pub fn are_words(&self) -> bool {
         !matches!(self, Self::Plain(_))
     }
 }
 
-/// The buffer of a light BVH: its nodes, then its entries. It is bound by a descriptor only, since each renderer has its own.
+/// The name of the buffer of a light BVH: its nodes, then its entries. It is bound by a descriptor only, since each renderer
+/// has a separate one.
 pub const LIGHT_BVH: &str = "light_bvh";
 
 /// The text of `light_bvh_buffer.glsl`.
@@ -188,7 +192,7 @@ fn words(name: &str, array: &str) -> String {
     )
 }
 
-/// `load_NAME(index)`, from a buffer that is read by four words. What of the structure is not used, compilers do not load.
+/// `load_NAME(index)`, from a buffer that is read by four words. Compilers do not load unused parts of the structure.
 fn load(name: &str, buffer: &str, layout: &StructLayout) -> String {
     let StructLayout {
         name: record,

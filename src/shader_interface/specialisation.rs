@@ -5,9 +5,9 @@ use crate::{Format, HashGrid, Mis, PILOT_WORDS, PixelOrder, Visibility, WorldRes
 crate::gpu_specialisation! {
     /// The specialisation constants of a pass.
     pub struct Specialisation {
-        /// Entries of the stack of the traversal in compute: the depth of the scene's trees.
+        /// The number of entries of the stack of the traversal in compute: the depth of the scene's trees.
         pub stack_size: u32 = 32,
-        /// True if some surface has a specular lobe; otherwise all are Lambert.
+        /// True if some surface has a specular lobe; otherwise all surfaces are Lambert.
         pub has_specular: bool = true,
         /// True if some mesh has shading normals.
         pub has_smooth_normals: bool = true,
@@ -56,27 +56,27 @@ crate::gpu_specialisation! {
         pub first_counter: u32 = 0,
         /// True if the first BSDF candidate of direct light is the pilot.
         pub pilots: bool = false,
-        /// Words from one pixel's pilot to the next.
+        /// The distance from one pixel's pilot to the next, in words.
         pub pilot_stride: u32 = PILOT_WORDS,
         /// The MIS weights of a merge.
         pub mis: Mis = Mis::Defensive,
-        /// Where visibility enters.
+        /// The step at which visibility is tested.
         pub visibility: Visibility = Visibility::Weights,
-        /// Maximum number of neighbours of a spatial merge.
+        /// The maximum number of neighbours of a spatial merge.
         pub neighbours: u32 = 3,
-        /// True if rare lights are left to candidates of their own.
+        /// True if rare lights have separate candidates.
         pub rare_lights: bool = false,
         /// True if light samples are drawn from the light BVH.
         pub light_bvh: bool = false,
-        /// True if those of direct light come from light lists.
+        /// True if light samples of direct light come from light lists.
         pub light_lists: bool = false,
         /// The surfaces that fill the hash grid, if candidates of direct light come from there.
         pub hash_grid: HashGrid = HashGrid::None,
         /// The way in which vertices of paths reuse light samples of other vertices.
         pub world_reservoirs: WorldReservoirs = WorldReservoirs::None,
-        /// True if candidates of indirect light go to reservoirs; otherwise the pass is a path tracer.
+        /// True if candidates of indirect light are stored in reservoirs; otherwise the pass is a path tracer.
         pub shares: bool = true,
-        /// True if the radiance that leaves a path's second vertex is taken to be the same for all viewers.
+        /// True if the radiance that leaves a path's second vertex is assumed to be equal for all viewers.
         pub biased_shift: bool = false,
     }
 }

@@ -13,7 +13,7 @@ pub enum Tracer {
 /// The access of shaders to a scene's buffers, except those that [`Fetch`] decides on, and to world reservoirs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum GeometryAccess {
-    /// Named storage buffers: runs everywhere, and is what a capture shows.
+    /// Named storage buffers: supported everywhere, and shown in captures.
     StorageBuffers,
     /// Buffer device addresses: no limit of a descriptor's range.
     BufferAddresses,
@@ -22,16 +22,16 @@ pub enum GeometryAccess {
 /// The access of shaders to nodes of trees, positions, instances, materials, lights and sample data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Fetch {
-    /// As texels of four words, which llvmpipe reads in one access.
+    /// Texels of four words, which llvmpipe reads in one access.
     Texels,
-    /// As [`GeometryAccess`] says.
+    /// By the access of [`GeometryAccess`].
     Words,
 }
 
 /// The access of shaders to the texels of textures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Textures {
-    /// From one buffer with the texels of all images, as [`GeometryAccess`] says: runs everywhere.
+    /// From one buffer with the texels of all images, by the access of [`GeometryAccess`]: runs everywhere.
     Buffer,
     /// From an array of images, by descriptor indexing.
     Images,
@@ -91,14 +91,14 @@ pub struct Variant {
 }
 
 impl Variant {
-    /// Every legal variant.
+    /// All legal variants.
     pub fn all() -> impl Iterator<Item = Variant> {
         let tracers = [Tracer::RayQuery, Tracer::ComputeBvh];
         tracers.into_iter().flat_map(Self::of)
     }
 
-    /// Every legal variant with a tracer. Images are for devices with buffer addresses alone: those that index
-    /// descriptors have them, and each variant takes time to compile and room in the program.
+    /// All legal variants with a tracer. Images are only for devices with buffer addresses: devices with descriptor indexing
+    /// have them, and each variant takes time to compile and space in the program.
     pub fn of(tracer: Tracer) -> impl Iterator<Item = Variant> {
         use GeometryAccess::{BufferAddresses, StorageBuffers};
         [

@@ -1,4 +1,4 @@
-//! Error and bias against what scenes differ in, as a figure.
+//! Error and bias plotted against the parameters in which scenes differ, as a figure.
 
 use super::results::Row;
 use crate::{Error, Result};
@@ -6,15 +6,15 @@ use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
 use plotters::prelude::*;
 use std::collections::BTreeMap;
 
-/// Pixels of a panel.
+/// The size of a panel in pixels.
 const PANEL: (u32, u32) = (360, 300);
-/// Pixels of a line below the panels, one for each configuration.
+/// The height of a line below the panels in pixels; there is one line per configuration.
 const LINE: u32 = 20;
-/// Bars of one value stand beside each other, at most this part of the axis apart.
+/// The maximum distance between bars of one value, as a fraction of the axis.
 const BESIDE: f64 = 0.012;
-/// An axis has this many scenes at least.
+/// The minimum number of scenes of an axis.
 const LEAST: usize = 3;
-/// Colours that colour-blind people tell apart too (Okabe and Ito, 2008). Beyond this number of configurations they repeat.
+/// Colours that colour-blind people can distinguish (Okabe and Ito, 2008). With more configurations than colours they repeat.
 const COLORS: [RGBColor; 7] = [
     RGBColor(0, 0, 0),
     RGBColor(0, 114, 178),
@@ -28,17 +28,17 @@ const COLORS: [RGBColor; 7] = [
 /// A configuration at one value of an axis.
 struct Point {
     value: f64,
-    /// The RMSE of the last frame over the mean of the reference.
+    /// The RMSE of the last frame divided by the mean of the reference.
     error: f64,
-    /// The bias of the mean, and half its 99 % interval, in percent; of the channel that has the largest.
+    /// The bias of the mean and half its 99 % interval, in percent, for the channel with the largest bias.
     bias: [f64; 2],
 }
 
-/// For each parameter that scenes of one name differ in, for each configuration its points.
+/// The points of each configuration, for each parameter in which scenes with one name differ.
 type Axes<'a> = BTreeMap<(&'a str, &'a str), BTreeMap<&'a str, Vec<Point>>>;
 
 /// A figure with two panels for each parameter in which at least three of the study's scenes differ: the error and the bias of
-/// every configuration. None if there is no such parameter.
+/// every configuration. `None` if there is no such parameter.
 ///
 /// # Errors
 /// The library that draws may fail.
@@ -81,7 +81,7 @@ pub fn svg(rows: &[Row]) -> Result<Option<String>> {
     Ok(Some(text))
 }
 
-/// An error of the library, which writes to a text and so has none of its own.
+/// An error of the drawing library, which writes to a text and so has no errors itself.
 type Failure = Box<dyn std::error::Error>;
 
 fn draw(axes: &Axes<'_>, text: &mut String) -> std::result::Result<(), Failure> {
@@ -174,7 +174,7 @@ where
     Ok(chart)
 }
 
-/// A number to two digits.
+/// A number with two significant digits.
 fn short(number: &f64) -> String {
     let rounded: f64 = format!("{number:.1e}").parse().unwrap_or(*number);
     match rounded.abs() {

@@ -1,4 +1,4 @@
-//! Whether a configuration is biased, with the confidence interval of the answer.
+//! The test for bias of a configuration, with the confidence interval of its result.
 //!
 //! Frames of a run depend on each other, so seeds are the samples. Two things are tested:
 //!
@@ -7,7 +7,7 @@
 //! - blocks of pixels, because a bias can cancel over the picture. Light noise is skewed to the right, so the
 //!   distribution of the blocks' t values is compared with that of an unbiased control with as much noise; and the
 //!   worst block is tested by itself, since one corner of a picture hardly changes a distribution. Neighbouring
-//!   blocks share samples, which these tests do not know, so they only raise an alarm.
+//!   blocks are correlated, which these tests ignore, so they only raise an alarm.
 //!
 //! After an alarm, fresh seeds alone decide.
 
@@ -18,35 +18,36 @@ use super::subject::path_tracing;
 use crate::metrics::statistics::{Estimate, kolmogorov_smirnov_p_value, t_tail, welch_p_value};
 use serde::Serialize;
 
-/// Widest 99 % half-width, as a part of the mean, that still shows something.
+/// The widest 99 % half-width, relative to the mean, of a decisive interval.
 pub const WIDEST: f64 = 0.005;
-/// Widest 99 % half-width of a reference, as a part of the mean, that leaves room for the runs' own.
+/// The widest 99 % half-width of a reference, relative to the mean, that leaves enough of the interval for the error of the
+/// runs.
 pub const WIDEST_REFERENCE: f64 = 0.004;
-/// Chance of a false alarm over all that a study compares.
+/// The probability of a false alarm over all comparisons of a study.
 pub const LEVEL: f64 = 0.01;
-/// Fresh seeds that decide after an alarm, at least: as many as raised it.
+/// The minimum number of fresh seeds that decide after an alarm: as many as raised it.
 pub const CONFIRMING_SEEDS: u32 = 128;
-/// Most samples of a control: beyond, its noise is skewed no more.
+/// The maximum number of samples of a control: with more samples, its noise is not less skewed.
 const MAX_CONTROL_SAMPLES: u32 = 64;
-/// Standard errors of a normal distribution's 99 % half-width.
+/// The 99 % half-width of a normal distribution, in standard errors.
 const NORMAL_99: f64 = 2.5758;
-/// Standard errors beyond its threshold at which a difference is found with a power of 90 %.
+/// The number of standard errors beyond its threshold at which a difference is found with a power of 90 %.
 const POWER: f64 = 1.2816;
 
 /// The estimate of a configuration's mean from its seeds.
 #[derive(Clone, Debug, Serialize)]
 pub struct Bias {
-    /// Runs that it was measured from.
+    /// The number of runs from which it was measured.
     pub seeds: usize,
-    /// Relative bias of each channel's mean.
+    /// The relative bias of each channel's mean.
     pub relative: [f64; 3],
-    /// 99 % half-widths of these.
+    /// The 99 % half-widths of the relative biases.
     pub half_width: [f64; 3],
-    /// Chance of differences as large without bias, for each channel, uncorrected.
+    /// The probability of differences as large without bias, for each channel, uncorrected.
     pub p_values: [f64; 3],
     #[serde(skip)]
     differences: [Estimate; 3],
-    /// The reference's part of the differences' standard errors.
+    /// The fraction of the reference in the standard errors of the differences.
     #[serde(skip)]
     truth_errors: [f64; 3],
     #[serde(skip)]
@@ -94,7 +95,7 @@ impl Bias {
         }
     }
 
-    /// The mean over the channels of what their biases are relative to ([`Reference::scale`]).
+    /// The mean over the channels of the values to which their biases are relative ([`Reference::scale`]).
     pub fn brightness(&self) -> f64 {
         self.scale.iter().sum::<f64>() / 3.0
     }
@@ -104,7 +105,7 @@ impl Bias {
         self.half_width.iter().copied().fold(0.0, f64::max)
     }
 
-    /// The relative bias that is found with a power of 90 %, when `tests` are made in all.
+    /// The relative bias that is found with a power of 90 % if `tests` tests are made in total.
     pub fn detectable(&self, tests: usize) -> f64 {
         let level = LEVEL / tests.max(1) as f64;
         let each = [0, 1, 2].map(|c| {
@@ -115,8 +116,8 @@ impl Bias {
         each.into_iter().fold(0.0, f64::max)
     }
 
-    /// Seeds that would make the half-widths [`WIDEST`], beside those that there are; none if the reference's own
-    /// error is too large for any number of them.
+    /// The number of additional seeds that would make the half-widths [`WIDEST`]; `None` if the reference's error is too large
+    /// for any number of seeds.
     pub fn missing_seeds(&self) -> Option<f64> {
         let seeds = self.seeds as f64;
         let needed = [0, 1, 2].map(|c| {
@@ -137,7 +138,7 @@ impl Bias {
     }
 }
 
-/// True if a difference is no more than rounding makes, noise included.
+/// True if a difference is within the rounding error, noise included.
 fn is_rounding(difference: &Estimate, rounding: f64) -> bool {
     difference.mean.abs() <= rounding && difference.standard_error <= rounding
 }
@@ -163,8 +164,8 @@ fn t_values(runs: &[&Run], reference: &Reference) -> Vec<f64> {
         .collect()
 }
 
-/// Chance that the blocks' t values come from the control's distribution and that none is so far off, if
-/// blocks were independent; 1 without any noise to look at.
+/// The probability that the blocks' t values come from the control's distribution and that no block differs as much, if blocks
+/// were independent; 1 without noise.
 pub fn blocks_p_value(runs: &[&Run], control: &[&Run], reference: &Reference) -> f64 {
     let own = t_values(runs, reference);
     if own.is_empty() {
@@ -176,8 +177,7 @@ pub fn blocks_p_value(runs: &[&Run], control: &[&Run], reference: &Reference) ->
     (2.0 * all.min(worst)).min(1.0)
 }
 
-/// Path tracing with `samples` samples a pixel, as an unbiased control for what `configuration` shows
-/// in its last frame.
+/// Path tracing with `samples` samples per pixel, as an unbiased control for the last frame of `configuration`.
 pub fn control(configuration: &Resolved, samples: u32) -> Resolved {
     Resolved {
         name: format!("control, {samples} samples"),
@@ -191,8 +191,8 @@ pub fn control(configuration: &Resolved, samples: u32) -> Resolved {
     }
 }
 
-/// Samples that give a control the noise of these runs, to a power of two. `single` are a control's
-/// runs with one sample.
+/// The number of samples that gives a control the noise of these runs, as a power of two. `single` are a control's runs with
+/// one sample.
 pub fn control_samples(runs: &[&Run], single: &[&Run]) -> u32 {
     let variance = |runs: &[&Run]| {
         let blocks = runs.first().map_or(0, |run| run.blocks.len());
@@ -215,14 +215,13 @@ pub fn control_samples(runs: &[&Run], single: &[&Run]) -> u32 {
 pub struct Confirmation {
     /// The bias of the fresh runs.
     pub bias: Bias,
-    /// Chance that the fresh runs differ from the reference as much as they do in the pattern that the
-    /// first runs showed.
+    /// The probability that the fresh runs differ from the reference by as much, in the pattern that the first runs showed.
     pub pattern_p_value: f64,
 }
 
 impl Confirmation {
-    /// Looks in `fresh` for what `first` showed. The pattern is one number a run, so that it does not
-    /// matter how blocks depend on each other.
+    /// Tests in `fresh` for the pattern that `first` showed. The pattern is one number per run, so that the dependence of
+    /// blocks on each other does not matter.
     pub fn measure(first: &[&Run], fresh: &[&Run], reference: &Reference) -> Self {
         let differences = block_differences(first, reference);
         let pattern: Vec<f64> = (differences.iter())
@@ -283,7 +282,7 @@ pub(super) mod samples {
         }
     }
 
-    /// A reference whose blocks are the means of so many runs of their own.
+    /// A reference whose blocks are means of the given numbers of separate runs.
     pub fn noisy_reference(first_seed: u32, counts: [u32; BLOCKS]) -> Reference {
         let blocks: Vec<Estimate> = (0..BLOCKS)
             .map(|b| {
@@ -302,7 +301,7 @@ pub(super) mod samples {
         noisy
     }
 
-    /// Runs whose blocks scatter around 1 + `offset`, the noise shared by neighbours.
+    /// Runs whose blocks scatter around 1 + `offset`, with noise that neighbouring blocks have in common.
     pub fn runs(count: u32, first_seed: u32, offset: [f64; BLOCKS]) -> Vec<Run> {
         let noise = |seed: u32, block: u32| {
             let bits = blake3::hash(&[seed.to_le_bytes(), block.to_le_bytes()].concat());

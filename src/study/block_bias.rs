@@ -6,17 +6,17 @@ use super::run::Run;
 use crate::metrics::statistics::Estimate;
 use serde::Serialize;
 
-/// The blocks' bias as its root mean square, the noise's part taken off.
+/// The root mean square of the blocks' bias, without the contribution of the noise.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct BlockBias {
-    /// As a part of the blocks' mean luminance, emission left out; 0 where noise explains all that is seen.
+    /// The bias relative to the blocks' mean luminance without emission; 0 if noise explains the whole difference.
     pub relative: f64,
     /// The 99 % interval of the bias.
     pub interval: [f64; 2],
 }
 
 impl BlockBias {
-    /// Measures the blocks' bias of one configuration's runs. Fewer than three say nothing.
+    /// Measures the blocks' bias of one configuration's runs; `None` for fewer than three runs.
     ///
     /// The product of two runs' differences from the truth has the square of the bias as its mean, since
     /// their noise is independent. The mean over all pairs is a U-statistic (Hoeffding, "A class of

@@ -5,20 +5,20 @@ use std::fs::{File, TryLockError};
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
-/// A study's folder, locked for as long as this lives.
+/// A study's folder, locked while this value exists.
 pub struct Folder {
     path: PathBuf,
     /// The folders that were made for it, the innermost first.
     made: Vec<PathBuf>,
-    /// The file of finished runs, whose lock is the folder's.
+    /// The file of finished runs, whose lock is the folder's lock.
     _lock: File,
 }
 
 impl Folder {
-    /// Makes the folder where there is none, and locks it.
+    /// Makes the folder if there is none, and locks it.
     ///
     /// # Errors
-    /// It cannot be made or written, or another study is at work in it.
+    /// The folder cannot be made or written, or another study is at work in it.
     pub fn open(path: &Path) -> Result<Self> {
         let failed = |e| Error::writing(path, e);
         let is_new = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
@@ -42,7 +42,7 @@ impl Folder {
         Ok(folder)
     }
 
-    /// Where it is.
+    /// The path of the folder.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -71,7 +71,7 @@ impl Drop for Folder {
     }
 }
 
-/// Takes away again what a study left empty in its folder, and of the folders that were made for it.
+/// Removes the empty files and folders that a study left in its folder, and the folders that were made for it.
 fn take_away_empty(folder: &Path, made: &[PathBuf]) {
     let runs = runs(folder);
     if runs.metadata().is_ok_and(|about| about.len() == 0) {
@@ -92,7 +92,7 @@ fn references(folder: &Path) -> PathBuf {
     folder.join("references")
 }
 
-/// The file of finished runs, locked; none while another study has the lock.
+/// The file of finished runs, locked; `None` while another study has the lock.
 fn lock(folder: &Path) -> Result<Option<File>> {
     let path = runs(folder);
     loop {

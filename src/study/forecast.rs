@@ -1,9 +1,9 @@
-//! The share of a study that is done, and an estimate of the time left from the durations of the steps so far.
+//! The fraction of a study that is done, and an estimate of the time left from the durations of the steps so far.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-/// Work whose steps take about as long as each other on a scene.
+/// Work with steps of about equal duration on a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Effort {
     /// Samples of references.
@@ -30,18 +30,18 @@ struct Stage {
 }
 
 impl Forecast {
-    /// From here on so many steps are to come.
+    /// Sets the number of expected steps of a scene.
     pub fn expect(&mut self, scene: &str, effort: Effort, steps: u64) {
         self.stage(scene, effort).to_come = steps;
     }
 
-    /// From here on so many steps are to come, or more if more were expected.
+    /// Raises the number of expected steps of a scene to at least the given number.
     pub fn expect_at_least(&mut self, scene: &str, effort: Effort, steps: u64) {
         let stage = self.stage(scene, effort);
         stage.to_come = stage.to_come.max(steps);
     }
 
-    /// Nothing more is to come of a scene.
+    /// Ends the work on a scene: no further steps are expected.
     pub fn close(&mut self, scene: &str) {
         for ((name, _), stage) in &mut self.stages {
             if name == scene {
@@ -50,7 +50,7 @@ impl Forecast {
         }
     }
 
-    /// Steps that are done, and what they took.
+    /// Records completed steps and their duration.
     pub fn done(&mut self, scene: &str, effort: Effort, steps: u64, took: Duration) {
         let stage = self.stage(scene, effort);
         stage.to_come = stage.to_come.saturating_sub(steps);
@@ -58,7 +58,7 @@ impl Forecast {
         stage.seconds += took.as_secs_f64();
     }
 
-    /// The share of all the work's time that has passed; 0 as long as nothing is known.
+    /// The fraction of the total time of the work that has passed; 0 before the first step.
     pub fn share(&self) -> f64 {
         let passed: f64 = self.stages.values().map(|stage| stage.seconds).sum();
         let left: f64 = (self.stages.iter())
@@ -76,7 +76,7 @@ impl Forecast {
         self.stages.entry((scene.to_owned(), effort)).or_default()
     }
 
-    /// Seconds of a step: as before on this scene, or else on all scenes, or else of any work.
+    /// The duration of a step in seconds: measured on this scene, otherwise on all scenes, otherwise over all work.
     fn step_seconds(&self, effort: Effort, stage: &Stage) -> f64 {
         let mean = |stages: &mut dyn Iterator<Item = &Stage>| {
             let (mut steps, mut seconds) = (0, 0.0);

@@ -1,6 +1,5 @@
-//! Studies: configurations × scenes × seeds × frames against references, and whether each
-//! configuration is biased. A plan says what; every finished run is kept, so that a study that was
-//! stopped goes on where it was.
+//! Studies: configurations × scenes × seeds × frames against references, with a test for bias of each configuration. A plan
+//! describes a study; every finished run is kept, so that a stopped study can continue.
 
 pub mod axes;
 pub mod bias;

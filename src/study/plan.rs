@@ -16,54 +16,54 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
-/// A study as its file says it.
+/// A study as its file describes it.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
     /// The scenes and views that are rendered.
     pub scenes: Vec<PlannedScene>,
-    /// Pixels across; the height follows each camera.
+    /// The width in pixels; the height follows from each camera.
     #[serde(default = "default_width")]
     pub width: u32,
-    /// Frames of a run, numbered from 0; the last one is checked for bias.
+    /// The number of frames of a run, with indices from 0; the last one is checked for bias.
     #[serde(default = "one")]
     pub frames: u32,
-    /// Frames a second; without, time stands at `start_time`.
+    /// The number of frames per second; without it, all frames show `start_time`.
     #[serde(default)]
     pub fps: Option<f64>,
     /// The time of frame 0, in seconds.
     #[serde(default)]
     pub start_time: f64,
-    /// Independent runs of each configuration.
+    /// The number of independent runs of each configuration.
     #[serde(default = "default_seeds")]
     pub seeds: u32,
-    /// Runs at most, where `seeds` leave the bias's interval too wide; by default four times as many.
+    /// The maximum number of runs, if `seeds` runs leave the bias's interval too wide; by default four times as many.
     #[serde(default)]
     pub most_seeds: Option<u32>,
-    /// Scattering events at most.
+    /// The maximum number of scattering events.
     #[serde(default = "one")]
     pub bounces: u32,
-    /// Samples a pixel of the references.
+    /// The number of samples per pixel of the references.
     #[serde(default = "default_spp")]
     pub reference_spp: u32,
     /// True if rays, lanes and neighbours are counted, by runs that are not timed.
     #[serde(default)]
     pub count: bool,
-    /// Configurations one by one.
+    /// Single configurations.
     #[serde(default)]
     pub configurations: Vec<Configuration>,
     /// Products of settings.
     #[serde(default)]
     pub sweeps: Vec<Sweep>,
-    /// The text that says all this.
+    /// The text of the plan.
     #[serde(skip)]
     pub source: TomlText,
 }
 
-/// Seeds at most: those of controls and of confirmations begin far beyond.
+/// The maximum number of seeds: the seeds of controls and of confirmations begin far above it.
 const MAX_SEEDS: u32 = 1 << 16;
 
-/// The most configurations of a plan, those of its sweeps included.
+/// The maximum number of configurations in a plan, including those of its sweeps.
 const MAX_CONFIGURATIONS: usize = 4096;
 
 fn default_width() -> u32 {
@@ -82,15 +82,16 @@ fn default_spp() -> u32 {
     4096
 }
 
-/// True if a configuration should be found biased.
+/// The expected result of the bias check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Expect {
-    /// It has no bias: the study fails if the bias check finds one, and renders more seeds where that takes them.
+    /// The configuration has no bias: the study fails if the bias check finds one, and renders more seeds if the proof needs
+    /// them.
     Unbiased,
-    /// Its bias is known to be there; the check says how large it is.
+    /// The bias of the configuration is expected; the check measures it.
     Biased,
-    /// Nothing is claimed.
+    /// No expectation.
     Any,
 }
 
@@ -109,15 +110,15 @@ impl Expect {
 pub struct Configuration {
     /// The name in tables.
     pub name: String,
-    /// The preset it starts from.
+    /// The preset to which the changes are applied.
     pub preset: String,
     /// Settings over the preset's, by dotted key.
     #[serde(default)]
     pub set: Map<String, Value>,
-    /// True if a frame is the mean of itself and those before it, instead of standing alone.
+    /// True if a frame is the mean of all frames up to it, instead of a single frame.
     #[serde(default)]
     pub accumulate: bool,
-    /// Names of the plan's scenes that it is rendered on; without, all.
+    /// The names of the plan's scenes on which it is rendered; without them, all scenes.
     #[serde(default)]
     pub scenes: Vec<String>,
     /// The expected verdict of the bias check; by default `unbiased`, and `any` for path tracing, which makes the
@@ -130,17 +131,17 @@ pub struct Configuration {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sweep {
-    /// The preset they start from.
+    /// The preset to which the changes are applied.
     pub preset: String,
     /// Settings over the preset's, by dotted key.
     #[serde(default)]
     pub set: Map<String, Value>,
     /// Values by dotted key.
     pub over: Map<String, Value>,
-    /// True if a frame is the mean of itself and those before it, instead of standing alone.
+    /// True if a frame is the mean of all frames up to it, instead of a single frame.
     #[serde(default)]
     pub accumulate: bool,
-    /// Names of the plan's scenes that they are rendered on; without, all.
+    /// The names of the plan's scenes on which they are rendered; without them, all scenes.
     #[serde(default)]
     pub scenes: Vec<String>,
     /// The expected verdict of the bias check; by default `unbiased`, and `any` for path tracing, which makes the
@@ -156,15 +157,15 @@ pub struct Resolved {
     pub name: String,
     /// The settings.
     pub settings: Settings,
-    /// Frames of a run, numbered from 0.
+    /// The number of frames of a run, with indices from 0.
     pub frames: u32,
     /// The time that each frame shows.
     pub clock: Clock,
-    /// True if a frame is the mean of itself and those before it.
+    /// True if a frame is the mean of all frames up to it.
     pub accumulate: bool,
     /// True if rays, lanes and neighbours are counted.
     pub count: bool,
-    /// Names of the scenes that it is rendered on; empty: all.
+    /// The names of the scenes on which it is rendered; empty: all scenes.
     pub scenes: Arc<[String]>,
     /// The expected verdict of the bias check.
     pub expect: Expect,
@@ -178,10 +179,10 @@ impl Resolved {
 }
 
 impl Plan {
-    /// A plan that comes with the program, or else one from a file.
+    /// A plan that comes with the program, or otherwise one from a file.
     ///
     /// # Errors
-    /// Neither, or those of [`Self::parse`].
+    /// There is neither a plan nor a readable file with this name, or the errors of [`Self::parse`].
     pub fn open(name: &str) -> Result<Self> {
         if let Some((_, text)) = PLANS.iter().find(|(plan, _)| *plan == name) {
             return Self::parse(name, text);
@@ -348,7 +349,7 @@ impl Plan {
         Ok(settings)
     }
 
-    /// Checks the scenes of a configuration or a sweep: each is one of those that the plan has `named`.
+    /// Checks that each scene of a configuration or a sweep is one of the plan's scenes, `named`.
     fn check_scenes(&self, scenes: &[String], named: &BTreeSet<&str>) -> Result<()> {
         let unknown = scenes.iter().find(|scene| !named.contains(scene.as_str()));
         unknown.map_or(Ok(()), |scene| {
@@ -363,7 +364,7 @@ impl Plan {
         Error::input(format!("{}: {what}", self.source.origin))
     }
 
-    /// Leaves a fourth of the seeds and of the references' samples.
+    /// Reduces the seeds and the references' samples to a fourth.
     pub fn quicken(&mut self) {
         self.most_seeds = Some(self.most_seeds());
         let counts = [&mut self.seeds, &mut self.reference_spp].into_iter();
@@ -374,7 +375,7 @@ impl Plan {
         }
     }
 
-    /// Runs at most.
+    /// The maximum number of runs.
     pub fn most_seeds(&self) -> u32 {
         self.most_seeds.unwrap_or(4 * self.seeds).max(self.seeds)
     }

@@ -12,12 +12,12 @@ pub struct PlannedScene {
     /// A procedural name or a file.
     #[serde(rename = "scene")]
     pub name: String,
-    /// Eye and target, and optionally the vertical field of view in degrees; without, the scene is seen
-    /// by its first camera.
+    /// The eye and the target, and optionally the vertical field of view in degrees; without them, the scene's first camera is
+    /// used.
     pub look_at: Option<String>,
     /// The environment: a file or a sky, as `--environment` takes it.
     pub environment: Option<String>,
-    /// Samples a pixel of its references, instead of the plan's.
+    /// The number of samples per pixel of its references, instead of the plan's number.
     pub reference_spp: Option<u32>,
 }
 
@@ -34,7 +34,7 @@ impl PlannedScene {
 }
 
 impl<'de> Deserialize<'de> for PlannedScene {
-    /// By hand, since serde's untagged enums do not say which key is wrong.
+    /// The implementation is manual, because serde's untagged enums do not name the wrong key.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct NameOrTable;
         impl<'de> Visitor<'de> for NameOrTable {

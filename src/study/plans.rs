@@ -1,6 +1,6 @@
 //! The plans that come with the program.
 
-/// Their names and texts.
+/// The names and texts of the plans.
 pub const PLANS: &[(&str, &str)] = &[
     ("bias-matrix", include_str!("plans/bias-matrix.toml")),
     ("bias-sample", include_str!("plans/bias-sample.toml")),

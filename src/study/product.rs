@@ -2,8 +2,7 @@
 
 use serde_json::{Map, Value};
 
-/// Every combination of one value for each key; each is made when it is asked for, so that the first one that is wrong ends
-/// the work.
+/// All combinations of one value for each key; each is made on demand, so that the first wrong one ends the work.
 pub struct Product<'a> {
     /// The values of each key, at least one.
     lists: Vec<(&'a String, &'a [Value])>,

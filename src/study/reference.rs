@@ -1,4 +1,4 @@
-//! References: rendered once, and kept under the hash of all that they depend on.
+//! References: rendered once, and kept under the hash of all their inputs.
 
 use crate::base::input_files;
 use crate::base::progress::Watch;
@@ -14,34 +14,34 @@ use glam::DVec3;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Pixels of a block's side.
+/// The side of a block in pixels.
 pub const BLOCK: usize = 8;
-/// What rounding may change of a pixel, as a part of it: sums of thousands of samples keep 24 bits and more.
+/// The largest relative change of a pixel by rounding: sums of thousands of samples keep at least 24 bits.
 const ROUNDING: f64 = 1e-6;
-/// Seed of references: far from those of runs.
+/// The seed of references, far from the seeds of runs.
 const SEED: u32 = 0x5EED_0000;
-/// Samples of each pixel that are rendered at once; progress is reported, and a signal noticed, after them and between the strips
-/// of a picture.
+/// The number of samples per pixel that are rendered at once; progress is reported, and a signal noticed, after them and
+/// between the strips of a picture.
 const AT_ONCE: u32 = 16;
 
 /// The subject of a reference, and the settings that it is made with.
 pub struct Shot<'a> {
-    /// Where it is made.
+    /// The device that renders it.
     pub device: &'a Arc<Device>,
     /// The scene.
     pub scene: &'a Arc<GpuScene>,
     /// The time that the scene shows, in seconds.
     pub time: f64,
-    /// How it is seen then, whatever its seed is.
+    /// The view at that time, with any seed.
     pub view: View,
     /// Settings of the path tracing.
     pub settings: &'a Settings,
-    /// Samples a pixel.
+    /// The number of samples per pixel.
     pub samples: u32,
 }
 
 impl Shot<'_> {
-    /// A renderer of it, with `bounces` scattering events at most.
+    /// A renderer of the shot, with at most `bounces` scattering events.
     fn renderer(&self, bounces: u32) -> Result<Renderer> {
         let view = View {
             seed: SEED,
@@ -54,24 +54,24 @@ impl Shot<'_> {
     }
 }
 
-/// A picture known well, row by row from the top.
+/// A picture with a small error, row by row from the top.
 pub struct Reference {
-    /// Pixels across.
+    /// The width in pixels.
     pub width: u32,
     /// Mean radiance.
     pub mean: Vec<[f32; 3]>,
     /// Standard error of the mean.
     pub error: Vec<[f32; 3]>,
-    /// Light that the camera sees from emitters themselves. It needs no resampling and would make a
-    /// picture's mean look better known than what is lit.
+    /// The light of emitters that the camera sees directly. It needs no resampling, and with it the relative error of a
+    /// picture's mean would be too small for the lit surfaces.
     pub emission: Vec<[f32; 3]>,
-    /// Samples a pixel that it was made with.
+    /// The number of samples per pixel from which it was made.
     pub samples: u32,
 }
 
 impl Reference {
-    /// Reads the reference from `path`, or makes it and keeps it there. `watch` hears which
-    /// share of it is made, and can end the work.
+    /// Reads the reference from `path`, or makes it and keeps it there. `watch` receives the fraction of it that is made, and
+    /// can end the work.
     ///
     /// # Errors
     /// The device or the disk fails, the file is not a reference of this view, or `watch` ends it.
@@ -141,7 +141,8 @@ impl Reference {
         self.means(|i, c| f64::from(picture[i][c]) - f64::from(self.emission[i][c]))
     }
 
-    /// The median of a picture's luminance over the reference's, over the pixels that are lit and show no emitter.
+    /// The median ratio of a picture's luminance to the reference's luminance, over the pixels that are lit and show no
+    /// emitter.
     pub fn median_ratio(&self, picture: &[[f32; 3]]) -> f64 {
         let pixels = picture.iter().zip(&self.mean).zip(&self.emission);
         let lit = pixels.filter(|(_, emission)| **emission == [0.0; 3]);
@@ -149,8 +150,8 @@ impl Reference {
         median_ratio(lit.map(|((picture, mean), _)| (of(picture), of(mean))))
     }
 
-    /// How large a difference of these means may be that comes of rounding alone: a picture without noise is the
-    /// reference but for the last bits of its sums, in which the emission takes part.
+    /// The largest differences of these means that rounding alone can cause: a picture without noise equals the reference
+    /// except for the last bits of its sums, which include the emission.
     pub fn rounding(&self) -> ([f64; 3], Vec<f64>) {
         self.means(|i, c| {
             let emission = f64::from(self.emission[i][c]).abs();
@@ -158,9 +159,9 @@ impl Reference {
         })
     }
 
-    /// What the means of channels are parts of, and the blocks' luminance: the reference's own, where there is
-    /// more than rounding. A black channel's bias is a part of the brightest one's mean, and where all are
-    /// black, of the emission. Never 0.
+    /// The values to which biases of the channels' means and of the blocks' luminance are relative: the means of the reference
+    /// where they are more than rounding. The bias of a black channel is relative to the brightest channel's mean or, if all
+    /// channels are black, to the emission. They are never 0.
     pub fn scale(&self) -> ([f64; 3], f64) {
         let (mean, blocks) = self.reduce(&self.mean);
         let (rounding, rounded_blocks) = self.rounding();
@@ -194,7 +195,7 @@ impl Reference {
         (mean, blocks.collect())
     }
 
-    /// What the reference itself says of the channels' means.
+    /// The estimates of the channels' means from the reference.
     pub fn mean_estimates(&self) -> [Estimate; 3] {
         let (mean, _) = self.reduce(&self.mean);
         let count = self.error.len() as f64;
@@ -204,12 +205,12 @@ impl Reference {
         })
     }
 
-    /// The largest 99 % half-width of the channels' means, as a part of the mean.
+    /// The largest 99 % half-width of the channels' means, relative to the mean.
     pub fn half_width(&self) -> f64 {
         self.half_width_by(u64::from(self.samples))
     }
 
-    /// The same by Student's quantile of so many samples. A black channel is known for sure.
+    /// [`Self::half_width`] with Student's quantile for `samples` samples. The error of a black channel is 0.
     fn half_width_by(&self, samples: u64) -> f64 {
         let (rounding, _) = self.rounding();
         (self.mean_estimates().into_iter().zip(rounding))
@@ -218,14 +219,15 @@ impl Reference {
             .fold(0.0, f64::max)
     }
 
-    /// Samples a pixel that would make that half-width so wide.
+    /// The number of samples per pixel with which the half-width would be `half_width`.
     pub fn samples_for(&self, half_width: f64) -> f64 {
         // With as many as are asked for Student's interval is a normal one.
         let normal = self.half_width_by(u64::from(u32::MAX));
         (normal / half_width).powi(2) * f64::from(self.samples)
     }
 
-    /// What it says of the blocks' luminance. Channels of a pixel go together, so their errors add up.
+    /// The estimates of the blocks' luminance from the reference. The channels of a pixel are correlated, so their errors add
+    /// up.
     pub fn block_estimates(&self) -> Vec<Estimate> {
         let (_, means) = self.reduce(&self.mean);
         let mut squares = self.empty_blocks();
@@ -266,7 +268,7 @@ impl Reference {
     }
 }
 
-/// Blocks along a side of so many pixels.
+/// The number of blocks along a side of `pixels` pixels.
 pub fn blocks_of_side(pixels: usize) -> usize {
     pixels.div_ceil(BLOCK)
 }
@@ -275,22 +277,22 @@ pub fn blocks_of_side(pixels: usize) -> usize {
 pub struct References(Vec<Arc<Reference>>);
 
 impl References {
-    /// One for all frames, or else one for each.
+    /// One reference for all frames, or one for each frame.
     pub fn new(references: Vec<Arc<Reference>>) -> Self {
         Self(references)
     }
 
-    /// True if each frame has its own.
+    /// True if each frame has a separate reference.
     pub fn differ(&self) -> bool {
         self.0.len() > 1
     }
 
-    /// That of a frame.
+    /// The reference of a frame.
     pub fn of(&self, frame: u32) -> &Reference {
         &self.0[(frame as usize).min(self.0.len() - 1)]
     }
 
-    /// That of the last frame.
+    /// The reference of the last frame.
     pub fn last(&self) -> &Reference {
         &self.0[self.0.len() - 1]
     }

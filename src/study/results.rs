@@ -21,41 +21,40 @@ pub struct Row {
     pub settings: Value,
     /// Number of independent runs.
     pub seeds: usize,
-    /// Mean over seeds, by frame.
+    /// The RMSE of each frame, as the mean over seeds.
     pub rmse: Vec<f64>,
-    /// Likewise, of clamped pictures.
+    /// The RMSE of clamped pictures, as the mean over seeds.
     pub rmse_clamped: Vec<f64>,
-    /// Likewise.
+    /// The relMSE of each frame, as the mean over seeds.
     pub relmse: Vec<f64>,
-    /// Likewise, the temporal correlation of errors with those of the frame before.
+    /// The temporal correlation of each frame's errors with those of the previous frame, as the mean over seeds.
     pub correlation: Vec<f64>,
-    /// Likewise, the median over pixels of their luminance over the reference's.
+    /// The median over pixels of the ratio of their luminance to the reference's luminance, as the mean over seeds.
     pub median: Vec<f64>,
-    /// Median over seeds of what passes take, the median over frames each; first runs are left out.
+    /// The times of passes: the median over seeds of the median over frames; first runs are left out.
     pub milliseconds: Milliseconds,
-    /// What passes took that ran for the first time, in which some drivers compile them; empty where all runs are
-    /// of an earlier study that was stopped.
+    /// The times of passes that ran for the first time, in which some drivers compile them; empty if all runs come from an
+    /// earlier study that was stopped.
     pub first_runs: Milliseconds,
-    /// The counts of the passes of the last frame where the first run is repeated, if the plan asks for it.
+    /// The counts of the passes of the last frame in a repetition of the first run, if the plan requests them.
     pub counts: Vec<Counts>,
     /// Bytes on the device that resampling keeps for each pixel.
     pub bytes_per_pixel: f64,
-    /// Values refused, over all runs.
+    /// The number of rejected values over all runs.
     pub rejected: u64,
     /// The measurements of the bias check.
     pub bias: Bias,
-    /// The bias by blocks; null of fewer than three runs.
+    /// The bias by blocks; null for fewer than three runs.
     pub block_bias: Option<BlockBias>,
-    /// Chance that the blocks' t values are distributed as those of an unbiased control, were blocks
-    /// independent.
+    /// The probability that the blocks' t values are distributed as those of an unbiased control, if blocks were independent.
     pub blocks_p_value: f64,
-    /// The result of fresh seeds, where the first ones gave an alarm.
+    /// The result of fresh seeds, if the first seeds gave an alarm.
     pub confirmation: Option<Confirmation>,
-    /// The least of its p-values after Holm's correction over the whole study.
+    /// The smallest of its p-values after Holm's correction over the whole study.
     pub corrected_p_value: f64,
     /// The relative bias that the check finds with a power of 90 %.
     pub detectable_bias: f64,
-    /// True if a run comes out again to the last bit: if not, passes race for what they share.
+    /// True if a repeated run has equal bits; otherwise passes have a data race.
     pub replays: bool,
     /// The verdict that the plan expects.
     pub expect: Expect,
@@ -71,9 +70,10 @@ pub struct Row {
 /// The reason why a bias check is undecided.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Missing {
-    /// About so many more seeds would decide; null if none would, since the reference knows too little.
+    /// The approximate number of additional seeds that would decide; null if no number would, since the error of the reference
+    /// is too large.
     pub seeds: Option<f64>,
-    /// About so many minutes would their runs take.
+    /// The approximate duration of these runs in minutes.
     pub minutes: Option<f64>,
 }
 
@@ -81,16 +81,16 @@ pub struct Missing {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
-    /// No difference, and an interval narrow enough to have seen one.
+    /// There is no difference, and the interval is narrow enough to detect one.
     Unbiased,
-    /// A difference beyond chance.
+    /// There is a difference beyond chance.
     Biased,
-    /// No difference seen, but the interval is too wide to tell: it takes more seeds.
+    /// No difference was found, but the interval is too wide: the decision needs more seeds.
     Undecided,
 }
 
 impl Verdict {
-    /// The word for it in tables.
+    /// The word for the verdict in tables.
     pub(super) fn text(self) -> &'static str {
         match self {
             Self::Unbiased => "unbiased",
@@ -161,7 +161,7 @@ impl Row {
         }
     }
 
-    /// What a proof that was wanted lacks, as a text.
+    /// The missing part of a requested proof, as a text.
     pub fn open_question(&self) -> Option<String> {
         let missing = self.missing.filter(|_| self.expect == Expect::Unbiased)?;
         let (Some(seeds), Some(minutes)) = (missing.seeds, missing.minutes) else {
@@ -178,14 +178,14 @@ impl Row {
         ))
     }
 
-    /// True if the first seeds give reason to ask fresh ones, when `rows` rows are looked at.
+    /// True if the first seeds give reason to test fresh seeds, with `rows` rows in total.
     pub fn alarms(&self, rows: usize) -> bool {
         let level = LEVEL / rows.max(1) as f64;
         let least = self.bias.p_values.iter().copied().fold(1.0, f64::min);
         3.0 * least < level || self.blocks_p_value < level
     }
 
-    /// The bias that counts, and the p-values that decide: after an alarm those of fresh seeds alone.
+    /// The bias and the p-values that decide: after an alarm, those of fresh seeds alone.
     pub(super) fn deciding(&self) -> (&Bias, Vec<f64>) {
         match &self.confirmation {
             None => (&self.bias, self.bias.p_values.to_vec()),
@@ -198,14 +198,14 @@ impl Row {
     }
 }
 
-/// The first runs of passes in the first run that has any: a study that goes on has them again.
+/// The first runs of passes in the first run that has any: a study that continues has them again.
 fn first_runs(runs: &[&Run]) -> Milliseconds {
     let with = runs.iter().find(|run| !run.first_runs.is_empty());
     with.map_or_else(Milliseconds::new, |run| run.first_runs.clone())
 }
 
-/// Decides over all rows at once: Holm's correction is over every test of every row that should be
-/// unbiased, and of the others by themselves.
+/// Decides over all rows at once: Holm's correction covers every test of every row that should be unbiased, and the tests of
+/// the other rows separately.
 pub fn judge(rows: &mut [Row]) {
     for claimed in [true, false] {
         let mut chosen: Vec<&mut Row> = (rows.iter_mut())
@@ -249,7 +249,7 @@ mod tests {
     use super::*;
     use crate::render::{Clock, Settings};
 
-    /// A row of so many runs that are off by `offset`, each of which took a minute.
+    /// A row of `count` runs that differ from the reference by `offset`, each of which took a minute.
     fn row(expect: Expect, count: u32, offset: f64) -> Row {
         let mut runs = runs(count, 0, [offset; BLOCKS]);
         for run in &mut runs {

@@ -76,8 +76,7 @@ pub fn table(rows: &[Row]) -> String {
     text
 }
 
-/// What frames cost, a line each: the time of every pass and, where the plan asks for them, rays,
-/// lanes in use and neighbours.
+/// The costs of frames, one per line: the time of every pass and, if the plan requests them, rays, lanes in use and neighbours.
 fn costs(rows: &[Row]) -> String {
     let mut text = String::new();
     for row in rows {

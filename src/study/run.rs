@@ -12,7 +12,7 @@ use crate::scene::MovingCamera;
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
-/// The times of passes, by their names, in their order.
+/// The times of passes in milliseconds, by name, in the order of the passes.
 pub type Milliseconds = Vec<(String, f64)>;
 
 /// The results of a run.
@@ -22,49 +22,49 @@ pub struct Run {
     pub scene: String,
     /// The configuration's name.
     pub configuration: String,
-    /// The hash of all that the run depends on: other settings make another run.
+    /// The hash of all inputs of the run: other settings make another run.
     pub key: String,
     /// The seed.
     pub seed: u32,
     /// Root mean square error of each frame.
     pub rmse: Vec<f64>,
-    /// The error of clamped pictures.
+    /// The root mean square error of clamped pictures.
     pub rmse_clamped: Vec<f64>,
     /// relMSE of each frame.
     pub relmse: Vec<f64>,
-    /// Temporal correlation: Pearson's, of each frame's errors with those of the frame before it; 0 for the
-    /// first.
+    /// The temporal correlation: Pearson's correlation of each frame's errors with those of the previous frame; 0 for the first
+    /// frame.
     #[serde(default)]
     pub correlation: Vec<f64>,
     /// The median ratio of each frame to its reference: [`Reference::median_ratio`](super::reference::Reference::median_ratio).
     #[serde(default)]
     pub median: Vec<f64>,
-    /// Mean of the channels, emission seen directly left out: of the last frame, or of all frames
-    /// where they show one time and do not depend on each other.
+    /// The mean of the channels, without directly visible emission, of the last frame, or of all frames if they show one time
+    /// and do not depend on each other.
     pub mean: [f64; 3],
-    /// Mean luminance of blocks, likewise.
+    /// The mean luminance of blocks, over the same frames.
     pub blocks: Vec<f64>,
-    /// The median over frames, of which the first, which has no history, is left out where there are others; first
-    /// runs of passes are left out too.
+    /// The median over frames; the first frame, which has no history, is left out if there are others, and so are first runs of
+    /// passes.
     pub milliseconds: Milliseconds,
     /// The times of passes in their first run, in which some drivers compile them.
     #[serde(default)]
     pub first_runs: Milliseconds,
-    /// The counts of the passes of the last frame, if they were asked for.
+    /// The counts of the passes of the last frame, if they are requested.
     #[serde(skip)]
     pub counts: Vec<Counts>,
     /// Bytes on the device that resampling keeps for each pixel.
     #[serde(default)]
     pub bytes_per_pixel: f64,
-    /// Values refused.
+    /// The number of rejected values.
     pub rejected: u32,
-    /// The time of the whole run, measuring included, in seconds; 0 where it was not noted.
+    /// The time of the whole run with its measurements, in seconds; 0 if it was not recorded.
     #[serde(default)]
     pub seconds: f64,
 }
 
 impl Run {
-    /// True if it is of so many frames and blocks.
+    /// True if the run has `frames` frames and `blocks` blocks.
     pub fn has_lengths(&self, frames: usize, blocks: usize) -> bool {
         let of_frames = [
             &self.rmse,
@@ -76,15 +76,14 @@ impl Run {
         of_frames.iter().all(|list| list.len() == frames) && self.blocks.len() == blocks
     }
 
-    /// True if both show the same, to the last bit. Errors are no part of that: another reference, as a study
-    /// with --quick and one without have, makes others.
+    /// True if the pictures of both runs are equal to the last bit. Errors are not compared: a study with --quick and one
+    /// without have different references, and so different errors.
     pub fn same_as(&self, other: &Self) -> bool {
         (self.mean, &self.blocks) == (other.mean, &other.blocks)
     }
 }
 
-/// Renders and measures the frames of one configuration, with `renderer` made for it. `camera` is
-/// there if it may move.
+/// Renders and measures the frames of one configuration, with `renderer` made for it. `camera` is given if it may move.
 ///
 /// # Errors
 /// The device fails, or the scene cannot be rendered at a frame's time.
@@ -158,7 +157,7 @@ pub fn measure(
     Ok(run)
 }
 
-/// Of each pass that the last of `all` has, the median over all of them.
+/// The median over all of `all`, for each pass of the last one.
 pub fn medians<'a>(all: impl IntoIterator<Item = &'a Milliseconds>) -> Milliseconds {
     let all: Vec<&Milliseconds> = all.into_iter().collect();
     let of_pass = |name: &str| {

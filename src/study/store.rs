@@ -7,15 +7,15 @@ use std::collections::{BTreeMap, HashMap};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Finished runs: a line of JSON each; one that a crash cut short is left out.
+/// Finished runs, one line of JSON each; a line that a crash cut short is left out.
 pub struct Store {
     path: PathBuf,
-    /// By key and seed.
+    /// The runs by key and seed.
     runs: HashMap<String, BTreeMap<u32, Run>>,
 }
 
 impl Store {
-    /// Reads what is there already.
+    /// Reads the existing runs.
     ///
     /// # Errors
     /// A file that cannot be read.
@@ -36,13 +36,13 @@ impl Store {
         Ok(store)
     }
 
-    /// Of two runs of a key and seed the later one counts: it was made because the other was left out.
+    /// Stores a run; of two runs with one key and seed the later one counts, since it replaces a rejected one.
     fn remember(&mut self, run: Run) {
         let seeds = self.runs.entry(run.key.clone()).or_default();
         seeds.insert(run.seed, run);
     }
 
-    /// Leaves out the runs of a key that are not of so many frames and blocks: their lines were edited or damaged.
+    /// Drops the runs of a key that do not have `frames` frames and `blocks` blocks: their lines were edited or damaged.
     pub fn keep_whole(&mut self, key: &str, frames: usize, blocks: usize) {
         if let Some(runs) = self.runs.get_mut(key) {
             runs.retain(|_, run| run.has_lengths(frames, blocks));
@@ -54,7 +54,7 @@ impl Store {
         self.runs.get(key)?.get(&seed)
     }
 
-    /// All runs of a key with seeds in a range, those that there are, by seed.
+    /// All existing runs of a key with seeds in a range, by seed.
     pub fn of(&self, key: &str, seeds: std::ops::Range<u32>) -> Vec<&Run> {
         let own = self.runs.get(key).into_iter();
         own.flat_map(|runs| runs.range(seeds.clone()).map(|(_, run)| run))
@@ -64,7 +64,7 @@ impl Store {
     /// Keeps a run.
     ///
     /// # Errors
-    /// A disk that does not take it.
+    /// The disk rejects it.
     pub fn add(&mut self, run: Run) -> Result<()> {
         let line = serde_json::to_string(&run)
             .map_err(|e| Error::failed(format!("a run as JSON: {e}")))?;

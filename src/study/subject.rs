@@ -1,4 +1,4 @@
-//! A scene on the device, and what all configurations of a study share on it.
+//! A scene on the device, with the data that all configurations of a study use on it.
 
 use super::plan::Resolved;
 use super::reference::{Reference, References, Shot, blocks_of_side};
@@ -33,14 +33,13 @@ pub struct Subject {
     scene_hash: String,
     shaders: Fingerprints,
     references: HashMap<String, Arc<Reference>>,
-    /// By what they depend on, and whether they count.
+    /// The renderers by their inputs, and by the presence of counters.
     renderers: HashMap<(String, bool), Renderer>,
     folder: PathBuf,
 }
 
 impl Subject {
-    /// Uploads `scene`. `camera` is there if it may move from where `view` has it; `folder` keeps
-    /// references.
+    /// Uploads `scene`. `camera` is given if it may move from the one in `view`; `folder` keeps references.
     ///
     /// # Errors
     /// The device fails, or `HEADWATER_GLSL` names a folder that cannot be read.
@@ -69,8 +68,8 @@ impl Subject {
         })
     }
 
-    /// The references for a configuration's frames: made, read, or known already. `watch` hears
-    /// which share of one is made, and can end the work.
+    /// The references for a configuration's frames: made, read, or taken from memory. `watch` receives the fraction of one that
+    /// is made, and can end the work.
     ///
     /// # Errors
     /// The device or the disk fails, the scene cannot be rendered at a frame's time, or `watch` ends it.
@@ -129,7 +128,7 @@ impl Subject {
         Ok(reference)
     }
 
-    /// Blocks of its pictures.
+    /// The number of blocks of its pictures.
     pub fn blocks(&self) -> usize {
         let sides = [self.view.width, self.view.height];
         (sides.iter())
@@ -137,7 +136,7 @@ impl Subject {
             .product()
     }
 
-    /// The hash of all that a configuration's runs depend on besides their seeds.
+    /// The hash of all inputs of a configuration's runs except their seeds.
     ///
     /// # Errors
     /// Never with finite settings.
@@ -176,7 +175,7 @@ impl Subject {
         store.add(self.measure(configuration, seed, references, Tracking::default())?)
     }
 
-    /// The run of a seed again.
+    /// Repeats the run of a seed.
     ///
     /// # Errors
     /// The device fails.
@@ -189,8 +188,8 @@ impl Subject {
         self.measure(configuration, seed, references, Tracking::default())
     }
 
-    /// What the passes of the run of a seed count. Counting takes time, which the runs that are kept must
-    /// not, and shaders that count may round otherwise.
+    /// The counts of the passes in the run of a seed. A separate run counts, because counting takes time, and because shaders
+    /// that count may round differently.
     ///
     /// # Errors
     /// The device fails.
@@ -239,7 +238,7 @@ impl Subject {
         })
     }
 
-    /// A hash of what everything here depends on, of a hash of shaders, and of `more`.
+    /// A hash of all common inputs, of a hash of shaders, and of `more`.
     fn hash(&self, shaders: &str, more: &str) -> String {
         let info = &self.device.info;
         let text = format!(
@@ -257,7 +256,7 @@ impl Subject {
     }
 }
 
-/// Plain path tracing of the light that these settings are for: what references and controls are made with.
+/// Plain path tracing of the light for which these settings are: references and controls are made with it.
 pub fn path_tracing(settings: &Settings) -> Settings {
     Settings {
         integrator: Integrator::PathTracing,

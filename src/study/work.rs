@@ -1,5 +1,5 @@
-//! The work of a study on one scene: the missing runs, more runs where the bias is not yet known well enough, and
-//! their evaluation.
+//! The work of a study on one scene: the missing runs, more runs where the error of the bias is still too large, and their
+//! evaluation.
 
 use super::bias::{self, Bias, CONFIRMING_SEEDS, Confirmation, WIDEST, WIDEST_REFERENCE};
 use super::block_bias::BlockBias;
@@ -15,14 +15,14 @@ use crate::{Error, Result};
 use std::ops::Range;
 use std::time::Instant;
 
-/// First seed of controls, and of the runs that decide after an alarm: far from all others.
+/// The first seed of controls, and of the runs that decide after an alarm: far from all others.
 const CONTROL_SEED: u32 = 1 << 20;
 const CONFIRMING_SEED: u32 = 1 << 21;
 
-/// Samples of a control that are expected before its noise is known.
+/// The expected number of samples of a control before its noise is measured.
 const LIKELY_CONTROL_SAMPLES: u32 = 8;
 
-/// Expects all that `plan` asks for on one of its scenes.
+/// Expects all work that `plan` requires on one of its scenes.
 pub fn expect(forecast: &mut Forecast, plan: &Plan, planned: &PlannedScene, own: &[&Resolved]) {
     let (name, seeds) = (planned.name.as_str(), u64::from(plan.seeds));
     let frames: u64 = own.iter().map(|c| u64::from(c.frames)).sum();
@@ -48,21 +48,21 @@ fn repeats(configuration: &Resolved) -> u64 {
 pub struct Work<'a> {
     /// The plan of the study.
     plan: &'a Plan,
-    /// Samples a pixel of its references.
+    /// The number of samples per pixel of its references.
     reference_spp: u32,
     /// The scene.
     subject: Subject,
-    /// Where finished runs are kept.
+    /// The store of finished runs.
     store: &'a mut Store,
     /// The fraction of the study that is done, in [0, 1], this scene's work included.
     forecast: &'a mut Forecast,
-    /// Is told that after each step.
+    /// A callback that receives this fraction after each step.
     watch: &'a mut Watch<'a>,
 }
 
 impl<'a> Work<'a> {
-    /// The plan's work on one of its scenes, which `subject` shows. Finished runs are kept in `store`. `watch`
-    /// hears which share of the whole study is done, and can end it.
+    /// The plan's work on one of its scenes, which `subject` shows. Finished runs are kept in `store`. `watch` receives the
+    /// fraction of the whole study that is done, and can end it.
     pub fn new(
         plan: &'a Plan,
         planned: &PlannedScene,
@@ -81,7 +81,7 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// Renders what is missing, and sums up each configuration in a row.
+    /// Renders the missing runs, and summarises each configuration in a row.
     ///
     /// # Errors
     /// The device or the disk fails, or `watch` ends it.
@@ -97,11 +97,11 @@ impl<'a> Work<'a> {
         rows
     }
 
-    /// Makes the references of `claims`, which are to be shown unbiased, and refuses those that leave the
-    /// runs too little room in the interval that the bias check asks for.
+    /// Makes the references of `claims`, which are to be shown unbiased, and refuses references whose error leaves too little
+    /// of the interval that the bias check requires for the error of the runs.
     ///
     /// # Errors
-    /// There is one, or those of [`Self::rows`].
+    /// There is such a reference, or the errors of [`Self::rows`].
     pub fn check_references(&mut self, claims: &[&Resolved]) -> Result<()> {
         let spp = self.reference_spp;
         for configuration in claims {
@@ -121,8 +121,8 @@ impl<'a> Work<'a> {
         Ok(())
     }
 
-    /// Renders further seeds of what is to be shown unbiased until its intervals are narrow. Returns
-    /// how many seeds there may be.
+    /// Renders further seeds of configurations that are to be shown unbiased until their intervals are narrow. Returns the
+    /// allowed number of seeds.
     fn extend(&mut self, configurations: &[&Resolved]) -> Result<u32> {
         let mut seeds = self.plan.seeds;
         while seeds < self.plan.most_seeds() {
@@ -144,7 +144,7 @@ impl<'a> Work<'a> {
         Ok(seeds)
     }
 
-    /// What one of `all` configurations came to with the seeds that there are.
+    /// The result of one of `all` configurations with the present seeds.
     fn row(&mut self, configuration: &Resolved, seeds: u32, all: usize) -> Result<Row> {
         let key = self.subject.key(configuration)?;
         let bias = self.bias(configuration, seeds)?;
@@ -184,14 +184,14 @@ impl<'a> Work<'a> {
         Ok(row)
     }
 
-    /// Frames are done that were begun at `start`: the forecast learns it, and `watch` may end the work.
+    /// Records that frames that were begun at `start` are done: the forecast uses the time, and `watch` may end the work.
     fn step(&mut self, effort: Effort, frames: u32, start: Instant) -> Result<()> {
         let (name, frames) = (&self.subject.name, u64::from(frames));
         self.forecast.done(name, effort, frames, start.elapsed());
         (self.watch)(self.forecast.share())
     }
 
-    /// Renders what is missing of some configurations' runs.
+    /// Renders the missing runs of some configurations.
     fn run(
         &mut self,
         effort: Effort,
@@ -259,7 +259,7 @@ impl<'a> Work<'a> {
         ))
     }
 
-    /// Compares the blocks with those of an unbiased control, of as many runs and of like noise.
+    /// Compares the blocks with those of an unbiased control, with an equal number of runs and similar noise.
     fn blocks_p_value(&mut self, configuration: &Resolved) -> Result<f64> {
         let seeds = self.plan.seeds;
         let own = self.subject.key(configuration)?;

@@ -1,4 +1,4 @@
-//! `--resume`: the sums of an earlier run in the first output file, and checks that this run can go on with them.
+//! `--resume`: the sums of an earlier run in the first output file, and checks that this run can continue with them.
 
 use super::{Args, PARTS};
 use crate::base::printable::{printable, shortened};
@@ -10,22 +10,22 @@ use crate::{Error, Result};
 use glam::{DVec3, Vec3};
 use serde_json::Value;
 
-/// Most characters of a value from the file in a message.
+/// The maximum number of characters in a message that come from a value in the file.
 const VALUE_CHARACTERS: usize = 60;
 
-/// Most differences that a message lists.
+/// The maximum number of differences that a message lists.
 const LISTED: usize = 3;
 
-/// The part of a sum that its low part can be at most, with room for devices that round otherwise.
+/// The maximum ratio of a sum's low part to the sum, with room for devices that round differently.
 const LOW_PART: f64 = 1e-6;
 
-/// The part by which the mean square can be below the square of the mean: rounding of squares and of their sums.
+/// The fraction by which the mean square may be below the square of the mean: rounding of squares and of their sums.
 const SPREAD_ROUNDING: f64 = 1e-4;
 
-/// Takes up the first output file and returns its number of samples.
+/// Loads the sums of the first output file and returns its number of samples.
 ///
 /// # Errors
-/// The file cannot be read, is of another picture, or holds what no samples add up to.
+/// The file cannot be read, belongs to another picture, or holds values that no sum of samples can have.
 pub fn resume(args: &Args, session: &mut Session) -> Result<u32> {
     let path = &args.output[0];
     let earlier = Image::read(path).map_err(|error| {
@@ -107,8 +107,8 @@ fn sums_of(earlier: &Image) -> std::result::Result<Vec<PixelSums>, String> {
     Ok((0..earlier.pixels()).map(pixel).collect())
 }
 
-/// True if `samples` samples can add up to these sums: all are finite, none is negative, low parts are small beside
-/// their sums, and the mean square is not below the square of the mean.
+/// True if `samples` samples can have these sums: all are finite, none is negative, low parts are small relative to their sums,
+/// and the mean square is not below the square of the mean.
 fn possible(pixel: &PixelSums, samples: u32) -> bool {
     let parts = PARTS.map(|(_, part)| part(pixel).as_dvec3());
     let [sum, sum_low, square, square_low] = parts;

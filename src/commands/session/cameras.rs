@@ -1,4 +1,4 @@
-//! The camera that a session sees through.
+//! The camera of a session.
 
 use crate::commands::notice;
 use crate::scene::camera::framing_camera;
@@ -6,8 +6,8 @@ use crate::scene::{Camera, Scene};
 use crate::{Error, Result};
 use glam::DVec3;
 
-/// The camera that `wanted` names, as it is at a time; without it the first; without any one that
-/// frames the scene. The scene's own come with their index.
+/// The camera that `wanted` names, at a time; without `wanted`, the scene's first camera, or one that frames the scene if it
+/// has none. A camera of the scene comes with its index.
 pub(super) fn choose_camera(
     scene: &Scene,
     wanted: Option<&str>,
@@ -42,7 +42,7 @@ pub(super) fn choose_camera(
     })
 }
 
-/// A camera as text that tells any two apart.
+/// A camera as text that differs for different cameras.
 pub(super) fn camera_text(camera: &Camera) -> String {
     let transform = camera.camera_to_world;
     let text = |v: DVec3| format!("{:?} {:?} {:?}", v.x, v.y, v.z);

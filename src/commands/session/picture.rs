@@ -11,7 +11,7 @@ use crate::shader_interface::{MAX_RADIANCE, ReservoirAov};
 use crate::{Error, Result};
 
 impl Session {
-    /// The picture of `samples` samples a pixel with its metadata and the AOVs asked for.
+    /// The picture of `samples` samples per pixel, with its metadata and the requested AOVs.
     ///
     /// # Errors
     /// The device fails.
@@ -119,7 +119,7 @@ impl Session {
     }
 }
 
-/// Refuses AOVs of reservoirs that there are none of.
+/// Refuses AOVs of reservoirs that do not exist.
 pub(super) fn check_aovs(aovs: &[Aov], settings: &Settings, bounces: u32) -> Result<()> {
     for (lighting, needed) in [
         (Lighting::Direct, "--bounces of at least 1"),

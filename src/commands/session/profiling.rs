@@ -1,4 +1,4 @@
-//! What `profile` asks of a session.
+//! The functions of a session for `profile`.
 
 use super::Session;
 use super::cameras::camera_text;
@@ -11,7 +11,7 @@ impl Session {
     /// Renders the frames of a plan and times them; `watch` is called before each, and may end the work.
     ///
     /// # Errors
-    /// The device fails, the scene cannot be rendered at a frame's time, or those of `watch`.
+    /// The device fails, the scene cannot be rendered at a frame's time, or the errors of `watch`.
     pub fn profile(
         &mut self,
         plan: Plan,
@@ -31,7 +31,7 @@ impl Session {
         )
     }
 
-    /// What the passes of frame `number` count, in a renderer of their own; `watch` as in [`Self::profile`].
+    /// The counts of the passes of frame `number`, in a separate renderer; `watch` as in [`Self::profile`].
     ///
     /// # Errors
     /// The errors of [`Self::profile`].

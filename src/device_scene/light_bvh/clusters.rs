@@ -1,10 +1,10 @@
-//! Lights that are close to each other are one: how emissive triangles are joined to clusters.
+//! Clusters of emissive triangles: lights that are close to each other are treated as one.
 //!
-//! Lights fill their box where their area is a good part of the square of its diagonal. Triangles that share corners are one
-//! unit if they fill their box, however finely an emitter is modelled; otherwise each is its own. A tree is built over the units
-//! by joining the nearest boxes first, and cut where a node's lights fill its box. So an emitter is one cluster, even if it is
-//! made of several parts, while the windows of a house, with wall between them, stay apart. No length is compared with a
-//! constant, so a scene has the same clusters at any scale.
+//! Lights fill their box if their area is a large fraction of the square of its diagonal. Triangles with common corners are one
+//! unit if they fill their box, however finely an emitter is modelled; otherwise each triangle is a unit. A tree is built over
+//! the units by joining the nearest boxes first, and cut where a node's lights fill its box. So an emitter is one cluster, even
+//! if it is made of several parts, while the windows of a house, with wall between them, stay apart. No length is compared with
+//! a constant, so a scene has equal clusters at any scale.
 
 use super::NearLight;
 use crate::device_scene::compute_bvh::binary_tree;
@@ -12,14 +12,14 @@ use crate::shader_interface::NONE;
 use glam::Vec3;
 use std::collections::{BTreeMap, HashMap};
 
-/// The area of a cluster's lights is at least this share of its squared diagonal: .5 for a square, .25 for a rectangle of
-/// 1 to 3.7, 1.05 for a sphere.
+/// The minimum area of a cluster's lights, as a fraction of its squared diagonal: 0.5 for a square, 0.25 for a rectangle of 1
+/// to 3.7, 1.05 for a sphere.
 const FILLED: f64 = 0.25;
-/// The diagonal of a cluster with several lights is at most this share of that of all lights: what fills the scene, such as
-/// a floor that glows, is not one light.
+/// The maximum diagonal of a cluster with several lights, as a fraction of the diagonal of all lights: emitters that fill the
+/// scene, such as a floor that glows, are not one light.
 const LARGEST: f32 = 1.0 / 16.0;
 
-/// Lights that are looked at as one.
+/// Lights that are treated as one.
 struct Unit {
     lights: Vec<u32>,
     low: Vec3,
@@ -43,7 +43,7 @@ impl Unit {
     }
 }
 
-/// Partitions lights into clusters, each as indices into `lights`. Lights of equal `group` share corners.
+/// Partitions lights into clusters, each as indices into `lights`. Lights with equal `group` are connected by common corners.
 pub fn clusters(lights: &[NearLight]) -> Vec<Vec<u32>> {
     let mut clusters = Vec::new();
     if lights.is_empty() {
@@ -102,7 +102,7 @@ pub fn clusters(lights: &[NearLight]) -> Vec<Vec<u32>> {
     clusters
 }
 
-/// Units of equal boxes are one: no walk can tell them apart, so it would visit all of them.
+/// Joins units with equal boxes: no walk can distinguish them, so a walk would visit all of them.
 fn joined_where_they_coincide(units: Vec<Unit>) -> Vec<Unit> {
     let mut joined: Vec<Unit> = Vec::new();
     let mut indices = HashMap::new();
@@ -145,7 +145,7 @@ mod tests {
         lights
     }
 
-    /// The largest number of clusters that a window is cut into, and whether some cluster holds parts of two windows.
+    /// The largest number of clusters into which a window is cut, and true if some cluster holds parts of two windows.
     fn windows(side: usize, scale: f32) -> (usize, bool) {
         let mut lights = Vec::new();
         for window in 0..100 {

@@ -1,10 +1,10 @@
-//! Emissive triangles that share corners: the triangles of one emitter group, however finely it is modelled.
+//! Emissive triangles that are connected by common corners: the triangles of one emitter group, however finely it is modelled.
 
 use crate::scene::lights::EmitterTriangle;
 use std::collections::HashMap;
 
-/// For each triangle the index of the first one that it is connected with by common corners, through others or directly.
-/// Triangles of an instance follow each other.
+/// The index of the first triangle to which each triangle is connected by common corners, directly or through others. Triangles
+/// of an instance are consecutive.
 pub fn connected(triangles: &[EmitterTriangle]) -> Vec<u32> {
     let mut firsts: Vec<u32> = (0..triangles.len() as u32).collect();
     let mut corners = HashMap::new();
@@ -25,7 +25,7 @@ pub fn connected(triangles: &[EmitterTriangle]) -> Vec<u32> {
         .collect()
 }
 
-/// The first one of a triangle's set, with the paths on the way halved.
+/// The first triangle of a triangle's set; the paths on the way are halved.
 fn first(firsts: &mut [u32], mut index: u32) -> u32 {
     while firsts[index as usize] != index {
         firsts[index as usize] = firsts[firsts[index as usize] as usize];

@@ -1,5 +1,5 @@
-//! The light BVH: which lights matter at a point (Gardishyan, "A Better Light Candidate Generation Algorithm for ReSTIR
-//! Ray Tracing Using an Acceleration Structure to Identify Relevant Lights", 2025).
+//! The light BVH, which finds the lights that matter at a point (Gardishyan, "A Better Light Candidate Generation Algorithm for
+//! ReSTIR Ray Tracing Using an Acceleration Structure to Identify Relevant Lights", 2025).
 //!
 //! Lights that are close to each other form a cluster, and a tree is built over the clusters. A walk through it finds those
 //! that matter at a point, in one of two ways:
@@ -10,8 +10,8 @@
 //!   its children are looked at one by one; elsewhere it is so far away that its lights are found as one. Every light is in
 //!   the cut at every point, near ones by themselves and far ones in company.
 //!
-//! Directional lights and the environment are not in the tree, nor are rare lights if all that draws from it sets them apart. The
-//! tree and the clusters are made once; where lights move or change, the boxes follow.
+//! Directional lights and the environment are not in the tree, nor are rare lights if every user of the tree samples them
+//! separately. The tree and the clusters are made once; where lights move or change, the boxes follow.
 
 mod clusters;
 pub mod connected;
@@ -23,49 +23,50 @@ use super::lights::Lights;
 use crate::shader_interface::{GpuLightEntry, GpuLightNode, LIGHT_SPOT, NODE_ENTRIES, NONE};
 use glam::{DVec3, Vec3};
 
-/// Options of building a light BVH.
+/// Options of the construction of a light BVH.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightBvhOptions {
-    /// The scale of boxes; `None`: what fits.
+    /// The scale of boxes; `None`: a scale that suits the scene.
     pub scale: Option<f32>,
-    /// True if points find a cut; otherwise the clusters whose boxes of influence hold them.
+    /// True if points find a cut of the tree; otherwise they find the clusters whose boxes of influence hold them.
     pub cut: bool,
-    /// True if lights that are close to each other form clusters; otherwise each is one.
+    /// True if lights that are close to each other form clusters; otherwise each light is a cluster.
     pub clusters: bool,
     /// True if the lights of a node are drawn by their power; otherwise uniformly.
     pub by_power: bool,
-    /// True if rare lights are left out, because they have candidates of their own.
+    /// True if rare lights are left out, because they have separate candidates.
     pub leaves_out_rare: bool,
 }
 
 impl LightBvhOptions {
-    /// True if it needs points on surfaces.
+    /// True if the construction needs points on surfaces.
     pub fn needs_surfaces(&self) -> bool {
         self.scale.is_none() && !self.cut
     }
 }
 
-/// A light that is somewhere, in the device's units.
+/// A light at a finite distance, in the device's units.
 #[derive(Clone, Copy, Debug)]
 pub struct NearLight {
     /// The index among the lights of all kinds.
     pub index: u32,
-    /// Equal for triangles that are connected by common corners.
+    /// The index of the light's group: equal for triangles that are connected by common corners.
     pub group: u32,
-    /// The smallest coordinates.
+    /// The smallest coordinates of the light.
     pub low: Vec3,
-    /// The largest.
+    /// The largest coordinates of the light.
     pub high: Vec3,
-    /// The direction into which it emits; zero if into all, or to both sides.
+    /// The direction into which it emits; zero if it emits in all directions or to both sides.
     pub normal: Vec3,
-    /// Area × luminance, as [`crate::scene::lights::power`] has it.
+    /// Area × luminance, as in [`crate::scene::lights::power`].
     pub power: f64,
     /// Area; 0 for a punctual light.
     pub area: f64,
 }
 
 impl NearLight {
-    /// The lights of a scene that the tree holds, in the order of their indices. `groups` are those of triangles ([`connected`]).
+    /// The lights of a scene that the tree holds, in the order of their indices. `groups` are those of triangles
+    /// ([`connected`]).
     ///
     /// [`connected`]: connected::connected
     fn of(lights: &Lights, groups: &[u32], options: LightBvhOptions) -> Vec<Self> {
@@ -112,8 +113,8 @@ impl NearLight {
 pub struct LightBvhContents {
     /// The tree, in depth-first order.
     pub nodes: Vec<GpuLightNode>,
-    /// The lights of its leaves, in the same order, and one more that ends the last; and for lights of all kinds, by index, where
-    /// they are in both.
+    /// The lights of its leaves, in leaf order, with one more entry that ends the last leaf; and for the lights of all kinds,
+    /// by index, their location in both arrays.
     pub entries: Vec<GpuLightEntry>,
 }
 
@@ -133,12 +134,12 @@ impl LightBvhContents {
 pub struct Visit {
     /// True if its box holds the point.
     pub inside: bool,
-    /// True if it has no children.
+    /// True if the node has no children.
     pub is_leaf: bool,
 }
 
-/// The nodes that a walk visits at a point, as in `glsl/lights/samplers/light_bvh/light_bvh.glsl`. A node whose box does not hold the point is
-/// visited, but its descendants are not.
+/// The nodes that a walk visits at a point, as in `glsl/lights/samplers/light_bvh/light_bvh.glsl`. A node whose box does not
+/// hold the point is visited, but its descendants are skipped.
 pub fn walk(nodes: &[GpuLightNode], point: Vec3) -> impl Iterator<Item = Visit> {
     let mut next = 0;
     std::iter::from_fn(move || {
@@ -153,19 +154,20 @@ pub fn walk(nodes: &[GpuLightNode], point: Vec3) -> impl Iterator<Item = Visit> 
 /// Clusters of a scene's lights, and a tree over them.
 pub struct LightBvh {
     options: LightBvhOptions,
-    /// The factor of the boxes' sizes.
+    /// The factor of the sizes of boxes.
     pub scale: f32,
     /// Indices into the near lights, in the order of the tree's leaves.
     order: Vec<u32>,
     tree: Vec<Topology>,
-    /// For each node how far its box of influence goes beyond its lights, down and up, if rays have told.
+    /// The distances by which the box of influence of each node extends beyond its lights, downwards and upwards, if rays have
+    /// measured them.
     margins: Vec<Option<(Vec3, Vec3)>>,
 }
 
-/// A node without what changes with time.
+/// The constant part of a node.
 #[derive(Clone, Copy)]
 struct Topology {
-    /// The node after its last descendant.
+    /// The index of the node after its last descendant.
     next: u32,
     is_leaf: bool,
     /// The range of its lights in `order`.
@@ -173,12 +175,12 @@ struct Topology {
     count: u32,
 }
 
-/// The scale of a cut: a node is looked into up to this many times half its diagonal from it.
+/// The scale of a cut: a node is opened up to this many times half its diagonal from it.
 const CUT_SCALE: f32 = 1.0;
 
 impl LightBvh {
-    /// Builds it for lights, the groups of those that are triangles ([`connected`](connected::connected)), and points on
-    /// surfaces, from which the scale of boxes of influence follows.
+    /// Builds the light BVH for lights, the groups of those that are triangles ([`connected`](connected::connected)), and
+    /// points on surfaces, from which the scale of boxes of influence follows.
     pub fn new(
         lights: &Lights,
         groups: &[u32],
@@ -357,8 +359,7 @@ impl LightBvh {
     }
 }
 
-/// The sums of all weights before each, and of all, as integers of which the last is below 2³² and each is above the one
-/// before.
+/// The sum of all weights before each entry, and of all weights, as increasing integers; the last one is below 2³².
 fn integer_sums(weights: &[f64]) -> Vec<u32> {
     let total: f64 = weights.iter().sum();
     let room = f64::from(u32::MAX) - 1.0 - weights.len() as f64;
@@ -413,7 +414,7 @@ impl LightSum {
         }
     }
 
-    /// The box of influence; without power there is none.
+    /// The box of influence; empty without power.
     fn influence(&self, scale: f32) -> (Vec3, Vec3) {
         if self.power == 0.0 {
             return NOWHERE;
@@ -427,7 +428,7 @@ impl LightSum {
         scale * power.sqrt() as f32
     }
 
-    /// The box from which the lights are looked at one by one.
+    /// The box inside of which the lights are visited one by one.
     fn surroundings(&self, scale: f32) -> (Vec3, Vec3) {
         let radius = Vec3::splat(scale * 0.5 * (self.high - self.low).length());
         (self.low - radius, self.high + radius)

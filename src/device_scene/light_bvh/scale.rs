@@ -4,11 +4,11 @@ use super::{LightBvh, NearLight, walk};
 use crate::shader_interface::GpuLightNode;
 use glam::Vec3;
 
-/// The number of boxes that hold a point on a surface, in the mean over points that some box holds, where there are clusters
-/// enough. More: better candidates where many lights matter, and longer walks through the tree.
+/// The mean number of boxes that hold a point on a surface, over points that some box holds, if there are enough clusters.
+/// Higher: better candidates where many lights matter, and longer walks through the tree.
 const OVERLAP: f64 = 8.0;
 
-/// The scale with which [`OVERLAP`] is met: the first that is not below it, by steps of a quarter.
+/// The scale with which [`OVERLAP`] is reached: the first one that is not below it, in steps of a quarter.
 pub fn fitting(bvh: &mut LightBvh, lights: &[NearLight], surfaces: &[Vec3]) -> f32 {
     // Up to ten clusters are too few for that number: three quarters of them are wanted, in the mean over all points. Over those
     // that a box holds the points on the emitters themselves would do.
@@ -62,7 +62,7 @@ mod tests {
     use crate::procedural;
     use glam::DVec3;
 
-    /// An emitter stands on a surface of its own, which must not count as all that it lights.
+    /// An emitter stands on a surface of the same object, which must not count as the only surface that it lights.
     #[test]
     fn one_emitter_lights_most_points() {
         let scene = procedural::generate("statue-room", &[]).unwrap();

@@ -1,5 +1,5 @@
-//! Boxes of influence that follow what the lights see (algorithm 4 of the publication): rays from each cluster's lights tell
-//! how far its light goes.
+//! Boxes of influence that follow visibility (algorithm 4 of the publication): rays from each cluster's lights measure the
+//! extent of its light.
 
 use super::{LightBvh, LightSum, NearLight};
 use crate::base::random::Random;
@@ -8,21 +8,21 @@ use crate::shader_interface::{LIGHT_SPOT, RayQuery};
 use glam::Vec3;
 use std::f32::consts::TAU;
 
-/// Rays of each cluster.
+/// The number of rays of each cluster.
 const RAYS: usize = 256;
-/// Clusters whose rays are traced at once: 40 MB.
+/// The number of clusters whose rays are traced at once: 40 MB.
 const CLUSTERS_AT_ONCE: usize = 4096;
-/// Where a ray starts off its light: this share of the coordinates' size, which is some of their rounding errors.
+/// The distance of a ray's origin from its light, as a fraction of the coordinates' magnitude: a few of their rounding errors.
 const OFFSET: f32 = 4e-6;
 
 impl LightBvh {
-    /// Limits the boxes of clusters to what their lights see. From each that lights something rays start in the device's units,
-    /// as far as its influence goes, at points that are uniform by area in a light and equal among lights. `trace` returns the
-    /// parameter of each ray's hit, or less than 0 for a miss. Clusters that are dark now keep their whole boxes, since they may
-    /// go on.
+    /// Limits the boxes of clusters to the surfaces that rays from their lights reach. From each cluster that lights something,
+    /// rays start at points that are uniform by area in a light and equally many per light, in the device's units, up to the
+    /// end of its influence. `trace` returns the parameter of each ray's hit, or a negative value for a miss. Clusters that are
+    /// dark now keep their whole boxes, since they may be switched on.
     ///
     /// # Errors
-    /// Those of `trace`.
+    /// The errors of `trace`.
     pub fn limit<E>(
         &mut self,
         lights: &Lights,
@@ -66,7 +66,7 @@ impl LightBvh {
     }
 }
 
-/// A ray from a light, by its index among all.
+/// A ray from the light with this index among all lights.
 fn probe(lights: &Lights, light: usize, radius: f32, random: &mut Random) -> RayQuery {
     let (position, axis) = point(lights, light, random);
     let mut direction = direction(random);
@@ -82,7 +82,8 @@ fn probe(lights: &Lights, light: usize, radius: f32, random: &mut Random) -> Ray
     }
 }
 
-/// A point of a light, by its index among all, and the normal of the half space that it lights; zero if that is all.
+/// A point of the light with this index among all lights, and the normal of the half space that it lights; zero if it lights
+/// the whole space.
 fn point(lights: &Lights, index: usize, random: &mut Random) -> (Vec3, Vec3) {
     if let Some(light) = lights.triangles.get(index) {
         let root = random.unit().sqrt();
@@ -125,7 +126,7 @@ mod tests {
         leaves_out_rare: false,
     };
 
-    /// An emitter that goes on later must be found then.
+    /// An emitter that is switched on later must be found then.
     #[test]
     fn dark_clusters_keep_their_boxes() {
         let scene = procedural::generate("colourful-mess", &[]).unwrap();

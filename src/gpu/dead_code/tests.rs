@@ -1,4 +1,4 @@
-//! Shaders of which parts cannot run.
+//! Tests with shaders that contain code that cannot run.
 
 use super::*;
 use crate::gpu::reflection::{Reflection, parse};
@@ -39,7 +39,7 @@ fn without_dead_code(technique: u32) -> Module {
     module
 }
 
-/// Through conditions, functions, variables, and what `&&` and `||` make of them.
+/// The code is unused through conditions, functions, variables, and the results of `&&` and `||`.
 #[test]
 fn what_a_technique_does_not_use_is_not_bound() {
     let bound = |technique| {
@@ -70,7 +70,7 @@ fn a_number_without_a_use_does_not_change_the_words() {
     assert!(one == two);
 }
 
-/// Drivers keep what they compile by a hash of the words.
+/// Drivers cache their results by a hash of the words.
 #[test]
 fn the_words_are_always_the_same() {
     for technique in 1..5 {

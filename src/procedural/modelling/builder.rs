@@ -5,11 +5,11 @@ use crate::scene::camera::look_at;
 use crate::scene::{Camera, Image, Instance, Material, Mesh, Part, Scene};
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 
-/// The depth by which things sink into the surface below them, in metres: of two faces in the same plane, the
-/// visible one would be arbitrary.
+/// The depth by which objects sink into the surface below them, in metres: of two faces in one plane, the visible one would be
+/// arbitrary.
 pub const SINK: f32 = 0.002;
 
-/// Shapes with materials, merged by material, so that many things become a few large meshes.
+/// Shapes with materials, merged by material, so that many objects become a few large meshes.
 #[derive(Default)]
 pub struct Model(pub Vec<(Material, Shape)>);
 

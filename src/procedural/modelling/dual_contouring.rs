@@ -19,7 +19,7 @@ pub fn ticks(start: f32, runs: &[(f32, f32)]) -> Vec<f32> {
 
 /// The triangle budget of a surface.
 pub struct Detail<W: Fn(Vec3) -> f32> {
-    /// Approximate number of triangles.
+    /// The approximate number of triangles.
     pub triangles: usize,
     /// Weight of a squared error at a point.
     pub weight: W,

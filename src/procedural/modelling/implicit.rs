@@ -14,7 +14,7 @@ pub fn common(a: f32, b: f32, k: f32) -> f32 {
     -join(-a, -b, k)
 }
 
-/// The first body minus the second, its edge rounded by `k`.
+/// The first body without the second, its edge rounded by `k`.
 pub fn carve(a: f32, b: f32, k: f32) -> f32 {
     common(a, -b, k)
 }

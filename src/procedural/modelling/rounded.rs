@@ -4,7 +4,7 @@ use super::shape::Shape;
 use super::turned::Profile;
 use glam::Vec3;
 
-/// Straight segments between two points of a curved profile.
+/// The number of straight segments between two points of a curved profile.
 const STEPS: usize = 4;
 
 /// A body turned around the y axis. Its profile consists of pieces, from the bottom upwards; each is

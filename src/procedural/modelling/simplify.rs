@@ -43,7 +43,7 @@ impl Quadric {
     }
 }
 
-/// A candidate edge for a collapse: its cost, its ends, and how often these had changed by then.
+/// A candidate edge for a collapse: its cost, its ends, and the number of changes of both ends by then.
 type Candidate = (u64, [usize; 2], [u32; 2]);
 
 /// A closed surface during simplification.

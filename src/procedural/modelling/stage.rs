@@ -1,4 +1,4 @@
-//! Scenes in which things move, and their tracks.
+//! Scenes in which objects move, and their tracks.
 
 use super::Builder;
 use crate::scene::motion::tracks::{Animated, Interpolation, Keyed, Track};
@@ -101,8 +101,8 @@ pub fn swing(speed: f64, period: f64, axis: DVec3, most: f64) -> Option<Track<DQ
     repeated(speed, period, Interpolation::CubicSpline, &keys)
 }
 
-/// A track that repeats `keys`, given by their part of a period of `period` seconds at speed 1, and
-/// ends where it began; none at speed 0.
+/// A track that repeats `keys`, given at fractions of a period of `period` seconds at speed 1, and ends at its start; `None` at
+/// speed 0.
 pub fn repeated<T: Keyed, const N: usize>(
     speed: f64,
     period: f64,

@@ -1,10 +1,10 @@
-//! Divides the triangles of lights, which changes nothing but their number.
+//! Subdivision of the triangles of lights, which changes only their number.
 
 use crate::scene::{Mesh, Part, Scene};
 use glam::{DVec3, Vec3};
 
-/// Divides each edge of each emissive triangle into `pieces`, so that one becomes `pieces`². Triangles that share an edge
-/// still do. For meshes without texture coordinates and colours.
+/// Divides each edge of each emissive triangle into `pieces`, so that a triangle becomes `pieces`² triangles. Triangles with a
+/// common edge keep it in common. For meshes without texture coordinates and colours.
 pub fn tessellate_lights(scene: &mut Scene, pieces: u32) {
     for mesh in scene.meshes.iter_mut().filter(|_| pieces > 1) {
         let old = std::mem::take(&mut mesh.triangles);

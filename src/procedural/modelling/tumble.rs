@@ -1,6 +1,5 @@
-//! Simulates rigid bodies that fall into a heap. Each body is a few balls: balls that overlap are
-//! moved apart, then every body is moved to where its balls fit best (shape matching, Müller et al.
-//! 2005, 2016).
+//! A simulation of rigid bodies that fall into a heap. Each body consists of a few balls: balls that overlap are moved apart,
+//! then every body is moved to the best fit of its balls (shape matching, Müller et al. 2005, 2016).
 //!
 //! Only +, −, ×, ÷ and square roots of scalars are used, which give the same bits on every machine:
 //! a difference in the last bit would grow to a different heap.
@@ -11,14 +10,14 @@ use glam::{Mat3, Vec3};
 const STEP: f32 = 1.0 / 180.0;
 /// Steps between two searches for the pairs of balls that may meet.
 const SEARCH_INTERVAL: u32 = 4;
-/// Longest way in one step, so that bodies that fall from high up do not pass through others.
+/// The maximum distance per step, so that bodies that fall from a great height do not pass through others.
 const MAX_STEP: f32 = 4.0 * STEP;
 /// Coefficient of friction: the sliding that a contact brakes, relative to the overlap.
 const FRICTION: f32 = 1.5;
 
 /// A rigid body of balls.
 pub struct Body {
-    /// Centres, relative to their mean, and radii of its balls in its own space.
+    /// The centres of its balls, relative to their mean, and the radii, in the coordinates of the body.
     balls: Vec<(Vec3, f32)>,
     /// The mean of the centres in the coordinates given to [`Self::new`].
     middle: Vec3,
@@ -48,7 +47,7 @@ impl Body {
         self.at + self.turn * (p - self.middle)
     }
 
-    /// Moves it to where its balls fit best.
+    /// Moves the body to the best fit of its balls.
     fn fit(&mut self, balls: &mut [Ball]) {
         let count = balls.len() as f32;
         self.at = balls.iter().map(|b| b.at).sum::<Vec3>() / count;
@@ -84,12 +83,12 @@ struct Ball {
     at: Vec3,
     before: Vec3,
     radius: f32,
-    /// One over the mass.
+    /// The reciprocal of the mass.
     inverse_mass: f32,
     body: usize,
 }
 
-/// Moves two balls apart that overlap, and brakes their sliding.
+/// Moves two overlapping balls apart, and brakes their sliding.
 fn separate(a: &mut Ball, b: &mut Ball) {
     let gap = a.at - b.at;
     let near = a.radius + b.radius;

@@ -26,13 +26,13 @@ impl Spot {
     }
 }
 
-/// The model so far, and how many emissive triangles may still be added.
+/// The model so far, and the number of emissive triangles that may still be added.
 pub struct Festival {
     pub model: Model,
     left: u64,
 }
 
-/// Emissive triangles reserved for the pennants, which have one each, so that the number is exact.
+/// The number of emissive triangles reserved for the pennants, which have one triangle each, so that the total is exact.
 const RESERVE: u64 = 60;
 
 impl Festival {
@@ -197,8 +197,8 @@ impl Festival {
         }
     }
 
-    /// Spends what is left on pennants: glowing triangles that face +z, on cords from `a` to `b`,
-    /// each cord a little behind the one before.
+    /// Spends the remaining budget on pennants: glowing triangles that face +z, on cords from `a` to `b`, each cord a little
+    /// behind the previous one.
     pub fn pennants(&mut self, random: &mut Random, a: Vec3, b: Vec3) {
         let cord = Material::lambert("cord", Vec3::splat(0.03));
         let a_row = 32;

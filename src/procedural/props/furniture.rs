@@ -1,4 +1,4 @@
-//! Furniture, each piece on the floor around its own origin, its front towards +Z.
+//! Furniture: each piece stands on the floor at the origin, with its front towards +Z.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::{Builder, Model, Shape, dielectric, lathe, metal, soft_box};

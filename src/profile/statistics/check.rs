@@ -5,23 +5,23 @@ use super::Pipeline;
 /// The largest differences by which a value may be worse than the stored one.
 #[derive(Clone, Copy, Debug)]
 pub struct Slack {
-    /// Vector registers: the granule in which RDNA2 gives them to subgroups of 64 (that of RDNA3 is 12).
+    /// The number of vector registers: the granule in which RDNA2 gives them to subgroups of 64 (that of RDNA3 is 12).
     pub vgprs: u64,
-    /// Code and instructions, as a fraction of the stored value.
+    /// The size of the code and the number of instructions, as a fraction of the stored value.
     pub code: f64,
 }
 
-/// The slack of a check. Spilled registers, scratch and shared memory have none, and neither has occupancy.
+/// The slack of a check. Spilled registers, scratch, shared memory and occupancy have no slack.
 pub const SLACK: Slack = Slack {
     vgprs: 8,
     code: 0.02,
 };
 
-/// A value of a pipeline, where more is worse.
+/// A value of a pipeline; a larger value is worse.
 struct Value {
     name: &'static str,
     of: fn(&Pipeline) -> Option<f64>,
-    /// The largest value that passes, from the stored one.
+    /// The largest allowed value, computed from the stored one.
     limit: fn(f64) -> f64,
 }
 
@@ -69,12 +69,12 @@ const VALUES: &[Value] = &[
 pub struct Compared {
     /// A line for each value that is worse.
     pub worse: Vec<String>,
-    /// The number of pipelines for which nothing comparable is stored.
+    /// The number of pipelines without a comparable stored one.
     pub without: usize,
 }
 
-/// Compares each pipeline with the stored one of the same pass and tracer that has most uses in common with it; of several
-/// such, with the worst. A use is a scene with settings. `stored` has pipelines of this device and driver alone.
+/// Compares each pipeline with the stored one of the same pass and tracer that has most uses in common with it; if there are
+/// several, with the worst of them. A use is a scene with settings. `stored` has pipelines of this device and driver only.
 ///
 /// A change of a shader may split what was one pipeline for several scenes, or join several.
 pub fn compare(now: &[Pipeline], stored: &[&Pipeline]) -> Compared {

@@ -14,26 +14,26 @@ use crate::shader_interface::compiler;
 use crate::{Error, Result};
 use std::sync::Arc;
 
-/// A shader that needs no registers: as many of its subgroups fit as the device holds.
+/// A shader that needs no registers: the device holds the maximum number of its subgroups.
 const EMPTY: &str = "#version 460\nlayout(local_size_x = 64) in;\nvoid main() {}\n";
 
-/// Bytes of memory that no scene exceeds.
+/// A size of memory in bytes that no scene exceeds.
 const NO_LIMIT: u64 = 1 << 50;
 
-/// Pixels along both sides of the picture: shaders do not depend on it.
+/// The width and the height of the picture in pixels: shaders do not depend on it.
 const SIDE: u32 = 64;
 
-/// Scattering events: enough for every pass.
+/// The number of scattering events: enough for every pass.
 const BOUNCES: u32 = 5;
 
-/// A device that compiles, and what it has made of the scenes so far.
+/// A device that compiles, and the pipelines that it has made of the scenes so far.
 pub struct Compiler {
     device: Arc<Device>,
     /// `waves` of [`EMPTY`] for each invocation of its subgroups.
     waves_per_invocation: Option<f64>,
-    /// Each with the hash of its SPIR-V.
+    /// The pipelines, each with the hash of its SPIR-V.
     made: Vec<(String, Pipeline)>,
-    /// Entries of the device's records that were looked at.
+    /// The number of entries of the device's records that were read.
     seen: usize,
 }
 
@@ -124,8 +124,7 @@ impl Compiler {
         Ok(())
     }
 
-    /// Records two frames, the first without history and the second with it, and what is made of them: the recording waits
-    /// for each pipeline.
+    /// Records two frames, the first without history and the second with it: the recording waits for each pipeline.
     fn compile(&self, scene: &Arc<GpuScene>, view: &View, settings: &Settings) -> Result<()> {
         let device = &self.device;
         let mut renderer = Renderer::new(device, scene.clone(), view, settings)?;
@@ -141,7 +140,7 @@ impl Compiler {
         Ok(())
     }
 
-    /// Takes over what was compiled since the last call.
+    /// Adds the pipelines that were compiled since the last call.
     fn take(&mut self, scene: &str, tracer: &str, settings: &str) {
         let compiled = self.device.records.compiled();
         for Compiled {
@@ -196,7 +195,7 @@ impl Compiler {
     }
 }
 
-/// Pipelines in an order that is the same in every run.
+/// The sort key of pipelines, which gives an equal order in every run.
 fn key(one: &Pipeline) -> impl Ord {
     let uses = (one.scenes.clone(), one.settings.clone());
     (one.tracer.clone(), one.pass.clone(), uses, one.instructions)

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// One pipeline: a pass in one SPIR-V, compiled by one driver for one device. A value that the driver does not report is
-/// none.
+/// `None`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pipeline {
     /// The device.
@@ -37,11 +37,11 @@ pub struct Pipeline {
     pub subgroup_size: u32,
     /// Vector registers of each invocation.
     pub vgprs: Option<u64>,
-    /// Vector registers that were moved to scratch memory because there were too few.
+    /// The number of vector registers that were moved to scratch memory because there were too few.
     pub spilled_vgprs: Option<u64>,
     /// Bytes of scratch memory of each subgroup.
     pub scratch_bytes: Option<u64>,
-    /// Bytes of memory that a workgroup shares.
+    /// The memory of a workgroup in bytes.
     pub lds_bytes: Option<u64>,
     /// Bytes of machine code.
     pub code_bytes: Option<u64>,
@@ -49,12 +49,12 @@ pub struct Pipeline {
     pub instructions: Option<u64>,
     /// Subgroups that a SIMD unit holds at once, as the driver counts them: RADV counts one of 64 invocations as two.
     pub waves: Option<u64>,
-    /// `waves` over the most that the unit can hold, from 0 to 1.
+    /// `waves` divided by the maximum of the unit, in [0, 1].
     pub occupancy: Option<f64>,
 }
 
 impl Pipeline {
-    /// Takes the values over from a report. `most_waves` is the value of `waves` for a shader that needs no registers.
+    /// Sets the values from a report. `most_waves` is the value of `waves` for a shader that needs no registers.
     fn set(&mut self, report: &CompilerReport, most_waves: Option<f64>) {
         self.subgroup_size = report.subgroup_size;
         self.vgprs = value(report, "VGPRs");
@@ -96,7 +96,7 @@ pub fn read(path: &Path) -> Result<Vec<Pipeline>> {
     })
 }
 
-/// Pipelines as a JSON array with a line for each, so that a change of one changes one line of the file.
+/// Pipelines as a JSON array with one line each, so that a change of a pipeline changes one line of the file.
 ///
 /// # Errors
 /// Never with finite values.

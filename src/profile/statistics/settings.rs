@@ -13,7 +13,7 @@ pub struct Configuration {
     changes: &'static [&'static str],
 }
 
-/// The presets, and what no preset uses: other sources of light candidates, and AOVs of reservoirs.
+/// The presets, and settings that no preset uses: other sources of light candidates, and AOVs of reservoirs.
 pub const CONFIGURATIONS: &[Configuration] = &[
     Configuration::preset("path-tracing"),
     Configuration::preset("fast"),
@@ -52,10 +52,10 @@ impl Configuration {
         }
     }
 
-    /// The settings.
+    /// The settings of the configuration.
     ///
     /// # Errors
-    /// Never with the configurations of this build; a test says so.
+    /// Never with the configurations of this build, as a test checks.
     pub fn settings(&self) -> Result<Settings> {
         let mut settings = Preset::named(self.preset)?.settings()?;
         for change in self.changes {

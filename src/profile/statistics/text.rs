@@ -3,8 +3,8 @@
 use super::Pipeline;
 use std::fmt::Write;
 
-/// A line for each tracer and pass, with the pipeline of it that is the worst: the least occupancy, then the most scratch
-/// memory, registers and instructions. `pipelines` are sorted by tracer and pass.
+/// One line per tracer and pass, with its worst pipeline: the least occupancy, then the most scratch memory, registers and
+/// instructions. `pipelines` are sorted by tracer and pass.
 pub fn table(pipelines: &[Pipeline]) -> String {
     let mut text = String::new();
     let Some(first) = pipelines.first() else {

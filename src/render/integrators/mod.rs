@@ -13,22 +13,23 @@ use crate::gpu::{Buffer, PassTime};
 use crate::shader_interface::{GpuCamera, ReservoirAov};
 use crate::{Error, Result};
 
-/// Makes the pictures of one view of a scene, which [`Renderer`](super::Renderer) has posed. A frame has one sample per pixel.
+/// An integrator makes the pictures of one view of a scene, which [`Renderer`](super::Renderer) has posed. A frame has one
+/// sample per pixel.
 ///
 /// Its methods fail if the device does; other errors are named where they can occur.
 pub trait Integrator {
     /// True if a frame depends on those before it. Then none can be left out, and sums alone cannot be resumed.
     fn has_history(&self) -> bool;
 
-    /// The largest number of samples that a call of [`Self::add`] takes: 1 if each is a frame for which the scene is posed.
+    /// The maximum number of samples per call of [`Self::add`]: 1 if each sample is a frame for which the scene is posed.
     fn samples_per_call(&self) -> u32;
 
-    /// Adds samples of one moment, whose indices begin with `first`, to the sums of every pixel. `watch` is called now and then with the
-    /// fraction of the work that is done, in [0, 1]. If it returns an error the work ends, and pixels then differ in their
-    /// number of samples.
+    /// Adds samples of one moment, whose indices begin with `first`, to the sums of every pixel. `watch` is called repeatedly
+    /// with the fraction of the work that is done, in [0, 1]. If it returns an error, the work ends, and pixels then differ in
+    /// their number of samples.
     ///
     /// # Errors
-    /// Those of `watch`.
+    /// The errors of `watch`.
     fn add(
         &mut self,
         first: u32,
@@ -38,7 +39,7 @@ pub trait Integrator {
         watch: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<Vec<PassTime>>;
 
-    /// Renders a frame by itself, to [`Self::color`], or to `sums` where that is `None`. Returns the time of each run of a pass.
+    /// Renders one frame alone, to [`Self::color`], or to `sums` where that is `None`. Returns the time of each run of a pass.
     fn render(
         &mut self,
         index: u32,
@@ -46,8 +47,8 @@ pub trait Integrator {
         sums: &mut Accumulator,
     ) -> Result<Vec<PassTime>>;
 
-    /// [`Self::render`] without waiting, if the integrator can; [`Device::wait_for_running`](crate::gpu::Device::wait_for_running)
-    /// then returns the times.
+    /// [`Self::render`] without waiting, if the integrator can;
+    /// [`Device::wait_for_running`](crate::gpu::Device::wait_for_running) then returns the times.
     fn submit(
         &mut self,
         index: u32,
@@ -57,10 +58,11 @@ pub trait Integrator {
         self.render(index, camera, sums).map(Some)
     }
 
-    /// Radiance of the last frame: three words per pixel, row by row from the top. `None` for an integrator that writes sums only.
+    /// Radiance of the last frame: three words per pixel, row by row from the top. `None` for an integrator that writes sums
+    /// only.
     fn color(&self) -> Option<&Buffer>;
 
-    /// Starts again with another seed, without history.
+    /// Restarts with another seed, without history.
     fn restart(&mut self, seed: u32) -> Result<()>;
 
     /// Counters of the passes.

@@ -1,4 +1,4 @@
-//! MIS path tracing: samples add up over calls. It is the reference for everything else.
+//! MIS path tracing: samples add up over calls. It is the reference for all other estimators.
 
 use super::Integrator;
 use crate::Result;
@@ -19,8 +19,8 @@ crate::bindings! {
     }
 }
 
-/// Loop iterations that a ray may take on drivers that limit them. Rays in `night-city` take up to 128, the
-/// maximum over the eight rays of a subgroup.
+/// The number of loop iterations per ray on drivers that limit them. Rays in `night-city` take up to 128, the maximum over the
+/// eight rays of a subgroup.
 const STEPS_PER_RAY: u32 = 512;
 
 /// Path traces one view of a scene. Its passes add samples to the sums directly, many of them in one dispatch.
@@ -65,7 +65,7 @@ impl PathTracer {
         })
     }
 
-    /// Maximum samples of a dispatch, so that a driver that limits loop iterations does not end it early.
+    /// The maximum number of samples per dispatch, so that a driver that limits loop iterations does not end it early.
     fn samples_at_once(&self) -> u32 {
         self.device.info.loop_turns.map_or(u32::MAX, |turns| {
             let rays = self
@@ -89,7 +89,7 @@ impl Integrator for PathTracer {
     }
 
     /// # Errors
-    /// The device fails, its driver is known to end loops early and did, or those of `watch`.
+    /// The device fails, its driver has a loop limit and ended loops early, or the errors of `watch`.
     fn add(
         &mut self,
         first: u32,

@@ -9,7 +9,7 @@ use crate::{Error, Result};
 use std::sync::Arc;
 
 crate::bindings! {
-    /// Bindings of the pass.
+    /// The bindings of the pass.
     pub struct Accumulate {
         read color,
         write sums,
@@ -22,14 +22,14 @@ pub struct Accumulator {
     width: u32,
     height: u32,
     pass: ComputePass,
-    /// The picture from top to bottom, each strip with its pixels' sums; none before the first sample, so that frames that stand
-    /// alone take no memory for sums.
+    /// The picture from top to bottom, each strip with the sums of its pixels; empty before the first sample, so that single
+    /// frames use no memory for sums.
     strips: Vec<(Strip, Buffer)>,
     samples: u32,
 }
 
 impl Accumulator {
-    /// Empty sums of a picture of `width` × `height` pixels.
+    /// Sums of a picture of `width` × `height` pixels, without samples.
     ///
     /// # Errors
     /// A shader whose interface cannot be bound by name.
@@ -82,7 +82,7 @@ impl Accumulator {
         recording.finish().map(drop)
     }
 
-    /// Adds a picture, which has the radiance of one sample of each pixel, row by row from the top.
+    /// Adds a picture, which holds one sample per pixel, row by row from the top.
     ///
     /// # Errors
     /// More memory than the device has, or the device fails.
@@ -102,7 +102,7 @@ impl Accumulator {
         Ok(times)
     }
 
-    /// Each pixel's sums, row by row from the top; none before the first sample.
+    /// The sums of each pixel, row by row from the top; empty before the first sample.
     ///
     /// # Errors
     /// The device fails.
@@ -114,7 +114,7 @@ impl Accumulator {
         Ok(all)
     }
 
-    /// Replaces the sums by those of an earlier run: one entry for each pixel, over `samples` samples.
+    /// Replaces the sums by the sums of an earlier run over `samples` samples, with one entry per pixel.
     ///
     /// # Errors
     /// There are fewer entries than pixels, or the device fails.

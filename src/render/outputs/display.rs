@@ -1,4 +1,4 @@
-//! The picture as a display shows it, made on the device: what capture tools see as the end of a frame.
+//! The picture as a display shows it, made on the device: the end of a frame for capture tools.
 
 use super::radiance::Radiance;
 use crate::Result;
@@ -19,12 +19,12 @@ crate::bindings! {
 pub struct Display {
     device: Arc<Device>,
     pass: ComputePass,
-    /// A word for each pixel, row by row from the top: 8-bit sRGB.
+    /// One 8-bit sRGB word per pixel, row by row from the top.
     pub pixels: Buffer,
 }
 
 impl Display {
-    /// Makes the pass, for pictures of so many pixels.
+    /// Makes the pass for pictures of `pixels` pixels.
     ///
     /// # Errors
     /// More memory than the device has.

@@ -1,4 +1,4 @@
-//! Radiance on the device: where the picture is, whichever integrator made it.
+//! Radiance on the device: the location of the picture, independent of the integrator.
 
 use crate::Result;
 use crate::gpu::Buffer;
@@ -6,9 +6,9 @@ use glam::Vec3;
 
 /// The radiance of consecutive pixels, row by row from the top.
 pub struct Radiance<'a> {
-    /// Words; the first three of each pixel are its radiance, in the unit of the device, summed over the samples.
+    /// A buffer of words; the first three of each pixel are its radiance, in the unit of the device, summed over the samples.
     pub buffer: &'a Buffer,
-    /// Words from one pixel to the next.
+    /// The distance from one pixel to the next, in words.
     pub stride: u32,
     /// Index of the first pixel in the picture.
     pub first_pixel: u32,

@@ -6,14 +6,14 @@ use glam::DVec3;
 /// The sums of all pixels of a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sums {
-    /// Row by row from the top, in the unit of the device, where squares neither overflow nor vanish.
+    /// The sums, row by row from the top, in the unit of the device, so that squares neither overflow nor vanish.
     pub pixels: Vec<PixelSums>,
-    /// The unit: radiance of 1 on the device.
+    /// The radiance that is 1 on the device.
     pub unit: f64,
 }
 
 impl Sums {
-    /// Means of `samples` ≥ 1 samples: radiance, by pixel and channel.
+    /// The means of `samples` ≥ 1 samples: the radiance of each pixel and channel.
     pub fn mean(&self, samples: u32) -> Vec<DVec3> {
         let mean = |pixel: &PixelSums| pixel.mean(samples) * self.unit;
         self.pixels.iter().map(mean).collect()

@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DirectMode {
-    /// Not at all, for comparisons of indirect light: path tracing leaves out light that was scattered once, too.
+    /// No direct light, for comparisons of indirect light: path tracing also leaves out light that was scattered once.
     Off,
-    /// By samples that neighbours and frames share; with path tracing, as all light.
+    /// Reservoir resampling with reuse over neighbours and frames; with path tracing, direct light is path traced.
     #[default]
     Restir,
 }
@@ -21,15 +21,14 @@ pub enum DirectMode {
 pub struct Direct {
     /// The estimator of direct light; with `--bounces 0` there is none.
     pub mode: DirectMode,
-    /// Its resampling.
+    /// The resampling of direct light.
     #[serde(flatten)]
     pub resampling: Resampling,
-    /// BSDF candidates a pixel and frame. Cost: one ray each. Unbiased at any value.
+    /// Number of BSDF candidates per pixel and frame. Cost: one ray each. Unbiased at any value.
     #[schemars(range(min = 0, max = 64))]
     pub bsdf_samples: u32,
-    /// Maximum number of additional BSDF candidates, for narrow lobes and for pixels whose surroundings find
-    /// bright light with theirs. Cost: one ray each in a few pixels, and a pass. None if `bsdf_samples` is 0.
-    /// Unbiased at any value.
+    /// Maximum number of additional BSDF candidates, for narrow lobes and for pixels near which BSDF candidates find bright
+    /// light. Cost: one ray each in a few pixels, and a pass. No effect if `bsdf_samples` is 0. Unbiased at any value.
     #[schemars(range(min = 0, max = 256))]
     pub more_bsdf_samples: u32,
 }
@@ -55,7 +54,7 @@ impl Default for Direct {
 }
 
 impl Direct {
-    /// These settings for path tracing, with defaults where it has no such setting.
+    /// These settings for path tracing, with defaults for those that do not apply to it.
     pub fn of_path_tracing(&self) -> Self {
         Self {
             mode: self.mode,
@@ -63,14 +62,14 @@ impl Direct {
         }
     }
 
-    /// True if BSDF rays are candidates. What they hit is visible, so they would not cover the support of
-    /// targets without visibility.
+    /// True if BSDF rays are candidates. They find only visible light, so they would not cover the support of targets without
+    /// visibility.
     pub fn draws_bsdf(&self) -> bool {
         self.bsdf_samples > 0 && self.resampling.visibility != Visibility::Final
     }
 
-    /// True if the first of them are traced by a pass of their own: because they also begin `paths`, or to
-    /// decide where more are needed.
+    /// True if a separate pass traces the first BSDF candidates: because they also begin `paths`, or because they decide where
+    /// more are needed.
     pub fn draws_pilots(&self, paths: bool) -> bool {
         self.draws_bsdf() && (paths || self.more_bsdf_samples > 0)
     }

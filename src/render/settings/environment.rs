@@ -7,10 +7,10 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct EnvironmentSettings {
-    /// Turns it around the upward axis, counter-clockwise seen from above. Unit: degrees.
+    /// Rotation around the upward axis, counter-clockwise seen from above. Unit: degrees.
     #[schemars(range(min = -360.0, max = 360.0))]
     pub rotation: f64,
-    /// Multiplies its radiance. Higher is brighter; 0 switches it off.
+    /// Factor of the environment's radiance. Higher is brighter; 0 switches it off.
     #[schemars(range(min = 0.0, max = 1e6))]
     pub intensity: f32,
 }

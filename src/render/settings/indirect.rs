@@ -8,11 +8,11 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum IndirectMode {
-    /// Not at all: direct light only, whatever `--bounces` says.
+    /// No indirect light: direct light only, for any value of `--bounces`.
     Off,
-    /// By one path a pixel, without reuse: unbiased, noisy.
+    /// One path per pixel, without reuse: unbiased, noisy.
     Path,
-    /// By paths that neighbours and frames share.
+    /// Reservoir resampling of paths, with reuse over neighbours and frames.
     #[default]
     Restir,
 }
@@ -21,10 +21,10 @@ pub enum IndirectMode {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Shift {
-    /// The radiance that leaves the second vertex is taken to be the same for all viewers, and not to change: cheapest; biased
-    /// where that vertex is not matt, and in motion.
+    /// The radiance that leaves the second vertex is assumed to be the same for all viewers and constant over time: cheapest;
+    /// biased where that vertex is not diffuse, and in motion.
     Biased,
-    /// The second vertex' BSDF is evaluated again: unbiased.
+    /// The BSDF of the second vertex is evaluated again: unbiased.
     #[default]
     Unbiased,
 }
@@ -33,9 +33,9 @@ pub enum Shift {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Secondary {
-    /// One point on a light.
+    /// One light sample, drawn by power.
     Power,
-    /// One of `indirect.light_samples` points, by what the vertex would reflect of each.
+    /// One of `indirect.light_samples` light samples, resampled by the target function at the vertex.
     #[default]
     Ris,
     /// As `ris`, merged with the samples that nearby vertices selected in the previous frame.
@@ -48,20 +48,20 @@ pub enum Secondary {
 pub struct Indirect {
     /// The estimator of indirect light; with `--bounces 1` or less there is none.
     pub mode: IndirectMode,
-    /// Next-event estimation at the vertices of paths. Unbiased, except for `world-reservoirs` with their mode `published`.
+    /// Next-event estimation at the vertices of paths. Unbiased, except for `world-reservoirs` with
+    /// `world_reservoirs.mode=published`.
     pub secondary: Secondary,
-    /// Its resampling.
+    /// The resampling of indirect light.
     #[serde(flatten)]
     pub resampling: Resampling,
     /// The shift by which another pixel takes over a path. `biased` is biased.
     pub shift: Shift,
-    /// Largest ratio between two pixels' views of a second vertex, by the solid angle that it has in
-    /// each, with which they share it; below 1: any. Lower: fewer outliers, less reuse. Unbiased at any
-    /// value.
+    /// Largest ratio between the solid angles of a reused second vertex, as seen from two pixels; below 1: no limit. Lower:
+    /// fewer outliers, less reuse. Unbiased at any value.
     #[schemars(range(min = 0.0, max = 1e9))]
     pub jacobian_limit: f32,
-    /// Least distance to a second vertex that is shared, as a share of the pixel's distance from the
-    /// camera. Higher: fewer outliers in corners, less reuse. Unbiased at any value.
+    /// Smallest distance to a reused second vertex, as a fraction of the pixel's distance from the camera. Higher: fewer
+    /// outliers in corners, less reuse. Unbiased at any value.
     #[schemars(range(min = 0.0, max = 1000.0))]
     pub min_distance: f32,
 }
@@ -80,7 +80,7 @@ impl Default for Indirect {
 }
 
 impl Indirect {
-    /// Its resampling, as far as `mode` and `secondary` leave it.
+    /// The resampling of indirect light, with the parts that `mode` and `secondary` do not use switched off.
     pub fn effective_resampling(&self) -> Resampling {
         let mut resampling = self.resampling;
         if self.secondary == Secondary::Power {

@@ -1,4 +1,4 @@
-//! Settings by their dotted keys, such as `direct.spatial.radius`: changes, checks and descriptions, all from the
+//! Settings by their dotted keys, such as `direct.spatial.radius`: changes, checks and descriptions, all derived from the
 //! schema of the tree.
 
 use super::Settings;
@@ -9,21 +9,21 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::sync::LazyLock;
 
-/// One setting as the user sees it.
+/// One setting as `headwater presets` shows it.
 #[derive(Clone, Debug, Serialize)]
 pub struct Description {
     /// Dotted key.
     pub key: String,
     /// The doc of the setting: unit, cost and effect on bias.
     pub doc: String,
-    /// The values it takes.
+    /// The values that the setting can have.
     pub values: String,
-    /// The value now.
+    /// The present value.
     pub value: Value,
 }
 
 impl Settings {
-    /// Puts `changes` (a sparse tree, whose keys may be dotted) over these settings.
+    /// These settings with `changes`, a sparse tree whose keys may be dotted.
     ///
     /// # Errors
     /// An unknown key or a value out of range, named with the nearest valid key and the range.
@@ -55,7 +55,7 @@ impl Settings {
         Ok(settings)
     }
 
-    /// As [`Self::with`], with `changes` that stand at `path` in a TOML text.
+    /// [`Self::with`] for `changes` that stand at `path` in a TOML text.
     ///
     /// # Errors
     /// The errors of [`Self::with`]; the message names the line.

@@ -1,5 +1,5 @@
-//! All settings, as one tree. The doc of each field is what the command `presets` prints, and its range is checked
-//! when a value is set.
+//! All settings, as one tree. The command `presets` prints the doc of each field, and the range of a field is checked when its
+//! value is set.
 
 mod direct;
 mod environment;
@@ -34,7 +34,7 @@ pub enum Integrator {
     /// MIS path tracing: unbiased, the reference.
     #[default]
     PathTracing,
-    /// Reservoir resampling: light samples and paths shared by neighbours and frames.
+    /// Reservoir resampling: neighbours and frames reuse light samples and paths.
     Restir,
 }
 
@@ -46,8 +46,7 @@ pub enum Energy {
     /// light dielectrics at grazing angles.
     #[default]
     Gltf,
-    /// The specular lobe scaled to keep all light, the diffuse one under what it leaves: passes the
-    /// white furnace.
+    /// The specular lobe is scaled to keep all light, and the diffuse lobe to the remaining light: passes the white furnace.
     Compensated,
 }
 
@@ -55,13 +54,13 @@ pub enum Energy {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Roulette {
-    /// Scattering events before roulette begins; with `integrator=restir` it leaves out the first one, whose
-    /// ray serves direct light too. Unit: events. Cost: higher traces longer paths; lower adds noise. Unbiased
-    /// at any value.
+    /// Number of scattering events before roulette begins; with `integrator=restir`, the first event does not count, because
+    /// its ray also serves direct light. Unit: events. Cost: higher traces longer paths; lower adds noise. Unbiased at any
+    /// value.
     #[schemars(range(min = 0, max = 1000))]
     pub start: u32,
-    /// Least probability that a path goes on. Higher wastes rays on dark paths, lower lets rare
-    /// survivors stand out as fireflies. Unbiased at any value.
+    /// Minimum probability that a path continues. Higher wastes rays on dark paths, lower lets rare survivors stand out as
+    /// fireflies. Unbiased at any value.
     #[schemars(range(min = 0.001, max = 1.0))]
     pub floor: f32,
 }
@@ -82,8 +81,8 @@ pub enum Variant {
     /// The code that the scene requires, as `scene inspect` shows it.
     #[default]
     Auto,
-    /// All of it, for comparison; except code for motion, which reuses fewer samples, and for large triangles,
-    /// which stores points with other roundings.
+    /// All code, for comparison; except code for motion, which reuses fewer samples, and code for large triangles, which rounds
+    /// points differently.
     Full,
 }
 
@@ -93,8 +92,8 @@ pub enum Variant {
 pub struct Settings {
     /// The integrator that makes the picture.
     pub integrator: Integrator,
-    /// The MIS heuristic of light sampling and BSDF sampling in path tracing; candidates of resampling always
-    /// share it by the balance heuristic. No effect on bias.
+    /// The MIS heuristic between light sampling and BSDF sampling in path tracing; candidates of resampling always use the
+    /// balance heuristic. No effect on bias.
     pub heuristic: Heuristic,
     /// The treatment of light that single scattering loses. `compensated` costs one table look-up per
     /// vertex.

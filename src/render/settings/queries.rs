@@ -17,7 +17,7 @@ impl Settings {
         (bounces >= 1 && direct) || (bounces >= 2 && indirect)
     }
 
-    /// The settings for a reference: path tracing, with all of these settings that concern it.
+    /// The settings for a reference: path tracing, with all of these settings that apply to it.
     pub fn of_path_tracing(&self) -> Self {
         Self {
             integrator: Integrator::PathTracing,
@@ -39,7 +39,7 @@ impl Settings {
         }
     }
 
-    /// True if the candidates of this light go to reservoirs.
+    /// True if the candidates of this light are stored in reservoirs.
     pub fn shares(&self, lighting: Lighting) -> bool {
         lighting == Lighting::Direct || self.indirect.mode == IndirectMode::Restir
     }
@@ -73,7 +73,8 @@ impl Settings {
             .map(|(_, resampling)| resampling)
     }
 
-    /// The options of the light BVH, if something draws from it. It lacks rare lights if all that draws from it sets them apart.
+    /// The options of the light BVH, if candidates are drawn from it. The tree leaves out rare lights if every user of the tree
+    /// samples them separately.
     pub fn light_bvh_options(&self, bounces: u32) -> Option<LightBvhOptions> {
         let settings = &self.light_bvh;
         self.has_candidates(Candidates::LightBvh, bounces)
@@ -103,7 +104,7 @@ impl Settings {
         }
     }
 
-    /// The way in which the vertices of paths reuse light samples of other vertices.
+    /// The way in which vertices of paths reuse light samples of other vertices.
     pub fn world_reservoirs(&self) -> WorldReservoirs {
         match (self.indirect.secondary, self.world_reservoirs.mode) {
             (Secondary::WorldReservoirs, WorldMode::Unbiased) => WorldReservoirs::Unbiased,
@@ -118,7 +119,7 @@ mod tests {
     use super::*;
     use crate::shader_interface::Visibility;
 
-    /// A kind of light that does not set rare lights apart must find them in the tree.
+    /// Light without separate candidates for rare lights must find them in the tree.
     #[test]
     fn rare_lights_are_left_out_only_if_all_set_them_apart() {
         let mut settings = Settings {

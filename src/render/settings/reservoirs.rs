@@ -28,7 +28,7 @@ pub enum Arrays {
     Soa,
 }
 
-/// The order of pixels in memory: `row`, `column`, or `swizzle:N` for square tiles of N pixels a side.
+/// The order of pixels in memory: `row`, `column`, or `swizzle:N` for square tiles of N × N pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(into = "String", try_from = "String")]
 pub enum Order {
@@ -36,13 +36,12 @@ pub enum Order {
     Row,
     /// Column by column.
     Column,
-    /// Tile by tile, 1…64 pixels a side.
+    /// Tile by tile; the side of a tile has 1 to 64 pixels.
     Swizzle(u32),
 }
 
 impl Default for Order {
-    /// Neighbouring pixels are close in memory. On a CPU the plan `direct-layouts` finds no difference above
-    /// 3 %.
+    /// Neighbouring pixels are close in memory.
     fn default() -> Self {
         Self::Swizzle(4)
     }

@@ -25,7 +25,7 @@ use table::{TableSize, WorldTable};
 pub struct WorldLight {
     /// The reservoirs.
     pub vertices: History<WorldVertices>,
-    /// Where they are in space.
+    /// The table that finds reservoirs by their position in space.
     pub table: WorldTable,
     /// Constants of the shaders.
     pub constants: WorldConstants,
@@ -34,14 +34,14 @@ pub struct WorldLight {
 /// The size of a picture's world reservoirs.
 #[derive(Clone, Copy, Debug)]
 pub struct WorldSize {
-    /// Vertices of a path that have reservoirs; 0: there are no world reservoirs.
+    /// The number of vertices per path that have reservoirs; 0: there are no world reservoirs.
     depth: u32,
     table: TableSize,
 }
 
 impl WorldSize {
-    /// For paths of at most `bounces` scattering events and a picture with `slots` slots for pixels; `is_used`: there are world
-    /// reservoirs at all.
+    /// The size for paths with at most `bounces` scattering events and a picture with `slots` slots for pixels; without
+    /// `is_used`, there are no world reservoirs.
     pub fn new(
         settings: &WorldReservoirsSettings,
         is_used: bool,
@@ -59,10 +59,10 @@ impl WorldSize {
         }
     }
 
-    /// Refuses more vertices than the lists of the table can name.
+    /// Refuses more vertices than the lists of the table can index.
     ///
     /// # Errors
-    /// There are more.
+    /// There are more vertices.
     pub fn check(&self) -> Result<()> {
         let vertices = self.table.vertices;
         let most = (1 << WORLD_VERTEX_BITS) - 1;
@@ -74,7 +74,7 @@ impl WorldSize {
         )))
     }
 
-    /// Bytes of a frame's points and samples, by name.
+    /// The names and the sizes in bytes of a frame's buffers of points and samples.
     pub fn vertex_bytes(&self) -> [(&'static str, u64); 2] {
         let vertices = self.table.vertices.max(1);
         [
@@ -84,7 +84,7 @@ impl WorldSize {
         .map(|(name, bytes)| (name, vertices * bytes as u64))
     }
 
-    /// Bytes of the buffers of the table, by name.
+    /// The names and the sizes in bytes of the table's buffers.
     pub fn table_bytes(&self) -> [(&'static str, u64); 3] {
         self.table.bytes()
     }
@@ -153,7 +153,7 @@ impl WorldLight {
         })
     }
 
-    /// Advances the history, and says in a frame's constants where its reservoirs are.
+    /// Advances the history, and stores the addresses of the frame's reservoirs in its constants.
     pub fn begin_frame(&self, constants: &mut WorldConstants) {
         self.vertices.advance();
         constants.previous = self.vertices.last().addresses;

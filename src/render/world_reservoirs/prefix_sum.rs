@@ -19,7 +19,7 @@ pub struct PrefixSum {
 }
 
 impl PrefixSum {
-    /// Makes the passes for sums of `count` values from number `first` on; `pass` makes a pass by name.
+    /// Makes the passes for the sums of `count` values, the first of which has the index `first`; `pass` makes a pass by name.
     ///
     /// # Errors
     /// A shader that the driver rejects.
@@ -37,7 +37,8 @@ impl PrefixSum {
         })
     }
 
-    /// Number of values from the first on, for sums of `count` values: these, then the sums of their blocks, and so on.
+    /// The length of the array from the first value on, for sums of `count` values: the values, then the sums of their blocks,
+    /// and so on.
     pub fn length(count: u64) -> u64 {
         let last = levels(count).pop();
         // The sum of the last block is written too.
@@ -62,8 +63,8 @@ impl PrefixSum {
     }
 }
 
-/// The levels of a sum of `count` values: the values, the sums of their blocks, and so on, down to one block. Of each the
-/// index of the first value, the number of values, and the index of the first sum.
+/// The levels of a sum of `count` values: the values, the sums of their blocks, and so on, down to one block. Each level has
+/// the index of its first value, its number of values, and the index of its first sum.
 fn levels(count: u64) -> Vec<[u64; 3]> {
     let mut levels = Vec::new();
     let (mut first, mut count) = (0, count);

@@ -40,22 +40,22 @@ crate::bindings! {
     }
 }
 
-/// Maximum number of slots of a bucket.
+/// The maximum number of slots of a bucket.
 const BUCKET_SLOTS: u64 = 8;
 
 /// The size of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TableSize {
-    /// Vertices; with none, no pass uses the table.
+    /// The number of vertices; with 0, no pass uses the table.
     pub vertices: u64,
-    /// Buckets, a power of two.
+    /// The number of buckets, a power of two.
     pub buckets: u64,
-    /// Slots of each.
+    /// The number of slots per bucket.
     pub bucket_slots: u64,
 }
 
 impl TableSize {
-    /// A table for `vertices`, with `share` slots for each, rounded up to a power of two in all.
+    /// A table for `vertices`, with `share` slots per vertex; the total is rounded up to a power of two.
     pub fn new(vertices: u64, share: f64) -> Self {
         let slots = (vertices as f64 * share).ceil().max(1.0) as u64;
         // Sizes near 2⁶⁴ are refused like all that are too large.
@@ -68,12 +68,12 @@ impl TableSize {
         }
     }
 
-    /// Slots of all buckets.
+    /// The number of slots in all buckets.
     pub fn slots(&self) -> u64 {
         self.buckets * self.bucket_slots
     }
 
-    /// Bytes of the buffers, by name.
+    /// The names and the sizes in bytes of the buffers.
     pub fn bytes(&self) -> [(&'static str, u64); 3] {
         // A pass must find a buffer for each binding, even if it does not read it.
         let vertices = self.vertices.max(1);
@@ -87,7 +87,7 @@ impl TableSize {
         ]
     }
 
-    /// Enters the size in the constants of the shaders.
+    /// Writes the size to the constants of the shaders.
     pub fn write(&self, constants: &mut WorldConstants) {
         constants.vertices = self.vertices as u32;
         constants.buckets = self.buckets as u32;
@@ -95,13 +95,13 @@ impl TableSize {
     }
 }
 
-/// The passes, where there are vertices, and the buffers.
+/// The passes, if there are vertices, and the buffers.
 pub struct WorldTable {
     passes: Option<Passes>,
     groups: [u32; 3],
-    /// Keys of the vertices' cells, 0 for those without; afterwards the slots of the cells, plus 1.
+    /// The keys of the vertices' cells, 0 for vertices without a cell; afterwards the slots of the cells, plus 1.
     pub keys: Buffer,
-    /// Keys of all cells, bucket by bucket, and then where the list of the cell at each slot begins.
+    /// The keys of all cells, bucket by bucket; afterwards the beginning of each slot's list.
     pub cells: Buffer,
     /// The lists: indices of vertices, plus 1, in the lower bits; 0 where there is a gap.
     pub list: Buffer,

@@ -1,17 +1,17 @@
-//! World reservoirs of a frame, and how shaders find them; passes bind them.
+//! The world reservoirs of a frame, and the bindings or addresses by which shaders find them.
 
 use crate::gpu::{Buffer, Resource};
 use crate::render::history::History;
 use crate::shader_interface::WorldAddresses;
 
-/// The reservoirs of a frame, vertex by vertex of the paths of all pixels. Points and samples are apart because a device may
-/// bind too little for both together.
+/// The reservoirs of a frame, in the order of the paths' vertices. Points and samples are in separate buffers, because a device
+/// may bind too few bytes for both together.
 pub struct WorldVertices {
-    /// Where the vertices are.
+    /// The points of the vertices.
     pub points: Buffer,
-    /// The samples in their reservoirs.
+    /// The samples in the reservoirs.
     pub samples: Buffer,
-    /// The addresses of both buffers, for shaders that take addresses; zeros for others, which bind the buffers.
+    /// The addresses of both buffers, for shaders that use addresses; zeros for other shaders, which bind the buffers.
     pub addresses: WorldAddresses,
 }
 
@@ -21,7 +21,7 @@ impl History<WorldVertices> {
         self.spare()
     }
 
-    /// The bindings of shaders that take no addresses.
+    /// The bindings for shaders that do not use addresses.
     pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
         let (previous, current) = (self.last(), self.current());
         vec![

@@ -1,4 +1,4 @@
-//! The hash changes with each value that changes the picture, and with nothing else.
+//! The hash changes with each value that changes the picture, and with no other value.
 
 use super::*;
 use crate::scene::Part;

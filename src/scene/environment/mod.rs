@@ -25,9 +25,9 @@ pub struct Environment {
     /// looks along −Z, and columns go on to the right as seen from within. Between the centres of texels it is
     /// interpolated.
     pub texels: Arc<[Vec3]>,
-    /// Turns it around the upward axis, counter-clockwise seen from above, in degrees.
+    /// Rotation around the upward axis, counter-clockwise seen from above, in degrees.
     pub rotation: f64,
-    /// Multiplies the radiance.
+    /// Factor of the radiance.
     pub intensity: f32,
 }
 
@@ -35,7 +35,7 @@ impl Environment {
     /// Checks size and radiance.
     ///
     /// # Errors
-    /// No texels, too many, or radiance that is no number or out of range.
+    /// There are no texels or too many, or radiance that is not a number or out of range.
     pub(crate) fn check(&mut self) -> Result<()> {
         let wrong = |fault: String| Err(Error::input(format!("{}: {fault}", self.name)));
         let texels = u64::from(self.width) * u64::from(self.height);
@@ -56,7 +56,7 @@ impl Environment {
         Ok(())
     }
 
-    /// The solid angle of each texel of a row.
+    /// The solid angle of each texel in a row, in steradians.
     pub fn solid_angle(&self, row: u32) -> f64 {
         // By the product, because differences of cosines cancel near the poles.
         let (middle, half) = (
@@ -89,7 +89,7 @@ impl Environment {
         means
     }
 
-    /// The integrals of its luminance over the sphere, and of the square.
+    /// The integrals of its luminance and of its squared luminance over the sphere.
     pub fn integrals(&self) -> (f64, f64) {
         let (mut integral, mut squares) = (0.0, 0.0);
         for (index, mean) in self.means().into_iter().enumerate() {
@@ -107,7 +107,7 @@ impl Environment {
         self.intensity * brightest.fold(0.0, f32::max)
     }
 
-    /// True if it lights anything.
+    /// True if it lights the scene.
     pub fn is_lit(&self) -> bool {
         self.brightest() > 0.0
     }

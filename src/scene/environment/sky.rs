@@ -11,10 +11,10 @@ use crate::{Error, Result};
 use glam::{DMat3, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// Luminance of a radiance of 1, in kcd/m²: then most of a clear sky is below 1.
+/// The luminance of a radiance of 1, in kcd/m²: with it, most of a clear sky is below 1.
 const KILOCANDELAS: f64 = 10.0;
 
-/// Half the angle that the sun's disc spans, in radians.
+/// Half the angle of the sun's disc, in radians.
 const SUN_RADIUS: f64 = 0.2665 * PI / 180.0;
 
 /// The parameters of a sky.
@@ -22,7 +22,7 @@ const SUN_RADIUS: f64 = 0.2665 * PI / 180.0;
 pub struct Sky {
     /// Elevation of the sun above the horizon, in degrees.
     pub sun: f64,
-    /// Where the sun is, in degrees from −Z, clockwise seen from above.
+    /// The azimuth of the sun, in degrees from −Z, clockwise seen from above.
     pub azimuth: f64,
     /// Haze: 2 is very clear, 10 hazy.
     pub turbidity: f64,
@@ -158,7 +158,7 @@ fn direction(around: f64, down: f64) -> DVec3 {
     )
 }
 
-/// The share of a texel that the sun's disc covers, by points on a grid.
+/// The fraction of a texel that the sun's disc covers, by points on a grid.
 fn share_of_disc(sun: DVec3, at: impl Fn([f64; 2]) -> DVec3) -> f64 {
     const SIDE: u32 = 32;
     let coordinate = |i: u32| (f64::from(i) + 0.5) / f64::from(SIDE);
@@ -167,7 +167,7 @@ fn share_of_disc(sun: DVec3, at: impl Fn([f64; 2]) -> DVec3) -> f64 {
     inside.count() as f64 / f64::from(SIDE * SIDE)
 }
 
-/// The irradiance of a surface that faces the sun, whose elevation is in degrees.
+/// The irradiance of a surface that faces the sun; `elevation` is the sun's elevation in degrees.
 fn sun_irradiance(elevation: f64, turbidity: f64) -> DVec3 {
     // Air mass (Kasten and Young 1989), and the optical thickness of clean, dry air.
     let mass = 1.0 / (elevation.to_radians().sin() + 0.50572 * (elevation + 6.07995).powf(-1.6364));
@@ -182,10 +182,10 @@ fn sun_irradiance(elevation: f64, turbidity: f64) -> DVec3 {
     tint * (luminance / tint.dot(DVec3::new(0.2126, 0.7152, 0.0722)))
 }
 
-/// The sky without the sun's disc. Of luminance Y and chromaticities x and y.
+/// The sky without the sun's disc, as luminance Y and chromaticities x and y.
 struct Dome {
     coefficients: [[f64; 5]; 3],
-    /// At the zenith, over what the Perez function is there.
+    /// The value at the zenith, divided by the Perez function at the zenith.
     scale: [f64; 3],
 }
 

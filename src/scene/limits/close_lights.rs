@@ -15,10 +15,10 @@ const COARSE_LIGHT: f64 = 2.5e-5;
 /// than 5 %.
 const SMALLEST_HEIGHT: f64 = 2e-6;
 
-/// Emitters larger than this many times their height are not taken for small: only a small part of them is that close.
+/// The ratio of an emitter's size to its height above which the emitter is not small: only a small part of it is that close.
 const SMALL: f64 = 20.0;
 
-/// A light that is close to a surface which it shines at.
+/// A light that is close to a surface that it lights.
 #[derive(Clone, Debug)]
 pub(super) struct CloseLight {
     /// The light's distance from the surface, over that from the camera.
@@ -50,20 +50,20 @@ impl fmt::Display for CloseLight {
 /// A light that may be close to something.
 struct Candidate {
     at: DVec3,
-    /// The distance that is close.
+    /// The distance below which a surface is close.
     reach: f64,
     /// The distance from the camera.
     away: f64,
-    /// The diagonal of its bounding box; 0 of a point.
+    /// The diagonal of its bounding box; 0 for a point.
     size: f64,
-    /// The direction in which it shines; none: in all.
+    /// The direction in which it shines; `None`: all directions.
     front: Option<DVec3>,
-    /// The instance that it is a part of, and its material there.
+    /// The instance to which it belongs, and its material there.
     own: Option<EmitterName>,
     name: String,
 }
 
-/// The light that is closest to a surface it shines at, in proportion to its distance from a camera at `eye`, if its light there
+/// The light that is closest to a surface that it lights, relative to its distance from a camera at `eye`, if its light there
 /// may be wrong.
 pub(super) fn closest(scene: &Scene, lights: &[LightTriangle], eye: DVec3) -> Option<CloseLight> {
     let lists = lists(candidates(scene, lights, eye));
@@ -113,8 +113,8 @@ pub(super) fn closest(scene: &Scene, lights: &[LightTriangle], eye: DVec3) -> Op
     closest
 }
 
-/// Candidates of about the same reach, by their position along an axis. A far light reaches far, and in one list with the others it
-/// would make each triangle look at all of them.
+/// Candidates of about equal reach, sorted by their position along an axis. In a list with all the others, a light with a long
+/// reach would make each triangle examine all lights.
 struct List {
     axis: usize,
     reach: f64,

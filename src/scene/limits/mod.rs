@@ -1,4 +1,4 @@
-//! Limits that a scene comes near or passes. What holds within them, and which test says so: `tests/LIMITS.md`.
+//! Limits that a scene approaches or exceeds. `tests/LIMITS.md` lists the accuracy within them and the tests that check it.
 
 mod close_lights;
 mod overlaps;
@@ -11,13 +11,13 @@ use glam::DVec3;
 use serde::Serialize;
 use std::collections::HashMap;
 
-/// A scene comes near a limit if a quantity that is this many times larger, or smaller, passes it.
+/// The factor by which a quantity may be short of a limit so that the scene is near it.
 const NEAR: f64 = 1e3;
 
 /// The largest ratio of the powers of two emitters that is tested.
 const CONTRAST: f64 = 1e9;
 
-/// A ratio of powers may be this much above the one that was meant, since areas and colours are rounded.
+/// The factor by which a ratio of powers may exceed its intended value, since areas and colours are rounded.
 const ROUNDED: f64 = 1.001;
 
 /// The smallest radiance of a surface that is tested, in W/(m²·sr).
@@ -26,18 +26,18 @@ const DIMMEST: f64 = 1e-30;
 /// The smallest half angle of a spot that is tested, in radians.
 const NARROWEST: f64 = 1e-5;
 
-/// A limit that a scene comes near or passes.
+/// A limit that a scene approaches or exceeds.
 #[derive(Clone, Debug, Serialize)]
 pub struct Limit {
-    /// One line: the quantity, where it is, and what it means.
+    /// One line: the quantity, its location, and its meaning.
     pub text: String,
     /// True if pictures of the scene may be wrong; false if they are right, or wrong by a few percent close to a light at most.
     pub passed: bool,
 }
 
 impl Scene {
-    /// The limits that a valid scene comes near or passes, seen by cameras at `eyes`. Lights count with their largest emission at
-    /// any time, and what moves is taken where it is.
+    /// The limits that a valid scene approaches or exceeds, seen by cameras at `eyes`. Lights count with their largest emission
+    /// at any time, and moving objects with their present position.
     pub fn limits(&self, eyes: &[DVec3]) -> Vec<Limit> {
         let (triangles, materials) = (light_triangles(self), self.brightest_materials());
         let mut found = self.size_and_distance();
@@ -216,7 +216,7 @@ mod tests {
         }
     }
 
-    /// The floor's mesh once more, as an emitter of such a radiance that shines downwards.
+    /// Adds the floor's mesh again, as an emitter with the given radiance that shines downwards.
     fn add_emitter(scene: &mut Scene, at: DVec3, size: f64, radiance: f32) {
         let mut mesh = scene.meshes[0].clone();
         mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
@@ -244,7 +244,7 @@ mod tests {
         scene.limits(&[DVec3::Y * 4.0])
     }
 
-    /// Fails unless a scene is near these limits, and past those that end with an exclamation mark.
+    /// Fails unless a scene is near these limits, and beyond those that end with an exclamation mark.
     #[track_caller]
     fn assert_near(scene: &Scene, wanted: &[&str]) {
         let found = limits(scene);
@@ -330,7 +330,7 @@ mod tests {
         assert!(found[1].text.contains(dim), "{found:?}");
     }
 
-    /// An environment of one radiance.
+    /// An environment with one constant radiance.
     fn environment(radiance: f32) -> Environment {
         Environment {
             name: "bright".into(),
@@ -426,7 +426,7 @@ mod tests {
         assert!(found[0].text.contains("800 pairs"), "{found:?}");
     }
 
-    /// The same pair is named every time, also where the search ends early.
+    /// The named pair is always the same, even where the search ends early.
     #[test]
     fn overlaps_in_several_planes_are_named_in_one_order() {
         let mut scene = floor();

@@ -1,5 +1,5 @@
-//! Emissive triangles that overlap in one plane. A ray finds one of them, while light samples count both, so that no picture of
-//! them is right.
+//! Emissive triangles that overlap in one plane. A ray finds one of them, while light samples count both, so that every picture
+//! of them is wrong.
 
 use super::super::lights::LightTriangle;
 use super::super::notices::label;
@@ -7,24 +7,24 @@ use super::super::{Bounds, Scene};
 use glam::{DVec2, DVec3};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Planes whose normals differ by less are parallel.
+/// The difference of normals below which two planes are parallel.
 const PARALLEL: f64 = 1e-5;
 
-/// Parallel planes whose distances from the origin differ by less, in proportion to the largest coordinate, are the same: rounding
-/// to f32 moves them by a tenth of it.
+/// The difference of the distances of parallel planes from the origin, relative to the largest coordinate, below which the
+/// planes are equal: rounding to f32 moves them by a tenth of it.
 const SAME_PLANE: f64 = 1e-6;
 
-/// Planes are sorted into cells several times, each time moved by such a part of a cell, so that those which differ by rounding
-/// nearly always share a cell at least once.
+/// The shifts of the cells into which planes are sorted, as fractions of a cell: planes that differ by rounding are nearly
+/// always in one cell at least once.
 const SHIFTS: [f64; 4] = [0.1, 0.35, 0.6, 0.85];
 
-/// Pairs are not counted beyond this number: n copies of a triangle are n² of them.
+/// The number of pairs beyond which pairs are not counted: n copies of a triangle form n² pairs.
 const MOST: usize = 1000;
 
-/// The part of the smaller triangle from which on an overlap is one: neighbours share an edge up to rounding.
+/// The minimum overlap, as a fraction of the smaller triangle: neighbours share an edge up to rounding.
 const LEAST_OVERLAP: f64 = 1e-3;
 
-/// A line that names lights that overlap, if some do.
+/// A line that names overlapping lights, if there are any.
 pub(super) fn text(scene: &Scene, lights: &[LightTriangle]) -> Option<String> {
     let overlaps = overlapping(lights);
     let (first, second) = *overlaps.first()?;
@@ -45,7 +45,7 @@ pub(super) fn text(scene: &Scene, lights: &[LightTriangle]) -> Option<String> {
     ))
 }
 
-/// Pairs of lights, by their index.
+/// Pairs of lights, by their indices.
 fn overlapping(lights: &[LightTriangle]) -> BTreeSet<(usize, usize)> {
     let corners = lights.iter().flat_map(|light| light.corners);
     let size = corners
@@ -109,7 +109,7 @@ fn overlapping(lights: &[LightTriangle]) -> BTreeSet<(usize, usize)> {
 /// A light in a strip.
 struct Member {
     light: usize,
-    /// True in the first of its strips.
+    /// True in the first strip of the light.
     begins: bool,
 }
 
@@ -144,7 +144,7 @@ fn strips(members: Vec<usize>, boxes: &[Bounds]) -> impl Iterator<Item = (Vec<Me
     divided.into_iter().map(move |strip| (strip, along))
 }
 
-/// The normal or its opposite, the same for both.
+/// The normal or its opposite, with an equal result for both.
 fn towards_one_side(normal: DVec3) -> DVec3 {
     let first = normal.to_array().into_iter().find(|x| x.abs() > 0.1);
     normal * first.unwrap_or(1.0).signum()

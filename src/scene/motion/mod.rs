@@ -17,11 +17,11 @@ use tracks::{Animated, Keyed, TrackFault};
 pub struct Motion {
     /// Nodes, each after its parent.
     pub nodes: Vec<Node>,
-    /// For each of the scene's instances the index of its node, or none if it does not move.
+    /// The index of the node of each of the scene's instances, or `None` if it does not move.
     pub instances: Vec<Option<u32>>,
-    /// For each of its cameras the index of its node, or none if it does not move.
+    /// The index of the node of each of its cameras, or `None` if it does not move.
     pub cameras: Vec<Option<u32>>,
-    /// For each of its punctual lights the index of its node, or none if it does not move.
+    /// The index of the node of each of its punctual lights, or `None` if it does not move.
     pub lights: Vec<Option<u32>>,
     /// Materials with changing emission, each once.
     pub emission: Vec<Emission>,
@@ -30,7 +30,7 @@ pub struct Motion {
 /// A node of the tree that instances, cameras and lights are attached to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Node {
-    /// Index of its parent, smaller than its own; none for a root.
+    /// The index of its parent, smaller than the node's index; `None` for a root.
     pub parent: Option<u32>,
     /// The transform of the node relative to its parent.
     pub transform: Transform,
@@ -39,9 +39,9 @@ pub struct Node {
 /// A node's transform relative to its parent.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Transform {
-    /// Constant.
+    /// A constant transform.
     Fixed(DAffine3),
-    /// Changes with time.
+    /// A transform that changes with time.
     Moving(Box<AnimatedTransform>),
 }
 
@@ -126,7 +126,7 @@ impl Motion {
         nodes.chain(emission).fold(0.0, f64::max)
     }
 
-    /// True if instances or lights move or change, not only cameras.
+    /// True if instances or lights move or change; cameras do not count.
     pub fn moves_things(&self) -> bool {
         let mut attached = self.instances.iter().chain(&self.lights);
         !self.emission.is_empty() || attached.any(Option::is_some)
@@ -137,7 +137,7 @@ impl Motion {
         self.instances.get(index).is_some_and(Option::is_some)
     }
 
-    /// The motion without constant parts; none if nothing moves.
+    /// The motion without constant parts; `None` if nothing moves.
     pub(crate) fn simplified(mut self) -> Option<Self> {
         let mut moves = Vec::with_capacity(self.nodes.len());
         for node in &mut self.nodes {
@@ -193,7 +193,7 @@ impl Motion {
         }
     }
 
-    /// The nodes of all that is attached to one.
+    /// The nodes of all instances, cameras and lights that are attached to one.
     fn attached(&self) -> impl Iterator<Item = &Option<u32>> {
         (self.instances.iter())
             .chain(&self.cameras)

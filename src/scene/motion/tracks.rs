@@ -5,12 +5,12 @@ use std::ops::{Add, Mul};
 
 /// A type of value that a track can hold.
 pub trait Keyed: Copy + PartialEq + Add<Output = Self> + Mul<f64, Output = Self> {
-    /// Interpolates to `next`, with `t` in 0…1.
+    /// Interpolates to `next`, with `t` in [0, 1].
     fn toward(self, next: Self, t: f64) -> Self {
         self * (1.0 - t) + next * t
     }
 
-    /// Turns the sum that a spline evaluates to into a valid value.
+    /// Turns the sum that a spline computes into a valid value.
     fn normalized(self) -> Self {
         self
     }
@@ -18,7 +18,7 @@ pub trait Keyed: Copy + PartialEq + Add<Output = Self> + Mul<f64, Output = Self>
     /// True if no component is NaN or infinite.
     fn is_finite(self) -> bool;
 
-    /// Why it is no valid key; none if it is valid.
+    /// The reason why it is not a valid key; `None` if it is valid.
     fn fault(self) -> Option<&'static str> {
         (!self.is_finite()).then_some("is not finite")
     }
@@ -65,7 +65,7 @@ impl Keyed for DQuat {
 pub enum Interpolation {
     /// Constant until the next key.
     Step,
-    /// Linear; spherical for rotations.
+    /// Linear; spherical linear for rotations.
     Linear,
     /// A cubic Hermite spline.
     CubicSpline,
@@ -78,17 +78,16 @@ pub struct Track<T> {
     pub interpolation: Interpolation,
     /// The keys' times in seconds: at least one, finite, each later than the one before.
     pub times: Vec<f64>,
-    /// One value per key; for a spline three: the incoming tangent per second, the value, the outgoing
-    /// tangent.
+    /// One value per key; for a spline three values: the incoming tangent per second, the value, the outgoing tangent.
     pub values: Vec<T>,
 }
 
 /// A fault of a track, in its times or in its values.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum TrackFault {
-    /// In the times.
+    /// A fault in the times.
     Times(String),
-    /// In the values.
+    /// A fault in the values.
     Values(String),
 }
 
@@ -210,14 +209,14 @@ impl<T: Keyed> Animated<T> {
             .map_or(self.rest, |track| track.at(time))
     }
 
-    /// The values at the keys, or the one without a track.
+    /// The values at the keys, or the constant value without a track.
     pub fn keys(&self) -> impl Iterator<Item = T> {
         let rest = self.track.is_none().then_some(self.rest);
         rest.into_iter()
             .chain(self.track.iter().flat_map(Track::keys))
     }
 
-    /// The time of the last key; 0 without any.
+    /// The time of the last key; 0 without keys.
     pub fn seconds(&self) -> f64 {
         let last = self.track.as_ref().and_then(|track| track.times.last());
         last.copied().unwrap_or(0.0)

@@ -90,7 +90,8 @@ pub(super) fn check_mesh(index: usize, mesh: &Mesh, materials: &[Material]) -> R
     Ok(())
 }
 
-/// Checks that every vertex has a finite value of an attribute, or none has any; otherwise returns the fault.
+/// Checks that either every vertex or no vertex has a value of an attribute, and that all values are finite; otherwise returns
+/// the fault.
 fn check_attribute<T: Display>(
     kind: &str,
     values: &[T],

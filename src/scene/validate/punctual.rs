@@ -9,7 +9,7 @@ use std::f64::consts::FRAC_PI_2;
 /// are large enough to need it, and within f32 in others.
 const MOST_INTENSE: f32 = 1e30;
 
-/// Checks the cone angles of a spot; `what` names it in the message. Cones over π/2 would light what is behind them, and
+/// Checks the cone angles of a spot; `what` names it in the message. Cones over π/2 would light the space behind them, and
 /// `KHR_lights_punctual` forbids them. It forbids equal angles too, but Blender writes them for a spot with a sharp edge.
 pub fn check_cone(what: &str, inner: f64, outer: f64) -> Result<()> {
     if inner >= 0.0 && inner <= outer && outer > 0.0 && outer <= FRAC_PI_2 {

@@ -87,7 +87,7 @@ pub struct Textures {
 }
 
 impl Textures {
-    /// Lets `user[slot]` name a texture, if there is one.
+    /// Sets `user[slot]` to a texture, if there is one.
     fn add(&mut self, user: &mut Value, slot: &str, texture: &Option<Texture>) {
         let Some(texture) = texture else { return };
         let filter = if texture.nearest { 9728 } else { 9729 };
@@ -113,7 +113,7 @@ impl Textures {
     }
 }
 
-/// The index of a value in a list, to which it is added if it is new.
+/// The index of a value in a list; a new value is added.
 fn index_of(list: &mut Vec<Value>, value: Value) -> usize {
     let found = list.iter().position(|other| *other == value);
     found.unwrap_or_else(|| {

@@ -10,7 +10,7 @@ const UNSIGNED_INT: u32 = 5125;
 const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
-/// A mesh with a primitive for each part. All share their vertices.
+/// A mesh with a primitive for each part. All primitives use the same vertices.
 pub fn mesh(mesh: &Mesh, binary: &mut Binary) -> Value {
     let bounds = mesh.bounds();
     let [low, high] = bounds.map_or([DVec3::ZERO; 2], |bounds| [bounds.min, bounds.max]);

@@ -18,12 +18,12 @@ use std::path::Path;
 
 const FLOAT: u32 = 5126;
 
-/// Writes a scene to `path` as .glb: meshes with a primitive for each part, instances as nodes, materials with their
-/// textures (as PNG), lights, cameras, and the motion of all, in f32. An environment is left out, since glTF has none, and
-/// so is what shears a texture.
+/// Writes a scene to `path` as .glb: meshes with a primitive for each part, instances as nodes, materials with their textures
+/// (as PNG), lights, cameras, and the motion of all, in f32. Environments and the shear of textures are left out, since glTF
+/// has neither.
 ///
 /// # Errors
-/// An image whose texels are not as many as its size says; more than the 4 GiB that the format allows; or the file cannot be
+/// An image whose number of texels differs from its size; more than the 4 GiB that the format allows; or the file cannot be
 /// written.
 pub fn write_glb(scene: &Scene, path: &Path) -> Result<()> {
     let mut binary = Binary::default();

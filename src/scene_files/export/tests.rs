@@ -162,8 +162,8 @@ fn an_image_with_too_few_texels_is_named() {
     assert!(!path.exists());
 }
 
-/// The first thing in which two scenes differ. Emission and intensity are stored as colour times strength, so they may lose
-/// their last bits.
+/// The first difference between two scenes. Emission and intensity are stored as colour times strength, so they may lose their
+/// last bits.
 fn difference(a: &Scene, b: &Scene) -> Option<String> {
     let mut b = b.clone();
     let settle = |ours: &mut Vec3, of: Vec3| {

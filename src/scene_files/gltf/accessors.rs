@@ -1,5 +1,5 @@
-//! Elements of accessors. Every range is checked, in arithmetic that cannot overflow, before the
-//! first byte is read; nothing is allocated by a count that a file merely claims.
+//! Elements of accessors. Every range is checked, in arithmetic that cannot overflow, before the first byte is read; no
+//! allocation depends on a count that a file merely claims.
 
 use super::damaged;
 use super::document::{Accessor, Document};
@@ -10,7 +10,7 @@ use glam::{Vec2, Vec3, Vec4};
 /// The largest element read: four floats.
 const ZEROS: [u8; 16] = [0; 16];
 
-/// Elements of an accessor without bytes that are worth their memory.
+/// The number of elements of an accessor without bytes that may be allocated.
 const MAX_ZEROS: u64 = 1 << 20;
 
 /// The document with the bytes its accessors read.
@@ -31,7 +31,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// As the file has it.
+    /// The name in the file.
     const fn name(self) -> &'static str {
         match self {
             Self::Vec2 => "VEC2",
@@ -81,7 +81,7 @@ enum Component {
 }
 
 impl Component {
-    /// glTF's codes.
+    /// The type with a code of glTF.
     fn of(code: u64) -> Option<Self> {
         match code {
             5120 => Some(Self::I8),
@@ -102,12 +102,12 @@ impl Component {
         }
     }
 
-    /// True if vertices can be counted in it.
+    /// True if the type can hold vertex indices.
     fn is_index(self) -> bool {
         matches!(self, Self::U8 | Self::U16 | Self::U32)
     }
 
-    /// A float, an integer, or what a normalized integer stands for.
+    /// A float, an integer, or the value of a normalized integer.
     fn number(self, bytes: &[u8], normalized: bool) -> f64 {
         let (number, one) = match (self, bytes) {
             (Self::I8, &[a, ..]) => (f64::from(a as i8), 127.0),
@@ -387,7 +387,7 @@ impl Elements<'_> {
         self.vector(index).extend(self.number(index, 3))
     }
 
-    /// A number of element `index`.
+    /// One number of element `index`.
     fn number(&self, index: u64, component: usize) -> f32 {
         let bytes = &self.element(index as usize)[component * self.component.size()..];
         self.component.number(bytes, self.normalized) as f32
@@ -412,7 +412,7 @@ impl Elements<'_> {
     }
 }
 
-/// An item by an index from the file.
+/// An element of a list by an index from the file.
 pub fn get<T>(items: &[T], index: u64) -> Option<&T> {
     items.get(usize::try_from(index).ok()?)
 }

@@ -1,7 +1,7 @@
-//! Animations: keys for nodes and, by `KHR_animation_pointer`, for what materials emit.
+//! Animations: keys for nodes and, by `KHR_animation_pointer`, for the emission of materials.
 //!
-//! All animations of a file play together, from time 0. Where two of them change the same thing the
-//! first in the file does, and a notice says so.
+//! All animations of a file play together, from time 0. If two of them change one property, the first one in the file takes
+//! effect, and a notice reports it.
 
 use super::accessors::{Accessors, get};
 use super::damaged;
@@ -16,7 +16,7 @@ use crate::{Error, Result};
 use glam::{DQuat, DVec3};
 use std::collections::BTreeMap;
 
-/// The tracks of everything that a file animates, by the file's indices.
+/// The tracks of all animated properties in the file, by the file's indices.
 #[derive(Default)]
 pub struct Animations {
     nodes: BTreeMap<usize, AnimatedTransform>,
@@ -32,7 +32,7 @@ enum Target {
     EmissiveStrength(usize),
 }
 
-/// Reads all channels that can be followed.
+/// Reads all supported channels.
 pub fn read(
     accessors: &Accessors<'_>,
     placed: &[Placed<'_>],
@@ -65,7 +65,7 @@ pub fn read(
     Ok(read)
 }
 
-/// The property that a channel changes; none, with a notice, if it is not supported.
+/// The property that a channel changes; `None`, with a notice, if it is not supported.
 fn target(
     accessors: &Accessors<'_>,
     what: &str,
@@ -134,7 +134,7 @@ fn target(
     })
 }
 
-/// Where a channel's keys are.
+/// The location of a channel's keys.
 struct Source<'a> {
     accessors: &'a Accessors<'a>,
     animation: &'a Animation,
@@ -144,7 +144,7 @@ struct Source<'a> {
 }
 
 impl Source<'_> {
-    /// Reads and checks a track of values of `kind` that `make` makes of its numbers.
+    /// Reads and checks a track of values of `kind`; `make` makes a value from its numbers.
     fn track<T: Keyed>(&self, kind: (&str, usize), make: impl Fn(&[f64]) -> T) -> Result<Track<T>> {
         let samplers = &self.animation.samplers;
         let Some(sampler) = get(samplers, self.sampler) else {
@@ -184,7 +184,7 @@ impl Source<'_> {
         Ok(track)
     }
 
-    /// Checks that what a light emits is in range.
+    /// Checks that the emission of a light is in range.
     fn check_emission<T: Keyed>(
         &self,
         track: &Track<T>,
@@ -270,7 +270,7 @@ impl Animations {
         Ok(())
     }
 
-    /// The tracks of a node of the scene, none if it is not in it.
+    /// The tracks of a node of the scene; `None` if the scene does not contain the node.
     fn moving(
         &mut self,
         source: &Source<'_>,
@@ -305,13 +305,13 @@ impl Animations {
         })
     }
 
-    /// True if keys change what a material emits.
+    /// True if keys change the emission of a material.
     pub fn change_emission_of(&self, material: usize) -> bool {
         self.materials.contains_key(&material)
     }
 
-    /// How the scene moves, given for each instance, camera and light where in `placed` its node is; none
-    /// without keys.
+    /// The motion of the scene, given the index in `placed` of the node of each instance, camera and light; `None` without
+    /// keys.
     pub fn motion(
         mut self,
         placed: &[Placed<'_>],

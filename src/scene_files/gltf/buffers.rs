@@ -73,11 +73,11 @@ fn word(bytes: &[u8], at: usize) -> Option<usize> {
     Some(u32::from_le_bytes(*word) as usize)
 }
 
-/// The bytes of a glTF file's buffers. Only what is in other files, or encoded, is copied, and each file is read once.
+/// The bytes of a glTF file's buffers. Only data in other files, or encoded data, are copied, and each file is read once.
 pub struct Buffers<'a> {
     copies: Vec<Vec<u8>>,
     binary: &'a [u8],
-    /// For each buffer the index of its copy, or none for the binary chunk, and its length in bytes.
+    /// The index of each buffer's copy, or `None` for the binary chunk, and its length in bytes.
     sources: Vec<(Option<usize>, usize)>,
 }
 
@@ -153,13 +153,13 @@ impl<'a> Buffers<'a> {
         source.map_or(self.binary, |copy| &self.copies[copy])
     }
 
-    /// The bytes of each buffer, exactly as many as it says.
+    /// The bytes of each buffer, cut to the length that the document gives.
     pub fn slices(&self) -> Vec<&[u8]> {
         let slice = |(source, length): &(Option<usize>, usize)| &self.bytes(*source)[..*length];
         self.sources.iter().map(slice).collect()
     }
 
-    /// Bytes of all that the buffers are in.
+    /// The total size in bytes of the sources of all buffers.
     pub fn total(&self) -> u64 {
         let copies = self.copies.iter().map(Vec::len).sum::<usize>();
         (self.binary.len() + copies) as u64
@@ -196,7 +196,7 @@ pub fn file_name<'a>(what: &str, uri: &'a str) -> Result<Cow<'a, str>> {
     })
 }
 
-/// The bytes of `data:` URI content: `[type];base64,…`.
+/// The bytes of the content of a `data:` URI: `[type];base64,…`.
 pub fn decode_data_uri(data: &str) -> Option<Vec<u8>> {
     let (kind, content) = data.split_once(',')?;
     kind.ends_with(";base64").then_some(())?;

@@ -1,16 +1,16 @@
-//! The JSON of a glTF file, as far as Headwater reads it. Indices are read as they are, in 64 bits:
-//! code that follows an index checks it first. What is not listed here is ignored, or only noticed.
+//! The part of the JSON of a glTF file that Headwater reads. Indices are read unchanged, in 64 bits: code that follows an index
+//! checks it first. Other elements are ignored, or only noticed.
 //!
-//! The types of the `gltf` crate would lose what matters here:
+//! The types of the `gltf` crate would lose data that matter here:
 //! - transforms of nodes are in f32, whose steps are half a unit at 5·10⁶ units from the origin,
 //!   and so are cameras;
 //! - indices and component types are cut to 32 bits without an error, so that a damaged one names
 //!   another element;
 //! - normal textures have no transform;
-//! - values that the crate does not know are dropped, so that no message can quote them: the types
+//! - values that the crate does not support are dropped, so that no message can quote them: the types
 //!   of accessors and cameras, interpolations, alpha modes, and the path `pointer` of an animation,
 //!   which is followed here;
-//! - files would be refused for faults in what Headwater ignores, such as skins.
+//! - files would be refused for faults in parts that Headwater ignores, such as skins.
 
 use serde::Deserialize;
 use serde::de::IgnoredAny;
@@ -55,8 +55,8 @@ pub struct Material {
 }
 
 impl Material {
-    /// True if it is seen as it is: then only its base colour and alpha count, and what else it has is for readers that do
-    /// not know the extension.
+    /// True if the material is unlit: then only its base colour and alpha count, and its other properties are for readers that
+    /// do not support the extension.
     pub const fn is_unlit(&self) -> bool {
         self.extensions.unlit.is_some()
     }
@@ -91,7 +91,7 @@ pub struct TextureInfo {
     pub index: u64,
     #[serde(default)]
     pub tex_coord: u64,
-    /// Of normal textures.
+    /// The scale of normal textures.
     pub scale: Option<f32>,
     #[serde(default)]
     pub extensions: TextureInfoExtensions,
@@ -222,7 +222,7 @@ pub struct Image {
     pub buffer_view: Option<u64>,
 }
 
-/// The file's version; missing, it is empty, where the crate's type would say 2.0.
+/// The file's version; empty if it is missing, where the crate's type would have 2.0.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub struct Asset {
@@ -230,7 +230,7 @@ pub struct Asset {
     pub min_version: Option<String>,
 }
 
-/// A glTF `scene`: the nodes its trees grow from.
+/// A glTF `scene`: the root nodes of its trees.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub struct Roots {
@@ -366,7 +366,7 @@ pub struct Channel {
     pub target: Target,
 }
 
-/// The property that a channel changes: a `path` of a node, or with the path `pointer` the one that the extension names.
+/// The property that a channel changes: a `path` of a node or, with the path `pointer`, the property that the extension names.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub struct Target {

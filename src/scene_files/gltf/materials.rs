@@ -1,4 +1,4 @@
-//! Materials: metallic-roughness and the extensions that Headwater follows.
+//! Materials: metallic-roughness and the supported extensions.
 
 use super::accessors::get;
 use super::document::{Document, Material as FileMaterial};
@@ -10,16 +10,16 @@ use crate::scene::{AlphaMode, Material};
 use glam::{DVec3, Vec3, Vec4};
 use std::collections::BTreeSet;
 
-/// What each of a file's materials is there for: of others the images are not read.
+/// The use of each of a file's materials: the images of unused materials are not read.
 pub struct Uses {
-    /// True if faces in the scene have it.
+    /// True for each material that faces of the scene have.
     pub has_faces: Vec<bool>,
-    /// True if it gives light at any time.
+    /// True for each material that gives light at any time.
     pub emits: Vec<bool>,
 }
 
 impl Uses {
-    /// For the nodes of a scene; `is_animated` tells whether a material's emission is.
+    /// The uses by the nodes of a scene; `is_animated` is true for materials with animated emission.
     pub fn of(
         document: &Document,
         placed: &[Placed<'_>],
@@ -52,7 +52,7 @@ impl Uses {
     }
 }
 
-/// The file's materials, one for one.
+/// The file's materials, in the file's order.
 pub fn read(
     materials: &[FileMaterial],
     textures: &Textures<'_>,
@@ -138,7 +138,7 @@ pub fn emission(source: &FileMaterial) -> (DVec3, f64) {
     )
 }
 
-/// The kinds of textures that are not followed, each with the number of materials that have it.
+/// The kinds of textures that are not supported, each with the number of materials that have it.
 fn ignored_textures(materials: &[FileMaterial]) -> Vec<String> {
     let kinds = ["occlusion", "specular", "specular colour"];
     let mut counts = [0; 3];

@@ -1,4 +1,4 @@
-//! Meshes: primitives merged, strips and fans unrolled, vertices that nobody uses left out.
+//! Meshes: primitives merged, strips and fans unrolled, unused vertices left out.
 
 use super::accessors::{Accessors, Elements, Kind, get};
 use super::damaged;
@@ -37,17 +37,17 @@ impl Topology {
 /// Reads a file's meshes one after another.
 pub struct Meshes<'a> {
     accessors: Accessors<'a>,
-    /// For each material, which sets of texture coordinates it uses.
+    /// The sets of texture coordinates that each material uses.
     sets: Vec<[bool; 2]>,
-    /// For each material, whether it has a normal map.
+    /// True for each material that has a normal map.
     mapped: Vec<bool>,
     /// The sets of texture coordinates that the mesh needs.
     needed: [bool; 2],
-    /// The material of primitives that name none.
+    /// The material of primitives that have no material.
     default_material: u32,
-    /// True if that was needed.
+    /// True if the default material was used.
     pub default_material_used: bool,
-    /// For each vertex of the primitive at hand its index in the mesh, or `u32::MAX`.
+    /// The index in the mesh of each vertex of the current primitive, or `u32::MAX`.
     indices_in_mesh: Vec<u32>,
 }
 
@@ -70,7 +70,7 @@ impl<'a> Meshes<'a> {
         }
     }
 
-    /// Reads a mesh; its triangles may be none.
+    /// Reads a mesh, which may have no triangles.
     pub fn read(&mut self, index: usize, source: &FileMesh, tally: &mut Tally) -> Result<Mesh> {
         let mut mesh = Mesh {
             name: source.name.clone(),
@@ -214,7 +214,7 @@ impl<'a> Meshes<'a> {
         }
     }
 
-    /// Refuses what would take unreasonably more memory than the file.
+    /// Refuses elements that would take unreasonably more memory than the file.
     fn reserve(
         &mut self,
         what: &str,

@@ -1,8 +1,8 @@
 //! glTF 2.0: `.gltf` and `.glb`.
 //!
-//! The `gltf` crate supplies the GLB container; [`document`] says why its types are not used. Nor are
-//! its validation and traversal: they panic or recurse for ever on some broken files. Indices are
-//! followed by checked look-ups, accessors' ranges are checked before they are read.
+//! The `gltf` crate supplies the GLB container; [`document`] gives the reasons why its types are not used. Its validation and
+//! traversal are not used either: they panic or recurse without end on some broken files. Indices are followed by checked
+//! look-ups, and the ranges of accessors are checked before they are read.
 
 mod accessors;
 mod animations;
@@ -29,7 +29,7 @@ use meshes::Meshes;
 use textures::Textures;
 use unfolding::Unfolding;
 
-/// The extensions that are followed.
+/// The supported extensions.
 const EXTENSIONS: [&str; 9] = [
     "EXT_texture_webp",
     "KHR_animation_pointer",
@@ -42,20 +42,20 @@ const EXTENSIONS: [&str; 9] = [
     "KHR_texture_transform",
 ];
 
-/// Bytes that an object of the JSON takes, such as a node without content, with what becomes of it.
+/// The memory that an object of the JSON takes, such as a node without content, including the data made from it, in bytes.
 const OBJECT_BYTES: u64 = 1 << 10;
 
-/// Bytes that a string of a list takes, or an entry of a map, without its text.
+/// The memory that a string of a list, or an entry of a map, takes without its text, in bytes.
 const STRING_BYTES: u64 = 128;
 
-/// Bytes that a number of a list takes.
+/// The memory that a number of a list takes, in bytes.
 const NUMBER_BYTES: u64 = 16;
 
-/// The most extensions that a notice lists.
+/// The maximum number of extensions that a notice lists.
 const MAX_EXTENSIONS: usize = 16;
 
-/// Reads a glTF file from its bytes; files it names lie in `folder`. Errors name the element, not
-/// the file. The scene is not validated yet.
+/// Reads a glTF file from its bytes; the files that it names lie in `folder`. Errors name the element, not the file. The scene
+/// is not validated yet.
 pub(super) fn read(
     bytes: &[u8],
     folder: &SceneFolder<'_>,
@@ -158,7 +158,7 @@ pub(super) fn read(
     Ok(scene)
 }
 
-/// Checks that there is memory for what is read from JSON.
+/// Checks that there is enough memory for the data of the JSON.
 fn check_memory(json: &[u8]) -> Result<()> {
     memory::check(memory_of(json)).map_err(|cause| {
         Error::input(format!(
@@ -167,7 +167,7 @@ fn check_memory(json: &[u8]) -> Result<()> {
     })
 }
 
-/// Bytes that what is read from JSON takes at most, from a count of its elements.
+/// The maximum memory of the data of the JSON, in bytes, from a count of its elements.
 fn memory_of(json: &[u8]) -> u64 {
     let mut bytes = 0;
     let mut rest = json;
@@ -190,7 +190,7 @@ fn memory_of(json: &[u8]) -> u64 {
     bytes
 }
 
-/// What follows a string whose content `json` begins with.
+/// The rest of `json` after the string whose content it begins with.
 fn after_string(json: &[u8]) -> &[u8] {
     let mut rest = json;
     while let Some(at) = rest.iter().position(|byte| matches!(byte, b'"' | b'\\')) {
@@ -222,7 +222,7 @@ fn parse(json: &[u8]) -> Result<Document> {
     Ok(document)
 }
 
-/// The error for JSON that cannot be read, which names the element of the file that is at fault.
+/// The error for JSON that cannot be read; it names the faulty element of the file.
 fn not_json(json: &[u8], cause: &serde_json::Error) -> Error {
     // Read again to find the element: to follow it in every file would slow loading down.
     let json = &mut serde_json::Deserializer::from_slice(json);
@@ -291,7 +291,7 @@ fn out_of_range(what: &str, kind: &str, index: u64, count: usize) -> Error {
     ))
 }
 
-/// An error that no one but the file's writer can mend.
+/// An error that only the author of the file can repair.
 fn damaged(fault: impl std::fmt::Display) -> Error {
     Error::input(format!("{fault}; the file is damaged, export it again"))
 }

@@ -13,7 +13,7 @@ use glam::{DAffine3, DMat4, DQuat, DVec3, DVec4};
 pub struct Placed<'a> {
     pub index: usize,
     pub node: &'a Node,
-    /// Where in the list its parent is.
+    /// The index of its parent in the list.
     pub parent: Option<u32>,
     pub in_parent: DAffine3,
     pub to_world: DAffine3,
@@ -25,7 +25,8 @@ impl Placed<'_> {
         label("node", self.index, &self.node.name)
     }
 
-    /// The node's name, or else that of what it shows. Many nodes may show the same, so a long name is cut.
+    /// The node's name, or otherwise `shown`, the name of its content. Many nodes may have the same content, so a long name is
+    /// cut.
     pub fn name_or(&self, shown: &str) -> String {
         match self.node.name.as_str() {
             "" => shown.chars().take(256).collect(),
@@ -33,7 +34,7 @@ impl Placed<'_> {
         }
     }
 
-    /// Scale, rotation and translation as the file has them.
+    /// The scale, the rotation and the translation in the file.
     pub fn rest(&self) -> (DVec3, DQuat, DVec3) {
         rest(self.node)
     }
@@ -83,7 +84,7 @@ pub fn placed(document: &Document) -> Result<Vec<Placed<'_>>> {
     Ok(placed)
 }
 
-/// Each node's parent. Two parents are an error, and so is a cycle.
+/// The parent of each node. Two parents are an error, and so is a cycle.
 fn parents(document: &Document) -> Result<Vec<Option<usize>>> {
     let nodes = &document.nodes;
     let mut parents = vec![None; nodes.len()];
@@ -124,7 +125,7 @@ fn parents(document: &Document) -> Result<Vec<Option<usize>>> {
     Ok(parents)
 }
 
-/// The roots of the default scene, or of the first, or without scenes all nodes without parent.
+/// The roots of the default scene or, without it, of the first scene or, without scenes, all nodes without a parent.
 fn roots(document: &Document, parents: &[Option<usize>]) -> Result<Vec<usize>> {
     let chosen = document.scene.unwrap_or(0);
     let Some(scene) = get(&document.scenes, chosen) else {

@@ -19,7 +19,8 @@ use std::path::PathBuf;
 pub struct Textures<'a> {
     document: &'a Document,
     uses: &'a Uses,
-    /// For each of the file's images its index among the scene's; none if no material needs it, or if its file is missing.
+    /// The index of each of the file's images among the scene's images; `None` if no material needs it, or if its file is
+    /// missing.
     images: Vec<Option<u32>>,
 }
 
@@ -32,7 +33,7 @@ enum Source<'a> {
     View(u64),
 }
 
-/// The identity of a source: images of the same source are one in the scene.
+/// The identity of a source: images with one source are one image in the scene.
 #[derive(PartialEq, Eq, Hash)]
 enum Identity<'a> {
     File((u64, u64)),
@@ -104,8 +105,8 @@ impl<'a> Textures<'a> {
         Ok((textures, images))
     }
 
-    /// The textures of the material at `index`: of base colour, metallic-roughness, normal and emission; none where an
-    /// image is not needed, or is missing.
+    /// The textures of the material at `index`: of base colour, metallic-roughness, normal and emission; `None` if an image is
+    /// not needed, or is missing.
     pub fn of_material(&self, what: &str, index: usize) -> Result<[Option<Texture>; 4]> {
         if !self.uses.has_faces[index] {
             return Ok([None; 4]);
@@ -187,8 +188,8 @@ impl<'a> Textures<'a> {
     }
 }
 
-/// The textures of a material that are followed, with their names: base colour, metallic-roughness, normal,
-/// emissive. `emits` tells whether it gives light at any time: else nothing is seen of the last.
+/// The supported textures of a material, with their names: base colour, metallic-roughness, normal, emissive. `emits` is true
+/// if the material gives light at any time: otherwise the emissive texture has no effect.
 fn slots(material: &Material, emits: bool) -> [(&'static str, &Option<TextureInfo>); 4] {
     let pbr = &material.pbr_metallic_roughness;
     let lit = |texture| {
@@ -211,8 +212,8 @@ fn slots(material: &Material, emits: bool) -> [(&'static str, &Option<TextureInf
     ]
 }
 
-/// KHR_texture_transform: scaled, then turned, then moved. It turns as the extension's words and its readers say, against
-/// the matrix in its text (KhronosGroup/glTF, issue 1563).
+/// The transform of KHR_texture_transform: scaled, then turned, then moved. The direction of rotation follows the extension's
+/// text and its readers, not the matrix in the text (KhronosGroup/glTF, issue 1563).
 fn transform(placed: &TextureTransform) -> Affine2 {
     let (sin, cos) = placed.rotation.sin_cos();
     // Counter-clockwise where v points down.
@@ -249,7 +250,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// The bytes as they are in the file.
+    /// The bytes in the file.
     fn read<'b>(
         self,
         what: &str,

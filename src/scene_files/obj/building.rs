@@ -1,4 +1,4 @@
-//! The mesh that the faces at hand build.
+//! The mesh that the current faces build.
 
 use crate::scene::{Mesh, Part};
 use glam::{Vec2, Vec3};
@@ -16,7 +16,7 @@ pub struct Corner {
     pub coordinates: u32,
 }
 
-/// The mesh at hand.
+/// The current mesh.
 #[derive(Default)]
 pub struct Building {
     pub mesh: Mesh,
@@ -27,7 +27,7 @@ pub struct Building {
 }
 
 impl Building {
-    /// The mesh's vertex for a corner, which equal corners share.
+    /// The mesh's vertex for a corner; equal corners have one vertex.
     pub fn vertex(
         &mut self,
         corner: Corner,

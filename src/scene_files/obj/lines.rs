@@ -7,8 +7,8 @@ use std::io::{BufRead, Read};
 /// The longest statement, in bytes.
 const MAX_BYTES: usize = 64 << 20;
 
-/// Reads statements one after another into the same memory. A backslash at a line's end joins it
-/// with the next; `#` begins a comment. What is not UTF-8 is read as Latin-1.
+/// Reads statements one after another into one piece of memory. A backslash at a line's end joins it with the next; `#` begins
+/// a comment. Bytes that are not UTF-8 are read as Latin-1.
 pub struct Lines<R> {
     source: R,
     bytes: Vec<u8>,
@@ -21,7 +21,7 @@ pub struct Line<'a> {
     number: usize,
     /// The first word.
     pub keyword: &'a str,
-    /// All that follows it, without the spaces around.
+    /// The rest of the line, without surrounding spaces.
     pub rest: &'a str,
 }
 
@@ -103,7 +103,7 @@ impl<'a> Line<'a> {
         self.rest.split_whitespace()
     }
 
-    /// The first three words as numbers that f32 can hold, if coarsely.
+    /// The first three words as numbers that f32 can hold, possibly coarsely.
     pub fn numbers(&self) -> Result<[f64; 3]> {
         let mut words = self.words();
         let mut numbers = [0.0; 3];
@@ -116,7 +116,7 @@ impl<'a> Line<'a> {
         Ok(numbers)
     }
 
-    /// A word as a number that f32 can hold, if coarsely.
+    /// A word as a number that f32 can hold, possibly coarsely.
     pub fn number(&self, word: &str) -> Result<f64> {
         word.parse()
             .ok()

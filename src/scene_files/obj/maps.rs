@@ -15,11 +15,11 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::path::PathBuf;
 
-/// Loads the textures of those of a scene's materials that faces have; `maps` has one entry for each material.
+/// Loads the textures of the materials that faces use; `maps` has one entry per material.
 ///
 /// # Errors
 /// An image that cannot be read or, unless `folder` permits it, is missing; too many texels; textures of roughness and
-/// metalness that cannot be put together.
+/// metalness that cannot be combined.
 pub fn load(
     scene: &mut Scene,
     maps: &[Maps],
@@ -92,7 +92,7 @@ pub fn load(
 
 /// The images of files.
 struct Files<'a> {
-    /// For the paths of each texture the index of its image; none where the file is missing.
+    /// The index of the image for the paths of each texture; `None` if the file is missing.
     image_of: HashMap<&'a [PathBuf; 2], Option<usize>>,
     images: Vec<Image>,
 }
@@ -137,7 +137,7 @@ impl<'a> Files<'a> {
         Ok(Self { image_of, images })
     }
 
-    /// A texture with the index of its image, unless that is missing.
+    /// A texture with the index of its image, unless that image is missing.
     fn of<'b>(&self, map: &'b Option<Box<Map>>) -> Option<(&'b Map, usize)> {
         let map = map.as_deref()?;
         Some((map, (*self.image_of.get(&map.files)?)?))
@@ -159,7 +159,7 @@ fn combine(like: &Image, roughness: Option<&Image>, metallic: Option<&Image>) ->
     }
 }
 
-/// In OBJ, v points up; here, down.
+/// The texture of a map: in OBJ, v points up; here, it points down.
 fn texture(map: &Map, image: u32) -> Texture {
     let flip = Affine2::from_mat2_translation(Mat2::from_diagonal(Vec2::new(1.0, -1.0)), Vec2::Y);
     let wrap = if map.clamp { Wrap::Clamp } else { Wrap::Repeat };

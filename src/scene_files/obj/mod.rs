@@ -43,26 +43,27 @@ const GREY: Vec3 = Vec3::splat(0.8);
 /// The largest MTL file, in bytes.
 const MAX_MTL_BYTES: u64 = 64 << 20;
 
-/// Bytes of memory that an MTL file takes at most for each of its own: a material has about 430, and its line may have 7.
+/// The maximum memory that an MTL file takes for each of its bytes, in bytes: a material takes about 430 bytes, and its line
+/// may have 7.
 const MTL_RATIO: u64 = 128;
 
-/// Bytes of memory that a mesh takes beside its vertices and triangles, with its instance.
+/// The memory that a mesh takes besides its vertices and triangles, with its instance, in bytes.
 const MESH_BYTES: u64 = 1 << 10;
 
-/// Bytes of memory that a face takes for each byte of its line until it is cut: a corner takes 96, and has at least two.
+/// The memory that a face takes for each byte of its line until it is cut, in bytes: a corner takes 96, and has at least two.
 const FACE_RATIO: u64 = 48;
 
-/// Bytes of memory that the name of an MTL file takes beside its text.
+/// The memory that the name of an MTL file takes besides its text, in bytes.
 const NAME_BYTES: u64 = 128;
 
-/// The most kinds of textures that a notice lists.
+/// The maximum number of kinds of textures that a notice lists.
 const MAX_KINDS: usize = 16;
 
-/// Reads an OBJ file; the MTL files it names lie in `folder`. Errors name the line, not the file.
-/// The scene is not validated yet.
+/// Reads an OBJ file; the MTL files that it names lie in `folder`. Errors name the line, not the file. The scene is not
+/// validated yet.
 ///
 /// # Errors
-/// A statement that is wrong, or an MTL file that is.
+/// A wrong statement, or a wrong MTL file.
 pub(super) fn read(source: impl BufRead, folder: &SceneFolder<'_>) -> Result<Untextured> {
     let mut reader = Reader::new(folder);
     let mut lines = Lines::new(source);
@@ -112,9 +113,9 @@ impl Untextured {
 struct Reader<'a> {
     folder: &'a SceneFolder<'a>,
     positions: Vec<DVec3>,
-    /// The origin of the mesh at hand.
+    /// The origin of the current mesh.
     center: DVec3,
-    /// The number of positions that were looked at for that origin and those before.
+    /// The number of positions that were used for this origin and the previous ones.
     centered: usize,
     normals: Vec<Vec3>,
     coordinates: Vec<Vec2>,
@@ -125,12 +126,12 @@ struct Reader<'a> {
     /// The MTL files that were read, and all names after `mtllib`.
     libraries: HashSet<(u64, u64)>,
     library_names: HashSet<String>,
-    /// The material of the faces to come; none is grey.
+    /// The material of the next faces; `None` is grey.
     material: Option<u32>,
     grey: Option<u32>,
     mesh: Building,
     tally: Tally,
-    /// The corners and points of the face at hand, kept for their memory.
+    /// The corners and points of the current face, kept to reuse their memory.
     corners: Vec<Corner>,
     points: Vec<Vec3>,
     /// Kinds of textures that are not supported, each once, and not more than one above [`MAX_KINDS`].
@@ -161,7 +162,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Follows a statement; false if OBJ knows none such.
+    /// Processes a statement; false if OBJ has no such statement.
     fn statement(&mut self, line: &Line) -> Result<bool> {
         match line.keyword {
             "v" => {
@@ -334,7 +335,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Reads an MTL file, unless it was read before; `name` is how the OBJ file calls it.
+    /// Reads an MTL file, unless it was read before; `name` is its name in the OBJ file.
     fn read_library(&mut self, name: &str, file: SceneFile) -> Result<()> {
         if !self.libraries.insert(file.id) {
             return Ok(());
@@ -379,7 +380,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// The material of faces that have none.
+    /// The material of faces without a material.
     fn grey(&mut self) -> u32 {
         *self.grey.get_or_insert_with(|| {
             self.scene.materials.push(Material::lambert("", GREY));
@@ -388,7 +389,7 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// Puts the mesh at hand into the scene, if it has triangles.
+    /// Adds the current mesh to the scene, if it has triangles.
     fn finish_mesh(&mut self) {
         let Building {
             mut mesh,
@@ -442,8 +443,8 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Where a mesh has its origin: in the middle of the vertices if these are much further from 0 than from each other, so that
-/// f32 is as fine as it would be there; else at 0.
+/// The origin of a mesh: the middle of the vertices if they are much further from 0 than from each other, so that f32 is as
+/// fine as it would be at 0; otherwise 0.
 fn center_of(positions: &[DVec3]) -> DVec3 {
     const FAR: f64 = 256.0;
     let bounds = Bounds::of(positions.iter().copied());
@@ -453,12 +454,12 @@ fn center_of(positions: &[DVec3]) -> DVec3 {
         .map_or(DVec3::ZERO, |bounds| bounds.center())
 }
 
-/// Checks that there is memory for what a line takes.
+/// Checks that there is enough memory for the data of a line.
 fn check_memory(line: &Line, bytes: u64) -> Result<()> {
     memory::check(bytes).map_err(|cause| line.wrong(&format!("{cause}; give a smaller scene")))
 }
 
-/// An index of OBJ: from 1, or negative back from the last.
+/// An index of OBJ: from 1, or negative, counted backwards from the last element.
 fn index(line: &Line, kind: &str, word: &str, count: usize) -> Result<u32> {
     let number: i64 = word
         .parse()

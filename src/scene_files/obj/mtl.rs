@@ -1,5 +1,4 @@
-//! MTL files: `Kd` and `Ke`; `Pr` and `Pm` where a material has them; `map_Kd`, `map_Ke`, `map_Pr`,
-//! `map_Pm` and `norm`.
+//! MTL files: `Kd` and `Ke`; `Pr` and `Pm` if a material has them; `map_Kd`, `map_Ke`, `map_Pr`, `map_Pm` and `norm`.
 
 use super::lines::{Line, Lines};
 use super::{GREY, MAX_KINDS};
@@ -13,9 +12,9 @@ use std::path::{Path, PathBuf};
 /// The contents of an MTL file besides materials.
 #[derive(Default)]
 pub struct Library {
-    /// The kinds of textures it names that are ignored, each once, and not more than one above [`MAX_KINDS`].
+    /// The kinds of named textures that are ignored, each once, and at most one more than [`MAX_KINDS`].
     pub textures: Vec<String>,
-    /// Options of the other textures that would change the picture, and are ignored; each with its location.
+    /// The ignored options of the other textures that would change the picture, each with its location.
     pub options: Vec<(String, String)>,
     /// Names of materials that let light through, which is ignored.
     pub transparent: Vec<String>,
@@ -34,7 +33,7 @@ pub struct Maps {
 }
 
 impl Maps {
-    /// A map stands for a factor that the material does not state.
+    /// Replaces a factor that the material does not state by the factor of its map.
     fn replace_unstated_factors(&mut self, material: &mut Material) {
         let alone =
             |map: &Option<Box<Map>>, factor| map.is_some() && !self.stated.contains(&factor);
@@ -68,12 +67,12 @@ impl Maps {
     }
 }
 
-/// A texture: a file and how it is laid onto the surface.
+/// A texture: a file and its mapping to the surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Map {
     /// Paths from the folder of the OBJ file, in the order in which they are tried.
     pub files: [PathBuf; 2],
-    /// From texture coordinates to those of the image; v points up in both.
+    /// The transform from texture coordinates to those of the image; v points up in both.
     pub transform: Affine2,
     /// True if the edges continue instead of the image.
     pub clamp: bool,
@@ -81,8 +80,8 @@ pub struct Map {
     pub location: String,
 }
 
-/// Reads an MTL file, which lies in `folder`, given from that of the OBJ file. Appends its materials in file order,
-/// without their textures, and these. Errors name the line, not the file.
+/// Reads an MTL file from `folder`, which is a path from the folder of the OBJ file. Appends its materials in file order,
+/// without textures, and their maps. Errors name the line, not the file.
 pub fn read(
     source: impl BufRead,
     folder: &Path,
@@ -142,7 +141,7 @@ pub fn read(
     Ok(library)
 }
 
-/// Follows a statement; tells whether it makes the material transparent.
+/// Processes a statement; returns true if it makes the material transparent.
 fn statement(line: &Line, material: &mut Material) -> Result<bool> {
     match line.keyword {
         "Kd" => material.base_color = color(line)?,
@@ -167,7 +166,7 @@ fn statement(line: &Line, material: &mut Material) -> Result<bool> {
     Ok(false)
 }
 
-/// Reads the options and the file name of a texture. Options that are not followed are added to `ignored`.
+/// Reads the options and the file name of a texture. Options without support are added to `ignored`.
 fn map(line: &Line, folder: &Path, ignored: &mut Vec<(String, String)>) -> Result<Map> {
     let (mut scale, mut offset, mut clamp) = (Vec2::ONE, Vec2::ZERO, false);
     let mut rest = line.rest;

@@ -48,7 +48,7 @@ pub fn frame_constants(
     }
 }
 
-/// The constants for one kind of light. `distant_share` is the share of distant lights in the power of all.
+/// The constants for direct or indirect light. `distant_share` is the fraction of distant lights in the power of all.
 pub fn reuse_constants(
     resampling: &Resampling,
     light_bvh: &LightBvhSettings,
@@ -96,8 +96,8 @@ pub fn reuse_constants(
     }
 }
 
-/// How many of `count` light samples are drawn from the light BVH, and their share. Distant lights, which it does not know,
-/// keep their share of the others.
+/// The number of light samples among `count` that are drawn from the light BVH, and their fraction. Distant lights, which the
+/// tree does not contain, keep their fraction of the other samples.
 fn near_samples(count: u32, settings: &LightBvhSettings, distant_share: f32) -> (u32, f32) {
     let rest = settings.uniform_share + (1.0 - settings.uniform_share) * distant_share;
     match count {
@@ -109,10 +109,10 @@ fn near_samples(count: u32, settings: &LightBvhSettings, distant_share: f32) -> 
     }
 }
 
-/// The position of a frame's primary rays in the first pixel of the picture: point `frame` of the two-dimensional Sobol' sequence,
-/// Owen-scrambled by `seed` (Burley, "Practical Hash-based Owen Scrambling", JCGT 2020). Each position is uniform over
-/// seeds, and those of successive frames are stratified, so that the mean of some frames converges faster than
-/// with independent positions.
+/// The position of a frame's primary rays in the first pixel of the picture: point `frame` of the two-dimensional Sobol'
+/// sequence, Owen-scrambled by `seed` (Burley, "Practical Hash-based Owen Scrambling", JCGT 2020). Each position is uniform
+/// over seeds, and those of successive frames are stratified, so that the mean of some frames converges faster than with
+/// independent positions.
 pub fn jitter(seed: u32, frame: u32) -> Vec2 {
     // Both dimensions of a point, as fractions of 2³², from the most significant bit down.
     let x = frame.reverse_bits();

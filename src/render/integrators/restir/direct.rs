@@ -12,14 +12,14 @@ use crate::render::light_samplers::LightSamplers;
 pub struct DirectLight {
     /// The pass that draws candidates.
     pub initial: ComputePass,
-    /// What some of the candidates are drawn from.
+    /// The light samplers from which some candidates are drawn.
     pub samplers: LightSamplers,
     /// The reuse of the candidates.
     pub reuse: Reuse,
 }
 
 impl DirectLight {
-    /// Records the passes. The pilots are its first BSDF candidates.
+    /// Records the passes. The pilots are the first BSDF candidates.
     ///
     /// # Errors
     /// A binding that a pass does not have.

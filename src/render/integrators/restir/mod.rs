@@ -43,26 +43,26 @@ use sizes::BufferSizes;
 use specialisation::{with_layout, with_resampling};
 use std::sync::Arc;
 
-/// The passes and buffers of frames, and what the next frame reads of the previous one.
+/// The passes and buffers of frames, and the data that the next frame reads from the previous one.
 pub struct Restir {
     /// The device that renders.
     pub device: Arc<Device>,
     bindings: Arc<SceneBindings>,
-    /// The constants of passes that belong to no kind of light.
+    /// The constants of passes that belong neither to direct nor to indirect light.
     constants: RestirConstants,
     specialisation: Specialisation,
     /// The pass `surfaces`.
     pub surfaces: ComputePass,
-    /// The pass `pilots`, where something begins with them.
+    /// The pass `pilots`, if direct candidates or paths begin with pilots.
     pub pilot_pass: Option<ComputePass>,
-    /// Direct light, where there is any.
+    /// Direct light, if it is resampled.
     pub direct: Option<DirectLight>,
-    /// Indirect light, where there is any.
+    /// Indirect light, if it is resampled.
     pub indirect: Option<IndirectLight>,
     /// The buffer of `constants`.
     pub restir: Buffer,
     color: Buffer,
-    /// The pilots, where there are any and no reservoirs of indirect light hold them.
+    /// The pilots, if there are any and no reservoirs of indirect light hold them.
     separate_pilots: Option<Buffer>,
     counters: Counters,
     /// Primary surfaces.
@@ -233,7 +233,7 @@ impl Restir {
         direct.chain(self.indirect.iter().map(|light| &light.reuse))
     }
 
-    /// Everything that is kept for each pixel.
+    /// All buffers that are kept for each pixel.
     fn buffers(&self) -> impl Iterator<Item = &Buffer> {
         let reservoirs = self.kinds().flat_map(|reuse| reuse.reservoirs.all());
         let shared = std::iter::once(&self.color).chain(&self.separate_pilots);
@@ -246,7 +246,7 @@ impl Restir {
             .chain(world)
     }
 
-    /// The buffers and numbers that the passes of the frame share.
+    /// The buffers and numbers that all passes of the frame use.
     pub fn inputs(&self) -> FrameInputs<'_> {
         let view = &self.constants.view;
         FrameInputs {
@@ -261,7 +261,7 @@ impl Restir {
         }
     }
 
-    /// Where the frame's pilots are.
+    /// The buffer that holds the frame's pilots.
     pub fn pilots(&self) -> Pilots<'_> {
         let indirect = self.indirect.as_ref();
         Pilots {
@@ -394,7 +394,7 @@ impl Integrator for Restir {
         self.buffers().chain(shared).map(Buffer::size).sum()
     }
 
-    /// All are empty before the first frame, and where a kind of light has no reservoirs.
+    /// All values are empty before the first frame, and for light without reservoirs.
     fn reservoir_aovs(&self, lighting: Lighting) -> Result<Vec<ReservoirAov>> {
         let reuse = match lighting {
             Lighting::Direct => self.direct.as_ref().map(|light| &light.reuse),

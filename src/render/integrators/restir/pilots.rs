@@ -6,6 +6,6 @@ use crate::gpu::Buffer;
 /// reservoirs, which `initial_indirect` overwrites. So direct light borrows the pilots, and indirect light
 /// takes them: no pass can be recorded that reads them later.
 pub struct Pilots<'a> {
-    /// The pilots, or the reservoirs that hold them; `None` where nothing begins with pilots.
+    /// The pilots, or the reservoirs that hold them; `None` if neither direct candidates nor paths begin with pilots.
     pub buffer: Option<&'a Buffer>,
 }

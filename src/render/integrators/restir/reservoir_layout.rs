@@ -1,5 +1,5 @@
-//! The layout of reservoirs in memory. It changes pictures by no more than the precision of the format; what
-//! it costs depends on the device.
+//! The layout of reservoirs in memory. It changes pictures by no more than the precision of the format; its cost depends on the
+//! device.
 
 use crate::render::lighting::Lighting;
 use crate::render::settings::{Order, Reservoirs};
@@ -9,12 +9,12 @@ use crate::shader_interface::{
     INDIRECT_FULL_WORDS,
 };
 
-/// The layout of reservoirs, and what they store besides what the settings say.
+/// The layout of reservoirs, and the data that they store in addition to the settings.
 #[derive(Clone, Copy, Debug)]
 pub struct ReservoirLayout {
-    /// As the settings say.
+    /// The settings of the layout.
     pub settings: Reservoirs,
-    /// True if they store what debug AOVs show: the origins of their samples, and numbers of neighbours.
+    /// True if reservoirs store the values of debug AOVs: the origins of their samples, and numbers of neighbours.
     pub origins: bool,
 }
 
@@ -32,7 +32,7 @@ impl ReservoirLayout {
         )
     }
 
-    /// Slots that a picture's pixels take; tiles at the borders are whole.
+    /// The number of slots for a picture's pixels; tiles at the borders are whole.
     pub fn slots(&self, width: u32, height: u32) -> u64 {
         let side = match self.settings.order {
             Order::Swizzle(side) => side,

@@ -1,4 +1,4 @@
-//! The part that both kinds of light share: temporal reuse, spatial reuse and shading.
+//! The part of resampling that direct and indirect light have in common: temporal reuse, spatial reuse and shading.
 
 use super::bindings::{Shade, Spatial, Temporal};
 use crate::Result;
@@ -11,18 +11,18 @@ use crate::shader_interface::Visibility;
 use crate::shader_interface::{RestirConstants, ReuseConstants, SpatialStep};
 use std::sync::Arc;
 
-/// Temporal and spatial reuse and shading of one kind of light: the passes that the settings need, since a
-/// driver takes seconds to compile one, and the reservoirs.
+/// Temporal reuse, spatial reuse and shading of direct or indirect light: the reservoirs, and only the passes that the settings
+/// need, since a driver takes seconds to compile one.
 pub struct Reuse {
     /// The resampling of this light.
     pub resampling: Resampling,
-    /// The same for shaders.
+    /// The constants of the resampling, for shaders.
     reuse: ReuseConstants,
     temporal: Option<ComputePass>,
     spatial: Option<ComputePass>,
-    /// `None` where the last merge adds the light.
+    /// The pass that shades; `None` if the last merge adds the light.
     shade: Option<ComputePass>,
-    /// The constants of this kind's passes.
+    /// The constants of these passes.
     pub constants: RestirConstants,
     /// The buffer that holds them.
     pub restir: Buffer,
@@ -31,8 +31,8 @@ pub struct Reuse {
 }
 
 impl Reuse {
-    /// Makes the passes and buffers; `pass` makes a pass by name. Without `shares`, candidates do not go to
-    /// reservoirs, and there is nothing to shade.
+    /// Makes the passes and buffers; `pass` makes a pass by name. Without `shares`, candidates are not stored in reservoirs,
+    /// and there is no pass that shades.
     ///
     /// # Errors
     /// More memory than the device has.
@@ -75,7 +75,7 @@ impl Reuse {
         })
     }
 
-    /// Begins a frame with these constants, to which those of this kind are added.
+    /// Begins a frame with these constants, to which the constants of this light are added.
     pub fn begin_frame(&mut self, constants: &RestirConstants) {
         self.reservoirs.advance();
         self.constants = RestirConstants {

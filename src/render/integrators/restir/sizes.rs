@@ -1,4 +1,5 @@
-//! Bytes of the buffers of resampling, known before they are allocated. Buffers that a device has no room for are refused.
+//! The sizes in bytes of the buffers of resampling, computed before they are allocated. Buffers that exceed the device's limits
+//! are refused.
 
 use super::reservoir_layout::ReservoirLayout;
 use crate::gpu::Device;
@@ -18,15 +19,15 @@ const _: () = assert!(PILOT_WORDS <= INDIRECT_COMPACT_WORDS);
 
 /// Bytes of the buffers of a picture.
 pub struct BufferSizes {
-    /// Slots for pixels: a number, not bytes.
+    /// The number of slots for pixels (not bytes).
     pub slots: u64,
     /// Radiance.
     pub color: u64,
     /// Primary surfaces.
     pub sample_data: u64,
-    /// Pilots that are in no reservoirs; 0 if there are none.
+    /// Pilots that are not stored in reservoirs; 0 if there are none.
     pub separate_pilots: u64,
-    /// From one pilot to the next.
+    /// The distance from one pilot to the next.
     pub pilot_stride: u64,
     /// Reservoirs of direct light.
     pub direct: u64,
@@ -78,7 +79,7 @@ impl BufferSizes {
         }
     }
 
-    /// Refuses what a device cannot bind at once, or allocate for shaders that take addresses.
+    /// Refuses buffers that a device cannot bind at once, or cannot allocate for shaders that use addresses.
     ///
     /// # Errors
     /// A buffer is too large.

@@ -22,7 +22,7 @@ pub fn with_layout(base: Specialisation, layout: &ReservoirLayout) -> Specialisa
     }
 }
 
-/// `base` with the way in which one kind of light is resampled in a scene.
+/// `base` with the constants by which direct or indirect light is resampled in a scene.
 pub fn with_resampling(
     base: Specialisation,
     resampling: &Resampling,

@@ -1,8 +1,8 @@
-//! The hash grid: reservoirs of direct light in cells of space, from many candidates each, which pixels merge with their own
+//! The hash grid: reservoirs of direct light in cells of space, from many candidates each, which pixels merge with their
 //! candidates ("Normal-aware hash grid of precomputed reservoirs", 2025).
 //!
-//! `glsl/lights/samplers/hash_grid/hash_grid.glsl` has the grid. By default pixels of the frame fill it, so that it fits the picture and knows all
-//! that moves; as published, points on the surfaces of the whole scene fill it once.
+//! `glsl/lights/samplers/hash_grid/hash_grid.glsl` has the grid. By default, pixels of the frame fill it, so that it fits the
+//! picture and follows all motion; as published, points on the surfaces of the whole scene fill it once.
 
 pub mod settings;
 
@@ -20,7 +20,7 @@ use crate::shader_interface::{
 use settings::{GridMode, HashGridSettings};
 
 crate::bindings! {
-    /// Bindings of the pass that decides whose the slots are.
+    /// Bindings of the pass that decides which surface fills each slot.
     pub struct ClaimGrid {
         [offers scene: SceneBindings]
         [optional read grid_points]
@@ -44,16 +44,16 @@ crate::bindings! {
     }
 }
 
-/// Points on surfaces that fill the published grid, from both sides each.
+/// The number of points on surfaces that fill the published grid, from both sides each.
 const SURFACE_POINTS: usize = 1 << 19;
 
-/// The passes and the buffers.
+/// The passes and the buffers of the hash grid.
 pub struct HashGridLight {
-    /// Decides which surface fills each slot.
+    /// The pass that decides which surface fills each slot.
     claim: ComputePass,
-    /// Fills the slots.
+    /// The pass that fills the slots.
     fill: ComputePass,
-    /// Points that fill the grid, where pixels do not; the first frame then fills it for all.
+    /// Points on surfaces that fill the grid in the first frame; `None` if pixels fill it.
     points: Option<Buffer>,
     /// The surface that has claimed each slot.
     slots: Buffer,
@@ -62,7 +62,7 @@ pub struct HashGridLight {
     constants: GridConstants,
 }
 
-/// Number of surfaces that claim slots, and of slots.
+/// The number of surfaces that claim slots, and the number of slots.
 fn counts(filled_by: HashGrid, view: &ViewConstants) -> (u64, u64) {
     let surfaces = match filled_by {
         HashGrid::None => return (0, 0),
@@ -76,7 +76,7 @@ fn counts(filled_by: HashGrid, view: &ViewConstants) -> (u64, u64) {
     (surfaces, (2 * surfaces).next_power_of_two())
 }
 
-/// Bytes of the buffers, by name, where a reservoir takes `reservoir_bytes`; none without a grid.
+/// The names and the sizes in bytes of the buffers, with `reservoir_bytes` bytes per reservoir; empty without a grid.
 pub fn bytes(
     filled_by: HashGrid,
     view: &ViewConstants,
@@ -96,7 +96,7 @@ pub fn bytes(
 }
 
 impl HashGridLight {
-    /// The grid, where the settings have one.
+    /// The grid, if the settings have one.
     ///
     /// # Errors
     /// More memory than the device has.
@@ -231,7 +231,7 @@ impl LightSampler for HashGridLight {
     }
 }
 
-/// Side of a cell, of which so many lie along the longest side of the box around all points.
+/// The size of a cell: the longest side of the bounds of all points, divided by `cells`.
 fn cell_size(points: &[SurfacePoint], cells: u32) -> f32 {
     let positions = points.iter().map(|point| point.position);
     let low = positions

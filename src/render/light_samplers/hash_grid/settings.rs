@@ -7,46 +7,50 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum GridMode {
-    /// Each reservoir belongs to one pixel of the frame, and pixels merge it with defensive weights, whatever `direct.mis` is.
+    /// Each reservoir belongs to one pixel of the frame, and pixels merge it with defensive weights, independent of
+    /// `direct.mis`.
     #[default]
     Unbiased,
-    /// Each reservoir mixes points of its cell, is made once, in the first frame, for the surfaces of the whole scene,
-    /// and counts by its number of candidates: biased, as published.
+    /// Each reservoir mixes points of its cell, is made once, in the first frame, for the surfaces of the whole scene, and has
+    /// its number of candidates as its confidence: biased, as published.
     Published,
 }
 
-/// Reservoirs of direct light in cells of space, which pixels merge with their own candidates.
+/// Reservoirs of direct light in cells of space, which pixels merge with their candidates.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct HashGridSettings {
     /// The contents of a reservoir, and the way in which pixels merge it. `published` is biased.
     pub mode: GridMode,
-    /// Side of a cell, in pixels; the next power of two of a length, above or below. Higher: more reservoirs that pixels have
-    /// in common, which fit them less well. Not used by `published`.
+    /// Size of a cell, in pixels; in the scene, it is rounded up or down to a power of two. Higher: more reservoirs that pixels
+    /// have in common, which fit them less well. No effect with `published`.
     #[schemars(range(min = 1, max = 1024))]
     pub cell: u32,
-    /// Cells along the longest side of the scene; of `published` only.
+    /// Number of cells along the longest side of the scene; for `published` only.
     #[schemars(range(min = 1, max = 1024))]
     pub cells: u32,
-    /// Bins of normals along each side of the octahedral map: 8 are 64 bins; 1: normals do not matter. Higher: reservoirs
-    /// that fit the pixels better, fewer for each of them.
+    /// Bins of normals along each side of the octahedral map: 8 means 64 bins; 1: normals do not matter. Higher: reservoirs
+    /// that fit the pixels better, but fewer of them per pixel.
     #[schemars(range(min = 1, max = 16))]
     pub bins: u32,
-    /// Maximum number of reservoirs of a cell's bin. Higher: pixels have fewer samples in common, but find fewer in small
-    /// cells.
+    /// Maximum number of reservoirs per cell and bin. Higher: pixels have fewer samples in common, but find fewer reservoirs in
+    /// small cells.
     #[schemars(range(min = 1, max = 1024))]
     pub reservoirs: u32,
-    /// Light candidates of each reservoir. Higher: better samples. Cost: each like a light sample of one pixel in sixteen.
+    /// Number of light candidates of each reservoir. Higher: better samples. Cost per candidate: one light sample in one of
+    /// sixteen pixels.
     #[schemars(range(min = 1, max = 65536))]
     pub candidates: u32,
-    /// Reservoirs that a pixel merges with its candidates. Cost: three targets each, no ray.
+    /// Number of reservoirs that a pixel merges with its candidates. Cost: three targets each, no ray.
     #[schemars(range(min = 1, max = 16))]
     pub merged: u32,
-    /// Confidence of each of these, in units of all the pixel's candidates together. Higher: less noise in first frames, more
-    /// in late ones, since pixels have samples in common. Unbiased at any value. `published` counts candidates instead.
+    /// Confidence of each merged reservoir. Unit: all candidates of the pixel together. Higher: less noise in first frames,
+    /// more in late ones, since pixels have samples in common. Unbiased at any value. With `published`, the confidence is the
+    /// number of candidates instead.
     #[schemars(range(min = 1, max = 500))]
     pub confidence: u32,
-    /// The frame from which on pixels do not merge them any more, because their own history is better; 0: never ends.
+    /// Index of the frame from which on pixels do not merge these reservoirs, because their history is better; 0: pixels always
+    /// merge them.
     #[schemars(range(min = 0, max = 1000000))]
     pub until_frame: u32,
 }

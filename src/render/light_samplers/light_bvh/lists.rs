@@ -1,4 +1,4 @@
-//! Light lists: lights that each tile of pixels draws from the light BVH, for the candidates of direct light.
+//! Light lists: the lights that each tile of pixels draws from the light BVH, for the candidates of direct light.
 
 use super::settings::LightBvhSettings;
 use crate::Result;
@@ -40,7 +40,7 @@ impl LightLists {
         u64::from(x) * u64::from(y) * u64::from(4 * words)
     }
 
-    /// The lists, where the settings have any.
+    /// The lists, if the settings have any.
     ///
     /// # Errors
     /// More memory than the device has.

@@ -17,10 +17,11 @@ use settings::{Boxes, Far, LightBvhSettings};
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
-/// Points on surfaces that count boxes of influence: enough for the mean of a number of boxes, to 3 % if it is 8.
+/// The number of points on surfaces at which boxes of influence are counted: if a point lies in 8 boxes on average, the error
+/// of the mean is 3 %.
 const SURFACE_POINTS: usize = 1024;
 
-/// The light BVH on the device; empty where nothing draws from it.
+/// The light BVH on the device; empty if no candidates are drawn from it.
 pub struct LightBvhBuffer {
     /// Number of nodes.
     pub node_count: u32,
@@ -30,7 +31,7 @@ pub struct LightBvhBuffer {
 }
 
 impl LightBvhBuffer {
-    /// Builds the tree for a scene, if there are `options`.
+    /// Builds the tree for a scene, if `options` are given.
     ///
     /// # Errors
     /// More memory than the device has, or more at once than it reads.
@@ -72,7 +73,7 @@ impl LightBvhBuffer {
 }
 
 impl SceneResource for LightBvhBuffer {
-    /// Its name and bytes, unless it is empty.
+    /// The name and the size in bytes of the buffer, unless it is empty.
     fn memory(&self) -> Option<(&'static str, u64)> {
         (self.node_count > 0).then(|| (LIGHT_BVH, self.buffer.size()))
     }
@@ -104,7 +105,7 @@ impl SceneResource for LightBvhBuffer {
     }
 }
 
-/// Builds it for the lights at time 0.
+/// Builds the tree for the lights at time 0.
 fn build(
     device: &Arc<Device>,
     scene: &Arc<GpuScene>,

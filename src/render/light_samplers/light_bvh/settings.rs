@@ -4,14 +4,14 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// The factor of radii: `auto`, or a number.
+/// The factor of radii: `auto` or a positive number.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(into = "Written", try_from = "Written")]
 pub enum Scale {
-    /// From the scene.
+    /// A factor that follows from the scene.
     #[default]
     Auto,
-    /// This one, above 0.
+    /// The given factor, above 0.
     Number(f32),
 }
 
@@ -46,7 +46,7 @@ impl TryFrom<Written> for Scale {
 }
 
 impl Scale {
-    /// The number, if it is given.
+    /// The given factor, if there is one.
     pub fn number(self) -> Option<f32> {
         match self {
             Self::Auto => None,
@@ -68,14 +68,14 @@ impl JsonSchema for Scale {
     }
 }
 
-/// The choice of a light among those whose boxes hold a point.
+/// The distribution of the choice among the lights whose boxes hold a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LightChoice {
-    /// By what its cluster is expected to contribute, then by power.
+    /// By the expected contribution of the light's cluster, then by power.
     #[default]
     Contribution,
-    /// Each alike, as published.
+    /// Uniform, as published.
     Uniform,
 }
 
@@ -83,10 +83,10 @@ pub enum LightChoice {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Far {
-    /// They are joined: the farther they are, the more are found as one.
+    /// Far lights are joined: the farther away they are, the larger are the groups that a walk finds as one.
     #[default]
     Joined,
-    /// They are not found beyond their boxes of influence, as published.
+    /// Far lights are not found outside of their boxes of influence, as published.
     Skipped,
 }
 
@@ -97,7 +97,7 @@ pub enum Boxes {
     /// By the power of their lights.
     #[default]
     Simple,
-    /// No further than rays from their lights reach at time 0; of lights that are off then, as `simple`.
+    /// Limited to the distances that rays from their lights reach at time 0; for lights that are off at that time, as `simple`.
     Visibility,
 }
 
@@ -108,39 +108,40 @@ pub enum Rest {
     /// By power.
     #[default]
     Power,
-    /// Each alike, as published.
+    /// Uniform, as published.
     Uniform,
 }
 
-/// The light BVH: how it is built, and how candidates are drawn from it.
+/// The light BVH: the options of its construction and of the candidates that are drawn from it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LightBvhSettings {
     /// The treatment of lights that are far from a point. Unbiased either way.
     pub far: Far,
-    /// With `far=joined`, lights are joined from as many times half their extent on; with `far=skipped`, a light is found up
-    /// to the distance scale · √power, with power in luminance × area. `auto`: 1, or such that points on surfaces lie within
-    /// some boxes. Higher: longer searches, and candidates closer to the best ones. Unbiased at any value.
+    /// With `far=joined`, lights are joined beyond this many times half the diagonal of their box; with `far=skipped`, a light
+    /// is found up to the distance scale · √power, with power in luminance × area. `auto`: 1 with `far=joined`; otherwise a
+    /// scale at which points on surfaces lie within some boxes. Higher: longer searches, and candidates closer to the best
+    /// ones. Unbiased at any value.
     pub scale: Scale,
-    /// The share of candidates that is drawn among all lights, at least one. Higher: less noise where light comes from
-    /// where none was expected, more elsewhere. Unbiased at any value.
+    /// The fraction of candidates that is drawn among all lights; at least one candidate. Higher: less noise where light comes
+    /// from unexpected directions, more noise elsewhere. Unbiased at any value.
     #[schemars(range(min = 0.01, max = 1.0))]
     pub uniform_share: f32,
-    /// With `far=skipped`, how far boxes go. `visibility` traces 256 rays for each box before the first frame. Unbiased either
-    /// way.
+    /// With `far=skipped`, the extent of boxes of influence. `visibility` traces 256 rays for each box before the first frame.
+    /// Unbiased either way.
     pub boxes: Boxes,
-    /// True if lights that are close to each other have one box. Unbiased either way.
+    /// True if lights that are close to each other form a cluster with one box. Unbiased either way.
     pub cluster: bool,
     /// The choice of a light among those that are found. Unbiased either way.
     pub choice: LightChoice,
     /// The distribution of the other candidates among all lights. Unbiased either way.
     pub rest: Rest,
-    /// Side of the tiles in which one pixel searches lights for all, for direct light. 1: each pixel searches by itself. Higher:
-    /// less time, and candidates that fit fewer of the pixels. Unit: pixels. Unbiased at any value.
+    /// Size of the tiles in which one pixel searches lights for all pixels, for direct light. 1: each pixel searches
+    /// separately. Higher: less time, and candidates that fit fewer of the pixels. Unit: pixels. Unbiased at any value.
     #[schemars(range(min = 1, max = 64))]
     pub tile: u32,
-    /// Lights that a tile draws, of which each pixel takes some. Higher: neighbours have fewer candidates in common. Cost: eight
-    /// bytes each. Unbiased at any value.
+    /// Number of lights that a tile draws; each pixel uses some of them. Higher: neighbours have fewer candidates in common.
+    /// Cost: eight bytes each. Unbiased at any value.
     #[schemars(range(min = 1, max = 1024))]
     pub list: u32,
 }
