@@ -148,6 +148,9 @@ mod thorough {
         let frame = names(&four["last_submission"]);
         let mut first: Vec<&str> = names(&four["first_runs"]);
         assert!(frame.contains(&"temporal_direct"), "{four:#}");
+        // Only the last frame is added to the sums, so this pass runs once.
+        let last = first.pop();
+        assert_eq!(last, Some("accumulate"), "{four:#}");
         first.sort_unstable();
         let mut sorted = frame.clone();
         sorted.sort_unstable();
