@@ -13,6 +13,9 @@ const uint LOBE_COUNT = 0u BSDF_LOBES(LOBE_ONE);
 #define LOBE_DELTA(TYPE, NAME, DELTA) + DELTA
 const uint MAX_DELTA_LOBES = 0u BSDF_LOBES(LOBE_DELTA);
 
+// True if a lobe of `bsdf` reflects one direction only.
+#define IS_DELTA(NAME, DELTA) (DELTA == 1u && alpha_of(bsdf.NAME) == 0.0)
+
 struct BsdfSample {
     vec3 direction;
     // f · |cos| / pdf.
@@ -80,7 +83,7 @@ bool delta_lobe(Bsdf bsdf, uint index, vec3 outgoing, out vec3 direction, out ve
     uint before = 0u;
     float below = 1.0;
 #define LOBE_REFLECT(TYPE, NAME, DELTA) \
-    if (DELTA == 1u && reflects(bsdf.NAME) && alpha_of(bsdf.NAME) == 0.0) { \
+    if (reflects(bsdf.NAME) && IS_DELTA(NAME, DELTA)) { \
         if (before == index) { \
             reflectance = reflect_delta(bsdf.NAME, below, outgoing, direction); \
             found = true; \
@@ -106,7 +109,7 @@ BsdfSample sample_bsdf(Bsdf bsdf, vec3 outgoing, vec4 u) {
         float probability = (1.0 - above) * bsdf.NAME.choice, passing = passes(bsdf.NAME, outgoing.z); \
         if (!selected && bsdf.NAME.choice > 0.0 && (u.x < above + probability || index == LOBE_COUNT)) { \
             selected = true; \
-            if (DELTA == 1u && alpha_of(bsdf.NAME) == 0.0) { \
+            if (IS_DELTA(NAME, DELTA)) { \
                 result.weight = reflect_delta(bsdf.NAME, below, outgoing, result.direction) / probability; \
                 result.delta = result.valid = true; \
                 return result; \
@@ -181,7 +184,7 @@ float narrow_probability(Bsdf bsdf, float alpha) {
 // rays. A delta lobe gets none; `delta_lobe` has its ray. Only the selection of lobes changes, and with it all their densities.
 void prefer_narrow_lobes(inout Bsdf bsdf) {
 #define LOBE_PREFER(TYPE, NAME, DELTA) \
-    if (DELTA == 1u && alpha_of(bsdf.NAME) == 0.0) { \
+    if (IS_DELTA(NAME, DELTA)) { \
         bsdf.NAME.choice = 0.0; \
     } else if (bsdf.NAME.choice < 1.0) { \
         float own = bsdf.NAME.choice; \

@@ -29,9 +29,6 @@ ShadingPoint shading_point_of(uint technique) {
     return point_before;
 }
 
-// The epoch in which a technique sees samples. Without motion there is only one.
-uint epoch_of(uint technique) { return MOVES && technique == 1u ? PREVIOUS : CURRENT; }
-
 // Whether the previous frame saw exactly the same: then both samples, visible in their own shading points, are visible in both.
 bool is_static;
 

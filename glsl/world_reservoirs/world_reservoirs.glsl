@@ -144,7 +144,7 @@ float transmittance(uint technique, ShadingPoint shading_point, LightSample valu
 bool shift(uint from, uint to, ShadingPoint there, inout LightSample value, out Shifted shifted) {
     shifted = Shifted(vec3(0.0), 1.0);
     if (MOVES && from != to) {
-        shifted.jacobian = from == 0u ? move_sample(value, CURRENT, PREVIOUS) : move_sample(value, PREVIOUS, CURRENT);
+        shifted.jacobian = move_sample(value, epoch_of(from), epoch_of(to));
         if (!(shifted.jacobian > 0.0)) return false;
     }
     shifted.contribution = contribution(there, value);

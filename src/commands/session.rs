@@ -9,6 +9,7 @@ use super::choices::TexturesArg;
 use super::interrupt::Interrupt;
 use super::{NOTHING_WRITTEN, apply_clock, check_messages, notice, open_scene, open_vulkan};
 use crate::Result;
+use crate::base::progress::Watch;
 use crate::device_scene::selection::{self, Request, Selection};
 use crate::device_scene::{GpuScene, SceneSizes, shaders};
 use crate::gpu::{Device, Features, Instance, InstanceOptions, PassTime};
@@ -297,12 +298,7 @@ impl Session {
     /// # Errors
     /// The device fails, the scene cannot be rendered at that frame's time, or the errors of `watch`, after which the sums are
     /// invalid.
-    pub fn add_samples(
-        &mut self,
-        first: u32,
-        samples: u32,
-        watch: &mut dyn FnMut(f64) -> Result<()>,
-    ) -> Result<u32> {
+    pub fn add_samples(&mut self, first: u32, samples: u32, watch: &mut Watch<'_>) -> Result<u32> {
         let most = if self.set_clock(first)? {
             1
         } else {

@@ -37,9 +37,7 @@ pub fn spirv(name: &str, variant: Variant) -> Result<Vec<u32>> {
         } else {
             Debug::Names
         };
-        let words =
-            compiler::compile_with(file, &sources[file], &sources, &variant.defines(), debug)
-                .map_err(|e| Error::input(e.replace('\n', "; ")))?;
+        let words = compile(file, &sources, variant, debug)?;
         let included = compiler::closure(file, &sources).into_iter();
         used_files().extend(included.map(str::to_owned));
         return Ok(words);
@@ -50,6 +48,12 @@ pub fn spirv(name: &str, variant: Variant) -> Result<Vec<u32>> {
         .find(|(embedded, _)| *embedded == key)
         .ok_or_else(|| Error::failed(format!("no shader '{key}' is embedded")))?;
     Ok(bytemuck::pod_collect_to_vec(bytes))
+}
+
+/// Compiles a pass of sources that a user edits; an error of the compiler is one line.
+fn compile(file: &str, sources: &Sources, variant: Variant, debug: Debug) -> Result<Vec<u32>> {
+    compiler::compile_with(file, &sources[file], sources, &variant.defines(), debug)
+        .map_err(|e| Error::input(e.replace('\n', "; ")))
 }
 
 /// The files that passes compiled from `HEADWATER_GLSL` have included in this process.
@@ -69,14 +73,9 @@ pub fn check_folder(variant: Variant) -> Result<()> {
     }
     let sources = sources_in_use()?;
     let passes: Vec<(&str, &str)> = compiler::passes(&sources).collect();
-    passes.into_par_iter().try_for_each(|(_, file)| {
-        let defines = variant.defines();
-        let compiled =
-            compiler::compile_with(file, &sources[file], &sources, &defines, Debug::Names);
-        compiled
-            .map(drop)
-            .map_err(|e| Error::input(e.replace('\n', "; ")))
-    })
+    passes
+        .into_par_iter()
+        .try_for_each(|(_, file)| compile(file, &sources, variant, Debug::Names).map(drop))
 }
 
 /// Files of the folder that `HEADWATER_GLSL` names which differ from the built-in ones, although no pass of this process has

@@ -15,6 +15,7 @@ use super::scene_bindings::SceneBindings;
 use super::settings::{self, DirectMode, Energy, Settings, Variant};
 use super::tracking::Tracking;
 use super::view::View;
+use crate::base::progress::Watch;
 use crate::device_scene::GpuScene;
 use crate::gpu::{Device, PassTime};
 use crate::scene::{Camera, MovingCamera};
@@ -101,7 +102,7 @@ impl Renderer {
         let light_nodes = light_bvh.node_count;
         let bindings = SceneBindings::new(device, scene, specialisation, Box::new(light_bvh))?;
         let bindings = Arc::new(bindings);
-        let mut sums = Accumulator::new(device, &bindings, view.width, view.height)?;
+        let mut sums = Accumulator::new(device, &bindings, view.width, view.height);
         let integrator: Box<dyn Integrator> = match settings.integrator {
             settings::Integrator::PathTracing => Box::new(PathTracer::new(
                 device,
@@ -194,7 +195,7 @@ impl Renderer {
         &mut self,
         first: u32,
         samples: u32,
-        watch: &mut dyn FnMut(f64) -> Result<()>,
+        watch: &mut Watch<'_>,
     ) -> Result<Vec<PassTime>> {
         let most = self.integrator.samples_per_call();
         let mut times = Vec::new();

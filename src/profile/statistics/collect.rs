@@ -130,6 +130,7 @@ impl Compiler {
         let mut renderer = Renderer::new(device, scene.clone(), view, settings)?;
         renderer.single_frame(0)?;
         renderer.single_frame(1)?;
+        renderer.keep_single_frame()?;
         renderer.primary_surfaces()?;
         if renderer.has_history() {
             renderer.reservoir_aovs(Lighting::Direct)?;

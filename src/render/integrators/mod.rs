@@ -9,9 +9,10 @@ pub use restir::Restir;
 use super::counters::Counters;
 use super::lighting::Lighting;
 use super::outputs::Accumulator;
+use crate::Result;
+use crate::base::progress::Watch;
 use crate::gpu::{Buffer, PassTime};
 use crate::shader_interface::{GpuCamera, ReservoirAov};
-use crate::{Error, Result};
 
 /// An integrator makes the pictures of one view of a scene, which [`Renderer`](super::Renderer) has posed. A frame has one
 /// sample per pixel.
@@ -36,7 +37,7 @@ pub trait Integrator {
         samples: u32,
         camera: GpuCamera,
         sums: &mut Accumulator,
-        watch: &mut dyn FnMut(f64) -> Result<()>,
+        watch: &mut Watch<'_>,
     ) -> Result<Vec<PassTime>>;
 
     /// Renders one frame alone, to [`Self::color`], or to `sums` where that is `None`. Returns the time of each run of a pass.
@@ -75,9 +76,5 @@ pub trait Integrator {
     ///
     /// # Errors
     /// The integrator has none.
-    fn reservoir_aovs(&self, _lighting: Lighting) -> Result<Vec<ReservoirAov>> {
-        Err(Error::input(
-            "path tracing has no reservoirs to look into; use integrator=restir",
-        ))
-    }
+    fn reservoir_aovs(&self, lighting: Lighting) -> Result<Vec<ReservoirAov>>;
 }

@@ -1,12 +1,14 @@
 //! MIS path tracing: samples add up over calls. It is the reference for all other estimators.
 
 use super::Integrator;
-use crate::Result;
+use crate::base::progress::Watch;
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
 use crate::render::counters::Counters;
+use crate::render::lighting::Lighting;
 use crate::render::outputs::Accumulator;
 use crate::render::scene_bindings::SceneBindings;
-use crate::shader_interface::{FrameConstants, GpuCamera};
+use crate::shader_interface::{FrameConstants, GpuCamera, ReservoirAov};
+use crate::{Error, Result};
 use std::sync::Arc;
 
 crate::bindings! {
@@ -96,7 +98,7 @@ impl Integrator for PathTracer {
         samples: u32,
         camera: GpuCamera,
         sums: &mut Accumulator,
-        watch: &mut dyn FnMut(f64) -> Result<()>,
+        watch: &mut Watch<'_>,
     ) -> Result<Vec<PassTime>> {
         self.constants.view.camera = camera;
         let mut times = Vec::new();
@@ -157,5 +159,13 @@ impl Integrator for PathTracer {
 
     fn bytes(&self) -> u64 {
         0
+    }
+
+    /// # Errors
+    /// There are no reservoirs.
+    fn reservoir_aovs(&self, _lighting: Lighting) -> Result<Vec<ReservoirAov>> {
+        Err(Error::input(
+            "path tracing has no reservoirs to look into; use integrator=restir",
+        ))
     }
 }

@@ -64,6 +64,19 @@ pub struct SamplerInputs<'a> {
     pub pass: &'a dyn Fn(&str) -> Result<ComputePass>,
 }
 
+/// A light sampler, if the settings use it.
+type Made = Option<Box<dyn LightSampler>>;
+
+/// A kind of light sampler.
+struct Kind {
+    /// The sizes in bytes of its buffers, by name; empty if the settings do not use it.
+    bytes: fn(&SamplerSettings<'_>, &ViewConstants, u64) -> Vec<(&'static str, u64)>,
+    make: fn(&SamplerInputs<'_>) -> Result<Made>,
+}
+
+/// All kinds; a new one is a line here.
+const KINDS: [Kind; 2] = [LightLists::KIND, HashGridLight::KIND];
+
 /// The light samplers of the pixels that the settings use.
 pub struct LightSamplers(Vec<Box<dyn LightSampler>>);
 
@@ -73,26 +86,20 @@ impl LightSamplers {
     /// # Errors
     /// More memory than the device has.
     pub fn new(inputs: &SamplerInputs<'_>) -> Result<Self> {
-        let made = [
-            LightLists::sampler(inputs)?,
-            HashGridLight::sampler(inputs)?,
-        ];
-        Ok(Self(made.into_iter().flatten().collect()))
+        let made = KINDS
+            .iter()
+            .filter_map(|kind| (kind.make)(inputs).transpose());
+        Ok(Self(made.collect::<Result<_>>()?))
     }
 
-    /// Bytes of the buffers that [`Self::new`] would make, by name.
+    /// The sizes in bytes of the buffers that [`Self::new`] would make, by name.
     pub fn bytes(
-        settings: SamplerSettings<'_>,
+        settings: &SamplerSettings<'_>,
         view: &ViewConstants,
         reservoir_bytes: u64,
     ) -> Vec<(&'static str, u64)> {
-        let lists = settings.light_lists;
-        let lists = lists.map(|lists| ("light_lists", LightLists::bytes(lists, view)));
-        let grid = hash_grid::bytes(settings.filled_by, view, reservoir_bytes);
-        lists
-            .into_iter()
-            .chain(grid.into_iter().flatten())
-            .collect()
+        let sizes = |kind: &Kind| (kind.bytes)(settings, view, reservoir_bytes);
+        KINDS.iter().flat_map(sizes).collect()
     }
 
     /// All samplers.

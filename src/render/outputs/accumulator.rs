@@ -21,7 +21,9 @@ pub struct Accumulator {
     device: Arc<Device>,
     width: u32,
     height: u32,
-    pass: ComputePass,
+    bindings: Arc<SceneBindings>,
+    /// Adds a picture; made at the first one, since path tracing adds none.
+    pass: Option<ComputePass>,
     /// The picture from top to bottom, each strip with the sums of its pixels; empty before the first sample, so that single
     /// frames use no memory for sums.
     strips: Vec<(Strip, Buffer)>,
@@ -30,23 +32,21 @@ pub struct Accumulator {
 
 impl Accumulator {
     /// Sums of a picture of `width` × `height` pixels, without samples.
-    ///
-    /// # Errors
-    /// A shader whose interface cannot be bound by name.
     pub fn new(
         device: &Arc<Device>,
-        bindings: &SceneBindings,
+        bindings: &Arc<SceneBindings>,
         width: u32,
         height: u32,
-    ) -> Result<Self> {
-        Ok(Self {
-            pass: bindings.pass("accumulate", &bindings.specialisation)?,
+    ) -> Self {
+        Self {
             device: device.clone(),
             width,
             height,
+            bindings: bindings.clone(),
+            pass: None,
             strips: Vec::new(),
             samples: 0,
-        })
+        }
     }
 
     /// The strips with their sums, for a pass that adds to them; [`Self::count`] follows it.
@@ -88,6 +88,11 @@ impl Accumulator {
     /// More memory than the device has, or the device fails.
     pub fn add(&mut self, color: &Buffer) -> Result<Vec<PassTime>> {
         self.strips()?;
+        let pass = match self.pass.take() {
+            Some(pass) => pass,
+            None => (self.bindings).pass("accumulate", &self.bindings.specialisation)?,
+        };
+        let pass = self.pass.insert(pass);
         let mut recording = Recording::new(&self.device)?;
         for (strip, sums) in &self.strips {
             let range = PixelRange {
@@ -95,7 +100,7 @@ impl Accumulator {
                 pixels: strip.rows * self.width,
             };
             let groups = in_rows(range.pixels.div_ceil(TILE * TILE));
-            recording.pass(&self.pass, &Accumulate { color, sums }, &range, groups)?;
+            recording.pass(pass, &Accumulate { color, sums }, &range, groups)?;
         }
         let times = recording.finish()?;
         self.count(1);

@@ -18,7 +18,7 @@ uint grid_count = 0u;
 
 // Finds reservoirs at random slots of the pixel's cell, or of a cell close by: otherwise the borders of cells would show.
 void find_in_grid(uvec2 pixel, ShadingPoint shading_point) {
-    if (HASH_GRID == HASH_GRID_NONE || restir.at.frame >= restir.at.grid.until_frame) return;
+    if (restir.at.frame >= restir.at.grid.until_frame) return;
     Random random = pass_random(pixel, STREAM_GRID + 1u);
     vec4 u = to_unit(random_bits(random));
     uint key = grid_key(shading_point.position, shading_point.geometric_normal, u.w, u.xyz - 0.5);

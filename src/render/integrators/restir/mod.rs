@@ -17,6 +17,7 @@ pub use indirect::IndirectLight;
 pub use reuse::Reuse;
 
 use super::Integrator;
+use crate::base::progress::Watch;
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, Usage};
 use crate::render::Tracking;
 use crate::render::counters::Counters;
@@ -332,7 +333,7 @@ impl Integrator for Restir {
         _samples: u32,
         camera: GpuCamera,
         sums: &mut Accumulator,
-        _watch: &mut dyn FnMut(f64) -> Result<()>,
+        _watch: &mut Watch<'_>,
     ) -> Result<Vec<PassTime>> {
         let mut times = self.render(first, camera, sums)?;
         times.extend(sums.add(&self.color)?);

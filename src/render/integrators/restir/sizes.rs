@@ -73,7 +73,7 @@ impl BufferSizes {
             direct: slots * layout.bytes(Lighting::Direct),
             indirect: slots * indirect_bytes,
             light_samplers: settings.light_samplers().map_or_else(Vec::new, |samplers| {
-                LightSamplers::bytes(samplers, view, layout.bytes(Lighting::Direct))
+                LightSamplers::bytes(&samplers, view, layout.bytes(Lighting::Direct))
             }),
             world: settings.world_size(slots),
         }

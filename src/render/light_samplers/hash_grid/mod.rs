@@ -6,7 +6,7 @@
 
 pub mod settings;
 
-use super::{LightSampler, SamplerInputs, SamplerSettings};
+use super::{Kind, LightSampler, Made, SamplerInputs, SamplerSettings};
 use crate::Result;
 use crate::device_scene::geometry::pack_octahedral;
 use crate::device_scene::surface_points::SurfacePoint;
@@ -77,7 +77,7 @@ fn counts(filled_by: HashGrid, view: &ViewConstants) -> (u64, u64) {
 }
 
 /// The names and the sizes in bytes of the buffers, with `reservoir_bytes` bytes per reservoir; empty without a grid.
-pub fn bytes(
+fn bytes(
     filled_by: HashGrid,
     view: &ViewConstants,
     reservoir_bytes: u64,
@@ -96,11 +96,16 @@ pub fn bytes(
 }
 
 impl HashGridLight {
-    /// The grid, if the settings have one.
-    ///
-    /// # Errors
-    /// More memory than the device has.
-    pub fn sampler(inputs: &SamplerInputs<'_>) -> Result<Option<Box<dyn LightSampler>>> {
+    /// The registration of the hash grid.
+    pub(super) const KIND: Kind = Kind {
+        bytes: |settings, view, reservoir_bytes| {
+            let sizes = bytes(settings.filled_by, view, reservoir_bytes);
+            sizes.into_iter().flatten().collect()
+        },
+        make: Self::make,
+    };
+
+    fn make(inputs: &SamplerInputs<'_>) -> Result<Made> {
         let SamplerInputs {
             device,
             settings,

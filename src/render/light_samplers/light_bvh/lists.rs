@@ -4,7 +4,7 @@ use super::settings::LightBvhSettings;
 use crate::Result;
 use crate::gpu::{Buffer, ComputePass, Recording, Usage};
 use crate::render::frame_inputs::FrameInputs;
-use crate::render::light_samplers::{LightSampler, SamplerInputs};
+use crate::render::light_samplers::{Kind, LightSampler, Made, SamplerInputs};
 use crate::render::scene_bindings::SceneBindings;
 use crate::shader_interface::{LIST_CONTEXT_WORDS, TILE, ViewConstants};
 
@@ -32,23 +32,30 @@ fn tiles(settings: &LightBvhSettings, view: &ViewConstants) -> [u32; 2] {
     [view.width, view.height].map(|side| side.div_ceil(settings.tile))
 }
 
-impl LightLists {
-    /// Bytes of the buffer.
-    pub fn bytes(settings: &LightBvhSettings, view: &ViewConstants) -> u64 {
-        let [x, y] = tiles(settings, view);
-        let words = LIST_CONTEXT_WORDS + 2 * settings.list;
-        u64::from(x) * u64::from(y) * u64::from(4 * words)
-    }
+/// The size of the buffer, in bytes.
+fn bytes(settings: &LightBvhSettings, view: &ViewConstants) -> u64 {
+    let [x, y] = tiles(settings, view);
+    let words = LIST_CONTEXT_WORDS + 2 * settings.list;
+    u64::from(x) * u64::from(y) * u64::from(4 * words)
+}
 
-    /// The lists, if the settings have any.
-    ///
-    /// # Errors
-    /// More memory than the device has.
-    pub fn sampler(inputs: &SamplerInputs<'_>) -> Result<Option<Box<dyn LightSampler>>> {
+impl LightLists {
+    /// The registration of light lists.
+    pub(in crate::render::light_samplers) const KIND: Kind = Kind {
+        bytes: |settings, view, _| {
+            let lists = settings.light_lists.into_iter();
+            lists
+                .map(|lists| ("light_lists", bytes(lists, view)))
+                .collect()
+        },
+        make: Self::make,
+    };
+
+    fn make(inputs: &SamplerInputs<'_>) -> Result<Made> {
         let Some(settings) = inputs.settings.light_lists else {
             return Ok(None);
         };
-        let bytes = Self::bytes(settings, inputs.view);
+        let bytes = bytes(settings, inputs.view);
         Ok(Some(Box::new(Self {
             pass: (inputs.pass)("light_lists")?,
             lists: Buffer::new(inputs.device, "light_lists", bytes, Usage::default())?,
