@@ -1,4 +1,5 @@
-//! Compiles every pass in every variant to SPIR-V and embeds it, with the GLSL sources.
+//! Build script: compiles every pass (compute shader) in every variant to SPIR-V, and embeds the SPIR-V and the GLSL
+//! sources.
 
 use headwater_shader_interface::compiler::{self, Sources};
 use headwater_shader_interface::{self as shader_interface, Variant};
@@ -45,7 +46,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// Compiles shaders into `out`, on every core.
+/// Compiles each pair of pass and variant into the folder `out`, with one thread per core. Returns the error of a shader
+/// that does not compile.
 fn compile_all(shaders: &[(&str, Variant)], sources: &Sources, out: &Path) -> Result<(), String> {
     let next = AtomicUsize::new(0);
     let work = || -> Result<(), String> {
@@ -63,8 +65,8 @@ fn compile_all(shaders: &[(&str, Variant)], sources: &Sources, out: &Path) -> Re
     })
 }
 
-/// Compiles one shader to `KEY.spv`, unless the last build made that file from the same input: an edit of one shader then
-/// costs only the passes that include it.
+/// Compiles one variant of a pass to `KEY.spv` in the folder `out`. It does nothing if the last build made that file from
+/// the same input, so that an edit of one shader costs only the passes that include it.
 fn compile(pass: &str, variant: Variant, sources: &Sources, out: &Path) -> Result<(), String> {
     let file = compiler::pass_file(pass, sources).ok_or("the pass has no file")?;
     let defines = variant.defines();
@@ -87,8 +89,8 @@ fn compile(pass: &str, variant: Variant, sources: &Sources, out: &Path) -> Resul
     written.map_err(|e| format!("cannot write {}: {e}", spirv.display()))
 }
 
-/// The commit this build is made from, for metadata, with a `+` if files had been changed when this
-/// script last ran; empty outside a checkout.
+/// The first 12 digits of the hash of the commit that this build is made from, for metadata of pictures. A `+` follows if
+/// tracked files had been changed when this script last ran. The text is empty outside a git checkout.
 fn commit() -> String {
     let git = |arguments: &[&str]| {
         let output = std::process::Command::new("git").args(arguments).output();

@@ -1,6 +1,5 @@
 //! Headwater is a headless Vulkan renderer that path traces real scenes with reservoir resampling (ReSTIR), and measures how much
-//! accuracy each faster setting costs. This page is for those who use it as a library; the program is documented in the
-//! project's README.
+//! accuracy each faster setting costs. This page is for users of the library; the project's README documents the program.
 //!
 //! # A picture in a few lines
 //!
@@ -34,7 +33,7 @@
 //! | write EXR or PNG | [`image`] |
 //! | compare pictures | [`metrics`] |
 //!
-//! The way of the data: [`scene`] → [`gpu`] → [`device_scene`] → [`render`] → [`image`] → [`metrics`].
+//! Data flows through the modules in this order: [`scene`] → [`gpu`] → [`device_scene`] → [`render`] → [`image`] → [`metrics`].
 #![warn(missing_docs)]
 
 pub mod base;

@@ -1,6 +1,6 @@
-//! Pictures of different drivers agree, and so do those of different shader variants on one driver. The test
-//! leaves its driver's pictures in the folder that `HEADWATER_PICTURES` names, as `tools/test --all` does, and
-//! compares them with those that other drivers left there, of which there are `HEADWATER_DRIVERS_BEFORE`.
+//! Pictures of different drivers must agree, and so must pictures of different shader variants on one driver. The test
+//! writes the pictures of its driver to the folder that `HEADWATER_PICTURES` names (`tools/test --all` sets it), and
+//! compares them with the pictures of the `HEADWATER_DRIVERS_BEFORE` drivers that ran earlier.
 
 mod support;
 
@@ -12,24 +12,24 @@ use headwater::render::presets::Preset;
 use headwater::scene::Environment;
 use headwater::shader_interface::{Fetch, GeometryAccess, Textures, Tracer, Variant};
 
-/// The scenes; with the other largest ones all are taken with every preset, and otherwise [`FEW`].
+/// Names of the generated scenes. With `--all`, each is rendered with every preset; otherwise only the pictures of [`FEW`]
+/// are.
 const SCENES: [&str; 4] = ["cornell-glossy", "two-rooms", "night-city", "conservatory"];
-/// The sky over the last of them, which has textures, alpha and every other kind of light.
+/// The environment of the scene `conservatory`, which also has textures, alpha and all other kinds of light.
 const SKY: &str = "sky:sun=35,width=64";
-/// Presets, and the number of frames or samples of each.
+/// Names of presets, each with the number of frames or samples of its pictures.
 const PRESETS: [(&str, u32); 2] = [("path-tracing", 16), ("accurate", 2)];
-/// A pixel agrees if each channel does to this part of the larger value.
+/// The maximum difference, relative to the larger value, at which a channel of a pixel agrees.
 const NEAR: f32 = 1e-3;
-/// The share of pixels that may differ: where rounding changes a choice, a path goes elsewhere. SwiftShader and
-/// lavapipe differ in .4 % of the pixels of `night-city`, and in .07 % of the others.
+/// The maximum fraction of pixels that may differ. Where rounding changes a random decision, a path goes elsewhere.
 const MAX_APART: f64 = 0.03;
-/// The relative difference of the means that these pixels may cause.
+/// The maximum relative difference of the means of two pictures, which the differing pixels may cause.
 const MAX_MEAN: f64 = 1e-3;
-/// The scene and the preset of each picture without `--all`. Compiling shaders takes most of the time: those of `accurate` for the last scene, which has all kinds of lights and
-/// surfaces, take lavapipe five minutes.
+/// Scene and preset of each picture without `--all`. They are few because compiling shaders takes most of the time, minutes
+/// for `accurate` with all kinds of lights and surfaces.
 const FEW: [(&str, (&str, u32)); 2] =
     [("conservatory", PRESETS[0]), ("cornell-glossy", PRESETS[1])];
-/// The variant that needs least of a driver; what the rule chooses is usually another.
+/// The variant that requires least of a driver; the variant that the program selects is usually another one.
 const PLAIN: Variant = Variant {
     tracer: Tracer::ComputeBvh,
     geometry: GeometryAccess::StorageBuffers,
@@ -37,7 +37,8 @@ const PLAIN: Variant = Variant {
     textures: Textures::Buffer,
 };
 
-/// A picture of `variant` or else of what the rule chooses, and the driver.
+/// A picture of a scene with a preset, and the name of the driver. With `None`, the shader variant is the one that the
+/// program selects.
 fn picture(name: &str, preset: &str, frames: u32, variant: Option<Variant>) -> (Image, String) {
     let mut scene = procedural::generate(name, &[]).unwrap();
     scene.environment = (name == "conservatory").then(|| Environment::open(SKY).unwrap());

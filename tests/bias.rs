@@ -1,5 +1,5 @@
-//! The bias check itself: a sample of the bias matrix passes, and the same command fails on each fault
-//! that merges are known to have, planted in a copy of the shaders.
+//! Tests of the bias check: a part of the bias matrix passes, and the same command fails for each known fault of a merge,
+//! planted in a copy of the shaders.
 
 mod support;
 
@@ -8,13 +8,13 @@ use std::process::{Command, Output};
 use std::sync::LazyLock;
 use support::{TOY_LOBES, planted, said};
 
-/// Where a merge's techniques are weighed with visibility: by the balance heuristic one by one, by pairs
-/// for those that one ray stands for.
+/// The condition in `merge.glsl` under which a target function tests visibility with a ray of its own, as the balance
+/// heuristic does. Faults replace it and `PASSED`, which is the ray that stands for many samples in pairwise weights.
 const UNSEEN: &str = "visibility && i != k &&";
 const PASSED: &str = "= transmittance(viewer, shading_point, value);";
 
-/// References that studies of this file have made. Most faults are in files that path tracing does not include, so that
-/// a study with a fault has the reference of the one without.
+/// The folder of references that studies of this file share. A fault is usually in a file that path tracing does not
+/// include, so the reference with the fault is the same as without it.
 static REFERENCES: LazyLock<PathBuf> = LazyLock::new(|| {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("bias-references");
     // Those of an earlier run may be of other code.
@@ -23,7 +23,7 @@ static REFERENCES: LazyLock<PathBuf> = LazyLock::new(|| {
     folder
 });
 
-/// Copies the references that are missing in `to`.
+/// Copies references that `to` lacks from `from`.
 fn copy_references(from: &Path, to: &Path) {
     std::fs::create_dir_all(to).unwrap();
     for file in from.read_dir().unwrap() {
@@ -74,7 +74,7 @@ fn assert_sample_passes(plan: &str) {
     }
 }
 
-/// A short plan that passes, and fails with every fault below.
+/// A short study plan that passes without faults, and fails with every fault for which no other plan is named.
 const PLAN: &str = r#"
 scenes = ["cornell"]
 width = 48
@@ -89,12 +89,12 @@ preset = "accurate"
 "direct.reuse" = ["spatiotemporal"]
 "#;
 
-/// Runs the short plan on a planted fault; returns whether it proves what it should, and what it said.
+/// Runs the plan `PLAN` with changed shaders. Returns true if the study proves the absence of bias, and its output.
 fn with_fault(changes: &[(&str, &str, &str)]) -> (bool, String) {
     study_with_fault(PLAN, changes)
 }
 
-/// The same with another plan.
+/// Runs a plan with changed shaders. Returns true if the study proves the absence of bias, and its output.
 fn study_with_fault(text_of_plan: &str, changes: &[(&str, &str, &str)]) -> (bool, String) {
     let folder = tempfile::tempdir().unwrap();
     let shaders = folder.path().join("glsl");
@@ -108,19 +108,19 @@ fn study_with_fault(text_of_plan: &str, changes: &[(&str, &str, &str)]) -> (bool
     (passes, said(&output))
 }
 
-/// A plan passes, and fails with a fault.
+/// Asserts that a plan passes, and that it fails with the fault.
 fn assert_found(text_of_plan: &str, change: (&str, &str, &str)) {
     assert!(study_with_fault(text_of_plan, &[]).0);
     assert_biased(text_of_plan, change);
 }
 
-/// A plan fails with a fault.
+/// Asserts that a plan fails with the fault.
 fn assert_biased(text_of_plan: &str, change: (&str, &str, &str)) {
     let (passes, said) = study_with_fault(text_of_plan, &[change]);
     assert!(!passes && said.contains("should be unbiased"));
 }
 
-/// A short plan for faults that need gloss to be seen.
+/// A short plan for faults that only glossy surfaces show.
 fn glossy_plan(seeds: u32, settings: &str) -> String {
     format!(
         r#"
@@ -138,7 +138,7 @@ set = {{ {settings} }}
     )
 }
 
-/// All unbiased weights fail: those that look for each sample by itself, and those that let a ray stand for many.
+/// Asserts that a study failed for all unbiased weights: balance, pairwise and defensive.
 fn assert_all_fail(passes: bool, said: &str) {
     let failed = |mis: &str| {
         said.contains(&format!(
@@ -153,7 +153,8 @@ fn without_a_fault_the_short_plan_passes() {
     assert!(with_fault(&[]).0);
 }
 
-/// The classic one: pixels in shadow have no sample, and so their neighbours seem to be alone.
+/// The best-known fault: a neighbour in shadow has no sample, and leaving its empty reservoir out of the merge biases the
+/// result.
 #[test]
 fn empty_neighbours_that_are_skipped_are_found() {
     let (passes, said) = with_fault(&[
@@ -176,7 +177,8 @@ fn empty_neighbours_that_are_skipped_are_found() {
     assert_all_fail(passes, &said);
 }
 
-/// What a BSDF ray hits the hash grid can draw too, and the other way round. It takes few points on lights to see.
+/// A BSDF ray and the hash grid can draw the same sample, so MIS weights must count both. The fault is visible with few
+/// light samples only.
 #[test]
 fn hits_that_know_nothing_of_the_hash_grid_are_found() {
     let settings = r#""direct.candidates" = "hash-grid", "direct.light_samples" = 1"#;
@@ -190,8 +192,8 @@ fn hits_that_know_nothing_of_the_hash_grid_are_found() {
     );
 }
 
-/// Paths that neighbours take over as if they saw the second vertex as large as the pixel that made them do.
-/// Near neighbours do so almost, and the error cancels over the picture: it takes far ones to see.
+/// Without the Jacobian, a neighbour's path counts as if both pixels saw its second vertex under the same solid angle. For
+/// close neighbours that is nearly true, and the error cancels over the picture, so the plan uses distant neighbours.
 #[test]
 fn a_jacobian_that_is_dropped_is_found() {
     let plan = r#"
@@ -226,9 +228,9 @@ preset = "accurate"
     );
 }
 
-/// Light of two bounces and more that world reservoirs find. `scene` is as a plan writes it. Means of frames tell more than the
-/// last of them in the same time, since all draw new samples, although a bias of theirs is a little less: in the first frame
-/// there is nothing to reuse.
+/// A plan for light of two bounces or more with world reservoirs; `scene` is written as in a plan. It measures the mean of
+/// all frames, which is more precise in the same time than the last frame, since all frames draw new samples. The first
+/// frame, which reuses nothing, makes a bias slightly smaller.
 fn world_plan(scene: &str, most_seeds: u32, reference_spp: u32, settings: &str) -> String {
     format!(
         r#"
@@ -255,7 +257,8 @@ accumulate = true
     )
 }
 
-/// The MIS weight against BSDF rays is that of the vertex which shades, so it must not be in the weights that others take over.
+/// The MIS weight against BSDF rays belongs to the vertex that shades a sample. The fault is to include it in the weights
+/// that other vertices reuse.
 #[test]
 fn an_mis_weight_in_world_reservoirs_is_found() {
     assert_found(
@@ -283,7 +286,7 @@ Kd 0 0 0
 Ke 0 0 20
 ";
 
-/// A red and white floor before a white wall, under a blue emitter.
+/// A glTF scene with a red and white floor in front of a white wall, under a blue emitter.
 fn chequered_floor() -> String {
     let mut text = String::from("mtllib chequered.mtl\n");
     let mut square = |material: &str, corners: [[f32; 3]; 4]| {
@@ -330,8 +333,8 @@ fn chequered_floor() -> String {
 mod thorough {
     use super::*;
 
-    /// Surfaces of two delta lobes and two wide ones or more. The planted fault is what was true of one delta lobe: a pixel has
-    /// two paths.
+    /// Surfaces with two delta lobes and two or more wide lobes are unbiased. The planted fault follows only two paths per
+    /// pixel, which is right for one delta lobe.
     #[test]
     fn two_more_lobes_are_unbiased_and_a_lost_path_is_found() {
         let plan = r#"
@@ -408,8 +411,8 @@ preset = "accurate"
         assert_all_fail(passes, &said);
     }
 
-    /// A pixel that draws more because its own first candidate was bright makes too little of that one. It
-    /// takes narrow lobes and few points on lights to see: elsewhere these weigh more than BSDF rays.
+    /// A pixel must not draw more BSDF candidates because its own first candidate was bright: this candidate would then
+    /// count too little. The fault is visible with narrow lobes and few light samples only.
     #[test]
     fn candidates_that_their_own_pixel_counts_by_are_found() {
         assert_found(
@@ -422,8 +425,8 @@ preset = "accurate"
         );
     }
 
-    /// Merges that read what is being written are a race: no two runs are alike. On a busy machine the threads may happen to
-    /// keep the same order twice, so it is tried again.
+    /// A merge that reads reservoirs while they are written is a race, so no two runs are equal. A busy machine may keep the
+    /// order of threads twice by chance, so the test tries again.
     #[test]
     fn neighbours_that_are_read_while_they_are_written_are_found() {
         let faults = [
@@ -465,7 +468,8 @@ mod largest {
         assert_biased(&plan("[0.25]"), change);
     }
 
-    /// Roulette and shares of the candidates among rare lights: what each divides by.
+    /// Candidates among rare lights are divided by the probability of their draw and of their roulette. The faults leave one
+    /// of these divisions out.
     #[test]
     fn shares_of_rare_lights_that_are_forgotten_are_found() {
         let plan = |name: &str, bounces: u32, settings: &str| {
@@ -510,8 +514,8 @@ set = {{ {settings} }}
         assert_biased(&indirect, (file, share, ""));
     }
 
-    /// The light sample that a vertex keeps stands for a matte white point, which reflects any colour: surfaces that do not must
-    /// not keep what they merged.
+    /// The light sample that a vertex stores stands for a matte white point, which reflects every colour. A surface that
+    /// does not reflect every colour must not store what it merged.
     #[test]
     fn colours_that_a_surface_does_not_reflect_stay_in_world_reservoirs() {
         let folder = tempfile::tempdir().unwrap();

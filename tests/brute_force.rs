@@ -1,4 +1,4 @@
-//! The brute-force tracer by itself, against integrals that are taken without it. It needs no
+//! Tests of the brute-force tracer, the path tracer on the CPU, against integrals that are computed without it. They need no
 //! device.
 
 mod support;
@@ -9,12 +9,12 @@ use headwater::scene::{Camera, Material, Scene};
 use std::f64::consts::PI;
 use support::brute_force::{Image, Options, Tracer};
 
-/// Chance at which a right tracer fails one of the tests here.
+/// The probability with which a correct tracer fails one of the tests of this file.
 const LEVEL: f64 = 0.001;
-/// A field of view so narrow that all pixels see the same.
+/// A vertical field of view in radians, so narrow that all pixels see the same point.
 const NARROW: f64 = 1e-6;
 
-/// Light of one colour that reflects nothing.
+/// A material that emits one colour of light and reflects nothing.
 fn emitter(radiance: Vec3, double_sided: bool) -> Material {
     Material {
         emission: radiance,
@@ -23,7 +23,7 @@ fn emitter(radiance: Vec3, double_sided: bool) -> Material {
     }
 }
 
-/// The image's mean of a channel; pixels are independent.
+/// The mean of a channel over the picture, with its error; the pixels are independent.
 fn mean_of(image: &Image, channel: usize) -> Estimate {
     let n = image.mean.len() as f64;
     let sum = |values: &[[f64; 3]]| values.iter().map(|p| p[channel]).sum::<f64>();
@@ -34,10 +34,11 @@ fn mean_of(image: &Image, channel: usize) -> Estimate {
     }
 }
 
-/// A name, an estimate, and what it should be.
+/// The name of a comparison, the estimate, and the exact value.
 type Comparison = (String, Estimate, f64);
 
-/// Fails where an estimate is off, by Holm, or known less well than to `widest`.
+/// Panics if an estimate differs from its exact value (Holm's correction over all comparisons), or if the half-width of its
+/// confidence interval is larger than the fraction `widest` of the value.
 fn assert_close(comparisons: &[Comparison], widest: f64) {
     let exact = |mean| Estimate {
         mean,
@@ -125,8 +126,8 @@ fn an_emitter_lights_a_plane_as_the_integral_over_it_says() {
     assert_close(&comparisons, 0.003);
 }
 
-/// f of glTF 2.0, appendix B, with KHR_materials_specular and KHR_materials_ior, written down once
-/// more; unit directions and normal on one side.
+/// The BRDF (RGB, per steradian) of glTF 2.0, appendix B, with KHR_materials_specular and KHR_materials_ior, written a
+/// second time. The directions and the normal are unit vectors on one side of the surface.
 fn brdf(material: &Material, normal: DVec3, outgoing: DVec3, incoming: DVec3) -> DVec3 {
     let half = (outgoing + incoming).normalize();
     let [n_o, n_i, n_h, o_h] = [
@@ -154,7 +155,8 @@ fn brdf(material: &Material, normal: DVec3, outgoing: DVec3, incoming: DVec3) ->
     dielectric.lerp(metal, f64::from(material.metallic))
 }
 
-/// ∫ f cos over the directions above both `normal`, the shading one, and +Z.
+/// The albedo of the plate: the integral of BRDF × cosine over the directions that are above both the shading normal
+/// `normal` and the plane z = 0.
 fn albedo(material: &Material, normal: DVec3, outgoing: DVec3) -> DVec3 {
     // Enough for the step that the horizon cuts under a tilted normal.
     const CELLS: [u32; 2] = [1500, 3000];
@@ -173,7 +175,7 @@ fn albedo(material: &Material, normal: DVec3, outgoing: DVec3) -> DVec3 {
     sum * (PI / 2.0 / f64::from(CELLS[0])) * (2.0 * PI / f64::from(CELLS[1]))
 }
 
-/// A plate about the origin that faces +Z, alone in a glowing room.
+/// A plate around the origin that faces +Z, alone in a room that glows uniformly.
 fn plate(material: Material, shading_normal: Option<Vec3>) -> Scene {
     let r = 1000.0;
     let mut room = Vec::new();
@@ -228,8 +230,8 @@ fn materials() -> [Material; 4] {
     ]
 }
 
-/// The normal by which a plate with a shading normal is shaded where it is seen from `outgoing`:
-/// bent until it faces the viewer, then until the viewer's mirror direction leaves the plate.
+/// The shading normal by which a plate is shaded for a viewer in the direction `outgoing`: bent until it faces the viewer,
+/// and then until the viewer's mirror direction leaves the plate.
 fn bent(mut normal: DVec3, outgoing: DVec3) -> DVec3 {
     const LEAST: f64 = 0.01;
     let facing = normal.dot(outgoing);
@@ -253,7 +255,7 @@ fn bent(mut normal: DVec3, outgoing: DVec3) -> DVec3 {
     toward_z(high)
 }
 
-/// The plate's albedo where it is seen from `outgoing`, by both estimators, beside the integral.
+/// Comparisons of the plate's albedo, seen from `outgoing`, with the integral: with and without light sampling.
 fn compare_albedo(material: &Material, normal: Option<Vec3>, outgoing: DVec3) -> Vec<Comparison> {
     let tracer = Tracer::new(&plate(material.clone(), normal));
     let shading = normal.map_or(DVec3::Z, |n| bent(n.as_dvec3().normalize(), outgoing));
@@ -353,8 +355,8 @@ fn an_emitter_shines_from_its_front_however_it_is_placed() {
     }
 }
 
-/// The errors that images state are those that other seeds show, though the paths of a group are
-/// not independent.
+/// The standard errors that a picture states must match the spread over seeds, although the paths of a group are not
+/// independent.
 #[test]
 fn stated_errors_are_those_that_seeds_show() {
     const SEEDS: u64 = 400;

@@ -1,7 +1,7 @@
-//! Do the capture tools see the frames that Headwater presents, and replay the same pictures?
+//! Tests that capture tools see the frames that Headwater presents, and replay the same pictures.
 //!
-//! The tools are those of `tools/capture-tools`, which `tools/test --all` lets the tests fetch; otherwise the tests look only
-//! at what happens without them.
+//! `tools/capture-tools` makes the tools, and `tools/test --all` lets the tests use them. Otherwise the tests check only the
+//! commands without tools.
 
 mod support;
 
@@ -14,7 +14,7 @@ fn assert_succeeded(what: &str, output: &Output) {
     assert!(output.status.success(), "{what}: {}", said(output));
 }
 
-/// Captures frames of `cornell` with a tool. The presented pictures go to `folder`.
+/// Captures the frames `range` of `cornell` with a tool to `file`; the presented pictures are written to `folder`.
 fn capture(tool: &str, folder: &Path, file: &str, range: &str) -> Output {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     Command::new(root.join("tools/capture"))
@@ -31,8 +31,8 @@ fn capture(tool: &str, folder: &Path, file: &str, range: &str) -> Output {
         .unwrap()
 }
 
-/// Whether the driver is too old to present to a headless surface, by its version, not by what Headwater finds. The tests
-/// of one driver see no other.
+/// True if the driver is too old to present to a headless surface. The version of Mesa decides, since Headwater's own
+/// decision is under test.
 fn cannot_present() -> bool {
     let output = Command::new(env!("CARGO_BIN_EXE_headwater"))
         .arg("info")
@@ -42,7 +42,7 @@ fn cannot_present() -> bool {
     said(&output).contains("llvmpipe Mesa 22.")
 }
 
-/// Runs a command among the capture tools.
+/// Runs a shell command in `folder`, in the environment that `tools/capture-tools` prints, which finds the capture tools.
 fn with_tools(command: &str, folder: &Path) -> Output {
     let tools = Path::new(env!("CARGO_MANIFEST_DIR")).join("tools/capture-tools");
     Command::new("bash")
@@ -61,7 +61,7 @@ fn picture(path: &Path) -> image::RgbImage {
     reader.decode().unwrap().to_rgb8()
 }
 
-/// The bytes of a bitmap without compression, of 24 or 32 bits, as GFXReconstruct writes it: bottom to top, blue first.
+/// The pixels of an uncompressed bitmap of 24 or 32 bits, as GFXReconstruct writes it: rows from the bottom, blue first.
 fn bitmap(path: &Path) -> image::RgbImage {
     let bytes = std::fs::read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     let word = |at: usize| i32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
@@ -123,7 +123,8 @@ fn without_a_tool_nothing_is_captured() {
     }
 }
 
-/// A whole capture, and one that begins later with what it needs of the frames before it.
+/// A capture of all frames, and one that begins later and contains what it needs of earlier frames, must replay the same
+/// pictures.
 #[test]
 fn gfxreconstruct_replays_the_same_pictures() {
     if !takes_largest() {
@@ -183,7 +184,7 @@ fn gfxreconstruct_replays_the_same_pictures() {
     }
 }
 
-/// A frame with the names of its passes and buffers.
+/// A captured frame must show the names of its passes and buffers.
 #[test]
 fn renderdoc_shows_passes_and_buffers() {
     if !takes_largest() {

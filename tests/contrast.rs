@@ -1,7 +1,8 @@
-//! Lights of very different brightness. An opaque wall divides a room, each half has emitters, and one that the camera does
-//! not see is far brighter than the others: what the camera sees must not lack the light of the dim ones. Resampling that
-//! compares candidates before their shadow rays shows a clean picture that is nearly black, so the median over the pixels
-//! counts, and not only the mean. `headwater study --plan contrast` has many more cases, and intervals.
+//! Tests of scenes with lights of very different brightness. An opaque wall divides a room, both halves have emitters, and
+//! an emitter that the camera does not see is far brighter than the others. The picture must still have the light of the dim
+//! emitters. Resampling that compares candidates before their shadow rays gives a clean picture that is nearly black, so the
+//! tests check the median over the pixels as well as the mean. `headwater study --plan contrast` has many more cases, with
+//! confidence intervals.
 
 mod support;
 
@@ -17,15 +18,15 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 const FRAMES: u32 = 64;
-/// Samples of the truth, which path tracing finds without the bright emitter.
+/// Number of samples per pixel of the true picture, which path tracing renders without the bright emitter.
 const TRUE_SAMPLES: u32 = 4096;
 const WIDTH: u32 = 32;
 const HEIGHT: u32 = 24;
-/// Pictures of shadow edges are larger, and how far from the edge they are looked at, in pixels.
+/// Width in pixels of pictures of shadow edges, which need more pixels than the other pictures.
 const EDGE_WIDTH: u32 = 96;
 const EDGE_HEIGHT: u32 = 72;
 const BESIDE_EDGE: usize = 5;
-/// The sum of the channels from which a pixel shows an emitter.
+/// The sum of the channels of a pixel at and above which the pixel shows an emitter; such pixels are not compared.
 const EMITTER: f64 = 17.0;
 
 fn divided_room(more: &str) -> Scene {
@@ -36,7 +37,7 @@ fn divided_room(more: &str) -> Scene {
     procedural::generate("divided-room", &settings).unwrap()
 }
 
-/// The room without the bright emitter, or without the dim ones.
+/// The room without the emitter of this name ("bright lamp" or "dim lamp"), and without motion.
 fn without(mut scene: Scene, emitter: &str) -> Scene {
     scene.instances.retain(|instance| instance.name != emitter);
     scene.motion = None;
@@ -62,7 +63,7 @@ fn view(scene: &Scene, bounces: u32, seed: u32, width: u32, height: u32) -> View
     }
 }
 
-/// The sum of the channels of each pixel, of the mean of so many samples.
+/// The sum of the channels of each pixel, row by row, in the mean of `samples` samples per pixel.
 fn picture(scene: &Scene, settings: &Settings, view: &View, samples: u32) -> Vec<f64> {
     let (device, selection) = support::open_device(None);
     let rendered = support::render(&device, scene, selection.variant, view, settings, samples);
@@ -72,7 +73,7 @@ fn picture(scene: &Scene, settings: &Settings, view: &View, samples: u32) -> Vec
         .collect()
 }
 
-/// The picture that the dim emitters of a room make. Rooms that differ in contrast alone share it.
+/// The true picture of a room: the light of its dim emitters alone. Rooms that differ only in contrast share it.
 fn truth_of(room: &str, scene: &Scene, view: &View) -> Vec<f64> {
     static TRUTHS: Mutex<BTreeMap<(String, u32), Vec<f64>>> = Mutex::new(BTreeMap::new());
     let emitters = room.split(',').filter(|pair| !pair.starts_with("contrast"));
@@ -87,18 +88,19 @@ fn truth_of(room: &str, scene: &Scene, view: &View) -> Vec<f64> {
     truth.clone()
 }
 
-/// More cases with `--all`.
+/// The cases of a test: `all` with `--all`, otherwise `few`.
 fn of<T>(all: &'static [T], few: &'static [T]) -> &'static [T] {
     if support::takes_largest() { all } else { few }
 }
 
-/// Checks a preset's picture of a room: the median of its pixels over the truth, and the mean, which one picture knows to
-/// about 1 %.
+/// Renders a room with a preset, and compares median and mean of its pixels with the true picture. The mean of one picture
+/// has an error of about 1 %.
 fn assert_dim_emitters_are_seen(room: &str, name: &str, change: &[&str], bounces: u32) {
     assert_scene_shows(&divided_room(room), room, name, change, bounces);
 }
 
-/// Checks a preset's picture of a scene, which is a room with lights that the camera does not see.
+/// Renders a scene with a preset, and compares it with the true picture of `room`; the scene is that room with additional
+/// lights that the camera does not see.
 fn assert_scene_shows(scene: &Scene, room: &str, name: &str, change: &[&str], bounces: u32) {
     let view = view(scene, bounces, 3, WIDTH, HEIGHT);
     let truth = truth_of(room, scene, &view);
@@ -116,9 +118,8 @@ fn assert_scene_shows(scene: &Scene, room: &str, name: &str, change: &[&str], bo
     assert!((mean - 1.0).abs() < 0.04, "{what}");
 }
 
-/// Pixels in the bright emitter's shadow, two to five pixels from its edge. The pixels at the edge itself are left out: the few
-/// samples of this picture take a pixel that sees 0.1 % of the emitter for one in its shadow, and the emitter's light in it would
-/// count as an error of the preset.
+/// Indices of pixels in the shadow of the bright emitter, two to five pixels from the shadow's edge. Pixels at the edge are
+/// left out, since some of them see a small part of the emitter that the few samples of this picture miss.
 fn beside_the_edge(scene: &Scene, view: &View) -> Vec<usize> {
     let bright = without(scene.clone(), "dim lamp");
     let light = picture(&bright, &preset("path-tracing", &[]), view, 256);
@@ -133,8 +134,8 @@ fn beside_the_edge(scene: &Scene, view: &View) -> Vec<usize> {
         .collect()
 }
 
-/// The values that a preset finds in the bright emitter's shadow, close to its edge, each with the true one, for each of `seeds`
-/// runs: of the mean of all frames, or, while the camera moves, of the last frame alone.
+/// For each of `seeds` runs, the value that a preset finds and the true value at each pixel beside the shadow's edge. At
+/// rest, the values are means of all frames; with a moving camera, of the last frame alone.
 fn umbra(
     contrast: &str,
     name: &str,
@@ -193,7 +194,7 @@ fn umbra(
     runs.iter().map(pairs).collect()
 }
 
-/// Checks the median of the pixels in the bright emitter's shadow, close to its edge.
+/// Asserts that the median of found over true values is right beside the edge of the bright emitter's shadow.
 fn assert_umbra_is_right(contrast: &str, name: &str, moving: bool) {
     let pairs = umbra(contrast, name, moving, 1, 1024).remove(0);
     let median = median_ratio(pairs.iter().copied());
@@ -286,8 +287,9 @@ mod thorough {
 mod largest {
     use super::*;
 
-    /// Checks the mean over the pixels in the bright emitter's shadow, close to its edge: at rest its 99 % interval lies inside
-    /// ±1 %, and that of a single frame while the camera moves inside ±3 %. A single frame is noisier, and takes more seeds.
+    /// Asserts that the mean of the pixels beside the edge of the bright emitter's shadow is right. The 99 % interval must
+    /// lie within ±1 % at rest, and within ±3 % for a single frame with a moving camera, which is noisier and needs more
+    /// seeds.
     fn assert_mean_umbra_is_right(name: &str) {
         for (contrast, moving, seeds, most) in [
             ("1e4", false, 32, 0.01),

@@ -1,4 +1,4 @@
-//! Measurements of what the code assumes of drivers.
+//! Tests that measure properties which the code assumes of drivers.
 
 mod support;
 
@@ -6,7 +6,7 @@ use headwater::gpu::{Bindings, Buffer, ComputePass, Recording, Resource, Usage};
 use headwater::shader_interface::compiler::{self, Sources};
 
 headwater::bindings! {
-    /// What the pass `loops` is bound to.
+    /// The bindings of the pass `loops`, which counts the turns of its loops.
     pub struct Loops {
         write turns,
     }

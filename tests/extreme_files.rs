@@ -1,5 +1,6 @@
-//! Files at the extremes, as users load and render them: what a picture shows is compared with a closed form, or with the same
-//! file without the emitter that nobody sees. `near_lights.rs` and `contrast.rs` have many more cases of each kind.
+//! Tests of extreme scene files, loaded and rendered as a user does. Each picture is compared with a closed form, or with
+//! the picture of the same file without the emitter that the camera does not see. `near_lights.rs` and `contrast.rs` have
+//! many more cases of each kind.
 
 mod support;
 
@@ -17,10 +18,10 @@ fn preset(name: &str) -> Settings {
     Preset::named(name).unwrap().settings().unwrap()
 }
 
-/// A material's name, reflectance and radiance, and the corners of a quad that has it.
+/// Name, reflectance and radiance of a material, and the four corners of a quad of this material.
 type Quad<'a> = ((&'a str, f64, f64), [[f64; 3]; 4]);
 
-/// Loads an OBJ file of quads.
+/// Writes an OBJ file of quads, with its MTL file, and loads it.
 fn open_obj(quads: &[Quad<'_>]) -> Scene {
     let (mut obj, mut mtl) = ("mtllib scene.mtl\n".to_owned(), String::new());
     for ((name, reflectance, radiance), corners) in quads {
@@ -43,7 +44,7 @@ fn open_obj(quads: &[Quad<'_>]) -> Scene {
     headwater::scene::Scene::open(path.to_str().unwrap()).unwrap()
 }
 
-/// Loads a floor of reflectance 0.5 under a light, from a glTF file.
+/// Writes a glTF file with a floor of reflectance 0.5 under a light, and loads it.
 fn open_gltf(light: PunctualLight) -> Scene {
     let white = Material {
         base_color: Vec3::splat(0.5),
@@ -59,7 +60,7 @@ fn open_gltf(light: PunctualLight) -> Scene {
     headwater::scene::Scene::open(path.to_str().unwrap()).unwrap()
 }
 
-/// Where a picture is taken from.
+/// The camera of a picture (eye, target, vertical field of view in degrees), and the size of the picture in pixels.
 struct Shot {
     eye: DVec3,
     target: DVec3,
@@ -80,7 +81,7 @@ impl Shot {
         }
     }
 
-    /// The points of the plane y = 0 in the centres of the pixels.
+    /// The points of the plane y = 0 that the centres of the pixels show, row by row.
     fn points_of_floor(&self) -> Vec<DVec3> {
         let reach = (self.degrees.to_radians() / 2.0).tan();
         let forward = (self.target - self.eye).normalize();
@@ -97,7 +98,7 @@ impl Shot {
             .collect()
     }
 
-    /// The green channel of the mean of so many samples.
+    /// The green channel of each pixel, row by row, in the mean of `samples` samples per pixel.
     fn picture(&self, scene: &Scene, settings: &Settings, samples: u32) -> Vec<f64> {
         let (device, selection) = support::open_device(None);
         let view = self.view();
@@ -106,7 +107,8 @@ impl Shot {
         seen.mean.iter().map(|pixel| pixel[1]).collect()
     }
 
-    /// Compares pictures with a value for each pixel, where there is one: the sum of those pixels, relative.
+    /// Renders a scene with several presets, and asserts that the relative error of the sum of the compared pixels is below
+    /// `most`. `None` in `expected` leaves a pixel out.
     fn assert_shows(&self, scene: &Scene, samples: u32, expected: &[Option<f64>], most: f64) {
         for name in ["path-tracing", "balanced", "accurate"] {
             let seen = self.picture(scene, &preset(name), samples);
@@ -123,7 +125,7 @@ impl Shot {
     }
 }
 
-/// The irradiance at a point from a parallelogram of radiance 1, by a fine grid.
+/// The irradiance at a floor point from a parallelogram of radiance 1, computed with a fine grid.
 fn irradiance(point: DVec3, corner: DVec3, u: DVec3, v: DVec3) -> f64 {
     const STEPS: u32 = 100;
     let coordinate = |i: u32| (f64::from(i) + 0.5) / f64::from(STEPS);
@@ -181,7 +183,8 @@ fn a_spot_of_a_thousandth_of_a_radian_is_a_disc() {
 mod thorough {
     use super::*;
 
-    /// A room that a wall divides, with an emitter in each half; the camera does not see the one with such a radiance.
+    /// A room that a wall divides, with an emitter in each half. The camera does not see the emitter with the radiance
+    /// `unseen`; `None` leaves it out.
     fn room(unseen: Option<f64>) -> Scene {
         let wall = ("wall", 0.5, 0.0);
         let emitter = |x: f64| {

@@ -1,6 +1,6 @@
-//! Numerical extremes: scenes from the size of atoms to that of solar systems, lights from dim to very bright,
-//! objects on a landscape of two triangles, edges exactly at a pixel's centre. Scaling by a power of two rounds
-//! nothing, so all bits of the picture must stay the same.
+//! Tests of numerical extremes: scenes from the size of atoms to that of solar systems, dim and very bright lights, objects
+//! on a landscape of two triangles, and edges exactly at the centre of a pixel. Scaling by a power of two rounds nothing, so
+//! the picture must keep all bits.
 
 mod support;
 
@@ -14,7 +14,8 @@ use headwater::scene::validate::{BRIGHTEST, LARGEST_COORDINATE};
 use headwater::scene::{Camera, Environment, Material, PunctualLight, PunctualShape, Scene};
 use headwater::shader_interface::{Tracer, Variant};
 
-/// Glossy spheres with smooth normals, one of them placed twice, so that not all is merged.
+/// The scene `cornell-glossy` with smooth spheres. One of their meshes has two instances, so that the device also has a mesh
+/// that is not merged.
 fn scene() -> Scene {
     let mut scene = procedural::generate("cornell-glossy", &[]).unwrap();
     let smooth = |i: &headwater::scene::Instance| !scene.meshes[i.mesh as usize].normals.is_empty();
@@ -26,7 +27,7 @@ fn scene() -> Scene {
     scene
 }
 
-/// The same with an environment, a point light, a spot and a directional light.
+/// The scene `cornell-glossy` with an environment, a point light, a spot light and a directional light.
 fn scene_of_all_lights() -> Scene {
     let mut scene = scene();
     let texel = |index: u32| Vec3::splat(if index == 37 { 60.0 } else { 0.3 });
@@ -56,14 +57,15 @@ fn scene_of_all_lights() -> Scene {
     scene
 }
 
-/// What the extremes are tried on: path tracing, and resampling with all that it can do.
+/// The settings that every extreme is tested with: path tracing, and resampling with the preset `accurate`.
 fn techniques() -> [Settings; 2] {
     let accurate = Preset::named("accurate").unwrap();
     [Settings::default(), accurate.settings().unwrap()]
 }
 
-/// The same for a scene; with all kinds of light, candidates come from the light BVH, and otherwise those of direct light from
-/// the hash grid, in both of its modes. Vertices of paths have world reservoirs.
+/// The settings that a scene is tested with: path tracing, and resampling with world reservoirs. With all kinds of light,
+/// candidates come from the light BVH; otherwise candidates of direct light come from the hash grid, once in each of its
+/// modes.
 fn techniques_for(scene: &Scene) -> Vec<Settings> {
     let [path_tracing, mut accurate] = techniques();
     accurate.direct.resampling.candidates = Candidates::HashGrid;
@@ -80,7 +82,7 @@ fn techniques_for(scene: &Scene) -> Vec<Settings> {
     vec![path_tracing, accurate, published]
 }
 
-/// The sums of a picture of the scene by a device that has its origin at `origin`.
+/// The sums of a picture of the scene. `origin` is the world position that the device uses as its zero.
 fn sums(
     scene: &Scene,
     variant: Option<Variant>,
@@ -96,10 +98,10 @@ fn sums(
     sums
 }
 
-/// Samples a pixel of a picture.
+/// Number of samples per pixel of a picture.
 const SAMPLES: u32 = 8;
 
-/// The mean and standard error of a picture of the scene, by its first camera.
+/// The mean and the standard error of each pixel of a picture, by the first camera of the scene.
 fn picture(scene: &Scene, settings: &Settings) -> Vec<[DVec3; 2]> {
     let view = View {
         camera: scene.cameras[0].clone(),
@@ -139,7 +141,7 @@ fn assert_size_changes_nothing(plain: &Scene, powers: &[i32]) {
     }
 }
 
-/// The scene at another scale.
+/// The scene with all lengths multiplied by `scale`: in the meshes, or else in the transforms of instances.
 fn scaled(scene: &Scene, scale: f64, in_meshes: bool) -> Scene {
     assert!(10.0 * scale < LARGEST_COORDINATE);
     let mut scaled = scene.clone();
@@ -166,7 +168,7 @@ fn scaled(scene: &Scene, scale: f64, in_meshes: bool) -> Scene {
     scaled
 }
 
-/// The scene with all its lights brighter.
+/// The scene with the brightness of all lights multiplied by `scale`.
 fn brighter(plain: &Scene, scale: f32) -> Scene {
     let mut scaled = plain.clone();
     scaled
@@ -200,7 +202,8 @@ fn assert_brightness_scales_the_picture(plain: &Scene, powers: &[i32]) {
     }
 }
 
-/// Far and dim, near and bright: products of light and area leave the range of f32 long before either does.
+/// Far and dim, or near and bright: products of light and area leave the range of f32 long before one of the two does, so
+/// both are scaled together.
 #[test]
 fn size_and_brightness_together_only_scale_the_picture() {
     let plain = scene();
@@ -218,8 +221,8 @@ fn size_and_brightness_together_only_scale_the_picture() {
     }
 }
 
-/// A floor that reflects nothing but red, under an emitter that has almost none: what a reservoir stores of a
-/// path's colour is dark in the only channel that counts.
+/// A floor that reflects only red is lit by an emitter with almost no red. The colour that a reservoir stores must keep this
+/// dim channel, the only one that counts on the floor.
 #[test]
 fn the_dim_channel_of_an_emitter_is_kept() {
     let mut scene = procedural::generate("cornell", &[]).unwrap();
@@ -278,12 +281,12 @@ fn what_is_too_large_or_too_bright_is_refused() {
     }
 }
 
-/// Width and height of the pictures below.
+/// Width and height in pixels of the pictures of direct light.
 const SIDE: usize = 96;
 
-/// The brightness of each pixel of a picture in direct light, through the pixels' centres, with enough
-/// samples for neighbours to be alike. By the compute BVH, through which no ray slips between
-/// triangles: a hole would look like a dark pixel.
+/// The brightness of each pixel in direct light, through the pixels' centres, with so many samples that neighbouring pixels
+/// are nearly equal. It uses the compute BVH, through which no ray slips between triangles; a gap would look like a dark
+/// pixel.
 fn direct_light(scene: &Scene, camera: &Camera, settings: &Settings) -> Vec<f64> {
     let variants = support::variants(Tracer::ComputeBvh);
     let view = View {
@@ -305,7 +308,8 @@ fn direct_light(scene: &Scene, camera: &Camera, settings: &Settings) -> Vec<f64>
     sums.mean(samples).iter().map(|p| p.element_sum()).collect()
 }
 
-/// Pixels that are darker than this part of all that touch them, or brighter than so many times.
+/// Pixels that are darker than `least` times the darkest of their eight neighbours, or brighter than `most` times the
+/// brightest: (x, y, ratio to the neighbours).
 fn odd_ones(lit: &[f64], least: f64, most: f64) -> Vec<(usize, usize, f64)> {
     let mut odd = Vec::new();
     for y in 1..SIDE - 1 {
@@ -323,7 +327,7 @@ fn odd_ones(lit: &[f64], least: f64, most: f64) -> Vec<(usize, usize, f64)> {
     odd
 }
 
-/// The scene turned by an odd angle, and its first camera with it.
+/// The scene and its first camera, rotated by an angle that is no multiple of 90 degrees.
 fn turned(mut scene: Scene) -> Scene {
     let turn = DAffine3::from_quat(DQuat::from_euler(EulerRot::XYZ, 0.4, 1.1, -0.7));
     for instance in &mut scene.instances {
@@ -348,7 +352,8 @@ fn emitter() -> Material {
     }
 }
 
-/// A box under an emitter on ground of two triangles that reach this far, and rise by so much a metre.
+/// A box and an emitter above it on a ground of two triangles. The ground reaches `reach` metres from its middle, and rises
+/// by `slope` metres per metre.
 fn box_on_ground(reach: f32, slope: f32) -> Scene {
     let (x, y, z) = (Vec3::X + slope * Vec3::Y, Vec3::Y, Vec3::Z);
     // The box stands away from the ground's middle, where their common edge would be.
@@ -372,8 +377,8 @@ fn box_on_ground(reach: f32, slope: f32) -> Scene {
     ])
 }
 
-/// A plate of smooth plastic above a glowing floor of two kilometres. Where it reflects the floor, its lobe is narrower
-/// than the cells to which reservoirs round a point on a light.
+/// A smooth plastic plate above a glowing floor of two kilometres, and a camera. The plate's lobe covers less of the floor
+/// than one of the cells to which reservoirs round a point on a light.
 fn plate_over_lava() -> (Scene, Camera) {
     let plastic = Material {
         base_color: Vec3::splat(0.1),
@@ -392,15 +397,15 @@ fn plate_over_lava() -> (Scene, Camera) {
     (scene, camera)
 }
 
-/// Independent runs of the test below, and half the width of the 99 % interval of their mean in standard errors
-/// (Student's t).
+/// Number of independent runs of the statistical test; `HALF_WIDTH` is half the width of the 99 % interval of their mean, in
+/// standard errors (Student's t).
 const RUNS: u32 = 24;
 const HALF_WIDTH: f64 = 2.807;
 
 mod thorough {
     use super::*;
 
-    /// Scales that are no powers of two round, so that comparisons of bits can fail.
+    /// A scale that is no power of two must change bits; otherwise the comparison of bits could not fail.
     #[test]
     fn other_scales_change_bits() {
         let plain = scene();
@@ -425,7 +430,7 @@ mod thorough {
         assert_size_changes_nothing(&scene_of_all_lights(), &[-40, 40]);
     }
 
-    /// A step of f64 is there a ten thousandth of a unit.
+    /// A scene that is 10¹² units from the origin, where a step of f64 is 1/10,000 of a unit.
     #[test]
     fn a_scene_at_a_million_million_units_is_lit_as_at_home() {
         let plain = scene();
@@ -503,8 +508,8 @@ mod thorough {
         support::assert_no_messages(&device);
     }
 
-    /// Rounding moves what barycentrics say of a triangle of two thousand kilometres by some centimetres.
-    /// A slope of such a size is only known to metres, so the one that is tried is a hundredth of it.
+    /// On a triangle of 2000 kilometres, rounding moves a point that is computed from barycentrics by some centimetres. On a
+    /// slope of that size it is known to metres only, so the tested slope is a hundredth of that size.
     #[test]
     fn a_landscape_of_two_triangles_is_lit_like_a_floor() {
         let eye = DVec3::new(2.0, 3.0, 5.0);
@@ -534,8 +539,8 @@ mod thorough {
         }
     }
 
-    /// The foot of a wall on a landscape is lit by the ground right before it. A path's second vertex that is known to
-    /// decimetres only lies inside the wall as often as before it.
+    /// The foot of a wall on a landscape must be lit by the ground in front of it. A second vertex that is known to
+    /// decimetres only would lie inside the wall as often as in front of it.
     #[test]
     fn the_foot_of_a_wall_on_a_landscape_is_lit_by_the_ground_before_it() {
         let scene = box_on_ground(1_048_576.0, 0.0);
@@ -567,8 +572,8 @@ mod thorough {
         assert!(sigma < 0.005 && off.abs() < 0.02, "{off} ± {sigma}");
     }
 
-    /// Where a ray meets two surfaces at once, rounding may put the shading point behind the other one,
-    /// from where it sees nothing, or what is behind.
+    /// Where a ray meets two surfaces at once, rounding may put the shading point behind the other surface, which must not
+    /// make the crease darker or brighter than the points beside it.
     #[test]
     fn creases_are_lit_like_what_is_beside_them() {
         // The centres of some pixels lie on the room's creases to the last bit.

@@ -1,6 +1,7 @@
-//! A file for each feature of files, rendered, and compared with a closed form at every pixel.
+//! Tests with one file per feature of scene files: each is rendered, and compared with a closed form at every pixel.
 //!
-//! Each shows a square that fills the picture, seen from straight above, so that every pixel's point on it is known.
+//! Each file shows a square that fills the picture, seen from straight above, so that the point of the square at every pixel
+//! is known.
 
 #[path = "loading/files.rs"]
 #[allow(dead_code)] // Of what loading needs, this is a part.
@@ -15,31 +16,33 @@ use headwater::scene::{Environment, Scene};
 use image::{ImageFormat, RgbaImage};
 use serde_json::{Value, json};
 
-/// Pixels each way.
+/// Width and height of the pictures in pixels.
 const SIDE: u32 = 32;
-/// Distance of the camera from the square, whose half side is 1.
+/// Distance of the camera from the square, in units of half the side of the square.
 const DISTANCE: f64 = 4.0;
 const SAMPLES: u32 = 256;
-/// Standard errors that a pixel and the sum of all may be off: of the 60,000 values here none should be, by chance.
+/// The number of standard errors by which a pixel, or the sum of all pixels, may differ from the closed form. It is so large
+/// that chance makes none of the thousands of compared values fail.
 const SIGMAS: f64 = 6.5;
-/// Widest standard error of the sum that still shows something, relative to it.
+/// The maximum standard error of the sum of all pixels, relative to the sum; with a larger one, the comparison would prove
+/// nothing.
 const WIDEST: f64 = 1e-3;
-/// Pixels this near to the edge of a texel, in texels, may show either side.
+/// Distance from the edge of a texel, in texels, within which a pixel is not compared, since rounding may show either side.
 const EDGE: f64 = 1e-3;
 
-/// The image of most textures, row by row from the top: sRGB.
+/// The image that most tests use as a texture: RGBA bytes in sRGB, row by row from the top.
 const TEXELS: [[[u8; 4]; 2]; 2] = [
     [[200, 40, 90, 255], [30, 220, 120, 255]],
     [[60, 70, 240, 255], [250, 240, 10, 0]],
 ];
 
-/// The point that a pixel sees, from −1 to 1 each way, y upwards.
+/// The point of the square that a pixel shows: x and y in [−1, 1], y upwards.
 fn point(pixel: usize) -> DVec2 {
     let at = |i: usize| (i as f64 + 0.5) / f64::from(SIDE) * 2.0 - 1.0;
     DVec2::new(at(pixel % SIDE as usize), -at(pixel / SIDE as usize))
 }
 
-/// The coordinates that the square's corners have: 0…1 from the top left.
+/// The texture coordinates of a point of the square: [0, 1], from the top left.
 fn uv(point: DVec2) -> DVec2 {
     DVec2::new(point.x + 1.0, 1.0 - point.y) / 2.0
 }
@@ -56,7 +59,7 @@ fn color([r, g, b, _]: [u8; 4]) -> DVec3 {
     DVec3::new(linear(r), linear(g), linear(b))
 }
 
-/// The texel at coordinates, of an image that repeats; none on an edge between texels.
+/// The nearest texel at texture coordinates, for an image that repeats; `None` at an edge between texels.
 fn texel(at: DVec2) -> Option<[u8; 4]> {
     let position = at * 2.0;
     let edge = (position - position.round()).abs().min_element();
@@ -64,12 +67,13 @@ fn texel(at: DVec2) -> Option<[u8; 4]> {
     (edge > EDGE).then(|| TEXELS[index(position.y)][index(position.x)])
 }
 
-/// The image's colour at coordinates.
+/// The linear colour of the nearest texel at texture coordinates; `None` at an edge between texels.
 fn shown(at: DVec2) -> Option<DVec3> {
     texel(at).map(color)
 }
 
-/// The image's colour between the centres of texels; it ends at its edges.
+/// The linear colour at texture coordinates, interpolated between the centres of texels, and constant beyond the outer
+/// centres.
 fn interpolated(at: DVec2) -> DVec3 {
     let part = (at * 2.0 - 0.5).clamp(DVec2::ZERO, DVec2::ONE);
     let row = |y: usize| color(TEXELS[y][0]).lerp(color(TEXELS[y][1]), part.x);
@@ -94,7 +98,7 @@ fn floats(file: &mut Gltf, kind: &str, values: &[f64]) -> usize {
     }))
 }
 
-/// The square, Lambert, with one set of coordinates and a camera.
+/// A file with the square, a Lambert surface with one set of texture coordinates, and the camera.
 fn square() -> Gltf {
     let mut file = Gltf::triangle();
     let corners = [
@@ -120,7 +124,7 @@ fn square() -> Gltf {
     })
 }
 
-/// The square with a base colour texture of an image in the file.
+/// The square with a base colour texture whose image is in the file; `sampler` and `info` are JSON of the texture.
 fn pictured(mime: &str, bytes: &[u8], sampler: Value, info: Value) -> Gltf {
     let mut file = square();
     let view = file.add_view(bytes);
@@ -133,7 +137,7 @@ fn pictured(mime: &str, bytes: &[u8], sampler: Value, info: Value) -> Gltf {
     })
 }
 
-/// The same with the common image, whose nearest texel is taken.
+/// The square with the image [`TEXELS`] as a base colour texture that is read from the nearest texel.
 fn tiled(info: Value) -> Gltf {
     pictured(
         "image/png",
@@ -153,7 +157,7 @@ fn load(file: &Gltf) -> Scene {
     scene
 }
 
-/// The same radiance from everywhere.
+/// The scene with an environment of the same radiance in all directions.
 fn surrounded(mut scene: Scene, radiance: f32) -> Scene {
     scene.environment = Some(Environment {
         name: "uniform".into(),
@@ -166,7 +170,8 @@ fn surrounded(mut scene: Scene, radiance: f32) -> Scene {
     scene
 }
 
-/// What each pixel shows against `expected` of the point that it sees; none where that is not known.
+/// Renders a scene and compares each pixel with the value of `expected` at the point that it shows, within noise and the
+/// relative error `slack`. `None` leaves the pixel out.
 fn assert_shows(name: &str, scene: &Scene, slack: f64, expected: impl Fn(DVec2) -> Option<DVec3>) {
     let (device, selection) = support::open_device(None);
     let view = View {
@@ -232,7 +237,7 @@ fn png_and_webp_are_laid_onto_surfaces() {
     });
 }
 
-/// Of greys and in whole blocks of 16 texels, of which JPEG keeps each value within one.
+/// A JPEG texture of grey blocks of 16 texels, for which JPEG keeps each value within one step.
 #[test]
 fn jpeg_is_laid_onto_surfaces() {
     let greys = [60_u8, 200];
@@ -274,7 +279,7 @@ fn the_second_set_of_coordinates_is_its_own() {
     });
 }
 
-/// KHR_texture_transform: scaled, then turned towards −v, then moved.
+/// KHR_texture_transform must scale, then rotate towards −v, then translate.
 #[test]
 fn textures_are_scaled_turned_and_moved() {
     let (offset, angle, scale) = (DVec2::new(0.3, -0.2), 0.4_f64, DVec2::new(2.0, 3.0));
@@ -328,7 +333,7 @@ fn colours_of_vertices_are_interpolated() {
     });
 }
 
-/// Blue of the texture is metalness: where it is 0 the surface is Lambert, whatever the factor says.
+/// The blue channel of the texture is metalness: where it is 0, the surface must be Lambert, for every metallic factor.
 #[test]
 fn metalness_may_be_a_texture() {
     let file = tiled(json!({ "index": 0 }));
@@ -352,7 +357,7 @@ fn metalness_may_be_a_texture() {
     });
 }
 
-/// The environment is seen through the holes.
+/// The camera must see the environment through the holes of a surface with alpha mode mask.
 #[test]
 fn masks_have_holes() {
     let file = tiled(json!({ "index": 0 }));
@@ -415,7 +420,7 @@ fn unlit_surfaces_are_seen_as_they_are() {
     });
 }
 
-/// Positions in signed and coordinates in unsigned integers of 16 bits.
+/// Positions may be signed integers of 16 bits, and texture coordinates unsigned integers of 16 bits.
 #[test]
 fn positions_and_coordinates_may_be_integers() {
     let mut file = tiled(json!({ "index": 0 }));
@@ -451,7 +456,7 @@ fn positions_and_coordinates_may_be_integers() {
     });
 }
 
-/// An OBJ file of the same square. Its v points up.
+/// The square from an OBJ file with a material, whose v axis points up.
 fn obj(material: &str) -> Scene {
     let folder = Folder::new();
     folder.write("tiles.png", encoded(ImageFormat::Png));
@@ -476,7 +481,8 @@ fn maps_of_obj_files_are_laid_onto_surfaces() {
     assert_shows("map_Ke", &emits, 0.0, |at| Some(interpolated(uv(at)) * 2.0));
 }
 
-/// The square under one light of `KHR_lights_punctual`, which hangs at a position and shines down, turned by an angle about x.
+/// The square under one light of `KHR_lights_punctual` at a position; the light shines down, rotated by the angle `turn`
+/// about x.
 fn lit(light: Value, position: DVec3, turn: f64) -> Scene {
     let (sin, cos) = (turn / 2.0).sin_cos();
     load(&square().with(|json| {
@@ -531,7 +537,7 @@ fn punctual_lights_shine_as_the_extension_says() {
     );
 }
 
-/// The square with a normal map of one texel.
+/// The square with a normal map of a single texel.
 fn with_normal(texel: [u8; 4]) -> Gltf {
     let mut bytes = std::io::Cursor::new(Vec::new());
     let image = RgbaImage::from_pixel(1, 1, image::Rgba(texel));
@@ -545,7 +551,7 @@ fn with_normal(texel: [u8; 4]) -> Gltf {
     })
 }
 
-/// A normal map of one direction turns a directional light's cosine.
+/// A normal map of one direction must change the cosine of a directional light accordingly.
 #[test]
 fn normal_maps_turn_the_normal() {
     let texel = [204, 128, 230, 255];
@@ -567,7 +573,8 @@ fn normal_maps_turn_the_normal() {
     });
 }
 
-/// A mirror in a room of one brightness shows it everywhere, however far its normal map tilts.
+/// A mirror in a room of uniform brightness must show that brightness everywhere, however far its normal map tilts the
+/// normal.
 #[test]
 fn mirrors_with_normal_maps_have_no_black_pixels() {
     for texel in [
@@ -585,7 +592,7 @@ fn mirrors_with_normal_maps_have_no_black_pixels() {
     }
 }
 
-/// Rough lobes around a mirror direction that barely leaves the surface lose what falls below it.
+/// A rough lobe whose mirror direction barely leaves the surface loses only the light that falls below the surface.
 #[test]
 fn rough_metal_under_a_normal_map_of_85_degrees_keeps_most_of_its_light() {
     for (roughness, kept) in [(0.2, 0.57), (0.5, 0.54)] {

@@ -1,4 +1,4 @@
-//! White furnace: a surface of albedo 1 in a uniformly bright room must vanish.
+//! The white furnace test: a surface of albedo 1 in a uniformly bright room must be invisible.
 
 mod support;
 
@@ -11,10 +11,10 @@ use std::sync::Arc;
 const ROUGHNESS: [f32; 13] = [
     0.0, 0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0,
 ];
-/// Two-sided 99.9 % of the normal distribution.
+/// The half-width of the two-sided 99.9 % interval of the normal distribution, in standard deviations.
 const Z: f64 = 3.29;
 
-/// Albedo of one plate, and the 99.9 % half-width of its interval.
+/// The measured albedo of one plate, and the half-width of its 99.9 % confidence interval.
 struct Measured {
     kind: &'static str,
     roughness: f32,
@@ -22,8 +22,8 @@ struct Measured {
     half_width: f64,
 }
 
-/// A row of white metal plates and a row of white dielectric ones, flat on the ground, lengthened
-/// so that a camera whose direction makes `cosine` with their normal sees squares.
+/// A row of white metal plates and a row of white dielectric plates of rising roughness, flat on the ground. They are
+/// stretched so that a camera whose direction makes the cosine `cosine` with their normal sees squares.
 fn plates(cosine: f32) -> Scene {
     let length = 1.0 / cosine;
     let mut parts = Vec::new();
@@ -136,7 +136,7 @@ fn the_plain_model_loses_and_gains_what_is_known_of_it() {
     assert!((brightest.albedo - 1.53).abs() < 0.015);
 }
 
-/// The plate whose albedo is before all others', with its cosine.
+/// The plate whose albedo comes before the albedo of all other plates in the order `before`, with its cosine.
 fn extreme(all: &[(f64, Measured)], before: fn(f64, f64) -> bool) -> (f64, &Measured) {
     let mut found = &all[0];
     for other in all {

@@ -1,6 +1,6 @@
-//! Smooth metal beside the mirror image of an emitter. It shows the tail of a narrow lobe there, which neither a point of the
-//! emitter nor a ray of the lobe is likely to find: `points_of_emitter` in glsl/path_tracing/path_trace.comp says what is done
-//! about it.
+//! Tests of smooth metal beside the mirror image of an emitter. It shows the tail of a narrow lobe there, which neither a
+//! point of the emitter nor a ray of the lobe finds often. `points_of_emitter` in `glsl/path_tracing/path_trace.comp`
+//! explains the countermeasure.
 
 mod support;
 
@@ -18,7 +18,7 @@ const HEIGHT: u32 = 36;
 const SAMPLES: u32 = 16;
 const SEEDS: u32 = 200;
 const RADIANCE: f32 = 10.0;
-/// The emitter's corner and its side: a square 0.8 above the floor that emits downwards.
+/// A corner of the emitter, a square that lies 0.8 above the floor and emits downwards.
 const CORNER: DVec3 = DVec3::new(-0.3, 0.8, -0.5);
 const SIDE: f64 = 0.6;
 
@@ -52,8 +52,8 @@ fn camera() -> Camera {
     )
 }
 
-/// The radiance that the metal shows in each pixel's centre, by a sum over the emitter; none where the emitter is seen or nearly
-/// mirrored.
+/// The true radiance of the metal at the centre of each pixel, by a sum over the emitter; `None` where the emitter is
+/// visible or nearly mirrored.
 fn truth() -> Vec<Option<f64>> {
     let surface = Surface::new(&metal());
     // The shading frame of the floor, whose normal is +Y.
@@ -85,7 +85,8 @@ fn truth() -> Vec<Option<f64>> {
         .collect()
 }
 
-/// The root mean square of the relative deviation of pixels, and the sum of all of them over that of the truth.
+/// The root mean square of the relative deviations of pixels from the truth, and the ratio of the sum of all pixels to the
+/// true sum.
 fn deviation() -> (f64, Estimate) {
     let truth = truth();
     let count = truth.iter().flatten().count();
@@ -126,7 +127,7 @@ fn deviation() -> (f64, Estimate) {
     )
 }
 
-/// They deviate by 1.4 with one point of the emitter, and by 0.7 with several.
+/// The deviation must stay far below that of a path tracer which tries only one point of the emitter.
 #[test]
 fn metal_beside_the_image_of_an_emitter_has_few_outliers() {
     let (deviation, sum) = deviation();
@@ -147,7 +148,8 @@ fn metal_beside_the_image_of_an_emitter_has_few_outliers() {
 mod thorough {
     use super::support;
 
-    /// One point as everywhere else, points that count too often, and rays that do not know of them.
+    /// The planted faults: one point of the emitter on every surface, points that count too often, and rays whose MIS
+    /// weights ignore the points.
     #[test]
     fn outliers_and_wrong_weights_of_points_are_found() {
         let pass = "path_tracing/path_trace.comp";

@@ -1,27 +1,27 @@
-//! Imports go in one direction. The rooms, which are the folders of `src`, import those that the table in `src/README.md`
-//! allows. The files of a room do not import each other in a ring: no file is needed by what it needs.
+//! Tests that imports go in one direction. A room (a folder of `src`) imports only the rooms that the table in
+//! `src/README.md` allows. The files of a room do not import each other in a ring: no file needs a file that needs it.
 //!
-//! A file and the folder of its submodules count as one. Code behind `#[cfg(test)]` is not looked
-//! at, nor are a folder's own `mod.rs` and the crate's exported macros.
+//! A file and the folder of its submodules count as one. Code behind `#[cfg(test)]` is not checked, nor are `mod.rs` files
+//! and exported macros.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// Folders within rooms whose files are checked too.
+/// Folders within rooms whose files are checked for rings too.
 const INNER: &[&str] = &[
     "render/integrators",
     "render/integrators/restir",
     "render/light_samplers",
 ];
 
-/// The room that all others may import, and the package that is a crate of its own, whose imports the compiler checks.
+/// The room that all other rooms may import, so that no table lists it.
 const BASE: &str = "base";
 const PACKAGE: &str = "shader_interface";
 
-/// Module paths, such as `["gpu", "buffer"]`, with the source of each.
+/// The source text of each module, by its path, such as `["gpu", "buffer"]`.
 type Modules = BTreeMap<Vec<String>, String>;
 
-/// Which child of a module imports which others.
+/// The names of the modules that a module imports, by its name; all are children of the same parent.
 type Imports = BTreeMap<String, BTreeSet<String>>;
 
 #[test]
@@ -116,14 +116,14 @@ fn source_folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
 }
 
-/// Every module of `src`.
+/// Every module of `src` with its source text.
 fn modules() -> Modules {
     let mut modules = Modules::new();
     read(&source_folder(), &[], &mut modules);
     modules
 }
 
-/// The rooms in the table of the page, each with those in its last column.
+/// The rooms in the table of the page, each with the rooms in its last column.
 fn listed_imports(page: &str) -> Imports {
     let names = |cell: &str| -> BTreeSet<String> {
         let quoted = cell.split('`').skip(1).step_by(2);
@@ -143,7 +143,7 @@ fn listed_imports(page: &str) -> Imports {
     .collect()
 }
 
-/// Which room imports which others, without [`BASE`].
+/// The rooms that each room imports according to its source, without [`BASE`].
 fn imports_of_rooms(modules: &Modules) -> Imports {
     let is_room = |name: &str| source_folder().join(name).is_dir();
     let mut all = imports(modules, &[]);
@@ -158,7 +158,7 @@ fn path_of(text: &str) -> Vec<String> {
     text.split('/').map(str::to_owned).collect()
 }
 
-/// Reads the modules below a folder.
+/// Reads the modules below a folder, whose module path is `parent`, into `modules`.
 fn read(folder: &Path, parent: &[String], modules: &mut Modules) {
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
@@ -175,7 +175,7 @@ fn read(folder: &Path, parent: &[String], modules: &mut Modules) {
     }
 }
 
-/// What the children of a module import from each other, also by the names that it exports again.
+/// The imports between the children of a module, also through names that the module exports again.
 fn imports(modules: &Modules, parent: &[String]) -> Imports {
     let child = |path: &[String]| Some(path.strip_prefix(parent)?.first()?.clone());
     let mut imports: Imports = (modules.keys())
@@ -199,7 +199,7 @@ fn imports(modules: &Modules, parent: &[String]) -> Imports {
     imports
 }
 
-/// A ring among the imports, if there is one; its first name is also its last.
+/// A ring among the imports, as a list of names in which the first is also the last; `None` if there is none.
 fn ring(imports: &Imports) -> Option<Vec<String>> {
     fn visit(name: &str, imports: &Imports, way: &mut Vec<String>) -> Option<Vec<String>> {
         let start = way.iter().position(|n| n == name);
@@ -214,7 +214,7 @@ fn ring(imports: &Imports) -> Option<Vec<String>> {
     (imports.keys()).find_map(|name| visit(name, imports, &mut Vec::new()))
 }
 
-/// The absolute module paths that a source names through `crate`, `self` or `super`.
+/// The absolute module paths that a source names through `crate`, `self` or `super`; `module` is the path of the source.
 fn references(source: &str, module: &[String]) -> Vec<Vec<String>> {
     let tokens = tokens(source);
     let mut rest = tokens.as_slice();
@@ -243,7 +243,7 @@ fn references(source: &str, module: &[String]) -> Vec<Vec<String>> {
     found.into_iter().map(absolute).collect()
 }
 
-/// The paths of a module's `pub use` lines.
+/// The paths in the `pub use` lines of a module.
 fn exports(source: &str) -> Vec<Vec<String>> {
     let tokens = tokens(source);
     let mut found = Vec::new();
@@ -255,7 +255,8 @@ fn exports(source: &str) -> Vec<Vec<String>> {
     found
 }
 
-/// Reads `a::b::{c, d::e}` from the front of the tokens: every path in it.
+/// Reads a path such as `a::b::{c, d::e}` from the front of the tokens, and adds every single path in it to `found`, after
+/// `prefix`.
 fn paths(tokens: &mut &[String], prefix: &[String], found: &mut Vec<Vec<String>>) {
     let mut path = prefix.to_vec();
     while let Some((first, rest)) = tokens.split_first() {
@@ -285,7 +286,7 @@ fn paths(tokens: &mut &[String], prefix: &[String], found: &mut Vec<Vec<String>>
     found.push(path);
 }
 
-/// The words, `::` and other characters of a source up to its tests, without comments and strings.
+/// The words, `::` and other characters of a source, without comments, strings and its tests.
 fn tokens(source: &str) -> Vec<String> {
     let source = source.split("#[cfg(test)]").next().unwrap_or_default();
     let mut tokens: Vec<String> = Vec::new();
@@ -316,7 +317,7 @@ fn tokens(source: &str) -> Vec<String> {
     tokens
 }
 
-/// What follows a string, given what follows its first quote.
+/// The text after a string literal; `text` begins after the first quote of the string.
 fn after_string(text: &str) -> &str {
     let mut escaped = false;
     for (index, byte) in text.bytes().enumerate() {

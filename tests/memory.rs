@@ -1,12 +1,12 @@
-//! The memory that loading takes. It is a process of its own, because what a process has in memory when it starts
-//! a program is counted as the program's: this one keeps little.
+//! Tests of the peak memory of loading. They are a separate process that uses little memory, because the peak of a started
+//! program also counts the memory of the process that starts it.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-/// Runs the program; the bytes that it had in memory at most.
+/// Runs the program, and returns the peak of its memory in bytes.
 fn peak_memory(arguments: &[&str]) -> u64 {
     let mut child = Command::new(env!("CARGO_BIN_EXE_headwater"))
         .args(arguments)
@@ -27,7 +27,7 @@ fn peak_memory(arguments: &[&str]) -> u64 {
     usage.ru_maxrss as u64 * 1024
 }
 
-/// Writes a wavy ground of 2 · `side`² triangles.
+/// Writes an OBJ file of a wavy ground of 2 · `side`² triangles.
 fn write_obj(path: &Path, side: u32) {
     let mut file = BufWriter::new(File::create(path).unwrap());
     let row = side + 1;
@@ -95,7 +95,8 @@ fn an_image_that_many_use_is_in_memory_once() {
     assert!(peak < 512 << 20, "{peak} in memory");
 }
 
-/// A zlib stream that unpacks to 258 zeros for each 13 bits of its own; its checksum is missing.
+/// A zlib stream that unpacks to about `bytes` zeros. Each 13 bits of the stream unpack to 258 zeros, and its checksum is
+/// missing.
 fn unpacks_to_zeros(bytes: usize) -> Vec<u8> {
     // The last block, with the fixed codes; a zero; then 258 times the byte before, again and again.
     let mut bits: Vec<u8> = vec![1, 1, 0, 0, 0, 1, 1, 0, 0, 0, 0];

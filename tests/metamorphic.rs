@@ -1,6 +1,7 @@
-//! Changes of a scene that must not change its picture beyond noise: lights in more pieces, another order, other names, copies
-//! instead of instances, a mirror image, geometry that nobody sees. They need no truth to compare with, and so find what closed
-//! forms do not reach. What must not change a bit (brightness and size times a power of two) is in `extremes.rs`.
+//! Tests with changes of a scene that must not change its picture beyond noise: lights in more pieces, another order, other
+//! names, copies instead of instances, a mirror image, geometry that the camera does not see. They need no true picture, and
+//! so reach scenes without a closed form. Changes that must keep every bit (brightness and size times a power of two) are in
+//! `extremes.rs`.
 
 mod support;
 
@@ -18,15 +19,15 @@ use std::sync::Arc;
 const SIDE: u32 = 32;
 const BLOCK: u32 = 8;
 const FRAMES: u32 = 4;
-/// Runs of each scene, each of its own seed.
+/// Number of runs of each scene, each with another seed.
 const SEEDS: u32 = 48;
-/// The chance of an alarm without a cause, over all blocks of a comparison.
+/// The probability of an alarm without a cause, over all blocks of a comparison.
 const LEVEL: f64 = 1e-4;
-/// Part of what a comparison says that fails.
+/// A part of the message of a failed comparison.
 const CHANGES: &str = "changes the picture";
 
-/// A box with gloss, an emitter of the ceiling, a dim one that is rare beside it, and a small one that turns its back to the
-/// camera.
+/// A box with glossy objects and three emitters: one at the ceiling, a dim one that is a rare light, and a small one whose
+/// back faces the camera.
 fn scene() -> Scene {
     let mut scene = procedural::generate("cornell-glossy", &[]).unwrap();
     let emitter = |name: &str, radiance: Vec3| Material {
@@ -62,8 +63,8 @@ fn scene() -> Scene {
     scene
 }
 
-/// Every kind of reservoir: of lights and of paths, small and full, with each source of candidates, and in the world. Without `--all`
-/// two of them, which have the most of it.
+/// Names and settings that cover every kind of reservoir: light samples and paths, compact and full, each light sampler, and
+/// world reservoirs. Without `--all` only two of them, which together have the most features.
 fn techniques() -> BTreeMap<&'static str, Settings> {
     let preset = |name: &str| Preset::named(name).unwrap().settings().unwrap();
     let mut with_grid = preset("accurate");
@@ -85,7 +86,8 @@ fn techniques() -> BTreeMap<&'static str, Settings> {
     techniques
 }
 
-/// The luminance of each block of the last frame, by seed; from left to right, or if `mirrored` from right to left.
+/// For each block of the picture, the sum of its radiance (all pixels and channels) in the last frame, one value per seed.
+/// Blocks are row by row from left to right, with `mirrored` from right to left.
 fn blocks(scene: &Scene, settings: &Settings, first_seed: u32, mirrored: bool) -> Vec<Vec<f64>> {
     let (device, selection) = support::open_device(None);
     let view = View {
@@ -121,7 +123,7 @@ fn blocks(scene: &Scene, settings: &Settings, first_seed: u32, mirrored: bool) -
     all
 }
 
-/// The least chance, corrected for the number of blocks, with which two scenes that look the same differ as these do.
+/// The smallest p-value over the blocks, corrected for their number, of the hypothesis that two scenes look the same.
 fn p_value(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
     let pairs = a.iter().zip(b);
     let p_values: Vec<f64> = pairs
@@ -130,7 +132,8 @@ fn p_value(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
     holm(&p_values).into_iter().fold(1.0, f64::min)
 }
 
-/// Compares with every technique; after an alarm fresh seeds decide.
+/// Compares the changed scene with the original one, with every technique. After an alarm, the comparison with fresh seeds
+/// decides.
 fn assert_looks_the_same(name: &str, changed: &Scene, mirrored: bool) {
     let plain = scene();
     for (technique, settings) in techniques() {
@@ -150,7 +153,7 @@ fn assert_looks_the_same(name: &str, changed: &Scene, mirrored: bool) {
     }
 }
 
-/// Each emissive triangle in four.
+/// The scene with each emissive triangle split into four.
 fn with_split_lights(mut scene: Scene) -> Scene {
     let is_emitter: Vec<bool> = scene
         .materials
@@ -183,7 +186,7 @@ fn with_split_lights(mut scene: Scene) -> Scene {
     scene
 }
 
-/// Materials, triangles, meshes and instances in the opposite order.
+/// The scene with materials, triangles, meshes and instances in the opposite order.
 fn reordered(mut scene: Scene) -> Scene {
     let last = scene.materials.len() as u32 - 1;
     scene.materials.reverse();
@@ -201,7 +204,7 @@ fn reordered(mut scene: Scene) -> Scene {
     scene
 }
 
-/// Each instance with a mesh of its own, in the world's coordinates.
+/// The scene with a separate mesh per instance, in world coordinates.
 fn with_copies(mut scene: Scene) -> Scene {
     let meshes = std::mem::take(&mut scene.meshes);
     for instance in &mut scene.instances {
@@ -221,7 +224,7 @@ fn with_copies(mut scene: Scene) -> Scene {
     scene
 }
 
-/// The mirror image: left is right.
+/// The mirror image of the scene: left is right.
 fn mirrored(mut scene: Scene) -> Scene {
     let flip = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
     for instance in &mut scene.instances {
@@ -234,7 +237,7 @@ fn mirrored(mut scene: Scene) -> Scene {
     scene
 }
 
-/// Panels behind the walls.
+/// The scene with panels behind its walls, which neither the camera nor any light reaches.
 fn with_unseen_geometry(mut scene: Scene) -> Scene {
     let grey = Material::lambert("unseen", Vec3::splat(0.5));
     for x in [-3.0, 2.0] {
@@ -245,7 +248,8 @@ fn with_unseen_geometry(mut scene: Scene) -> Scene {
     scene
 }
 
-/// Runs a test of this file once more by itself, with a fault in the shaders, and expects it to fail and to say so.
+/// Runs a test of this file again in a new process with a fault in the shaders, and asserts that it fails with the text
+/// `complaint`.
 fn assert_found(test: &str, fault: (&str, &str, &str), complaint: &str) {
     let output = support::run_with_fault(test, fault, |command| command);
     let said = support::said(&output);
@@ -332,7 +336,7 @@ mod thorough {
         assert_looks_the_same("adding", &scene, false);
     }
 
-    /// Names are no part of a picture.
+    /// Other names in a scene must not change a bit of its picture.
     #[test]
     fn names_change_no_bit() {
         let mut renamed = scene();
@@ -367,7 +371,7 @@ mod thorough {
         assert_found(test, fault, "Estimate");
     }
 
-    /// Reuse over thousands of frames neither gains energy nor loses any.
+    /// Reuse over thousands of frames must neither gain nor lose energy.
     #[test]
     fn furnaces_keep_their_energy_over_four_thousand_frames() {
         let settings = [("body", "sphere"), ("metallic", "0"), ("specular", "0")];

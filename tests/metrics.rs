@@ -1,5 +1,5 @@
-//! Error metrics against values computed by hand, and properties that FLIP must have, through the public
-//! interface alone.
+//! Tests of error metrics through the public interface: against values computed by hand, and against properties that FLIP
+//! must have.
 
 use headwater::metrics::error::Errors;
 use headwater::metrics::flip::flip;
@@ -12,7 +12,7 @@ fn close(got: f64, expected: f64, what: &str) {
     );
 }
 
-/// Mean FLIP error between two pictures of one grey each.
+/// The mean FLIP error between two uniformly grey pictures of `side` × `side` pixels.
 fn grey_flip(picture: f32, reference: f32, side: u32) -> f64 {
     let grey = |value: f32| vec![[value; 3]; (side * side) as usize];
     flip(&grey(picture), &grey(reference), (side, side), 0.0).mean

@@ -1,5 +1,5 @@
-//! Light very close to a surface, or in a very narrow cone, seen from far away, against closed forms. What limits these is the
-//! rounding of f32: positions seen from a distance D are known to about 1e-7 · D.
+//! Tests of light very close to a surface, or in a very narrow cone, seen from far away, against closed forms. The rounding
+//! of f32 limits these cases: positions seen from a distance D are known to about 1e-7 · D.
 
 mod support;
 
@@ -11,14 +11,14 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 const SIDE: u32 = 15;
 const ALBEDO: f32 = 0.5;
-/// Height of the camera above the floor.
+/// Height of the camera above the floor, in scene units.
 const DISTANCE: f64 = 4.0;
 
 fn preset(name: &str) -> Settings {
     Preset::named(name).unwrap().settings().unwrap()
 }
 
-/// A floor at height 0 that reaches from −1 to 1.
+/// A floor at height 0 that reaches from −1 to 1 along x and z.
 fn floor() -> Scene {
     let white = Material::lambert("floor", Vec3::splat(ALBEDO));
     let corner = Vec3::new(-1.0, 0.0, -1.0);
@@ -35,7 +35,7 @@ fn punctual(shape: PunctualShape, at: DVec3) -> PunctualLight {
     }
 }
 
-/// A square emitter around the position `at`, which emits downwards.
+/// Adds a square emitter of radiance 1 that is centred at `at` and emits downwards.
 fn add_emitter(scene: &mut Scene, at: DVec3, side: f64) {
     let emitter = Material {
         emission: Vec3::ONE,
@@ -52,7 +52,7 @@ fn add_emitter(scene: &mut Scene, at: DVec3, side: f64) {
     });
 }
 
-/// The whole scene and what looks at it, turned.
+/// Rotates the whole scene and the camera of the view.
 fn turned(scene: &mut Scene, view: &mut View, turn: DQuat) {
     let turn = DAffine3::from_quat(turn);
     for instance in &mut scene.instances {
@@ -64,7 +64,7 @@ fn turned(scene: &mut Scene, view: &mut View, turn: DQuat) {
     view.camera.camera_to_world = turn * view.camera.camera_to_world;
 }
 
-/// Rotations of scenes.
+/// The rotations that scenes are tested with; the first is the identity.
 fn all_turns() -> [DQuat; 3] {
     let euler = |x, y, z| DQuat::from_euler(EulerRot::XYZ, x, y, z);
     [
@@ -74,13 +74,13 @@ fn all_turns() -> [DQuat; 3] {
     ]
 }
 
-/// As many of them as there is time for: two, or all with `--all`.
+/// The first two of the rotations, or all of them with `--all`.
 fn turns() -> Vec<DQuat> {
     let number = if support::takes_largest() { 3 } else { 2 };
     all_turns()[..number].to_vec()
 }
 
-/// A view of so much of the floor around the origin, to each side, from a direction that is `slant` off the vertical.
+/// A view of the floor up to `reach` from the origin, from a direction that is `slant` radians off the vertical.
 fn view(reach: f64, slant: f64) -> View {
     let eye = DVec3::new(0.0, slant.cos(), slant.sin()) * DISTANCE;
     View {
@@ -93,7 +93,7 @@ fn view(reach: f64, slant: f64) -> View {
     }
 }
 
-/// The points of the floor in the centres of the pixels.
+/// The points of the floor that the centres of the pixels show, row by row.
 fn points(view: &View, slant: f64) -> Vec<DVec3> {
     let reach = (view.camera.vertical_fov / 2.0).tan();
     let (sine, cosine) = slant.sin_cos();
@@ -110,7 +110,7 @@ fn points(view: &View, slant: f64) -> Vec<DVec3> {
         .collect()
 }
 
-/// The green channel of the mean of so many samples.
+/// The green channel of each pixel, row by row, in the mean of `samples` samples per pixel.
 fn picture(scene: &Scene, view: &View, settings: &Settings, samples: u32) -> Vec<f64> {
     let (device, selection) = support::open_device(None);
     let rendered = support::render(&device, scene, selection.variant, view, settings, samples);
@@ -118,8 +118,8 @@ fn picture(scene: &Scene, view: &View, settings: &Settings, samples: u32) -> Vec
     rendered.mean.iter().map(|pixel| pixel[1]).collect()
 }
 
-/// A picture's error is that of its sum, relative; the largest of a pixel, of those with a tenth of the brightest one's light, is
-/// printed beside it.
+/// Asserts that the relative error of the sum of a picture is below `most`. It also prints the largest relative error of a
+/// pixel, among those with at least a tenth of the brightest pixel's light.
 fn assert_shows(
     what: &str,
     scene: &Scene,
@@ -146,7 +146,7 @@ fn assert_shows(
     assert!(error.abs() < most, "{what}");
 }
 
-/// Heights of lights over their distance from the camera; more of them with `--all`.
+/// Heights of lights above the floor, as a fraction of their distance from the camera; more of them with `--all`.
 fn heights() -> &'static [f64] {
     if support::takes_largest() {
         &[0.0123, 1.1e-3, 5e-4, 1.3e-4, 2.5e-5, 7.7e-6, 2e-6]
@@ -156,12 +156,13 @@ fn heights() -> &'static [f64] {
     }
 }
 
-/// The relative error that a light's sum may have at such a height: half a percent as far as f32 allows, and five percent below.
+/// The maximum relative error of the sum of a picture, for a light at a relative height: 0.5 %, and 5 % below the height
+/// down to which f32 is precise enough.
 fn tolerance(height: f64) -> f64 {
     if height >= 2.5e-5 { 0.005 } else { 0.05 }
 }
 
-/// More of them with `--all`.
+/// Names of the presets that are tested; more of them with `--all`.
 fn presets() -> &'static [&'static str] {
     if support::takes_largest() {
         &["path-tracing", "fast", "balanced", "accurate", "s1"]
@@ -170,12 +171,12 @@ fn presets() -> &'static [&'static str] {
     }
 }
 
-/// The radiance with which a pixel shows an irradiance.
+/// The radiance that a pixel of the floor shows under an irradiance.
 fn reflected(irradiance: f64) -> f64 {
     irradiance * f64::from(ALBEDO) / PI
 }
 
-/// The irradiance of a floor by a square emitter of radiance 1 above it, by a fine grid.
+/// The irradiance of a floor point from a square emitter of radiance 1 above the floor, computed with a fine grid.
 fn under_an_emitter(point: DVec3, at: DVec3, side: f64) -> f64 {
     const STEPS: u32 = 64;
     let coordinate = |i: u32| ((f64::from(i) + 0.5) / f64::from(STEPS) - 0.5) * side;
@@ -190,7 +191,7 @@ fn under_an_emitter(point: DVec3, at: DVec3, side: f64) -> f64 {
 mod thorough {
     use super::*;
 
-    /// Of a picture that an emitter lights.
+    /// Number of samples per pixel of a picture that an emitter lights.
     const SAMPLES: u32 = 256;
 
     #[test]
@@ -225,7 +226,8 @@ mod thorough {
         }
     }
 
-    /// Rays begin off the surface; what arrives at it does not depend on where.
+    /// Rays begin off the surface. The fault computes arriving light at the origin of the ray instead of at the surface
+    /// point.
     #[test]
     fn light_that_is_taken_where_rays_begin_is_found() {
         if !support::takes_largest() {
@@ -297,7 +299,7 @@ mod thorough {
         }
     }
 
-    /// An emitter that stands on the floor far away, so low that its light grazes the floor.
+    /// A distant emitter stands on the floor, so low that its light grazes the floor.
     #[test]
     fn grazing_light_is_as_bright_as_it_should_be() {
         const AWAY: f64 = 10.0;
@@ -345,8 +347,8 @@ mod thorough {
         }
     }
 
-    /// The crease of a floor and a wall, seen from far away: light from within reaches both up to the edge, and none passes it
-    /// from behind.
+    /// The crease of a floor and a wall, seen from far away: light from inside must reach both surfaces up to the edge, and
+    /// no light may pass the crease from behind.
     #[test]
     fn creases_seen_from_far_away_neither_leak_nor_darken() {
         for name in presets() {

@@ -1,4 +1,5 @@
-//! The pages: measurements are what is stored, links lead somewhere, pages are short, and the tests that they name exist.
+//! Tests of the pages (Markdown files): tables of measurements are what is stored, links lead to existing places, pages are
+//! short, and the tests that they name exist.
 
 use serde::Deserialize;
 use serde_json::Value;
@@ -6,20 +7,20 @@ use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The largest number of words of a page that explains something.
+/// The maximum number of words of a page that explains a concept.
 const MOST_WORDS: usize = 1500;
 
-/// The folder of the project.
+/// The root folder of the project.
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// What was measured to answer a question: a file of `tests/measurements`.
+/// A question and the measurements that answer it: one JSON file of `tests/measurements`.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Measurement {
     question: String,
-    /// What was found, and what was decided because of it.
+    /// The result, and the decision that follows from it.
     answer: String,
     tables: Vec<Table>,
 }
@@ -31,13 +32,13 @@ struct Table {
     measured: Measured,
     #[serde(default)]
     command: Commands,
-    /// What the columns mean.
+    /// The meaning of the columns.
     about: String,
     columns: Vec<String>,
     rows: Vec<Vec<Value>>,
 }
 
-/// Where a table comes from.
+/// The origin of a table: date, commit, device and driver of the measurement; `None` where one does not matter.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Measured {
@@ -57,7 +58,7 @@ enum Commands {
 }
 
 impl Measurement {
-    /// The measurements with the names of their files, in the order of the names.
+    /// All measurements, each with the name of its file without ending, sorted by name.
     fn all() -> Vec<(String, Self)> {
         let folder = root().join("tests/measurements");
         let mut files: Vec<PathBuf> = (fs::read_dir(folder).unwrap())
@@ -131,7 +132,8 @@ impl Table {
     }
 }
 
-/// The pages of measurements, and the list of them, are what their files make. `tools/measurements` writes them.
+/// The pages of measurements, and the page that lists them, must be what their JSON files make. `tools/measurements` writes
+/// them.
 #[test]
 fn measurements_are_what_is_stored() {
     let all = Measurement::all();
@@ -174,7 +176,7 @@ fn measurements_are_what_is_stored() {
     );
 }
 
-/// The pages that git knows, without those that are made.
+/// The Markdown files that git tracks, without those that are generated.
 fn written_pages() -> Vec<PathBuf> {
     let mut found = vec![
         root().join("README.md"),
@@ -208,7 +210,7 @@ fn pages_are_short_and_name_no_commit() {
     }
 }
 
-/// Links to files of the project, and to headings in them.
+/// Links to files of the project, and to headings in them, must exist.
 #[test]
 fn links_lead_somewhere() {
     let mut links = 0;
@@ -244,7 +246,7 @@ fn links_lead_somewhere() {
     assert!(links > 100, "{links}");
 }
 
-/// The headings of a page as links name them.
+/// The headings of a page, in the form in which links name them.
 fn headings(text: &str) -> Vec<String> {
     let lines = text.lines().filter(|line| line.starts_with('#'));
     let name = |line: &str| {
@@ -273,7 +275,8 @@ fn files_below(folder: &Path, ending: &str) -> Vec<PathBuf> {
     found
 }
 
-/// Each row of the limits names a test, and each test that it names is in the file that it names before it, or in `src`.
+/// Each row of `tests/LIMITS.md` must name a test. Each named test must be in the test file that stands before it in the
+/// row, or in `src`.
 #[test]
 fn limits_name_tests_that_exist() {
     let root = root();
@@ -306,7 +309,7 @@ fn limits_name_tests_that_exist() {
     }
 }
 
-/// True if some code has a test with this name.
+/// True if the code has a test function with this name.
 fn is_test(code: &str, name: &str) -> bool {
     let start = format!("fn {name}(");
     code.match_indices(&start).any(|(at, _)| {

@@ -1,4 +1,4 @@
-//! Does `profile` count what there is, write traces that nest, and compare only what compares?
+//! Tests that `profile` counts correctly, writes traces whose slices nest, and compares only comparable profiles.
 
 mod support;
 
@@ -21,8 +21,8 @@ fn profile(arguments: &[&str]) -> Output {
         .unwrap()
 }
 
-/// Arguments of a frame whose bytes and rays can be counted by hand: four pixels that see the walls of `cornell`, direct light
-/// from one light sample each.
+/// Arguments of a frame whose bytes and rays can be counted by hand: four pixels that see the walls of `cornell`, with
+/// direct light only.
 const SMALL: [&str; 18] = [
     "cornell",
     "--width",
@@ -184,7 +184,7 @@ fn only_profiles_of_one_subject_are_compared() {
     assert!(!Path::new("/no/folder").exists());
 }
 
-/// Frames that nobody waits for are the same frames.
+/// Frames that are submitted without waiting for the previous one must have the same bits.
 #[test]
 fn frames_in_flight_have_the_same_bits() {
     let scene = procedural::generate("cornell", &[]).unwrap();
@@ -226,7 +226,7 @@ fn frames_in_flight_have_the_same_bits() {
 mod thorough {
     use super::*;
 
-    /// Every slice of a track lies within the one that began last and has not ended, or after it.
+    /// Every slice of a track must lie within the last slice that has begun and not ended, or begin after its end.
     #[test]
     fn traces_nest() {
         let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Does `regress` pass on the driver that made its golden frames, and name the pass where a fault is planted?
+//! Tests that `regress` passes on the driver that made its golden frames, and names the pass in which a fault is planted.
 
 mod support;
 
@@ -7,7 +7,7 @@ use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 use support::{planted, said, takes_largest};
 
-/// The cases that faults are planted in: compiling the shaders of all cases takes minutes.
+/// The case in which most faults are planted. The tests do not use all cases, because compiling their shaders takes minutes.
 const SOME: &str = "cornell-accurate";
 const WORLD: &str = "world-reservoirs";
 
@@ -32,14 +32,15 @@ fn assert_status(output: &Output, status: i32, expected: &str) {
     assert!(said.contains(expected), "no '{expected}' in: {said}");
 }
 
-/// Golden frames of these cases.
+/// Makes the golden frames of these cases; `cases` are arguments of `regress`, and no arguments mean all cases.
 fn bless(folder: &Path, cases: &[&str]) {
     let output = regress(folder, &[&["--bless"], cases].concat(), None);
     assert_status(&output, 0, "golden frames of");
     println!("{}", said(&output));
 }
 
-/// All cases render to the same bits again on the first driver, and agree with its golden frames on those after it.
+/// On the first driver, all cases must render to the same bits twice. On later drivers, they must agree with the golden
+/// frames of the first.
 #[test]
 fn every_case_passes() {
     if !takes_largest() {
@@ -59,7 +60,7 @@ fn every_case_passes() {
     assert!(!folder.join("failures").exists());
 }
 
-/// A driver that crashes ends the program like a signal that cannot be caught.
+/// A crash of the driver ends the program as SIGKILL does. The report must then still name the case that was running.
 fn assert_a_killed_program_is_reported(folder: &Path, junit: &Path) {
     std::fs::remove_file(junit).unwrap();
     let mut running = Command::new(env!("CARGO_BIN_EXE_headwater"))
@@ -83,7 +84,7 @@ fn assert_a_killed_program_is_reported(folder: &Path, junit: &Path) {
     );
 }
 
-/// What is wrong with the golden frames is an error of theirs, and not of the driver.
+/// Damaged golden frames must be reported as an error of the golden frames, not of the driver.
 fn assert_damage_is_named(folder: &Path) {
     let golden = folder.join("golden");
     let own = golden.read_dir().unwrap().next().unwrap().unwrap().path();
@@ -147,10 +148,10 @@ fn assert_damage_is_named(folder: &Path) {
     assert_eq!(std::fs::read_to_string(&golden).unwrap(), "no folder");
 }
 
-/// The file that records passes.
+/// Path of the source file that records passes.
 const RECORDING: &str = "src/gpu/recording.rs";
 
-/// The text of that file without the barriers between passes.
+/// The text of [`RECORDING`] without the barriers between passes.
 fn without_barriers() -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(RECORDING);
     let text = std::fs::read_to_string(path).unwrap();
@@ -160,8 +161,8 @@ fn without_barriers() -> String {
     text.replace(&barrier, begin)
 }
 
-/// The program, built without the barriers between passes, in a folder of its own. What it depends on is linked from
-/// where the tests are built, so that only the crate itself is compiled anew. `recording` is its text of [`RECORDING`].
+/// Builds the program in a folder with `recording` as the text of [`RECORDING`], and returns the path of its binary.
+/// Dependencies are linked from the build of the tests, so that only the crate itself is compiled.
 fn program_without_barriers(folder: &Path, recording: &str) -> PathBuf {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let program = Path::new(env!("CARGO_BIN_EXE_headwater"));
@@ -197,8 +198,8 @@ fn program_without_barriers(folder: &Path, recording: &str) -> PathBuf {
     folder.join("target/release/headwater")
 }
 
-/// Software drivers finish a pass before the next, so that the picture does not show a missing barrier; synchronization
-/// validation does.
+/// Software drivers finish a pass before they begin the next one, so the picture cannot show a missing barrier.
+/// Synchronization validation must find it.
 #[test]
 fn a_missing_barrier_is_found_by_validation() {
     // The fault fits the code at any time, not only where it is built.
@@ -232,7 +233,7 @@ fn a_missing_barrier_is_found_by_validation() {
 mod thorough {
     use super::*;
 
-    /// The whole of it in one test, since all of it needs golden frames.
+    /// One test does all steps, since all of them need golden frames, which take long to make.
     #[test]
     fn golden_frames_hold_until_a_fault_is_planted() {
         let folder = tempfile::tempdir().unwrap();

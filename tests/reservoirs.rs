@@ -1,4 +1,4 @@
-//! The contents of reservoirs after a frame, as `--aov direct` and `--aov indirect` show them.
+//! Tests of the contents of reservoirs after a frame, as `--aov direct` and `--aov indirect` show them.
 
 mod support;
 
@@ -12,14 +12,14 @@ use headwater::scene::Scene;
 use headwater::shader_interface::{NONE, PrimarySurface, ReservoirAov};
 use std::sync::Arc;
 
-/// Triangles of the room's emitter.
+/// Number of emissive triangles of the room's emitter.
 const LIGHTS: u32 = 2;
 
 fn room() -> Scene {
     procedural::generate("cornell", &[]).unwrap()
 }
 
-/// A renderer that counts, after `frames` frames of the room with changed settings.
+/// A device, and a renderer with counters and origins after `frames` frames of the room with changed settings.
 fn rendered(frames: u32, bounces: u32, changes: &[&str]) -> (Arc<Device>, Renderer) {
     let scene = room();
     let (device, selection) = support::open_device(None);
@@ -54,7 +54,8 @@ fn rendered(frames: u32, bounces: u32, changes: &[&str]) -> (Arc<Device>, Render
     (device, renderer)
 }
 
-/// What the reservoirs hold, and the surfaces that they belong to; what is empty says so.
+/// The reservoir of direct light and the primary surface of each pixel, row by row. It asserts that empty reservoirs are
+/// marked as empty.
 fn look((device, renderer): &mut (Arc<Device>, Renderer)) -> Vec<(ReservoirAov, PrimarySurface)> {
     let reservoirs = renderer.reservoir_aovs(Lighting::Direct).unwrap();
     let surfaces = renderer.primary_surfaces().unwrap();
@@ -92,7 +93,8 @@ fn confidence_grows_by_a_frame_up_to_the_cap_and_samples_age() {
     }
 }
 
-/// One candidate a pixel, picked evenly: what it weighs is one over its density, the emitter's area.
+/// With one uniformly drawn candidate per pixel, the weight of a reservoir must be one over the candidate's density: the
+/// area of the emitter.
 #[test]
 fn a_lone_candidate_weighs_what_its_density_says() {
     let emitter: Vec<f32> = emitter_areas(&room());
@@ -120,7 +122,7 @@ fn a_lone_candidate_weighs_what_its_density_says() {
     }
 }
 
-/// Areas of the emissive triangles.
+/// The areas of the emissive triangles, in squared scene units.
 fn emitter_areas(scene: &Scene) -> Vec<f32> {
     let mut areas = Vec::new();
     for instance in &scene.instances {
@@ -196,7 +198,7 @@ fn path_tracing_has_none() {
     assert!(error.contains("no reservoirs"), "{error}");
 }
 
-/// Reservoirs of indirect light hold what those of direct light do, and grow old alike.
+/// Reservoirs of indirect light must fulfil the same conditions as those of direct light, and age in the same way.
 #[test]
 fn indirect_light_has_reservoirs_of_its_own() {
     let changes = [
@@ -231,7 +233,8 @@ fn indirect_light_has_reservoirs_of_its_own() {
     }
 }
 
-/// Samples come from the pixel itself or from neighbours, and what they look like from there is known.
+/// A sample of the pixel itself must have Jacobian 1. A sample of another pixel must come from within the radius and, for
+/// indirect light, have a Jacobian within the limit.
 #[test]
 fn sources_are_near_and_own_samples_have_no_jacobian() {
     for (lighting, bounces) in [(Lighting::Direct, 1), (Lighting::Indirect, 3)] {
@@ -278,8 +281,8 @@ fn sources_are_near_and_own_samples_have_no_jacobian() {
 mod thorough {
     use super::*;
 
-    /// Where a pixel's data lie is nobody's business but the device's. Each format and each order costs a compilation of all
-    /// shaders, so every order is there with every format only if the largest scenes are wanted.
+    /// The layout of pixels in memory must not change the picture. Each format and order compiles all shaders again, so all
+    /// combinations are tested with `--all` only.
     #[test]
     fn orders_and_arrays_give_the_same_bits() {
         let picture = |changes: &[&str]| {
@@ -311,7 +314,8 @@ mod thorough {
         }
     }
 
-    /// But not as much more confidence: close pixels merge the same samples, and at full confidence their noise would stay.
+    /// A surface without history merges more neighbours, but its confidence grows less: close pixels merge the same samples,
+    /// and at full confidence their common noise would stay.
     #[test]
     fn a_surface_without_history_has_more_neighbours() {
         let found = |frames: u32, mis: &str| {

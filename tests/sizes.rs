@@ -1,5 +1,5 @@
-//! Scenes and pictures larger than what a device binds at once. Most tests pretend that the device
-//! binds less than it does; with `HEADWATER_TEST_ALL` some cross the real limits.
+//! Tests of scenes and pictures larger than a device binds at once. Most tests reduce the limits that a device reports; with
+//! `HEADWATER_TEST_ALL` some exceed the real limits.
 
 mod support;
 
@@ -16,13 +16,14 @@ use headwater::scene::{Image, Scene, Texture};
 use headwater::shader_interface::{Fetch, GeometryAccess, PixelSums, Tracer};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Held by each test, since they open devices of their own: see [`Device::open`].
+/// A lock that each test of this file holds, because the tests open devices themselves, which only one test may do at a time
+/// (see [`Device::open`]).
 fn alone() -> MutexGuard<'static, ()> {
     static ALONE: Mutex<()> = Mutex::new(());
     ALONE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The tests' device as `change` has it, opened for what the rule chooses for a scene.
+/// Opens the tests' device with properties that `change` has edited, for the variant that the program selects for the scene.
 fn open(scene: &Scene, change: impl FnOnce(&mut DeviceInfo)) -> (Arc<Device>, Selection) {
     let (instance, mut info) = support::tests_device();
     change(&mut info);
@@ -93,7 +94,8 @@ fn emissive_triangles_must_fit_the_memory_of_the_host() {
     assert!(text.contains("more than there is memory for"), "{text}");
 }
 
-/// Gives some meshes vertex colours and others textures, by one set of coordinates or both, and lights one too.
+/// Gives some meshes vertex colours and others textures, with one or both sets of texture coordinates, and a texture to an
+/// emitter too.
 fn vary(scene: &mut Scene) {
     scene.images = vec![Image {
         name: String::new(),
@@ -151,7 +153,7 @@ fn assert_sizes(name: &str, scene: &Scene) {
     }
 }
 
-/// Has a device bind 1 MiB, and read at most so many texels.
+/// Reduces the limits of a device: it binds 1 MiB per buffer, and reads at most `texels` texels.
 fn pretend(info: &mut DeviceInfo, texels: u32) {
     info.max_storage_buffer_range = 1 << 20;
     info.max_texels = info.max_texels.min(texels);
@@ -200,7 +202,7 @@ fn a_scene_too_large_to_bind_is_read_by_address() {
     assert!(words.fetch_reason.contains("bytes"), "{words:?}");
 }
 
-/// Indirect light with reservoirs at three vertices of a path.
+/// Settings for indirect light alone, without reuse over pixels, with world reservoirs at three vertices per path.
 fn world_settings(secondary: Secondary) -> Settings {
     let mut settings = Preset::named("accurate").unwrap().settings().unwrap();
     settings.direct.mode = DirectMode::Off;
@@ -211,7 +213,7 @@ fn world_settings(secondary: Secondary) -> Settings {
     settings
 }
 
-/// The second frame of `cornell` with four bounces, on a device as `change` has it.
+/// The radiance of the second frame of `cornell` with four bounces, on a device whose properties `change` has edited.
 fn second_frame(
     size: u32,
     settings: &Settings,
@@ -294,7 +296,7 @@ fn world_reservoirs_too_many_to_bind_are_read_by_address() {
     }
 }
 
-/// What is asked for is taken, or refused in one line that says what to do.
+/// A requested geometry access must be used, or refused in one line that says what to do.
 #[test]
 fn geometry_can_be_asked_for_where_the_device_and_the_scene_allow_it() {
     let _alone = alone();
@@ -412,8 +414,8 @@ fn a_picture_in_few_strips_in_many_and_resumed_has_the_same_bits() {
     support::assert_no_messages(&device);
 }
 
-/// A tenth of this ground lies where no binding of 128 MiB reaches its normals and parts, and most of
-/// it where none reaches its positions.
+/// A ground so large that a tenth of its triangles have normals and parts beyond the reach of a binding of 128 MiB, and most
+/// of them positions beyond it. All must be read correctly.
 #[test]
 fn ground_past_the_limits_of_bindings_is_where_it_should_be() {
     let _alone = alone();

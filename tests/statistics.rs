@@ -1,4 +1,5 @@
-//! Is a shader that wastes registers found, and is a device that only compiles refused by what renders?
+//! Tests that a shader which wastes registers is found, and that commands which render refuse a device that can only
+//! compile.
 
 mod support;
 
@@ -11,10 +12,11 @@ use std::path::Path;
 use std::process::{Command, Output};
 use support::{planted, said};
 
-/// Exit status of `tools/null-gpu` where there is no RADV.
+/// Exit status of `tools/null-gpu` on a machine without the driver RADV.
 const NO_RADV: i32 = 3;
 
-/// Runs Headwater with RADV for a GPU that is not there as its only device; `None` where there is no RADV.
+/// Runs Headwater with RADV as its only device, for a GPU that does not exist; `None` without RADV. `glsl` is a folder of
+/// changed shaders.
 fn on_null_gpu(arguments: &[&str], glsl: Option<&Path>) -> Option<Output> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let environment = Command::new(root.join("tools/null-gpu"))
@@ -46,7 +48,7 @@ fn on_null_gpu(arguments: &[&str], glsl: Option<&Path>) -> Option<Output> {
     Some(command.output().unwrap())
 }
 
-/// The driver itself would crash where commands are recorded.
+/// Rendering on such a device would crash the driver when commands are recorded, so Headwater must refuse it.
 #[test]
 fn what_renders_refuses_a_device_whose_memory_cannot_be_mapped() {
     let folder = tempfile::tempdir().unwrap();
@@ -72,7 +74,7 @@ fn what_renders_refuses_a_device_whose_memory_cannot_be_mapped() {
     }
 }
 
-/// The stored values are those of every pass, for both tracers, on each device.
+/// The stored statistics must cover exactly the passes that exist, for both tracers, on each device.
 #[test]
 fn every_pass_has_stored_values() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -95,7 +97,7 @@ fn every_pass_has_stored_values() {
     }
 }
 
-/// Runs a copy of `tools/gpu-statistics` with scripts in place of the tools that it calls.
+/// Runs a copy of `tools/gpu-statistics` in which scripts replace the tools that it calls.
 fn gpu_statistics(folder: &Path, null_gpu: &str, run: &str, arguments: &[&str]) -> Output {
     let tools = folder.join("tools");
     std::fs::create_dir_all(&tools).unwrap();
@@ -110,7 +112,7 @@ fn gpu_statistics(folder: &Path, null_gpu: &str, run: &str, arguments: &[&str]) 
     command.args(arguments).output().unwrap()
 }
 
-/// Without its environment, `statistics` would compile on another device.
+/// Without the environment of the null GPU, `statistics` would compile for another device, so the tool must stop.
 #[test]
 fn nothing_is_compiled_where_there_is_no_gpu_to_compile_for() {
     let folder = tempfile::tempdir().unwrap();
@@ -162,7 +164,8 @@ fn the_file_of_a_check_that_fails_is_kept() {
 mod thorough {
     use super::*;
 
-    /// An array with computed indices lies in scratch memory, which the check of the command finds, in that pass alone.
+    /// An array with computed indices lies in scratch memory; the check of the command must find this, and in that pass
+    /// alone.
     #[test]
     fn a_shader_that_wastes_registers_is_found() {
         let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Textured pictures.
+//! Tests of pictures with textures.
 
 mod support;
 
@@ -15,7 +15,7 @@ use headwater::scene::texture::Wrap;
 use headwater::scene::{Environment, Image, Material, Scene, Texture};
 use headwater::shader_interface::{Textures, Tracer, Variant};
 
-/// The bits of a frame by a tracer that the tests' device has.
+/// The bits of a frame's radiance (RGB), row by row, by a tracer that the tests' device has.
 fn bits(scene: &Scene, settings: &Settings, tracer: Tracer) -> Vec<[u32; 3]> {
     support::frame_bits(scene, settings, Some(support::variants(tracer)[0]))
 }
@@ -29,8 +29,8 @@ fn image(texels: &[[u8; 4]]) -> Image {
     }
 }
 
-/// A scene whose materials have factors of 0 and 1 alone, which no rounding changes; the same scene in which textures
-/// make these of white, fully rough metals.
+/// Two scenes that must look the same. In the first, materials have factors of 0 and 1 only, which no rounding changes; in
+/// the second, textures give white, fully rough metals these values.
 fn plain_and_textured(name: &str) -> [Scene; 2] {
     let mut plain = procedural::generate(name, &[]).unwrap();
     for (index, material) in plain.materials.iter_mut().enumerate() {
@@ -77,14 +77,15 @@ fn plain_and_textured(name: &str) -> [Scene; 2] {
     [plain, textured]
 }
 
-/// A scene with base colours, normal maps, emissive textures and alpha from images.
+/// A scene with base colours, normal maps, emissive textures and alpha from images, and a sky.
 fn conservatory() -> Scene {
     let mut scene = procedural::generate("conservatory", &[]).unwrap();
     scene.environment = Some(Environment::open("sky:sun=40,width=64").unwrap());
     scene
 }
 
-/// What is chosen for a device that indexes descriptors and has addresses, after a change of it, or why nothing is.
+/// The selected access to textures, and the reason for it, on a device with descriptor indexing and buffer addresses whose
+/// properties `change` has edited; `None` and the error if the selection fails.
 fn chosen(
     scene: &Scene,
     wanted: Option<Textures>,
@@ -165,7 +166,7 @@ fn images_beyond_the_limits_of_the_device_are_refused_by_upload_too() {
     assert!(text.contains("allows 7"), "{text}");
 }
 
-/// Vertex colours of 0 and 1 in the place of the materials' own.
+/// Vertex colours of 0 and 1 instead of the materials' base colours must give the same picture.
 #[test]
 fn vertices_of_one_colour_are_that_colour() {
     let [plain, _] = plain_and_textured("cornell");
@@ -198,7 +199,7 @@ fn vertices_of_one_colour_are_that_colour() {
     }
 }
 
-/// A floor below an emitter of which one half is dark: by a texture, or because it is another material.
+/// A floor below an emitter with a dark half: by a texture, or by another material.
 fn half_an_emitter(textured: bool) -> Scene {
     let floor = support::quad(Vec3::new(-2.0, 0.0, 2.0), Vec3::X * 4.0, Vec3::NEG_Z * 4.0);
     let grey = Material::lambert("floor", Vec3::splat(0.5));
@@ -225,8 +226,8 @@ fn half_an_emitter(textured: bool) -> Scene {
     scene
 }
 
-/// A column of texels between the points at which an emitter's brightness is estimated. Without power no light sample would find
-/// it.
+/// The only bright texels of the emitter lie between the points at which its brightness is estimated. Its power must not be
+/// 0, or no light sample would find it.
 #[test]
 fn an_emitter_that_is_lit_between_the_points_of_its_estimate_has_power() {
     let mut scene = half_an_emitter(true);

@@ -1,4 +1,4 @@
-//! Shaders with the code that a scene requires render what shaders with all code render.
+//! Test that shaders with only the code that a scene requires render the same picture as shaders with all code.
 
 mod support;
 
@@ -10,8 +10,8 @@ use headwater::scene::requirements::Requirements;
 mod largest {
     use super::*;
 
-    /// A scene that lacks what can be left out, and one that has it all; on the software drivers the pictures are the
-    /// same to the bit.
+    /// Compares a scene that requires nothing optional, and a scene that requires everything. On software drivers both kinds
+    /// of shaders must give the same bits.
     #[test]
     fn a_specialised_shader_renders_what_the_full_one_does() {
         let plain = procedural::generate("cornell", &[]).unwrap();

@@ -1,5 +1,5 @@
-//! World reservoirs: their table and its prefix sum against twins on the CPU, with random keys and with keys that are chosen to
-//! collide; and pictures, which do not depend on the number of threads. Their bias is checked in `bias.rs`.
+//! Tests of world reservoirs. Their table and its prefix sum are compared with twins on the CPU, for random keys and for
+//! keys that collide. Their pictures must not depend on the number of threads. `bias.rs` checks their bias.
 
 mod support;
 
@@ -28,7 +28,7 @@ fn pass(device: &Arc<Device>, variant: Variant, name: &str) -> headwater::Result
     ComputePass::new(device, name, &spirv(name, variant)?, &constants.words())
 }
 
-/// What the device makes of keys.
+/// The table and the lists that the device makes from keys, and its counters.
 #[derive(PartialEq, Debug)]
 struct Lists {
     table: Vec<u32>,
@@ -76,7 +76,8 @@ fn lists(keys: &[u32], size: TableSize, frame: u32) -> Lists {
     }
 }
 
-/// Checks the lists of keys against the rules; returns the share of vertices that are in a list.
+/// Checks the table and the lists of the vertices with these keys against the rules, and returns the fraction of vertices
+/// that are in a list. `share` is the number of table slots per vertex.
 fn check(name: &str, keys: &[u32], share: f64) -> f64 {
     let size = TableSize::new(keys.len() as u64, share);
     let found = lists(keys, size, 3);
@@ -245,7 +246,7 @@ fn prefix_sums_are_exact_at_any_size() {
     support::assert_no_messages(&device);
 }
 
-/// Light that was scattered twice and more, one path a pixel.
+/// Settings for light that was scattered at least twice, with one path per pixel.
 fn settings(secondary: Secondary) -> Settings {
     let mut settings = Preset::named("accurate").unwrap().settings().unwrap();
     settings.direct.mode = DirectMode::Off;
@@ -267,7 +268,7 @@ fn few_lights_have_none() {
 mod thorough {
     use super::*;
 
-    /// Which vertices meet in a cell, and which are dropped, is decided by atomics, but not by their order.
+    /// Atomics decide which vertices are in a cell and which are dropped, but the order of threads must not matter.
     #[test]
     fn pictures_do_not_depend_on_the_number_of_threads() {
         let folder = tempfile::tempdir().unwrap();

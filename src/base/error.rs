@@ -1,4 +1,4 @@
-//! Errors, by the exit status of the process.
+//! The error type of this crate. Each kind of error has its own exit status of the process.
 
 use crate::base::printable::printable;
 use std::path::Path;
@@ -15,33 +15,34 @@ pub enum Error {
     /// A signal stopped the work (exit status 128 + signal).
     #[error("stopped by signal {signal}; {kept}")]
     Interrupted {
-        /// The number of the signal.
+        /// The number of the signal, such as 2 for SIGINT.
         signal: i32,
-        /// The results that were kept.
+        /// A clause for the message that describes the results that were kept.
         kept: String,
     },
 }
 
-/// Shorthand for results of this crate.
+/// A result whose error is the [`Error`] of this crate.
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
-    /// An error in the arguments or the input. The message may quote them: it becomes one line.
+    /// An [`Error::Input`] with this message. Line breaks and control characters in it are escaped, since it may quote
+    /// arguments or files.
     pub fn input(message: impl AsRef<str>) -> Self {
         Self::Input(printable(message.as_ref()))
     }
 
-    /// An error during the work.
+    /// An [`Error::Failed`] with this message, which is used unchanged and must be one line.
     pub fn failed(message: impl Into<String>) -> Self {
         Self::Failed(message.into())
     }
 
-    /// A file that cannot be read; counts as wrong input.
+    /// An [`Error::Input`] about a file at `path` that cannot be read, with the cause.
     pub fn reading(path: &Path, cause: impl std::fmt::Display) -> Self {
         Self::input(format!("cannot read {}: {cause}", path.display()))
     }
 
-    /// A file that cannot be written; counts as failed work.
+    /// An [`Error::Failed`] about a file at `path` that cannot be written, with the cause.
     pub fn writing(path: &Path, cause: impl std::fmt::Display) -> Self {
         Self::Failed(format!("cannot write {}: {cause}", path.display()))
     }
@@ -52,7 +53,7 @@ impl Error {
         cause.downcast::<Self>().unwrap_or_else(make)
     }
 
-    /// Exit status of the process for this error.
+    /// Exit status of the process for this error: 1 for failed work, 2 for wrong input, 128 + signal number after a signal.
     pub fn exit_status(&self) -> u8 {
         match self {
             Self::Failed(_) => 1,

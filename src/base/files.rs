@@ -1,5 +1,6 @@
-//! Output files: written beside their target, which they then replace, so that a target is never incomplete. On Linux
-//! the file has no name until it is complete, so that nothing is left of it even after SIGKILL.
+//! Writing of output files. A new file is written beside its target and then replaces it, so that the target is never
+//! incomplete. On Linux the new file has no name until it is complete, if the file system supports this; then even SIGKILL
+//! leaves nothing of it.
 
 use crate::{Error, Result};
 use rustix::fs::{OFlags, fcntl_setfl};
@@ -11,14 +12,14 @@ use std::os::unix::fs::{FileTypeExt, MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 use tempfile::TempPath;
 
-/// The writer that [`write_atomically`] passes to its closure.
+/// The buffered writer that [`write_atomically`] passes to its closure.
 pub type Output = BufWriter<File>;
 
-/// Writes `path` through `write`. On failure an existing file stays unchanged and no new file is left. A symbolic link remains
-/// a link.
+/// Writes the file at `path` through the closure `write`. On failure an existing file stays unchanged and no new file is
+/// left. A symbolic link remains a link, and the file that it leads to is replaced; a device or pipe is written directly.
 ///
 /// # Errors
-/// The file cannot be created or written, or `write`'s own error.
+/// The file cannot be created or written, or `write` returns an error.
 pub fn write_atomically(
     path: &Path,
     write: impl FnOnce(&mut Output) -> std::io::Result<()>,
@@ -46,11 +47,11 @@ pub fn write_atomically(
     }
 }
 
-/// Checks, before long work, that `path` can be written.
+/// Checks, before long work, that a file can be written at `path`. It leaves an existing file unchanged.
 ///
 /// # Errors
-/// The folder does not exist, no file can be created in it, or `path` is a folder, a socket or a name that no file
-/// can have.
+/// The folder does not exist, no file can be created in it, or `path` is a folder, a socket, a pipe without a reader, a
+/// device that cannot be opened, or a name that no file can have.
 pub fn check_writable(path: &Path) -> Result<()> {
     if path.is_dir() || path.as_os_str().as_bytes().ends_with(b"/") {
         return Err(Error::writing(path, "it is a folder; name a file"));
@@ -74,7 +75,8 @@ pub fn check_writable(path: &Path) -> Result<()> {
     New::beside(path, &target(path)).map(drop)
 }
 
-/// Opens a device or a pipe for writing. It never waits: for a pipe without a reader, the system would wait for one.
+/// Opens a device or a pipe for writing. It never waits: a pipe without a reader, for which the system would wait, is an
+/// error.
 fn open_device(path: &Path) -> std::io::Result<File> {
     let mut options = File::options();
     options.write(true).custom_flags(libc::O_NONBLOCK);
@@ -90,8 +92,8 @@ fn open_device(path: &Path) -> std::io::Result<File> {
     Ok(file)
 }
 
-/// True if two paths lead to one file, which need not exist yet: by another spelling or a link. Devices, such as /dev/null, are
-/// not files: several outputs may be written to one.
+/// True if two paths lead to the same file, by another spelling or through links; the file need not exist yet. False for
+/// devices, such as /dev/null, because several outputs may be written to one device.
 pub fn is_same_file(a: &Path, b: &Path) -> bool {
     if is_device(a) {
         return false;
@@ -102,7 +104,7 @@ pub fn is_same_file(a: &Path, b: &Path) -> bool {
     }
 }
 
-/// The path without links or detours, as far as its folders exist.
+/// The path with links and detours of its folder resolved; the folder stays as it is if it does not exist.
 fn resolved(path: &Path) -> PathBuf {
     let folder = folder(path);
     let folder = folder.canonicalize().unwrap_or(folder);
@@ -110,15 +112,16 @@ fn resolved(path: &Path) -> PathBuf {
         .map_or_else(|| folder.clone(), |name| folder.join(name))
 }
 
-/// A new file that does not have its final name yet.
+/// A new output file that does not have its final name yet. It gets the name when its content is complete.
 struct New {
     file: File,
-    /// A unique temporary name, deleted on drop; `None` if the file system supports files without a name.
+    /// The unique temporary name of the file, which is deleted on drop; `None` if the file has no name, which some file
+    /// systems support.
     name: Option<TempPath>,
 }
 
 impl New {
-    /// A file in the folder of `target`. Errors name `path`.
+    /// Creates a file in the folder of `target`. Error messages name `path`, as the user gave it.
     fn beside(path: &Path, target: &Path) -> Result<Self> {
         let folder = folder(target);
         if !folder.is_dir() {
@@ -144,7 +147,7 @@ impl New {
     }
 }
 
-/// The beginning of the names of temporary files.
+/// The beginning of the names of temporary files, which are in the same folder as their targets.
 const PREFIX: &str = ".headwater-";
 
 #[cfg(target_os = "linux")]
@@ -157,10 +160,11 @@ mod unnamed {
     use std::os::fd::AsRawFd;
     use std::os::unix::fs::OpenOptionsExt;
 
-    /// Open files by their file descriptors, through which a file without a name can be given one.
+    /// The folder with a link to each open file of the process, through which a file without a name can be given one.
     const OPEN_FILES: &str = "/proc/self/fd";
 
-    /// A file without a name; `None` if the file system does not support it or the folder cannot be written.
+    /// Creates a file without a name in `folder`; `None` if the file system does not support this or the folder cannot be
+    /// written.
     pub fn create(folder: &Path) -> Option<File> {
         let mut options = File::options();
         options.write(true).custom_flags(libc::O_TMPFILE);
@@ -168,10 +172,10 @@ mod unnamed {
         Path::new(OPEN_FILES).is_dir().then_some(file)
     }
 
-    /// Gives a file without a name the name `target`, replacing an older file.
+    /// Gives a file without a name the name `target`, and so replaces an older file of that name.
     ///
     /// # Errors
-    /// The folder cannot be written.
+    /// No file can be linked, renamed or removed in the folder.
     pub fn give_name(file: &File, target: &Path) -> Result<()> {
         let open = format!("{OPEN_FILES}/{}", file.as_raw_fd());
         // Whether there was no file of that name.
@@ -224,7 +228,7 @@ fn is_device(path: &Path) -> bool {
     std::fs::metadata(path).is_ok_and(|m| !m.is_file() && !m.is_dir())
 }
 
-/// The file that `path` links to, or `path` itself if it is no link.
+/// The file that the symbolic link `path` leads to; `path` itself if it is no link or leads to nothing.
 fn target(path: &Path) -> Cow<'_, Path> {
     if path.is_symlink() {
         path.canonicalize().map_or(path.into(), Cow::Owned)

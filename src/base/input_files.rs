@@ -1,4 +1,5 @@
-//! Input files: only plain files are opened. A pipe has no size and may never end, and a device can act on being opened.
+//! Reading of input files. Only plain files are opened: a pipe has no size and may never end, and a device can act on being
+//! opened.
 
 use crate::base::memory::room_for;
 use crate::{Error, Result};
@@ -7,16 +8,17 @@ use std::io::{self, ErrorKind, Read};
 use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
 use std::path::Path;
 
-/// The largest file of settings or of a plan, in bytes: TOML takes about a hundred times its size in memory.
+/// The maximum size in bytes of a file of settings or of a study plan. The TOML parser takes about a hundred times the size
+/// of the file in memory.
 pub const MAX_TOML_BYTES: u64 = 16 << 20;
 
-/// The largest file of golden frames' names or of a profile, in bytes.
+/// The maximum size in bytes of a JSON file that is read: a list of golden frames, a profile, or statistics of pipelines.
 pub const MAX_JSON_BYTES: u64 = 256 << 20;
 
-/// Opens a plain file for reading. It never waits.
+/// Opens a plain file for reading. It never waits, even if a pipe takes the place of the file meanwhile.
 ///
 /// # Errors
-/// The file cannot be opened, or it is a folder, a pipe or a device.
+/// The file cannot be opened, or it is a folder, a pipe, a socket or a device.
 pub fn open(path: &Path) -> io::Result<File> {
     check_plain(&path.metadata()?)?;
     // Something else may have taken the file's place by now: then this does not wait, and the second check refuses it.
@@ -28,10 +30,10 @@ pub fn open(path: &Path) -> io::Result<File> {
     Ok(file)
 }
 
-/// Checks that a file is a plain one.
+/// Checks by its metadata that a file is a plain file.
 ///
 /// # Errors
-/// The file is a folder, a pipe or a device.
+/// The file is a folder, a pipe, a socket or a device.
 pub fn check_plain(file: &Metadata) -> io::Result<()> {
     if file.is_file() {
         return Ok(());
@@ -41,7 +43,7 @@ pub fn check_plain(file: &Metadata) -> io::Result<()> {
     Err(io::Error::new(ErrorKind::InvalidInput, text))
 }
 
-/// Checks, before long work, that a plain file is at `path`.
+/// Checks, before long work, that a plain file is at `path`. It does not open the file.
 ///
 /// # Errors
 /// There is no plain file at `path`.
@@ -50,18 +52,19 @@ pub fn check(path: &Path) -> Result<()> {
     found.map_err(|cause| Error::reading(path, cause))
 }
 
-/// The bytes of a plain file.
+/// Reads all bytes of the plain file at `path`.
 ///
 /// # Errors
-/// The file cannot be read, or there is no memory for it.
+/// The file cannot be read, is not a plain file, or there is not enough memory for it.
 pub fn read(path: &Path) -> Result<Vec<u8>> {
     read_at_most(path, u64::MAX)
 }
 
-/// The text of a plain file of at most `most` bytes.
+/// Reads the text of the plain file at `path`, which has at most `most` bytes.
 ///
 /// # Errors
-/// The file cannot be read, is larger, or is not UTF-8.
+/// The file cannot be read, is not a plain file, has more than `most` bytes, or is not UTF-8; or there is not enough memory
+/// for it.
 pub fn read_text(path: &Path, most: u64) -> Result<String> {
     let bytes = read_at_most(path, most)?;
     let not_text = |_| Error::reading(path, "it is not UTF-8; save it as UTF-8");
@@ -80,10 +83,10 @@ fn read_at_most(path: &Path, most: u64) -> Result<Vec<u8>> {
     read_length(file, length).map_err(|cause| wrong(&cause))
 }
 
-/// The first `length` bytes of a file, or all if it has become shorter.
+/// Reads the first `length` bytes of a file, or all bytes if the file has become shorter.
 ///
 /// # Errors
-/// The file cannot be read, or there is no memory for it.
+/// The file cannot be read, or there is not enough memory for `length` bytes.
 pub fn read_length(file: impl Read, length: u64) -> io::Result<Vec<u8>> {
     let no_room = |cause| {
         let text = format!("{cause}; give a smaller file");

@@ -1,14 +1,14 @@
-//! JSON with shortest numbers.
+//! Conversion to JSON that keeps the shortest digits of 32-bit floats.
 
 use crate::{Error, Result};
 use serde::Serialize;
 use serde_json::Value;
 
-/// A value as JSON whose 32-bit numbers are as short as possible. `serde_json::to_value` would make 64-bit numbers of them
-/// first, and 0.05 would become 0.05000000074505806.
+/// Converts a value to JSON in which 32-bit floats have as few digits as possible. `serde_json::to_value` would convert them
+/// to 64 bits first, and 0.05 would become 0.05000000074505806. `what` names the value in the error message.
 ///
 /// # Errors
-/// The value, called `what` in messages, has no JSON form.
+/// The value has no JSON form, such as a map whose keys are not text.
 pub fn value_of(what: &str, value: &impl Serialize) -> Result<Value> {
     serde_json::to_string(value)
         .and_then(|text| serde_json::from_str(&text))

@@ -1,22 +1,24 @@
-//! Memory: its available amount, checked before an input takes much of it. Linux promises more memory than it has, and then
-//! ends the process that uses it; so a reservation alone proves nothing.
+//! Checks of the available memory, before an input takes much of it. Linux grants more memory than it has, and ends a
+//! process that uses it; so a successful reservation alone proves nothing.
 
 use crate::base::out_of_memory::may_fail;
 use std::fs::read_to_string;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// The number of bytes, in one piece or in many, that are taken without a check of the available memory.
+/// The number of bytes, 64 MiB, that may be taken in one piece or in many before the available memory is read. Reading it
+/// takes several system calls.
 const LITTLE: u64 = 64 << 20;
 
-/// The sum of the pieces that were taken since the last check.
+/// The sum, in bytes, of the pieces that were taken since the available memory was last read. All threads share it.
 static TAKEN: AtomicU64 = AtomicU64::new(0);
 
-/// Checks that there is memory for `bytes` more. Small pieces cost nothing: they are summed, and there is one check per
-/// [`LITTLE`] bytes.
+/// Checks that `bytes` more bytes of memory are available. Requests of few bytes cost nothing: they are summed, and the
+/// available memory is read once per [`LITTLE`] bytes.
 ///
 /// # Errors
-/// There is less memory; the text gives both numbers of bytes.
+/// Fewer bytes are available; the text names both numbers of bytes. If the system does not report its memory, the check
+/// passes.
 pub fn check(bytes: u64) -> Result<(), String> {
     if bytes <= LITTLE && TAKEN.fetch_add(bytes, Ordering::Relaxed) + bytes <= LITTLE {
         return Ok(());
@@ -31,10 +33,10 @@ pub fn check(bytes: u64) -> Result<(), String> {
     }
 }
 
-/// An empty vector with a capacity of `bytes`.
+/// An empty vector with a capacity of `bytes`, for example for the content of a file.
 ///
 /// # Errors
-/// There is not enough memory; the text gives the number of bytes.
+/// There is not enough memory; the text names the number of bytes.
 pub fn room_for(bytes: u64) -> Result<Vec<u8>, String> {
     check(bytes)?;
     let mut room = Vec::new();
@@ -45,8 +47,8 @@ pub fn room_for(bytes: u64) -> Result<Vec<u8>, String> {
     Ok(room)
 }
 
-/// The number of bytes that the process can still take: memory that is free or can be freed, within the limits of its control
-/// groups and of its address space. `None` if the system does not report it.
+/// The number of bytes of memory that the process can still use: memory that is free or can be freed, within the limits of
+/// its control groups and of its address space. `None` if the system does not report it.
 fn available() -> Option<u64> {
     let report = read_to_string("/proc/meminfo").ok()?;
     let kibibytes = |key| value(&report, key);
@@ -57,18 +59,19 @@ fn available() -> Option<u64> {
     Some(limits.into_iter().flatten().fold(free, u64::min))
 }
 
-/// The number behind a key in a report with one key per line.
+/// The number after `key` in a report with one key per line, such as `/proc/meminfo`; `None` if the report has no number for
+/// it.
 fn value(report: &str, key: &str) -> Option<u64> {
     number(report.lines().find_map(|line| line.strip_prefix(key))?)
 }
 
-/// The first word, parsed as a number.
+/// The first word of `text` as an unsigned integer; `None` if there is no word or it is not an integer.
 fn number(text: &str) -> Option<u64> {
     text.split_whitespace().next()?.parse().ok()
 }
 
-/// The number of bytes that the control groups of a process still allow; `None` if they have no limit. `groups` is the content
-/// of its `/proc/self/cgroup`, `root` the folder where the hierarchies are mounted.
+/// The number of bytes that the control groups of a process still allow; `None` if they have no limit. `groups` is the
+/// content of the process's `/proc/self/cgroup`, `root` the folder where the hierarchies are mounted.
 fn left_in_groups(groups: &str, root: &Path) -> Option<u64> {
     let left = groups.lines().filter_map(|line| {
         let (controllers, path) = line.split_once(':')?.1.split_once(':')?;
@@ -102,7 +105,8 @@ fn left_in_groups(groups: &str, root: &Path) -> Option<u64> {
     left.min()
 }
 
-/// The number of bytes that the limit of the process's address space (`ulimit -v`) still allows; `None` if there is no limit.
+/// The number of bytes that the limit of the process's address space (`ulimit -v`) still allows; `None` if there is no
+/// limit.
 fn left_in_address_space() -> Option<u64> {
     let limit = rustix::process::getrlimit(rustix::process::Resource::As).current?;
     let used = number(&read_to_string("/proc/self/statm").ok()?)?;

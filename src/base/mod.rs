@@ -1,4 +1,4 @@
-//! Small parts that every room may use: errors, files, memory, texts, random numbers.
+//! Parts that every other module may use: errors, files, memory, text, random numbers.
 
 pub(crate) mod environment_variable;
 pub mod error;

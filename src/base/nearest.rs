@@ -1,10 +1,11 @@
-//! The valid name that is most similar to a mistyped one.
+//! A suggestion for a mistyped name: the valid name that is most similar to it.
 
-/// The longest name that is compared, in bytes.
+/// The maximum length in bytes of a mistyped name that is compared. The time of a comparison grows with the product of both
+/// lengths, and no valid name is so long.
 const LONGEST: usize = 100;
 
-/// ", did you mean 'X'?" for the closest of `names`, or an empty text if none is close or `wanted` is too long to be one of
-/// them.
+/// The suggestion ", did you mean 'X'?", where X is the one of `names` that is most similar to the mistyped name `wanted`.
+/// The text is empty if no name has a similarity above 0.7, or if `wanted` has more than 100 bytes.
 pub fn nearest<'a>(wanted: &str, names: impl Iterator<Item = &'a str>) -> String {
     // The comparison takes the product of both lengths, and nothing so long is a name that was mistyped.
     let comparable = wanted.len() <= LONGEST;
@@ -19,8 +20,8 @@ pub fn nearest<'a>(wanted: &str, names: impl Iterator<Item = &'a str>) -> String
         })
 }
 
-/// The similarity of two names, from 0 to 1. The last word of a dotted name counts most, so that a key is found if its group
-/// was left out or mistaken.
+/// The similarity of two names, in [0, 1]; 1 means equal. The last word of a dotted name counts most, so that a key is found
+/// even if its group is missing or wrong.
 fn likeness(wanted: &str, name: &str) -> f64 {
     let whole = strsim::jaro_winkler(wanted, name);
     let Some((group, word)) = name.rsplit_once('.') else {

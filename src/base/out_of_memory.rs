@@ -1,4 +1,4 @@
-//! The end of a process that has too little memory: one line on stderr and exit status 1. The standard library would print two
+//! Ends a process that runs out of memory with one line on stderr and exit status 1. The standard library would print two
 //! lines and abort, and only its unstable interface can change that.
 
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -8,11 +8,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 thread_local! {
-    /// True while this thread deals with failed allocations itself. It needs no allocation and is never dropped.
+    /// True while this thread runs [`may_fail`]: a failed allocation then does not end the process. The value itself needs
+    /// no allocation and is never dropped, so that the allocator can read it at any time.
     static MAY_FAIL: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Runs `work`, in which allocations may fail without ending the process, as those of `try_reserve` do.
+/// Runs `work` and returns its result. An allocation that fails in `work` does not end the process, so that functions such
+/// as `try_reserve` can return an error.
 pub fn may_fail<T>(work: impl FnOnce() -> T) -> T {
     let before = MAY_FAIL.replace(true);
     let result = work();
@@ -20,10 +22,12 @@ pub fn may_fail<T>(work: impl FnOnce() -> T) -> T {
     result
 }
 
-/// The system's allocator, with failures that end the process.
+/// The system's allocator, except that an allocation that fails ends the process with one line on stderr. The program uses
+/// it for all memory.
 pub struct Allocator;
 
-/// The memory, if there is any.
+/// Returns `memory`, the result of an allocation of `bytes` bytes. If it is null, ends the process, except inside
+/// [`may_fail`].
 fn checked(memory: *mut u8, bytes: usize) -> *mut u8 {
     if memory.is_null() && !MAY_FAIL.get() {
         end(bytes);
@@ -31,7 +35,7 @@ fn checked(memory: *mut u8, bytes: usize) -> *mut u8 {
     memory
 }
 
-/// Ends the process without any allocation.
+/// Ends the process with a line that names the number of bytes which could not be allocated. It allocates nothing itself.
 #[cold]
 fn end(bytes: usize) -> ! {
     let mut line = [0; 160];
@@ -46,8 +50,9 @@ fn end(bytes: usize) -> ! {
     end_with(&line[..length])
 }
 
-/// Ends the process with a line on stderr and status 1, from any thread and at any moment; if several threads fail at once, the
-/// first one prints the line. Outputs are complete, because their files have no names before they are.
+/// Prints `line` on stderr and ends the process with status 1, from any thread and at any moment. If several threads fail at
+/// once, the first one prints its line. No output file is left incomplete, because a file gets its name only when it is
+/// complete.
 pub fn end_with(line: &[u8]) -> ! {
     static ENDS: AtomicBool = AtomicBool::new(false);
     while ENDS.swap(true, Ordering::Relaxed) {

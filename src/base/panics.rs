@@ -1,11 +1,11 @@
-//! Libraries that panic on damaged files.
+//! Catches panics of libraries that read damaged files.
 
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
 use std::sync::Once;
 
-/// Runs `work`; `None` if it panicked, without printing the panic. Data outside of `work` that it changes must not be used
-/// after a panic. Panics of other threads are printed as usual.
+/// Runs `work` and returns its result, or `None` if it panicked; the panic is not printed. After a panic, data outside of
+/// `work` that it changes must not be used. Panics of other threads are printed as usual.
 pub fn caught<T>(work: impl FnOnce() -> T) -> Option<T> {
     thread_local!(static QUIET: Cell<bool> = const { Cell::new(false) });
     static HOOK: Once = Once::new();

@@ -1,21 +1,22 @@
-//! Text for a terminal. Names and messages can come from files, and control characters in them could move the cursor,
-//! change colours, forge further lines or reverse the order of letters.
+//! Escaping and shortening of text for a terminal. Names and messages can come from files, and control characters in them
+//! could move the cursor, change colours, forge further lines or reverse the order of letters.
 
 use std::fmt::Write;
 
-/// Escapes the control characters of `text`, line breaks too, as JSON does: the result is one line.
+/// Returns `text` as one line: control characters, line breaks and changes of the direction of text become JSON escapes,
+/// such as `\n` and `\u001b`.
 pub fn printable(text: &str) -> String {
     escaped(text, |_| false)
 }
 
-/// Like [`printable`], but keeps line breaks. JSON remains equal, because its strings hold no raw line break and the escapes
-/// are those of JSON.
+/// Escapes `text` like [`printable`], but keeps its line breaks. JSON text keeps its meaning, because its strings contain no
+/// raw line break, and the escapes are those of JSON.
 pub fn printable_lines(text: &str) -> String {
     escaped(text, |c| c == '\n')
 }
 
-/// Shortens `text` to at most `most` characters. The middle is left out, because a message begins with the location of
-/// an error and ends with the advice.
+/// Shortens `text` to at most `most` characters. An ellipsis replaces the middle, because a message begins with the location
+/// of an error and ends with the advice.
 pub fn shortened(text: &str, most: usize) -> String {
     let count = text.chars().count();
     if count <= most {
@@ -43,8 +44,8 @@ fn escaped(text: &str, keeps: impl Fn(char) -> bool) -> String {
     out
 }
 
-/// True for C0 and C1 controls, DEL, Unicode's line breaks, changes of the direction of text, and the two
-/// noncharacters that XML forbids.
+/// True if `c` can disturb a terminal or an XML file: C0 and C1 controls, DEL, Unicode's line breaks, changes of the
+/// direction of text, and the two noncharacters that XML forbids.
 fn disturbs(c: char) -> bool {
     c.is_control()
         || matches!(c, '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{fffe}' | '\u{ffff}')

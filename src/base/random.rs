@@ -1,18 +1,19 @@
-//! Random numbers that are equal on every machine: content hashes of procedural scenes depend on them.
+//! Random numbers that are equal on every machine. Procedural scenes use them, and the content hashes of the scenes depend
+//! on them.
 
 /// The generator PCG XSH-RR with 64 bits of state (O'Neill, "PCG: A Family of Simple Fast
 /// Space-Efficient Statistically Good Algorithms for Random Number Generation", 2014).
 pub struct Random(u64);
 
 impl Random {
-    /// The generator with this seed.
+    /// A generator whose whole sequence follows from `seed`.
     pub fn new(seed: u64) -> Self {
         let mut random = Self(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15));
         random.bits();
         random
     }
 
-    /// 32 random bits.
+    /// The next 32 random bits.
     pub fn bits(&mut self) -> u32 {
         let state = self.0;
         self.0 = state
@@ -22,22 +23,22 @@ impl Random {
         word.rotate_right((state >> 59) as u32)
     }
 
-    /// A random number in [0, 1).
+    /// The next random number, uniform in [0, 1).
     pub fn unit(&mut self) -> f32 {
         (self.bits() >> 8) as f32 / 16_777_216.0
     }
 
-    /// A random number between `low` and `high`.
+    /// The next random number, uniform between `low` and `high`.
     pub fn between(&mut self, low: f32, high: f32) -> f32 {
         low + (high - low) * self.unit()
     }
 
-    /// A random index below `count`, which is not 0.
+    /// A random index in [0, `count`), all with nearly the same probability; `count` must not be 0.
     pub fn index(&mut self, count: usize) -> usize {
         (self.unit() * count as f32) as usize % count
     }
 
-    /// A random element of `things`, which is not empty.
+    /// A random element of `things`, which must not be empty.
     pub fn pick<T: Copy>(&mut self, things: &[T]) -> T {
         things[self.index(things.len())]
     }

@@ -1,29 +1,29 @@
-//! TOML as users write it: read into structures, and searched for the line that a message is about.
+//! TOML texts of users: parsed into structures, and searched for the line that an error message is about.
 
 use crate::{Error, Result};
 use serde::de::DeserializeOwned;
 use toml::de::{DeTable, DeValue};
 
-/// A TOML text and where it comes from.
+/// A TOML text and its origin, with which an error message can name the file and the line.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TomlText {
-    /// The file of the text, or its other name in messages.
+    /// The path of the file, or another name of the text, as error messages show it.
     pub origin: String,
-    /// The text.
+    /// The TOML source text, not parsed.
     pub text: String,
 }
 
-/// A step into a TOML document.
+/// One step of a path from the root of a TOML document to a table inside it.
 #[derive(Clone, Copy, Debug)]
 pub enum Step<'a> {
-    /// The value of a key.
+    /// Goes to the value of this key in a table.
     Key(&'a str),
-    /// An element of a list.
+    /// Goes to the element of an array with this index, counted from 0.
     Index(usize),
 }
 
 impl TomlText {
-    /// A text with its name in messages.
+    /// Stores a TOML text without parsing it. `origin` is its name in error messages.
     pub fn new(origin: &str, text: &str) -> Self {
         Self {
             origin: origin.to_owned(),
@@ -31,10 +31,10 @@ impl TomlText {
         }
     }
 
-    /// The contents of the text: a tree of values, or a structure.
+    /// Parses the text into `T`, which is a structure or a tree of values.
     ///
     /// # Errors
-    /// The text is not TOML or not of that structure; the message names the line.
+    /// The text is not TOML or does not fit `T`; the message names the line.
     pub fn parse<T: DeserializeOwned>(&self) -> Result<T> {
         toml::from_str(&self.text).map_err(|e| {
             let start = e.span().map_or(0, |span| span.start);
@@ -42,7 +42,8 @@ impl TomlText {
         })
     }
 
-    /// The given error, preceded by the line that holds the dotted `key` at `path`.
+    /// Adds the origin and the line of a key to the message of an input error. The dotted `key` is relative to the table
+    /// that `path` leads to; if the text does not contain it, only the origin is added. Other errors stay unchanged.
     pub fn error_for(&self, path: &[Step<'_>], key: &str, error: Error) -> Error {
         match (self.offset_of(path, key), error) {
             (Some(offset), Error::Input(message)) => self.error_at(offset, &message),
@@ -51,7 +52,7 @@ impl TomlText {
         }
     }
 
-    /// A message about the byte at `offset`.
+    /// An input error whose message begins with the origin, the number and the text of the line with the byte at `offset`.
     fn error_at(&self, offset: usize, message: &str) -> Error {
         let number = 1 + self.text[..offset].matches('\n').count();
         let line = self.text.lines().nth(number - 1).unwrap_or_default().trim();
@@ -59,7 +60,8 @@ impl TomlText {
         Error::input(format!("{origin}, line {number}, '{line}': {message}"))
     }
 
-    /// The byte offset of the dotted `key` in the table at `path`.
+    /// The offset in bytes, from the start of the text, of the dotted `key` in the table that `path` leads to; `None` if the
+    /// text does not contain it.
     fn offset_of(&self, path: &[Step<'_>], key: &str) -> Option<usize> {
         let document = DeTable::parse(&self.text).ok()?.into_inner();
         let mut value = &DeValue::Table(document);
@@ -73,7 +75,8 @@ impl TomlText {
     }
 }
 
-/// The byte offset of the dotted `key` in a table, whose keys may be dotted too.
+/// The offset in bytes, from the start of the text, of the dotted `key` in `table`; `None` if `table` does not contain it.
+/// Keys of the table itself may be dotted too.
 fn offset_in(table: &DeTable<'_>, key: &str) -> Option<usize> {
     table.iter().find_map(|(name, value)| {
         let rest = key.strip_prefix(name.get_ref().as_ref())?;

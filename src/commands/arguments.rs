@@ -1,4 +1,4 @@
-//! The options that several commands have in common.
+//! The command-line options that several commands share, and their checks.
 
 use super::choices::{LoadArgs, VariantArgs};
 use crate::base::files::{check_writable, is_same_file};
@@ -16,15 +16,15 @@ use crate::{Error, Result};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 
-/// The maximum number of pixels of an image.
+/// The maximum number of pixels of a picture that is rendered; a larger size is refused.
 const MAX_PIXELS: u64 = 1 << 28;
 
-/// The scene and its view.
+/// Options that choose the scene, its view, its settings and the device; every command that renders a picture has them.
 #[derive(clap::Args)]
 pub struct SceneArgs {
     /// A procedural scene's name, or a file: .gltf, .glb, .obj
     pub scene: String,
-    /// Options of loading
+    /// Options that permit missing or outside files while a scene is loaded
     #[command(flatten)]
     pub load: LoadArgs,
     /// Light from all around: a file, .exr or .hdr, by longitude and latitude, or a sky such as sky:sun=40
@@ -72,7 +72,7 @@ pub struct SceneArgs {
     /// One setting, which overrides the preset and the file; repeatable
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Variant of the shaders
+    /// Options that choose the variant of the shaders
     #[command(flatten)]
     pub variant: VariantArgs,
     /// The device, by name, part of a name, or index
@@ -94,7 +94,7 @@ pub struct SceneArgs {
     pub report: Option<PathBuf>,
 }
 
-/// An output beside the picture.
+/// Additional channels of an EXR file, beside the picture, as `--aov` names them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Aov {
     /// Diffuse and specular albedo.
@@ -114,7 +114,7 @@ pub enum Aov {
 }
 
 impl Aov {
-    /// The light whose reservoirs the output shows; `None` for outputs that show surfaces.
+    /// The kind of light, direct or indirect, whose reservoirs the output shows; `None` for outputs that show surfaces.
     pub const fn reservoirs_of(self) -> Option<Lighting> {
         match self {
             Self::Direct => Some(Lighting::Direct),
@@ -125,10 +125,11 @@ impl Aov {
 }
 
 impl SceneArgs {
-    /// The settings from preset, file and single settings, in this order, and the keys that the last two name.
+    /// The settings from the preset, the file of `--config` and the changes of `--set`, applied in this order. The second
+    /// value lists the dotted keys that the file and `--set` name, for notes on keys without effect.
     ///
     /// # Errors
-    /// An unknown preset, key or value, or a file that cannot be read.
+    /// A preset, key or value is unknown, or the file cannot be read or is not TOML.
     pub fn settings(&self) -> Result<(Settings, Vec<String>)> {
         let preset = self.preset.as_deref().unwrap_or(presets::DEFAULT);
         let mut settings = Preset::named(preset)?.settings()?;
@@ -148,11 +149,10 @@ impl SceneArgs {
         Ok((settings, changed.into_iter().map(|(key, _)| key).collect()))
     }
 
-    /// Checks every output path before long work begins.
+    /// Checks the paths of pictures, `outputs`, and of the report before long work begins.
     ///
     /// # Errors
-    /// An unknown format, a file that has two purposes (wrong input), or a folder that cannot be written
-    /// (failed work).
+    /// A picture has an unknown format or a file has two purposes (wrong input), or a file cannot be written (failed work).
     pub fn check_outputs(&self, outputs: &[PathBuf]) -> Result<()> {
         for path in outputs {
             Format::of(path)?;
@@ -162,7 +162,8 @@ impl SceneArgs {
         check_files(pictures.chain(report), self.inputs())
     }
 
-    /// The files that are read, each with its role.
+    /// The files that the command reads, each as (role in messages, path): the scene, the environment and the settings.
+    /// Generated scenes and skies are not files and do not appear.
     pub fn inputs(&self) -> impl Iterator<Item = (&str, &Path)> {
         let scene = file_of(&self.scene).map(|path| ("the scene", path));
         let environment = self.environment.as_deref().and_then(environment_file_of);
@@ -171,10 +172,11 @@ impl SceneArgs {
         [scene, environment, config].into_iter().flatten()
     }
 
-    /// The times that frames show, `fps` frames per second.
+    /// The time that each frame shows: `--start-time` for frame 0, then `fps` frames per second; without `fps`, all frames
+    /// show the same time.
     ///
     /// # Errors
-    /// `--fps` or `--start-time` has a value that no clock can have.
+    /// `--start-time` is not finite, or `fps` is not positive and finite.
     pub fn clock(&self, fps: Option<f64>) -> Result<Clock> {
         let clock = Clock {
             start_time: self.start_time,
@@ -184,10 +186,10 @@ impl SceneArgs {
         Ok(clock)
     }
 
-    /// Width and height for a camera's aspect ratio.
+    /// Width and height of the picture in pixels. The aspect ratio of `camera` gives a side that the options do not give.
     ///
     /// # Errors
-    /// A side of 0, or more pixels than Headwater takes.
+    /// A side is 0, the picture has more than 2²⁸ pixels, or `--exposure` is not finite.
     pub fn size(&self, camera: &Camera) -> Result<(u32, u32)> {
         if !self.exposure.is_finite() {
             return Err(Error::input("--exposure takes a finite number of stops"));
@@ -195,10 +197,7 @@ impl SceneArgs {
         size_for(camera, self.width, self.height)
     }
 
-    /// The camera of `--look-at`, if it was given.
-    ///
-    /// # Errors
-    /// The errors of [`parse_look_at`].
+    /// The camera that `--look-at` describes; `None` if the option is not given.
     pub fn look_at_camera(&self) -> Result<Option<Camera>> {
         self.look_at
             .as_deref()
@@ -207,11 +206,12 @@ impl SceneArgs {
     }
 }
 
-/// A camera from its eye, target and optionally vertical field of view in degrees; `origin` names the
-/// text in messages.
+/// The camera that a text describes by six or seven numbers: eye, target, and the vertical field of view in degrees, by
+/// default 45. `origin` names the text in messages.
 ///
 /// # Errors
-/// There are not six or seven finite numbers, eye and target are equal, or the field of view is outside (0, 180) degrees.
+/// There are not six or seven finite numbers, eye and target are equal, the field of view is outside (0, 180) degrees, or
+/// the eye is too far from the origin of the scene to be rendered.
 pub fn parse_look_at(origin: &str, text: &str) -> Result<Camera> {
     let numbers: Option<Vec<f64>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
     let numbers = numbers
@@ -239,10 +239,11 @@ pub fn parse_look_at(origin: &str, text: &str) -> Result<Camera> {
     Ok(camera)
 }
 
-/// The width and the height; the aspect ratio of the camera gives those that are not given.
+/// Width and height of a picture in pixels. A missing side follows from the camera's aspect ratio, which is 16:9 unless the
+/// camera has one; if both are missing, the width is 1280.
 ///
 /// # Errors
-/// A side of 0, or more pixels than Headwater takes.
+/// A side is 0, or the picture has more than 2²⁸ pixels.
 pub fn size_for(camera: &Camera, width: Option<u32>, height: Option<u32>) -> Result<(u32, u32)> {
     let aspect = camera.aspect_ratio.unwrap_or(16.0 / 9.0);
     let side = |pixels: f64| (pixels.round().min(f64::from(u32::MAX)) as u32).max(1);
@@ -266,11 +267,11 @@ pub fn size_for(camera: &Camera, width: Option<u32>, height: Option<u32>) -> Res
     Ok((width, height))
 }
 
-/// Checks files that will be written, each with its role, before work begins: each can be written, and none is another one or
-/// one that is read.
+/// Checks, before work begins, that each file in `written` can be written, and that none of them is the same file as another
+/// one in `written` or in `read`. Entries are (role in messages, path).
 ///
 /// # Errors
-/// A file that has two roles (wrong input), or one that cannot be written (failed work).
+/// A file has two roles (wrong input), or a file cannot be written (failed work).
 pub fn check_files<'a>(
     written: impl IntoIterator<Item = (&'a str, &'a Path)>,
     read: impl IntoIterator<Item = (&'a str, &'a Path)>,
@@ -284,8 +285,8 @@ pub fn check_files<'a>(
         .try_for_each(|(_, path)| check_writable(path))
 }
 
-/// Checks that none of the first `written` files, each with its role, is also another file of the list: it would be
-/// overwritten.
+/// Checks that none of the first `written` entries of `files` is the same file as another entry, which would be overwritten.
+/// Entries are (role in messages, path).
 fn check_distinct(files: &[(&str, &Path)], written: usize) -> Result<()> {
     for (i, (what, path)) in files.iter().enumerate() {
         let before = files[..i.min(written)].iter();

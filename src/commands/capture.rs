@@ -1,4 +1,5 @@
-//! `--capture`: the loop over frames that a capture tool watches. Each frame ends with a presented picture.
+//! `--capture`: the loop over frames for a capture tool, RenderDoc or GFXReconstruct. Each frame ends with a presented
+//! picture.
 
 use super::interrupt::Interrupt;
 use super::progress::Progress;
@@ -10,7 +11,7 @@ use crate::{Error, Result};
 use std::path::Path;
 use std::str::FromStr;
 
-/// A range of frames, both ends included.
+/// The range of frames that a tool captures. Both ends are included and counted from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FrameRange {
     first: u32,
@@ -32,10 +33,10 @@ impl FromStr for FrameRange {
 }
 
 impl FrameRange {
-    /// Refuses ranges that are not rendered.
+    /// Checks that every frame of the range is among the `frames` frames that are rendered; `frames` is at least 1.
     ///
     /// # Errors
-    /// There are fewer frames than `frames`.
+    /// The range ends after the last rendered frame.
     pub fn check(&self, frames: u32) -> Result<()> {
         if self.last >= frames {
             return Err(Error::input(format!(
@@ -53,15 +54,16 @@ impl FrameRange {
     }
 }
 
-/// The tool that records the frames.
+/// The capture tool that is loaded into this process.
 enum Tool {
-    /// RenderDoc, which is notified of the beginning and the end of frames.
+    /// RenderDoc. Its interface is called at the beginning and at the end of each captured frame.
     RenderDoc(renderdoc::Watcher),
-    /// A layer that records all calls; it finds the frames by the pictures that are presented.
+    /// A Vulkan layer that records all calls, such as that of GFXReconstruct. It finds the end of a frame by the presented
+    /// picture.
     Layer,
 }
 
-/// The state of showing frames to a capture tool.
+/// The state of the loop that renders and presents frames for a capture tool.
 struct Capture<'a> {
     wanted: &'a CapturePlan<'a>,
     tool: Tool,
@@ -70,10 +72,10 @@ struct Capture<'a> {
 }
 
 impl<'a> Capture<'a> {
-    /// Finds the tool.
+    /// Finds the loaded capture tool, and prepares the presentation of pictures.
     ///
     /// # Errors
-    /// No tool is loaded, or the tool needs presented pictures, which the device does not support.
+    /// No tool is loaded, the tool needs presented pictures and the device cannot present them, or the device fails.
     fn new(session: &Session, wanted: &'a CapturePlan<'a>) -> Result<Self> {
         let layers = session.device.tools();
         let tool = match renderdoc::Watcher::find() {
@@ -111,10 +113,12 @@ impl<'a> Capture<'a> {
         })
     }
 
-    /// Renders and presents a frame.
+    /// Renders frame `number`, counted from 0, and presents its picture. If the frame is captured and the plan has a folder,
+    /// writes the picture there.
     ///
     /// # Errors
-    /// The device, the tool or the disk fails.
+    /// The device or the tool fails, the scene cannot be rendered at the time of the frame, or the picture cannot be
+    /// written.
     fn frame(&mut self, session: &mut Session, number: u32) -> Result<()> {
         let CapturePlan {
             range,
@@ -163,26 +167,26 @@ impl<'a> Capture<'a> {
     }
 }
 
-/// The frames that are rendered under a capture tool.
+/// The frames that are rendered for a capture tool, and the form of their pictures.
 pub struct CapturePlan<'a> {
-    /// The frames that it captures.
+    /// The frames that the tool captures; all are rendered.
     pub range: FrameRange,
-    /// Number of frames.
+    /// Number of rendered frames; their indices begin with 0.
     pub frames: u32,
-    /// True if the frames add up.
+    /// True if frames are added to the sums; false if each is rendered alone, so that the last one remains.
     pub accumulate: bool,
-    /// Exposure of the presented pictures, in stops.
+    /// Exposure of the presented pictures, in stops: radiance is multiplied by 2^`exposure`.
     pub exposure: f32,
-    /// The folder for the presented pictures of captured frames.
+    /// The folder that gets the presented pictures of captured frames as PNG files; `None` writes none.
     pub folder: Option<&'a Path>,
 }
 
-/// Renders every frame, one after the other. Afterwards the sums hold the last frame, or with
-/// [`accumulate`](CapturePlan::accumulate) all.
+/// Renders every frame of the plan, one after the other. Afterwards the renderer's sums hold the last frame, or with
+/// [`accumulate`](CapturePlan::accumulate) the sum of all frames.
 ///
 /// # Errors
-/// No tool is loaded, or it needs presented pictures, which the device does not support; a device, tool or disk that fails, or
-/// a signal.
+/// No tool is loaded, the tool needs presented pictures and the device cannot present them, the device, the tool or the disk
+/// fails, or a signal was received.
 pub fn render(
     session: &mut Session,
     wanted: &CapturePlan<'_>,
@@ -208,15 +212,16 @@ mod renderdoc {
     use renderdoc::{RenderDoc, V120};
     use std::path::PathBuf;
 
-    /// RenderDoc, as it is loaded into this process.
+    /// RenderDoc's interface in this process, through which captures begin and end.
     pub struct Watcher {
         renderdoc: RenderDoc<V120>,
-        /// The number of captures before the one that began last.
+        /// The number of captures that existed when the last capture began. A larger number afterwards shows that it
+        /// succeeded.
         before: u32,
     }
 
     impl Watcher {
-        /// RenderDoc, if a layer or the loader has loaded it.
+        /// RenderDoc's interface; `None` if neither a layer nor the loader has loaded RenderDoc into this process.
         pub fn find() -> Option<Self> {
             RenderDoc::new().ok().map(|renderdoc| Self {
                 renderdoc,
@@ -224,14 +229,14 @@ mod renderdoc {
             })
         }
 
-        /// Starts a capture.
+        /// Starts the capture of a frame on the only device.
         pub fn begin(&mut self) {
             self.before = self.renderdoc.get_num_captures();
             // Null pointers stand for the only device and any window.
             (self.renderdoc).start_frame_capture(std::ptr::null(), std::ptr::null());
         }
 
-        /// Ends a capture; returns the file.
+        /// Ends the capture and returns the path of its file.
         ///
         /// # Errors
         /// RenderDoc has captured nothing.
@@ -252,7 +257,7 @@ mod renderdoc {
     use crate::Result;
     use std::path::PathBuf;
 
-    /// The watcher on a system without RenderDoc.
+    /// The interface on systems that RenderDoc does not support. It has no values, because no tool can be found.
     pub enum Watcher {}
 
     impl Watcher {

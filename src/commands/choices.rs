@@ -1,10 +1,10 @@
-//! Choices on the command line that rules make by default.
+//! Options of loading a scene, and options for choices that the program otherwise makes by its rules.
 
 use crate::device_scene::selection::Request;
 use crate::scene_files::Options;
 use crate::shader_interface::{GeometryAccess, Textures, Tracer};
 
-/// Permissions of loading a scene.
+/// Options that permit missing or outside files while a scene is loaded.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub struct LoadArgs {
     /// Render even if image files of textures are missing, without these textures
@@ -16,7 +16,7 @@ pub struct LoadArgs {
 }
 
 impl LoadArgs {
-    /// The library's type with these values.
+    /// The options of the scene loader with the values of these arguments.
     pub const fn options(self) -> Options {
         Options {
             allow_missing: self.allow_missing,
@@ -25,7 +25,7 @@ impl LoadArgs {
     }
 }
 
-/// The tracer of rays.
+/// The method that traces rays, as `--tracer` names it.
 #[derive(Clone, Copy, Debug, Default, clap::ValueEnum)]
 pub enum TracerArg {
     /// By rule from the device
@@ -38,7 +38,7 @@ pub enum TracerArg {
 }
 
 impl TracerArg {
-    /// The tracer; `None` if the rules choose.
+    /// The tracer that the option names; `None` if the program chooses by its rules.
     pub const fn tracer(self) -> Option<Tracer> {
         match self {
             Self::Auto => None,
@@ -48,7 +48,7 @@ impl TracerArg {
     }
 }
 
-/// Access of shaders to the buffers of the scene and to world reservoirs
+/// The access of shaders to the buffers of the scene and to world reservoirs, as `--geometry` names it.
 #[derive(Clone, Copy, Debug, Default, clap::ValueEnum)]
 pub enum GeometryArg {
     /// By rule from the device and the size of the scene
@@ -60,7 +60,7 @@ pub enum GeometryArg {
     BufferAddresses,
 }
 
-/// Access to the texels of textures
+/// The access of shaders to the texels of textures, as `--textures` names it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum TexturesArg {
     /// By rule from the device
@@ -72,7 +72,7 @@ pub enum TexturesArg {
     Buffer,
 }
 
-/// Choices of shader variants; by default, rules make them.
+/// Options that choose the variant of the shaders; by default, the program chooses by its rules.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub struct VariantArgs {
     /// Tracer of rays
@@ -87,7 +87,8 @@ pub struct VariantArgs {
 }
 
 impl VariantArgs {
-    /// The library's type with these values.
+    /// The request for a variant of the shaders with the values of these arguments. `None` in it leaves a choice to the
+    /// rules; no capture tool is assumed.
     pub const fn request(&self) -> Request {
         Request {
             tracer: self.tracer.tracer(),

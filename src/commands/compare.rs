@@ -1,4 +1,4 @@
-//! `compare`: one picture against a reference, with checks.
+//! `compare`: prints the errors of a picture against a reference, and checks limits for them.
 
 use super::arguments::check_files;
 use super::{notice, print};
@@ -10,7 +10,7 @@ use crate::{Error, Result};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// Arguments of `compare`.
+/// The command-line arguments of `headwater compare`.
 #[derive(clap::Args)]
 pub struct Args {
     /// The picture: .exr or .png
@@ -49,10 +49,11 @@ pub struct Args {
     exact: bool,
 }
 
-/// Compares, prints, and checks.
+/// Compares the two pictures, prints their errors, writes the difference, and checks the limits.
 ///
 /// # Errors
-/// Pictures that cannot be compared (wrong input), or a check that does not hold.
+/// An argument is wrong or the pictures cannot be compared (wrong input); the difference cannot be written, or an error
+/// exceeds its limit (failed work).
 pub fn run(args: &Args) -> Result<()> {
     check(args)?;
     let images = [&args.picture, &args.reference].map(|path| Image::read(path));
@@ -140,7 +141,7 @@ pub fn run(args: &Args) -> Result<()> {
     }
 }
 
-/// Prints a note that two formats differ where nothing is wrong.
+/// Prints a note if one file is PNG and the other EXR: the pictures then differ although nothing is wrong.
 fn note_formats(picture: &Path, reference: &Path) -> Result<()> {
     let (png, exr) = match (Format::of(picture)?, Format::of(reference)?) {
         (Format::Png, Format::Exr) => (picture, reference),
@@ -155,7 +156,7 @@ fn note_formats(picture: &Path, reference: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Refuses arguments that contradict each other, before any file is read.
+/// Checks the limits, the exposure and the file of `--diff`, before any file is read.
 fn check(args: &Args) -> Result<()> {
     for (name, limit) in [
         ("max-rmse", args.max_rmse),
@@ -183,7 +184,7 @@ fn check(args: &Args) -> Result<()> {
     Ok(())
 }
 
-/// Writes the picture minus the reference.
+/// Writes the picture minus the reference as linear channels `R`, `G`, `B` of an EXR file.
 fn write_difference(
     path: &Path,
     (width, height): (u32, u32),
@@ -198,7 +199,7 @@ fn write_difference(
     image.write(path, 0.0)
 }
 
-/// A number with about six significant digits, for any magnitude.
+/// The text of a number with about six significant digits, for any magnitude.
 fn figures(value: f64) -> String {
     if value == 0.0 || (1e-3..1e6).contains(&value.abs()) {
         format!("{value:.6}")
@@ -207,10 +208,11 @@ fn figures(value: f64) -> String {
     }
 }
 
-/// Width, height and pixels.
+/// A picture: (width, height) in pixels, and one RGB value per pixel, row by row from the top.
 type Picture = ((u32, u32), Vec<[f32; 3]>);
 
-/// The pixels of a picture, all of them finite.
+/// The size and the pixels of the image from `path`; an error if any value is not finite. Prints a note if the picture is
+/// grey or comes from a layer.
 fn finite_pixels(path: &Path, image: &Image) -> Result<Picture> {
     let colors = image.colors().map_err(|e| Error::reading(path, e))?;
     let kind = if colors.is_grey { "grey " } else { "" };
@@ -245,7 +247,7 @@ mod tests {
         args: Args,
     }
 
-    /// Runs `compare` in a folder that holds the pictures of these grey values.
+    /// Runs `compare` with `options` on two pictures, each filled with one of the grey `values`.
     fn compare(values: [f32; 2], options: &[&str]) -> Result<()> {
         let folder = tempfile::tempdir().unwrap();
         let paths = ["a.exr", "b.exr"].map(|name| folder.path().join(name));

@@ -1,4 +1,4 @@
-//! Notes on stderr, one line for each argument that has no effect in combination with the others.
+//! Notes on stderr about arguments that have no effect in combination with the others, one line each.
 
 use super::arguments::SceneArgs;
 use super::notice;
@@ -11,7 +11,7 @@ use crate::scene_files::file_of;
 use crate::shader_interface::{HashGrid, WorldReservoirs};
 use std::path::PathBuf;
 
-/// The settings that `reference` uses.
+/// Keys, and groups of keys, of the settings that affect path tracing. All other settings have no effect on `reference`.
 const OF_PATH_TRACING: [&str; 6] = [
     "heuristic",
     "energy",
@@ -21,7 +21,7 @@ const OF_PATH_TRACING: [&str; 6] = [
     "variant",
 ];
 
-/// Settings of indirect light that paths take without resampling.
+/// Keys of the settings of indirect light that also affect paths without resampling (`indirect.mode=path`).
 const OF_INDIRECT_PATHS: [&str; 4] = [
     "indirect.mode",
     "indirect.secondary",
@@ -29,8 +29,9 @@ const OF_INDIRECT_PATHS: [&str; 4] = [
     "indirect.light_samples",
 ];
 
-/// Prints notes on arguments without effect, for every command that renders a scene; with `presents`, frames are presented as
-/// display values.
+/// Prints notes on arguments without effect, for every command that renders a scene. `changed` lists the dotted keys that
+/// --config and --set name, `outputs` the picture files. `presents` is true if frames are presented, so that --exposure has
+/// an effect.
 pub fn note_for_scene(args: &SceneArgs, changed: &[String], outputs: &[PathBuf], presents: bool) {
     if args.environment.is_none() {
         note_ignored("there is no --environment", changed, |key| {
@@ -69,7 +70,8 @@ pub fn note_for_scene(args: &SceneArgs, changed: &[String], outputs: &[PathBuf],
     }
 }
 
-/// Arguments without effect on `render`. `changed` are the keys that --config and --set name.
+/// Prints notes on settings without effect on `render` and `profile`. `changed` lists the dotted keys that --config and
+/// --set name; `bounces` is the maximum number of scattering events.
 pub fn note_for_render(changed: &[String], settings: &Settings, bounces: u32) {
     if settings.integrator == Integrator::PathTracing {
         note_ignored(
@@ -137,7 +139,8 @@ pub fn note_for_render(changed: &[String], settings: &Settings, bounces: u32) {
     }
 }
 
-/// Prints notes on settings of the light BVH and of the hash grid that have no effect because of their other settings.
+/// Prints notes on settings of the light BVH and of the hash grid that have no effect because of other settings of the same
+/// group. `changed` lists the dotted keys that --config and --set name.
 fn note_parts_of_candidates(changed: &[String], settings: &Settings, bounces: u32) {
     if settings.has_candidates(Candidates::LightBvh, bounces) {
         if settings.light_bvh.far == Far::Joined {
@@ -177,7 +180,8 @@ fn note_parts_of_candidates(changed: &[String], settings: &Settings, bounces: u3
     }
 }
 
-/// Arguments without effect on a reference.
+/// Prints notes on the preset and on settings without effect on `reference`, which path traces. `changed` lists the dotted
+/// keys that --config and --set name.
 pub fn note_for_reference(args: &SceneArgs, changed: &[String]) {
     if let Some(preset) = args.preset.as_deref().filter(|p| *p != "path-tracing") {
         notice(&format!(
@@ -194,7 +198,8 @@ fn is_of_path_tracing(key: &str) -> bool {
     OF_PATH_TRACING.contains(&key) || OF_PATH_TRACING.contains(&group(key))
 }
 
-/// Prints one line about the keys that `is_ignored`, if there are any.
+/// Prints one line about those of the `changed` keys for which `is_ignored` is true, if there are any. `why` begins the
+/// line.
 fn note_ignored(why: &str, changed: &[String], is_ignored: impl Fn(&str) -> bool) {
     let ignored: Vec<&str> = (changed.iter().map(String::as_str))
         .filter(|key| is_ignored(key))
@@ -206,7 +211,7 @@ fn note_ignored(why: &str, changed: &[String], is_ignored: impl Fn(&str) -> bool
     }
 }
 
-/// The first part of a dotted key.
+/// The part of a dotted key before its first dot; the whole key if it has no dot.
 fn group(key: &str) -> &str {
     key.split('.').next().unwrap_or(key)
 }

@@ -1,5 +1,5 @@
-//! `info`: the devices, and the shaders that each device would use for a scene with textures that is small enough for its
-//! bindings.
+//! `info`: lists the devices, and the variant of the shaders that each would use. The variant is that for a scene with
+//! textures that is small enough for the bindings of the device.
 
 use super::{check_messages, open_vulkan, print};
 use crate::Result;
@@ -9,7 +9,7 @@ use crate::device_scene::images::ImageSizes;
 use crate::device_scene::selection::{self, Request};
 use serde_json::json;
 
-/// Arguments of `info`.
+/// The command-line arguments of `headwater info`.
 #[derive(clap::Args)]
 pub struct Args {
     /// Print one JSON object
@@ -20,10 +20,11 @@ pub struct Args {
     device: Option<String>,
 }
 
-/// Lists the devices.
+/// Prints the devices with their features, and the one that would be used, as text or JSON.
 ///
 /// # Errors
-/// No Vulkan, or no usable device.
+/// Vulkan is not installed, there is no usable device, no device has the name or index of `--device`, or the validation
+/// layers have sent messages.
 pub fn run(args: &Args) -> Result<()> {
     let instance = open_vulkan(crate::gpu::InstanceOptions::default())?;
     let devices = instance.devices()?;

@@ -7,16 +7,17 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicI32, Ordering};
 use std::time::{Duration, Instant};
 
-/// The time after the first signal within which further signals count as one request: `timeout` sends one to its child and one
-/// to the child's process group, and a terminal's Ctrl-C may reach a process twice.
+/// The time after the first signal within which further signals count as one request: `timeout` sends one to its child and
+/// one to the child's process group, and a terminal's Ctrl-C may reach a process twice.
 const SAME_REQUEST: Duration = Duration::from_secs(1);
 
-/// Watches for signals from its creation on.
+/// Watches for SIGINT and SIGTERM from its creation on. Work checks it between its steps, so that it can save results before
+/// it ends.
 pub struct Interrupt(Arc<AtomicI32>);
 
 impl Interrupt {
-    /// Starts to watch. The first signal is kept for [`Self::pending`]; a signal that comes more than a second later ends the
-    /// process at once.
+    /// Starts to watch for SIGINT and SIGTERM. The first signal is kept for [`Self::pending`]; a signal that comes more than
+    /// a second after it ends the process at once.
     ///
     /// # Errors
     /// The system refuses a handler or a thread.
@@ -42,7 +43,7 @@ impl Interrupt {
         Ok(Self(pending))
     }
 
-    /// The number of the signal that was received.
+    /// The number of the first signal that was received; `None` if there was none.
     pub fn pending(&self) -> Option<i32> {
         match self.0.load(Ordering::Relaxed) {
             0 => None,
@@ -50,7 +51,8 @@ impl Interrupt {
         }
     }
 
-    /// Ends work after a signal; `kept` describes the results that are kept.
+    /// Returns an error, which ends the work, if a signal was received. `kept` describes the results that are kept, for the
+    /// message.
     ///
     /// # Errors
     /// A signal was received.

@@ -1,4 +1,4 @@
-//! The command line: one small file per command.
+//! The command line: one file per command.
 
 pub mod arguments;
 pub mod capture;
@@ -76,7 +76,8 @@ enum Command {
     Man(shell::ManArgs),
 }
 
-/// Runs the command that the process's arguments name.
+/// Runs the command that the process's arguments name, and returns the exit status. An error is printed as one line on
+/// stderr.
 pub fn main() -> ExitCode {
     let parsed = command_line()
         .try_get_matches()
@@ -98,7 +99,7 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// The whole command line.
+/// The definition of all commands and options, from which the parser, the completions and the manual pages are made.
 fn command_line() -> clap::Command {
     Cli::command().mut_subcommand("reference", reference::shown)
 }
@@ -120,7 +121,8 @@ fn run(command: Command) -> Result<()> {
     }
 }
 
-/// Help and version go to stdout unchanged; an error becomes one line on stderr.
+/// Handles a parse that gave no command, and returns the exit status: help and version go to stdout with status 0, an error
+/// becomes one line on stderr with status 2.
 fn wrong_arguments(error: &clap::Error) -> ExitCode {
     // Without a command, the list of commands is what is wanted, not an error.
     let no_command = ArgumentError::DisplayHelpOnMissingArgumentOrSubcommand;
@@ -150,7 +152,8 @@ fn wrong_arguments(error: &clap::Error) -> ExitCode {
     ExitCode::from(2)
 }
 
-/// The argument that has the function which an unknown argument has in other renderers, or in another command.
+/// The argument to use instead of an unknown one that other renderers, or other commands, have for the same function; `None`
+/// if there is no suggestion.
 fn other_name(error: &clap::Error) -> Option<&'static str> {
     if error.kind() != ArgumentError::UnknownArgument {
         return None;
@@ -169,17 +172,18 @@ fn other_name(error: &clap::Error) -> Option<&'static str> {
     }
 }
 
-/// Prints a line of a command's outcome on stdout, or several, where `println!` would panic. Control characters other
-/// than line breaks are escaped; a name from a file that must stay on its line is made `printable` first.
+/// Prints `text` and a line break on stdout. Control characters other than line breaks are escaped; a name from a file that
+/// must stay on its line is made `printable` first. Unlike `println!`, it does not panic if stdout fails.
 ///
 /// # Errors
-/// Stdout rejects the text, for example because the disk is full. A reader that has closed its pipe needs no more text: that is
-/// no error.
+/// Stdout rejects the text, for example because the disk is full. A reader that has closed its pipe needs no more text,
+/// which is not an error.
 pub fn print(text: impl std::fmt::Display) -> Result<()> {
     print_part(format_args!("{text}\n"))
 }
 
-/// Prints the beginning of such a line immediately.
+/// Prints `text` on stdout immediately, like [`print()`] but without a line break: the beginning of a line that is completed
+/// later.
 ///
 /// # Errors
 /// The errors of [`print()`].
@@ -194,10 +198,10 @@ pub fn print_part(text: impl std::fmt::Display) -> Result<()> {
     }
 }
 
-/// Opens a scene and shows the progress of loading its files.
+/// Generates the procedural scene with this name, or loads the file at this path and shows the progress.
 ///
 /// # Errors
-/// The name is neither a procedural scene nor a readable file, or a signal.
+/// The name is neither a procedural scene nor a readable file, or a signal was received.
 pub fn open_scene(name: &str, options: Options, interrupt: &Interrupt) -> Result<Scene> {
     let mut shown: Option<(Step, Progress)> = None;
     Scene::open_watched(name, options, &mut |step, done, total| {
@@ -218,13 +222,14 @@ pub fn open_scene(name: &str, options: Options, interrupt: &Interrupt) -> Result
     })
 }
 
-/// The text for interrupted work that has not saved any result yet.
+/// The description of the kept results in [`Error::Interrupted`], for work that has not saved any result yet.
 pub const NOTHING_WRITTEN: &str = "nothing was written";
 
-/// Loads Vulkan with `options`; the environment variable `HEADWATER_VALIDATION` adds the validation layers.
+/// Loads Vulkan and makes an instance with `options`. The environment variable `HEADWATER_VALIDATION` adds the validation
+/// layers.
 ///
 /// # Errors
-/// No Vulkan, or no validation layers.
+/// Vulkan is not installed or makes no instance, or validation layers are requested and not installed.
 pub fn open_vulkan(options: InstanceOptions) -> Result<Arc<Instance>> {
     let asked_for = is_asked_for("HEADWATER_VALIDATION");
     Instance::new(InstanceOptions {
@@ -233,10 +238,10 @@ pub fn open_vulkan(options: InstanceOptions) -> Result<Arc<Instance>> {
     })
 }
 
-/// Checks that the validation layers have reported no messages.
+/// Checks that the validation layers have sent no `messages`.
 ///
 /// # Errors
-/// There are messages.
+/// There are messages; the error contains their number and the first one.
 pub fn check_messages(messages: &[String]) -> Result<()> {
     match messages.first() {
         None => Ok(()),
@@ -247,8 +252,8 @@ pub fn check_messages(messages: &[String]) -> Result<()> {
     }
 }
 
-/// Freezes the scene if the clock is stopped, and prints a notice if there is nothing for the clock to move; `whose` begins
-/// that line.
+/// Replaces a moving scene by its pose at the start time if the clock is stopped. If a time is set but nothing in the scene
+/// moves, prints a notice, which `whose` begins.
 ///
 /// # Errors
 /// The errors of [`Clock::freeze_if_stopped`].
@@ -261,16 +266,16 @@ pub fn apply_clock(clock: &Clock, scene: &mut Scene, whose: &str) -> Result<()> 
     clock.freeze_if_stopped(scene)
 }
 
-/// Prints one line about an assumption or an omission on stderr.
+/// Prints one line on stderr, beginning with `note:`, about an assumption or an omission of the program.
 pub fn notice(text: &str) {
     say(format_args!("note: {text}"));
 }
 
-/// The maximum number of characters of a message on stderr. A longer message loses its middle: a value from a file can have any
-/// length.
+/// The maximum number of characters of a message on stderr. A longer message loses its middle, because a value from a file
+/// can have any length.
 const MESSAGE_CHARACTERS: usize = 500;
 
-/// A message under the program's name, as one line.
+/// A message as one line that begins with the program's name, with at most [`MESSAGE_CHARACTERS`] characters.
 fn line(text: impl std::fmt::Display) -> String {
     shortened(
         &printable(&format!("headwater: {text}")),
@@ -278,7 +283,7 @@ fn line(text: impl std::fmt::Display) -> String {
     )
 }
 
-/// Prints one line on stderr. If stderr cannot be written, the work continues: `eprintln!` would panic.
+/// Prints `text` as one line on stderr. If stderr cannot be written, the work continues, where `eprintln!` would panic.
 fn say(text: impl std::fmt::Display) {
     let line = line(text);
     let _ = writeln!(std::io::stderr().lock(), "{line}");

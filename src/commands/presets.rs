@@ -1,4 +1,4 @@
-//! `presets`: the presets, and every setting with its doc.
+//! `presets`: prints the presets, and every setting with its value, its range and its description.
 
 use super::print;
 use crate::Result;
@@ -7,7 +7,7 @@ use crate::render::presets::{DEFAULT, PRESETS, Preset};
 use crate::render::settings::Settings;
 use serde_json::json;
 
-/// Arguments of `presets`.
+/// The command-line arguments of `headwater presets`.
 #[derive(clap::Args)]
 pub struct Args {
     /// The preset to show; without it, all presets and all settings
@@ -17,10 +17,10 @@ pub struct Args {
     json: bool,
 }
 
-/// Prints presets and settings.
+/// Prints one preset or all of them, and all settings, as text or JSON.
 ///
 /// # Errors
-/// An unknown preset.
+/// The preset is unknown, or stdout rejects the text.
 pub fn run(args: &Args) -> Result<()> {
     let (shown, settings) = match &args.name {
         Some(name) => {

@@ -13,7 +13,7 @@ use crate::{Error, Result};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Arguments of `profile`.
+/// The command-line arguments of `headwater profile`.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(flatten)]
@@ -61,10 +61,11 @@ pub struct Args {
     max_growth: f64,
 }
 
-/// Profiles, prints, writes, compares.
+/// Renders and times the frames of the profile, then prints it, writes it, and compares it with an earlier one.
 ///
 /// # Errors
-/// Wrong arguments or input, a device or disk that fails, a profile that is worse than the limits, or a signal.
+/// Wrong arguments or input, an earlier profile that cannot be compared, a device or disk that fails, a profile that is
+/// worse than the limits, or a signal.
 pub fn run(args: &Args) -> Result<()> {
     check(args)?;
     let (settings, changed) = args.scene.settings()?;
@@ -167,7 +168,7 @@ fn check(args: &Args) -> Result<()> {
     Ok(())
 }
 
-/// Refuses files that cannot be written, or that have two roles.
+/// Refuses output files that cannot be written, or that are also another output or an input.
 fn check_outputs(args: &Args) -> Result<()> {
     let outputs = [("--output", &args.output), ("--trace", &args.trace)];
     let outputs = outputs.into_iter();
@@ -176,7 +177,7 @@ fn check_outputs(args: &Args) -> Result<()> {
     check_files(outputs, args.scene.inputs().chain(against))
 }
 
-/// Reads an earlier profile.
+/// Reads an earlier profile from its JSON file; an error if the file holds none.
 fn read(path: &Path) -> Result<Profile> {
     let text = input_files::read_text(path, input_files::MAX_JSON_BYTES)?;
     serde_json::from_str(&text).map_err(|e| {
@@ -187,7 +188,8 @@ fn read(path: &Path) -> Result<Profile> {
     })
 }
 
-/// Prints the profile, and writes the requested files.
+/// Prints the profile as text or JSON, and writes the files of `--output` and `--trace`. `frames` has the times of each
+/// frame, for the trace.
 fn write(args: &Args, profile: &Profile, frames: &[Frame]) -> Result<()> {
     let json = serde_json::to_string_pretty(profile)
         .map_err(|e| Error::failed(format!("a profile as JSON: {e}")))?;
@@ -204,7 +206,7 @@ fn write(args: &Args, profile: &Profile, frames: &[Frame]) -> Result<()> {
     }
 }
 
-/// Compares with an earlier profile.
+/// Prints the difference from the earlier profile at `path`; an error if a time or a memory size is worse than the limits.
 fn against(args: &Args, profile: &Profile, earlier: &Profile, path: &Path) -> Result<()> {
     if !args.json {
         print(profile::difference(profile, earlier))?;

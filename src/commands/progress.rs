@@ -1,55 +1,56 @@
-//! The progress of long work, and an estimate of the time left: a bar on a terminal, plain lines elsewhere.
+//! Shows the progress of long work, and an estimate of the time left: a bar on a terminal, plain lines elsewhere.
 
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::cell::Cell;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
-/// The interval between plain lines; work that ends sooner prints none.
+/// The interval between plain lines of progress; work that ends sooner prints none.
 const LINE_EVERY: Duration = Duration::from_secs(5);
 
-/// The time for which work is observed before the time left is estimated.
+/// The time for which the progress of work is observed before the time left is estimated.
 const ESTIMATE_AFTER: Duration = Duration::from_secs(1);
 
-/// The duration above which work is announced early: a number may have been mistyped.
+/// The estimated time left above which a notice is printed once: an argument may have been mistyped.
 const LONG: Duration = Duration::from_secs(3600);
 
-/// The number of ticks of the bar for all of the work.
+/// The number of ticks of a full bar, which is the resolution of the bar.
 const TICKS: u64 = 10_000;
 
-/// The progress of one piece of work.
+/// Shows the progress of one piece of work on stderr.
 pub struct Progress {
     bar: ProgressBar,
     terminal: bool,
     steps: Steps,
     started: Instant,
     last_line: Cell<Instant>,
-    /// The time of the first report of progress, and the progress at that time: preparations, such as the compilation of
-    /// shaders, happen before it.
+    /// The time of the first report of progress, and the steps that were done then. Estimates begin there, because
+    /// preparations, such as the compilation of shaders, happen before it.
     first: Cell<Option<(Instant, f64)>>,
     announced: Cell<bool>,
 }
 
-/// The unit in which work is counted.
+/// The unit in which progress is reported.
 enum Steps {
-    /// Steps with a name, and their number if it is known.
+    /// Steps with this name, in the plural. The number is that of all steps, or `None` if it is unknown.
     Counted(Option<u64>, &'static str),
-    /// Fractions of a whole with this name.
+    /// Fractions, in [0, 1], of a whole with this name.
     Shares(&'static str),
 }
 
 impl Progress {
-    /// The progress of work with `total` steps called `unit`; without a total, the time left is not estimated.
+    /// Shows the progress of work with `total` steps called `unit`, in the plural. Without a total, the time left is not
+    /// estimated.
     pub fn new(total: Option<u64>, unit: &'static str) -> Self {
         Self::with(Steps::Counted(total, unit))
     }
 
-    /// The progress of work that is reported in fractions, from 0 to 1.
+    /// Shows the progress of work that is reported as a fraction in [0, 1]. `name` is the name of the whole work.
     pub fn of_whole(name: &'static str) -> Self {
         Self::with(Steps::Shares(name))
     }
 
-    /// The progress of work that may end before its last step: the time of all steps is not announced.
+    /// Marks work that may end before its last step: no notice about its long duration is printed.
     pub fn that_may_end_sooner(self) -> Self {
         self.announced.set(true);
         self
@@ -85,7 +86,8 @@ impl Progress {
         }
     }
 
-    /// Reports that `done` steps are done; large steps may be done in part.
+    /// Reports that `done` steps, or this fraction of the whole, are done. A value between integers means that a step is
+    /// done in part.
     pub fn at(&self, done: f64) {
         let total = match self.steps {
             Steps::Counted(total, _) => total.map(|total| total as f64),
@@ -127,7 +129,8 @@ impl Progress {
         }
     }
 
-    /// The time of the rest at the speed so far.
+    /// The estimated time left, at the speed since the first report; `None` while there is too little progress for an
+    /// estimate. `total` is in the unit of `done`.
     fn left(&self, done: f64, total: f64) -> Option<Duration> {
         let Some((start, before)) = self.first.get() else {
             self.first.set(Some((Instant::now(), done)));
@@ -141,7 +144,7 @@ impl Progress {
         Duration::try_from_secs_f64(seconds).ok()
     }
 
-    /// Announces once that the work will take long.
+    /// Prints a notice, once, if the time `left` is longer than [`LONG`].
     fn announce(&self, left: Option<Duration>) {
         let Some(left) = left.filter(|left| *left > LONG && !self.announced.get()) else {
             return;
@@ -158,7 +161,7 @@ impl Progress {
         self.bar.suspend(|| super::notice(&text));
     }
 
-    /// Ends the progress: the work is done.
+    /// Ends the display because the work is done; the bar disappears.
     pub fn finish(&self) {
         self.bar.finish_and_clear();
     }

@@ -1,4 +1,4 @@
-//! `reference`: MIS path tracing with its standard error; can be stopped and resumed.
+//! `reference`: path tracing with MIS and its standard error, as a reference. It can be stopped and resumed.
 
 mod resume;
 
@@ -22,15 +22,15 @@ use resume::resume;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// The number of seconds between saves of an unfinished reference: the maximum loss by a crash. `HEADWATER_SAVE_SECONDS` sets
-/// another time.
+/// The number of seconds between saves of an unfinished reference: a crash loses at most the work of this time. The
+/// environment variable `HEADWATER_SAVE_SECONDS` sets another number.
 const SAVE_SECONDS: u64 = 20;
 
-/// The minimum number of samples of a run with a target error: with fewer samples, the fireflies that dominate the error may be
-/// missing.
+/// The number of samples per pixel at which a target error is checked first: with fewer samples, the fireflies that dominate
+/// the error may be missing.
 const MIN_SAMPLES: u32 = 64;
 
-/// Arguments of `reference`.
+/// The command-line arguments of `headwater reference`.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(flatten)]
@@ -52,8 +52,8 @@ pub struct Args {
     resume: bool,
 }
 
-/// The command, with the shared options that have no effect on a reference hidden from its help: presets differ only in
-/// resampling, a reference has no reservoirs, and without a previous frame there is no motion.
+/// Hides those of the shared options that have no effect on a reference from its help: presets differ only in resampling, a
+/// reference has no reservoirs, and without a previous frame there is no motion.
 pub fn shown(command: clap::Command) -> clap::Command {
     let shown = Aov::value_variants()
         .iter()
@@ -68,11 +68,11 @@ pub fn shown(command: clap::Command) -> clap::Command {
         .mut_arg("aov", |aov| aov.value_parser(aovs))
 }
 
-/// Renders, saves at intervals, and writes.
+/// Renders the samples, saves them at intervals, and writes the pictures.
 ///
 /// # Errors
-/// Wrong arguments or input, a device or disk that fails, or a signal, after which the file holds
-/// all complete samples.
+/// Wrong arguments or input, a device or disk that fails, or a signal, after which the first output file holds all complete
+/// samples.
 pub fn run(args: &Args) -> Result<()> {
     let limit = sample_limit(args)?;
     let interrupt = Interrupt::watch()?;
@@ -156,7 +156,7 @@ pub fn run(args: &Args) -> Result<()> {
     session.finish()
 }
 
-/// The sentence about the content of the first output file after a signal.
+/// The text for a message after a signal: the number of samples per pixel that the first output file keeps.
 fn kept(args: &Args, samples: u32) -> String {
     match samples {
         0 => NOTHING_WRITTEN.into(),
@@ -167,8 +167,8 @@ fn kept(args: &Args, samples: u32) -> String {
     }
 }
 
-/// The sample count after `done` at which a target error is checked. The counts are fixed, so that the last sample of a run
-/// depends neither on its speed nor on interruptions.
+/// The first sample count per pixel after `done` at which a target error is checked: 64, and then each time a fourth more.
+/// The counts are fixed, so that the last sample of a run depends neither on its speed nor on interruptions.
 fn next_check(done: u32) -> u32 {
     let mut check = MIN_SAMPLES;
     while check <= done {
@@ -181,12 +181,13 @@ fn next_check(done: u32) -> u32 {
     check
 }
 
-/// True if a target error is checked after `done` samples.
+/// True if a target error is checked after `done` samples per pixel.
 fn checks_error(done: u32) -> bool {
     done > 0 && next_check(done - 1) == done
 }
 
-/// The number of samples after which the run stops.
+/// The number of samples per pixel after which the run stops, `u32::MAX` if only an error or a time limits it. An error if a
+/// limit has a wrong value, or if the first output is not an EXR file.
 fn sample_limit(args: &Args) -> Result<u32> {
     let positive = |value: Option<f64>, name: &str| match value {
         Some(v) if !(v > 0.0 && v.is_finite()) => Err(Error::input(format!(
@@ -209,7 +210,8 @@ fn sample_limit(args: &Args) -> Result<u32> {
     }
 }
 
-/// Writes every output with the data for resuming, and returns the sums that were written.
+/// Writes every output file, EXR files with standard errors and the channels for resuming, and returns the sums that were
+/// written. `samples` is their number of samples per pixel.
 fn save(args: &Args, session: &mut Session, samples: u32) -> Result<Sums> {
     let sums = session.renderer.sums()?;
     let mut image = session.picture(&sums, samples, &args.scene.aov)?;
@@ -230,10 +232,11 @@ fn save(args: &Args, session: &mut Session, samples: u32) -> Result<Sums> {
     Ok(sums)
 }
 
-/// One part of a pixel's sums.
+/// A function that reads one RGB part of the sums of a pixel.
 type Part = fn(&PixelSums) -> Vec3;
 
-/// The sums' parts under the names of their channels.
+/// The parts of a pixel's sums with the names of their channels: `sum` is stored in `resume.sum.R`, `resume.sum.G`,
+/// `resume.sum.B`.
 const PARTS: [(&str, Part); 4] = [
     ("sum", |p| p.sum),
     ("sum_low", |p| p.sum_low),
@@ -241,7 +244,8 @@ const PARTS: [(&str, Part); 4] = [
     ("square_low", |p| p.square_low),
 ];
 
-/// √mean(stderr²) over the image's mean; 0 for a black picture, `None` for a single sample.
+/// The relative standard error of a picture: √mean(stderr²) divided by the mean, over all pixels and channels. 0 for a black
+/// picture; `None` for fewer than two samples per pixel, whose standard error is unknown.
 fn relative_error(sums: &Sums, samples: u32) -> Option<f64> {
     if samples < 2 {
         return None;

@@ -1,4 +1,4 @@
-//! `regress`: golden frames of a driver.
+//! `regress`: makes the golden frames of a driver, or compares a driver with golden frames.
 
 use super::arguments::check_files;
 use super::interrupt::Interrupt;
@@ -22,7 +22,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// Arguments of `regress`.
+/// The command-line arguments of `headwater regress`.
 #[derive(clap::Args)]
 pub struct Args {
     /// The folder of golden frames, with a folder for each driver
@@ -50,7 +50,7 @@ pub struct Args {
     device: Option<String>,
 }
 
-/// The arguments of a case.
+/// The parser of the arguments of a case, which are arguments of `render`.
 #[derive(Parser)]
 #[command(name = "render")]
 struct Line {
@@ -58,7 +58,7 @@ struct Line {
     args: render::Args,
 }
 
-/// Renders all cases, and compares or keeps them.
+/// Renders the selected cases, and either stores them as golden frames or compares them with stored ones.
 ///
 /// # Errors
 /// Wrong arguments or golden frames, a case that fails, a device or disk that fails, or a signal.
@@ -90,7 +90,8 @@ pub fn run(args: &Args) -> Result<()> {
     }
 }
 
-/// Makes the golden frames.
+/// Renders the cases and stores them as golden frames of the driver. Cases that need a feature which the device lacks are
+/// skipped.
 fn bless(args: &Args, cases: &[Case], device: &DeviceInfo, interrupt: &Interrupt) -> Result<()> {
     check_folder(&args.folder)?;
     let mut blessing = Blessing::new(&args.folder, device);
@@ -117,7 +118,8 @@ fn bless(args: &Args, cases: &[Case], device: &DeviceInfo, interrupt: &Interrupt
     ))
 }
 
-/// Compares with golden frames.
+/// Renders the cases, compares each with its golden frame, prints a line per case, and writes the JUnit file. An error if a
+/// case fails or none was compared.
 fn compare(args: &Args, cases: &[Case], device: &DeviceInfo, interrupt: &Interrupt) -> Result<()> {
     let began = Instant::now();
     let (goldens, own) = Goldens::find(&args.folder, device)?;
@@ -164,7 +166,7 @@ fn compare(args: &Args, cases: &[Case], device: &DeviceInfo, interrupt: &Interru
     summarise(&results, began.elapsed())
 }
 
-/// Checks, before minutes of work, that a folder can be written or made.
+/// Checks, before minutes of work, that files can be written to a folder, or that it can be made.
 fn check_folder(folder: &Path) -> Result<()> {
     let there = folder.ancestors().find(|path| path.exists());
     if let Some(file) = there.filter(|path| !path.is_dir()) {
@@ -174,7 +176,8 @@ fn check_folder(folder: &Path) -> Result<()> {
     check_writable(&there.unwrap_or(Path::new(".")).join(".headwater"))
 }
 
-/// The last line, and true if all cases passed.
+/// Prints the last line, which counts the verdicts and shows the total time. An error if a case failed, or if no case was
+/// compared.
 fn summarise(results: &[(String, Verdict, Duration)], time: Duration) -> Result<()> {
     let names = |is: fn(&Verdict) -> bool| -> Vec<&str> {
         let found = results.iter().filter(|(_, verdict, _)| is(verdict));
@@ -198,7 +201,8 @@ fn summarise(results: &[(String, Verdict, Duration)], time: Duration) -> Result<
     }
 }
 
-/// Renders a case and judges it.
+/// Renders a case and compares it with its golden frame. `own` is true if the golden frames belong to this driver, `exact`
+/// if every bit must be equal. If the driver fails, the verdict is a failure, so that the other cases still run.
 fn compare_case(
     args: &Args,
     case: &Case,
@@ -243,7 +247,7 @@ fn compare_case(
     })
 }
 
-/// The command that renders a case again.
+/// The shell command that renders a case again, for the message about its failure.
 fn again(args: &Args, case: &Case) -> String {
     let validation = if args.validate {
         "HEADWATER_VALIDATION=1 "
@@ -259,8 +263,8 @@ fn again(args: &Args, case: &Case) -> String {
     )
 }
 
-/// Renders a case, first with whole frames and then with each pass separately; or returns the features that the device lacks
-/// for it.
+/// Renders a case twice, first with whole frames, which give the picture, and then pass by pass, which gives the hashes. The
+/// inner error is a feature that the case requests and the device lacks.
 fn render_case(
     args: &Args,
     case: &Case,
@@ -315,7 +319,7 @@ fn render_case(
     Ok(Ok(Rendered { image, steps }))
 }
 
-/// A feature that a case requests and the device lacks, as a sentence.
+/// A sentence about the first feature that a case requests and the device lacks; `None` if it lacks none.
 fn lacks(device: &DeviceInfo, request: &Request) -> Option<String> {
     let lacking = [
         (
@@ -335,7 +339,8 @@ fn lacks(device: &DeviceInfo, request: &Request) -> Option<String> {
     found.map(|(_, what)| format!("the device has no {what}"))
 }
 
-/// Keeps the picture of a failed case, the golden picture, and their difference as a FLIP map.
+/// Writes the picture of a failed case, the golden picture, and the FLIP map of their difference to `folder`. The map is
+/// left out if the sizes differ or a value is not finite.
 fn keep_pictures(folder: &Path, case: &Case, picture: &Image, golden: &Image) -> Result<()> {
     std::fs::create_dir_all(folder).map_err(|e| Error::writing(folder, e))?;
     let file = |what: &str| folder.join(format!("{}{what}", case.name));

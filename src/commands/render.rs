@@ -1,4 +1,4 @@
-//! `render`: the real-time pipeline for a number of frames.
+//! `render`: renders a number of frames, and writes the last one or the mean of all.
 
 use super::NOTHING_WRITTEN;
 use super::arguments::SceneArgs;
@@ -11,7 +11,7 @@ use crate::{Error, Result};
 use std::io::Write;
 use std::path::PathBuf;
 
-/// Arguments of `render`.
+/// The command-line arguments of `headwater render`.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(flatten)]
@@ -37,11 +37,11 @@ pub struct Args {
     pub(super) fps: Option<f64>,
 }
 
-/// Renders and writes.
+/// Renders the frames and writes the pictures and the report.
 ///
 /// # Errors
-/// Wrong arguments or input, a device or disk that fails, or a signal, after which `--accumulate` has written
-/// the mean of the complete frames.
+/// Wrong arguments or input, a device or disk that fails, or a signal, after which `--accumulate` has written the mean of
+/// the complete frames.
 pub fn run(args: &Args) -> Result<()> {
     if args.frames == 0 {
         return Err(Error::input(
@@ -119,7 +119,7 @@ pub fn run(args: &Args) -> Result<()> {
     ))
 }
 
-/// Writes the mean of `samples` frames, and the report.
+/// Writes the mean of the `samples` frames in the renderer's sums to every output file, and the report.
 fn write(args: &Args, session: &mut Session, samples: u32) -> Result<()> {
     let sums = session.renderer.sums()?;
     let image = session.picture(&sums, samples, &args.scene.aov)?;
@@ -129,10 +129,11 @@ fn write(args: &Args, session: &mut Session, samples: u32) -> Result<()> {
     write_report(session, samples, args.scene.report.as_ref())
 }
 
-/// Writes the file of `--report`, if it is given.
+/// Writes a JSON report of the run to `path`, the file of `--report`; `None` writes nothing. `samples` is the number of
+/// samples per pixel of the picture.
 ///
 /// # Errors
-/// The disk rejects it.
+/// The file cannot be written.
 pub fn write_report(session: &Session, samples: u32, path: Option<&PathBuf>) -> Result<()> {
     let Some(path) = path else { return Ok(()) };
     let report = session.report(samples)?;

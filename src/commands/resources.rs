@@ -1,14 +1,15 @@
-//! Threads, and the end of the program if a part that cannot return an error fails: one line on stderr and exit status 1.
+//! Starts the threads of the program, and ends it with one line on stderr and exit status 1 if a part fails that cannot
+//! return an error.
 
 use crate::base::out_of_memory::end_with;
 use crate::{Error, Result};
 use signal_hook::consts::{SIGABRT, SIGBUS, SIGSEGV};
 
-/// Starts the threads of all parallel work: a thread that could not be started later would cause a panic. Crashes and panics
-/// produce a line and an exit status of this program, unless `RUST_BACKTRACE` is set.
+/// Starts the threads of all parallel work now, because a thread that could not be started later would cause a panic.
+/// Crashes and panics end the program with one line and exit status 1, unless `RUST_BACKTRACE` is set.
 ///
 /// # Errors
-/// The system refuses the threads or the handler.
+/// The system refuses the threads or the signal handlers.
 pub fn prepare() -> Result<()> {
     // Threads that have no memory when they start panic before they do anything, with this text.
     let no_memory = format!("os error {}", libc::ENOMEM);
@@ -31,7 +32,8 @@ pub fn prepare() -> Result<()> {
     })
 }
 
-/// Handles crashes of drivers that find no memory: they crash in different ways.
+/// Handles SIGABRT, SIGBUS and SIGSEGV: prints one line and ends the program. Drivers that find no memory crash with one of
+/// them.
 fn watch_for_crashes() -> Result<()> {
     const CRASHED: &[u8] = b"headwater: a driver or a library crashed, perhaps out of memory; take a smaller picture or scene, or another device; RUST_BACKTRACE=1 lets it crash\n";
     for signal in [SIGABRT, SIGBUS, SIGSEGV] {

@@ -1,4 +1,4 @@
-//! `scene`: procedural scenes, and the contents of a file.
+//! `scene`: lists and generates procedural scenes, and prints the contents of scene files.
 
 use super::arguments::check_files;
 use super::choices::LoadArgs;
@@ -41,7 +41,7 @@ pub enum Command {
     Inspect {
         /// A procedural scene's name, or a file: .gltf, .glb, .obj
         scene: String,
-        /// Options of loading
+        /// Options that permit missing or outside files while a scene is loaded
         #[command(flatten)]
         load: LoadArgs,
         /// Print one JSON object
@@ -50,10 +50,10 @@ pub enum Command {
     },
 }
 
-/// Runs a subcommand.
+/// Runs a subcommand of `scene`.
 ///
 /// # Errors
-/// Wrong arguments or input, or a disk that rejects the file.
+/// Wrong arguments or input, a file that cannot be written, or a signal.
 pub fn run(command: &Command) -> Result<()> {
     match command {
         Command::List { json } => list(*json),
@@ -89,7 +89,8 @@ pub fn run(command: &Command) -> Result<()> {
     }
 }
 
-/// Writes a sky as an image of its radiance by longitude and latitude.
+/// Writes the radiance of the sky `name` by longitude and latitude as an EXR file. `set` must be empty, because the
+/// parameters of a sky are part of its name.
 fn write_sky(name: &str, set: &[String], output: &Path) -> Result<()> {
     if let Some(change) = set.first() {
         return Err(Error::input(format!(
@@ -123,7 +124,8 @@ fn list(as_json: bool) -> Result<()> {
     Ok(())
 }
 
-/// The numbers of instances, cameras and materials that change with time, and the time of the last key, in seconds.
+/// A JSON object with the numbers of instances, cameras and emissive materials that change with time, and the time of the
+/// last key in seconds.
 fn moves(motion: &Motion) -> Value {
     let count = |list: &[Option<u32>]| list.iter().flatten().count();
     json!({

@@ -1,4 +1,5 @@
-//! A session: from arguments to a scene on an open device, ready to be rendered; `session/` has its functions besides frames.
+//! A session: a scene on an open device, ready to be rendered, made from command-line arguments. Its functions for cameras,
+//! pictures and profiles are in `session/`.
 
 mod cameras;
 mod picture;
@@ -23,63 +24,67 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// The target duration of one submission: short enough that a signal is noticed soon and that no driver assumes that the device
-/// hangs.
+/// The target duration of one submission to the device: short enough that a signal is noticed soon and that no driver
+/// assumes that the device hangs.
 const SUBMISSION: Duration = Duration::from_millis(300);
 
-/// The number of triangles above which building the trees takes more than some seconds.
+/// The number of triangles from which on a line announces that trees are built, because this takes several seconds.
 const MANY_TRIANGLES: u64 = 2_000_000;
 
-/// The purposes of a session besides pictures.
+/// The purpose of a session, which decides the features that its device is opened with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
-    /// Pictures only.
+    /// Pictures for files, with no feature besides those that rendering needs.
     Pictures,
-    /// A tool captures the calls of the device: it is opened for [`Presentation`](crate::gpu::Presentation), and uses no
-    /// feature that cannot be replayed.
+    /// Frames for a capture tool, which records the calls of the device. The device is opened for
+    /// [`Presentation`](crate::gpu::Presentation), and uses no feature that the tool cannot replay.
     Capture,
-    /// The reports of the driver's compiler about shaders are kept for
+    /// A profile. The reports of the driver's compiler about shaders are kept for
     /// [`Records::compiled`](crate::gpu::records::Records::compiled).
     Profile,
-    /// The outputs of passes are hashed for [`Records::take_outputs`](crate::gpu::records::Records::take_outputs).
+    /// A regression test. The outputs of passes can be hashed for
+    /// [`Records::take_outputs`](crate::gpu::records::Records::take_outputs).
     Regression {
-        /// True if the validation layers are used.
+        /// True if the validation layers are loaded, with synchronization validation.
         validate: bool,
     },
 }
 
-/// A scene on an open device, with the settings and the view of its picture.
+/// A scene on an open device, with the settings and the view of its picture, ready to render frames.
 pub struct Session {
-    /// The settings after preset, file and single changes, for this scene.
+    /// The settings after preset, file and single changes, resolved for this scene.
     pub settings: ResolvedSettings,
-    /// The view.
+    /// The camera, the size of the picture, the seed, and the sampling of paths.
     pub view: View,
-    /// The passes and buffers.
+    /// The passes and buffers that render the view, and the sums of its samples.
     pub renderer: Renderer,
-    /// The device that renders.
+    /// The device on which the scene is rendered.
     pub device: Arc<Device>,
     instance: Arc<Instance>,
     gpu_scene: Arc<GpuScene>,
     selection: Selection,
     scene_hash: String,
-    /// The clock, for scenes that move.
+    /// The time that each frame shows; `None` if nothing in the scene moves.
     clock: Option<Clock>,
-    /// The camera, if it moves while the clock runs.
+    /// The motion of the scene's camera, which each frame follows while the clock runs. `None` for a camera that is not of
+    /// the scene.
     camera: Option<MovingCamera>,
     rejected: u32,
-    /// The time of each pass in its first run.
+    /// The time of each pass in its first run, which may include its compilation; one entry per pass.
     first_runs: Vec<PassTime>,
-    /// The times of passes in the last submission, without first runs.
+    /// The total time of each pass in the last submission, without first runs; one entry per pass, in the order in which
+    /// they ran.
     times: Vec<PassTime>,
     opened: Instant,
     samples_a_submission: u32,
 }
 
 impl Session {
-    /// Loads the scene, opens the device, uploads. Pictures will show `frames`.
+    /// Loads the scene, opens the device, and uploads the scene. `frames` are the indices of the frames that pictures will
+    /// show, for a notice if the scene is black in all of them.
     ///
     /// # Errors
-    /// Wrong arguments or input, a device that fails, or a signal.
+    /// Wrong arguments or input, no usable device, a device that fails, or a signal.
     pub fn open(
         args: &SceneArgs,
         settings: Settings,
@@ -219,7 +224,9 @@ impl Session {
         })
     }
 
-    /// The index of the first frame that must be rendered so that frame `number` is correct.
+    /// The index of the first frame that must be rendered so that frame `number` is correct. It is 0 if frames depend on
+    /// those before them, the previous frame if the clock runs, because motion is the difference of two frames, and
+    /// otherwise `number` itself.
     pub fn first_needed_for(&self, number: u32) -> u32 {
         if self.renderer.has_history() {
             return 0;
@@ -229,7 +236,7 @@ impl Session {
         number - u32::from(runs && number > 0)
     }
 
-    /// Renders a frame only as the history of later frames.
+    /// Renders frame `number` only as the history of later frames, without adding it to the sums.
     ///
     /// # Errors
     /// The device fails, or the scene cannot be rendered at that frame's time.
@@ -240,7 +247,7 @@ impl Session {
         Ok(())
     }
 
-    /// Renders a frame alone.
+    /// Renders frame `number` alone, without adding it to the frames before it.
     fn single_frame(&mut self, number: u32) -> Result<()> {
         self.set_clock(number)?;
         let times = self.renderer.single_frame(number)?;
@@ -248,7 +255,8 @@ impl Session {
         Ok(())
     }
 
-    /// Restarts without history and sums. From now on, each pass runs separately, and its outputs are hashed.
+    /// Restarts the renderer without history and sums. From now on each pass runs separately, and every buffer that it may
+    /// write is hashed after it.
     ///
     /// # Errors
     /// The device fails, or the session is not for [`Purpose::Regression`].
@@ -257,7 +265,8 @@ impl Session {
         self.device.hash_outputs()
     }
 
-    /// Renders a frame: added to the frames before it, or alone.
+    /// Renders frame `number`. It is added to the sums of the frames before it if `accumulates` is true, and otherwise
+    /// rendered alone.
     ///
     /// # Errors
     /// The device fails, or the scene cannot be rendered at that frame's time.
@@ -268,7 +277,7 @@ impl Session {
         }
     }
 
-    /// Stores the times of a submission, with first runs, which may include compilation, stored separately.
+    /// Stores the times of the passes of a submission. First runs, which may include compilation, are stored separately.
     fn keep_times(&mut self, times: Vec<PassTime>) {
         let times = PassTime::by_name(times).into_iter();
         let (first, rest) = times.partition(|time| time.first_run);
@@ -276,12 +285,13 @@ impl Session {
         self.times = rest;
     }
 
-    /// The clock, if frames show different times.
+    /// The clock if frames show different times; `None` if it is stopped or nothing in the scene moves.
     fn running_clock(&self) -> Option<Clock> {
         self.clock.filter(|clock| clock.fps.is_some())
     }
 
-    /// Sets the time and the camera of a frame; returns true if frames show different times.
+    /// Sets the scene to the time of frame `number`, with its camera, and returns true. If all frames show the same time, it
+    /// changes nothing and returns false.
     fn set_clock(&mut self, number: u32) -> Result<bool> {
         let Some(clock) = self.running_clock() else {
             return Ok(false);
@@ -291,13 +301,13 @@ impl Session {
         Ok(true)
     }
 
-    /// Adds up to `samples` samples to every pixel, in one submission whose length follows from the times of earlier ones.
-    /// Returns the number of samples that were added. The split changes no bit. `watch` receives the number of finished samples
-    /// within large pictures, and can end the work by an error.
+    /// Adds at most `samples` samples to every pixel, with indices from `first`, and returns the number of added samples.
+    /// One call is one submission, whose length follows from the times of earlier ones; this division changes no bit of the
+    /// sums. `watch` receives the number of finished samples, with fractions, and can end the work by an error.
     ///
     /// # Errors
-    /// The device fails, the scene cannot be rendered at that frame's time, or the errors of `watch`, after which the sums are
-    /// invalid.
+    /// The device fails, the scene cannot be rendered at that frame's time, or the errors of `watch`, after which the sums
+    /// are invalid.
     pub fn add_samples(&mut self, first: u32, samples: u32, watch: &mut Watch<'_>) -> Result<u32> {
         let most = if self.set_clock(first)? {
             1
@@ -318,10 +328,10 @@ impl Session {
         Ok(samples)
     }
 
-    /// Ends the session, and then checks the messages of the validation layers: the end may cause some too.
+    /// Closes the session, and then checks the messages of the validation layers, because closing may cause some too.
     ///
     /// # Errors
-    /// There are messages.
+    /// The validation layers have sent messages, or the folder of changed shaders (`HEADWATER_GLSL`) cannot be read.
     pub fn finish(self) -> Result<()> {
         // In a single frame every pass runs for the first time.
         let (times, when) = match self.times.is_empty() {
@@ -342,10 +352,11 @@ impl Session {
         check_messages(&instance.validation_messages())
     }
 
-    /// A description of the run for `--report`; version 2 since first runs are separate from `last_submission`.
+    /// A description of the run as a JSON object, which `--report` writes. `samples` is the number of samples per pixel.
+    /// Since version 2, first runs of passes are separate from `last_submission`.
     ///
     /// # Errors
-    /// Never with finite settings.
+    /// A setting has no JSON form, which does not happen with finite values.
     pub fn report(&self, samples: u32) -> Result<Value> {
         let info = &self.device.info;
         let memory: serde_json::Map<String, Value> = self

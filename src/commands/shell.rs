@@ -1,4 +1,4 @@
-//! `completions` and `man`: the command line for shells and manuals.
+//! `completions` and `man`: shell completions and manual pages of all commands.
 
 use super::{command_line, print_part};
 use crate::base::files::write_atomically;
@@ -6,7 +6,7 @@ use crate::{Error, Result};
 use clap_complete::Shell;
 use std::path::PathBuf;
 
-/// Arguments of `completions`.
+/// The command-line arguments of `headwater completions`.
 #[derive(clap::Args)]
 pub struct CompletionsArgs {
     /// The shell
@@ -23,7 +23,7 @@ pub fn completions(args: &CompletionsArgs) -> Result<()> {
     print_part(String::from_utf8_lossy(&text))
 }
 
-/// Arguments of `man`.
+/// The command-line arguments of `headwater man`.
 #[derive(clap::Args)]
 pub struct ManArgs {
     /// The folder, which exists
@@ -31,10 +31,11 @@ pub struct ManArgs {
     output: PathBuf,
 }
 
-/// Writes `headwater.1`, and a page for each command, such as `headwater-render.1`.
+/// Writes the manual page `headwater.1`, and one for each command, such as `headwater-render.1`, to the folder of
+/// `--output`.
 ///
 /// # Errors
-/// A file that cannot be written.
+/// A file cannot be written.
 pub fn man(args: &ManArgs) -> Result<()> {
     let mut line = command_line();
     // Gives all commands the global options and their whole names.

@@ -15,12 +15,12 @@ use serde_json::json;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Arguments of `statistics`.
+/// The command-line arguments of `headwater statistics`.
 #[derive(clap::Args)]
 pub struct Args {
     /// Procedural scenes by name, or files: .gltf, .glb, .obj [default: every procedural scene]
     scenes: Vec<String>,
-    /// Options of loading scenes
+    /// Options that permit missing or outside files while a scene is loaded
     #[command(flatten)]
     load: LoadArgs,
     /// The tracer; auto compiles for each tracer that the device has
@@ -40,11 +40,12 @@ pub struct Args {
     against: Option<PathBuf>,
 }
 
-/// Compiles, prints, writes, compares.
+/// Compiles the passes for each scene, tracer and configuration without running them. Prints and writes the values that the
+/// driver's compiler reports, and compares them with stored values.
 ///
 /// # Errors
-/// Wrong arguments or input, a device whose driver reports nothing, a shader that it rejects, a disk that fails, a signal, or
-/// a value that is worse than the stored one.
+/// Wrong arguments or input, a device whose driver reports nothing, a shader that it rejects, a disk that fails, a signal,
+/// or a value that is worse than the stored one.
 pub fn run(args: &Args) -> Result<()> {
     let scenes = match args.scenes.is_empty() {
         true => procedural::list()
@@ -123,7 +124,8 @@ pub fn run(args: &Args) -> Result<()> {
     }
 }
 
-/// Replaces the pipelines of a device and driver in those of a file.
+/// The pipelines of a file, `others`, in which `pipelines` replace all those of the same device and driver. The result is
+/// sorted by driver and device.
 fn merge(mut others: Vec<Pipeline>, pipelines: &[Pipeline]) -> Vec<Pipeline> {
     others.retain(|old| !pipelines.iter().any(|new| is_comparable(old, new)));
     others.extend_from_slice(pipelines);
@@ -131,13 +133,13 @@ fn merge(mut others: Vec<Pipeline>, pipelines: &[Pipeline]) -> Vec<Pipeline> {
     others
 }
 
-/// True if both were made by the same driver for the same device.
+/// True if both pipelines were made by the same driver for the same device.
 fn is_comparable(a: &Pipeline, b: &Pipeline) -> bool {
     (&a.driver, &a.device) == (&b.driver, &b.device)
 }
 
-/// A line for each value that is worse than the stored value in the file at `path`. Pipelines that cannot be compared are
-/// listed in a note.
+/// A line for each value that is worse than the stored value in the file at `path`. Pipelines without a stored counterpart
+/// are counted in a note on stderr.
 fn worse(pipelines: &[Pipeline], stored: &[Pipeline], path: &Path) -> Vec<String> {
     let Some(first) = pipelines.first() else {
         return Vec::new();

@@ -1,4 +1,4 @@
-//! `study`: configurations × scenes × seeds × frames against references.
+//! `study`: renders configurations × scenes × seeds × frames, and compares them with references.
 
 use super::arguments::{check_files, parse_look_at, size_for};
 use super::choices::{LoadArgs, TracerArg};
@@ -30,7 +30,7 @@ use std::collections::BTreeSet;
 use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 
-/// Arguments of `study`.
+/// The command-line arguments of `headwater study`.
 #[derive(clap::Args)]
 pub struct Args {
     /// Scenes instead of the plan's
@@ -41,7 +41,7 @@ pub struct Args {
     /// The plan: one that comes with the program, or a file
     #[arg(long, value_name = "NAME|FILE.toml", default_value = "bias-matrix")]
     plan: String,
-    /// Options of loading
+    /// Options that permit missing or outside files while a scene is loaded
     #[command(flatten)]
     load: LoadArgs,
     /// Light from all around, for all scenes: a file, .exr or .hdr, or a sky such as sky:sun=40
@@ -61,11 +61,11 @@ pub struct Args {
     tracer: TracerArg,
 }
 
-/// Renders the missing runs, judges all, writes and prints.
+/// Renders the runs that the folder does not hold yet, judges all runs, and writes and prints the results.
 ///
 /// # Errors
-/// Wrong arguments or a wrong plan, a device or disk that fails, a signal, or a configuration that
-/// should be unbiased and is not.
+/// Wrong arguments or a wrong plan, a device or disk that fails, a signal, a configuration that should be unbiased and is
+/// not, one with rejected values, or one whose seeds do not repeat their pictures.
 pub fn run(args: &Args) -> Result<()> {
     let interrupt = Interrupt::watch()?;
     let mut plan = Plan::open(&args.plan)?;
@@ -234,7 +234,7 @@ pub fn run(args: &Args) -> Result<()> {
     check_messages(&instance.validation_messages())
 }
 
-/// The sentence about the contents of a study's folder after a signal.
+/// The text for a message after a signal: the results that the study's folder keeps.
 fn kept(folder: &Folder) -> String {
     if !folder.holds_results() {
         return NOTHING_WRITTEN.into();
@@ -245,7 +245,7 @@ fn kept(folder: &Folder) -> String {
     )
 }
 
-/// The camera that the plan defines, if it does.
+/// The camera that the plan defines for a scene with `look_at`; `None` if it defines none.
 fn camera_override(planned: &PlannedScene) -> Result<Option<Camera>> {
     let origin = format!("{}: look_at", planned.name);
     (planned.look_at.as_deref())
@@ -253,7 +253,8 @@ fn camera_override(planned: &PlannedScene) -> Result<Option<Camera>> {
         .transpose()
 }
 
-/// The camera at a time, and its motion if it is a camera of the scene.
+/// The camera of a scene at a time in seconds: that of the plan, the scene's first one, or one that frames the scene. The
+/// second value is the motion of the scene's camera, and `None` for the other two.
 fn camera(
     planned: &PlannedScene,
     scene: &Scene,
@@ -269,7 +270,8 @@ fn camera(
     Ok((moving.at(time)?, Some(moving)))
 }
 
-/// An error if any row has the wrong verdict, and a line if any is undecided.
+/// Returns an error that lists the rows of the results which make the study fail, if there are any. Prints a note that lists
+/// the undecided rows.
 fn verdict(rows: &[Row]) -> Result<()> {
     let open: Vec<String> = (rows.iter())
         .filter_map(|row| {

@@ -1,5 +1,5 @@
-//! The buffers of a scene: their contents, bytes and bindings. Each is declared in `shader_interface/scene_buffers.rs`;
-//! `SceneContents::new` fills it.
+//! The device buffers of a scene: their contents, sizes in bytes and bindings. `shader_interface/scene_buffers.rs` declares
+//! each buffer, and `SceneContents::new` fills it.
 
 use super::environment::EnvironmentTexels;
 use super::epochs::EpochContents;
@@ -22,22 +22,23 @@ macro_rules! declare_contents {
         $(#[$meta:meta])*
         $name:ident: [$element:ty] as $elements:ident $(($argument:tt))?; $count:expr;
     )*) => {
-        /// The contents of the buffers of a scene.
+        /// The elements of every buffer of a scene, in host memory, as they are uploaded at first. An empty `Vec` means that
+        /// the scene does not have such elements.
         pub struct SceneContents {
             $($(#[$meta])* pub $name: Vec<$element>,)*
-            /// Width and height of the environment in texels.
+            /// Width and height of the environment in texels; zero for a scene without an environment.
             pub environment_size: UVec2,
-            /// Cosine and sine of the environment's rotation around the upward axis.
+            /// Cosine and sine of the environment's rotation around the upward axis (+Y).
             pub environment_turn: Vec2,
         }
 
-        /// The size of each buffer in bytes, known before any tree is built. The nodes are missing, because the trees decide
-        /// their number; for all but the smallest meshes they take fewer bytes than the positions.
+        /// An upper bound of each buffer's size in bytes, known before any tree is built. `nodes` is 0, because the trees
+        /// decide the number of nodes; unless a mesh has very few triangles, its nodes take fewer bytes than its positions.
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
         pub struct BufferBytes { $($(#[$meta])* pub $name: u64,)* }
 
         impl BufferBytes {
-            /// The sizes in bytes for these numbers of elements.
+            /// The size of each buffer in bytes if it holds these numbers of elements.
             pub fn of(counts: &ElementCounts) -> Self {
                 Self { $($name: {
                     let count: fn(&ElementCounts) -> u64 = $count;
@@ -45,24 +46,26 @@ macro_rules! declare_contents {
                 },)* }
             }
 
-            /// The name and the size in bytes of every buffer.
+            /// The name and the size in bytes of every buffer, in the order of [`BUFFERS`].
             pub fn named(&self) -> Vec<(&'static str, u64)> {
                 vec![$((stringify!($name), self.$name),)*]
             }
         }
 
-        /// The buffers on the device.
+        /// The buffers of a scene on the device.
         pub struct SceneBuffers {
             $($(#[$meta])* pub $name: Buffer,)*
-            /// The [`SceneTable`].
+            /// The uniform buffer with one [`SceneTable`]: the counts of elements and, with
+            /// [`GeometryAccess::BufferAddresses`], the address of each buffer.
             table: Buffer,
         }
 
         impl SceneBuffers {
-            /// Uploads the contents for shaders of a variant.
+            /// Uploads `contents` into new buffers, whose usage allows the access of shaders of `variant`.
             ///
             /// # Errors
-            /// More memory than the device has.
+            /// A buffer exceeds a limit of the device or its free memory, or `variant` uses buffer addresses on a device
+            /// that was opened without them.
             pub fn new(
                 device: &Arc<Device>,
                 contents: &SceneContents,
@@ -91,7 +94,7 @@ macro_rules! declare_contents {
                 Ok(Self { $($name,)* table })
             }
 
-            /// Name and buffer, without the table.
+            /// The name and the buffer of every array of the scene, in the order of [`BUFFERS`], without the table.
             pub fn named(&self) -> Vec<(&'static str, &Buffer)> {
                 vec![$((stringify!($name), &self.$name),)*]
             }
@@ -101,7 +104,7 @@ macro_rules! declare_contents {
 crate::shader_interface::scene_buffers!(declare_contents);
 
 impl SceneContents {
-    /// The contents of a scene's buffers at first. The nodes of `epochs` include those of the meshes.
+    /// Assembles the initial contents of a scene's buffers. `epochs` must already have the nodes of the meshes' trees.
     pub(super) fn new(
         materials: Materials,
         light_textures: Vec<GpuLightTexture>,
@@ -136,7 +139,8 @@ impl SceneContents {
 }
 
 impl SceneBuffers {
-    /// The resources that shaders of a variant bind.
+    /// The name and the resource of each binding that shaders of `variant` have for the scene: the table, buffers that are
+    /// read as texels, and storage buffers. Buffers that shaders read by address are in the table only.
     pub fn resources(&self, variant: Variant) -> Vec<(&'static str, Resource<'_>)> {
         let mut resources = vec![("scene", Resource::Uniform(&self.table))];
         for ((name, buffer), access) in self.named().into_iter().zip(BUFFERS) {
@@ -150,7 +154,7 @@ impl SceneBuffers {
     }
 }
 
-/// True if [`Fetch`] decides how a buffer is read.
+/// True if shaders read this buffer in groups of four words, so that [`Fetch`] decides whether groups are texels or words.
 pub fn is_fetched(name: &str) -> bool {
     name == LIGHT_BVH
         || BUFFERS
@@ -158,7 +162,8 @@ pub fn is_fetched(name: &str) -> bool {
             .any(|b| b.name == name && b.elements.are_words())
 }
 
-/// The usage of a buffer by shaders of a variant.
+/// The usages beyond storage that the buffer with this name needs for shaders of `variant`: as texels, or as input of the
+/// driver's acceleration structures.
 pub fn usage(name: &str, variant: Variant) -> Usage {
     Usage {
         texels: is_fetched(name) && variant.fetch == Fetch::Texels,

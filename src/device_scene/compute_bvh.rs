@@ -1,5 +1,5 @@
-//! Trees for the BVH traversed in compute: one for each mesh, one over the instances, as one array
-//! of eight-wide compressed nodes with absolute indices.
+//! The trees that a compute shader traverses: one over the triangles of each mesh and one over the instances. All trees are
+//! stored in one array of eight-wide compressed nodes, whose indices are absolute.
 
 use crate::shader_interface::NONE;
 use glam::Vec3;
@@ -16,45 +16,47 @@ use obvhs::triangle::Triangle;
 use std::hash::{BuildHasher, BuildHasherDefault, DefaultHasher};
 use std::time::Duration;
 
-/// A tree of eight-wide compressed nodes; node 0 is the root.
+/// A tree of eight-wide compressed nodes over triangles or boxes; node 0 is the root.
 #[derive(Clone)]
 pub struct Tree {
-    /// Nodes with indices relative to this tree.
+    /// The nodes. Indices of children are relative to this array, and indices of primitives are relative to `order`.
     pub nodes: Vec<CwBvhNode>,
-    /// The primitive at each leaf position.
+    /// The index of the primitive (triangle or box) at each position, in the order of the leaves.
     pub order: Vec<u32>,
-    /// Levels of inner nodes.
+    /// The number of levels of inner nodes, including the root. It decides the size of the stack that a traversal needs.
     pub depth: u32,
 }
 
-/// Settings of the builder. Triangles are not split: each is in one leaf, so that the leaf order is a
-/// permutation, and a hit identifies its triangle.
+/// Options of the builder for trees over triangles. Triangles are not split: each is in exactly one leaf, so that the leaf
+/// order is a permutation, and a hit identifies its triangle.
 ///
-/// `slow_build` takes 0.01 s longer than `medium_build` for 57,000 triangles, and rays take 3 to 6 % less time;
-/// `very_slow_build` takes 0.05 s longer and saves 1 to 5 % more (`atrium`, `garage`, `night-city`, path tracing).
+/// For 57,000 triangles, the preset `slow_build` takes 0.01 s longer than `medium_build`, and path tracing of `atrium`,
+/// `garage` and `night-city` spends 3 to 6 % less time on rays. `very_slow_build` takes another 0.05 s and saves another 1
+/// to 5 %.
 ///
-/// Testing triangles takes half the time of path tracing in `atrium`, and more than a quarter in `garage`: four lanes of five
-/// are idle meanwhile. Leaves of at most 3, 2 and 1 triangles: 1, 0.95, 0.97 of the time in `atrium`; 1, 0.98, 1.01 in
-/// `garage`; 1, 1.00, 1.23 in `cornell`.
+/// A leaf holds at most two triangles. Larger leaves test more triangles per ray, while most lanes of the GPU are idle;
+/// smaller leaves make more nodes. With limits of 3, 2 and 1 triangles, the relative times of path tracing are 1, 0.95 and
+/// 0.97 in `atrium`; 1, 0.98 and 1.01 in `garage`; 1, 1.00 and 1.23 in `cornell`.
 const TRIANGLES: BvhBuildParams = BvhBuildParams {
     pre_split: false,
     max_prims_per_leaf: 2,
     ..BvhBuildParams::slow_build()
 };
-/// One instance per leaf: entering an instance costs a ray transform.
+/// Options of the builder for trees over instances. A leaf holds one, since a ray that enters an instance must be
+/// transformed.
 const INSTANCES: BvhBuildParams = BvhBuildParams {
     pre_split: false,
     max_prims_per_leaf: 1,
     ..BvhBuildParams::medium_build()
 };
 
-/// The number of equal boxes above which the whole tree is halved by the order of boxes. The builder merges pairs of boxes that
-/// are nearest to each other. Among equal boxes it finds only a few such pairs in each round, so that its time is quadratic in
-/// their number: 30 s for 32,000 triangles, hours for a million. Rays take longer to walk the halved tree.
+/// The number of equal boxes above which [`halved`] builds the tree, instead of the library's builder. The builder merges
+/// pairs of nearest boxes; among equal boxes it finds few pairs per round, so that its time is quadratic in their count
+/// (hours for a million boxes). Rays traverse a halved tree more slowly.
 const MAX_EQUAL_BOXES: usize = 1000;
 
 impl Tree {
-    /// The tree of a mesh, given its triangles' corners.
+    /// Builds the tree over a mesh's triangles, given their corners. Without triangles, the tree is a root without children.
     pub fn over_triangles(corners: &[[Vec3; 3]]) -> Self {
         let boxes: Vec<Aabb> = corners
             .iter()
@@ -84,7 +86,8 @@ impl Tree {
         ))
     }
 
-    /// The tree over boxes (min, max), such as those of instances.
+    /// Builds the tree over boxes (min, max), such as those of instances. Without boxes, the tree is a root without
+    /// children.
     pub fn over_boxes(boxes: &[(Vec3, Vec3)]) -> Self {
         if boxes.is_empty() {
             return Self::empty();
@@ -96,7 +99,8 @@ impl Tree {
         Self::from_built(build_cwbvh(&boxes, INSTANCES, &mut Duration::default()))
     }
 
-    /// The tree over boxes, at most `max_depth` levels deep; `max_depth` must be at least [`balanced_depth`].
+    /// Builds the tree over boxes (min, max) with at most `max_depth` levels, which must be at least [`balanced_depth`] of
+    /// their count. If the fast tree is deeper, a balanced one replaces it, which rays traverse more slowly.
     pub fn over_boxes_within(boxes: &[(Vec3, Vec3)], max_depth: u32) -> Self {
         let tree = Self::over_boxes(boxes);
         if tree.depth <= max_depth {
@@ -105,12 +109,12 @@ impl Tree {
         Self::balanced(&aabbs(boxes))
     }
 
-    /// The tree over boxes with the minimum number of levels.
+    /// Builds the eight-wide tree over boxes from a binary tree with the minimum number of levels.
     fn balanced(boxes: &[Aabb]) -> Self {
         Self::from_built(bvh2_to_cwbvh(&halved(boxes), 1, true, false))
     }
 
-    /// A tree without primitives.
+    /// Returns a tree without primitives: a root without children.
     fn empty() -> Self {
         Self {
             nodes: vec![CwBvhNode::default()],
@@ -128,8 +132,8 @@ impl Tree {
         }
     }
 
-    /// The nodes for a larger array, with the indices of children offset by `first_node` and of primitives by
-    /// `first_primitive`.
+    /// Copies the nodes for an array that holds several trees: indices of children are increased by `first_node`, and
+    /// indices of primitives by `first_primitive`.
     pub fn placed(&self, first_node: u32, first_primitive: u32) -> impl Iterator<Item = CwBvhNode> {
         self.nodes.iter().map(move |node| CwBvhNode {
             child_base_idx: node.child_base_idx + first_node,
@@ -139,20 +143,21 @@ impl Tree {
     }
 }
 
-/// A node of a binary tree whose nodes are in depth-first order: the first child of an inner node follows it.
+/// A node of a binary tree in depth-first order: the first child of an inner node directly follows it in the array.
 #[derive(Clone, Copy, Debug)]
 pub struct BinaryNode {
-    /// The smallest coordinates of its box.
+    /// The smallest x, y and z of the node's box.
     pub low: Vec3,
-    /// The largest coordinates of its box.
+    /// The largest x, y and z of the node's box.
     pub high: Vec3,
-    /// The index of the node after its last descendant; for a first child, this is its sibling.
+    /// The index of the node after the last descendant, where a walk continues that skips this subtree; a first child's
+    /// sibling.
     pub next: u32,
-    /// The index of a leaf's only primitive; NONE for an inner node.
+    /// The index of the single box in a leaf; NONE for an inner node.
     pub primitive: u32,
 }
 
-/// A binary tree over boxes (min, max), in depth-first order; empty without any.
+/// Builds a binary tree over boxes (min, max), one per leaf, with nodes in depth-first order; empty if there are no boxes.
 pub fn binary_tree(boxes: &[(Vec3, Vec3)]) -> Vec<BinaryNode> {
     if boxes.is_empty() {
         return Vec::new();
@@ -189,7 +194,8 @@ pub fn binary_tree(boxes: &[(Vec3, Vec3)]) -> Vec<BinaryNode> {
     nodes
 }
 
-/// True if a box occurs more than [`MAX_EQUAL_BOXES`] times. Sorting hashes takes half the time of counting in a map.
+/// True if a box occurs more than [`MAX_EQUAL_BOXES`] times. Sorting the boxes' hashes is faster than counting boxes in a
+/// map.
 fn many_are_equal(boxes: &[Aabb]) -> bool {
     if boxes.len() <= MAX_EQUAL_BOXES {
         return false;
@@ -212,17 +218,18 @@ fn aabbs(boxes: &[(Vec3, Vec3)]) -> Vec<Aabb> {
         .collect()
 }
 
-/// The maximum number of nodes of a tree over `count` boxes: each node except a lone root has at least two children.
+/// The maximum number of nodes of an eight-wide tree over `count` boxes. Each node has two or more children, except a lone
+/// root.
 pub fn max_nodes(count: usize) -> usize {
     count.saturating_sub(1).max(1)
 }
 
-/// The maximum number of levels of a balanced tree over `count` boxes.
+/// The maximum number of levels that a balanced eight-wide tree over `count` boxes has.
 pub fn balanced_depth(count: usize) -> u32 {
     count.next_power_of_two().ilog2().max(1)
 }
 
-/// The binary tree over boxes with the minimum number of levels.
+/// Builds the binary tree over boxes with the minimum number of levels: each node is divided into halves of equal count.
 fn halved(boxes: &[Aabb]) -> Bvh2 {
     let mut nodes = vec![Bvh2Node::default()];
     let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
@@ -234,8 +241,9 @@ fn halved(boxes: &[Aabb]) -> Bvh2 {
     }
 }
 
-/// Makes the binary node with the index `at` over `items`, whose first item has the index `first` among all: halves of equal
-/// count along the longest axis.
+/// Fills the binary node with the index `at` and makes its descendants. `items` are the indices of its boxes; the first one
+/// has the position `first` in the order of all leaves. The items are sorted along the longest axis and divided into halves
+/// of equal count.
 fn halve(nodes: &mut Vec<Bvh2Node>, at: usize, boxes: &[Aabb], items: &mut [u32], first: u32) {
     let around = |bounds: Aabb, item: &u32| bounds.union(&boxes[*item as usize]);
     let bounds = items.iter().fold(Aabb::empty(), around);
@@ -254,7 +262,7 @@ fn halve(nodes: &mut Vec<Bvh2Node>, at: usize, boxes: &[Aabb], items: &mut [u32]
     halve(nodes, children + 1, boxes, high, first + low.len() as u32);
 }
 
-/// Levels of inner nodes, including the root. Parents come before their children.
+/// The number of levels of inner nodes in an eight-wide tree, with the root. In `nodes`, parents must come before children.
 fn depth(nodes: &[CwBvhNode]) -> u32 {
     let mut levels = vec![1_u32; nodes.len()];
     let mut deepest = 1;
@@ -273,7 +281,7 @@ fn depth(nodes: &[CwBvhNode]) -> u32 {
 mod tests {
     use super::*;
 
-    /// Each box is ten times as far away as the previous one: trees by surface area are deep over these boxes.
+    /// Each box is 1.7 times as large and as far away as the previous one, so that a tree built by surface area is deep.
     #[test]
     fn a_tree_over_boxes_is_no_deeper_than_it_may_be() {
         for count in [1_usize, 2, 3, 9, 60] {
@@ -301,7 +309,7 @@ mod tests {
         }
     }
 
-    /// The library's builder would take hours.
+    /// A million equal boxes must be built by halving, since the library's builder would take hours.
     #[test]
     fn a_million_equal_triangles_have_a_tree() {
         let mut corners = vec![[Vec3::ZERO, Vec3::X, Vec3::Y]; 1_000_000];

@@ -1,4 +1,4 @@
-//! The environment as shaders read it: its texels, and the table that draws them.
+//! The environment as shaders read it: its texels, and the alias table from which light samples draw texels.
 
 use super::units::Units;
 use crate::scene::Environment;
@@ -6,26 +6,27 @@ use crate::scene::lights::{AliasTable, luminance};
 use glam::{UVec2, Vec2, Vec4};
 use std::f64::consts::{PI, TAU};
 
-/// The fraction of the probability that is uniform over the sphere, so that dark texels can be drawn too: texels that random
-/// words cannot select would be missing from light samples.
+/// The fraction of the probability that is uniform over the sphere. It gives dark texels a probability that 32 random bits
+/// can select, so that light samples miss no part of the environment.
 const UNIFORM_SHARE: f64 = 0.02;
 
-/// An environment on the device; empty without one.
+/// The data of the environment on the device; all arrays are empty and sizes 0 for a scene without an environment.
 #[derive(Clone, Debug, Default)]
 pub struct EnvironmentTexels {
-    /// The radiance of each texel, and the density over longitude and latitude with which points in the texel are drawn.
+    /// One entry per texel, by rows: red, green and blue hold the radiance in the device's unit. The fourth component is the
+    /// probability density of points in the texel, per square radian of longitude × latitude.
     pub texels: Vec<Vec4>,
-    /// The alias table that draws texels: the threshold of 32-bit words below which a column's texel is kept, and the texel
-    /// that is drawn otherwise.
+    /// The alias table that draws texels, with one column per texel. If 32 random bits are below the column's first number,
+    /// its own texel is drawn; otherwise the texel whose index is the second number.
     pub columns: Vec<UVec2>,
-    /// The width and the height in texels.
+    /// The width and the height of the environment in texels.
     pub size: UVec2,
-    /// The cosine and the sine of the rotation.
+    /// The cosine and the sine of the environment's rotation around the upward axis (+Y).
     pub turn: Vec2,
 }
 
 impl EnvironmentTexels {
-    /// An environment in the units of the device.
+    /// Prepares an environment: converts its radiance to the device's unit, and builds the alias table.
     pub fn of(environment: &Environment, units: &Units) -> Self {
         let (width, height) = (environment.width, environment.height);
         let means = environment.means();

@@ -1,4 +1,4 @@
-//! A scene that moves, in two epochs: the buffers hold the current frame and then the previous frame.
+//! A scene that moves, stored in two epochs: each buffer holds the current frame's elements, then the previous frame's.
 
 use super::lights::Lights;
 use super::pose::{ScenePose, ScenePoser};
@@ -10,25 +10,27 @@ use crate::{Error, Result};
 use obvhs::cwbvh::node::CwBvhNode;
 use std::sync::{Mutex, MutexGuard};
 
-/// The contents of the buffers that differ by epoch: the current epoch and, where something moves, the previous epoch.
+/// The contents of the buffers that depend on time. Each array holds the current epoch and, if something moves, then the
+/// previous epoch; exceptions are stated.
 pub struct EpochContents {
-    /// Nodes of the trees over the instances.
+    /// The nodes of the trees over the instances, one tree per epoch. The nodes of the meshes' trees are appended later.
     pub nodes: Vec<CwBvhNode>,
-    /// Instances in the order of those trees' leaves.
+    /// For each leaf of the trees over the instances, in leaf order, the index of its instance in `instances`.
     pub top_instances: Vec<u32>,
-    /// Instances.
+    /// All traced instances, with the transforms of their epoch.
     pub instances: Vec<GpuInstance>,
-    /// Emissive triangles.
+    /// All emissive triangles, in the device's world space of their epoch.
     pub lights: Vec<GpuLight>,
-    /// Punctual lights.
+    /// All punctual lights, with the transforms of their epoch.
     pub punctual_lights: Vec<GpuPunctualLight>,
-    /// The alias table that selects lights of the current epoch.
+    /// The alias tables that select lights, of the current epoch only: over all lights and, if some lights are rare, over
+    /// the lights that are not rare, then over the rare ones.
     pub light_choices: Vec<GpuLightChoice>,
 }
 
 impl EpochContents {
-    /// The contents for one or two poses. Every tree over the instances has space for `room` nodes; the nodes of the meshes
-    /// follow the trees.
+    /// Assembles the contents for one pose, or for the current and the previous pose. `room` is the number of nodes that are
+    /// reserved for the tree over the instances of each epoch; the nodes of the meshes will follow the last of these trees.
     pub fn new(poses: &[&ScenePose], room: usize) -> Self {
         let mut contents = Self {
             nodes: Vec::new(),
@@ -73,32 +75,34 @@ impl EpochContents {
     }
 }
 
-/// A scene that moves, and its poses in both epochs.
+/// A scene that moves, with its poses in the current and in the previous frame.
 pub struct MovingScene {
     motion: Motion,
     poser: ScenePoser,
-    /// The number of nodes reserved for each of the two trees over the instances.
+    /// The number of nodes reserved for the tree over instances of each epoch; also the index of the previous epoch's tree.
     pub room: usize,
-    /// Number of instances in the scene, before any were merged.
+    /// The number of instances in the scene, counted before static instances are merged.
     instance_count: usize,
-    /// The poses of the current and of the previous frame.
+    /// The pose of the current frame, then the pose of the previous frame, as the device's buffers hold them.
     poses: Mutex<[ScenePose; 2]>,
 }
 
-/// The result of a change of time.
+/// The result of a change of time: the poses, and the parts of the device's data that must be updated.
 pub struct PoseChange<'a> {
-    /// The current and the previous pose.
+    /// The pose of the current frame, then the pose of the previous frame. The lock keeps other threads from changing them
+    /// until the device has been updated.
     pub poses: MutexGuard<'a, [ScenePose; 2]>,
-    /// True if the current pose has become the previous one.
+    /// True if the pose that was current is now the previous one, so that its acceleration structure can be reused.
     pub advanced: bool,
-    /// True for each pose (current, previous) that is new after the change.
+    /// One flag per pose (current, previous): true if this change computed it, so that its acceleration structure must be
+    /// rebuilt.
     pub new: [bool; 2],
-    /// For each of the scene's instances, the transform of its points from the current to the previous frame.
+    /// For each instance of the scene, the transform of its points on the device from the current to the previous frame.
     pub previous_transforms: Vec<GpuPreviousTransform>,
 }
 
 impl MovingScene {
-    /// A scene of `instance_count` instances with the same pose in both epochs.
+    /// Makes a moving scene of `instance_count` instances (before merging), which has the same pose in both epochs at first.
     pub fn new(
         motion: Motion,
         poser: ScenePoser,
@@ -115,10 +119,11 @@ impl MovingScene {
         }
     }
 
-    /// Sets the times of the current and the previous frame, in seconds; `None` if they are set already.
+    /// Sets the times of the current frame (`now`) and the previous frame (`before`), in seconds. `None` if nothing changes.
     ///
     /// # Errors
-    /// At one of them an instance is further away than can be rendered.
+    /// At one of the times, the transform of an instance or punctual light is not finite or reaches further than can be
+    /// rendered; or posing the scene failed in another thread.
     pub fn set_times(&self, now: f64, before: f64) -> Result<Option<PoseChange<'_>>> {
         let mut poses = self.lock()?;
         if poses[0].time == now && poses[1].time == before {
@@ -150,7 +155,8 @@ impl MovingScene {
         }))
     }
 
-    /// The lights of the current pose and the time of that pose in seconds; `None` if that time is `known`.
+    /// The lights of the current pose, and the time of that pose in seconds. Returns `None` if that time is `known`, because
+    /// the caller then has these lights already.
     ///
     /// # Errors
     /// Posing the scene failed in another thread.
@@ -159,7 +165,10 @@ impl MovingScene {
         Ok((now.time != known).then(|| (now.lights.clone(), now.time)))
     }
 
-    /// For each of the scene's instances, the transform of its points from the current to the previous frame.
+    /// For each instance of the scene, the transform of its points on the device from the current to the previous frame.
+    ///
+    /// # Errors
+    /// Posing the scene failed in another thread.
     pub fn previous_transforms(&self) -> Result<Vec<GpuPreviousTransform>> {
         Ok(self.transforms_between(&*self.lock()?))
     }

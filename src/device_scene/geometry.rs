@@ -1,4 +1,4 @@
-//! A scene's meshes as arrays of triangles, in the order of the tracer's leaves.
+//! The meshes of a scene as arrays of triangles, which are in the order of the leaves of the tree that is traced in compute.
 
 use super::compute_bvh::Tree;
 use super::merge_static::TracedScene;
@@ -9,62 +9,66 @@ use crate::shader_interface::NONE;
 use glam::{DAffine3, DVec3, UVec2, UVec3, Vec2, Vec3, Vec4};
 use obvhs::cwbvh::node::CwBvhNode;
 
-/// Offsets of a mesh in the arrays, and the transform of its positions there to its object space.
+/// The positions of one mesh in the arrays of [`Geometry`], and the transform from its stored positions to its object space.
 #[derive(Clone, Copy, Debug)]
 pub struct MeshOffsets {
-    /// First triangle in [`Geometry::positions`].
+    /// The index of the mesh's first triangle in [`Geometry::positions`].
     pub first_triangle: u32,
-    /// Number of triangles.
+    /// The number of triangles of the mesh.
     pub triangle_count: u32,
-    /// First triangle in [`Geometry::corner_directions`] with normals, or NONE.
+    /// The index of the mesh's first triangle of corner normals in [`Geometry::corner_directions`]; NONE for flat shading.
     pub first_normal: u32,
-    /// First triangle in [`Geometry::uvs`] of each set of texture coordinates, or NONE.
+    /// For each set of texture coordinates, the index of the mesh's first triangle in [`Geometry::uvs`]; NONE without the
+    /// set.
     pub first_uvs: UVec2,
-    /// First triangle in [`Geometry::colors`], or NONE.
+    /// The index of the mesh's first triangle in [`Geometry::colors`]; NONE for a mesh without vertex colours.
     pub first_color: u32,
-    /// First triangle in [`Geometry::corner_directions`] with tangents, or NONE.
+    /// The index of the mesh's first triangle of corner tangents in [`Geometry::corner_directions`]; NONE without tangents.
     pub first_tangent: u32,
-    /// First triangle in [`Geometry::parts`], or NONE.
+    /// The index of the mesh's first triangle in [`Geometry::parts`]; NONE for a mesh of one material that does not emit.
     pub first_part: u32,
-    /// Root in [`Geometry::nodes`].
+    /// The index of the root of the mesh's tree in [`Geometry::nodes`]; 0 if the driver builds its own trees.
     pub root_node: u32,
-    /// True if no material of the mesh has alpha.
+    /// True if every material of the mesh is opaque, so that rays never have to test the coverage of a hit.
     pub opaque: bool,
-    /// Number of emissive triangles.
+    /// The number of the mesh's triangles that emit light at some time.
     pub lights: u32,
-    /// The transform from the positions here to those of the mesh.
+    /// The transform from stored positions to object space: a scale, and a translation if the mesh is far from its own
+    /// origin.
     pub to_object: DAffine3,
-    /// The bounds of the positions here.
+    /// The smallest and the largest coordinates of the stored positions.
     pub bounds: (Vec3, Vec3),
 }
 
-/// Every mesh's triangles, one mesh after the other.
+/// The triangles of all meshes, one mesh after the other. Arrays of optional attributes leave out meshes that lack them.
 #[derive(Default)]
 pub struct Geometry {
-    /// Corner positions.
+    /// The positions of the three corners of each triangle, scaled and translated as [`MeshOffsets::to_object`] states.
     pub positions: Vec<[Vec3; 3]>,
-    /// Octahedral corner normals of smooth meshes, and octahedral corner tangents of meshes with normal maps; the lowest bit of
-    /// a tangent is the side of the bitangent.
+    /// Three octahedral unit vectors per triangle, packed by [`pack_octahedral`]: the corner normals of smooth meshes, and
+    /// the corner tangents of meshes with normal maps. The lowest bit of a tangent is 1 if the bitangent has a negative
+    /// sign.
     pub corner_directions: Vec<UVec3>,
-    /// Texture coordinates of the corners of meshes that have them.
+    /// The texture coordinates of the three corners of each triangle, for meshes that have them: one set after the other.
     pub uvs: Vec<[Vec2; 3]>,
-    /// Vertex colours of the corners of meshes that have them.
+    /// The vertex colours of each triangle's three corners, for meshes that have them: RGBA with 16 bits per channel.
     pub colors: Vec<[UVec2; 3]>,
-    /// The material, emissive rank and instance offset of each triangle, for meshes with several parts or with lights; the
-    /// offset is added to the index of the instance.
+    /// For each triangle of a mesh with several parts or with lights: the index of its material, its rank among the mesh's
+    /// emissive triangles (NONE if it does not emit), and the offset that is added to the index of the instance.
     pub parts: Vec<UVec3>,
-    /// Eight-wide nodes; empty if the driver builds its own trees.
+    /// The eight-wide nodes of all meshes' trees, with indices into whole arrays; empty if the driver builds its own trees.
     pub nodes: Vec<CwBvhNode>,
-    /// Each triangle's index in its mesh.
+    /// For each stored triangle, its index in its mesh as the scene has it.
     pub order: Vec<u32>,
-    /// Offsets of each mesh.
+    /// One entry per mesh: its positions in the arrays.
     pub meshes: Vec<MeshOffsets>,
-    /// Levels of the deepest tree.
+    /// The number of levels of the deepest mesh tree; 0 if the driver builds its own trees.
     pub depth: u32,
 }
 
 impl Geometry {
-    /// Lays out every mesh. With `trees`, triangles are in leaf order; otherwise they are in the mesh's order.
+    /// Stores every mesh. With `trees`, a tree is built over each mesh, and its triangles are stored in leaf order;
+    /// otherwise they keep the order of the mesh.
     pub fn new(traced: &TracedScene<'_>, trees: bool) -> Self {
         let mut geometry = Self::default();
         let emitters = Emitters::new(&traced.scene, &traced.emitter_materials);
@@ -74,7 +78,7 @@ impl Geometry {
         geometry
     }
 
-    /// For each triangle of a mesh, in the mesh's order, its index among those of the mesh here.
+    /// For each triangle of the mesh, in the order of the scene, its position among the stored triangles of that mesh.
     pub fn traced_index(&self, mesh: u32) -> Vec<u32> {
         let offsets = self.meshes[mesh as usize];
         let first = offsets.first_triangle as usize;
@@ -199,10 +203,12 @@ impl Geometry {
     }
 }
 
-/// Products of two coordinates between this and its reciprocal stay within f32 with all their digits.
+/// The extent of a mesh (2⁴⁰) up to which positions are stored without a scale; its reciprocal is the lower limit. In
+/// between, products of two coordinates stay within the range of f32 without losing digits.
 const ORDINARY: f32 = (1_u64 << 40) as f32;
 
-/// The unit of a mesh's positions, a power of two. It is 1 unless products of two coordinates could leave the range of f32.
+/// The length, in units of the mesh, that is 1 in its stored positions. It is a power of two, and 1 unless products of two
+/// coordinates could leave the range of f32. `extent` is the longest side of the mesh's box.
 fn unit_of(extent: f32) -> f32 {
     if (ORDINARY.recip()..ORDINARY).contains(&extent) {
         return 1.0;
@@ -210,7 +216,7 @@ fn unit_of(extent: f32) -> f32 {
     power_of_two(extent.clamp(f32::MIN_POSITIVE, f32::MAX).into()) as f32
 }
 
-/// Least and greatest coordinates; a point at the origin if there are none.
+/// The smallest and the largest coordinates of the positions; both are zero if there are no positions.
 fn bounds(positions: impl Iterator<Item = Vec3>) -> (Vec3, Vec3) {
     positions
         .map(|p| (p, p))
@@ -218,21 +224,21 @@ fn bounds(positions: impl Iterator<Item = Vec3>) -> (Vec3, Vec3) {
         .unwrap_or_default()
 }
 
-/// A colour with components in [0, 1], packed with 16 bits per channel.
+/// Packs red, green, blue and alpha in [0, 1] with 16 bits each, from the lowest bits of the first word.
 fn pack_color(color: Vec4) -> UVec2 {
     let steps = (color * 65535.0).round();
     let [r, g, b, a] = steps.to_array().map(|step| step as u32);
     UVec2::new(r | g << 16, b | a << 16)
 }
 
-/// The direction of a tangent, and in the lowest bit the sign of the bitangent. Vertices without a normal map have no
-/// direction.
+/// Packs the direction of a tangent by [`pack_octahedral`], and sets the lowest bit to 1 if `tangent.w`, the sign of the
+/// bitangent, is negative. A zero tangent becomes +X, because it belongs to a vertex without a normal map.
 fn pack_tangent(tangent: Vec4) -> u32 {
     let direction = tangent.truncate().try_normalize().unwrap_or(Vec3::X);
     pack_octahedral(direction) & !1 | u32::from(tangent.w < 0.0)
 }
 
-/// Two signed 16-bit octahedral coordinates of a unit vector (Cigolle et al., JCGT 2014).
+/// Packs a unit vector as two signed 16-bit octahedral coordinates, the first in the lower half (Cigolle et al., JCGT 2014).
 pub fn pack_octahedral(normal: Vec3) -> u32 {
     let n = normal / normal.abs().element_sum();
     let folded = if n.z >= 0.0 {

@@ -1,26 +1,27 @@
-//! The images of textures, where shaders sample images.
+//! The texture images of a scene, for shader variants that sample images instead of reading texels from a buffer.
 
 use crate::Result;
 use crate::gpu::{Device, DeviceInfo, SampledImage};
 use crate::scene::Scene;
 use std::sync::Arc;
 
-/// The maximum number of a pass's bindings besides images: both together count for some limits of the device.
+/// The number of a pass's bindings that is reserved for resources other than images, because the device limits the sum of
+/// both. A larger value allows fewer images.
 const OTHER_BINDINGS: u64 = 64;
 
-/// The sizes of a scene's images, known before the images are uploaded.
+/// The count and the largest sizes of a scene's images, which are compared with the device's limits before the upload.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ImageSizes {
-    /// The number of images.
+    /// The number of images in the scene.
     pub count: u64,
-    /// The longest side, in texels.
+    /// The longest width or height of any image, in texels; 0 without images.
     pub max_side: u32,
-    /// The size of the largest image, in bytes.
+    /// The size of the largest image in bytes; 0 without images.
     pub max_bytes: u64,
 }
 
 impl ImageSizes {
-    /// The sizes of a scene's images.
+    /// Measures the images of a scene.
     pub fn of(scene: &Scene) -> Self {
         let images = || scene.images.iter();
         let max_side = images().map(|image| image.width.max(image.height)).max();
@@ -34,7 +35,7 @@ impl ImageSizes {
         }
     }
 
-    /// A description of the device's limit that the images exceed, if they exceed one.
+    /// Describes the limit of the device that the images exceed; `None` if the device can bind and hold all of them.
     pub(super) fn excess(&self, device: &DeviceInfo) -> Option<String> {
         let most = u64::from(device.max_sampled_images).saturating_sub(OTHER_BINDINGS);
         if self.count > most {
@@ -58,10 +59,11 @@ impl ImageSizes {
     }
 }
 
-/// Uploads a scene's images. A scene without images has one image of a single texel, so that an image can be bound.
+/// Uploads the images of a scene, and returns them in the order of the scene. A scene without images gets one image of a
+/// single texel, because shaders that sample images need at least one binding.
 ///
 /// # Errors
-/// More memory than the device has.
+/// An image exceeds a limit of the device or its free memory.
 pub fn upload(device: &Arc<Device>, scene: &Scene) -> Result<Vec<SampledImage>> {
     if scene.images.is_empty() {
         return Ok(vec![SampledImage::new(device, "image", 1, &[[0; 4]])?]);

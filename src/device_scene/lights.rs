@@ -1,5 +1,6 @@
-//! The lights of a scene at one time, as shaders read them: emissive triangles, punctual lights, and the table that
-//! selects among these and the environment.
+//! The lights of a scene at one time, as shaders read them: emissive triangles, punctual lights, and the alias tables that
+//! select among these and the environment. Indices of lights of all kinds count the triangles first, then the punctual
+//! lights, then the environment.
 
 use super::rare_lights::RareLights;
 use super::units::Units;
@@ -13,45 +14,45 @@ use crate::shader_interface::{
 use glam::{DAffine3, UVec3, Vec3};
 use std::collections::HashMap;
 
-/// The lights of a scene, and the tables that select among them.
+/// The part of a scene's lights that does not depend on time. [`LightSources::placed`] makes the lights at one time from it.
 pub struct LightSources {
-    /// Emissive triangles.
+    /// The emissive triangles in object space, in the order in which shaders index them.
     pub emitter_triangles: Vec<EmitterTriangle>,
-    /// [`GpuLight::primitive`] of each emissive triangle.
+    /// [`GpuLight::primitive`] of each emissive triangle: its index in its mesh if it may have holes, otherwise NONE.
     primitives: Vec<u32>,
     materials: Vec<Material>,
     punctual: Vec<PunctualLight>,
-    /// The mean of the environment's luminance, weighted by itself.
+    /// The mean luminance of the environment, weighted by the luminance itself, in the scene's unit; `None` without one.
     environment_mean: Option<f64>,
     light_powers: LightPowers,
-    /// The rare lights; `None` if no light is rare.
+    /// The lights that are rare (far dimmer than the others); `None` if no light is rare.
     rare: Option<RareLights>,
 }
 
-/// Lights at one time.
+/// The lights of a scene at one time in the device's units, with the tables that select among them.
 #[derive(Clone, Default)]
 pub struct Lights {
-    /// Emissive triangles.
+    /// The emissive triangles in the device's world space.
     pub triangles: Vec<GpuLight>,
-    /// Punctual lights.
+    /// The punctual lights in the device's world space.
     pub punctual: Vec<GpuPunctualLight>,
-    /// The alias table over all lights: triangles, punctual lights, the environment.
+    /// The alias table that selects among all lights by power: triangles, then punctual lights, then the environment.
     pub choices: Vec<GpuLightChoice>,
-    /// The table without rare lights; empty where no light is rare.
+    /// The alias table over all lights in which rare lights have the probability 0; empty if no light is rare.
     pub common_choices: Vec<GpuLightChoice>,
-    /// The table of rare lights alone, in which each emitter has the same probability; empty where no light is rare.
+    /// The alias table in which only rare lights have a probability, equal for each rare emitter; empty if no light is rare.
     pub rare_choices: Vec<GpuLightChoice>,
-    /// True for each light that is rare; empty if no light is rare.
+    /// True for each light of all kinds that is rare; empty if no light is rare.
     pub rare: Vec<bool>,
-    /// The power of each light over π, in the device's units; the power of distant lights is limited to the power of all other
-    /// lights.
+    /// The power of each light of all kinds, divided by π, in the device's units. The sum over distant lights is limited to
+    /// the sum over all other lights.
     pub powers: Vec<f64>,
-    /// Mean luminance of triangles and environment, weighted by their power; 0 without any.
+    /// The mean luminance of triangles and environment, weighted by power, in the device's unit of radiance; 0 without any.
     pub mean_luminance: f32,
 }
 
 impl Lights {
-    /// True if some lights are rare.
+    /// True if the scene has rare lights.
     pub fn has_rare(&self) -> bool {
         !self.rare.is_empty()
     }
@@ -61,13 +62,13 @@ impl Lights {
         self.rare.get(index).is_some_and(|is_rare| *is_rare)
     }
 
-    /// The fraction of directional lights and the environment in the power of all lights, as in the alias table.
+    /// The probability with which [`Lights::choices`] selects a directional light or the environment, in [0, 1].
     pub fn distant_share(&self) -> f32 {
         let distant = (0..self.choices.len()).filter(|index| self.is_distant(*index));
         distant.map(|index| self.choices[index].probability).sum()
     }
 
-    /// True if the light with this index among the lights of all kinds is infinitely far away.
+    /// True if the light with this index among the lights of all kinds is a directional light or the environment.
     pub fn is_distant(&self, index: usize) -> bool {
         let punctual = index.checked_sub(self.triangles.len());
         punctual.is_some_and(|index| {
@@ -78,8 +79,8 @@ impl Lights {
 }
 
 impl LightSources {
-    /// The lights of a scene. `emitter_materials` are the materials that emit light at any time; `traced_index` gives the
-    /// indices of a mesh's triangles among the traced triangles.
+    /// Collects the lights of a scene. `emitter_materials` is true for each material that emits at any time; `traced_index`
+    /// maps a mesh to the positions that its triangles have in the order in which they are traced.
     pub fn of(
         scene: &Scene,
         emitter_materials: &[bool],
@@ -124,8 +125,8 @@ impl LightSources {
         sources
     }
 
-    /// The lights with the given transforms of instances (`transform_of`), emission of materials and transforms of punctual
-    /// lights.
+    /// Computes the lights at one time. `transform_of` gives the current transform of an instance; `emission` and `moved`
+    /// list the materials and punctual lights that have changed, by index, with their new emission or transform.
     pub fn placed(
         &self,
         transform_of: impl Fn(u32) -> DAffine3,
@@ -184,8 +185,8 @@ impl LightSources {
     }
 }
 
-/// Limits the power of distant lights to the power of all other lights: the fraction of their light that arrives is not known,
-/// for example in a room with windows, and half of the candidates is enough.
+/// Limits the total power of distant lights to the total power of all other lights, so that distant lights get at most half
+/// of the candidates. The fraction of their light that arrives is unknown, for example in a room with windows.
 fn limit_distant(powers: &mut [f64], is_distant: impl Fn(usize) -> bool) {
     let (mut near, mut far) = (0.0, 0.0);
     for (index, power) in powers.iter().enumerate() {
@@ -202,7 +203,8 @@ fn limit_distant(powers: &mut [f64], is_distant: impl Fn(usize) -> bool) {
     }
 }
 
-/// The alias table for lights with these powers, mixed with a uniform fraction.
+/// Makes the alias table that selects lights in proportion to their powers, mixed with a fraction `uniform_share` of a
+/// uniform choice among the lights that have power.
 fn choices(powers: &[f64], uniform_share: f64) -> Vec<GpuLightChoice> {
     let table = AliasTable::new(powers, uniform_share);
     let columns = table.columns.iter().zip(&table.probabilities);
@@ -233,7 +235,7 @@ fn gpu_light(light: &LightTriangle, material: &Material, units: &Units) -> GpuLi
     }
 }
 
-/// The smallest difference of the squared distances of a spot's inner and outer angles.
+/// The minimum difference of a spot's squared distances for the outer and the inner angle. It keeps a sharp falloff finite.
 const SHARPEST: f64 = 1e-30;
 
 fn gpu_punctual(light: &PunctualLight, units: &Units) -> GpuPunctualLight {
@@ -268,7 +270,8 @@ fn gpu_punctual(light: &PunctualLight, units: &Units) -> GpuPunctualLight {
     }
 }
 
-/// The lights of a scene at time 0, in the device's units.
+/// The lights of a scene as it was read, with the transforms and emission of its materials and instances, in the device's
+/// units. Triangles keep their indices in the scene's meshes.
 pub fn gpu_lights(scene: &Scene, units: &Units) -> Lights {
     let transform_of = |instance: u32| scene.instances[instance as usize].object_to_world;
     let unchanged = |mesh: u32| (0..scene.meshes[mesh as usize].triangles.len() as u32).collect();
@@ -280,8 +283,8 @@ pub fn gpu_lights(scene: &Scene, units: &Units) -> Lights {
     )
 }
 
-/// The mean luminance of lights, weighted by the power that triangles emit to one side. The power and the luminance of an
-/// environment are given.
+/// The mean luminance of lights, weighted by their power. Triangles count with area × luminance; `environment` gives the
+/// power and the mean luminance of the environment. The result is 0 without power.
 fn mean_luminance(lights: &[GpuLight], environment: Option<(f64, f64)>) -> f32 {
     let (mut power, mut weighted) = (0.0, 0.0);
     for light in lights {

@@ -1,4 +1,4 @@
-//! Materials and textures as shaders read them.
+//! Materials and textures in the form in which shaders read them.
 
 use crate::scene::lights::EmitterTriangle;
 use crate::scene::texture::{self, Wrap};
@@ -9,21 +9,22 @@ use crate::shader_interface::{
 };
 use glam::Vec3;
 
-/// The materials of a scene, with their textures.
+/// The materials of a scene and their textures, as the device's buffers hold them.
 pub struct Materials {
-    /// The materials.
+    /// One entry per material of the scene, in the same order; their textures are indices into `textures`.
     pub materials: Vec<GpuMaterial>,
-    /// The textures of the materials.
+    /// One entry for each use of an image by a material, with its transform and wrap modes.
     pub textures: Vec<GpuTexture>,
-    /// The emissive texture of each material, or NONE.
+    /// For each material, the index of its emissive texture in `textures`; NONE for a material without one.
     emissive: Vec<u32>,
-    /// Empty without textures; otherwise the bits of the linear value of each sRGB byte, and then the texels of all images,
-    /// unless images are sampled.
+    /// The 256 linear values (as bits of f32) of the sRGB bytes, then the texels of all images. The texels are left out if
+    /// shaders sample images, and everything is left out if no material has a texture.
     pub texels: Vec<u32>,
 }
 
 impl Materials {
-    /// The materials of a scene in the given unit of radiance, with textures for the access that shaders use.
+    /// Converts the materials of a scene. `radiance` is the radiance that is 1 on the device, and `read` is the access of
+    /// shaders to texels, which decides the indices of images.
     pub fn of(scene: &Scene, radiance: f64, read: Textures) -> Self {
         let has_textures = scene.materials.iter().any(|m| m.textures().count() > 0);
         let mut texels: Vec<u32> = if has_textures {
@@ -75,7 +76,7 @@ impl Materials {
         }
     }
 
-    /// The texture of each emissive triangle.
+    /// One entry per emissive triangle, in the same order: its texture coordinates and the index of its emissive texture.
     pub fn of_lights(&self, emitters: &[EmitterTriangle]) -> Vec<GpuLightTexture> {
         let laid = emitters.iter().map(|emitter| {
             let [a, b, c] = emitter.uvs;
@@ -91,7 +92,7 @@ impl Materials {
     }
 }
 
-/// The linear value of each sRGB byte.
+/// The linear value in [0, 1] of each of the 256 sRGB bytes.
 fn linear_of_srgb() -> impl Iterator<Item = f32> {
     (0..=u8::MAX).map(|byte| texture::srgb([byte; 4]).x)
 }
@@ -104,8 +105,9 @@ const fn wrap(wrap: Wrap) -> u32 {
     }
 }
 
-/// The smallest product of texture and vertex colour at which the surface of a material with this cutoff exists: at the cutoff
-/// itself there is no hole, and one step of f32 below it there is one.
+/// The smallest product of texture alpha and vertex alpha at which a material with this cutoff has a surface: the next
+/// smaller f32 gives a hole. For a material with a base colour texture, the result is lower by a tolerance, since devices
+/// round texel values.
 fn least_coverage(material: &Material, cutoff: f32) -> f32 {
     // From two steps below the rounded quotient: no smaller product reaches the cutoff.
     let mut least = (cutoff / material.alpha).next_down().next_down();
@@ -121,7 +123,8 @@ fn least_coverage(material: &Material, cutoff: f32) -> f32 {
     least * (1.0 - rounding)
 }
 
-/// A material without its textures, in the given unit of radiance.
+/// Converts a material without its textures. `radiance` is the radiance that is 1 on the device; the base colour of an unlit
+/// material is divided by it, because it is a radiance.
 pub fn gpu_material(material: &Material, radiance: f64) -> GpuMaterial {
     // KHR_materials_ior: an index of 0 stands for a reflectance of 1 at every angle.
     let normal_reflectance = if material.ior == 0.0 {

@@ -1,20 +1,20 @@
-//! Meshes with a single instance that does not move, merged into one mesh.
+//! Merges meshes that have a single instance, which does not move, into a few large meshes.
 //!
-//! The boxes of whole meshes overlap where a room's walls, floor and furniture are separate meshes, and
-//! a ray has to enter each of them. One tree over all their triangles has no such overlap. A mesh with
-//! several instances stays separate, so that it is stored once.
+//! Where a room's walls, floor and furniture are separate meshes, their boxes overlap, and a ray has to enter each of them.
+//! One tree over all their triangles has no such overlap. A mesh with several instances stays separate, so that it is stored
+//! once.
 
 use crate::scene::{Instance, Mesh, Part, Scene};
 use glam::{DAffine3, DVec3, Vec2, Vec4};
 use std::borrow::Cow;
 
-/// A scene as rays see it, and the original indices of its instances.
+/// A scene after static meshes are merged, as rays see it, with the data that map its instances back to the original scene.
 pub struct TracedScene<'a> {
-    /// The scene; merged meshes and their instances come last.
+    /// The scene that is traced; the merged meshes and their instances come last.
     pub scene: Cow<'a, Scene>,
-    /// The original index of each instance; 0 for a merged mesh.
+    /// For each traced instance, the index that it has in the original scene; 0 for the instance of a merged mesh.
     pub instance_ids: Vec<u32>,
-    /// The offset that each part of a mesh adds to the instance's original index; empty means zeros.
+    /// For each traced mesh, the number that each part adds to the instance's entry in `instance_ids`; empty if not merged.
     pub part_ids: Vec<Vec<u32>>,
     /// True for each material that emits light at some time.
     pub emitter_materials: Vec<bool>,
@@ -31,8 +31,7 @@ impl<'a> TracedScene<'a> {
     }
 }
 
-/// True for each instance that is merged: its mesh has no other instance, and it does not move. No instance is merged if there
-/// is only one of these.
+/// True for each instance that is merged: its mesh has no other instance, and it does not move. A single one is not merged.
 fn merged_instances(scene: &Scene) -> Vec<bool> {
     let mut uses = vec![0_u32; scene.meshes.len()];
     for instance in &scene.instances {
@@ -48,50 +47,50 @@ fn merged_instances(scene: &Scene) -> Vec<bool> {
     merged
 }
 
-/// The numbers of elements of a scene.
+/// The number of elements that a scene has on the device, for each kind of element.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ElementCounts {
     /// The number of stored triangles; the triangles of a mesh with several instances are stored once.
     pub triangles: u64,
-    /// Triangles of smooth meshes.
+    /// The number of stored triangles that belong to meshes with vertex normals.
     pub smooth_triangles: u64,
-    /// Triangles of meshes with texture coordinates, counted for each set.
+    /// The number of stored triangles of meshes with texture coordinates; a triangle with both sets counts twice.
     pub uv_triangles: u64,
-    /// Triangles of meshes with vertex colours.
+    /// The number of stored triangles that belong to meshes with vertex colours, after merging.
     pub color_triangles: u64,
-    /// Triangles of meshes with tangents.
+    /// The number of stored triangles that belong to meshes with vertex tangents, after merging.
     pub tangent_triangles: u64,
-    /// Triangles of meshes with several parts or with lights.
+    /// The number of stored triangles of meshes that have several parts or lights, or that are merged.
     pub part_triangles: u64,
-    /// Instances that are traced.
+    /// The number of instances that are traced: each merged mesh counts as one.
     pub instances: u64,
-    /// Materials.
+    /// The number of materials.
     pub materials: u64,
-    /// Textures of materials.
+    /// The number of uses of an image by a material.
     pub textures: u64,
-    /// Texels of all images.
+    /// The number of texels of all images together.
     pub texels: u64,
-    /// Emissive triangles in the world.
+    /// The number of emissive triangles in the world; a triangle counts once for each instance of its mesh.
     pub triangle_lights: u64,
-    /// True if some of them have textures.
+    /// True if a material that emits at some time has an emissive texture.
     pub textured_lights: bool,
-    /// Punctual lights.
+    /// The number of punctual lights.
     pub punctual_lights: u64,
-    /// Texels of the environment; 0 without one.
+    /// The number of texels of the environment; 0 for a scene without one.
     pub environment_texels: u64,
-    /// The number of epochs: 2 (current and previous frame) if something moves; otherwise 1.
+    /// The number of epochs that are stored: 2 (current and previous frame) if something moves; otherwise 1.
     pub epochs: u64,
-    /// The number of the scene's instances if something moves; otherwise 0.
+    /// The number of transforms to the previous frame: one per original instance if something moves, otherwise 0.
     pub previous_transforms: u64,
 }
 
 impl ElementCounts {
-    /// The number of lights of all kinds.
+    /// The number of lights of all kinds: emissive triangles, punctual lights, and 1 for an environment.
     pub fn lights(&self) -> u64 {
         self.triangle_lights + self.punctual_lights + u64::from(self.environment_texels > 0)
     }
 
-    /// The numbers of elements that a scene has on the device, known before its meshes are merged.
+    /// Counts the elements that a scene will have on the device, before its meshes are merged.
     pub fn of(scene: &Scene) -> Self {
         let merged = merged_instances(scene);
         let motion = scene.motion.as_ref().filter(|motion| motion.moves_things());
@@ -174,17 +173,17 @@ impl ElementCounts {
     }
 }
 
-/// The number of meshes into which the others are merged.
+/// The number of merged meshes that can arise, one for each combination of vertex attributes that [`group`] distinguishes.
 const GROUPS: usize = 4;
 
-/// The index of the merged mesh to which a mesh belongs: flat meshes need no normals, and other meshes need no texture
-/// coordinates or colours.
+/// The index in [0, 3] of the merged mesh to which a mesh belongs. Bit 0 is set for meshes with normals, and bit 1 for
+/// meshes with texture coordinates or colours, so that other meshes do not have to store these attributes.
 fn group(mesh: &Mesh) -> usize {
     let varies = !mesh.colors.is_empty() || mesh.uvs.iter().any(|uvs| !uvs.is_empty());
     usize::from(!mesh.normals.is_empty()) + 2 * usize::from(varies)
 }
 
-/// Merges meshes in world space relative to `origin`, into one mesh for each group.
+/// Merges the static meshes of a scene into at most four. Positions are relative to `origin`, around which f32 is precise.
 pub fn merge_static(scene: &Scene, origin: DVec3) -> TracedScene<'_> {
     let is_merged = merged_instances(scene);
     if !is_merged.contains(&true) {
@@ -240,7 +239,8 @@ pub fn merge_static(scene: &Scene, origin: DVec3) -> TracedScene<'_> {
     }
 }
 
-/// Adds a mesh, transformed by `transform`.
+/// Appends a mesh to the merged mesh `whole`. Positions, normals and tangents are transformed by `transform`, and attributes
+/// that only one of them has are filled up with neutral values.
 fn append(whole: &mut Mesh, mesh: &Mesh, transform: DAffine3) {
     let turn = transform.matrix3.inverse().transpose();
     // A triangle's front is the side from which object space shows it counter-clockwise; a

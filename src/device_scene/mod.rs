@@ -1,5 +1,6 @@
-//! A scene on the device: its buffers, lights and trees, and the two ways to trace it. These are ray queries on the driver's
-//! acceleration structures, and an eight-wide BVH traversed in compute. Both see the same triangles, instances and transforms.
+//! The scene on the device: its buffers, lights and trees, and the two ways to trace rays in it. Rays are either ray queries
+//! on the driver's acceleration structures, or walks through an eight-wide BVH in a compute shader. Both ways see the same
+//! triangles, instances and transforms.
 
 pub mod buffers;
 pub mod compute_bvh;

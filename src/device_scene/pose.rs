@@ -1,4 +1,4 @@
-//! The state of a scene's instances and lights at one time, as shaders read it.
+//! The pose of a scene: the state of its instances and lights at one time, as shaders read it.
 
 use super::compute_bvh::Tree;
 use super::geometry::{Geometry, MeshOffsets};
@@ -18,41 +18,41 @@ use std::collections::HashMap;
 pub struct ScenePoser {
     units: Units,
     instances: Vec<TracedInstance>,
-    /// The index in `instances` of each instance that may move, by its index in the scene.
+    /// For each instance that may move, by its index in the original scene: its index in `instances`.
     traced_index: HashMap<u32, usize>,
     sources: LightSources,
     trees: bool,
-    /// The maximum number of levels of the tree over the instances.
+    /// The maximum number of levels of the tree over the instances; the stack of the traversal limits it.
     max_depth: u32,
 }
 
-/// A traced instance: its transform unless it moves, and its constant data.
+/// A traced instance: its transform at rest, and the data that do not change with time.
 struct TracedInstance {
     object_to_world: DAffine3,
     mesh: MeshOffsets,
-    /// The constant data, without transforms.
+    /// The entry of the device's array of instances without its transforms, which each pose sets.
     constant: GpuInstance,
 }
 
-/// A scene at one time.
+/// The state of a scene's instances and lights at one time.
 #[derive(Clone)]
 pub struct ScenePose {
-    /// The time in seconds.
+    /// The time of the pose in seconds.
     pub time: f64,
-    /// Instances; root nodes are relative to the first mesh's.
+    /// All traced instances with their transforms. `root_node` counts from the root of the first mesh's tree.
     pub instances: Vec<GpuInstance>,
-    /// Indices of the instances that are not flattened by their transforms.
+    /// Indices into `instances` of those that can be seen: an instance that its transform flattens is left out.
     pub visible: Vec<u32>,
-    /// The tree over the visible instances; empty if the driver builds its own tree.
+    /// The tree over the boxes of `visible`; it has no primitives if the driver builds its own tree.
     pub top: Tree,
-    /// Lights.
+    /// The lights at this time, in the device's units.
     pub lights: Lights,
-    /// The scene's moving instances, by index, with their transforms to the world.
+    /// The instances that may move, by index in the original scene, with their transforms from object space to the world.
     pub moved: Vec<(u32, DAffine3)>,
 }
 
 impl ScenePoser {
-    /// A poser of a scene with its geometry; with `trees`, poses have a tree over the instances.
+    /// Prepares a scene for posing. With `trees`, as tracing in compute needs it, each pose has a tree over the instances.
     pub fn new(traced: &TracedScene<'_>, geometry: &Geometry, units: Units, trees: bool) -> Self {
         let scene = &traced.scene;
         let mut instances = Vec::with_capacity(scene.instances.len());
@@ -103,20 +103,20 @@ impl ScenePoser {
         }
     }
 
-    /// The emissive triangles, in the order of lights.
+    /// The emissive triangles in object space, in the order of the lights' indices.
     pub fn emitter_triangles(&self) -> &[EmitterTriangle] {
         &self.sources.emitter_triangles
     }
 
-    /// Limits the levels of trees over the instances; the limit must allow a balanced tree.
+    /// Limits the number of levels of the trees over the instances in all later poses. The limit must allow a balanced tree.
     pub fn limit_depth(&mut self, levels: u32) {
         self.max_depth = levels;
     }
 
-    /// The scene at a time; `pose` holds the transforms and the emission that have changed by then.
+    /// Computes the scene at `time` in seconds. `pose` holds the transforms and emission of everything that may change.
     ///
     /// # Errors
-    /// An instance is further away than can be rendered.
+    /// The transform of an instance or punctual light is not finite, or puts it further away than can be rendered.
     pub fn pose_at(&self, time: f64, pose: Pose) -> Result<ScenePose> {
         let mut to_world: Vec<DAffine3> =
             self.instances.iter().map(|i| i.object_to_world).collect();
@@ -169,12 +169,13 @@ impl ScenePoser {
         })
     }
 
-    /// The transform of a traced instance from the mesh's stored positions to the device's world.
+    /// The transform of the traced instance `index` from the stored positions of its mesh to the device's world space.
     fn on_device(&self, object_to_world: &DAffine3, index: usize) -> DAffine3 {
         self.units.to_device() * *object_to_world * self.instances[index].mesh.to_object
     }
 
-    /// For each of the scene's `count` instances, the transform of its points from `now` to `before`.
+    /// For each of the scene's `count` instances, the transform of its points from their positions in the pose `now` to
+    /// those in `before`, in the device's world space. It is the identity for an instance that does not move.
     pub fn previous_transforms(
         &self,
         count: usize,
@@ -210,7 +211,8 @@ fn columns(transform: DAffine3) -> [Vec3; 4] {
     .map(|column| column.as_vec3())
 }
 
-/// The world-space box of an instance, enlarged by the rounding error of rays in object space.
+/// The box (min, max) of an instance in the device's world space. It is enlarged by a millionth of its largest coordinate,
+/// so that the rounding of rays in object space causes no misses.
 fn world_box(object_to_world: &DAffine3, offsets: &MeshOffsets) -> (Vec3, Vec3) {
     let (low, high) = (offsets.bounds.0.as_dvec3(), offsets.bounds.1.as_dvec3());
     let mut world = (DVec3::INFINITY, DVec3::NEG_INFINITY);

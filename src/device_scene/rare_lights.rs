@@ -1,36 +1,35 @@
-//! Rare lights: emitters that are so dim, compared with others, that resampling would lose their light.
+//! Rare lights: lights of emitters that are so dim, compared with others, that resampling would lose their light.
 //!
-//! Resampling compares candidates before their shadow rays. An emitter that is a million times brighter wins every reservoir,
-//! even where it is hidden, and the light of a dim emitter is lost. So dim emitters are kept out of reservoirs, and have
-//! separate candidates and shadow rays (`glsl/lights/samplers/sources.glsl`).
+//! Resampling compares candidates before their shadow rays. An emitter that is a million times brighter wins every
+//! reservoir, even where it is hidden, and the light of a dim emitter is lost. Therefore dim emitters are kept out of
+//! reservoirs, and get separate candidates and shadow rays (`glsl/lights/samplers/sources.glsl`).
 
 use std::collections::HashMap;
 use std::hash::Hash;
 
-/// The fraction of all power below which the dimmest emitters together are rare: draws by power select them so seldom that a
-/// brighter emitter nearly always takes their place.
+/// The maximum fraction of the total power that all rare emitters have together. Draws by power select emitters below it so
+/// seldom that a brighter emitter nearly always replaces them in a reservoir.
 const SHARE: f64 = 1.0 / 96.0;
 
-/// The fraction of the mean power of emitters below which an emitter can be rare, so that no emitter is rare among similar
-/// ones.
+/// The maximum power of a rare emitter, as a fraction of the emitters' mean power. Among similar emitters, none is rare.
 const PART: f64 = 1.0 / 8.0;
 
-/// The ratio above which two powers are equal up to the rounding of areas.
+/// The ratio above which powers count as equal, since areas are rounded. Emitters of equal power are rare together or not.
 const SAME: f64 = 1.0 - 1e-6;
 
-/// The rare lights of a scene.
+/// The classification of a scene's lights into rare lights and others.
 pub struct RareLights {
-    /// The index of each light's emitter. Lights with equal names form one emitter, so that the slivers of a bright emitter are
-    /// not rare.
+    /// For each light, the index of its emitter, whose lights are rare together. So slivers of a bright emitter are not
+    /// rare.
     emitters: Vec<usize>,
-    /// True for each light that is rare, constant over time: reservoirs of an earlier frame must hold no light that has
-    /// separate candidates now.
+    /// True for each light that is rare. It is constant over time, because a reservoir of an earlier frame must hold no
+    /// light that has separate candidates now.
     pub is_rare: Vec<bool>,
 }
 
 impl RareLights {
-    /// Finds the rare lights, given the largest power of each light at any time; `None` if no light is rare. Lights with equal
-    /// `names` form one emitter.
+    /// Finds the rare lights; `None` if no light is rare. `powers` has the largest power of each light at any time, in any
+    /// unit. `names` has one name per light, and lights with equal names form one emitter.
     pub fn find<Name: Hash + Eq>(
         powers: &[f64],
         names: impl Iterator<Item = Name>,
@@ -63,13 +62,14 @@ impl RareLights {
             .then_some(Self { emitters, is_rare })
     }
 
-    /// The weights with which light samples select lights with these powers: 0 for rare lights.
+    /// The weights with which ordinary candidates select lights that now have these `powers`: the power, and 0 for rare
+    /// lights. If no other light has power now, each of the others has the weight 1.
     pub fn common_weights(&self, powers: &[f64]) -> Vec<f64> {
         self.weights_among(powers, false)
     }
 
-    /// The weights with which candidates among rare lights select them: all emitters have the same weight, which is distributed
-    /// over their lights by power.
+    /// The weights with which the separate candidates select rare lights; 0 for other lights. The weights of each rare
+    /// emitter add up to 1, and its lights share them by power.
     pub fn rare_weights(&self, powers: &[f64]) -> Vec<f64> {
         let weights = self.weights_among(powers, true);
         let of_emitters = sums(&weights, &self.emitters, self.emitters.len());
@@ -81,8 +81,8 @@ impl RareLights {
         shares.collect()
     }
 
-    /// The powers of lights that are rare, or of lights that are not rare, and 0 for the others. If none of them has power now,
-    /// all of them have the same weight.
+    /// The powers of the lights that are rare (`rare` is true) or that are not rare, and 0 for the other lights. If none of
+    /// the selected lights has power now, each of them gets 1.
     fn weights_among(&self, powers: &[f64], rare: bool) -> Vec<f64> {
         let lights = || self.is_rare.iter().zip(powers);
         let is_lit = lights().any(|(is_rare, power)| *is_rare == rare && *power > 0.0);
@@ -95,7 +95,7 @@ impl RareLights {
     }
 }
 
-/// The sum of the values for each emitter.
+/// The sum of `values` for each of `count` emitters; `emitters` has the emitter's index for each value.
 fn sums(values: &[f64], emitters: &[usize], count: usize) -> Vec<f64> {
     let mut sums = vec![0.0; count];
     for (value, emitter) in values.iter().zip(emitters) {
@@ -108,7 +108,7 @@ fn sums(values: &[f64], emitters: &[usize], count: usize) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    /// True for each light that is rare, where every light is a separate emitter.
+    /// Classifies lights that are each a separate emitter; the result is true for each light that is rare.
     fn rare(powers: &[f64]) -> Vec<bool> {
         let found = RareLights::find(powers, 0..powers.len());
         found.map_or(vec![false; powers.len()], |found| found.is_rare)
@@ -129,7 +129,7 @@ mod tests {
         assert!(!with(&[7.0; 30], 1).contains(&true));
     }
 
-    /// Equal emitters at different positions have slightly different areas.
+    /// Equal emitters at different positions have slightly different areas, which must not make some of them rare.
     #[test]
     fn emitters_that_differ_by_rounding_are_rare_together() {
         let dim: Vec<f64> = (0..11).map(|i| 1.0 + 1e-15 * f64::from(i)).collect();

@@ -1,4 +1,4 @@
-//! The driver's acceleration structures over a scene.
+//! The driver's acceleration structures over the meshes and instances of a scene.
 
 use super::geometry::MeshOffsets;
 use crate::Result;
@@ -7,24 +7,24 @@ use crate::shader_interface::GpuInstance;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// One structure per mesh, and one or two over the instances.
+/// The acceleration structures of a scene: one per mesh, and one over the instances for each epoch.
 pub struct RayQueryScene {
-    /// The top-level structures in which rays are traced; two if the scene moves, for this frame and the previous one.
+    /// The top-level structures: two if the scene moves (current and previous frame, in alternating order), otherwise one.
     tops: Vec<AccelerationStructure>,
-    /// The index of the structure of this frame.
+    /// The index in `tops` of the structure of the current frame.
     current: AtomicUsize,
-    /// The bottom-level structures of the meshes.
+    /// The bottom-level structure of each mesh; `None` for a mesh without triangles.
     meshes: Vec<Option<AccelerationStructure>>,
-    /// Each instance's mesh.
+    /// For each instance, the index of its mesh in `meshes`.
     mesh_of: Vec<u32>,
 }
 
 impl RayQueryScene {
-    /// Builds all structures, `tops` of them over the `visible` ones among the `instances`;
-    /// `mesh_of` gives each instance's mesh.
+    /// Builds the structures of all meshes, and `tops` equal structures over the instances. `visible` has the indices of the
+    /// instances that are included, and `mesh_of` the index of each instance's mesh.
     ///
     /// # Errors
-    /// The device has no memory left.
+    /// The device lacks memory, was opened without ray query, or there are more than 2²⁴ instances.
     pub fn new(
         device: &Arc<Device>,
         meshes: &[MeshOffsets],
@@ -64,27 +64,27 @@ impl RayQueryScene {
         Ok(scene)
     }
 
-    /// The structure over this frame's instances.
+    /// The structure over the instances of the current frame.
     pub fn top(&self) -> &AccelerationStructure {
         &self.tops[self.current.load(Ordering::Relaxed)]
     }
 
-    /// The structure over the previous frame's instances, which is the current one if nothing moves.
+    /// The structure over the instances of the previous frame; the one of the current frame if nothing moves.
     pub fn previous_top(&self) -> &AccelerationStructure {
         let previous = (self.current.load(Ordering::Relaxed) + 1) % self.tops.len();
         &self.tops[previous]
     }
 
-    /// Makes the current structure the previous one.
+    /// Makes the current structure the previous one. The other one becomes current, and must be rebuilt.
     pub fn advance(&self) {
         let next = (self.current.load(Ordering::Relaxed) + 1) % self.tops.len();
         self.current.store(next, Ordering::Relaxed);
     }
 
-    /// Rebuilds one of the structures over the instances.
+    /// Rebuilds `top`, one of the structures over the instances, from the current transforms of the visible instances.
     ///
     /// # Errors
-    /// The device has no memory left.
+    /// The device lacks memory.
     pub fn rebuild(
         &self,
         top: &AccelerationStructure,
@@ -108,7 +108,7 @@ impl RayQueryScene {
             .collect()
     }
 
-    /// The size of all structures in bytes.
+    /// The size in bytes of all structures together.
     pub fn size(&self) -> u64 {
         let meshes = self.meshes.iter().flatten();
         let all = meshes.chain(&self.tops);

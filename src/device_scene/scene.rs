@@ -27,36 +27,40 @@ use glam::DVec3;
 use obvhs::cwbvh::node::CwBvhNode;
 use std::sync::Arc;
 
-/// A scene's buffers and, where rays are queries, its acceleration structures.
+/// A scene on the device: its buffers, its texture images and, for ray queries, its acceleration structures.
 pub struct GpuScene {
-    /// The variant of shaders for the scene.
+    /// The variant in which shaders are compiled for the scene: its tracer, and its access to buffers and textures.
     pub variant: Variant,
-    /// The origin and the units of its positions and lights.
+    /// The origin, and the units of length and radiance, in which positions and lights are stored.
     pub units: Units,
-    /// The features that the scene requires.
+    /// The features of shading that the scene needs, such as textures or alpha.
     pub requirements: Requirements,
-    /// The numbers of elements in its buffers.
+    /// The number of elements in each of the scene's buffers.
     pub counts: ElementCounts,
-    /// The number of entries that the stack of the traversal in compute needs, rounded up so that scenes use the same shaders.
+    /// The size of the stack of a traversal in compute, in entries: a multiple of 8, so that more scenes share compiled
+    /// shaders.
     pub stack_size: u32,
     buffers: SceneBuffers,
-    /// The images of textures, where shaders sample them.
+    /// The texture images; empty if shaders read texels from a buffer.
     images: Vec<SampledImage>,
     ray_query: Option<RayQueryScene>,
     moving: Option<MovingScene>,
     /// The lights at time 0.
     first_lights: Lights,
-    /// The index of the first emissive triangle to which each emissive triangle is connected by common corners.
+    /// For each emissive triangle, the index of the first emissive triangle to which it is connected by common corners.
+    /// Equal indices mark one group of connected emitters.
     pub light_groups: Vec<u32>,
-    /// The number of triangles of each instance's mesh.
+    /// For each traced instance, the number of triangles in its mesh.
     triangle_counts: Vec<u32>,
 }
 
 impl GpuScene {
-    /// Uploads `scene` with `origin` (usually the camera's position) moved to zero.
+    /// Merges, poses and uploads `scene`, for shaders of `variant`. The point `origin`, usually the camera's position,
+    /// becomes the origin of the device's coordinates, where f32 is most precise.
     ///
     /// # Errors
-    /// More triangles than 32-bit indices hold, or more memory than the device has or reads.
+    /// The scene exceeds the triangles or lights that shaders can index, the memory, or a limit of the device; its pose at
+    /// time 0 reaches further than can be rendered; or the device was opened without a feature that `variant` uses.
     pub fn new(
         device: &Arc<Device>,
         scene: &Scene,
@@ -162,11 +166,11 @@ impl GpuScene {
         })
     }
 
-    /// Poses the scene at the time `now`, and for passes that use the previous frame also at the time `before`, both in
-    /// seconds. Does nothing if only cameras move.
+    /// Updates the device's data to the pose at the time `now` and, for passes that use the previous frame, at the time
+    /// `before`, both in seconds. Does nothing if only cameras move.
     ///
     /// # Errors
-    /// At one of the times something is further away than can be rendered, or the device fails.
+    /// At one of the times, something reaches further than can be rendered; or the device cannot be updated.
     pub fn set_pose(&self, now: f64, before: f64) -> Result<()> {
         let Some(moving) = &self.moving else {
             return Ok(());
@@ -204,7 +208,7 @@ impl GpuScene {
         }
     }
 
-    /// The lights in the current pose and the time of that pose in seconds; `None` if that time is `known`.
+    /// The lights in the current pose, and its time in seconds. `None` if that time is `known`, or if nothing moves.
     ///
     /// # Errors
     /// Posing the scene failed in another thread.
@@ -215,15 +219,16 @@ impl GpuScene {
         }
     }
 
-    /// The lights at time 0.
+    /// The lights at time 0, in the device's units.
     pub fn first_lights(&self) -> &Lights {
         &self.first_lights
     }
 
-    /// Points on the surfaces in the current pose, uniform by area, in the device's units.
+    /// Draws `count` points on the surfaces in the current pose, uniform by area, in the device's units, as the light BVH
+    /// needs them.
     ///
     /// # Errors
-    /// The device fails.
+    /// The buffers cannot be read from the device.
     pub fn surface_points(&self, count: usize) -> Result<Vec<SurfacePoint>> {
         let instances = self.buffers.instances.read(self.triangle_counts.len())?;
         let positions = self
@@ -238,17 +243,17 @@ impl GpuScene {
         ))
     }
 
-    /// True if something besides the camera moves.
+    /// True if instances or lights move or change over time; cameras do not count.
     pub fn moves(&self) -> bool {
         self.moving.is_some()
     }
 
-    /// Root node of the previous frame's tree over the instances.
+    /// The index of the root of the previous frame's tree over the instances in the buffer `nodes`; 0 if nothing moves.
     pub fn previous_root(&self) -> u32 {
         self.moving.as_ref().map_or(0, |moving| moving.room as u32)
     }
 
-    /// The resources that shaders may bind, by name.
+    /// The resources of the scene that shaders may bind, each with the name of its binding.
     pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
         let mut resources = self.buffers.resources(self.variant);
         if self.variant.textures == Textures::Images {
@@ -262,10 +267,11 @@ impl GpuScene {
         resources
     }
 
-    /// Makes the pass `NAME.comp` in the scene's variant; `constants` are pairs of id and value.
+    /// Makes the pass from the shader `NAME.comp` in the scene's variant. `constants` are (id, value) of specialisation
+    /// constants.
     ///
     /// # Errors
-    /// A shader whose interface cannot be bound by name.
+    /// The shader does not exist or does not compile, or its interface cannot be bound by name.
     pub fn pass(
         &self,
         device: &Arc<Device>,
@@ -276,7 +282,7 @@ impl GpuScene {
         ComputePass::with_images(device, name, &spirv, constants, self.images.len() as u32)
     }
 
-    /// The size in bytes of each buffer on the device.
+    /// The size in bytes of each buffer by name, then of all images together and of all acceleration structures together.
     pub fn memory(&self) -> Vec<(&str, u64)> {
         let buffers = self.buffers.named().into_iter();
         let mut memory: Vec<(&str, u64)> = buffers.map(|(name, b)| (name, b.size())).collect();

@@ -1,5 +1,6 @@
-//! The choice of tracer, geometry access and textures for a scene on a device: by rule from the device and the size of the
-//! scene, never from a timing, so that a command always makes the same choice on the same machine.
+//! The choice of the shader variant (tracer, geometry access, fetch and textures) for a scene on a device. Rules decide it
+//! from the device and the sizes of the scene, never from a timing, so that a command always makes the same choice on the
+//! same machine.
 
 use super::buffers::is_fetched;
 use super::sizes::SceneSizes;
@@ -7,36 +8,36 @@ use crate::gpu::{DeviceInfo, DriverKind, Features};
 use crate::shader_interface::{Fetch, GeometryAccess, Textures, Tracer, Variant};
 use crate::{Error, Result};
 
-/// The choices of the user for a variant; rules decide where a choice is `None`.
+/// What the user requests of a variant. Where a choice is `None`, [`select`] decides by its rules.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Request {
-    /// The tracer.
+    /// The requested tracer: ray queries, or the BVH that is traversed in compute.
     pub tracer: Option<Tracer>,
-    /// The access of shaders to the buffers of the scene.
+    /// The requested access of shaders to the buffers of the scene: by bindings or by address.
     pub geometry: Option<GeometryAccess>,
-    /// The access to texels of textures.
+    /// The requested access of shaders to the texels of textures: from a buffer or from images.
     pub textures: Option<Textures>,
-    /// True if the device's commands are captured, to be replayed later.
+    /// True if commands are captured, to be replayed. Addresses are then avoided on devices that cannot replay them.
     pub captured: bool,
 }
 
-/// A variant and the reasons for it.
+/// The selected variant with the reason for each choice, as reports show it.
 #[derive(Clone, Debug)]
 pub struct Selection {
-    /// The variant that the shaders are compiled for.
+    /// The variant in which all shaders of the scene are compiled.
     pub variant: Variant,
-    /// The reason for the tracer.
+    /// A phrase that states why this tracer was chosen.
     pub tracer_reason: String,
-    /// The reason for the geometry access.
+    /// A phrase that states why this access to buffers was chosen.
     pub geometry_reason: String,
-    /// The reason for the fetch.
+    /// A phrase that states why groups of four words are read as texels or as words.
     pub fetch_reason: String,
-    /// The reason for the access to textures.
+    /// A phrase that states why this access to textures was chosen.
     pub textures_reason: String,
 }
 
 impl Selection {
-    /// The features with which the device must be opened.
+    /// The features that the device must be opened with, so that it can run the variant.
     pub fn features(&self) -> Features {
         Features {
             ray_query: self.variant.tracer == Tracer::RayQuery,
@@ -49,16 +50,19 @@ impl Selection {
     }
 }
 
-/// The reason why a captured frame uses no addresses.
+/// The reason in reports where a captured frame uses no addresses of buffers.
 const NO_REPLAY: &str = "addresses of buffers cannot be replayed on this device";
 
-/// The rule. A CPU device traces in compute, because its ray query is much slower. Addresses are used where the device has
-/// them, since they reach further than a binding, except with drivers that were measured to be slow with them (processor time
-/// of path tracing `cornell-glossy` and `night-city`) and scenes that these drivers can bind.
+/// Selects the variant for a scene on a device.
+///
+/// A CPU device traces in compute, because its ray queries are much slower. Buffers are accessed by address where the device
+/// allows it, because a binding holds less. The exceptions are drivers on which addresses were measured to be slow
+/// (processor time of path tracing `cornell-glossy` and `night-city`), if their bindings can hold the scene.
 ///
 /// # Errors
-/// Ray query or buffer addresses are requested on a device without them, storage buffers for a scene that is too large for
-/// them, or images on a device that cannot sample those of the scene.
+/// A request cannot be met: ray queries or buffer addresses on a device without them, storage buffers for a scene that is
+/// too large for them, or images on a device that cannot sample those of the scene. Or a frame is captured whose scene is
+/// too large to be replayed without addresses.
 pub fn select(device: &DeviceInfo, request: Request, scene: &SceneSizes) -> Result<Selection> {
     // Addresses would be others when the capture is replayed.
     let without_addresses = request.captured && device.buffer_addresses && !device.address_replay;

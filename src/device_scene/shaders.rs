@@ -1,4 +1,4 @@
-//! The embedded shaders, and those that are compiled from disk while a user edits them.
+//! The shaders of all passes: those embedded in the program, and those compiled from a folder while a user edits them.
 
 use crate::base::environment_variable::is_asked_for;
 use crate::base::short_hash::short;
@@ -10,17 +10,17 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// The embedded SPIR-V by variant key.
+/// The SPIR-V of every pass in every variant: pairs of the variant's key and the bytes of the module.
 const EMBEDDED: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 
-/// The embedded GLSL by file name.
+/// The GLSL sources embedded in the program, without the generated ones: pairs of file name and text.
 const SOURCES: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/sources.rs"));
 
-/// A variant's SPIR-V: embedded, or compiled from the folder that `HEADWATER_GLSL` names, or with `HEADWATER_SHADER_DEBUG`
-/// from the embedded sources, with the source lines that profilers and debuggers show.
+/// The SPIR-V words of the pass `name` in a variant. They are embedded, unless `HEADWATER_GLSL` names a folder of sources,
+/// or `HEADWATER_SHADER_DEBUG` requests the source lines that profilers and debuggers show; then the pass is compiled.
 ///
 /// # Errors
-/// The folder's shader does not exist or does not compile.
+/// The folder cannot be read or lacks the shader, the shader does not compile, or no pass with this name is embedded.
 pub fn spirv(name: &str, variant: Variant) -> Result<Vec<u32>> {
     let with_lines = is_asked_for("HEADWATER_SHADER_DEBUG");
     let folder = std::env::var_os("HEADWATER_GLSL");
@@ -50,20 +50,20 @@ pub fn spirv(name: &str, variant: Variant) -> Result<Vec<u32>> {
     Ok(bytemuck::pod_collect_to_vec(bytes))
 }
 
-/// Compiles a pass of sources that a user edits; an error of the compiler is one line.
+/// Compiles one pass from `sources`. An error joins the lines of the compiler's message into one line.
 fn compile(file: &str, sources: &Sources, variant: Variant, debug: Debug) -> Result<Vec<u32>> {
     compiler::compile_with(file, &sources[file], sources, &variant.defines(), debug)
         .map_err(|e| Error::input(e.replace('\n', "; ")))
 }
 
-/// The files that passes compiled from `HEADWATER_GLSL` have included in this process.
+/// The set of GLSL files that passes compiled by [`spirv`] have included so far in this process.
 fn used_files() -> MutexGuard<'static, BTreeSet<String>> {
     static USED: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
     USED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Compiles every pass of the folder that `HEADWATER_GLSL` names for a variant, so that a mistake is found even if this run
-/// does not use the pass. Does nothing without the variable.
+/// Compiles every pass of the folder that `HEADWATER_GLSL` names for a variant, so that a mistake is found even in passes
+/// that this run does not use. Does nothing if the variable is not set.
 ///
 /// # Errors
 /// The folder cannot be read, or a shader does not compile.
@@ -78,8 +78,8 @@ pub fn check_folder(variant: Variant) -> Result<()> {
         .try_for_each(|(_, file)| compile(file, &sources, variant, Debug::Names).map(drop))
 }
 
-/// Files of the folder that `HEADWATER_GLSL` names which differ from the built-in ones, although no pass of this process has
-/// included them: their changes have no effect on the picture.
+/// The names of files in the folder that `HEADWATER_GLSL` names whose changes have no effect on the picture: they differ
+/// from the embedded ones, but no pass of this process has included them. Empty if the variable is not set.
 ///
 /// # Errors
 /// The folder cannot be read.
@@ -93,8 +93,7 @@ pub fn changes_without_effect() -> Result<Vec<String>> {
     Ok(changed.map(|(name, _)| name).collect())
 }
 
-/// The project's GLSL sources with the declarations that Rust and the shaders have in common: tests compile their shaders
-/// against them.
+/// The embedded GLSL sources and the generated declarations that Rust and shaders share, for shaders that tests compile.
 pub fn sources() -> Sources {
     let mut sources: Sources = SOURCES
         .iter()
@@ -104,16 +103,16 @@ pub fn sources() -> Sources {
     sources
 }
 
-/// Hashes, in hexadecimal, of the sources of shaders: results with different hashes are not comparable.
+/// Hashes of the GLSL sources in use, in hexadecimal. Results are comparable only if their hashes are equal.
 pub struct Fingerprints {
-    /// The hash of all sources.
+    /// The hash of the names and texts of all sources.
     pub all: String,
-    /// The hash of the sources that the pass `path_trace` includes.
+    /// The hash of the sources that the pass `path_trace` includes. While it is the same, reference pictures stay valid.
     pub path_trace: String,
 }
 
 impl Fingerprints {
-    /// Hashes the sources in use.
+    /// Hashes the sources in use: those of the folder that `HEADWATER_GLSL` names, or the embedded ones.
     ///
     /// # Errors
     /// `HEADWATER_GLSL` names a folder that cannot be read.
@@ -136,7 +135,7 @@ fn hash_of(sources: &Sources, is_wanted: impl Fn(&str) -> bool) -> String {
     short(&hasher.finalize())
 }
 
-/// The sources of the folder that `HEADWATER_GLSL` names, or the project's sources without that variable.
+/// The generated declarations, with the sources of the folder that `HEADWATER_GLSL` names or, by default, the embedded ones.
 fn sources_in_use() -> Result<Sources> {
     let Some(folder) = std::env::var_os("HEADWATER_GLSL") else {
         return Ok(sources());
@@ -163,7 +162,7 @@ mod tests {
     use crate::shader_interface::{GpuLightEntry, GpuLightNode, STRUCTS};
     use std::collections::BTreeSet;
 
-    /// A reference remains valid when shaders change that do not affect it, and only then.
+    /// The hash of the reference's pass must change if a file that it includes changes, and only then.
     #[test]
     fn a_pass_depends_on_what_it_includes() {
         let sources = sources();
@@ -219,7 +218,8 @@ mod tests {
         }
     }
 
-    /// The constants that shaders declare and Rust does not, or that differ, and constants that no shader uses.
+    /// Compares the specialisation constants of Rust with those of all embedded shaders. Returns one line for each constant
+    /// that only shaders have or that differs, and for each constant that no shader uses.
     fn specialisation_faults(declared: &[SpecialisationConstant]) -> Vec<String> {
         let mut unused: BTreeSet<&str> = declared.iter().map(|c| c.name.as_str()).collect();
         let mut faults = Vec::new();
@@ -294,8 +294,8 @@ mod tests {
         assert!(reflection.check_layouts(&[planted]).is_err());
     }
 
-    /// SwiftShader binds 30 storage buffers. A pass leaves out the buffers that its scene does not need; these passes are for a
-    /// scene that needs everything.
+    /// SwiftShader binds 30 storage buffers. At run time a pass leaves out the buffers that its scene does not need; the
+    /// embedded passes tested here still have all of them.
     #[test]
     fn every_shader_has_room_for_its_buffers_on_every_driver() {
         for (key, bytes) in EMBEDDED {

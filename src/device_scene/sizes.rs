@@ -1,4 +1,5 @@
-//! The sizes in bytes of a scene's buffers on a device, known before any tree is built.
+//! The sizes in bytes of a scene's buffers and images, known before any tree is built, and their comparison with the limits
+//! of a device.
 
 use super::buffers::{BufferBytes, is_fetched};
 use super::images::ImageSizes;
@@ -12,35 +13,35 @@ use crate::shader_interface::{
 };
 use crate::{Error, Result};
 
-/// The maximum number of triangles: shaders count a triangle's words in 32 bits, nine words for its corners.
+/// The maximum number of stored triangles: shaders index the words of positions in 32 bits, and a triangle has nine.
 const MAX_TRIANGLES: u64 = u32::MAX as u64 / 9;
 
-/// The maximum number of lights: reservoirs have 29 bits for the index of a light.
+/// The maximum number of emissive triangles: a reservoir stores the index of a light in 29 bits.
 const MAX_LIGHTS: u64 = LIGHT_MASK as u64 + 1;
 
-/// The host's memory, in bytes, that an emissive triangle takes while a scene is put on a device: the triangle in object and
-/// world space, its data for shaders (also kept for time 0), its part of the alias table, and a few numbers.
+/// The host memory, in bytes, that an emissive triangle takes while a scene is uploaded: the triangle in object and world
+/// space, its data for shaders (kept a second time for time 0), its column of the alias table, and eight numbers.
 const LIGHT_BYTES: usize = size_of::<EmitterTriangle>()
     + size_of::<LightTriangle>()
     + 2 * (size_of::<GpuLight>() + size_of::<GpuLightChoice>())
     + size_of::<AliasColumn>()
     + 8 * size_of::<f64>();
 
-/// The size of a scene on a device.
+/// The sizes of a scene on a device, which [`SceneSizes::check`] compares with the device's limits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SceneSizes {
     /// The number of stored triangles; the triangles of a mesh with several instances are stored once.
     pub triangles: u64,
-    /// Emissive triangles in the world.
+    /// The number of emissive triangles in the world; a triangle counts once for each instance of its mesh.
     pub triangle_lights: u64,
-    /// The sizes in bytes of its buffers, without the nodes of trees.
+    /// The size in bytes of each buffer. The nodes of trees count as 0, because their number is not known yet.
     pub bytes: BufferBytes,
-    /// The sizes of the images.
+    /// The count and the largest sizes of the texture images.
     pub images: ImageSizes,
 }
 
 impl SceneSizes {
-    /// The size of a scene.
+    /// Computes the sizes of a scene on a device, without building anything.
     pub fn of(scene: &Scene) -> Self {
         let counts = ElementCounts::of(scene);
         Self {
@@ -51,17 +52,17 @@ impl SceneSizes {
         }
     }
 
-    /// The name and the size in bytes of the largest buffer among those whose names `counts` accepts.
+    /// The name and size in bytes of the largest buffer whose name `counts` accepts; an empty name and 0 if it accepts none.
     pub(super) fn largest(&self, counts: impl Fn(&str) -> bool) -> (&'static str, u64) {
         let buffers = self.bytes.named().into_iter();
         let counted = buffers.filter(|(name, _)| counts(name));
         counted.max_by_key(|(_, bytes)| *bytes).unwrap_or_default()
     }
 
-    /// True if a device can hold the scene and read it as a variant does, and the host its lights.
+    /// Checks that a device can hold the scene and read it as `variant` does, and that the host has memory for its lights.
     ///
     /// # Errors
-    /// They cannot; the message names the buffer, its size in bytes, and the limit.
+    /// A count, a buffer, an image or the total exceeds a limit. The message names it, its size, and the limit.
     pub fn check(&self, device: &DeviceInfo, variant: Variant) -> Result<()> {
         if self.triangles > MAX_TRIANGLES {
             return Err(Error::input(format!(
@@ -105,10 +106,10 @@ impl SceneSizes {
     }
 }
 
-/// Checks that a device can hold one of a scene's buffers and read it as a variant does.
+/// Checks that a device can hold the scene's buffer `name` of this many bytes, and read it by the access of `variant`.
 ///
 /// # Errors
-/// The device cannot.
+/// The buffer exceeds a limit of the device; the message names the buffer, its size and the limit.
 pub(crate) fn check_buffer(
     device: &DeviceInfo,
     variant: Variant,

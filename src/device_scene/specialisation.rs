@@ -1,11 +1,12 @@
-//! The specialisation constants that a scene decides.
+//! The values of the specialisation constants that depend on the scene.
 
 use super::GpuScene;
 use crate::shader_interface::Specialisation;
 
 impl GpuScene {
-    /// The constants that the scene decides, for all passes; the others have their defaults. With `full`, shaders contain the
-    /// code for all features of scenes.
+    /// The specialisation constants of all passes for this scene; those that do not depend on it have their defaults. With
+    /// `full`, shaders keep the code for features that the scene lacks, unless that code would trace more rays or change the
+    /// picture's bits.
     pub fn specialisation(&self, full: bool) -> Specialisation {
         let requires = &self.requirements;
         Specialisation {

@@ -1,20 +1,21 @@
-//! Points on the surfaces of a scene, uniform by area.
+//! Random points on the surfaces of a scene, uniform by area.
 
 use crate::base::random::Random;
 use crate::shader_interface::GpuInstance;
 use glam::{DVec3, Vec3};
 
-/// A point on a surface, in the device's units.
+/// A random point on a surface of the scene, in the device's units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint {
-    /// The position.
+    /// The position of the point in the device's world space.
     pub position: Vec3,
-    /// The unit normal of the triangle, towards either side.
+    /// The unit normal of the triangle at the point; which of the two sides it faces has no meaning.
     pub normal: Vec3,
 }
 
-/// Points on the surfaces of instances: one in each of `count` parts of equal area. `triangle_counts` are the numbers of
-/// triangles of the instances' meshes, `positions` the corners of all meshes.
+/// Draws one point in each of `count` parts of equal area of the instances' surfaces. `triangle_counts` has the number of
+/// triangles of each instance's mesh, and `positions` the corners of all meshes in object space. The result is empty if the
+/// total area is 0 or not finite.
 pub fn surface_points(
     instances: &[GpuInstance],
     triangle_counts: &[u32],
@@ -70,7 +71,7 @@ pub fn surface_points(
 mod tests {
     use super::*;
 
-    /// A triangle of area 1 and one of area 3, placed at twice their size.
+    /// Draws 1000 points on an instance that enlarges a triangle of area 1 and one of area 3 by twice `scale`.
     fn points(scale: f32) -> Vec<SurfacePoint> {
         let instance = GpuInstance {
             object_to_world: [Vec3::X, Vec3::Y, Vec3::Z, Vec3::splat(7.0)].map(|v| v * 2.0 * scale),

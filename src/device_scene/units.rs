@@ -1,28 +1,29 @@
-//! The units of lengths and of radiance on the device.
+//! The units of length and radiance in which a scene is stored on the device.
 
 use crate::scene::bounds::{exponent, usual_size};
 use crate::scene::{Bounds, Environment, PunctualLight, Scene};
 use glam::{DAffine3, DVec3, Vec3};
 
-/// Units of lengths and of radiance, and the origin, in which a scene is uploaded. Both units are powers of two, so that
-/// nothing is rounded. In these units the brightest light has a radiance of 1 to 2, and instances are about as large
-/// as 1. Otherwise, products such as that of light and area would leave the range of f32 where a scene is both far
-/// and dim, or both near and bright.
+/// The origin and the units of length and radiance in which a scene is uploaded. Both units are powers of two, so that
+/// nothing is rounded. In these units the brightest light has a radiance of 1 to 2, and an instance typically has a size
+/// around 1. Otherwise, products such as radiance × area would leave the range of f32 in scenes that are both far and dim,
+/// or both near and bright.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Units {
-    /// The point of the world that is at zero on the device, so that f32 is finest around it.
+    /// The point of the world, in scene units, that is at zero on the device, because f32 is finest around it.
     pub origin: DVec3,
-    /// The length in scene units that is 1 on the device.
+    /// The length in scene units that is 1 on the device; a power of two.
     pub length: f64,
-    /// The radiance that is 1 on the device.
+    /// The radiance in the scene's unit that is 1 on the device; a power of two.
     pub radiance: f64,
 }
 
-/// The bound of coordinates on the device, within a factor of two.
+/// The bound of coordinates on the device, within a factor of two. It keeps squares of coordinates within the range of f32.
 const FARTHEST: f64 = (1_u64 << 50) as f64;
 
 impl Units {
-    /// The units that suit a scene, with an origin (usually the camera's position).
+    /// Chooses the units for a scene from the sizes of its instances, its extent, and its brightest light at any time.
+    /// `origin` is usually the camera's position.
     pub fn of(scene: &Scene, origin: DVec3) -> Self {
         let brightest = |lights: f32, emission: Vec3| lights.max(emission.max_element());
         let lights = scene.materials.iter().map(|m| m.emission);
@@ -74,24 +75,24 @@ impl Units {
         }
     }
 
-    /// The largest coordinate, from the origin and in scene units, that stays in range on the device.
+    /// The largest distance along an axis from the origin, in scene units, at which coordinates stay in range on the device.
     pub fn farthest(&self) -> f64 {
         2.0 * FARTHEST * self.length
     }
 
-    /// The transform from the world to the device.
+    /// The transform of points from the world, in scene units, to the device's world space.
     pub fn to_device(&self) -> DAffine3 {
         DAffine3::from_scale(DVec3::splat(1.0 / self.length))
             * DAffine3::from_translation(-self.origin)
     }
 
-    /// The transform from the device to the world.
+    /// The transform of points from the device's world space to the world, in scene units.
     pub fn to_world(&self) -> DAffine3 {
         DAffine3::from_translation(self.origin) * DAffine3::from_scale(DVec3::splat(self.length))
     }
 }
 
-/// The largest power of two that is not above `number`; 1 for 0.
+/// The largest power of two that is not above `number`; 1 if `number` is not positive.
 pub(super) fn power_of_two(number: f64) -> f64 {
     if number > 0.0 {
         2.0_f64.powi(exponent(number) as i32)

@@ -1,4 +1,4 @@
-//! The driver's acceleration structures: a bottom level for each mesh, a top level over the instances.
+//! The driver's acceleration structures for ray query: a bottom level for each mesh, and a top level over the instances.
 
 use super::buffer::{Buffer, Usage};
 use super::commands::Commands;
@@ -8,38 +8,42 @@ use ash::{khr, vk};
 use glam::Vec3;
 use std::sync::Arc;
 
-/// An acceleration structure and the buffer that stores it.
+/// A bottom-level or top-level acceleration structure, and the buffer that stores it.
 pub struct AccelerationStructure {
     pub(super) raw: vk::AccelerationStructureKHR,
     buffer: Buffer,
 }
 
-/// The triangles of one mesh: nine floats each, without indices.
+/// The triangles of one mesh, from which a bottom-level structure is built. A triangle is nine floats (three positions),
+/// without indices.
 #[derive(Clone, Copy)]
 pub struct BlasGeometry<'a> {
-    /// The positions of all meshes.
+    /// Buffer with the triangles of all meshes, 36 bytes each. Their positions are in object space:
+    /// [`TlasInstance::object_to_world`] places them in the world.
     pub positions: &'a Buffer,
-    /// Index of the mesh's first triangle in `positions`.
+    /// Index of the mesh's first triangle in `positions`, counted in triangles.
     pub first_triangle: u32,
-    /// Number of triangles of the mesh.
+    /// Number of triangles of the mesh, which are consecutive in `positions`.
     pub triangle_count: u32,
-    /// True if every hit ends a ray; otherwise the shader decides.
+    /// True if every intersection is a hit, without work of the shader. Otherwise the shader decides for each intersection,
+    /// for example by alpha.
     pub opaque: bool,
 }
 
-/// An instance of the top level.
+/// One instance in a top-level structure: a mesh with a transform.
 #[derive(Clone, Copy)]
 pub struct TlasInstance<'a> {
-    /// The mesh's structure.
+    /// Bottom-level structure of the instance's mesh.
     pub blas: &'a AccelerationStructure,
-    /// Columns of the 3×4 object-to-world transform.
+    /// The four columns of the 3×4 transform from object space to world space; the last column is the translation.
     pub object_to_world: [Vec3; 4],
-    /// The value that `rayQueryGetIntersectionInstanceCustomIndexEXT` returns; 24 bits.
+    /// Value in [0, 2²⁴) that `rayQueryGetIntersectionInstanceCustomIndexEXT` returns for the instance, so that shaders find
+    /// its data.
     pub index: u32,
 }
 
 impl AccelerationStructure {
-    /// Builds the structure of one mesh and waits.
+    /// Builds the structure of one mesh, and waits for the build. Tools and messages show `name`.
     ///
     /// # Errors
     /// The device was opened without ray query.
@@ -70,11 +74,10 @@ impl AccelerationStructure {
         Ok(structure)
     }
 
-    /// Builds the structure over the instances and waits. It can be rebuilt with up to `capacity`
-    /// instances.
+    /// Builds the structure over `instances`, and waits for the build. It can be rebuilt with up to `capacity` instances.
     ///
     /// # Errors
-    /// More than 2²⁴ instances, or the errors of [`AccelerationStructure::bottom`].
+    /// There are more than 2²⁴ instances, or the errors of [`AccelerationStructure::bottom`].
     pub fn top(
         device: &Arc<Device>,
         name: &str,
@@ -88,7 +91,8 @@ impl AccelerationStructure {
         Ok(structure)
     }
 
-    /// Rebuilds a structure made by [`Self::top`] over at most its capacity of instances, and waits.
+    /// Rebuilds a structure that [`Self::top`] made over new `instances`, and waits for the build. The caller checks that
+    /// they do not exceed its capacity.
     ///
     /// # Errors
     /// The errors of [`AccelerationStructure::top`].
@@ -97,12 +101,12 @@ impl AccelerationStructure {
         self.fill(Build::over_instances(&buffer)?, instances.len() as u32)
     }
 
-    /// Size of the structure in bytes.
+    /// Size in bytes of the buffer that stores the structure, without the scratch memory of builds.
     pub fn size(&self) -> u64 {
         self.buffer.size()
     }
 
-    /// An empty structure with room for `capacity` primitives.
+    /// Makes a structure that is not built yet, with memory for up to `capacity` triangles or instances.
     fn make(device: &Arc<Device>, name: &str, build: Build<'_>, capacity: u32) -> Result<Self> {
         let functions = functions(device)?;
         let sizes = build.sizes(functions, capacity);
@@ -126,7 +130,7 @@ impl AccelerationStructure {
         Ok(Self { raw, buffer })
     }
 
-    /// Builds the structure from `count` primitives, at most its capacity.
+    /// Builds the structure from `count` triangles or instances, at most its capacity, and waits for the build.
     fn fill(&self, build: Build<'_>, count: u32) -> Result<()> {
         let (device, name) = (&self.buffer.device, self.buffer.name());
         if !device.runs() {
@@ -170,7 +174,7 @@ impl AccelerationStructure {
     }
 }
 
-/// Input of a build.
+/// Input of a build: the level of the structure, and its triangles or instances on the device.
 #[derive(Clone, Copy)]
 struct Build<'a> {
     kind: vk::AccelerationStructureTypeKHR,
@@ -203,7 +207,7 @@ impl Build<'_> {
             .geometries(geometries)
     }
 
-    /// Memory that a structure of `count` primitives needs.
+    /// Sizes in bytes of a structure of `count` triangles or instances, and of the scratch memory of its build.
     fn sizes(
         &self,
         functions: &khr::acceleration_structure::Device,
@@ -224,7 +228,7 @@ impl Build<'_> {
     }
 }
 
-/// The instances in the layout that a build reads.
+/// A new buffer with the instances in the layout that a build reads (`VkAccelerationStructureInstanceKHR`).
 fn instance_buffer(
     device: &Arc<Device>,
     name: &str,

@@ -1,4 +1,4 @@
-//! Buffers, each with a separate memory allocation.
+//! Buffers, each with a separate range of memory, and copies between them and the host.
 
 use super::commands::Commands;
 use super::device::Device;
@@ -10,23 +10,25 @@ use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 use std::sync::Arc;
 
-/// Usage of a buffer besides storage and copies, which every buffer allows.
+/// Uses of a buffer besides storage and copies, which every buffer allows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Usage {
-    /// Input of an acceleration structure build.
+    /// The buffer is input of the build of an acceleration structure: positions or instances.
     pub acceleration_input: bool,
-    /// The buffer holds an acceleration structure.
+    /// The buffer stores an acceleration structure.
     pub acceleration_storage: bool,
-    /// The buffer is bound as a uniform buffer.
+    /// The buffer can be bound as a uniform buffer.
     pub uniform: bool,
-    /// The buffer is read as texels of four `uint`s.
+    /// Shaders can read the buffer as texels of four `uint`s. Its size is then limited to
+    /// [`DeviceInfo::max_texel_bytes`](super::DeviceInfo::max_texel_bytes).
     pub texels: bool,
 }
 
-/// A named buffer, freed when dropped. On a device that only compiles it has a size and no memory.
+/// A named buffer, whose memory is freed when it is dropped. On a device that only compiles it has a size but no memory, and
+/// reads as zeros.
 pub struct Buffer {
     pub(super) raw: vk::Buffer,
-    /// The view through which shaders read texels; null without that usage.
+    /// The view through which shaders read texels; null without [`Usage::texels`].
     pub(super) view: vk::BufferView,
     pub(super) device: Arc<Device>,
     allocation: Option<Allocation>,
@@ -36,8 +38,9 @@ pub struct Buffer {
 }
 
 impl Buffer {
-    /// A buffer in device memory with undefined contents. `size` is in bytes; 0 becomes 16, so that
-    /// an empty array can be bound too.
+    /// Makes a buffer in device memory. `size` is in bytes and is rounded up to a multiple of 16, at least 16, so that an
+    /// empty array can be bound too. The contents are undefined, or zeros with
+    /// [`Features::hashed_outputs`](super::Features::hashed_outputs).
     ///
     /// # Errors
     /// `size` exceeds a limit of the device or its free memory.
@@ -51,7 +54,7 @@ impl Buffer {
         Ok(buffer)
     }
 
-    /// A buffer in device memory that holds `data`.
+    /// Makes a buffer in device memory, copies `data` into it, and waits for the copy.
     ///
     /// # Errors
     /// The errors of [`Buffer::new`].
@@ -164,22 +167,23 @@ impl Buffer {
         Ok(buffer)
     }
 
-    /// Size in bytes: the requested size rounded up to whole texels.
+    /// Size in bytes: the requested size rounded up to a multiple of 16, at least 16.
     pub fn size(&self) -> u64 {
         self.size
     }
 
-    /// True if shaders may read it as texels.
+    /// True if shaders may read the buffer as texels ([`Usage::texels`]).
     pub fn is_texels(&self) -> bool {
         self.is_texels
     }
 
-    /// The name that tools and messages show.
+    /// Name of the buffer, which tools and messages show.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The buffer's device address; 0 on a device that only compiles.
+    /// Device address of the buffer, by which shaders and builds access it without a binding; 0 on a device that only
+    /// compiles.
     ///
     /// # Errors
     /// The device was opened without buffer addresses.
@@ -198,7 +202,7 @@ impl Buffer {
         Ok(unsafe { self.device.raw.get_buffer_device_address(&info) })
     }
 
-    /// [`Self::address`] as shaders take it: the lower word, then the upper one.
+    /// [`Self::address`] as shaders take it: x has the lower 32 bits, y the upper 32 bits.
     ///
     /// # Errors
     /// The errors of [`Self::address`].
@@ -207,7 +211,8 @@ impl Buffer {
         Ok(UVec2::new(address as u32, (address >> 32) as u32))
     }
 
-    /// Overwrites the start of the buffer with `data` and waits for the copy.
+    /// Overwrites the start of the buffer with `data`, and waits for the copy. On a device that only compiles it has no
+    /// effect.
     ///
     /// # Errors
     /// `data` is larger than the buffer.
@@ -232,10 +237,11 @@ impl Buffer {
         Ok(())
     }
 
-    /// Reads the buffer's first `count` values.
+    /// Copies the first `count` values of the buffer to the host, and waits for the copy. On a device that only compiles all
+    /// are zeros.
     ///
     /// # Errors
-    /// The buffer holds fewer values.
+    /// `count` values are larger than the buffer.
     pub fn read<T: bytemuck::Pod>(&self, count: usize) -> Result<Vec<T>> {
         let size = count * size_of::<T>();
         self.check(size as u64)?;
@@ -265,7 +271,7 @@ impl Buffer {
         Ok(values)
     }
 
-    /// A buffer of `size` bytes that the host writes, for uploads.
+    /// Makes a buffer of at least `size` bytes in memory that the host can write, from which uploads are copied.
     pub(super) fn staging(device: &Arc<Device>, size: u64) -> Result<Self> {
         Self::with_location(
             device,
@@ -286,7 +292,7 @@ impl Buffer {
         Ok(())
     }
 
-    /// The memory of the buffer, if the host can access it.
+    /// The bytes of the buffer, for reading and writing on the host. It is an error if the host cannot access its memory.
     pub(super) fn mapped(&mut self) -> Result<&mut [u8]> {
         self.allocation
             .as_mut()
@@ -310,7 +316,8 @@ impl Drop for Buffer {
     }
 }
 
-/// Copies `size` bytes between buffers and waits. The caller has checked both ranges.
+/// Copies `size` bytes between two buffers, and waits. Offsets are in bytes; the caller has checked that both ranges are
+/// inside their buffers.
 fn copy(
     device: &Arc<Device>,
     (from, from_offset): (&Buffer, u64),

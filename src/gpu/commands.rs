@@ -8,23 +8,28 @@ use std::ffi::CString;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// One command buffer, with the objects that are needed to run it once. The resources of the commands are alive until they are
-/// submitted; from then on, dropping a resource waits for them ([`Device::wait_before_drop`]).
+/// One command buffer with the objects that run it once: fence, timestamps and descriptor pools. The caller keeps the
+/// resources of the commands alive until the submission; from then on, dropping a resource waits for the commands
+/// ([`Device::wait_before_drop`]).
 pub(super) struct Commands {
     pub(super) device: Arc<Device>,
-    /// Descriptor pools of the recorded commands, destroyed after the wait.
+    /// Descriptor pools of the recorded commands, one per recorded pass. They are destroyed when the commands have finished,
+    /// or are dropped without submission.
     pub(super) descriptor_pools: Vec<vk::DescriptorPool>,
     recorder: Recorder,
-    /// The frame that the commands end, and its picture.
+    /// Index of the frame that the submission ends, and the image that shows this frame, for capture tools
+    /// (`VK_EXT_frame_boundary`). `None` if the submission ends no frame.
     frame_end: Option<(u32, vk::Image)>,
-    /// True if the commands belong to a [`Submission`].
+    /// True after [`Commands::submit`]: the recorder then belongs to a [`Submission`], and dropping the commands must not
+    /// reuse it.
     is_submitted: bool,
-    /// The name of each region so far, and true if its pass runs for the first time.
+    /// The regions recorded so far, in order: the name of each, and true if its pass runs for the first time. Region `i` has
+    /// the timestamp queries `2 i` and `2 i + 1`.
     regions: Vec<(String, bool)>,
 }
 
 impl Commands {
-    /// An empty command buffer, ready to be recorded.
+    /// An empty command buffer that is ready to be recorded. It uses an idle recorder of the device, or a new one.
     pub(super) fn new(device: &Arc<Device>) -> Result<Self> {
         let fail = |e| device.failure("begin recording", e);
         let timestamps = device.info.timestamp_period > 0.0;
@@ -47,12 +52,13 @@ impl Commands {
         Ok(commands)
     }
 
-    /// The command buffer.
+    /// Vulkan handle of the command buffer, with which other files record commands.
     pub(super) const fn raw(&self) -> vk::CommandBuffer {
         self.recorder.raw
     }
 
-    /// A global memory barrier: everything before it is finished and visible to everything after.
+    /// Records a global memory barrier: all commands recorded before it finish, and their writes become visible to all later
+    /// commands and to the host.
     pub(super) fn barrier(&self) {
         let all = vk::AccessFlags::MEMORY_READ | vk::AccessFlags::MEMORY_WRITE;
         let barrier = [vk::MemoryBarrier::default()
@@ -73,7 +79,7 @@ impl Commands {
         }
     }
 
-    /// Fills a buffer, which the caller keeps alive, with zeros.
+    /// Records a fill of the whole buffer with zeros. The caller keeps the buffer alive until the commands have run.
     pub(super) fn clear(&self, buffer: vk::Buffer) {
         // SAFETY: every buffer allows transfers, and this one is alive until the commands have run.
         unsafe {
@@ -82,7 +88,8 @@ impl Commands {
         }
     }
 
-    /// Opens a labelled, timed region. Regions do not nest. `first_run` is passed on to its time.
+    /// Opens a region with the debug label `name` and a start timestamp. Regions must not nest. `first_run` is true if the
+    /// region's pass runs for the first time; it is copied to [`PassTime::first_run`].
     pub(super) fn begin(&mut self, name: &str, first_run: bool) {
         if let (Some(debug), Ok(label)) = (&self.device.debug, CString::new(name)) {
             let label = vk::DebugUtilsLabelEXT::default().label_name(&label);
@@ -93,7 +100,7 @@ impl Commands {
         self.regions.push((name.to_owned(), first_run));
     }
 
-    /// Closes the region that `begin` opened.
+    /// Closes the region that `begin` opened: writes the end timestamp and ends the debug label.
     pub(super) fn end(&mut self) {
         self.timestamp(2 * self.regions.len() as u32 - 1);
         if let Some(debug) = &self.device.debug {
@@ -102,7 +109,8 @@ impl Commands {
         }
     }
 
-    /// Marks the submission as the end of a frame, for tools that use this mark.
+    /// Marks the submission as the end of the frame with index `number`, which `picture` shows. Capture tools find frames by
+    /// this mark; it has no effect on a device without `VK_EXT_frame_boundary`.
     pub(super) fn ends_frame(&mut self, number: u32, picture: vk::Image) {
         self.frame_end = Some((number, picture));
     }
@@ -121,7 +129,8 @@ impl Commands {
         }
     }
 
-    /// Submits all commands, waits, and returns the time of each region (empty without timestamps).
+    /// Submits all commands, waits for them, and returns the time of each region in the order of recording. The list is
+    /// empty on a device without timestamps.
     ///
     /// # Errors
     /// The device is lost or out of memory.
@@ -130,7 +139,8 @@ impl Commands {
         Ok(device.wait_for(self.submit()?)?.0)
     }
 
-    /// Submits all commands.
+    /// Submits all commands without waiting. The caller passes the returned [`Submission`] to [`Device::wait_for`], which
+    /// returns the times.
     ///
     /// # Errors
     /// The device is lost or out of memory.

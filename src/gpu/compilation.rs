@@ -1,6 +1,6 @@
-//! Programs that are made in the background.
+//! Programs that are made in background threads.
 //!
-//! Drivers take up to a second for a large shader, each on one core. So the programs of all passes are compiled at the same
+//! A driver takes up to a second for a large shader, on one core. So the programs of all passes are compiled at the same
 //! time, and the first recording of a pass waits for its program.
 
 use super::device::Device;
@@ -9,13 +9,15 @@ use crate::{Error, Result};
 use std::sync::{Arc, Mutex, OnceLock};
 use std::thread::{Builder, JoinHandle};
 
-/// A program, or the text of the reason why there is none.
+/// A program, or the message of the error that prevented it.
 type Made = std::result::Result<Program, String>;
 
-/// The size of a compiling thread's stack, in bytes: the usual size of a main thread's stack, since compilers recurse deeply.
+/// Stack size of a compiling thread in bytes. It is the usual size of a main thread's stack, because compilers recurse
+/// deeply.
 const STACK_BYTES: usize = 8 << 20;
 
-/// A program, finished or not. Dropping it waits for the driver, which cannot be interrupted.
+/// A program that a background thread makes or has made. Dropping it waits for the driver's compiler, which cannot be
+/// interrupted.
 pub(super) struct Compilation {
     name: String,
     made: OnceLock<Made>,
@@ -23,7 +25,7 @@ pub(super) struct Compilation {
 }
 
 impl Compilation {
-    /// Starts to make a program.
+    /// Starts a thread that makes a program from `source`. If no thread can be started, the call itself makes the program.
     pub(super) fn start(device: &Arc<Device>, source: Source) -> Self {
         let source = Arc::new(source);
         let make = |device: &Arc<Device>, source: &Source| {
@@ -48,10 +50,10 @@ impl Compilation {
         }
     }
 
-    /// Waits for the program.
+    /// Waits until the program is made, and returns it; later calls return at once.
     ///
     /// # Errors
-    /// The shader uses more than the device can bind, or the driver rejects it.
+    /// The shader binds more storage buffers than the device allows, or the driver rejects the shader.
     pub(super) fn wait(&self) -> Result<&Program> {
         let made = self.made.get_or_init(|| {
             let thread = self.thread.lock().ok().and_then(|mut thread| thread.take());

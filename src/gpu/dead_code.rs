@@ -1,18 +1,20 @@
 //! Removal of code that a specialised shader cannot run, and of the bindings that only such code uses.
 //!
-//! Shaders have the code of every technique, and every name in the code must be bound, even if the code cannot run. Devices
-//! bind a limited number of buffers to a shader: SwiftShader 30, lavapipe of Mesa 22 32, beyond which it crashes.
+//! A shader contains the code of all settings, and every binding that its code names must be bound, even if the code cannot
+//! run. But devices bind a limited number of buffers to a shader: SwiftShader 30, lavapipe of Mesa 22 32, and lavapipe
+//! crashes beyond its limit.
 //!
 //! Conditional constant propagation finds the blocks that can be reached (Wegman and Zadeck, "Constant Propagation with
-//! Conditional Branches", 1991). The others stay, but empty, so that control flow keeps the structure that SPIR-V requires.
+//! Conditional Branches", 1991). The other blocks stay, but empty, so that control flow keeps the structure that SPIR-V
+//! requires.
 
 use super::specialise::{fold, words_of_constants};
 use rspirv::dr::{Block, Function, Instruction, Module, Operand};
 use rspirv::spirv::{Op, Word};
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-/// Removes the code of `module` that no invocation reaches, functions that are not called, and variables and constants without
-/// a use.
+/// Removes the code of `module` that no invocation reaches, and then the functions, variables and scalar constants that have
+/// no use any more. `module` must be specialised.
 pub fn remove_dead_code(module: &mut Module) {
     let mut constants = words_of_constants(module);
     let values = module.all_inst_iter();
@@ -43,7 +45,8 @@ fn id_of_function(function: &Function) -> Option<Word> {
     function.def.as_ref()?.result_id
 }
 
-/// The labels of the blocks that can be reached. Functions that always return one constant word are added to `constants`.
+/// The labels of the blocks, of all functions, that can be reached. If a function always returns the same constant word, its
+/// id and the word are added to `constants`.
 fn reached_blocks(functions: &[Function], constants: &mut HashMap<Word, u32>) -> HashSet<Word> {
     loop {
         let mut live = HashSet::new();
@@ -66,7 +69,8 @@ fn reached_blocks(functions: &[Function], constants: &mut HashMap<Word, u32>) ->
     }
 }
 
-/// The variables of a function that are only loaded and stored as a whole.
+/// Ids of the function's variables that have no initialiser and are only loaded and stored as a whole. Only their content is
+/// tracked.
 fn whole_variables(function: &Function) -> HashSet<Word> {
     let mut variables = HashSet::new();
     for instruction in instructions_of(function) {
@@ -81,15 +85,16 @@ fn whole_variables(function: &Function) -> HashSet<Word> {
     variables
 }
 
-/// The known content of a value that was reached.
+/// The known content of a value that was reached: one constant word, or no constant.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Known {
-    /// A constant word; booleans are 0 or 1.
+    /// The value is this 32-bit word in every invocation; booleans are 0 or 1.
     Word(u32),
     Varies,
 }
 
-/// The common content of several values; `None` if there are no values.
+/// The common content of several values: their word if all have the same one, otherwise [`Known::Varies`]. `None` if there
+/// are no values.
 fn common(mut values: impl Iterator<Item = Known>) -> Option<Known> {
     let first = values.next()?;
     Some(match values.all(|other| other == first) {
@@ -98,18 +103,18 @@ fn common(mut values: impl Iterator<Item = Known>) -> Option<Known> {
     })
 }
 
-/// The reachable part of a function.
+/// The reachable part of a function, and the content of the values in it.
 struct Reached<'a> {
     constants: &'a HashMap<Word, u32>,
-    /// The values that the function computes.
+    /// Ids of the values that the function computes.
     own: HashSet<Word>,
-    /// The variables that are only loaded and stored as a whole.
+    /// Ids of the variables that are only loaded and stored as a whole, from [`whole_variables`].
     variables: HashSet<Word>,
-    /// The known content of values that were reached, and of such variables.
+    /// The known content of values that were reached and of `variables`, by id. An id is missing until it is reached.
     known: HashMap<Word, Known>,
-    /// The labels of the reached blocks.
+    /// Labels of the blocks that were reached.
     blocks: HashSet<Word>,
-    /// The reached edges, as pairs of labels.
+    /// Edges of the control flow that were reached: the label of a block, and that of its successor.
     edges: HashSet<(Word, Word)>,
 }
 
@@ -138,7 +143,8 @@ impl<'a> Reached<'a> {
         }
     }
 
-    /// Follows a block if it is reached; returns true if it found something new.
+    /// Evaluates the instructions of a block and follows its branches, if the block was reached. Returns true if this
+    /// reached a new edge or changed a value, so that another round is needed.
     fn visit(&mut self, block: &Block) -> bool {
         let Some(here) = label_of(block).filter(|label| self.blocks.contains(label)) else {
             return false;
@@ -171,7 +177,7 @@ impl<'a> Reached<'a> {
         is_new
     }
 
-    /// The known content of an operand; `None` if it is a value that was not reached yet.
+    /// The known content of an operand; `None` if it is a value of the function that was not reached yet.
     fn operand(&self, operand: &Operand) -> Option<Known> {
         let Operand::IdRef(id) = operand else {
             return Some(Known::Varies);
@@ -183,7 +189,8 @@ impl<'a> Reached<'a> {
         }
     }
 
-    /// The known content of the result of an instruction in block `here`; `None` if none of its inputs was reached yet.
+    /// The known content of the result of an instruction in the block with the label `here`. `None` for a phi without an
+    /// input that was reached, and for a load of a variable to which nothing was stored yet.
     fn evaluate(&self, instruction: &Instruction, here: Word) -> Option<Known> {
         let operands = &instruction.operands;
         let operation = instruction.class.opcode;
@@ -228,7 +235,7 @@ impl<'a> Reached<'a> {
         Some(folded.map_or(Known::Varies, Known::Word))
     }
 
-    /// The known content of the value that the function returns.
+    /// The known content of the value that the function returns; `None` if no reached block returns one.
     fn returned(&self, function: &Function) -> Option<Known> {
         let blocks = function.blocks.iter();
         let live = blocks.filter(|block| label_of(block).is_some_and(|l| self.blocks.contains(&l)));
@@ -237,7 +244,7 @@ impl<'a> Reached<'a> {
         common(returns.filter_map(|i| self.operand(i.operands.first()?)))
     }
 
-    /// Labels of the blocks that may follow.
+    /// Labels of the blocks that may follow `block`: only one if the condition of its branch is a known constant.
     fn successors(&self, block: &Block) -> Vec<Word> {
         let Some(last) = block.instructions.last() else {
             return Vec::new();
@@ -268,8 +275,8 @@ impl<'a> Reached<'a> {
     }
 }
 
-/// A constant of zeros for each type that needs one, in a deterministic order: drivers cache compiled shaders by a hash of the
-/// words.
+/// New zero constants (`OpConstantNull`), one for each type that needs one. They are sorted by type, so that a shader has
+/// the same words in every run: drivers cache compiled shaders by a hash of the words.
 struct Nulls {
     by_type: BTreeMap<Word, Word>,
     next: Word,
@@ -302,8 +309,8 @@ impl Nulls {
     }
 }
 
-/// Removes all instructions except the terminators from blocks that are not `live`. Their results are used only in these
-/// terminators, and in live blocks that select a value by their predecessor.
+/// Removes all instructions of blocks that are not `live`, except their merge instructions and terminators. Uses of removed
+/// results, in these terminators and in phis of live blocks, become zero constants. `types` has the type of each value.
 fn empty_other_blocks(
     function: &mut Function,
     live: &HashSet<Word>,
@@ -345,7 +352,7 @@ fn empty_other_blocks(
     }
 }
 
-/// True for instructions that make up the control flow.
+/// True for merge instructions and terminators, which make up the control flow and stay in unreachable blocks.
 fn is_structure(instruction: &Instruction) -> bool {
     matches!(
         instruction.class.opcode,
@@ -361,7 +368,7 @@ fn is_structure(instruction: &Instruction) -> bool {
     )
 }
 
-/// Removes functions that no entry point calls, directly or not.
+/// Removes the functions that no entry point calls, directly or through other functions.
 fn remove_functions(module: &mut Module) {
     let by_id: HashMap<Word, &Function> = (module.functions.iter())
         .filter_map(|function| Some((id_of_function(function)?, function)))
@@ -384,7 +391,8 @@ fn remove_functions(module: &mut Module) {
         .retain(|function| id_of_function(function).is_some_and(|id| called.contains(&id)));
 }
 
-/// Removes variables of the module that no function names.
+/// Removes variables of the module that no function uses, also from the interfaces of entry points. Their bindings then need
+/// no resource.
 fn remove_variables(module: &mut Module) {
     let operands = (module.functions.iter())
         .flat_map(instructions_of)
@@ -404,7 +412,8 @@ fn remove_variables(module: &mut Module) {
     }
 }
 
-/// Removes constants that nothing uses, so that shaders that differ only in settings that they do not read are equal.
+/// Removes scalar constants that nothing uses. Shaders that differ only in settings that they do not read become equal by
+/// this.
 fn remove_constants(module: &mut Module) {
     let names = [Op::Name, Op::MemberName, Op::Decorate, Op::MemberDecorate];
     let operands = (module.all_inst_iter())
@@ -417,7 +426,7 @@ fn remove_constants(module: &mut Module) {
     });
 }
 
-/// Removes the names and decorations of objects that no longer exist.
+/// Removes the names and decorations of ids that no longer exist, because such references are not valid SPIR-V.
 fn remove_names(module: &mut Module) {
     let there: HashSet<Word> = module.all_inst_iter().filter_map(|i| i.result_id).collect();
     let is_of_something = |i: &Instruction| {

@@ -1,4 +1,4 @@
-//! The logical device: queue, memory, names.
+//! An open device (Vulkan's logical device): its queue and memory, and names and labels for tools.
 
 use super::device_info::DeviceInfo;
 use super::instance::{Instance, change_lists, walk_lists};
@@ -15,32 +15,34 @@ use std::ffi::CString;
 use std::mem::ManuallyDrop;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Optional features, enabled only if they are used.
+/// Optional features with which a device is opened. Each is enabled only if it is requested, because not every device has
+/// it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Features {
-    /// Acceleration structures and ray queries; includes buffer addresses.
+    /// Enables acceleration structures and ray queries in compute shaders. It includes `buffer_addresses`.
     pub ray_query: bool,
-    /// Buffer device addresses.
+    /// Gives every buffer a device address, by which shaders access it without a binding.
     pub buffer_addresses: bool,
-    /// Arrays of sampled images, which each invocation indexes by itself.
+    /// Enables arrays of sampled images, which each invocation indexes by itself (descriptor indexing).
     pub image_arrays: bool,
-    /// Pictures are presented to a headless surface, and tools are notified of the ends of frames.
+    /// Enables presentation of pictures to a headless surface. Submissions also mark the ends of frames for capture tools,
+    /// if the device can do so.
     pub presentation: bool,
-    /// The device reports statistics of the driver's compiler about shaders.
+    /// Records statistics of the driver's compiler about each pipeline ([`CompilerReport`](super::CompilerReport)).
     pub executable_properties: bool,
-    /// Not a feature of the driver: the device only makes pipelines. Buffers have no memory and read as zeros, and no command
-    /// runs. A driver without its GPU can do this.
+    /// Not a feature of the driver: the device only makes pipelines. Buffers have no memory and read as zeros, and no
+    /// command runs. A driver without its GPU can be used so.
     pub compiles_only: bool,
     /// Not a feature of the driver: outputs of passes can be hashed ([`Device::hash_outputs`]). Buffers begin with zeros, so
-    /// that bytes that no pass wrote do not differ.
+    /// that bytes that no pass wrote do not change the hashes.
     pub hashed_outputs: bool,
 }
 
-/// An open device, used by all objects that are made from it.
+/// An open device with its queue and memory allocator. All objects that are made from it keep it open.
 pub struct Device {
-    /// Properties and abilities of the device.
+    /// Properties, limits and abilities of the physical device.
     pub info: DeviceInfo,
-    /// The features with which it was opened.
+    /// The features with which the device was opened; `buffer_addresses` is also true if `ray_query` is.
     pub features: Features,
     pub(super) raw: ash::Device,
     pub(super) queue: vk::Queue,
@@ -48,24 +50,25 @@ pub struct Device {
     pub(super) debug: Option<ext::debug_utils::Device>,
     pub(super) presentation: Option<khr::swapchain::Device>,
     pub(super) executables: Option<khr::pipeline_executable_properties::Device>,
-    /// True if submissions mark the end of a frame.
+    /// True if submissions mark the ends of frames: presentation was requested and the device has `VK_EXT_frame_boundary`.
     pub(super) ends_frames: bool,
-    /// Minimum alignment of scratch memory for acceleration structure builds, in bytes.
+    /// Minimum alignment of scratch memory for builds of acceleration structures, in bytes; at least 256.
     pub(super) scratch_alignment: u64,
     pub(super) allocator: ManuallyDrop<Mutex<Allocator>>,
-    /// Serialises submissions: Vulkan requires external synchronisation of a queue.
+    /// Lock that is held while the queue is used, because Vulkan allows only one thread at a time to use it.
     pub(super) queue_lock: Mutex<()>,
-    /// Command buffers that are not in use.
+    /// Recorders (command buffers with fence and timestamps) that are not in use, kept for later commands.
     pub(super) idle: Mutex<Vec<Recorder>>,
     /// Submissions that nothing has waited for yet, the oldest first.
     pub(super) running: Mutex<VecDeque<Submission>>,
-    /// The records of the work on the device.
+    /// Records of the work on the device, such as compiled shaders and memory in use, for profiles and regression tests.
     pub records: Records,
     instance: Arc<Instance>,
 }
 
 impl Device {
-    /// Runs each pass separately from now on and hashes its outputs.
+    /// Runs each pass separately from now on, and stores a hash of each buffer that it may write
+    /// ([`Records::take_outputs`]).
     ///
     /// # Errors
     /// The device was opened without [`Features::hashed_outputs`].
@@ -79,13 +82,14 @@ impl Device {
         Ok(())
     }
 
-    /// Opens `info` with `features`.
+    /// Opens the physical device `info` with `features`.
     ///
-    /// Under the validation layers no other thread may use Vulkan while a device is opened or closed: they keep their devices
-    /// in a map without a lock (1.3.239), and a change of the map during another thread's look-up damages the heap.
+    /// Under the validation layers no other thread may use Vulkan while a device is opened or closed. The layers (1.3.239)
+    /// keep their devices in a map without a lock, and a change of the map during another thread's look-up damages the heap.
     ///
     /// # Errors
-    /// The device lacks one of the features, the driver cannot open it, or the host cannot map its memory.
+    /// The device lacks one of the features, the driver cannot open it, its memory allocator cannot be made, or the host
+    /// cannot map its memory.
     pub fn open(
         instance: &Arc<Instance>,
         info: DeviceInfo,
@@ -232,15 +236,16 @@ impl Device {
         Ok(device)
     }
 
-    /// True if the device runs commands and its buffers have contents ([`Features::compiles_only`]).
+    /// True if the device runs commands and its buffers have contents; false with [`Features::compiles_only`].
     pub(super) const fn runs(&self) -> bool {
         !self.features.compiles_only
     }
 
-    /// Checks that the host can map memory of the device. Drivers without their GPU crash where commands are recorded.
+    /// Checks that the host can map memory of the device. A driver without its GPU fails here, and would crash where
+    /// commands are recorded.
     ///
     /// # Errors
-    /// The host cannot map it.
+    /// The host cannot map the memory, or the device has none left for the check.
     fn check_mapping(&self) -> Result<()> {
         let wanted = AllocationCreateDesc {
             name: "a test of mapping",
@@ -270,22 +275,24 @@ impl Device {
         )))
     }
 
-    /// Messages of the validation layers so far, for every device of the instance.
+    /// Messages of the validation layers so far, the oldest first, for all devices of the instance; empty without
+    /// validation.
     pub fn validation_messages(&self) -> Vec<String> {
         self.instance.validation_messages()
     }
 
-    /// The tools between Headwater and the device, by name; see [`Instance::tools`].
+    /// Names of the tools between Headwater and the device, such as capture layers; see [`Instance::tools`].
     pub fn tools(&self) -> Vec<String> {
         self.instance.tools(&self.info)
     }
 
-    /// The instance to which the device belongs.
+    /// The Vulkan instance from which the device was opened.
     pub(super) fn instance(&self) -> &Instance {
         &self.instance
     }
 
-    /// Labels all submissions until the returned value is dropped, as tools show it.
+    /// Opens a debug label around all submissions until the returned value is dropped. Capture tools and profilers show
+    /// `name`.
     pub fn label(self: &Arc<Self>, name: &str) -> Label {
         if let (Some(debug), Ok(name)) = (&self.debug, CString::new(name)) {
             let label = vk::DebugUtilsLabelEXT::default().label_name(&name);
@@ -297,7 +304,7 @@ impl Device {
         Label(None)
     }
 
-    /// Sets the name of a Vulkan object that debugging tools and messages show.
+    /// Gives a Vulkan object the name that debugging tools and messages show.
     pub(super) fn name<T: vk::Handle>(&self, object: T, name: &str) {
         if let (Some(debug), Ok(name)) = (&self.debug, CString::new(name)) {
             let info = vk::DebugUtilsObjectNameInfoEXT::default()
@@ -309,10 +316,10 @@ impl Device {
         }
     }
 
-    /// Memory for a buffer or an image of `bytes`, which a message names.
+    /// Allocates memory for a buffer or an image. `bytes` is its size, for the error message.
     ///
     /// # Errors
-    /// The device has too little free memory.
+    /// The device has too little free memory, or none of a suitable type.
     pub(super) fn allocate(
         &self,
         wanted: &AllocationCreateDesc<'_>,
@@ -327,7 +334,7 @@ impl Device {
         self.allocator.lock().map_err(panicked)
     }
 
-    /// The error for missing memory.
+    /// The error for a failed allocation of `bytes` bytes, which names the object and the device.
     fn lacks(
         &self,
         wanted: &AllocationCreateDesc<'_>,
@@ -340,14 +347,14 @@ impl Device {
         ))
     }
 
-    /// Frees memory, if there is any.
+    /// Frees the memory of a buffer or an image; `None` has no effect.
     pub(super) fn free(&self, allocation: Option<Allocation>) {
         if let (Some(allocation), Ok(mut allocator)) = (allocation, self.allocator.lock()) {
             let _ = allocator.free(allocation);
         }
     }
 
-    /// The error for a failed Vulkan call; `what` completes "failed to …".
+    /// The error for a failed Vulkan call; `what` completes the sentence "failed to …", and `cause` is the call's result.
     pub(super) fn failure(&self, what: &str, cause: vk::Result) -> Error {
         Error::failed(format!(
             "device '{}' failed to {what} ({cause})",
@@ -356,7 +363,8 @@ impl Device {
     }
 }
 
-/// A label over submissions, if the device has labels; it ends when this is dropped.
+/// A debug label around submissions, which ends when the value is dropped. It has no effect on a device without debug
+/// labels.
 pub struct Label(Option<Arc<Device>>);
 
 impl Drop for Label {

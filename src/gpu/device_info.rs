@@ -1,22 +1,22 @@
-//! The properties and abilities of a physical device, queried once.
+//! The properties, limits and abilities of a physical device, queried once.
 
 use ash::{ext, khr, vk};
 use std::ffi::CStr;
 
-/// Bytes of a texel, as buffers are read through texel views: four `uint`s.
+/// Size in bytes of a texel, as shaders read buffers through texel views: four `uint`s.
 pub(super) const TEXEL_SIZE: u64 = 16;
 
-/// Drivers that need special treatment.
+/// Drivers that need special treatment, such as another access to the buffers of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DriverKind {
-    /// Mesa's Vulkan on the CPU, also called lavapipe.
+    /// Mesa's Vulkan driver for the CPU, also called lavapipe. Old versions end loops after a number of iterations.
     Llvmpipe {
-        /// Mesa's major version; 0 if the driver does not report it.
+        /// Major version of Mesa. It is 0, and counts as an old version, if the driver does not report it.
         mesa: u32,
     },
-    /// Google's Vulkan on the CPU.
+    /// Google's Vulkan driver for the CPU, which is slower with buffer addresses than with bindings.
     SwiftShader,
-    /// Any other driver.
+    /// Any other driver, without special treatment.
     Other,
 }
 
@@ -35,68 +35,75 @@ impl DriverKind {
         }
     }
 
-    /// The driver's limit on loop iterations, if it has one: it ends all loops of an invocation after
-    /// this many iterations in total.
+    /// The total number of loop iterations after which the driver ends all loops of an invocation; `None` without such a
+    /// limit.
     ///
     /// Mesa 22.3.6 counts the iterations of all loops, inner and outer, and ends them after 65,535
-    /// (`LP_MAX_TGSI_LOOP_ITERATIONS`); Mesa 25.0.7 has no limit. `tests/drivers.rs` checks this.
-    /// Versions between were not tested.
+    /// (`LP_MAX_TGSI_LOOP_ITERATIONS`); Mesa 25.0.7 has no limit. `tests/drivers.rs` checks this. Versions between them were
+    /// not tested, and count as limited.
     fn loop_turns(self) -> Option<u32> {
         matches!(self, Self::Llvmpipe { mesa } if mesa < 25).then_some(65_535)
     }
 }
 
-/// Properties and abilities of a physical device.
+/// Properties, limits and abilities of a physical device, from which Headwater chooses devices, features and shader
+/// variants.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct DeviceInfo {
-    /// Index in the driver's list, as `--device` takes it.
+    /// Index in the driver's list of devices, counted from 0; `--device` accepts it.
     pub index: usize,
-    /// The device's name.
+    /// Name of the device as the driver reports it; `--device` accepts a part of it.
     pub name: String,
-    /// `discrete`, `integrated`, `virtual`, `cpu` or `other`.
+    /// Kind of the device: `discrete`, `integrated`, `virtual`, `cpu` or `other`. Devices are preferred in this order.
     pub kind: &'static str,
-    /// The driver's name and version.
+    /// Name and version of the driver, as one text.
     pub driver: String,
-    /// Vulkan version, `major.minor.patch`.
+    /// Vulkan version of the device as `major.minor.patch`; it must be at least 1.2.
     pub vulkan: String,
-    /// True if acceleration structures and ray queries work in compute shaders.
+    /// True if compute shaders can use acceleration structures and ray queries, which the tracer `ray-query` needs.
     pub ray_query: bool,
-    /// True if buffers have device addresses.
+    /// True if buffers have device addresses, by which shaders access them without a binding and its limit on the size.
     pub buffer_addresses: bool,
-    /// True if buffers can have the same addresses when a capture is replayed.
+    /// True if buffers can have the same addresses again when a capture is replayed. Otherwise captured frames use no
+    /// addresses.
     pub address_replay: bool,
-    /// True if each invocation can index arrays of sampled images by itself (descriptor indexing).
+    /// True if each invocation can index arrays of sampled images by itself (descriptor indexing), as textures in images
+    /// need.
     pub image_arrays: bool,
-    /// True if pictures can be presented.
+    /// True if the device has swapchains (`VK_KHR_swapchain`). Presentation also needs headless surfaces of the instance,
+    /// see [`Instance::presents`](super::Instance::presents).
     pub presentation: bool,
-    /// True if submissions can mark the end of a frame (`VK_EXT_frame_boundary`).
+    /// True if submissions can mark the end of a frame for capture tools (`VK_EXT_frame_boundary`).
     pub frame_boundary: bool,
-    /// True if the driver reports statistics of its compiler about a shader (`VK_KHR_pipeline_executable_properties`).
+    /// True if the driver can report statistics of its compiler about a shader, such as registers
+    /// (`VK_KHR_pipeline_executable_properties`).
     pub executable_properties: bool,
-    /// The number of invocations in a subgroup.
+    /// Number of invocations in a subgroup; 0 if the device has no Vulkan 1.2.
     pub subgroup_size: u32,
-    /// Nanoseconds per timestamp tick; 0 if compute queues have no timestamps.
+    /// Length of a timestamp tick in nanoseconds; 0 if the compute queue has no timestamps, so that passes are not timed.
     pub timestamp_period: f32,
-    /// The largest range of one storage-buffer descriptor, in bytes.
+    /// The maximum size in bytes of a buffer that is bound as a storage buffer. Larger buffers can only be read by address
+    /// or as texels.
     pub max_storage_buffer_range: u64,
-    /// The maximum number of storage buffers of one shader.
+    /// The maximum number of storage buffers that one shader can bind.
     pub max_storage_buffers: u32,
-    /// The maximum number of texels in one buffer.
+    /// The maximum number of texels, of 16 bytes each, in a buffer that shaders read as texels.
     pub max_texels: u32,
-    /// The maximum number of images and buffers that one pass can bind if it samples images.
+    /// The maximum number of images and buffers together that one pass can bind if it samples images.
     pub max_sampled_images: u32,
-    /// Longest side of an image, in texels.
+    /// The maximum width and height of an image, in texels.
     pub max_image_side: u32,
-    /// Largest buffer, in bytes.
+    /// The maximum size of one buffer in bytes, which is that of one memory allocation.
     pub max_buffer_size: u64,
-    /// Memory on the device, in bytes.
+    /// Total size of the device-local memory in bytes, free or not.
     pub device_memory: u64,
-    /// The number of loop iterations after which the driver ends all loops of an invocation, if it has such a limit.
+    /// The total number of loop iterations after which the driver ends all loops of an invocation; `None` without such a
+    /// limit. With a limit, a dispatch of path tracing has fewer samples, and each frame is checked for ended loops.
     pub loop_turns: Option<u32>,
-    /// The driver.
+    /// The driver, if it is one that needs special treatment.
     #[serde(skip)]
     pub driver_kind: DriverKind,
-    /// The reason why Headwater cannot use the device; `None` if it can.
+    /// The reason why Headwater cannot use the device, such as `it has no compute queue`; `None` if it can.
     pub unusable: Option<String>,
     #[serde(skip)]
     pub(super) raw: vk::PhysicalDevice,
@@ -105,18 +112,19 @@ pub struct DeviceInfo {
 }
 
 impl DeviceInfo {
-    /// True if the device computes on the CPU.
+    /// True if the device is a software driver that computes on the CPU.
     pub fn is_cpu(&self) -> bool {
         self.kind == "cpu"
     }
 
-    /// Largest buffer that can be read as texels of four `uint`s, in bytes.
+    /// The maximum size in bytes of a buffer that shaders read as texels of four `uint`s.
     pub fn max_texel_bytes(&self) -> u64 {
         TEXEL_SIZE * u64::from(self.max_texels)
     }
 
-    /// The number of threads among which the driver splits a dispatch into equal contiguous ranges of workgroups, as llvmpipe
-    /// does; 1 for GPUs. Shaders interleave the image's parts by it, since a thread with an easy part of the image would idle.
+    /// The number of threads among which the driver splits a dispatch into equal contiguous ranges of workgroups, as
+    /// llvmpipe does; 1 for GPUs. Shaders use it to give each thread workgroups from the whole image, because a thread with
+    /// an easy part of the image would idle.
     pub fn interleave(&self) -> u32 {
         match std::thread::available_parallelism() {
             Ok(threads) if self.is_cpu() => threads.get() as u32,
@@ -124,7 +132,7 @@ impl DeviceInfo {
         }
     }
 
-    /// The properties of the physical device `device`; `index` is its index in the driver's list.
+    /// Queries the properties of a physical device; `index` is its index in the driver's list.
     pub(super) fn of(instance: &ash::Instance, index: usize, device: vk::PhysicalDevice) -> Self {
         let mut driver = vk::PhysicalDeviceDriverProperties::default();
         let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();

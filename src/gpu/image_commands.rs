@@ -4,10 +4,11 @@ use super::buffer::Buffer;
 use super::commands::Commands;
 use ash::vk;
 
-/// The layout while rows are copied: the validation layers warn of copies into `GENERAL`.
+/// Layout of an image while rows are copied into it. `GENERAL` would also do, but the validation layers warn of copies into
+/// it.
 pub(super) const UPLOAD: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
 
-/// The whole of such an image.
+/// The whole of an image with one level of detail and one layer.
 pub(super) const WHOLE: vk::ImageSubresourceRange = vk::ImageSubresourceRange {
     aspect_mask: vk::ImageAspectFlags::COLOR,
     base_mip_level: 0,
@@ -16,18 +17,19 @@ pub(super) const WHOLE: vk::ImageSubresourceRange = vk::ImageSubresourceRange {
     layer_count: 1,
 };
 
-/// Rows of an image.
+/// A range of whole rows of an image, which is copied at once.
 pub(super) struct Rows {
-    /// The width in pixels.
+    /// Width of the image, and so of each row, in pixels.
     pub(super) width: u32,
-    /// The index of the first row.
+    /// Index of the first row of the range, counted from the top of the image.
     pub(super) first: u32,
-    /// The number of rows.
+    /// Number of rows in the range.
     pub(super) count: u32,
 }
 
 impl Commands {
-    /// Records a change of layout between copies and all other accesses.
+    /// Records a change of the whole image from the layout `from` to the layout `to`. It is also a barrier: all accesses
+    /// before it finish before those after it begin.
     pub(super) fn change_layout(&self, image: vk::Image, [from, to]: [vk::ImageLayout; 2]) {
         let all = vk::AccessFlags::MEMORY_READ | vk::AccessFlags::MEMORY_WRITE;
         let barrier = [vk::ImageMemoryBarrier::default()
@@ -55,7 +57,7 @@ impl Commands {
     }
 
     /// Records a copy of rows, four bytes per pixel, from the start of a buffer to an image in the layout [`UPLOAD`]. The
-    /// caller has checked that both hold the rows.
+    /// caller has checked that buffer and image hold the rows.
     pub(super) fn copy_rows(&self, from: &Buffer, to: vk::Image, rows: &Rows) {
         let region = [vk::BufferImageCopy::default()
             .image_subresource(vk::ImageSubresourceLayers {

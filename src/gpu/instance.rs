@@ -1,4 +1,4 @@
-//! The Vulkan instance, its devices, and the choice of one.
+//! The Vulkan instance, the list of its devices, and the choice of one.
 
 use super::device_info::DeviceInfo;
 use super::messages::DebugUtils;
@@ -7,50 +7,52 @@ use ash::{ext, khr, vk};
 use std::ffi::CStr;
 use std::sync::{Arc, RwLock, RwLockReadGuard, RwLockWriteGuard};
 
-/// Guards the lists of instances and devices in the Vulkan loader. Versions up to 1.4 at least walk them without a lock
-/// to find the device of an object that is given a name, and crash where another thread opens or closes a device.
+/// Guards the lists of instances and devices inside the Vulkan loader. Loaders, at least up to version 1.4, walk these lists
+/// without a lock to find the device of an object that is given a name. They crash if another thread opens or closes a
+/// device meanwhile.
 static LISTS: RwLock<()> = RwLock::new(());
 
-/// Permission to walk the loader's lists.
+/// Permission to walk the loader's lists, held while an object is given a name. Several threads can hold it at once.
 pub(super) fn walk_lists() -> RwLockReadGuard<'static, ()> {
     LISTS.read().unwrap_or_else(|e| e.into_inner())
 }
 
-/// Permission to change the loader's lists: to open or close an instance or a device.
+/// Exclusive permission to change the loader's lists, held while an instance or a device is opened or closed.
 pub(super) fn change_lists() -> RwLockWriteGuard<'static, ()> {
     LISTS.write().unwrap_or_else(|e| e.into_inner())
 }
 
-/// The loaded Vulkan library and its instance.
+/// The loaded Vulkan library and an instance of it, from which devices are listed and opened.
 pub struct Instance {
     pub(super) raw: ash::Instance,
     pub(super) debug: Option<DebugUtils>,
-    /// The extensions that make headless surfaces, if they were requested and exist.
+    /// Functions that make headless surfaces; `None` if they were not requested or Vulkan lacks their extensions.
     pub(super) surfaces: Option<Surfaces>,
     /// Keeps the Vulkan library loaded; dropped last.
     entry: ash::Entry,
 }
 
-/// The extensions by which surfaces without a window are made and queried.
+/// Functions of the extensions that make and query surfaces without a window (`VK_KHR_surface`, `VK_EXT_headless_surface`).
 pub(super) struct Surfaces {
     pub(super) surface: khr::surface::Instance,
     pub(super) headless: ext::headless_surface::Instance,
 }
 
-/// The purposes of an instance.
+/// The purposes of an instance, which decide its layers and extensions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct InstanceOptions {
-    /// The Khronos layer with synchronization validation.
+    /// Loads the Khronos validation layer, with synchronization validation. It is an error if the layer is not installed.
     pub validation: bool,
-    /// Pictures are presented to a headless surface, where Vulkan has such surfaces.
+    /// Enables headless surfaces, to which pictures are presented. It has no effect where Vulkan lacks such surfaces.
     pub presentation: bool,
 }
 
 impl Instance {
-    /// Loads Vulkan with the requested layers and extensions.
+    /// Loads the Vulkan library and makes an instance with the layers and extensions of `options`.
     ///
     /// # Errors
-    /// No Vulkan library, no instance, or no validation layer although it is requested.
+    /// There is no Vulkan library, the library makes no instance or no debug messenger, or the validation layer is requested
+    /// and not installed.
     pub fn new(options: InstanceOptions) -> Result<Arc<Self>> {
         let validation = options.validation;
         // SAFETY: loading runs the library's initialisers, which have no preconditions.
@@ -132,7 +134,7 @@ impl Instance {
         }))
     }
 
-    /// Every device, usable or not, in the driver's order.
+    /// Every device in the driver's order, also unusable ones ([`DeviceInfo::unusable`]).
     ///
     /// # Errors
     /// The driver cannot list its devices.
@@ -147,11 +149,13 @@ impl Instance {
             .collect())
     }
 
-    /// Chooses a device; returns it with the reason. `wanted` is an index or a part of a name in upper or lower case; without
-    /// it, discrete devices come before integrated ones, virtual ones and CPUs.
+    /// Chooses a device, and returns it with the reason in words. `wanted` is an index or a part of a name, in upper or
+    /// lower case. If it is `None` or empty, the first usable device is chosen in the order discrete, integrated, virtual,
+    /// CPU, other.
     ///
     /// # Errors
-    /// No usable device, or none that matches `wanted` (wrong input).
+    /// The driver cannot list its devices, no device is usable, or `wanted` matches no device or an unusable one (wrong
+    /// input).
     pub fn choose(&self, wanted: Option<&str>) -> Result<(DeviceInfo, String)> {
         let devices = self.devices()?;
         let listed = || {
@@ -222,19 +226,20 @@ impl Instance {
             })
     }
 
-    /// The validation layers' messages so far, without the [allowed](super::messages::ALLOWED) ones.
+    /// The messages of the validation layers so far, the oldest first, without the [allowed](super::messages::ALLOWED) ones;
+    /// empty without validation.
     pub fn validation_messages(&self) -> Vec<String> {
         let debug = self.debug.as_ref();
         debug.map(DebugUtils::messages).unwrap_or_default()
     }
 
-    /// True if pictures can be presented on a device: the instance was made for presentation, and both support it.
+    /// True if pictures can be presented on a device: the instance was made for presentation, and both have the extensions.
     pub fn presents(&self, device: &DeviceInfo) -> bool {
         self.surfaces.is_some() && device.presentation
     }
 
-    /// The tools that have put themselves between Headwater and a device, such as the layer of GFXReconstruct, by the names
-    /// that they give themselves; those of the validation layers are not among them.
+    /// Names of the tools between Headwater and a device, such as the capture layer of GFXReconstruct, as they report
+    /// themselves. Validation layers are left out. Empty if Vulkan cannot list tools.
     pub fn tools(&self, device: &DeviceInfo) -> Vec<String> {
         let name = c"vkGetPhysicalDeviceToolPropertiesEXT";
         // SAFETY: a plain query; the function that it finds has this type.

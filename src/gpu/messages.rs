@@ -1,39 +1,42 @@
-//! Messages of the validation layers, and a list of those that are allowed.
+//! Messages of the validation layers, and the list of the messages that are ignored.
 
 use crate::{Error, Result};
 use ash::{ext, vk};
 use std::ffi::{CStr, c_void};
 use std::sync::Mutex;
 
-/// A harmless message of the validation layers.
+/// A harmless message of the validation layers, which is ignored. A message matches an entry if its identifier equals `id`
+/// and its text contains `text`.
 #[derive(Debug)]
 pub struct Allowed {
-    /// The message's identifier, such as `VUID-vkCmdDispatch-None-08114`.
+    /// Identifier of the message, such as `VUID-vkCmdDispatch-None-08114`.
     pub id: &'static str,
-    /// A part of its text that distinguishes this case from others with the same identifier.
+    /// A part of the message's text. It restricts the entry to one case, because different faults can have the same
+    /// identifier.
     pub text: &'static str,
-    /// The reason why Headwater does not cause the fault.
+    /// The reason why Headwater does not cause the fault, for those who review the list.
     pub reason: &'static str,
 }
 
-/// The messages that are ignored. Every other one fails the tests, so a new entry needs a reason
-/// that a reader can check: the driver's or the layer's fault, with its version.
+/// The messages that are ignored. Every other message fails the tests, so a new entry needs a reason that a reader can
+/// check: a fault of the driver or of the layer, with its version.
 ///
-/// Empty, as Mesa 22.3.6 and 25.0.7 and SwiftShader need none.
+/// The list is empty: Mesa 22.3.6, Mesa 25.0.7 and SwiftShader need no entry.
 pub const ALLOWED: &[Allowed] = &[];
 
-/// The maximum number of stored messages: a message in a loop must not fill the memory.
+/// The maximum number of stored messages. Later messages are dropped, so that a message in a loop does not fill the memory.
 const MAX_MESSAGES: usize = 1000;
 
-/// Vulkan's debug utilities with a messenger that collects messages.
+/// Vulkan's debug utilities (`VK_EXT_debug_utils`), with a messenger that stores the messages of the validation layers.
 pub(super) struct DebugUtils {
     instance: ext::debug_utils::Instance,
     messenger: vk::DebugUtilsMessengerEXT,
-    /// The messages that the callback collects; boxed so that its address does not change.
+    /// The messages that the callback has stored. They are boxed, because the messenger holds their address.
     log: Box<Log>,
 }
 
-/// The validation layers' messages.
+/// The stored messages of the validation layers, the oldest first; at most [`MAX_MESSAGES`]. Any thread can add one, so a
+/// mutex guards them.
 type Log = Mutex<Vec<String>>;
 
 impl DebugUtils {
@@ -62,15 +65,15 @@ impl DebugUtils {
         })
     }
 
-    /// The validation layers' messages so far, without the allowed ones.
+    /// The stored messages of the validation layers, the oldest first. Messages in [`ALLOWED`] are not stored.
     pub(super) fn messages(&self) -> Vec<String> {
         self.log.lock().map(|log| log.clone()).unwrap_or_default()
     }
 
-    /// Destroys the messenger.
+    /// Destroys the messenger, after which the callback is not called.
     ///
     /// # Safety
-    /// Called once, while the instance lives.
+    /// Must be called once, while the Vulkan instance exists.
     pub(super) unsafe fn destroy(&self) {
         // SAFETY: as the caller promises.
         unsafe {
@@ -80,11 +83,11 @@ impl DebugUtils {
     }
 }
 
-/// Stores every warning and error of the layers that is not allowed; messages of drivers and of the
-/// loader are only logged.
+/// The callback of the messenger. It logs every message, and stores those of the validation layers that are not in
+/// [`ALLOWED`]; messages of drivers and of the loader are not stored.
 ///
 /// # Safety
-/// Called by the loader with valid data and the `Log` of [`DebugUtils::new`].
+/// Must be called by the Vulkan loader, with valid `data` and with the [`Log`] of [`DebugUtils::new`] as `user`.
 unsafe extern "system" fn on_message(
     severity: vk::DebugUtilsMessageSeverityFlagsEXT,
     types: vk::DebugUtilsMessageTypeFlagsEXT,
@@ -116,7 +119,7 @@ unsafe extern "system" fn on_message(
     vk::FALSE
 }
 
-/// True if a list contains a message.
+/// True if an entry of `list` has the identifier `id` and a text that `message` contains.
 fn allows(list: &[Allowed], id: &str, message: &str) -> bool {
     list.iter()
         .any(|allowed| allowed.id == id && message.contains(allowed.text))

@@ -1,17 +1,15 @@
-//! Vulkan, independent of rendering: devices, buffers, shaders, compute passes,
-//! timestamps and debug labels.
+//! Vulkan, independent of rendering: devices, buffers, shaders, compute passes, timestamps and debug labels.
 //!
-//! All `unsafe` code of the crate is in this module. Its safe interface guarantees three things:
-//! every object outlives the commands that use it ([`Recording::finish`] waits for the device), a
-//! global memory barrier separates the passes of a recording, and every descriptor is checked
-//! against the shader's interface by name, kind and access.
+//! All `unsafe` code that calls Vulkan is in this module. Its safe interface guarantees three things: every object outlives
+//! the commands that use it ([`Recording::finish`] waits for the device), a global memory barrier separates the passes of a
+//! recording, and every descriptor is checked against the shader's interface by name, kind and access.
 //!
-//! Functions that call the driver return an error if the device is lost or out of memory; their `# Errors` sections list only
-//! the other failures.
+//! Functions that call the driver return an error if the device is lost or out of memory; their `# Errors` sections list
+//! only the other failures.
 //!
-//! Each file uses only files before it: `messages`, `device_info`, `instance`, `recorder`, `records`, `device`, `waiting`,
-//! `commands`, `buffer`, `image_commands`, `presentation`, `sampled_image`, `acceleration`, `reflection`,
-//! `specialise`, `dead_code`, `program`, `compilation`, `pass`, `recording`.
+//! Each file imports only files that stand before it in this list: `messages`, `device_info`, `instance`, `recorder`,
+//! `records`, `device`, `waiting`, `commands`, `buffer`, `image_commands`, `presentation`, `sampled_image`, `acceleration`,
+//! `reflection`, `specialise`, `dead_code`, `program`, `compilation`, `pass`, `recording`.
 
 pub mod acceleration;
 pub mod buffer;

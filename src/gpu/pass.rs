@@ -1,4 +1,4 @@
-//! One compute pass: a shader, and a structure whose fields are its bindings.
+//! One compute pass: a shader, and the resources that are bound to it by name.
 
 use super::acceleration::AccelerationStructure;
 use super::buffer::Buffer;
@@ -11,37 +11,40 @@ use crate::{Error, Result};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A resource that can be bound to a shader.
+/// A resource that can be bound to a shader, with the access that the shader has to it.
 #[derive(Clone, Copy)]
 pub enum Resource<'a> {
-    /// A buffer that the shader only reads, as storage or, if it was made for that, as texels.
+    /// A buffer that the shader only reads: as a storage buffer or, if it was made with
+    /// [`Usage::texels`](super::Usage::texels), as texels. The shader's declaration decides.
     Read(&'a Buffer),
-    /// A storage buffer that the shader may write.
+    /// A storage buffer that the shader may read and write.
     Write(&'a Buffer),
-    /// A uniform buffer.
+    /// A buffer that the shader reads as a uniform block.
     Uniform(&'a Buffer),
-    /// A buffer read as texels of four `uint`s.
+    /// A buffer that the shader reads as texels of four `uint`s.
     Texels(&'a Buffer),
-    /// An array of sampled images.
+    /// An array of sampled images, which the shader indexes in the order of the slice.
     Images(&'a [SampledImage]),
-    /// A top-level acceleration structure.
+    /// A top-level acceleration structure, in which the shader traces rays.
     AccelerationStructure(&'a AccelerationStructure),
 }
 
-/// Resources by the names of a shader's bindings.
+/// The resources for a shader, each with the name of its binding. [`bindings!`](crate::bindings) implements this trait.
 pub trait Bindings<'a> {
-    /// The bindings that the shader must all use.
+    /// Names and resources of the required bindings. If the code of the shader, before specialisation, lacks one of the
+    /// names, the pass cannot be recorded.
     fn own(&self) -> Vec<(&'static str, Resource<'a>)>;
 
-    /// The bindings that a shader may leave out, from the groups of `[offers …]`.
+    /// Names and resources of further bindings: those of the groups `[offers …]`, and the optional buffers. The shader uses
+    /// those that it names, and the others are ignored.
     fn offered(&self) -> Vec<(&'static str, Resource<'a>)> {
         Vec::new()
     }
 }
 
-/// Declares a structure whose fields are the bindings of a pass, each marked `read`, `write` or `uniform`; each
-/// `[offers name: GROUP]` adds a group of bindings, from which the shader uses those that it names, and `[optional read name]`
-/// is one buffer of this kind, which may be absent where the shader's specialisation leaves the binding out.
+/// Declares a structure whose fields are the bindings of a pass. `read NAME`, `write NAME` and `uniform NAME` are buffers
+/// that the shader must use. `[offers NAME: GROUP]` adds a group of bindings, from which the shader uses those that it
+/// names. `[optional read NAME]` is one buffer that may be `None` where the specialised shader leaves the binding out.
 #[macro_export]
 macro_rules! bindings {
     ($(#[$meta:meta])* pub struct $name:ident {
@@ -75,26 +78,29 @@ macro_rules! bindings {
     (@uniform $buffer:expr) => { $crate::gpu::Resource::Uniform($buffer) };
 }
 
-/// A compute pipeline; its resources are bound by name.
+/// A compute shader with values of its specialisation constants, which is compiled in the background.
+/// [`Recording::pass`](super::Recording::pass) binds its resources by name and runs it.
 pub struct ComputePass {
     pub(super) device: Arc<Device>,
     pub(super) compilation: Compilation,
-    /// The names of all bindings that the shader's code uses.
+    /// Names of the bindings that the shader's code uses before specialisation.
     declared: Vec<String>,
-    /// The size of the push constants, in bytes.
+    /// Size of the push constants in bytes; 0 if the shader has none.
     pub(super) push_constant_size: u32,
     name: String,
-    /// The length of the array of images, if the shader has one.
+    /// Number of images that must be bound to the shader's array of images; 0 for a shader without one.
     image_count: u32,
     has_run: AtomicBool,
 }
 
 impl ComputePass {
     /// Starts to compile a SPIR-V shader; the first recording waits for the pipeline, and fails if the driver rejects the
-    /// shader. `constants` are specialisation constants: (id, value), four bytes each.
+    /// shader. `constants` has pairs of `constant_id` and 32-bit word (a boolean is 0 or 1); other constants keep their
+    /// defaults.
     ///
     /// # Errors
-    /// The shader's interface cannot be bound by name.
+    /// `words` are not SPIR-V, `constants` has two values for one id, or a binding of the shader has no name or no number in
+    /// descriptor set 0.
     pub fn new(
         device: &Arc<Device>,
         name: &str,
@@ -104,7 +110,7 @@ impl ComputePass {
         Self::with_images(device, name, words, constants, 0)
     }
 
-    /// [`Self::new`] of a shader that may have an array of images, to which `image_count` images will be bound.
+    /// [`Self::new`] for a shader that may have an array of images, to which exactly `image_count` images will be bound.
     ///
     /// # Errors
     /// The errors of [`Self::new`].
@@ -146,17 +152,19 @@ impl ComputePass {
         })
     }
 
-    /// The name in debug labels, timings and messages.
+    /// Name of the pass in debug labels, times and messages.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// True at the first call, which is made when the pass is first recorded.
+    /// True at the first call and false at all later ones. [`Recording::pass`](super::Recording::pass) calls it once per
+    /// run.
     pub(super) fn is_first_run(&self) -> bool {
         !self.has_run.swap(true, Ordering::Relaxed)
     }
 
-    /// The resources in the order of the program's bindings, after a check of name, kind and access.
+    /// The resources to bind, in the order of the program's bindings. It is an error if one is missing, is named twice,
+    /// exceeds the device's limit, or has another kind or access than the shader declares.
     pub(super) fn resolve<'a>(
         &self,
         program: &Program,

@@ -1,4 +1,4 @@
-//! Frame boundaries that capture tools see: pictures presented to a swapchain that no window shows.
+//! Presentation of frames to a swapchain that no window shows, so that capture tools see where a frame ends.
 
 use super::buffer::Buffer;
 use super::commands::Commands;
@@ -9,30 +9,31 @@ use ash::vk;
 use ash::vk::ImageLayout;
 use std::sync::Arc;
 
-/// The formats of pictures that can be presented; true if blue is the first channel.
+/// The formats that presented pictures can have, the preferred one first. The flag is true if blue is the first channel.
 const FORMATS: [(vk::Format, bool); 2] = [
     (vk::Format::R8G8B8A8_UNORM, false),
     (vk::Format::B8G8R8A8_UNORM, true),
 ];
 
-/// A swapchain on a headless surface.
+/// A swapchain on a headless surface, which has no window. Capture tools see each presented picture as the end of a frame.
 pub struct Presentation {
     device: Arc<Device>,
     surface: vk::SurfaceKHR,
     swapchain: vk::SwapchainKHR,
     images: Vec<vk::Image>,
-    /// The fence that is signalled when an image may be written.
+    /// The fence that the driver signals when the acquired image may be written.
     acquired: vk::Fence,
     size: (u32, u32),
     begins_with_blue: bool,
 }
 
 impl Presentation {
-    /// Makes the swapchain, for pictures of `size` pixels.
+    /// Makes the swapchain for pictures of `size`, which is (width, height) in pixels.
     ///
     /// # Errors
     /// The driver has no headless surface or no swapchain, the device was opened without
-    /// [`Features::presentation`](super::Features::presentation), or its headless surface takes no such pictures.
+    /// [`Features::presentation`](super::Features::presentation), its queue cannot present, or the surface does not support
+    /// the size, an 8-bit format, or copies into its images.
     pub fn new(device: &Arc<Device>, size: (u32, u32)) -> Result<Self> {
         let fail = |e| device.failure("present to a headless surface", e);
         let lacks = |what: &str| {
@@ -133,16 +134,17 @@ impl Presentation {
         Ok(made)
     }
 
-    /// True if the least significant byte of a presented word is blue instead of red.
+    /// True if the least significant byte of a presented 32-bit pixel is blue instead of red; the caller must pack pixels
+    /// so.
     pub fn begins_with_blue(&self) -> bool {
         self.begins_with_blue
     }
 
-    /// Presents `pixels`, one word per pixel, row by row from the top: the end of frame `number`. Waits until the presentation
-    /// is done.
+    /// Presents `pixels` as the end of the frame with index `number`: one 32-bit word per pixel, row by row from the top.
+    /// Waits for the copy of the pixels, not for their presentation.
     ///
     /// # Errors
-    /// There are fewer pixels than the pictures have, or the device fails.
+    /// `pixels` has fewer pixels than a picture, or the device or the swapchain fails.
     pub fn present(&self, number: u32, pixels: &Buffer) -> Result<()> {
         let Some(presenting) = &self.device.presentation else {
             return Err(Error::failed("the device was opened without presentation"));

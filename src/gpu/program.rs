@@ -1,4 +1,4 @@
-//! The program of a pass on the device: a pipeline, and its bindings.
+//! The program of a pass on the device: a pipeline with its layouts and bindings.
 
 use super::dead_code::remove_dead_code;
 use super::device::Device;
@@ -14,39 +14,39 @@ use std::ffi::CStr;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// The inputs from which a program is made.
+/// The inputs from which a program is made: the shader, and the values that its pipeline and layouts depend on.
 pub(super) struct Source {
-    /// The name in debug labels, timings and messages.
+    /// Name of the pass in debug labels, times and messages.
     pub name: String,
-    /// The shader.
+    /// The parsed SPIR-V of the shader, before specialisation.
     pub shader: Module,
-    /// Specialisation constants: id and word.
+    /// Values of specialisation constants: pairs of `constant_id` and 32-bit word. Other constants keep their defaults.
     pub constants: Vec<(u32, u32)>,
-    /// The size of the push constants, in bytes.
+    /// Size of the push constants in bytes; 0 if the shader has none.
     pub push_constant_size: u32,
-    /// Length of the array of images, if the shader has one.
+    /// Length of the shader's array of images; 0 for a shader without one.
     pub image_count: u32,
 }
 
-/// A compute pipeline with its layouts.
+/// A compute pipeline with its layouts, made from a shader that was specialised and freed from dead code.
 pub(super) struct Program {
     device: Arc<Device>,
-    /// The bindings that the shader uses with the values of its specialisation constants, in the order of their binding
-    /// numbers.
+    /// The bindings that the shader still uses after specialisation and removal of dead code, sorted by binding number.
+    /// Resources are bound in this order.
     pub bindings: Vec<Binding>,
-    /// The layout of the descriptor set.
+    /// Layout of descriptor set 0, which has `bindings`.
     pub set: vk::DescriptorSetLayout,
-    /// The layout of the pipeline.
+    /// Layout of the pipeline: descriptor set 0 and the push constants.
     pub layout: vk::PipelineLayout,
-    /// The pipeline.
+    /// The compute pipeline; null if a device that only compiles has compiled the same SPIR-V for the pass before.
     pub pipeline: vk::Pipeline,
 }
 
 impl Program {
-    /// Specialises a shader, removes the code that cannot run then, and has the driver compile the rest.
+    /// Specialises a shader, removes the code that can no longer run, and has the driver compile the rest.
     ///
     /// # Errors
-    /// The shader uses more than the device can bind, or the driver rejects it.
+    /// The shader binds more storage buffers than the device allows, or the driver rejects it.
     pub(super) fn new(device: &Arc<Device>, source: &Source) -> Result<Self> {
         let mut shader = source.shader.clone();
         specialise(&mut shader, &source.constants);
@@ -68,7 +68,7 @@ impl Program {
         Ok(program)
     }
 
-    /// Makes the layouts.
+    /// Makes the layouts of the descriptor set and of the pipeline.
     fn lay_out(&mut self, source: &Source) -> std::result::Result<(), vk::Result> {
         let bindings: Vec<_> = (self.bindings.iter())
             .map(|b| {
@@ -103,7 +103,8 @@ impl Program {
         Ok(())
     }
 
-    /// Makes the pipeline.
+    /// Makes the pipeline from SPIR-V words, and records the driver's result. A device that only compiles reuses an earlier
+    /// result for the same words and pass.
     fn compile(&mut self, name: &str, words: &[u32]) -> std::result::Result<(), vk::Result> {
         let device = &self.device;
         device.records.note_shader(size_of_val(words) as u64);
@@ -172,7 +173,7 @@ fn descriptor_type(kind: BindingKind) -> vk::DescriptorType {
     }
 }
 
-/// Checks that the device can bind this number of buffers to one shader.
+/// Checks that the number of storage buffers in `bindings` does not exceed the device's limit for one shader.
 fn check_limit(device: &Device, name: &str, bindings: &[Binding]) -> Result<()> {
     let storage = bindings
         .iter()
@@ -187,7 +188,8 @@ fn check_limit(device: &Device, name: &str, bindings: &[Binding]) -> Result<()> 
     Ok(())
 }
 
-/// The report of the driver's compiler about a pipeline, if it was requested; a failure is ignored.
+/// The report of the driver's compiler about a pipeline. `None` if the device was opened without it
+/// ([`Features::executable_properties`](super::Features::executable_properties)) or the driver fails.
 fn report(device: &Device, pipeline: vk::Pipeline) -> Option<CompilerReport> {
     let executables = device.executables.as_ref()?;
     let text = |name: std::result::Result<&CStr, _>| -> Option<String> {

@@ -1,25 +1,28 @@
-//! Objects that record and run commands, kept by the device for reuse; and commands that run.
+//! Recorders, which are command buffers with the objects that run them, kept by the device for reuse; and submissions, which
+//! are commands that may still run.
 
 use ash::vk;
 use std::time::Instant;
 
-/// The number of timestamp pairs of one command buffer; further regions are not timed.
+/// The maximum number of timed regions of one command buffer; each has two timestamps. Regions after these run, but have no
+/// time.
 pub(super) const MAX_TIMED_REGIONS: u32 = 256;
 
-/// A command buffer and the objects that are needed to run it. The device keeps idle ones for reuse: the validation layers
-/// (1.3.239) forget a destroyed command buffer late, in a separate thread and without a lock; by then a new one may have its
-/// address, and the heap is damaged.
+/// A command buffer and the objects that are needed to run it. The device keeps idle recorders for reuse, because of a fault
+/// of the validation layers (1.3.239): they forget a destroyed command buffer late, in a separate thread and without a lock.
+/// If a new command buffer has received the same address by then, the heap is damaged.
 #[derive(Clone, Copy)]
 pub(super) struct Recorder {
     pub(super) raw: vk::CommandBuffer,
     pool: vk::CommandPool,
     pub(super) fence: vk::Fence,
-    /// Two timestamps per region; null if the device has no timestamps.
+    /// Pool of timestamp queries, two per region for [`MAX_TIMED_REGIONS`] regions; null if the device has no timestamps.
     pub(super) queries: vk::QueryPool,
 }
 
 impl Recorder {
-    /// Makes a recorder for a queue family, with or without timestamps.
+    /// Makes a recorder for the queue family with the index `queue_family`. `timestamps` is true if it gets a pool of
+    /// timestamp queries.
     pub(super) fn new(
         raw: &ash::Device,
         queue_family: u32,
@@ -66,7 +69,8 @@ impl Recorder {
         Ok(())
     }
 
-    /// Begins to record, from the start.
+    /// Resets the command buffer, the fence and the queries, and begins to record. The commands of the previous use must
+    /// have finished.
     pub(super) fn begin(&self, raw: &ash::Device) -> Result<(), vk::Result> {
         // SAFETY: an idle recorder's commands are not running.
         unsafe {
@@ -82,10 +86,10 @@ impl Recorder {
         Ok(())
     }
 
-    /// Destroys the recorder; null handles are ignored.
+    /// Destroys the objects of the recorder; null handles are ignored.
     ///
     /// # Safety
-    /// Called once, while its commands are not running, or the device is lost.
+    /// Must be called once, when the recorder's commands are not running or the device is lost.
     pub(super) unsafe fn destroy(&self, raw: &ash::Device) {
         // SAFETY: as the caller promises.
         unsafe {
@@ -96,31 +100,32 @@ impl Recorder {
     }
 }
 
-/// The time that a pass took on the device.
+/// Time that a pass took on the device: one run, or the sum of several runs ([`PassTime::by_name`]).
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct PassTime {
-    /// The pass.
+    /// Name of the pass or of another timed region, such as `present`.
     pub name: String,
-    /// The time between its first and last timestamp, in milliseconds.
+    /// Time between the timestamps at the start and at the end of the run, in milliseconds; in a sum, of all runs together.
     pub milliseconds: f64,
-    /// The time from the first timestamp of its submission to the first one of the pass, in milliseconds.
+    /// Time from the first timestamp of the submission to the start of the run, in milliseconds; in a sum, that of the first
+    /// run.
     #[serde(skip)]
     pub start: f64,
-    /// True if the pass ran for the first time, in which some drivers compile it.
+    /// True if the pass ran for the first time. Some drivers compile a pass then, so the time can contain the compilation.
     #[serde(skip)]
     pub first_run: bool,
 }
 
 impl PassTime {
-    /// One time per pass, in the order of their first runs.
+    /// One entry per name, with the sum of the times of its runs, in the order of the first runs.
     pub fn by_name(times: Vec<Self>) -> Vec<Self> {
         let mut by_name = Vec::new();
         Self::add(&mut by_name, times);
         by_name
     }
 
-    /// Adds `times` to `total`, in which passes with the same name have one entry; an entry is a first run if one of its runs
-    /// is.
+    /// Adds `times` to `total`, which has one entry per name: times of the same name are summed, new names are appended. An
+    /// entry has `first_run` set if one of its runs has it set.
     pub fn add(total: &mut Vec<Self>, times: Vec<Self>) {
         for time in times {
             match total.iter_mut().find(|t| t.name == time.name) {
@@ -134,21 +139,21 @@ impl PassTime {
     }
 }
 
-/// Commands that were submitted and not yet waited for. The caller keeps the resources that they use alive.
+/// Commands that were submitted and that nothing has waited for yet. The caller keeps the resources of the commands alive.
 pub(super) struct Submission {
     pub(super) recorder: Recorder,
-    /// Descriptor pools of the commands, destroyed after the wait.
+    /// Descriptor pools of the commands, one per pass, destroyed after the wait.
     pub(super) descriptor_pools: Vec<vk::DescriptorPool>,
-    /// The name of each timed region, and true if it is the first run of a pass.
+    /// The timed regions in the order of recording: the name of each, and true if it is the first run of a pass.
     pub(super) regions: Vec<(String, bool)>,
     pub(super) started: Instant,
 }
 
 impl Submission {
-    /// Destroys the objects of the submission.
+    /// Destroys the recorder and the descriptor pools of the submission.
     ///
     /// # Safety
-    /// The commands do not run, or the device is lost.
+    /// The commands must not be running, or the device must be lost.
     pub(super) unsafe fn destroy(self, raw: &ash::Device) {
         // SAFETY: as the caller promises.
         unsafe {
@@ -159,7 +164,8 @@ impl Submission {
         }
     }
 
-    /// The times of the regions after the wait, empty without timestamps; `period` is the length of a tick in nanoseconds.
+    /// Times of the regions in the order of recording, read after the wait; empty on a device without timestamps. `period`
+    /// is the length of a timestamp tick in nanoseconds.
     pub(super) fn times(
         &self,
         raw: &ash::Device,

@@ -13,28 +13,31 @@ use ash::vk;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-/// At least `groups` workgroups in rows: every device supports 65,535 workgroups in one dimension.
+/// Dimensions (columns, rows, 1) of a dispatch with at least `groups` workgroups. Rows are needed because a device must
+/// support only 65,535 workgroups in one dimension. The dispatch can have more than `groups`, so shaders must skip the
+/// excess.
 pub fn in_rows(groups: u32) -> [u32; 3] {
     let rows = groups.div_ceil(32768).max(1);
     [groups.div_ceil(rows).max(1), rows, 1]
 }
 
-/// Passes in order, with a global memory barrier before each. Each pass has a debug label and a pair
-/// of timestamps. The lifetime keeps every resource alive until the commands are submitted; from then on, dropping a resource
-/// waits for them.
+/// A sequence of passes, recorded and then submitted together, with a global memory barrier before each. Each pass has a
+/// debug label and a pair of timestamps. The lifetime keeps every resource alive until the commands are submitted; from then
+/// on, dropping a resource waits for the commands.
 pub struct Recording<'a> {
-    /// `None` on a device that only compiles: commands are checked, and have no effect.
+    /// The commands recorded so far. `None` on a device that only compiles, where arguments are checked and nothing is
+    /// recorded.
     commands: Option<Commands>,
-    /// The times of commands that were submitted before the end.
+    /// Times of passes that have already run. Only passes whose outputs are hashed run before the end of the recording.
     times: Vec<PassTime>,
     resources: PhantomData<&'a ()>,
 }
 
 impl<'a> Recording<'a> {
-    /// Begins a recording.
+    /// Begins an empty recording on the device.
     ///
     /// # Errors
-    /// Only those of every driver call, see [`crate::gpu`].
+    /// The device is lost or out of memory.
     pub fn new(device: &Arc<Device>) -> Result<Self> {
         Ok(Self {
             commands: device.runs().then(|| Commands::new(device)).transpose()?,
@@ -43,10 +46,12 @@ impl<'a> Recording<'a> {
         })
     }
 
-    /// Records one dispatch of `groups` workgroups.
+    /// Records one dispatch of `groups` workgroups (x, y, z). It waits for the compilation of the pass; if outputs are
+    /// hashed, it also runs everything recorded so far.
     ///
     /// # Errors
-    /// Bindings or push constants that do not match the shader's, or a shader that the driver rejects.
+    /// The bindings or the size of `push` do not match the shader, the driver rejects the shader, or the device is lost or
+    /// out of memory.
     pub fn pass<P: bytemuck::Pod>(
         &mut self,
         pass: &'a ComputePass,
@@ -113,10 +118,10 @@ impl<'a> Recording<'a> {
         Ok(())
     }
 
-    /// Records an overwrite of the start of a buffer with the present content of `value`.
+    /// Records a copy of the present content of `value` to the start of a buffer.
     ///
     /// # Errors
-    /// The value is larger than the buffer or than 65,536 bytes, or its size is no multiple of 4.
+    /// The value is larger than the buffer or than 65,536 bytes, or its size is not a multiple of 4 bytes.
     pub fn update<T: bytemuck::Pod>(&mut self, buffer: &'a Buffer, value: &T) -> Result<()> {
         let bytes = bytemuck::bytes_of(value);
         let size = bytes.len() as u64;
@@ -136,7 +141,7 @@ impl<'a> Recording<'a> {
         Ok(())
     }
 
-    /// Records filling a buffer with zeros.
+    /// Records a fill of the whole buffer with zeros.
     pub fn clear(&mut self, buffer: &'a Buffer) {
         if let Some(commands) = &self.commands {
             commands.barrier();
@@ -144,10 +149,11 @@ impl<'a> Recording<'a> {
         }
     }
 
-    /// Submits all commands without waiting. [`Device::wait_for_running`] waits, and so does every resource that is dropped.
+    /// Submits all commands without waiting. [`Device::wait_for_running`] waits for them and returns their times; dropping
+    /// any resource also waits.
     ///
     /// # Errors
-    /// Only those of every driver call, see [`crate::gpu`].
+    /// The device is lost or out of memory.
     pub fn submit(self) -> Result<()> {
         let Some(commands) = self.commands else {
             return Ok(());
@@ -161,10 +167,11 @@ impl<'a> Recording<'a> {
         Ok(())
     }
 
-    /// Submits all commands, waits, and returns the time of each pass (empty without timestamps).
+    /// Submits all commands, waits for them, and returns the time of each run of a pass in the order of recording. The list
+    /// is empty on a device without timestamps.
     ///
     /// # Errors
-    /// Only those of every driver call, see [`crate::gpu`].
+    /// The device is lost or out of memory.
     pub fn finish(self) -> Result<Vec<PassTime>> {
         let Self {
             commands,
@@ -181,7 +188,8 @@ impl<'a> Recording<'a> {
     }
 }
 
-/// Stores a hash of each buffer that a pass, whose commands have run, may write.
+/// Reads back each buffer that a pass may write, and stores a hash of its content in the records of the device. The commands
+/// of the pass must have finished.
 fn hash_outputs(device: &Device, pass: &ComputePass, resources: &[Resource<'_>]) -> Result<()> {
     for resource in resources {
         let Resource::Write(buffer) = resource else {
@@ -198,7 +206,8 @@ fn hash_outputs(device: &Device, pass: &ComputePass, resources: &[Resource<'_>])
 }
 
 impl Commands {
-    /// A descriptor set for a program's resources; its pool lives as long as the commands.
+    /// Makes a descriptor set with `resources`, which are in the order of the program's bindings. Its pool lives as long as
+    /// the commands; `name` is the pass that error messages name.
     fn descriptor_set(
         &mut self,
         name: &str,
@@ -310,7 +319,8 @@ mod tests {
     use super::*;
     use crate::gpu::{DeviceInfo, Features, Instance, InstanceOptions, Usage};
 
-    /// Synchronization validation is on, and its messages reach the test.
+    /// A missing barrier between two writes causes a message: synchronization validation is on, and its messages reach the
+    /// test.
     #[test]
     fn a_planted_hazard_is_caught() {
         let instance = Instance::new(InstanceOptions {

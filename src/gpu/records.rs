@@ -1,53 +1,56 @@
-//! Records of the work on a device, for profiles and regression tests.
+//! Records of the work on a device (compiled shaders, times, memory, hashes of outputs), for profiles and regression tests.
 
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
-/// The content of a buffer after a pass that may write it.
+/// A hash of a buffer's content after a pass that may write the buffer. Regression tests compare it with that of another
+/// driver.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Output {
-    /// The pass.
+    /// Name of the pass that ran just before the hash was made.
     pub pass: String,
-    /// The buffer.
+    /// Name of the buffer that the pass may write.
     pub buffer: String,
-    /// A hash of all bytes of the buffer, in hexadecimal.
+    /// Hash of all bytes of the buffer, 16 hexadecimal digits.
     pub hash: String,
 }
 
-/// The number of buffers and images with each name that exist now, and their size in bytes.
+/// Buffers and images that exist now, by name: the number of them with this name, and their size together in bytes. All
+/// images have the name `images`.
 pub type MemoryUse = BTreeMap<String, (u32, u64)>;
 
-/// The driver's result for a shader.
+/// The driver's result for one pipeline: the time to make it, and the report of the compiler.
 #[derive(Clone, Debug)]
 pub struct Compiled {
-    /// The pass.
+    /// Name of the pass for which the pipeline was made.
     pub name: String,
-    /// A hash of the SPIR-V that the driver compiled.
+    /// Hash of the SPIR-V that the driver compiled, 16 hexadecimal digits.
     pub shader: String,
-    /// The time that it took to make the pipeline, in milliseconds.
+    /// Time in which the driver made the pipeline, on the host, in milliseconds.
     pub milliseconds: f64,
     /// The report of the driver's compiler; empty without
     /// [`Features::executable_properties`](super::Features::executable_properties).
     pub report: CompilerReport,
 }
 
-/// A driver's statistics about a pipeline, unchanged.
+/// A driver's statistics about one pipeline, with the names and values that the driver gives them.
 #[derive(Clone, Debug, Default)]
 pub struct CompilerReport {
-    /// Invocations in a subgroup; 0 if the driver does not report it.
+    /// Number of invocations in a subgroup; 0 if the driver does not report it.
     pub subgroup_size: u32,
-    /// Statistics, such as numbers of registers: names and values.
+    /// Pairs of name and value in the driver's order, such as the number of registers. The names differ between drivers.
     pub statistics: Vec<(String, String)>,
 }
 
-/// The records so far. A list whose lock is poisoned stays unchanged: it is for information only.
+/// The records of a device since it was opened. A list whose lock is poisoned stays unchanged, because records are only for
+/// information.
 #[derive(Default)]
 pub struct Records {
-    /// The size of the SPIR-V given to the driver, in bytes.
+    /// Size of the SPIR-V of all pipelines made so far, in bytes.
     shaders: AtomicU64,
-    /// The time of recordings, in nanoseconds.
+    /// Total time of finished recordings, in nanoseconds; see [`Records::submitted_time`].
     submitted: AtomicU64,
     compiled: Mutex<Vec<Compiled>>,
     hashes_outputs: AtomicBool,
@@ -56,23 +59,26 @@ pub struct Records {
 }
 
 impl Records {
-    /// The size of the SPIR-V given to the driver, in bytes.
+    /// Size of the SPIR-V of all pipelines made so far, in bytes, after specialisation and removal of dead code.
     pub fn shader_bytes(&self) -> u64 {
         self.shaders.load(Ordering::Relaxed)
     }
 
-    /// The total time of recordings of passes, each from the call that submitted it to the end of the wait for it.
+    /// The total time of all recordings that [`Recording::finish`](super::Recording::finish) submitted, each from the call
+    /// that submitted it to the end of the wait for it. It does not contain recordings of
+    /// [`Recording::submit`](super::Recording::submit).
     pub fn submitted_time(&self) -> Duration {
         Duration::from_nanos(self.submitted.load(Ordering::Relaxed))
     }
 
-    /// The driver's results for the shaders.
+    /// The driver's results for all pipelines, in the order in which they were finished.
     pub fn compiled(&self) -> Vec<Compiled> {
         let compiled = self.compiled.lock();
         compiled.map(|all| all.clone()).unwrap_or_default()
     }
 
-    /// An earlier result of the driver for the same SPIR-V in the same pass.
+    /// An earlier result of the driver for the pass `name` and SPIR-V with the hash `shader`; `None` if there is none. A
+    /// device that only compiles uses it instead of compiling the same shader again.
     pub(super) fn find_compiled(&self, name: &str, shader: &str) -> Option<Compiled> {
         let compiled = self.compiled.lock().ok()?;
         let mut same = compiled.iter();
@@ -80,7 +86,8 @@ impl Records {
             .cloned()
     }
 
-    /// The outputs of passes since the last call, in their order, if outputs are hashed.
+    /// Removes and returns the hashes of outputs since the last call, in the order of the passes. Empty unless
+    /// [`Device::hash_outputs`](super::Device::hash_outputs) was called.
     pub fn take_outputs(&self) -> Vec<Output> {
         let outputs = self.outputs.lock();
         outputs
@@ -88,18 +95,18 @@ impl Records {
             .unwrap_or_default()
     }
 
-    /// The buffers and images that exist, by name.
+    /// The buffers and images that exist now, by name, with their number and size in bytes.
     pub fn memory_use(&self) -> MemoryUse {
         let memory = self.memory.lock();
         memory.map(|memory| memory.clone()).unwrap_or_default()
     }
 
-    /// True if the outputs of passes are hashed.
+    /// True if the outputs of passes are hashed; each pass then runs separately.
     pub(super) fn hashes_outputs(&self) -> bool {
         self.hashes_outputs.load(Ordering::Relaxed)
     }
 
-    /// Switches the hashing of outputs on.
+    /// Switches the hashing of the outputs of passes on, until the device is closed.
     pub(super) fn hash_outputs(&self) {
         self.hashes_outputs.store(true, Ordering::Relaxed);
     }
@@ -125,7 +132,7 @@ impl Records {
         }
     }
 
-    /// Records that a buffer or image with this name was allocated.
+    /// Adds a buffer or image of `bytes` bytes, allocated under the name `name`, to the memory in use.
     pub(super) fn note_allocated(&self, name: &str, bytes: u64) {
         if let Ok(mut memory) = self.memory.lock() {
             let entry = memory.entry(name.to_owned()).or_default();
@@ -133,7 +140,7 @@ impl Records {
         }
     }
 
-    /// Records that a buffer or image with this name was freed.
+    /// Removes a freed buffer or image of `bytes` bytes with the name `name` from the memory in use.
     pub(super) fn note_freed(&self, name: &str, bytes: u64) {
         if let Ok(mut memory) = self.memory.lock() {
             let entry = memory.entry(name.to_owned()).or_default();

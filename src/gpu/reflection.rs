@@ -1,4 +1,4 @@
-//! The interface of a compiled shader, read from its SPIR-V: bindings by name, push constants, and
+//! The interface of a compiled shader, read from its SPIR-V: bindings by name, push constants, specialisation constants, and
 //! the layout of structures.
 
 use crate::shader_interface::declare::StructLayout;
@@ -7,60 +7,61 @@ use rspirv::dr::{Instruction, Module, Operand};
 use rspirv::spirv::{Decoration, Dim, Op, StorageClass};
 use std::collections::HashMap;
 
-/// The kind of a binding.
+/// Kind of resource that a shader's binding takes; a resource of another kind is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BindingKind {
-    /// A storage buffer; `writes` unless the shader declares it `readonly`.
+    /// A storage buffer, which the shader reads and, unless it is declared `readonly`, may write.
     Storage {
-        /// True if the shader may write it.
+        /// False if the shader declares the buffer, or every member of it, `readonly`. The resource must be bound with the
+        /// same access.
         writes: bool,
     },
-    /// A uniform buffer.
+    /// A uniform buffer, which the shader only reads.
     Uniform,
-    /// A buffer of texels that the shader only reads.
+    /// A uniform texel buffer, which the shader only reads, texel by texel.
     Texels,
-    /// An array of sampled images; its length is the number of bound images.
+    /// An array of sampled 2D images without a declared length; as many images must be bound as the pass was made for.
     Images,
-    /// A top-level acceleration structure.
+    /// A top-level acceleration structure, in which the shader traces rays.
     AccelerationStructure,
 }
 
-/// One binding of a shader.
+/// One binding of a shader in descriptor set 0.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Binding {
-    /// The GLSL instance name.
+    /// GLSL instance name of the block or variable, by which resources are bound.
     pub name: String,
-    /// The binding number in descriptor set 0.
+    /// Number of the binding in descriptor set 0 (`layout(binding = …)`).
     pub number: u32,
-    /// The kind of the resource.
+    /// Kind of resource that the shader expects at this binding.
     pub kind: BindingKind,
 }
 
-/// A shader's interface.
+/// The resources that a shader needs: its bindings and its push constants.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Interface {
-    /// Bindings that the shader's code uses.
+    /// The bindings that the shader's code uses, sorted by binding number.
     pub bindings: Vec<Binding>,
-    /// The size of the push constants, in bytes.
+    /// Size of the push constants in bytes; 0 if the shader has none.
     pub push_constant_size: u32,
 }
 
-/// A specialisation constant as a shader declares it.
+/// A specialisation constant as a shader declares it. A test compares it with the declaration in Rust.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DeclaredConstant {
-    /// The name.
+    /// GLSL name of the constant; empty if the SPIR-V has no name for it.
     pub name: String,
-    /// The GLSL type, `uint` or `bool`.
+    /// GLSL type of the constant, `uint` or `bool`.
     pub glsl: &'static str,
-    /// The `constant_id`.
+    /// The `constant_id` of the declaration, by which the constant gets its value.
     pub id: u32,
-    /// The default value.
+    /// Default value as a 32-bit word; a `bool` is 0 or 1.
     pub word: u32,
-    /// True if the code uses it.
+    /// True if the shader's code, another constant or the length of an array uses the constant.
     pub is_used: bool,
 }
 
-/// A parsed shader.
+/// A parsed SPIR-V shader, from which its interface can be read.
 pub struct Reflection {
     module: Module,
     names: HashMap<u32, String>,
@@ -73,31 +74,31 @@ fn literal(operand: &Operand) -> Option<u32> {
     }
 }
 
-/// Parses SPIR-V words.
+/// Parses the words of a SPIR-V binary.
 ///
 /// # Errors
-/// Words that are not SPIR-V.
+/// The words are not valid SPIR-V.
 pub(crate) fn parse(words: &[u32]) -> Result<Module> {
     rspirv::dr::load_words(words)
         .map_err(|e| Error::failed(format!("a shader's SPIR-V cannot be parsed ({e})")))
 }
 
-/// True if a type is an image with this dimension.
+/// True if the instruction declares an image type with the dimension `dim`.
 fn is_image(instruction: &Instruction, dim: Dim) -> bool {
     instruction.class.opcode == Op::TypeImage
         && instruction.operands.get(1) == Some(&Operand::Dim(dim))
 }
 
 impl Reflection {
-    /// Parses SPIR-V words.
+    /// Parses the words of a SPIR-V binary.
     ///
     /// # Errors
-    /// Words that are not SPIR-V.
+    /// The words are not valid SPIR-V.
     pub fn new(words: &[u32]) -> Result<Self> {
         Ok(Self::of(parse(words)?))
     }
 
-    /// The reflection of a parsed shader.
+    /// The reflection of a shader that is already parsed.
     pub(super) fn of(module: Module) -> Self {
         let names = module
             .debug_names
@@ -111,15 +112,16 @@ impl Reflection {
         Self { module, names }
     }
 
-    /// The parsed shader itself.
+    /// The parsed shader itself, for example to assemble its words.
     pub(super) fn into_module(self) -> Module {
         self.module
     }
 
-    /// The bindings that the shader's code uses, and its push constants.
+    /// The bindings that the shader's code uses, sorted by number, and the size of its push constants. A binding counts as
+    /// used even if the code that names it cannot run.
     ///
     /// # Errors
-    /// A binding outside set 0, or without a name or binding number.
+    /// A used binding is outside descriptor set 0, or has no name or no binding number.
     pub fn interface(&self) -> Result<Interface> {
         let mut interface = Interface {
             bindings: Vec::new(),
@@ -180,11 +182,12 @@ impl Reflection {
         Ok(interface)
     }
 
-    /// Checks the member offsets and array strides of the structures that Rust and the shader have in common. Returns the names
-    /// of those that the shader keeps in buffers.
+    /// Compares structures that Rust and the shader share: number, names and offsets of the members, and strides of arrays.
+    /// `layouts` has the layouts in Rust. Returns the names of the structures that the shader has in buffers, in the order
+    /// of `layouts`.
     ///
     /// # Errors
-    /// The first difference.
+    /// A structure differs; the error describes the first difference.
     pub fn check_layouts(&self, layouts: &[StructLayout]) -> Result<Vec<&'static str>> {
         let mut found = Vec::new();
         for layout in layouts {
@@ -203,7 +206,7 @@ impl Reflection {
         Ok(found)
     }
 
-    /// The specialisation constants that the shader declares.
+    /// The specialisation constants that the shader declares, in the order of declaration.
     pub fn specialisation_constants(&self) -> Vec<DeclaredConstant> {
         let declared = self.module.types_global_values.iter().filter_map(|i| {
             let word = match i.class.opcode {
@@ -267,7 +270,7 @@ impl Reflection {
             .find(|i| i.result_id == Some(result))
     }
 
-    /// True if a type is an array, of any length, of images of two dimensions.
+    /// True if the instruction declares an array, without a length, of 2D images.
     fn is_array_of_images(&self, instruction: &Instruction) -> bool {
         let element = instruction.operands.first().and_then(Operand::id_ref_any);
         instruction.class.opcode == Op::TypeRuntimeArray
@@ -337,13 +340,13 @@ impl Reflection {
         })
     }
 
-    /// True if another constant, or the length of an array, is computed from a constant.
+    /// True if another constant, or the length of an array, is computed from the constant with the id `constant`.
     fn is_part_of_constant(&self, constant: u32) -> bool {
         let mut all = self.module.types_global_values.iter();
         all.any(|i| i.operands.iter().any(|o| o.id_ref_any() == Some(constant)))
     }
 
-    /// Size of a type in bytes under the scalar layout, for push constants.
+    /// Size in bytes of the type with the id `type_id` under the scalar layout, for push constants; 0 for an unknown id.
     fn struct_size(&self, type_id: u32) -> u32 {
         let Some(instruction) = self.instruction(type_id) else {
             return 0;

@@ -1,4 +1,4 @@
-//! Images of bytes that shaders fetch texels from.
+//! Images with four bytes per texel, from which shaders fetch texels.
 
 use super::buffer::Buffer;
 use super::commands::Commands;
@@ -11,17 +11,18 @@ use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 use std::sync::Arc;
 
-/// The format: four bytes that shaders read as values in [0, 1]; every device samples it.
+/// Format of all images: four bytes per texel, which shaders read as values in [0, 1]. Every device can sample it.
 const FORMAT: vk::Format = vk::Format::R8G8B8A8_UNORM;
 
-/// The maximum number of bytes that are uploaded at once, except for a single row.
+/// The maximum number of bytes per upload, except that a single row may be longer. It limits the size of the staging buffer.
 const PIECE: usize = 64 << 20;
 
-/// The name of all images in [`Records::memory_use`](super::records::Records::memory_use): a scene may have thousands.
+/// Name under which [`Records::memory_use`](super::records::Records::memory_use) counts all images together, because a scene
+/// may have thousands.
 const MEMORY_NAME: &str = "images";
 
-/// A named image that shaders sample, in the layout `GENERAL`; freed when dropped. On a device
-/// that only compiles it has no memory.
+/// A 2D image that shaders sample, in the layout `GENERAL`; its memory is freed when it is dropped. On a device that only
+/// compiles ([`Features::compiles_only`](super::Features::compiles_only)) it has no memory.
 pub struct SampledImage {
     pub(super) view: vk::ImageView,
     raw: vk::Image,
@@ -31,10 +32,11 @@ pub struct SampledImage {
 }
 
 impl SampledImage {
-    /// An image of `width` columns, at least 1, that holds `texels`: whole rows from the top, at least one.
+    /// Makes an image of `width` columns, at least 1, and uploads `texels`: red, green, blue and alpha, row by row from the
+    /// top, at least one row. Tools and messages show `name`.
     ///
     /// # Errors
-    /// Texels that are no whole rows, or more of them than the device has memory or limits for.
+    /// `texels` is empty or has an incomplete row, or the image exceeds the device's memory or its limit on a side.
     pub fn new(device: &Arc<Device>, name: &str, width: u32, texels: &[[u8; 4]]) -> Result<Self> {
         let height = (texels.len() / width.max(1) as usize) as u32;
         if height == 0 || width as usize * height as usize != texels.len() {
@@ -64,12 +66,12 @@ impl SampledImage {
         Ok(image)
     }
 
-    /// The size of the image's memory, in bytes.
+    /// Size of the image's memory in bytes; 0 on a device that only compiles.
     pub fn size(&self) -> u64 {
         self.size
     }
 
-    /// Makes image, memory and view.
+    /// Makes the Vulkan image, its memory and the view through which shaders sample it.
     fn make(&mut self, name: &str, [width, height]: [u32; 2]) -> Result<()> {
         let device = &self.device;
         let fail = |e| device.failure(&format!("make image {name} of {width} × {height}"), e);
@@ -119,7 +121,7 @@ impl SampledImage {
         Ok(())
     }
 
-    /// Uploads the rows, and then changes to the final layout of the image.
+    /// Uploads the texels in pieces of whole rows, and then changes the image to the layout `GENERAL`.
     fn write(&self, width: u32, texels: &[[u8; 4]]) -> Result<()> {
         let device = &self.device;
         let rows = (PIECE / (4 * width as usize)).max(1);

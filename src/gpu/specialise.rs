@@ -1,15 +1,17 @@
-//! Specialisation of shaders before the driver sees them: constants get their values, and expressions of constants are
-//! computed.
+//! Specialisation of shaders before the driver sees them: specialisation constants become ordinary constants, and
+//! expressions of constants are computed.
 //!
-//! Drivers may do so themselves, but SwiftShader's optimiser keeps code behind a condition that is a specialisation
-//! constant, and compiles all of it: it took 12 minutes for the passes of `accurate` instead of 6 seconds.
+//! Drivers can specialise shaders themselves. But SwiftShader's optimiser keeps the code behind a condition that is a
+//! specialisation constant, and compiles all of it: the passes of the preset `accurate` took 12 minutes instead of 6
+//! seconds.
 
 use rspirv::dr::{Instruction, Module, Operand};
 use rspirv::spirv::{Decoration, Op};
 use std::collections::{HashMap, HashSet};
 
-/// Replaces the specialisation constants of a shader by constants: each has its value in `constants`, pairs of id and word, or
-/// its default value.
+/// Replaces the specialisation constants of a shader by ordinary constants. `constants` has pairs of `constant_id` and
+/// 32-bit word; a boolean is 0 or 1. A constant without a pair gets its default value, and a pair without a constant is
+/// ignored.
 pub fn specialise(module: &mut Module, constants: &[(u32, u32)]) {
     let mut given = HashMap::new();
     module.annotations.retain(|i| match &i.operands[..] {
@@ -66,7 +68,7 @@ pub fn specialise(module: &mut Module, constants: &[(u32, u32)]) {
     }
 }
 
-/// The words of a module's scalar constants by id; booleans are 0 or 1.
+/// The values of a module's scalar constants as 32-bit words, by result id; booleans are 0 or 1.
 pub(super) fn words_of_constants(module: &Module) -> HashMap<u32, u32> {
     let globals = module.types_global_values.iter();
     globals
@@ -82,7 +84,7 @@ pub(super) fn words_of_constants(module: &Module) -> HashMap<u32, u32> {
         .collect()
 }
 
-/// The words of operands; `None` if any is not constant.
+/// The words of the operands, which are ids that `values` maps to words; `None` if an operand is not such an id.
 fn words_of(operands: &[Operand], values: &HashMap<u32, u32>) -> Option<Vec<u32>> {
     let words = operands.iter().map(|operand| match operand {
         Operand::IdRef(id) => values.get(id).copied(),
@@ -91,8 +93,8 @@ fn words_of(operands: &[Operand], values: &HashMap<u32, u32>) -> Option<Vec<u32>
     words.collect()
 }
 
-/// The result of an operation on booleans or unsigned integers of 32 bits; `None` for operations that no shader of Headwater
-/// needs, which the driver then computes.
+/// The result of an operation on booleans (0 or 1) or unsigned 32-bit integers. `None` for operations that Headwater's
+/// shaders do not need here; they stay in the shader, and the driver computes them.
 pub(super) fn fold(operation: Op, operands: &[u32]) -> Option<u32> {
     let result = match (operation, operands) {
         (Op::LogicalNot, [a]) => u32::from(*a == 0),
@@ -135,7 +137,8 @@ mod tests {
             results.at[5] = COUNT / 2u;
         }";
 
-    /// The constants that the shader stores, in order; `None` for values that are not constant.
+    /// The values that the shader stores to `results`, in order, after specialisation with `constants`; `None` for a value
+    /// that is not a constant.
     fn stored(constants: &[(u32, u32)]) -> Vec<Option<u32>> {
         let words = compiler::compile("test.comp", SHADER, &Sources::new(), &[]).unwrap();
         let mut module = parse(&words).unwrap();
@@ -163,7 +166,8 @@ mod tests {
         assert_eq!(stored(&[(9, 0), (77, 1)]), with([5, 14, 0, 0, 0]));
     }
 
-    /// Debuggers show the source line of the first instruction of a function.
+    /// With debug lines, a specialised shader keeps its source text and its `OpLine` instructions, by which debuggers show
+    /// the line that runs.
     #[test]
     fn source_lines_stay() {
         let lines = |debug| {

@@ -1,4 +1,4 @@
-//! Waiting for commands that were submitted.
+//! Waiting for commands that were submitted, and reuse of their recorders.
 
 use super::device::Device;
 use super::recorder::{PassTime, Recorder, Submission};
@@ -7,8 +7,8 @@ use ash::vk;
 use std::time::Duration;
 
 impl Device {
-    /// Waits for the oldest submissions of [`Recording::submit`](super::Recording::submit) until at most `most` are left;
-    /// returns the times of each submission.
+    /// Waits for the oldest submissions of [`Recording::submit`](super::Recording::submit) until at most `most` are left.
+    /// Returns one entry per finished submission, the oldest first: the times of its passes in the order of recording.
     ///
     /// # Errors
     /// The device is lost.
@@ -34,8 +34,8 @@ impl Device {
         }
     }
 
-    /// Waits for a submission; returns the time of each of its regions, and the time from the call that submitted it to the end
-    /// of the wait.
+    /// Waits for a submission and keeps its recorder for reuse. Returns the times of its regions in the order of recording,
+    /// and the time on the host from the call that submitted it to the end of the wait.
     ///
     /// # Errors
     /// The device is lost.
@@ -57,7 +57,8 @@ impl Device {
         Ok((times, taken))
     }
 
-    /// Keeps a recorder whose commands do not run, and destroys the descriptor pools of its commands.
+    /// Keeps a recorder for later commands, and destroys the descriptor pools of its last commands, which must not be
+    /// running.
     pub(super) fn keep(&self, recorder: Recorder, pools: &[vk::DescriptorPool]) {
         for pool in pools {
             // SAFETY: the commands do not run.
@@ -70,8 +71,8 @@ impl Device {
         }
     }
 
-    /// Waits until no commands run, before an object that submissions may use is destroyed. The times of the submissions remain
-    /// available.
+    /// Waits until no submission runs; called before an object that submissions may use is destroyed. The submissions stay
+    /// in the list, so that [`Device::wait_for_running`] still returns their times.
     pub(super) fn wait_before_drop(&self) {
         let Ok(running) = self.running.lock() else {
             return;

@@ -1,4 +1,4 @@
-//! OpenEXR: one part, 32-bit channels, losslessly compressed.
+//! OpenEXR files: writes one part with 32-bit channels, losslessly compressed, and reads pictures.
 
 use super::{Image, Samples};
 use crate::Error;
@@ -10,14 +10,14 @@ use ::exr::prelude::*;
 use std::io::Cursor;
 use std::path::Path;
 
-/// Name of the attribute that holds the metadata as JSON.
+/// Name of the attribute in the EXR header that holds the metadata of the picture, as one JSON object.
 const METADATA: &str = "headwater";
 
-/// The maximum size of pictures that are read, in pixels.
+/// The maximum number of pixels of a picture that is read; a file whose header claims more is refused.
 const MAX_PIXELS: usize = 1 << 30;
 
-/// Upper bound on the compression ratio: deflate reaches 1032, and PXR24 stores three of four bytes
-/// besides. RLE, PIZ and B44 stay below.
+/// Upper bound on the compression ratio of an EXR file; a file whose header claims more is refused. Deflate reaches 1032,
+/// and PXR24 besides stores only three of four bytes. RLE, PIZ and B44 stay below.
 const MAX_COMPRESSION_RATIO: usize = 1400;
 
 pub(super) fn write(image: &Image, path: &Path) -> crate::Result<()> {
@@ -58,12 +58,12 @@ pub(super) fn write(image: &Image, path: &Path) -> crate::Result<()> {
     })
 }
 
-/// UTF-8 text for a header: the library's conversion panics on characters outside Latin-1.
+/// UTF-8 text for an EXR header. The conversion that the library offers panics on characters outside Latin-1.
 fn utf8(text: &str) -> Text {
     Text::from_slice_unchecked(text.as_bytes())
 }
 
-/// Decodes UTF-8 or, if that fails, Latin-1.
+/// Decodes text from an EXR header as UTF-8 or, if it is not UTF-8, as Latin-1.
 fn string(text: &Text) -> String {
     std::str::from_utf8(text.as_slice()).map_or_else(|_| text.to_string(), str::to_owned)
 }
@@ -118,8 +118,8 @@ fn decode(bytes: &[u8]) -> std::result::Result<Image, String> {
     Ok(image)
 }
 
-/// Rejects headers that claim more data than the file can hold, so that a damaged file does not
-/// exhaust memory.
+/// Rejects a header that claims more data than a file of `file_bytes` bytes can hold, so that a damaged file does not
+/// exhaust memory. It also rejects DWA compression, which the decoder cannot read safely. The error is the reason.
 fn check_header(header: &Header, file_bytes: usize) -> std::result::Result<(), String> {
     // The decoder allocates the size in a DWA block, which may be damaged, and ends the process if
     // memory does not suffice.
@@ -267,7 +267,7 @@ mod tests {
         Compression::B44,
     ];
 
-    /// Writes a picture as other programs may.
+    /// Writes a grey picture with this compression and this layout of blocks, as other programs may write it.
     fn write_foreign(
         path: &Path,
         size: (usize, usize),
@@ -322,7 +322,8 @@ mod tests {
         assert!(!path.exists());
     }
 
-    /// Writes, reads, and checks that a failure is one line of wrong input.
+    /// Writes `bytes` to `path` and reads them as a picture. Returns true if this fails, and checks that the error is one
+    /// line of wrong input.
     fn fails(path: &Path, bytes: &[u8]) -> bool {
         std::fs::write(path, bytes).unwrap();
         match Image::read(path) {

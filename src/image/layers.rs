@@ -1,25 +1,26 @@
-//! The choice of the channels of a picture that are the picture itself: other programs write layers, or grey.
+//! Finds the channels that are the picture itself in files of other programs, which write layers or only a grey channel.
 
 use super::Image;
 use crate::{Error, Result};
 
-/// The picture in an image, and the layer and the kind of its channels.
+/// The colour of each pixel of an image, and the layer and the kind of the channels that hold it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Colors {
-    /// Red, green and blue of each pixel.
+    /// Red, green and blue of each pixel, row by row from the top. Grey is repeated in all three.
     pub pixels: Vec<[f32; 3]>,
-    /// The layer that holds them; `None` for channels `R`, `G`, `B` or `Y` without a layer.
+    /// The name of the layer that holds the channels; `None` for channels `R`, `G`, `B` or `Y` without a layer.
     pub layer: Option<String>,
-    /// True if there is only a grey channel.
+    /// True if the picture comes from a single grey channel `Y`.
     pub is_grey: bool,
 }
 
 impl Image {
-    /// The picture itself: `R`, `G`, `B`; or otherwise those of its only layer, or of the layer named Combined, as Blender
-    /// writes `ViewLayer.Combined.R`; or otherwise grey `Y`, found in the same way.
+    /// Finds the picture itself: channels `R`, `G`, `B` without a layer; otherwise those of the only layer that has them, or
+    /// of the layer named Combined, as Blender writes `ViewLayer.Combined.R`; otherwise a grey channel `Y`, found in the
+    /// same way.
     ///
     /// # Errors
-    /// There is no such channel, or more than one; the message lists the channels.
+    /// No layer has these channels, or several layers have them and none is preferred; the message lists the channels.
     pub fn colors(&self) -> Result<Colors> {
         let color = self.layer_of(&["R", "G", "B"], &[])?;
         // With the others of its kind a Y is no grey: a vector's, or a luminance beside subsampled colour.
@@ -46,8 +47,9 @@ impl Image {
         })
     }
 
-    /// The layer with float channels of all of `names` and none of `others`: the channels without a layer, called "", or the
-    /// only layer, or the only one called Combined.
+    /// The layer with float channels of all of `names` and none of `others`; `None` if no layer has them. Channels without a
+    /// layer come first and are called ""; then comes the only layer, then the only one named Combined. Several other layers
+    /// are an error.
     fn layer_of(&self, names: &[&str], others: &[&str]) -> Result<Option<String>> {
         let layers = self.channels.keys().filter_map(|channel| {
             let layer = channel.strip_suffix(names[0])?;

@@ -1,4 +1,4 @@
-//! Pictures: named channels in memory, EXR and PNG on disk.
+//! Pictures: named channels in memory, EXR and PNG files on disk.
 
 mod exr;
 mod layers;
@@ -11,10 +11,10 @@ use crate::{Error, Result};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// The values of one channel, row by row from the top.
+/// The values of one channel of a picture: one per pixel, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Samples {
-    /// 32-bit floats.
+    /// 32-bit floats, such as radiance or depth.
     F32(Vec<f32>),
     /// 32-bit unsigned integers, such as instance indices.
     U32(Vec<u32>),
@@ -41,30 +41,30 @@ impl Samples {
 /// A picture of named channels, such as `R`, `stderr.G` or `instance.id`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Image {
-    /// The width in pixels.
+    /// The width of the picture in pixels.
     pub width: u32,
-    /// The height in pixels.
+    /// The height of the picture in pixels.
     pub height: u32,
-    /// Channels by name; each has width × height values, row 0 at the top.
+    /// The channels by name; each has width × height values, row by row from the top.
     pub channels: BTreeMap<String, Samples>,
-    /// Metadata as key and text, stored in EXR files only.
+    /// Metadata, such as `headwater.seed`, as pairs of key and text. Only EXR files store it.
     pub metadata: BTreeMap<String, String>,
 }
 
-/// A file format for pictures.
+/// A file format for pictures, chosen by the extension of the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// OpenEXR: every channel, 32 bits, and the metadata.
+    /// OpenEXR: stores every channel with 32 bits per value, and the metadata.
     Exr,
-    /// PNG: only `R`, `G`, `B`, after exposure and tone mapping, as 8-bit sRGB.
+    /// PNG: stores only `R`, `G`, `B`, after exposure and tone mapping, as 8-bit sRGB.
     Png,
 }
 
 impl Format {
-    /// The format of a path's extension.
+    /// The format that the extension of `path` names, in upper or lower case.
     ///
     /// # Errors
-    /// No extension or an unknown one.
+    /// The path has no extension, or another one than `exr` and `png`.
     pub fn of(path: &Path) -> Result<Self> {
         let extension = path.extension().map(|e| e.to_ascii_lowercase());
         match extension.as_deref().and_then(|e| e.to_str()) {
@@ -79,7 +79,7 @@ impl Format {
 }
 
 impl Image {
-    /// A picture without channels.
+    /// A picture of `width` × `height` pixels without channels and metadata.
     pub fn new(width: u32, height: u32) -> Self {
         Self {
             width,
@@ -88,12 +88,13 @@ impl Image {
         }
     }
 
-    /// Number of pixels.
+    /// The number of pixels: width × height.
     pub fn pixels(&self) -> usize {
         self.width as usize * self.height as usize
     }
 
-    /// Sets three channels named `prefix` + name from one vector per pixel.
+    /// Sets three float channels, whose names are `prefix` followed by each of `names`. `values` has one vector per pixel,
+    /// row by row from the top. Existing channels of these names are replaced.
     pub fn set_vectors(&mut self, prefix: &str, names: [&str; 3], values: &[[f32; 3]]) {
         for (axis, name) in names.iter().enumerate() {
             let samples = values.iter().map(|value| value[axis]).collect();
@@ -102,7 +103,8 @@ impl Image {
         }
     }
 
-    /// The float channel of that name.
+    /// The values of the float channel with this name; `None` if the picture has no channel of this name, or if it holds
+    /// integers.
     pub fn floats(&self, name: &str) -> Option<&[f32]> {
         match self.channels.get(name) {
             Some(Samples::F32(values)) => Some(values),
@@ -110,10 +112,10 @@ impl Image {
         }
     }
 
-    /// The picture itself: `R`, `G`, `B` of each pixel.
+    /// The channels `R`, `G`, `B` without a layer, as one vector per pixel, row by row from the top.
     ///
     /// # Errors
-    /// A channel is missing.
+    /// One of these channels is missing or holds integers.
     pub fn rgb(&self) -> Result<Vec<[f32; 3]>> {
         let channel = |name: &str| {
             self.floats(name)
@@ -127,8 +129,8 @@ impl Image {
             .collect())
     }
 
-    /// The names of channels that only one picture has or that differ in any bit: 0 differs from −0,
-    /// NaNs of equal bits do not differ.
+    /// The names of the channels that only one of two pictures has, or whose bits differ, in alphabetical order. 0 differs
+    /// from −0, and NaNs of equal bits do not differ.
     pub fn different_channels<'a>(&'a self, other: &'a Self) -> Vec<&'a str> {
         let names: BTreeSet<&String> = self.channels.keys().chain(other.channels.keys()).collect();
         let same = |name: &String| match (self.channels.get(name), other.channels.get(name)) {
@@ -139,12 +141,12 @@ impl Image {
         different.map(String::as_str).collect()
     }
 
-    /// Writes the picture in the format given by the path's extension. `exposure`, in stops, applies
-    /// to PNG only.
+    /// Writes the picture in the format that the extension of `path` names. `exposure` is in stops (factors of two) and
+    /// affects only PNG.
     ///
     /// # Errors
-    /// An unknown format, a picture without pixels or channels, a channel of another size, or a
-    /// file that cannot be written.
+    /// The format is unknown, the picture has no pixels or no channels, a channel does not have one value per pixel, a PNG
+    /// lacks `R`, `G` or `B`, or the file cannot be written.
     pub fn write(&self, path: &Path, exposure: f32) -> Result<()> {
         self.check().map_err(|e| Error::writing(path, e))?;
         match Format::of(path)? {
@@ -153,7 +155,8 @@ impl Image {
         }
     }
 
-    /// The encoders panic on an empty picture and on channels of another size.
+    /// Checks that the picture has pixels and channels, and that each channel has one value per pixel; otherwise the
+    /// encoders panic.
     fn check(&self) -> std::result::Result<(), String> {
         let pixels = self.pixels();
         if pixels == 0 || self.channels.is_empty() {
@@ -168,10 +171,10 @@ impl Image {
         }
     }
 
-    /// Reads an EXR with all its channels, or a PNG as linear `R`, `G`, `B`.
+    /// Reads an EXR file with all its channels, or a PNG file as linear `R`, `G`, `B`.
     ///
     /// # Errors
-    /// An unknown format, or a file that cannot be read as its format.
+    /// The extension names no known format, or the file cannot be read in this format.
     pub fn read(path: &Path) -> Result<Self> {
         match Format::of(path)? {
             Format::Exr => exr::read(path),

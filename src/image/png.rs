@@ -1,4 +1,4 @@
-//! PNG: the tone-mapped picture for viewing.
+//! PNG files: writes the tone-mapped picture for viewing, and reads pictures.
 
 use super::Image;
 use super::tonemap::{from_srgb, to_srgb_byte, tone_map};
@@ -9,10 +9,11 @@ use crate::{Error, Result};
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 use std::path::Path;
 
-/// Highest compression ratio of deflate: bytes that one compressed byte can expand to.
+/// The highest compression ratio of deflate: the number of bytes that one compressed byte can expand to. A file whose header
+/// claims more is refused before memory is allocated for it.
 const MAX_COMPRESSION_RATIO: u64 = 1032;
 
-/// Writes radiance × 2^`exposure`, tone-mapped.
+/// Writes the channels `R`, `G`, `B` as 8-bit sRGB: radiance × 2^`exposure`, tone-mapped.
 pub(super) fn write(image: &Image, path: &Path, exposure: f32) -> Result<()> {
     let scale = f64::from(exposure).exp2();
     let bytes: Vec<u8> = image
@@ -24,7 +25,8 @@ pub(super) fn write(image: &Image, path: &Path, exposure: f32) -> Result<()> {
     write_bytes(path, (image.width, image.height), &bytes)
 }
 
-/// Writes sRGB bytes, three per pixel, unchanged.
+/// Writes a PNG file of 8-bit sRGB values, unchanged. `rgb` has three bytes per pixel, row by row from the top; `size` is
+/// the width and the height in pixels.
 pub(crate) fn write_bytes(path: &Path, size: (u32, u32), rgb: &[u8]) -> Result<()> {
     write_atomically(path, |file| {
         PngEncoder::new(file)
@@ -36,7 +38,7 @@ pub(crate) fn write_bytes(path: &Path, size: (u32, u32), rgb: &[u8]) -> Result<(
     })
 }
 
-/// Reads grey or RGB of any bit depth as linear values; alpha is dropped.
+/// Reads a grey or RGB picture of any bit depth as linear channels `R`, `G`, `B`; alpha is dropped.
 pub(super) fn read(path: &Path) -> Result<Image> {
     let bytes = input_files::read(path)?;
     // The decoder allocates the size in the header, which may be damaged.
@@ -63,8 +65,8 @@ pub(super) fn read(path: &Path) -> Result<Image> {
     Ok(picture)
 }
 
-/// Bytes of the uncompressed pixels by the file's header; none without a header, which the decoder
-/// rejects later.
+/// The number of bytes of the uncompressed pixels, by the header of the file; `None` if the file is too short for a header,
+/// which the decoder rejects later.
 fn claimed_bytes(file: &[u8]) -> Option<u64> {
     let header = file.get(16..26)?;
     let number = |at: usize| {
@@ -162,7 +164,7 @@ mod tests {
         }
     }
 
-    /// A PNG of one row of two pixels with indices, with a palette of `length` bytes.
+    /// A PNG file with one row of two pixels, which are indices into a palette of `length` bytes.
     fn with_palette(length: usize) -> Vec<u8> {
         let row = [0, 0b0100_0000];
         // Stored without compression, with its checksum (Adler-32).
@@ -194,7 +196,7 @@ mod tests {
         file
     }
 
-    /// Found by fuzzing: the library's decoder panics where a colour has not three bytes.
+    /// Found by fuzzing: the decoder of the library panics if the length of a palette is not a multiple of three bytes.
     #[test]
     fn palettes_of_any_length_are_read_or_refused_in_one_line() {
         let folder = tempfile::tempdir().unwrap();
@@ -210,7 +212,8 @@ mod tests {
         }
     }
 
-    /// Expects one line of wrong input, and returns it.
+    /// Writes `bytes` to `path`, checks that reading them fails as wrong input with a message of one line, and returns the
+    /// message.
     fn refused(path: &Path, bytes: &[u8]) -> String {
         std::fs::write(path, bytes).unwrap();
         let error = Image::read(path).unwrap_err();

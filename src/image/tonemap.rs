@@ -1,17 +1,16 @@
-//! The conversion of radiance to display values: the tone curve and the sRGB encoding.
+//! The conversion of radiance to display values: a tone curve, and the sRGB encoding.
 
 use crate::shader_interface::{TONE_DESATURATION, TONE_KNEE};
 
-/// Radiance to display brightness, both linear RGB: the Khronos PBR neutral tone mapper without its
+/// Maps linear radiance to linear display brightness in [0, 1], both RGB, by the Khronos PBR neutral tone mapper without its
 /// toe.
 ///
-/// Up to 0.8 nothing changes, so that darks and middle greys are the radiance itself and pictures
-/// compare with other renderers. Above it the largest component follows a hyperbola of the same
-/// slope towards 1, so that lights keep some shape, and the others keep their ratio to it; then the
-/// colour is mixed towards the grey of its largest component, the more the brighter it is, as a
-/// colour far too bright for a display is seen as white. Neither step changes the hue. Every component
-/// rises with exposure and stays within 1. The toe, an offset for 4 % of specular reflection, is left
-/// out because it changes the darks. Negative values and NaN become 0.
+/// Up to 0.8 the value does not change, so that dark and middle tones are the radiance itself and pictures can be compared
+/// with those of other renderers. A largest component above 0.8 follows a hyperbola of the same slope towards 1, so that
+/// lights keep some shape, and the other components keep their ratio to it. Then the colour is mixed with the grey of its
+/// largest component; the brighter it is, the greyer it becomes, because a colour far too bright for a display is seen as
+/// white. Neither step changes the hue, and every component rises with exposure. The toe, an offset for 4 % of specular
+/// reflection, is left out because it changes dark tones. Negative values and NaN become 0.
 pub fn tone_map(radiance: [f32; 3]) -> [f32; 3] {
     // Clamped so that the arithmetic below stays finite.
     let colour = radiance.map(|v| if v > 0.0 { v.min(f32::MAX) } else { 0.0 });
@@ -37,7 +36,7 @@ fn to_srgb(value: f32) -> f32 {
     }
 }
 
-/// The linear value of an sRGB value, both in [0, 1].
+/// The linear value of an sRGB-encoded value (IEC 61966-2-1), both in [0, 1].
 pub(super) fn from_srgb(value: f32) -> f32 {
     if value <= 0.04045 {
         value / 12.92
@@ -46,7 +45,7 @@ pub(super) fn from_srgb(value: f32) -> f32 {
     }
 }
 
-/// The 8-bit sRGB value of a linear value; values outside of [0, 1] are clamped, NaN is 0.
+/// The 8-bit sRGB encoding of a linear value. Values outside of [0, 1] are clamped, and NaN becomes 0.
 pub(crate) fn to_srgb_byte(value: f32) -> u8 {
     (to_srgb(value.clamp(0.0, 1.0)) * 255.0).round() as u8
 }

@@ -2,25 +2,26 @@
 
 use super::statistics::median;
 
-/// Errors of a picture against a reference.
+/// Errors of a picture against a reference, over all pixels and the three channels.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Errors {
-    /// Root of the mean squared difference.
+    /// Root of the mean squared difference, in the unit of the pictures' radiance.
     pub rmse: f64,
-    /// RMSE of both pictures after they are clamped to [0, 1], the range of a display.
+    /// RMSE after both pictures are clamped to [0, 1], the range of a display; so it is in [0, 1].
     pub rmse_clamped: f64,
-    /// Mean of (a − b)² / (b² + 0.01), in which dark and bright pixels have similar weights.
+    /// Mean of (a − b)² / (b² + 0.01), where a is the value of the picture and b that of the reference. Dark and bright
+    /// pixels have similar weights in it.
     pub relmse: f64,
-    /// The mean of the picture over the mean of the reference, over all channels; 1 if both are black, and infinite if only the
-    /// reference is black.
+    /// The mean of the picture divided by the mean of the reference, over all channels: 1 means equal brightness. 1 if both
+    /// are black, and infinite if only the reference is black.
     pub mean_ratio: f64,
 }
 
 impl Errors {
-    /// Compares two pictures of the same size, given as one RGB value per pixel.
+    /// Compares two pictures of the same size. Each slice has one RGB value per pixel, in the same order.
     ///
     /// # Panics
-    /// The sizes differ.
+    /// The slices differ in length.
     pub fn between(picture: &[[f32; 3]], reference: &[[f32; 3]]) -> Self {
         assert_eq!(picture.len(), reference.len(), "pictures of one size");
         let (mut squared, mut clamped, mut relative) = (0.0, 0.0, 0.0);
@@ -48,11 +49,12 @@ impl Errors {
     }
 }
 
-/// Pearson's correlation of two pictures' errors, in [−1, 1], over all channels: the temporal correlation of noise if the
-/// pictures are successive frames. Each picture comes with its reference. 0 if either has no error.
+/// Pearson's correlation, in [−1, 1], of the errors of two pictures over all pixels and channels. For successive frames it
+/// is the temporal correlation of their noise. `a` and `b` are each a picture and its reference; the result is 0 if all
+/// errors of one picture are equal.
 ///
 /// # Panics
-/// The sizes differ.
+/// The four slices differ in length.
 pub fn error_correlation(a: [&[[f32; 3]]; 2], b: [&[[f32; 3]]; 2]) -> f64 {
     let sizes = [a[1], b[0], b[1]].map(<[_]>::len);
     assert!(sizes == [a[0].len(); 3], "pictures of one size");
@@ -72,8 +74,9 @@ pub fn error_correlation(a: [&[[f32; 3]]; 2], b: [&[[f32; 3]]; 2]) -> f64 {
     }
 }
 
-/// The median, over pixels that are lit in the reference, of the ratio of luminance to reference luminance; 1 if no pixel is
-/// lit. A mean does not show that most pixels lack light, since a few bright pixels compensate for it.
+/// The median of the ratio of luminance to reference luminance; each pair holds both for one pixel. Pixels that are black in
+/// the reference do not count; 1 if there are no others. Unlike the ratio of means, the median shows that most pixels lack
+/// light, even if a few bright pixels compensate for it.
 pub fn median_ratio(pairs: impl IntoIterator<Item = (f64, f64)>) -> f64 {
     let lit = pairs.into_iter().filter(|(_, reference)| *reference > 0.0);
     let ratios: Vec<f64> = lit

@@ -1,22 +1,24 @@
-//! FLIP: the perceived difference when alternating between two pictures (LDR-FLIP, Andersson et al.
-//! 2020).
+//! FLIP: the difference that a viewer perceives when two pictures alternate (LDR-FLIP, Andersson et al. 2020).
 
 use crate::image::tonemap::to_srgb_byte;
 use nv_flip::FlipImageRgb8;
 
-/// Pixels per degree of visual angle: a 0.7 m wide 4K display at 0.7 m.
+/// The display that FLIP assumes, in pixels per degree of visual angle: a 0.7 m wide 4K display, seen from a distance of 0.7
+/// m.
 pub const PIXELS_PER_DEGREE: f32 = nv_flip::DEFAULT_PIXELS_PER_DEGREE;
 
-/// Result of a comparison.
+/// The result of a FLIP comparison of two pictures.
 pub struct Flip {
-    /// The mean error over the pixels, in [0, 1].
+    /// The mean FLIP error over the pixels, in [0, 1]; 0 means equal pictures.
     pub mean: f64,
-    /// The error of each pixel in the colour map magma, three bytes per pixel.
+    /// The FLIP error of each pixel in the colour map magma (black is 0, pale yellow is 1): three bytes per pixel, row by
+    /// row from the top.
     pub map: Vec<u8>,
 }
 
-/// Compares two pictures of `size` = (width, height) at 67 pixels per degree. Both are shown as radiance × 2^`exposure`,
-/// clamped to [0, 1], sRGB, 8 bits, without a tone curve, which would hide errors in bright areas.
+/// Compares two pictures of `size` = (width, height) on a display of [`PIXELS_PER_DEGREE`]. Each is shown as radiance ×
+/// 2^`exposure`, clamped to [0, 1] and encoded as 8-bit sRGB. There is no tone curve, because it would hide errors in bright
+/// areas.
 ///
 /// # Panics
 /// A picture has fewer pixels than `size`.

@@ -1,4 +1,4 @@
-//! Image errors and statistics. Independent of scenes and Vulkan.
+//! Errors of pictures, and statistics. Independent of scenes and Vulkan.
 
 pub mod error;
 pub mod flip;

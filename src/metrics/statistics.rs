@@ -1,24 +1,25 @@
-//! Confidence intervals and significance tests.
+//! Estimates with confidence intervals, significance tests, medians and quantiles.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
 use statrs::statistics::{Data, OrderStatistics};
 
-/// The number of degrees of freedom from which on the normal distribution replaces Student's: their quantiles differ relatively
-/// by about z²/4ν, less than 1e-5.
+/// The number of degrees of freedom ν from which on the normal distribution replaces Student's. Their quantiles z differ
+/// relatively by about z²/4ν, here less than 1e-5.
 const NORMAL_FROM: f64 = 1e6;
 
-/// The expected count below which counts are pooled before a χ² test (Cochran 1954).
+/// The expected count below which a bin is pooled with others before a χ² test (Cochran 1954).
 const MIN_EXPECTED: f64 = 5.0;
 
-/// The largest product of the two sample sizes for which the Kolmogorov–Smirnov test is exact.
+/// The largest product of the two sample sizes for which the Kolmogorov–Smirnov test is exact. The time of the exact test
+/// grows with this product; above it, the limit distribution is used.
 const MAX_EXACT: usize = 10_000_000;
 
-/// The median; for an even number of values, the mean of the middle two; NaN without values.
+/// The median of `values`; for an even number of values, the mean of the middle two. NaN without values.
 pub fn median(values: impl Iterator<Item = f64>) -> f64 {
     Data::new(values.collect::<Vec<f64>>()).median()
 }
 
-/// The quantile of `values` at `part`, in [0, 1] (R-8); NaN without values.
+/// The quantile of `values` at the fraction `part` in [0, 1], interpolated between values (method R-8). NaN without values.
 pub fn quantile(values: impl Iterator<Item = f64>, part: f64) -> f64 {
     Data::new(values.collect::<Vec<f64>>()).quantile(part)
 }
@@ -26,16 +27,17 @@ pub fn quantile(values: impl Iterator<Item = f64>, part: f64) -> f64 {
 /// A mean that was estimated from independent samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
-    /// The mean.
+    /// The estimated mean, in the unit of the samples.
     pub mean: f64,
-    /// The standard error of the mean, ≥ 0.
+    /// The standard error of the mean, ≥ 0, in the unit of the samples.
     pub standard_error: f64,
-    /// Number of samples, ≥ 1; one more than the degrees of freedom.
+    /// Number of samples, ≥ 1. It is one more than the degrees of freedom.
     pub samples: u64,
 }
 
 impl Estimate {
-    /// The mean of `values` with the standard error s/√n; NaN without values.
+    /// The mean of `values` with the standard error s/√n, where s is the standard deviation of the samples. The error of a
+    /// single value is 0; the mean is NaN without values.
     pub fn of(values: &[f64]) -> Self {
         let n = values.len() as f64;
         let mean = values.iter().sum::<f64>() / n;
@@ -47,8 +49,8 @@ impl Estimate {
         }
     }
 
-    /// Half the width of Student's interval that covers the true mean with probability
-    /// `confidence`, in (0, 1); infinite from fewer than two samples.
+    /// Half the width of Student's interval around the mean, which covers the true mean with probability `confidence` in (0,
+    /// 1). Infinite for fewer than two samples.
     pub fn t_interval_half_width(&self, confidence: f64) -> f64 {
         if self.samples < 2 {
             return f64::INFINITY;
@@ -56,8 +58,8 @@ impl Estimate {
         self.standard_error * t_quantile(0.5 + 0.5 * confidence, self.samples as f64 - 1.0)
     }
 
-    /// [`Self::t_interval_half_width`] relative to the mean's magnitude: the estimate's relative
-    /// uncertainty. Infinite for a mean of 0.
+    /// [`Self::t_interval_half_width`] divided by the magnitude of the mean: the relative uncertainty of the estimate.
+    /// Infinite for a mean of 0.
     pub fn relative_half_width(&self, confidence: f64) -> f64 {
         let half_width = self.t_interval_half_width(confidence);
         if self.mean == 0.0 {
@@ -95,7 +97,7 @@ pub fn welch_p_value(a: &Estimate, b: &Estimate) -> f64 {
     2.0 * t_tail(difference / error, welch_degrees(a, b))
 }
 
-/// Degrees of freedom of a difference, by Welch and Satterthwaite; at least 1.
+/// Degrees of freedom of the difference of two independent estimates, by Welch and Satterthwaite; at least 1.
 fn welch_degrees(a: &Estimate, b: &Estimate) -> f64 {
     let squares = [a, b].map(|e| e.standard_error * e.standard_error);
     let total = squares[0] + squares[1];
@@ -119,7 +121,7 @@ fn t_quantile(probability: f64, degrees: f64) -> f64 {
     }
 }
 
-/// Probability that Student's t with `degrees` degrees of freedom exceeds `t`.
+/// Probability that a variable with Student's t distribution of `degrees` degrees of freedom exceeds `t`.
 pub(crate) fn t_tail(t: f64, degrees: f64) -> f64 {
     if t.is_nan() {
         return t;
@@ -130,11 +132,11 @@ pub(crate) fn t_tail(t: f64, degrees: f64) -> f64 {
     }
 }
 
-/// Holm's adjusted p-values, in the given order: rejecting those below a level keeps the probability
-/// of any false rejection below that level, whatever the dependence between the tests (Holm, "A simple
+/// Holm's adjusted p-values, in the order of `p_values`. If all hypotheses with adjusted values below a level are rejected,
+/// the probability of any false rejection is below that level, however the tests depend on each other (Holm, "A simple
 /// sequentially rejective multiple test procedure", 1979).
 ///
-/// A NaN counts as 0, so that a failed test is reported.
+/// A NaN counts as 0, so that a test without a result is reported.
 pub fn holm(p_values: &[f64]) -> Vec<f64> {
     let known = |p: f64| if p.is_nan() { 0.0 } else { p };
     let mut order: Vec<usize> = (0..p_values.len()).collect();
@@ -149,12 +151,11 @@ pub fn holm(p_values: &[f64]) -> Vec<f64> {
     adjusted
 }
 
-/// P-value of Pearson's χ² test that `observed` counts come from a distribution with the
-/// `expected` counts (Pearson 1900). Both have the same sum.
+/// P-value of Pearson's χ² test that `observed` counts come from a distribution with the `expected` counts (Pearson 1900).
+/// Both have one entry per bin, and must have the same sum.
 ///
-/// Bins with an expected count below 5 are pooled; a pool that is still below 5 is added to the
-/// smallest other bin. The result is 0 if a count is observed where none is expected, and 1 if fewer
-/// than two bins are left.
+/// Bins with an expected count below 5 are pooled; a pool that is still below 5 is added to the other bin with the smallest
+/// expected count. The result is 0 if a count is observed where none is expected, and 1 if fewer than two bins are left.
 ///
 /// # Panics
 /// The slices differ in length.
@@ -229,8 +230,8 @@ pub fn kolmogorov_smirnov_p_value(a: &[f64], b: &[f64]) -> f64 {
     kolmogorov_tail((size + 0.12 + 0.11 / size) * statistic)
 }
 
-/// Probability that in a random order of `n` and `m` values the two empirical distributions are
-/// somewhere at least `distance`/nm apart.
+/// Probability that, in a random order of `n` and `m` values, the two empirical distribution functions differ by at least
+/// `distance`/(`n` `m`) at any point.
 fn smirnov_tail(distance: usize, n: usize, m: usize) -> f64 {
     // The share of orders of the first i and j values that stay below the distance. The last value
     // is one of the i with probability i/(i + j).

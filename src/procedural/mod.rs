@@ -1,5 +1,4 @@
-//! Procedural scenes: generated from a name and a few parameters, with the same result on every
-//! machine.
+//! Procedural scenes, generated from a name and parameters, which give the same scene to the bit on every machine.
 
 mod modelling;
 mod parameters;
@@ -12,28 +11,28 @@ use crate::{Error, Result};
 use parameters::Values;
 pub use parameters::{Parameter, Range};
 
-/// A procedural scene.
+/// A procedural scene that the command line can name: its description, its parameters and the function that generates it.
 #[derive(Clone, Copy, Debug, serde::Serialize)]
 pub struct Procedural {
-    /// The name on the command line.
+    /// The name of the scene on the command line.
     pub name: &'static str,
-    /// A description of the scene.
+    /// The description of the scene in one line, which `headwater scene list` shows.
     pub description: &'static str,
-    /// The parameters of the scene.
+    /// The parameters that the scene has, in the order in which they are listed.
     pub parameters: &'static [Parameter],
     #[serde(skip)]
     make: fn(&Values) -> Scene,
 }
 
-/// Every procedural scene.
+/// Every procedural scene, in the order in which they are listed.
 pub fn list() -> &'static [Procedural] {
     recipes::SCENES
 }
 
-/// The procedural scene with this name.
+/// Finds the procedural scene with this name.
 ///
 /// # Errors
-/// No such scene; the message suggests the closest name.
+/// No scene has this name; the message suggests the closest name.
 pub fn find(name: &str) -> Result<&'static Procedural> {
     recipes::SCENES.iter().find(|s| s.name == name).ok_or_else(|| {
         Error::input(format!(
@@ -43,18 +42,19 @@ pub fn find(name: &str) -> Result<&'static Procedural> {
     })
 }
 
-/// Checks that the scene with this name has these parameters.
+/// Checks that the scene with this name has the parameters in `settings` (pairs of name and value), without generating it.
 ///
 /// # Errors
-/// No such scene or parameter, or a value out of range.
+/// No scene has this name, it lacks a parameter, or a value is out of range.
 pub fn check(name: &str, settings: &[(String, String)]) -> Result<()> {
     Values::new(find(name)?, settings).map(drop)
 }
 
-/// Generates a scene; `settings` are parameters by name, the others have their defaults.
+/// Generates the scene with this name, in its pose at time 0. `settings` are pairs of a parameter's name and its value; the
+/// other parameters have their defaults.
 ///
 /// # Errors
-/// An unknown scene or parameter, or a value out of range.
+/// The scene or a parameter is unknown, a value is out of range, or the generated scene is not valid.
 pub fn generate(name: &str, settings: &[(String, String)]) -> Result<Scene> {
     let procedural = find(name)?;
     let values = Values::new(procedural, settings)?;
@@ -80,7 +80,8 @@ mod tests {
         }
     }
 
-    /// The ends of ranges that take seconds or gigabytes to generate; `HEADWATER_TEST_ALL` includes them.
+    /// Ends of parameter ranges (scene, parameter, value) that take seconds or gigabytes to generate. The test of all ends
+    /// skips them, unless `HEADWATER_TEST_ALL` is set.
     const LARGE: &[(&str, &str, &str)] = &[
         ("colourful-mess", "things", "1000"),
         ("street", "lights", "2000000"),

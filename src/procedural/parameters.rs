@@ -1,4 +1,4 @@
-//! Parameters of procedural scenes: their declaration, parsing and checking.
+//! The parameters of procedural scenes: their declaration, and the parsing and checking of values.
 
 use super::Procedural;
 use crate::base::nearest::nearest;
@@ -6,14 +6,14 @@ use crate::{Error, Result};
 use serde::Serialize;
 use std::fmt;
 
-/// The values that a parameter can have.
+/// The set of values that a parameter of a scene accepts.
 #[derive(Clone, Copy, Debug)]
 pub enum Range {
-    /// Whole numbers between two bounds, both included.
+    /// A whole number between two bounds, both included.
     Whole(u64, u64),
-    /// Numbers between two bounds, both included.
+    /// A real number between two bounds, both included.
     Real(f64, f64),
-    /// One word of a list.
+    /// One of the words in this list.
     Words(&'static [&'static str]),
 }
 
@@ -27,7 +27,7 @@ impl fmt::Display for Range {
     }
 }
 
-/// A number without a row of zeros.
+/// Formats a number for the display of a range: very small and very large numbers in scientific notation.
 fn short(number: f64) -> String {
     match number.abs() {
         0.0 | 1e-3..1e6 => number.to_string(),
@@ -58,20 +58,20 @@ impl Range {
     }
 }
 
-/// A parameter of a procedural scene.
+/// The declaration of one parameter of a procedural scene.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Parameter {
-    /// The name.
+    /// The name of the parameter on the command line.
     pub name: &'static str,
-    /// A description of the effect.
+    /// A description of the parameter's effect in one line, for lists of scenes.
     pub doc: &'static str,
-    /// The default value.
+    /// The text of the value that the parameter has if the user sets none.
     pub default: &'static str,
-    /// The values that the parameter can have.
+    /// The set of values that the parameter accepts.
     pub values: Range,
 }
 
-/// Checked values of a scene's parameters.
+/// The values of all parameters of a scene: pairs of name and text, with defaults filled in, each within its range.
 pub(super) struct Values(Vec<(&'static str, String)>);
 
 impl Values {
@@ -107,12 +107,12 @@ impl Values {
         found.map_or("", |(_, value)| value)
     }
 
-    /// The checked value of a parameter; 0 for a name that no scene declares.
+    /// The value of the parameter `name` as a number; 0 if the scene does not declare it.
     pub(super) fn real(&self, name: &str) -> f32 {
         self.text(name).parse().unwrap_or(0.0)
     }
 
-    /// The checked value of a whole-number parameter; 0 for a name that no scene declares.
+    /// The value of the whole-number parameter `name`; 0 if the scene does not declare it.
     pub(super) fn whole(&self, name: &str) -> u64 {
         self.text(name).parse().unwrap_or(0)
     }

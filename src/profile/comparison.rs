@@ -1,24 +1,27 @@
-//! Comparison of a profile with an earlier one of the same subject.
+//! Comparison of a profile with an earlier profile of the same subject.
 
 use super::{Circumstances, Profile, Spread, Subject, VERSION};
 use crate::{Error, Result};
 
-/// The limits within which a profile may be worse.
+/// The limits up to which a profile may be worse than an earlier one; the comparison fails beyond them.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
-    /// Limit of the increase of the median times of frame and passes, as a fraction of the earlier ones.
+    /// The largest allowed increase of the median times of the frame and of passes, as a fraction of the earlier times: 0.1
+    /// allows 10 % more.
     pub time: f64,
-    /// Limit of the increase of the bytes on the device, as a fraction of the earlier ones.
+    /// The largest allowed increase of the memory on the device, as a fraction of the earlier size: 0.02 allows 2 % more.
     pub memory: f64,
 }
 
-/// The fraction of the frame's time below which a pass is not compared: a timer's noise is most of its time.
+/// The fraction of the frame's time below which a pass is not compared, because noise of the timer is most of its time.
 const SMALLEST_PASS: f64 = 0.02;
 
-/// Refuses an earlier profile with another subject, before work begins.
+/// Refuses an earlier profile that cannot be compared, before anything is rendered. `earlier_name` is its file name, for the
+/// error message.
 ///
 /// # Errors
-/// The subjects differ; `earlier_name` is the file that messages name.
+/// The format version, the number of frames in flight, or a part of the subject other than settings and number of timed
+/// frames differs.
 pub fn check_comparable(
     ours: &Subject,
     circumstances: &Circumstances,
@@ -65,7 +68,9 @@ pub fn check_comparable(
     }
 }
 
-/// One sentence for each value that is worse than the limits allow.
+/// One sentence for each time, or memory size, that is worse than the limits allow; empty if none is. To be worse, a time
+/// must also exceed the earlier 95th percentile. A pass that the earlier profile lacks is worse if it takes at least 2 % of
+/// the frame.
 pub fn slower(now: &Profile, earlier: &Profile, limits: Limits) -> Vec<String> {
     let mut found = Vec::new();
     // Beyond the limit, and beyond what the earlier frames themselves varied by.

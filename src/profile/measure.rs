@@ -1,4 +1,5 @@
-//! The loop over frames that is timed. Nothing is read back in it.
+//! The loop over frames that is timed. It reads nothing back from the device, except a counter after each frame on drivers
+//! that end long loops.
 
 use crate::Result;
 use crate::gpu::{Device, PassTime};
@@ -6,34 +7,37 @@ use crate::render::Renderer;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// The frames that are rendered.
+/// The numbers of frames that a profile renders.
 #[derive(Clone, Copy, Debug)]
 pub struct Plan {
-    /// The number of frames before the timed ones: they compile shaders and fill the history.
+    /// Number of frames before the timed ones, which compile the shaders and fill the history.
     pub warm_up: u32,
-    /// The number of timed frames.
+    /// Number of timed frames, which follow the warm-up.
     pub frames: u32,
-    /// The maximum number of frames that are submitted but not finished.
+    /// The maximum number of frames that are submitted but not finished, at least 1. With 1, the host waits for each frame;
+    /// with more, the device has no gaps between frames.
     pub in_flight: u32,
 }
 
-/// The times of one frame, in milliseconds.
+/// The times of one frame and of its passes, in milliseconds.
 #[derive(Clone, Debug, Default)]
 pub struct Frame {
-    /// The index of the frame.
+    /// Index of the frame, counted from 0 at the first frame of the warm-up.
     pub number: u32,
-    /// The time of its start on the host, since the first frame.
+    /// Time on the host from the start of the first frame to the start of this one, in milliseconds.
     pub start: f64,
-    /// The time from its start to the start of the next frame.
+    /// Time on the host from the start of this frame to the start of the next one, in milliseconds.
     pub host: f64,
-    /// The time on the device, from the submission to the end of the wait; 0 with several frames in flight.
+    /// Time from the submission of the frame to the end of the wait for it, in milliseconds; 0 with several frames in
+    /// flight.
     pub submitted: f64,
-    /// The passes of the frame, one entry for each run.
+    /// Times of the passes on the device, one entry per run in the order of the runs. Path tracing has one entry per pass,
+    /// and a device without timestamps has none.
     pub passes: Vec<PassTime>,
 }
 
-/// Renders the frames of a plan, first those of the warm-up. `prepare` sets the time and the camera of each frame, and may end
-/// the work.
+/// Renders the frames of a plan, first those of the warm-up, and returns their times in order. `prepare` is called before
+/// each frame with its index; it sets the time and the camera, and can end the work with an error.
 ///
 /// # Errors
 /// The device fails, or the errors of `prepare`.

@@ -1,5 +1,5 @@
-//! Profiles: the time, the counts and the memory traffic of each pass of a frame, after a warm-up; as text, as JSON, as a
-//! trace, and against an earlier profile.
+//! Profiles: the time, the counts and the memory traffic of each pass of a frame, after a warm-up. A profile is written as
+//! text, as JSON or as a trace, and compared with an earlier profile.
 
 mod comparison;
 mod measure;
@@ -17,57 +17,60 @@ use crate::metrics::statistics::{median, quantile};
 use crate::render::counters::Counts;
 use serde::{Deserialize, Serialize};
 
-/// Version of the JSON form.
+/// Version of the JSON format of profiles. Profiles of different versions are not compared.
 pub const VERSION: u32 = 1;
 
-/// The subject of the profile. Only profiles that agree in all but settings and frames are compared.
+/// What a profile measures. Two profiles are compared only if their subjects agree in everything but `settings` and
+/// `frames`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Subject {
-    /// Hash of the scene's contents.
+    /// Hash of the scene's contents, 64 hexadecimal digits.
     pub scene: String,
-    /// The settings, resolved.
+    /// The settings of the renderer as a JSON object, in which each `auto` is replaced by the choice for this scene.
     pub settings: serde_json::Value,
-    /// The device.
+    /// Name of the device that renders, as the driver reports it.
     pub device: String,
-    /// The width in pixels.
+    /// Width of the picture in pixels.
     pub width: u32,
-    /// The height in pixels.
+    /// Height of the picture in pixels.
     pub height: u32,
-    /// The maximum number of scattering events.
+    /// The maximum number of scattering events of a path between emitter and camera; direct light has one.
     pub bounces: u32,
-    /// Seed of all random numbers.
+    /// Seed of all random numbers, so that each frame is the same work in every run.
     pub seed: u32,
-    /// The camera.
+    /// Position, orientation and field of view of the camera as text, which is different for different cameras.
     pub camera: String,
-    /// The time of frame 0 and the number of frames per second, if anything moves.
+    /// The time of frame 0 in seconds, and the number of frames per second (`None` if all frames show this time). The whole
+    /// is `None` if nothing in the scene moves.
     pub clock: Option<(f64, Option<f64>)>,
-    /// The number of frames before the timed ones.
+    /// Number of frames before the timed ones, which compile the shaders and fill the history.
     pub warm_up: u32,
-    /// The number of timed frames.
+    /// Number of timed frames, from which medians and percentiles are computed.
     pub frames: u32,
 }
 
-/// The conditions of the run; profiles that differ here, except in frames in flight, are worth comparing.
+/// The conditions of a run. Profiles are compared even if the conditions differ, except `in_flight`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Circumstances {
-    /// Name and version of the driver.
+    /// Name and version of the device's driver, as one text.
     pub driver: String,
-    /// The way in which rays are traced.
+    /// Name of the tracer, the method that traces rays: `ray-query` or `compute-bvh`.
     pub tracer: String,
-    /// The access of shaders to the scene.
+    /// Name of the access of shaders to the scene's buffers: by bindings or by address.
     pub geometry: String,
-    /// The revision of Headwater.
+    /// Git commit of Headwater, with a `+` if files had been changed; empty for a build outside a checkout.
     pub commit: String,
-    /// The maximum number of frames in flight.
+    /// The maximum number of frames that are submitted but not finished. With more than 1, only the host's times cover whole
+    /// frames.
     pub in_flight: u32,
 }
 
-/// The middle and the upper end of a set of times, in milliseconds.
+/// Median and 95th percentile of a set of times, in milliseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spread {
-    /// The median.
+    /// Median of the times, in milliseconds.
     pub median: f64,
-    /// The 95th percentile.
+    /// 95th percentile of the times, in milliseconds; it shows how much the times vary.
     pub p95: f64,
 }
 
@@ -80,59 +83,63 @@ impl Spread {
     }
 }
 
-/// A pass of the frame.
+/// The measurements of one pass of the frame.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pass {
-    /// The name.
+    /// Name of the pass.
     pub name: String,
-    /// The number of runs per frame.
+    /// Number of runs of the pass in the last timed frame. Path tracing reports all runs of a frame as one.
     pub runs: u32,
-    /// The time of all runs in a frame, in milliseconds.
+    /// Time on the device of all runs of the pass in a frame, in milliseconds, over the timed frames.
     pub milliseconds: Spread,
-    /// The time of its first run, in which some drivers compile it, in milliseconds.
+    /// Time on the device of the first run of the pass, in milliseconds, in which some drivers compile it; 0 if it was not
+    /// timed.
     pub first_run: f64,
-    /// The time in which the driver made its pipeline, on the host, in milliseconds.
+    /// Time in which the driver made the pipeline of the pass, on the host, in milliseconds. If the pass has several
+    /// pipelines, it is that of the first one; 0 if there is no record.
     pub pipeline: f64,
-    /// The counts in the first timed frame, in a separate run.
+    /// Rays, lanes and bytes of the pass in the first timed frame, counted in a separate run with other shaders; all 0 if
+    /// the pass counts nothing.
     pub counts: Counts,
-    /// The report of the driver's compiler, if the driver has one.
+    /// Statistics of the driver's compiler about the pass, pairs of name and value; empty if the driver reports none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub statistics: Vec<(String, String)>,
 }
 
-/// The buffers, or images, of one name.
+/// The memory on the device of all buffers with one name, or of all images.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
-    /// The name of the buffers.
+    /// Name of the buffers; `images` stands for all images.
     pub name: String,
-    /// The number of buffers with this name.
+    /// Number of buffers or images with this name.
     pub count: u32,
-    /// The size of all these buffers in bytes.
+    /// Size of all these buffers or images together, in bytes.
     pub bytes: u64,
 }
 
-/// A profile.
+/// A profile: the times, counts and memory of a sequence of frames.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Profile {
-    /// The version of this form.
+    /// Version of the JSON format; [`VERSION`] in new profiles.
     pub version: u32,
-    /// The subject of the profile.
+    /// What was measured: scene, settings, device, picture and numbers of frames.
     pub subject: Subject,
-    /// The conditions of the run.
+    /// The conditions of the run, such as driver and tracer.
     pub circumstances: Circumstances,
-    /// The time of a frame on the device, in milliseconds: from the submission to the end of the wait for it. 0 with several
-    /// frames in flight.
+    /// Time of a frame in milliseconds, from its submission to the end of the wait for it, over the timed frames. 0 with
+    /// several frames in flight, because the host does not wait for each frame.
     pub frame: Spread,
-    /// The time of a frame on the host, in milliseconds: from the start of one to the start of the next.
+    /// Time on the host in milliseconds, from the start of a frame to the start of the next one, over the timed frames.
     pub host: Spread,
-    /// The passes in order.
+    /// The passes of the last timed frame, in the order of their first runs in it.
     pub passes: Vec<Pass>,
-    /// The memory that is allocated after the last frame, the largest buffers first.
+    /// The memory that is allocated after the last frame, one entry per name, the largest first.
     pub memory: Vec<Memory>,
 }
 
 impl Profile {
-    /// A profile of timed frames, in order. `first` are the runs of the warm-up, `counts` the counts of one frame.
+    /// Computes a profile from the frames of the warm-up and the timed frames, both in order. `counts` has the counts of one
+    /// frame, `compiled` the driver's results for all pipelines, and `memory` the memory in use after the last frame.
     pub fn new(
         subject: Subject,
         circumstances: Circumstances,
@@ -194,7 +201,7 @@ impl Profile {
         }
     }
 
-    /// The time of a frame: on the device or, with several frames in flight, on the host.
+    /// Time of a whole frame in milliseconds: [`Profile::frame`] or, with several frames in flight, [`Profile::host`].
     pub fn whole(&self) -> Spread {
         match self.circumstances.in_flight {
             ..=1 => self.frame,
@@ -202,12 +209,12 @@ impl Profile {
         }
     }
 
-    /// The size of all buffers and images in bytes.
+    /// Size of all buffers and images together, in bytes.
     pub fn bytes(&self) -> u64 {
         self.memory.iter().map(|memory| memory.bytes).sum()
     }
 
-    /// The number of rays in a frame.
+    /// Number of rays that all passes together trace in the first timed frame.
     pub fn rays(&self) -> u64 {
         self.passes.iter().map(|pass| pass.counts.rays).sum()
     }

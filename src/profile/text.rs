@@ -1,22 +1,23 @@
-//! Profiles as text. Each line begins with its subject, such as `frame`, `pass NAME` or `memory NAME`, and has its values in a
-//! fixed order; the line with the names of columns begins with `#`.
+//! Profiles as text, which scripts can read. Each line begins with its subject, such as `frame`, `pass NAME` or `memory
+//! NAME`, and has its values in a fixed order; the line with the names of columns begins with `#`.
 
 use super::Profile;
 use crate::base::printable::printable;
 use crate::render::counters::Counts;
 use std::fmt::Write;
 
-/// A number in millions.
+/// The number in millions as text, with three decimals.
 fn millions(value: u64) -> String {
     format!("{:.3}", value as f64 / 1e6)
 }
 
-/// A fraction as a percentage; a dash for `None`.
+/// The fraction as a percentage with one decimal and without the sign, so that 0.5 is `50.0`; a dash for `None`.
 fn percent(part: Option<f64>) -> String {
     part.map_or_else(|| "-".into(), |part| format!("{:.1}", 100.0 * part))
 }
 
-/// The table of a profile.
+/// The text of a profile: its subject, the times of the frame, one line per pass, and the memory. The README of this folder
+/// explains the columns.
 pub fn table(profile: &Profile) -> String {
     let mut text = String::new();
     let subject = &profile.subject;
@@ -122,7 +123,8 @@ pub fn table(profile: &Profile) -> String {
     text
 }
 
-/// Frame and passes of a profile beside those of an earlier one.
+/// A table of the median times, in milliseconds, of the frame and of each pass in an earlier profile and now, with the
+/// change in percent. A dash stands for a pass that one of the profiles lacks.
 pub fn difference(now: &Profile, earlier: &Profile) -> String {
     let mut text = format!(
         "{:24} {:>10} {:>10} {:>8}",

@@ -1,17 +1,19 @@
-//! Profiles as traces that Chrome (`chrome://tracing`) and [Perfetto](https://ui.perfetto.dev) show: the Trace Event Format.
+//! Profiles as traces in the Trace Event Format, which Chrome (`chrome://tracing`) and [Perfetto](https://ui.perfetto.dev)
+//! show.
 
 use super::Frame;
 use serde_json::{Value, json};
 
-/// Tracks of the trace.
+/// Index (`tid`) of the trace's track for the frames on the host; `DEVICE` is that of the track for frames and passes on the
+/// device.
 const HOST: u32 = 1;
 const DEVICE: u32 = 2;
 
-/// A trace of frames: the host's track has each frame, the device's track each frame and the runs of its passes. Times are in
-/// microseconds, as the format requires.
+/// A trace of frames as JSON: the track of the host has the frames, the track of the device has the frames and the runs of
+/// their passes. Times are in microseconds, as the format requires.
 ///
-/// The host and the device have different clocks; the passes of a frame are placed so that the last one ends with the frame,
-/// when the host has waited for it.
+/// The host and the device have different clocks. So the passes of a frame are moved until the last one ends at the end of
+/// the frame on the host, when the wait for the device ends.
 pub fn trace(frames: &[Frame]) -> Value {
     let mut events = vec![
         json!({"ph": "M", "pid": 1, "name": "process_name", "args": {"name": "headwater"}}),

@@ -1,23 +1,23 @@
-//! The frames that are rendered, each given by arguments of `render`.
+//! The cases of the regression tests, each given by arguments of `render`.
 
 use crate::Result;
 use crate::base::toml_text::TomlText;
 use serde::Deserialize;
 
-/// A frame, or a few in a row.
+/// One test case: the frame, or short sequence of frames, that `render` makes from given arguments.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Case {
-    /// The name of the case and of its files.
+    /// The name of the case, and of its picture files without their endings.
     pub name: String,
-    /// The arguments of `render`, without `--output`.
+    /// The arguments of `render`, separated by spaces, without `--output`.
     pub arguments: String,
 }
 
-/// All cases, in the order in which they run.
+/// All cases of `cases.toml`, in the order in which they run.
 ///
 /// # Errors
-/// The list is damaged, which a test excludes.
+/// `cases.toml`, which is part of the program, is damaged; a test excludes this.
 pub fn cases() -> Result<Vec<Case>> {
     #[derive(Deserialize)]
     struct List {
@@ -34,7 +34,7 @@ mod tests {
     use crate::render::presets;
     use std::collections::BTreeSet;
 
-    /// Settings that at least one case must contain.
+    /// Texts that must occur in the arguments of at least one case, so that every choice of the renderer is tested.
     fn choices() -> Vec<String> {
         let presets = presets::PRESETS
             .iter()

@@ -1,4 +1,4 @@
-//! Golden frames: a folder for each driver, with a list and a picture for each case.
+//! Golden frames on disk: a folder for each driver, with a JSON list and one picture per case.
 
 use super::cases::Case;
 use crate::base::files::write_atomically;
@@ -14,26 +14,27 @@ use std::io::Write;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
-/// Version of the lists.
+/// Version of the form of `golden.json`. A list of another version is refused.
 const VERSION: u32 = 1;
-/// The list in a driver's folder.
+/// The file name of the list of cases in the folder of a driver.
 const LIST: &str = "golden.json";
 
-/// The outputs of a pass of a frame.
+/// A hash of one buffer after one pass of one frame. The first step that differs from the golden steps shows where a fault
+/// begins.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Step {
-    /// The frame.
+    /// The index of the frame, counted from 0.
     pub frame: u32,
-    /// The pass.
+    /// The name of the pass.
     pub pass: String,
-    /// The buffer that it wrote.
+    /// The name of the buffer, which the pass may write.
     pub buffer: String,
-    /// A hash of all bytes of the buffer after it.
+    /// A hash of all bytes of the buffer after the pass, as 16 hexadecimal digits.
     pub hash: String,
 }
 
 impl Step {
-    /// The output of a pass in a buffer, in frame `frame`.
+    /// Makes a step from a recorded output of a pass in the frame with index `frame`.
     pub fn of(frame: u32, output: Output) -> Self {
         Self {
             frame,
@@ -44,35 +45,37 @@ impl Step {
     }
 }
 
-/// A case as it was once rendered.
+/// The stored result of one case on the trusted driver; the picture itself is in a separate file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Golden {
-    /// The arguments of the case.
+    /// The arguments of `render` with which the case was rendered. If the case has other arguments now, the golden frame is
+    /// refused.
     pub arguments: String,
-    /// The hash of the file of the picture.
+    /// A hash of the EXR file of the picture, as 16 hexadecimal digits, by which a damaged file is found.
     pub picture: String,
-    /// The outputs of its passes, in order.
+    /// The hashes of the outputs of all passes, in the order in which the passes ran.
     pub steps: Vec<Step>,
 }
 
-/// The golden frames of a driver.
+/// The set of golden frames of one device and driver.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Goldens {
     version: u32,
-    /// Name of the device.
+    /// Name of the device that rendered the golden frames.
     pub device: String,
-    /// Name and version of the driver.
+    /// Name and version of the driver that rendered the golden frames.
     pub driver: String,
-    /// The revision of Headwater that made them.
+    /// The revision of Headwater that wrote the set. Golden frames that `--only` left in place may come from an older
+    /// revision.
     pub commit: String,
-    /// The cases by name.
+    /// The golden frames by the names of their cases.
     pub cases: BTreeMap<String, Golden>,
     #[serde(skip)]
     folder: PathBuf,
 }
 
-/// The name of a driver's folder: the properties that must be equal so that bits are equal. Names and versions of drivers
-/// contain the version of the compiler and the width of vectors.
+/// The name of the folder for a device and its driver. It consists of their names and the driver's version, which must be
+/// equal for equal bits: drivers put the version of their compiler and the width of vectors into them.
 fn folder_name(device: &DeviceInfo) -> String {
     let text = format!("{} {}", device.name, device.driver);
     let letters = text.chars().map(|c| {
@@ -87,23 +90,23 @@ fn folder_name(device: &DeviceInfo) -> String {
     words.collect::<Vec<_>>().join("-")
 }
 
-/// A new set of golden frames, which replaces an older one of the same driver when it is complete. Until then it is in memory,
-/// so that nothing must be cleaned up after work that ends early.
+/// A new set of golden frames, which replaces an older one of the same driver when it is complete. Until then it is in
+/// memory, so that nothing must be cleaned up if the work ends early.
 pub struct Blessing {
     goldens: Goldens,
-    /// The pictures of new cases, by name.
+    /// The pictures of the cases that were rendered for this set, by the names of the cases.
     pictures: BTreeMap<String, Image>,
-    /// The folder for the sets of all drivers.
+    /// The folder that has one folder per driver.
     folder: PathBuf,
-    /// Locations of the set.
+    /// The paths of this driver's set.
     locations: Locations,
 }
 
-/// The beginning of the names of sets that are being written.
+/// The beginning of the names of temporary folders in which sets are written.
 const WORK: &str = ".golden-";
 
 impl Blessing {
-    /// An empty set for a device.
+    /// An empty set for the driver of `device`. `folder` has one folder per driver; nothing is written to it yet.
     pub fn new(folder: &Path, device: &DeviceInfo) -> Self {
         let locations = Locations::new(folder, device);
         let goldens = Goldens {
@@ -122,7 +125,8 @@ impl Blessing {
         }
     }
 
-    /// Adds a case.
+    /// Adds a rendered case with its picture and the hashes of its passes. It replaces an older golden frame of the same
+    /// case.
     pub fn add(&mut self, case: &Case, image: Image, steps: Vec<Step>) {
         let golden = Golden {
             arguments: case.arguments.clone(),
@@ -134,11 +138,11 @@ impl Blessing {
         self.pictures.insert(case.name.clone(), image);
     }
 
-    /// Adds the cases of the older set, if there is one; cases that are added later replace them. Their pictures are copied at
-    /// the end.
+    /// Adds the cases of the driver's set on disk, if there is one; cases that are added later replace them.
+    /// [`Self::finish`] copies their pictures.
     ///
     /// # Errors
-    /// The older set is damaged.
+    /// The list of the set on disk cannot be read, is damaged, or has another version.
     pub fn add_older(&mut self) -> Result<()> {
         if let Some(older) = self.locations.set() {
             for (name, golden) in Goldens::read(older)?.cases {
@@ -148,10 +152,10 @@ impl Blessing {
         Ok(())
     }
 
-    /// Replaces the older set by this one; returns the path of its folder.
+    /// Writes the set, which replaces the driver's older set, and returns the path of its folder.
     ///
     /// # Errors
-    /// The disk rejects it; then the older set stays.
+    /// A file cannot be written, or a picture of the older set cannot be copied; then the older set stays.
     pub fn finish(self) -> Result<PathBuf> {
         let Self {
             mut goldens,
@@ -207,10 +211,10 @@ impl Blessing {
     }
 }
 
-/// Locations of the set of a driver.
+/// The paths where the set of a driver can be.
 struct Locations {
     target: PathBuf,
-    /// The location of an older set while a new one takes its place.
+    /// The path of the older set while a new set takes its place.
     older: PathBuf,
 }
 
@@ -223,7 +227,8 @@ impl Locations {
         }
     }
 
-    /// The set. It is in its older location if a program was killed before a new one could take its place.
+    /// The folder of the complete set; `None` if there is none. It is the path `older` if a program was killed before the
+    /// new set took its place.
     fn set(&self) -> Option<&Path> {
         let mut locations = [&self.target, &self.older].into_iter();
         locations
@@ -232,7 +237,7 @@ impl Locations {
     }
 }
 
-/// Removes sets that a killed program has begun to write.
+/// Removes the temporary folders that killed programs have left in `folder`.
 fn remove_unfinished(folder: &Path) {
     let entries = folder.read_dir().into_iter().flatten().flatten();
     for entry in entries.filter(|e| e.file_name().to_string_lossy().starts_with(WORK)) {
@@ -240,16 +245,17 @@ fn remove_unfinished(folder: &Path) {
     }
 }
 
-/// The file of a case's picture in the folder of a set.
+/// The path of the picture of the case `name` in the folder of a set.
 fn picture(folder: &Path, name: &str) -> PathBuf {
     folder.join(format!("{name}.exr"))
 }
 
 impl Goldens {
-    /// The golden frames of a device, or otherwise those of another device; true if they belong to this device.
+    /// Reads the golden frames of a device and its driver. If `folder` has none, reads those of another driver, the first by
+    /// name. The returned flag is true if they belong to this driver.
     ///
     /// # Errors
-    /// There are none, or the existing ones cannot be read.
+    /// There are no golden frames, or the list of those that were found cannot be read or is damaged.
     pub fn find(folder: &Path, device: &DeviceInfo) -> Result<(Self, bool)> {
         if let Some(own) = Locations::new(folder, device).set() {
             return Ok((Self::read(own)?, true));
@@ -303,10 +309,11 @@ impl Goldens {
         })
     }
 
-    /// A case and its picture; `None` if it was not rendered then, for example because the driver lacked a feature.
+    /// The golden frame of a case and its picture; `None` if the set does not have the case, for example because the driver
+    /// lacked a feature.
     ///
     /// # Errors
-    /// The picture is missing or damaged, or the case was another one.
+    /// The picture is missing or damaged, or the golden frame was rendered with other arguments.
     pub fn case(&self, case: &Case) -> Result<Option<(&Golden, Image)>> {
         let Some(golden) = self.cases.get(&case.name) else {
             return Ok(None);

@@ -1,4 +1,4 @@
-//! JUnit XML, as the pages of CI systems show it.
+//! Results of regression tests as JUnit XML, which CI systems show.
 
 use super::verdict::Verdict;
 use crate::base::printable::printable;
@@ -6,11 +6,11 @@ use crate::{Error, Result};
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 use std::time::Duration;
 
-/// The report of cases, each with its duration, and of the case that is `running`: it counts as an error, since a final report
-/// with a running case comes from a program that a driver has ended.
+/// The report as XML text. `results` has the name of each case, its verdict and the time that it took. The case that is
+/// `running` counts as an error: a final report has a running case only if the driver ended the program.
 ///
 /// # Errors
-/// Never with names that XML can hold.
+/// The text cannot be written as XML, which does not happen for names that XML can hold.
 pub fn report(
     driver: &str,
     results: &[(String, Verdict, Duration)],

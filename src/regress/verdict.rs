@@ -1,39 +1,43 @@
-//! The verdict on a frame: its comparison with the golden frame.
+//! The verdict on a case: the comparison of its picture and outputs with the golden frame.
 
 use super::golden::{Golden, Step};
 use crate::Result;
 use crate::image::Image;
 
-/// A case as it was rendered now.
+/// The result of rendering a case on the driver under test.
 pub struct Rendered {
-    /// The picture.
+    /// The picture that the case makes in normal use, without hashing.
     pub image: Image,
-    /// The hashes of the outputs of the passes, in order.
+    /// The hashes of the outputs of all passes, in the order in which the passes ran.
     pub steps: Vec<Step>,
 }
 
-/// The result of a comparison.
+/// The result of the test of one case.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Verdict {
-    /// The case passed; the text holds remarks.
+    /// The case agrees with its golden frame; the text holds remarks and may be empty.
     Passed(String),
-    /// The case failed; the text holds the reason.
+    /// The case differs from its golden frame, or the driver failed; the text holds the reason.
     Failed(String),
-    /// The case was not compared; the text holds the reason.
+    /// The case was not compared, for example because the device lacks a feature; the text holds the reason.
     Skipped(String),
 }
 
-/// The largest difference of a channel of a pixel, relative to the larger value, with which the pixel agrees with another
-/// driver's pixel.
+/// The largest difference between two drivers' values of a channel, as a fraction of the larger value, with which the values
+/// still agree.
 const NEAR: f32 = 1e-3;
-/// The fraction of pixels that may disagree: where rounding changes a choice, a path takes another direction.
+/// The largest fraction of pixels that may disagree with another driver's picture: where rounding changes a choice, a path
+/// takes another direction.
 const MAX_APART: f64 = 0.05;
-/// The number of standard errors by which the mean may differ: rounding favours neither side.
+/// The largest difference between the means of two drivers' pictures, in standard errors of this difference: rounding must
+/// make a picture neither brighter nor darker.
 const MAX_DEVIATIONS: f64 = 4.0;
-/// The difference of the means, relative to the mean, that is always allowed.
+/// The largest difference between the means of two drivers' pictures, as a fraction of the golden mean, that passes in any
+/// case.
 const ROUNDING: f64 = 1e-4;
 
-/// Compares exactly: every bit of the picture and of the outputs of passes must be equal.
+/// Compares with a golden frame of the same driver: every bit of the picture and of the outputs of passes must be equal.
+/// `picture` is the golden picture. A failure names the first frame, pass and buffer that differ.
 pub fn judge_exactly(rendered: &Rendered, golden: &Golden, picture: &Image) -> Verdict {
     let pairs = rendered.steps.iter().zip(&golden.steps);
     if let Some((now, before)) = pairs.clone().find(|(now, before)| now != before) {
@@ -64,11 +68,11 @@ pub fn judge_exactly(rendered: &Rendered, golden: &Golden, picture: &Image) -> V
     ))
 }
 
-/// Compares with tolerance: the picture must agree with another driver's picture except for rounding, and the paths that
-/// rounding changes must not make it brighter or darker.
+/// Compares with the golden `picture` of another driver: it must agree except for rounding, and the paths that rounding
+/// changes must not make the picture brighter or darker.
 ///
 /// # Errors
-/// The pictures have no colour.
+/// One of the pictures has no channels `R`, `G`, `B`.
 pub fn judge_loosely(rendered: &Rendered, picture: &Image) -> Result<Verdict> {
     let (now, before) = (rendered.image.rgb()?, picture.rgb()?);
     if (rendered.image.width, rendered.image.height) != (picture.width, picture.height) {

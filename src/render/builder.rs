@@ -1,4 +1,4 @@
-//! The library's entrance: a renderer of a scene on a device, with defaults for all that is not set.
+//! The entrance of the library: builds a renderer of a scene, with defaults for everything that is not set.
 
 use super::presets::Preset;
 use super::{Renderer, Settings, View};
@@ -11,7 +11,7 @@ use crate::scene::{Camera, Scene};
 use crate::{Error, Result};
 use std::sync::Arc;
 
-/// The settings, camera, size and device of a [`Renderer`] that is to be built; [`Renderer::builder`] makes one.
+/// A builder of a [`Renderer`], which collects settings, camera, picture size and device. [`Renderer::builder`] makes it.
 ///
 /// ```no_run
 /// # fn main() -> headwater::Result<()> {
@@ -37,14 +37,16 @@ pub struct RendererBuilder<'a> {
 }
 
 impl Renderer {
-    /// Begins a renderer of a scene with defaults; [`RendererBuilder::build`] opens the device.
+    /// Begins to build a renderer of `scene` with default values. The device is not opened before
+    /// [`RendererBuilder::build`].
     pub fn builder(scene: &Scene) -> RendererBuilder<'_> {
         RendererBuilder::new(scene)
     }
 }
 
 impl<'a> RendererBuilder<'a> {
-    /// The defaults: the preset `balanced`, 640 × 360 pixels, 5 bounces, seed 0, the scene's first camera.
+    /// A builder with the defaults: path tracing (the default [`Settings`]), 640 × 360 pixels, at most 5 bounces, seed 0, no
+    /// jitter, the scene's first camera, and the first device in the order of preference.
     fn new(scene: &'a Scene) -> Self {
         Self {
             scene,
@@ -58,28 +60,29 @@ impl<'a> RendererBuilder<'a> {
         }
     }
 
-    /// Takes the settings of a preset: `path-tracing`, `fast`, `balanced`, `accurate` or `s1`.
+    /// Replaces all settings by those of a preset: `path-tracing`, `fast`, `balanced`, `accurate` or `s1`.
     ///
     /// # Errors
-    /// There is no such preset.
+    /// No preset has this name.
     pub fn preset(mut self, name: &str) -> Result<Self> {
         self.settings = Preset::named(name)?.settings()?;
         Ok(self)
     }
 
-    /// Takes these settings.
+    /// Replaces all settings by `settings`.
     pub fn settings(mut self, settings: Settings) -> Self {
         self.settings = settings;
         self
     }
 
-    /// Takes this camera instead of the scene's first one, or of one that frames a scene without cameras.
+    /// Sets the camera. Without this call, it is the scene's first camera, or for a scene without cameras one that shows the
+    /// whole scene.
     pub fn camera(mut self, camera: Camera) -> Self {
         self.camera = Some(camera);
         self
     }
 
-    /// Sets the size of the picture, in pixels; both at least 1.
+    /// Sets the width and the height of the picture, in pixels; both at least 1.
     pub fn size(mut self, width: u32, height: u32) -> Self {
         self.size = (width, height);
         self
@@ -91,28 +94,32 @@ impl<'a> RendererBuilder<'a> {
         self
     }
 
-    /// Sets the maximum number of scattering events of a path; 1 is direct light only.
+    /// Sets the maximum number of scattering events of a path: 0 shows only emitters, 1 adds direct light, 2 or more add
+    /// indirect light.
     pub fn bounces(mut self, bounces: u32) -> Self {
         self.bounces = bounces;
         self
     }
 
-    /// With `jitter`, primary rays begin anywhere in a pixel (a box filter) instead of at its centre.
+    /// If `jitter` is true, primary rays pass through random points of a pixel (a box filter), which smooths edges over
+    /// several samples. Otherwise they pass through its centre.
     pub fn jitter(mut self, jitter: bool) -> Self {
         self.jitter = jitter;
         self
     }
 
-    /// Takes the device with this name, a part of its name, or this index, instead of the first GPU.
+    /// Selects the device by its index, its name or a part of its name. Without this call, discrete GPUs come before
+    /// integrated ones, and these before virtual GPUs and CPUs.
     pub fn device(mut self, device: &str) -> Self {
         self.device = Some(device.to_owned());
         self
     }
 
-    /// Opens the device, uploads the scene, and makes passes and buffers.
+    /// Opens the device, uploads the scene, and makes the renderer with its passes and buffers.
     ///
     /// # Errors
-    /// A picture without pixels, no Vulkan or no such device, or a scene that the device has no room for.
+    /// The picture has no pixels or too many, there is no Vulkan or no device as selected, or the scene exceeds the memory
+    /// or a limit of the device.
     pub fn build(self) -> Result<Renderer> {
         let (width, height) = self.size;
         if width == 0 || height == 0 {

@@ -1,11 +1,11 @@
-//! The scene's camera as shaders see it.
+//! The camera of a scene in the form that shaders read.
 
 use crate::device_scene::Units;
 use crate::scene::Camera;
 use crate::shader_interface::GpuCamera;
 
-/// A pinhole camera for an image of `width` × `height` pixels, in the units of the device. The vertical field of view stays;
-/// the horizontal one follows the image's aspect ratio.
+/// A pinhole camera for a picture of `width` × `height` pixels, relative to the device's origin and in its unit of length.
+/// The vertical field of view is that of `camera`; the horizontal one follows from the picture's aspect ratio.
 pub fn gpu_camera(camera: &Camera, units: &Units, width: u32, height: u32) -> GpuCamera {
     let axes = camera.camera_to_world.matrix3;
     let half_height = (0.5 * camera.vertical_fov).tan();

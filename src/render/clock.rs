@@ -1,22 +1,22 @@
-//! The time in the scene that each frame shows.
+//! The clock of an animation: the time in the scene that each frame shows.
 
 use crate::scene::Scene;
 use crate::{Error, Result};
 
-/// The time that each frame shows.
+/// The map from the index of a frame to the time in the scene that the frame shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clock {
-    /// The time of frame 0, in seconds.
+    /// The time in the scene that frame 0 shows, in seconds.
     pub start_time: f64,
-    /// The number of frames per second; without it, all frames show the same time.
+    /// The number of frames per second of scene time. `None`: the clock is stopped, and all frames show the start time.
     pub fps: Option<f64>,
 }
 
 impl Clock {
-    /// Refuses invalid values. `start_time` and `fps` are the names of the two in messages.
+    /// Checks both values. `start_time` and `fps` are the names that messages give them, such as the names of options.
     ///
     /// # Errors
-    /// A time that is not finite, or a number of frames per second that is not positive and finite.
+    /// The start time is not finite, or the number of frames per second is not positive and finite.
     pub fn check(&self, start_time: &str, fps: &str) -> Result<()> {
         if let Some(value) = self.fps.filter(|fps| !(*fps > 0.0 && fps.is_finite())) {
             return Err(Error::input(format!(
@@ -31,7 +31,7 @@ impl Clock {
         Ok(())
     }
 
-    /// The time that a frame shows, in seconds.
+    /// The time in the scene, in seconds, that the frame with the index `frame` shows.
     pub fn time(&self, frame: u32) -> f64 {
         match self.fps {
             Some(fps) => self.start_time + f64::from(frame) / fps,
@@ -39,7 +39,7 @@ impl Clock {
         }
     }
 
-    /// A clock that is stopped at the time of a frame.
+    /// A stopped clock, whose frames all show the time that this clock gives to the frame with the index `frame`.
     pub fn stopped_at(&self, frame: u32) -> Self {
         Self {
             start_time: self.time(frame),
@@ -47,11 +47,11 @@ impl Clock {
         }
     }
 
-    /// Replaces a moving scene by its pose at the start time if the clock is stopped: it then costs no more to
+    /// Replaces a moving scene by its pose at the start time, if the clock is stopped. The scene then costs no more to
     /// render than one that never moves.
     ///
     /// # Errors
-    /// At that time something is further away than can be rendered, or a camera has no direction.
+    /// At the start time an instance is too far away to be rendered, or a camera has no direction.
     pub fn freeze_if_stopped(&self, scene: &mut Scene) -> Result<()> {
         if self.fps.is_none() && scene.motion.is_some() {
             *scene = scene.pose_at(self.start_time)?;

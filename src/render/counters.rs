@@ -1,4 +1,4 @@
-//! Counters of passes: rejected values always; rays, lanes and neighbours on request.
+//! Counters of passes: rejected values always; rays, lanes, neighbours and bytes on request.
 
 use crate::gpu::{Buffer, Device, Recording, Usage};
 use crate::shader_interface::Specialisation;
@@ -12,49 +12,54 @@ use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 use std::sync::Arc;
 
-/// The counts of one pass.
+/// The counts of one pass since the last call of [`Counters::since_last`].
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Counts {
-    /// The pass.
+    /// The name of the pass.
     pub pass: String,
-    /// Rays traced.
+    /// The number of rays that were traced.
     pub rays: u64,
-    /// Lanes that traced them, and all lanes of their subgroups.
+    /// The number of lanes that traced a ray, and the number of all lanes of their subgroups, added up over all steps that
+    /// trace.
     pub trace_lanes: [u64; 2],
-    /// Lanes that evaluated the targets of merges, and all lanes of their subgroups.
+    /// The number of lanes that evaluated a target function of a merge, and the number of all lanes of their subgroups,
+    /// added up over all evaluations.
     pub merge_lanes: [u64; 2],
-    /// Neighbours, or histories, that were merged.
+    /// The number of reservoirs of neighbours, of the previous frame, or of world reservoirs that were merged.
     pub neighbours: u64,
-    /// Vertices of paths with a world reservoir.
+    /// The number of path vertices that have a world reservoir.
     #[serde(default)]
     pub vertices: u64,
-    /// Cells of the table of world reservoirs that hold a vertex.
+    /// The number of cells in the table of world reservoirs that hold a vertex.
     #[serde(default)]
     pub cells: u64,
-    /// Slots of that table.
+    /// The number of slots for cells in the table of world reservoirs.
     #[serde(default, rename = "places")]
     pub slots: u64,
-    /// Vertices of paths that found no slot among world reservoirs.
+    /// The number of path vertices whose world reservoir cannot be found: their cell has no slot in the table, or another
+    /// vertex took their slot in the list of the cell.
     #[serde(default)]
     pub dropped: u64,
-    /// Rays that hit something.
+    /// The number of rays that hit a surface.
     #[serde(default)]
     pub hits: u64,
-    /// Bytes read from sample data, reservoirs, pilots, light lists, points and samples of world reservoirs, colour and sums.
+    /// The number of bytes read from sample data, reservoirs, pilots, light lists, points and samples of world reservoirs,
+    /// colour and sums.
     #[serde(default)]
     pub bytes_read: u64,
-    /// Bytes written to these buffers.
+    /// The number of bytes written to sample data, reservoirs, pilots, light lists, points and samples of world reservoirs,
+    /// colour and sums.
     #[serde(default)]
     pub bytes_written: u64,
 }
 
 impl Counts {
-    /// The fraction of lanes in use where rays are traced, in [0, 1]; `None` without any.
+    /// The fraction of lanes in use where rays are traced, in [0, 1]; `None` if no ray was traced.
     pub fn tracing_share(&self) -> Option<f64> {
         share(self.trace_lanes)
     }
 
-    /// The fraction of lanes in use where merges evaluate targets, in [0, 1]; `None` without any.
+    /// The fraction of lanes in use where merges evaluate target functions, in [0, 1]; `None` if there was no merge.
     pub fn merging_share(&self) -> Option<f64> {
         share(self.merge_lanes)
     }
@@ -64,32 +69,33 @@ fn share([busy, all]: [u64; 2]) -> Option<f64> {
     (all > 0).then(|| busy as f64 / all as f64)
 }
 
-/// The sum of one counter over all passes.
+/// The sum of one counter over all passes, at most `u32::MAX`. `counter` is its index among the counters of a pass.
 fn sum(all: &[u32], counter: u32) -> u32 {
     let own = all.iter().skip(counter as usize).step_by(COUNTERS as usize);
     own.fold(0, |sum: u32, n| sum.saturating_add(*n))
 }
 
-/// The maximum number of passes with separate counters.
+/// The maximum number of passes with separate counters. Higher: more passes can be counted, in a larger buffer.
 const MAX_PASSES: usize = 32;
-/// The length of the buffer, in words.
+/// The length of the buffer of counters, in words of 32 bits.
 const LENGTH: usize = MAX_PASSES * COUNTERS as usize;
 
-/// The counters of the passes of an integrator.
+/// The counters of all passes of an integrator, in one buffer on the device.
 pub struct Counters {
-    /// The buffer that passes bind.
+    /// The buffer of counters that each pass binds: one range of `COUNTERS` words per pass.
     pub buffer: Buffer,
     device: Arc<Device>,
-    /// Names of the passes, in the order of their ranges.
+    /// The names of the passes, in the order of their ranges in the buffer.
     passes: RefCell<Vec<String>>,
     counting: bool,
-    /// The values at the last call of [`Self::since_last`]. They are never reset and may wrap around, so only
-    /// differences are used.
+    /// The values of all counters at the last call of [`Self::since_last`]. Counters are not reset by that call and may wrap
+    /// around, so only differences are used.
     seen: Vec<u32>,
 }
 
 impl Counters {
-    /// Counters, all 0; with `counting`, also the counters that cost time.
+    /// Makes the counters of an integrator, all 0. With `counting`, passes also count rays, lanes, neighbours and bytes,
+    /// which costs time; otherwise only faults.
     pub fn new(device: &Arc<Device>, counting: bool) -> Result<Self> {
         let mut made = Self {
             buffer: Buffer::new(device, "counters", 4 * LENGTH as u64, Usage::default())?,
@@ -102,10 +108,11 @@ impl Counters {
         Ok(made)
     }
 
-    /// The specialisation of a pass with a range of counters. Passes with the same name use the same range.
+    /// The constants `specialisation` of the pass with the name `pass`, with the range of its counters. Passes with the same
+    /// name have the same range.
     ///
     /// # Errors
-    /// Too many passes.
+    /// All ranges of the buffer belong to other passes.
     pub fn specialise(&self, pass: &str, specialisation: Specialisation) -> Result<Specialisation> {
         let mut passes = self.passes.borrow_mut();
         let index = passes.iter().position(|name| name == pass);
@@ -125,7 +132,7 @@ impl Counters {
         })
     }
 
-    /// Sets all counters to 0.
+    /// Sets the counters of all passes to 0.
     pub fn clear(&mut self) -> Result<()> {
         self.seen = vec![0; LENGTH];
         let mut recording = Recording::new(&self.device)?;
@@ -133,7 +140,7 @@ impl Counters {
         recording.finish().map(drop)
     }
 
-    /// The counts of each pass since the last call; empty unless counting is on.
+    /// The counts of each pass since the last call, in the order in which the passes were made. Empty if `counting` is off.
     pub fn since_last(&mut self) -> Result<Vec<Counts>> {
         if !self.counting {
             return Ok(Vec::new());
@@ -169,7 +176,8 @@ impl Counters {
         Ok(counts.collect())
     }
 
-    /// The number of rejected values since the counters were cleared, over all passes.
+    /// The number of values that shaders rejected (such as NaN or infinity) since the counters were cleared, over all
+    /// passes.
     ///
     /// # Errors
     /// The errors of [`Self::assert_whole`].
@@ -179,10 +187,11 @@ impl Counters {
         Ok(sum(&all, COUNTER_REJECTED))
     }
 
-    /// Fails if the driver has ended loops early since the counters were cleared, which leaves pixels dark.
+    /// Checks that the driver has ended no loop early since the counters were cleared. Pixels whose loops it ends are too
+    /// dark.
     ///
     /// # Errors
-    /// The driver did so, or the device fails.
+    /// The driver has ended a loop early, or the device fails.
     pub fn assert_whole(&self) -> Result<()> {
         self.check_whole(&self.read()?)
     }

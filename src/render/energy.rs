@@ -1,18 +1,20 @@
-//! The directional albedo of the specular lobe, for energy compensation.
+//! The directional albedo of the specular lobe, from which shaders compute the energy that single scattering loses.
 
 use crate::shader_interface::{ALBEDO_CELLS, MIRROR_ROUGHNESS};
 use glam::DVec2;
 use rayon::prelude::*;
 
-/// The number of points over which each table entry is integrated: the error is below 5e-4. (A grid with the same number of
-/// points has ten times that error, because the integrand ends in a step where the reflected direction leaves the hemisphere.)
+/// The number of points over which each table entry is integrated. Higher: a smaller error, but the table takes longer to
+/// make; with this number, the error is below 5e-4. (A grid with the same number of points has ten times that error, because
+/// the integrand ends in a step where the reflected direction leaves the hemisphere.)
 const POINTS: u32 = 4096;
 
-/// Directional albedo of GGX with height-correlated Smith masking under Schlick's Fresnel: the part
-/// scaled by F0, and the part scaled by F90. Their sum is the albedo of a lobe that reflects all.
+/// Directional albedo of GGX with height-correlated Smith masking under Schlick's Fresnel. The result is the part that F0
+/// scales and the part that F90 scales, each in [0, 1]. Their sum is the albedo of a lobe whose Fresnel term is 1.
 ///
-/// `cosine` is the cosine of the outgoing direction, in [0, 1]; `roughness` is perceptual. The integral is over visible normals
-/// (Heitz 2018), where the integrand is G2/G1 × Fresnel, smooth and at most 1.
+/// `cosine` is the cosine between the normal and the outgoing direction, in [0, 1]. `roughness` is perceptual, in [0, 1]:
+/// alpha is its square. The integral is over visible normals (Heitz 2018), where the integrand is G2/G1 × Fresnel, smooth
+/// and at most 1.
 pub fn specular_albedo(cosine: f64, roughness: f64) -> DVec2 {
     let alpha = (roughness * roughness).max(1e-6);
     let cosine = cosine.clamp(1e-5, 1.0);
@@ -48,8 +50,9 @@ pub fn specular_albedo(cosine: f64, roughness: f64) -> DVec2 {
     sum / f64::from(POINTS)
 }
 
-/// The table that shaders look up: (ALBEDO_CELLS + 1)² nodes, roughness-major, the cosine at
-/// squared parameters, because the albedo bends most at grazing angles.
+/// The table of [`specular_albedo`] that shaders look up: (ALBEDO_CELLS + 1)² nodes, one row of cosines per roughness.
+/// Roughness has equal steps over [0, 1]; cosines are squares of equal steps, because the albedo bends most at grazing
+/// angles.
 pub fn albedo_table() -> Vec<[f32; 2]> {
     let side = ALBEDO_CELLS + 1;
     (0..side * side)

@@ -1,17 +1,18 @@
-//! A resource with two copies: one that this frame writes, and one that the previous frame left.
+//! A resource with two copies: one that this frame writes, and one that holds the data of the previous frame.
 
 use std::cell::Cell;
 
-/// A resource in one or two copies: that of this frame, and with two copies that of the previous frame.
+/// A resource, such as a buffer, in one or two copies. The current copy belongs to this frame; the second copy, if there is
+/// one, keeps the data of the previous frame.
 pub struct History<T> {
     copies: Vec<T>,
     current: Cell<usize>,
-    /// Advances since the last reset.
+    /// The number of calls of [`Self::advance`] since the last reset. After the second call, the spare copy holds data.
     advances: Cell<usize>,
 }
 
 impl<T> History<T> {
-    /// A resource with `copies`, one or two of them.
+    /// A resource that consists of `copies`: one copy without history, or two copies with history.
     pub fn new(copies: Vec<T>) -> Self {
         debug_assert!(matches!(copies.len(), 1 | 2));
         Self {
@@ -21,24 +22,24 @@ impl<T> History<T> {
         }
     }
 
-    /// The copy of this frame.
+    /// The copy that the passes of this frame write.
     pub fn current(&self) -> &T {
         &self.copies[self.current.get()]
     }
 
-    /// The copy that was current before the last advance. `None` with one copy, and until the second advance after a reset,
-    /// because it holds no frame until then.
+    /// The copy that was current before the last call of [`Self::advance`]. `None` if there is only one copy, and before the
+    /// second call after a reset, because the copy holds no data until then.
     pub fn previous(&self) -> Option<&T> {
         (self.copies.len() == 2 && self.advances.get() > 1).then(|| self.spare())
     }
 
-    /// The copy that is not current, to be written by a pass that reads the current one; with one copy the
-    /// current one. Its contents are those of [`Self::previous`].
+    /// The copy that is not current. It holds the data of the previous frame until a pass that reads the current copy
+    /// overwrites it. With one copy, it is the current copy.
     pub fn spare(&self) -> &T {
         &self.copies[(self.current.get() + 1) % self.copies.len()]
     }
 
-    /// Makes the spare copy the current one: at the start of a frame, and after a pass that wrote the spare
+    /// Makes the spare copy the current one. This happens at the start of a frame, and after a pass that wrote the spare
     /// copy.
     pub fn advance(&self) {
         self.current
@@ -46,12 +47,12 @@ impl<T> History<T> {
         self.advances.set(self.advances.get() + 1);
     }
 
-    /// Forgets the previous frame.
+    /// Forgets the previous frame: [`Self::previous`] returns `None` until the second call of [`Self::advance`].
     pub fn reset(&self) {
         self.advances.set(0);
     }
 
-    /// All copies.
+    /// All copies, in a fixed order that does not depend on the frame; for clearing them and adding up their memory.
     pub fn all(&self) -> &[T] {
         &self.copies
     }

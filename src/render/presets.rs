@@ -1,4 +1,4 @@
-//! Presets: sparse differences from the default settings, as files.
+//! Presets: named TOML files with the settings that differ from the defaults, compiled into the program.
 
 use super::settings::Settings;
 use crate::base::nearest::nearest;
@@ -8,16 +8,16 @@ use serde_json::Value;
 use std::collections::HashMap;
 use std::sync::LazyLock;
 
-/// A named set of changes.
+/// A named set of changes to the default settings; the option `--preset NAME` selects it.
 #[derive(Clone, Copy, Debug)]
 pub struct Preset {
-    /// The name on the command line.
+    /// The name of the preset, as `--preset` takes it.
     pub name: &'static str,
-    /// The file's text in TOML; its first comment describes the purpose of the preset.
+    /// The content of the preset's TOML file. Its leading comment describes the purpose of the preset.
     pub text: &'static str,
 }
 
-/// Every preset.
+/// All presets of this build, in the order in which `headwater presets` lists them.
 pub const PRESETS: &[Preset] = &[
     Preset {
         name: "path-tracing",
@@ -41,14 +41,14 @@ pub const PRESETS: &[Preset] = &[
     },
 ];
 
-/// The preset that is used when no preset is named.
+/// The name of the preset that commands use if `--preset` is not given.
 pub const DEFAULT: &str = "balanced";
 
 impl Preset {
-    /// The preset with this name.
+    /// Finds the preset with the name `name`.
     ///
     /// # Errors
-    /// There is no preset with this name; the message lists the existing names.
+    /// No preset has this name; the message lists the existing names and suggests the nearest one.
     pub fn named(name: &str) -> Result<&'static Self> {
         PRESETS.iter().find(|p| p.name == name).ok_or_else(|| {
             let names: Vec<_> = PRESETS.iter().map(|p| p.name).collect();
@@ -60,7 +60,7 @@ impl Preset {
         })
     }
 
-    /// The purpose of the preset: the leading comment of its file.
+    /// The purpose of the preset as one line of text: the leading comment of its file.
     pub fn purpose(&self) -> String {
         self.text
             .lines()
@@ -69,10 +69,11 @@ impl Preset {
             .join(" ")
     }
 
-    /// The default settings with this preset's changes.
+    /// The default settings with the changes of this preset.
     ///
     /// # Errors
-    /// Never with the presets of this build, as a test checks.
+    /// The text of the preset is not valid TOML, or has an unknown key or a value out of range. A test checks that no preset
+    /// of this build does.
     pub fn settings(&self) -> Result<Settings> {
         // A plan asks for them once for each of its configurations.
         static PARSED: LazyLock<HashMap<&str, Settings>> = LazyLock::new(|| {

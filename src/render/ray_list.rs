@@ -1,4 +1,5 @@
-//! Rays from a list: for boxes of lights that follow visibility, and for tests and benchmarks of the tracers.
+//! A tracer of lists of rays. The light BVH measures its boxes of influence with it, and tests and benchmarks the ray
+//! tracers.
 
 use super::counters::Counters;
 use crate::Result;
@@ -8,7 +9,7 @@ use crate::shader_interface::{RAYS_PER_GROUP, RayBatch, RayHit, RayQuery};
 use std::sync::Arc;
 
 crate::bindings! {
-    /// Bindings of the pass `trace_rays`.
+    /// Bindings of the pass `trace_rays`, which traces each ray of a list.
     pub struct TraceRays {
         [offers scene: GpuScene]
         read rays,
@@ -17,7 +18,7 @@ crate::bindings! {
     }
 }
 
-/// A list of rays on the device that can be traced repeatedly.
+/// A list of rays on the device, which can be traced repeatedly, and their hits.
 pub struct RayTracer {
     scene: Arc<GpuScene>,
     pass: ComputePass,
@@ -29,10 +30,10 @@ pub struct RayTracer {
 }
 
 impl RayTracer {
-    /// Uploads the rays.
+    /// Uploads `rays`, whose origins are relative to the scene's origin, in scene units.
     ///
     /// # Errors
-    /// The device has no memory left.
+    /// A buffer exceeds a limit or the free memory of the device, or the shader's interface cannot be bound by name.
     pub fn new(device: &Arc<Device>, scene: Arc<GpuScene>, rays: &[RayQuery]) -> Result<Self> {
         // With the direction scaled too, the ray's parameter keeps its meaning.
         let unit = scene.units.length as f32;
@@ -57,7 +58,7 @@ impl RayTracer {
         })
     }
 
-    /// Traces each ray once.
+    /// Traces each ray of the list once, and returns the time of the pass. [`Self::answers`] then returns the hits.
     pub fn run(&self) -> Result<Vec<PassTime>> {
         let bindings = TraceRays {
             scene: &self.scene,
@@ -75,7 +76,8 @@ impl RayTracer {
         recording.finish()
     }
 
-    /// The hits of the last run, in the order of the rays.
+    /// The hits of the last run, one per ray, in the order of the rays. Ray parameters count in lengths of the ray's
+    /// direction.
     pub fn answers(&self) -> Result<Vec<RayHit>> {
         self.answers.read(self.count)
     }

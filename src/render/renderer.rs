@@ -1,6 +1,7 @@
-//! One view of a scene, rendered by the integrator that the settings select.
+//! The renderer of one view of a scene, with the integrator that the settings select.
 //!
-//! Methods that return a [`Result`] fail if the device does; other errors are named where they can occur.
+//! Methods that return a [`Result`] fail if the device fails, if its driver rejects a shader, or if the scene cannot be
+//! posed at the time of a frame. `# Errors` sections name other errors.
 
 use super::camera::gpu_camera;
 use super::counters::Counts;
@@ -27,7 +28,7 @@ use crate::{Error, Result};
 use glam::Vec3;
 use std::sync::Arc;
 
-/// Renders one view of a scene; the samples of all calls are summed up for each pixel.
+/// The renderer of one view of a scene. It sums up the samples of all calls for each pixel.
 pub struct Renderer {
     device: Arc<Device>,
     bindings: Arc<SceneBindings>,
@@ -35,25 +36,28 @@ pub struct Renderer {
     integrator: Box<dyn Integrator>,
     sums: Accumulator,
     primary_surfaces: Option<PrimarySurfaces>,
-    /// The moment of the next frame.
+    /// The time and the camera of the next frame.
     next: Moment,
-    /// The moments of the last frame and of the one before it, if there were any.
+    /// The time and the camera of the last frame, then those of the frame before it; `None` for frames that were not
+    /// rendered.
     shown: [Option<Moment>; 2],
 }
 
-/// A time, and the camera at that time.
+/// A time in the scene, and the camera that shows the scene at that time.
 #[derive(Clone, Copy)]
 struct Moment {
-    /// The time in seconds.
+    /// The time in the scene, in seconds.
     time: f64,
     camera: GpuCamera,
 }
 
 impl Renderer {
-    /// Makes the passes and buffers that `settings` need.
+    /// Makes a renderer with the passes and buffers that `settings` need. Decisions that they leave to the scene, such as
+    /// `candidates=auto`, are made first.
     ///
     /// # Errors
-    /// More memory than the device has. A shader that the driver rejects is an error of the first frame.
+    /// The picture is too large, or a buffer exceeds a limit or the free memory of the device. A shader that the driver
+    /// rejects is an error of the first frame.
     pub fn new(
         device: &Arc<Device>,
         scene: Arc<GpuScene>,
@@ -64,8 +68,8 @@ impl Renderer {
         Self::tracking(device, scene, view, &settings, Tracking::default())
     }
 
-    /// [`Self::new`], with the data that `tracking` selects besides the picture. `settings` are resolved for this scene and the
-    /// bounces of the view.
+    /// As [`Self::new`], with the data that `tracking` selects besides the picture. `settings` are resolved for this scene
+    /// and the bounces of `view`.
     ///
     /// # Errors
     /// The errors of [`Self::new`].
@@ -136,29 +140,29 @@ impl Renderer {
         })
     }
 
-    /// The name and the size in bytes of the light BVH's buffer, if candidates are drawn from it.
+    /// The name and the size in bytes of the light BVH's buffer; `None` if no candidates are drawn from a light BVH.
     pub fn light_bvh_memory(&self) -> Option<(&'static str, u64)> {
         self.bindings.light_bvh_memory()
     }
 
-    /// Sets the time, in seconds, that the next frames and samples show; at first it is 0. The camera stays
-    /// where it is.
+    /// Sets the time in the scene, in seconds, that the next frames and samples show; it is 0 before the first call. The
+    /// camera does not move.
     pub fn set_time(&mut self, seconds: f64) {
         self.next.time = seconds;
     }
 
-    /// Sets the camera of the next frames and samples, for example to
-    /// [`crate::scene::Scene::camera_at`].
+    /// Sets the camera of the next frames and samples, for example to [`crate::scene::Scene::camera_at`].
     pub fn set_camera(&mut self, camera: &Camera) {
         let ViewConstants { width, height, .. } = self.constants.view;
         let units = &self.bindings.scene.units;
         self.next.camera = gpu_camera(camera, units, width, height);
     }
 
-    /// Sets the time of the next frames and samples, in seconds, and the camera to where `camera` is then, if it moves.
+    /// Sets the time in the scene, in seconds, that the next frames and samples show, and moves the camera to where `camera`
+    /// is at that time. With `None`, the camera does not move.
     ///
     /// # Errors
-    /// The camera has no direction then.
+    /// The camera does not exist in the scene, or has no direction at that time.
     pub fn set_moment(&mut self, seconds: f64, camera: Option<&MovingCamera>) -> Result<()> {
         self.set_time(seconds);
         if let Some(camera) = camera {
@@ -167,7 +171,8 @@ impl Renderer {
         Ok(())
     }
 
-    /// Poses the scene as the next frame shows it.
+    /// Moves the scene to its pose at the time of the next frame, and records that moment as shown. Returns the camera of
+    /// the frame.
     fn begin(&mut self) -> Result<GpuCamera> {
         let next = self.next;
         let before = self.shown[0].unwrap_or(next);
@@ -176,18 +181,19 @@ impl Renderer {
         Ok(next.camera)
     }
 
-    /// True if a frame depends on those before it.
+    /// True if a frame depends on the frames before it, as with reuse over time.
     pub fn has_history(&self) -> bool {
         self.integrator.has_history()
     }
 
-    /// Adds `samples` samples or frames, numbered from `first`, to every pixel.
+    /// Adds `samples` samples per pixel to the sums, with indices from `first` on. With resampling, each sample is a frame.
+    /// Returns the time of each pass in the last call of the integrator: for resampling, in the last frame.
     pub fn add_samples(&mut self, first: u32, samples: u32) -> Result<Vec<PassTime>> {
         self.add_samples_watched(first, samples, &mut |_| Ok(()))
     }
 
-    /// [`Self::add_samples`]; `watch` is called repeatedly with the fraction of the work that is done, in [0, 1]. If it returns
-    /// an error, the work ends, and pixels then differ in their number of samples.
+    /// As [`Self::add_samples`]; `watch` is called repeatedly with the fraction of the work that is done, in [0, 1]. If it
+    /// returns an error, the work ends, and pixels then may differ in their number of samples.
     ///
     /// # Errors
     /// The errors of [`Self::add_samples`] and of `watch`.
@@ -214,7 +220,8 @@ impl Renderer {
         Ok(times)
     }
 
-    /// Renders a frame only as the history of later frames; does nothing if frames do not depend on each other.
+    /// Renders a frame only as the history of later frames, without adding it to the sums. If frames do not depend on each
+    /// other, it only moves the scene, so that the next frame has motion vectors.
     pub fn skip_frame(&mut self, index: u32) -> Result<Vec<PassTime>> {
         let camera = self.begin()?;
         if !self.integrator.has_history() {
@@ -223,14 +230,14 @@ impl Renderer {
         self.integrator.render(index, camera, &mut self.sums)
     }
 
-    /// Bytes per pixel on the device that the integrator keeps from frame to frame or from pass to pass, over all buffers; 0
-    /// for path tracing, which keeps only its sums.
+    /// The bytes per pixel on the device that the integrator keeps from frame to frame or from pass to pass, over all its
+    /// buffers; 0 for path tracing, which keeps only its sums.
     pub fn bytes_per_pixel(&self) -> f64 {
         let ViewConstants { width, height, .. } = self.constants.view;
         self.integrator.bytes() as f64 / (f64::from(width) * f64::from(height))
     }
 
-    /// Restarts with another seed, without history and sums.
+    /// Sets the seed of the next frames, forgets the history, and sets the sums to zero.
     pub fn restart(&mut self, seed: u32) -> Result<()> {
         self.shown = [None; 2];
         self.sums.clear()?;
@@ -244,13 +251,13 @@ impl Renderer {
         self.integrator.submit(index, camera, &mut self.sums)
     }
 
-    /// Renders one frame alone, for [`Self::frame_radiance`]. Returns the time of each run of a pass.
+    /// Renders the frame with the index `index` alone, for [`Self::frame_radiance`]. Returns the time of each run of a pass.
     pub fn single_frame(&mut self, index: u32) -> Result<Vec<PassTime>> {
         let camera = self.begin()?;
         self.integrator.render(index, camera, &mut self.sums)
     }
 
-    /// Makes the last single frame the only one in the sums.
+    /// Replaces the sums by the last single frame, so that they contain this one sample.
     pub fn keep_single_frame(&mut self) -> Result<()> {
         // Without a picture of its own it is there already, alone.
         if let Some(color) = self.integrator.color() {
@@ -260,7 +267,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// The last single frame on the device, or the sums where frames are added to them.
+    /// The radiance of the last frame on the device, or for path tracing the sums, to which its samples are added directly.
     fn radiance(&self) -> Vec<Radiance<'_>> {
         let ViewConstants { width, height, .. } = self.constants.view;
         self.integrator.color().map_or_else(
@@ -277,23 +284,24 @@ impl Renderer {
         )
     }
 
-    /// A pass that makes pictures as a display shows them.
+    /// Makes a pass, with its buffer, that turns the radiance of this renderer into the picture that a display shows.
     ///
     /// # Errors
-    /// More memory than the device has.
+    /// The buffer exceeds a limit or the free memory of the device.
     pub fn display(&self) -> Result<Display> {
         let ViewConstants { width, height, .. } = self.constants.view;
         let pixels = u64::from(width) * u64::from(height);
         Display::new(&self.device, &self.bindings, pixels)
     }
 
-    /// Shows the last frame, or the mean of the samples of path tracing, on `display`: radiance × 2^`exposure`, tone-mapped.
+    /// Writes the last frame, or the mean of the samples of path tracing, to `display`: radiance × 2^`exposure`,
+    /// tone-mapped. If `begins_with_blue` is true, blue is in the least significant byte of a pixel, otherwise red.
     pub fn show(&self, display: &Display, exposure: f32, begins_with_blue: bool) -> Result<()> {
         let unit = self.bindings.scene.units.radiance * f64::from(exposure).exp2();
         display.map(&self.radiance(), unit, begins_with_blue)
     }
 
-    /// The radiance of the last single frame, row by row from the top.
+    /// The RGB radiance of the last single frame, one entry per pixel, row by row from the top, in the scene's unit.
     pub fn frame_radiance(&self) -> Result<Vec<[f32; 3]>> {
         let unit = self.bindings.scene.units.radiance;
         let mut pixels = Vec::new();
@@ -304,7 +312,8 @@ impl Renderer {
         Ok(pixels)
     }
 
-    /// The surfaces through the pixels' centres in the last frame, row by row from the top.
+    /// The surfaces that the rays through the pixels' centres hit in the last frame, one per pixel, row by row from the top.
+    /// Depths are in scene units.
     pub fn primary_surfaces(&mut self) -> Result<Vec<PrimarySurface>> {
         let primary_surfaces = match self.primary_surfaces.take() {
             Some(made) => made,
@@ -325,10 +334,11 @@ impl Renderer {
         Ok(surfaces)
     }
 
-    /// The contents of the last frame's reservoirs of direct or indirect light, row by row from the top.
+    /// The contents of the last frame's reservoirs of direct or of indirect light, one entry per pixel, row by row from the
+    /// top.
     ///
     /// # Errors
-    /// Path tracing, which has none, or the device fails.
+    /// The integrator is path tracing, which has no reservoirs, or the device fails.
     pub fn reservoir_aovs(&self, lighting: Lighting) -> Result<Vec<ReservoirAov>> {
         let mut reservoirs = self.integrator.reservoir_aovs(lighting)?;
         // Samples of direct light on other lights than triangles have other measures.
@@ -342,7 +352,8 @@ impl Renderer {
         Ok(reservoirs)
     }
 
-    /// The sums of all pixels; none before the first sample of resampling.
+    /// Reads the sums of the samples of all pixels. They are empty if no sample was added yet, except for path tracing,
+    /// whose sums are zeros.
     pub fn sums(&self) -> Result<Sums> {
         Ok(Sums {
             pixels: self.sums.read()?,
@@ -350,11 +361,12 @@ impl Renderer {
         })
     }
 
-    /// Replaces the sums of each pixel by the sums of `samples` samples from an earlier run of the same scene. `sums` has one
-    /// entry per pixel.
+    /// Replaces the sums of all pixels by `sums`, the sums of `samples` samples from an earlier run of the same scene: one
+    /// entry per pixel, row by row from the top.
     ///
     /// # Errors
-    /// The device fails, or frames depend on a history that sums do not hold.
+    /// Frames depend on a history that sums do not hold, `sums` has fewer entries than there are pixels, or the device
+    /// fails.
     pub fn set_sums(&mut self, sums: &[PixelSums], samples: u32) -> Result<()> {
         if self.has_history() {
             return Err(Error::input(
@@ -364,12 +376,12 @@ impl Renderer {
         self.sums.write(sums, samples)
     }
 
-    /// The counts of each pass since the last call; empty unless [`Tracking::counts`].
+    /// The counts of each pass since the last call; empty unless [`Tracking::counts`] is true.
     pub fn counts(&mut self) -> Result<Vec<Counts>> {
         self.integrator.counters().since_last()
     }
 
-    /// The number of values rejected so far because they were NaN, negative or larger than
+    /// The number of values that shaders rejected so far because they were NaN, negative or larger than
     /// [`crate::shader_interface::MAX_RADIANCE`].
     ///
     /// # Errors

@@ -1,5 +1,5 @@
-//! Decisions that settings leave to the scene: light candidates with `candidates=auto`, and whether there are world
-//! reservoirs.
+//! Settings in which the decisions that depend on the scene are made: the light candidates with `candidates=auto`, and
+//! whether there are world reservoirs.
 
 use super::light_samplers::SamplerSettings;
 use super::lighting::Lighting;
@@ -13,11 +13,11 @@ use std::cell::LazyCell;
 use std::collections::HashSet;
 use std::ops::Deref;
 
-/// The minimum number of lights with which the light BVH is used. With fewer lights, some candidates drawn by power are lights
-/// that matter at the pixel, and walks through the tree would cost time without benefit.
+/// The minimum number of lights with which `candidates=auto` selects the light BVH. With fewer lights, candidates drawn by
+/// power often find the lights that matter at the pixel, and walks through the tree would cost time without benefit.
 const MANY_LIGHTS: usize = 64;
 
-/// The settings for one scene, with a decision where the settings leave it to the scene.
+/// The settings for one scene and one limit of bounces, without open decisions. Passes are made from them.
 #[derive(Clone, Debug)]
 pub struct ResolvedSettings {
     settings: Settings,
@@ -34,8 +34,9 @@ impl Deref for ResolvedSettings {
 }
 
 impl ResolvedSettings {
-    /// The settings for a scene, with at most `bounces` scattering events: `candidates=auto` becomes the candidates that suit
-    /// its lights, and world reservoirs need at least `world_reservoirs.min_lights` lights.
+    /// The settings for a scene and for paths with at most `bounces` scattering events. `candidates=auto` becomes
+    /// `light-bvh` or `power`, and world reservoirs are switched off if there are fewer than `world_reservoirs.min_lights`
+    /// lights or fewer than two emitter groups.
     pub fn new(settings: &Settings, scene: &GpuScene, bounces: u32) -> Self {
         let mut resolved = Self {
             settings: settings.clone(),
@@ -85,22 +86,23 @@ impl ResolvedSettings {
         }
     }
 
-    /// True if resampling includes this light.
+    /// True if resampling computes this kind of light.
     pub fn renders(&self, lighting: Lighting) -> bool {
         self.settings.renders(lighting, self.bounces)
     }
 
-    /// The options of the light BVH, if candidates are drawn from it.
+    /// The options with which the light BVH is built; `None` if no candidates are drawn from it.
     pub fn light_bvh_options(&self) -> Option<LightBvhOptions> {
         self.settings.light_bvh_options(self.bounces)
     }
 
-    /// The settings of the light BVH, if candidates of direct light come from light lists.
+    /// The settings of the light BVH if tiles of pixels draw light lists from it for direct light; otherwise `None`.
     pub fn light_lists(&self) -> Option<&LightBvhSettings> {
         self.has_light_lists().then_some(&self.light_bvh)
     }
 
-    /// The settings of the light samplers of pixels; `None` without direct light.
+    /// The settings of the light samplers from which pixels draw candidates of direct light; `None` if direct light is not
+    /// rendered.
     pub fn light_samplers(&self) -> Option<SamplerSettings<'_>> {
         self.renders(Lighting::Direct).then(|| SamplerSettings {
             light_lists: self.light_lists(),
@@ -110,7 +112,7 @@ impl ResolvedSettings {
         })
     }
 
-    /// The size of world reservoirs, for a picture with `slots` slots for pixels.
+    /// The number of world reservoirs and the size of their table, for a picture with `slots` slots for pixels.
     pub fn world_size(&self, slots: u64) -> WorldSize {
         let is_used =
             self.world_reservoirs() != WorldReservoirs::None && self.renders(Lighting::Indirect);
@@ -118,9 +120,10 @@ impl ResolvedSettings {
     }
 }
 
-/// The number of lights that are not distant, and the number of emitter groups that they form (triangles with common corners
-/// form one group). Distant lights do not count, since the light BVH does not contain them, and every vertex finds them. Rare
-/// lights that have separate candidates do not count, because reservoirs do not hold them.
+/// The number of lights, and the number of emitter groups that they form (triangles with common corners form one group).
+/// Distant lights do not count, since the light BVH does not contain them and every vertex finds them. With
+/// `sets_rare_apart`, rare lights do not count, because reservoirs do not hold them. `groups` has the group of each emissive
+/// triangle.
 fn count(lights: &Lights, groups: &[u32], sets_rare_apart: bool) -> (usize, usize) {
     let counts =
         |index: &usize| !(lights.is_distant(*index) || sets_rare_apart && lights.is_rare(*index));
@@ -131,7 +134,8 @@ fn count(lights: &Lights, groups: &[u32], sets_rare_apart: bool) -> (usize, usiz
     (own.len() + others, emitter_groups.len() + others)
 }
 
-/// The candidates for this number of lights and of emitter groups, with the reason.
+/// The candidates that `auto` selects for these numbers of lights and of emitter groups, with the reason as text for the
+/// log.
 fn fitting(lights: usize, emitter_groups: usize) -> (Candidates, String) {
     if lights < MANY_LIGHTS {
         let reason =

@@ -1,4 +1,4 @@
-//! The bindings that every pass may use besides its own buffers: the scene, and the tables for materials.
+//! The resources that every pass may bind besides its own buffers: the scene, the light BVH, and a table for materials.
 
 use super::energy;
 use crate::Result;
@@ -7,26 +7,29 @@ use crate::gpu::{Buffer, ComputePass, Device, Resource, Usage};
 use crate::shader_interface::{Specialisation, Variant};
 use std::sync::Arc;
 
-/// A buffer made from the scene, which every pass may bind, and which follows the scene in motion.
+/// A buffer that is computed from the scene, such as the light BVH. Every pass may bind it, and it is updated when the scene
+/// moves.
 pub trait SceneResource: Send + Sync {
-    /// The name and the buffer, for shaders of a variant.
+    /// The name of the binding and the buffer, in the form in which shaders of `variant` read it (as texels or as storage).
     fn resource(&self, variant: Variant) -> (&'static str, Resource<'_>);
 
-    /// The name and the size in bytes of the buffer, unless it is empty.
+    /// The name and the size in bytes of the buffer; `None` if it is empty.
     fn memory(&self) -> Option<(&'static str, u64)>;
 
-    /// Fits the buffer to the scene as it is now.
+    /// Updates the buffer to the current pose of `scene`.
     ///
     /// # Errors
-    /// The device fails.
+    /// The device fails, or an earlier update failed in another thread.
     fn follow(&self, scene: &GpuScene) -> Result<()>;
 }
 
-/// The scene, the tables, and the specialisation of shaders that follows from them.
+/// The resources that every pass may bind, and the specialisation constants that scene and settings decide. All passes of a
+/// renderer are made from it.
 pub struct SceneBindings {
-    /// The scene.
+    /// The scene on the device.
     pub scene: Arc<GpuScene>,
-    /// The specialisation by scene and settings; integrators and passes add their constants.
+    /// The specialisation constants that the scene and the model of energy decide. Integrators set the other constants in a
+    /// copy.
     pub specialisation: Specialisation,
     specular_albedo: Buffer,
     light_bvh: Box<dyn SceneResource>,
@@ -34,10 +37,11 @@ pub struct SceneBindings {
 }
 
 impl SceneBindings {
-    /// Makes the table of the energy that single scattering loses, if shaders compensate it.
+    /// Binds a scene to passes. If shaders compensate the energy that single scattering loses, it also makes the table that
+    /// they look up.
     ///
     /// # Errors
-    /// More memory than the device has.
+    /// The table exceeds a limit or the free memory of the device.
     pub fn new(
         device: &Arc<Device>,
         scene: Arc<GpuScene>,
@@ -58,16 +62,16 @@ impl SceneBindings {
         })
     }
 
-    /// Makes the pass `NAME.comp` for this scene.
+    /// Makes the compute pass `NAME.comp` for this scene, with the constants of `specialisation`.
     ///
     /// # Errors
-    /// A shader whose interface cannot be bound by name.
+    /// The shader's interface cannot be bound by name.
     pub fn pass(&self, name: &str, specialisation: &Specialisation) -> Result<ComputePass> {
         let constants = specialisation.words();
         self.scene.pass(&self.device, name, &constants)
     }
 
-    /// The resources that shaders may bind, by name.
+    /// All resources that a pass may bind, each with the name of its binding in the shaders.
     pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
         let mut resources = self.scene.resources();
         resources.push(("specular_albedo", Resource::Read(&self.specular_albedo)));
@@ -75,17 +79,17 @@ impl SceneBindings {
         resources
     }
 
-    /// Poses the scene at the time `now`, and for passes that use the previous frame also at the time `before`, both in
-    /// seconds.
+    /// Moves the scene to its pose at the time `now`. Passes that use the previous frame see it in its pose at the time
+    /// `before`. Both times are in seconds.
     ///
     /// # Errors
-    /// At one of the times something is further away than can be rendered, or the device fails.
+    /// At one of the times an instance is too far away to be rendered, or the device fails.
     pub fn set_pose(&self, now: f64, before: f64) -> Result<()> {
         self.scene.set_pose(now, before)?;
         self.light_bvh.follow(&self.scene)
     }
 
-    /// The name and the size in bytes of the light BVH's buffer, if there is one.
+    /// The name and the size in bytes of the light BVH's buffer; `None` if no candidates are drawn from a light BVH.
     pub fn light_bvh_memory(&self) -> Option<(&'static str, u64)> {
         self.light_bvh.memory()
     }

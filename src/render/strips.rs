@@ -1,18 +1,19 @@
-//! A picture in strips of rows, with separate buffers for each strip: a device binds a limited number of bytes at once (128 MiB
-//! in lavapipe), and drivers of displays end a submission that takes too long.
+//! A picture in strips of rows, with separate buffers for each strip: a device binds a limited number of bytes at once (128
+//! MiB in lavapipe), and drivers of displays end a submission that takes too long.
 
 use crate::gpu::{Buffer, Device, Usage};
 use crate::shader_interface::{Strip, TILE};
 use crate::{Error, Result};
 use std::sync::Arc;
 
-/// The maximum number of pixels in a strip: about one second of path tracing on two cores.
+/// The maximum number of pixels in a strip: about one second of path tracing on two cores. Higher: fewer submissions, but
+/// drivers of displays may end one that takes too long.
 const MAX_PIXELS: u64 = 1 << 20;
 
-/// The maximum length of a side, in pixels: Vulkan guarantees 65,535 workgroups along an axis.
+/// The maximum width or height of a picture in pixels: Vulkan guarantees 65,535 workgroups along an axis.
 const MAX_SIDE: u32 = 65_535 * TILE;
 
-/// Refuses a side with more tiles than every device supports along an axis.
+/// Checks that a side of `pixels` pixels has no more tiles than every device can dispatch along an axis.
 ///
 /// # Errors
 /// The side is too long; `how` (wide or high) names the side in the message.
@@ -25,11 +26,11 @@ pub(super) fn check_side(how: &str, pixels: u32) -> Result<()> {
     Ok(())
 }
 
-/// Cuts a picture into strips whose size, with `bytes_a_pixel` bytes per pixel, is at most `most_bytes`. Strips begin at a
-/// tile's border.
+/// Cuts a picture into strips of whole tiles, from top to bottom. With `bytes_a_pixel` bytes per pixel, each strip has at
+/// most `most_bytes` bytes.
 ///
 /// # Errors
-/// Rows in which not even one tile fits, or rows with more tiles than every device supports.
+/// One row of tiles has more than `most_bytes` bytes, or more tiles than every device can dispatch along an axis.
 fn cut_to(width: u32, height: u32, bytes_a_pixel: u64, most_bytes: u64) -> Result<Vec<Strip>> {
     check_side("wide", width)?;
     let row = u64::from(width) * bytes_a_pixel;
@@ -51,7 +52,11 @@ fn cut_to(width: u32, height: u32, bytes_a_pixel: u64, most_bytes: u64) -> Resul
         .collect())
 }
 
-/// A buffer with one `T` per pixel for each strip of the picture.
+/// Makes the strips of a picture from top to bottom, each with a buffer of one `T` per pixel. `name` is the name of the
+/// buffers.
+///
+/// # Errors
+/// The errors of `cut`, or the device has too little free memory.
 pub(super) fn strips_of<T>(
     device: &Arc<Device>,
     name: &str,
@@ -67,7 +72,11 @@ pub(super) fn strips_of<T>(
         .collect()
 }
 
-/// The strips of a picture with one `T` per pixel.
+/// The strips of a picture from top to bottom, each so short that the device can bind a buffer of one `T` per pixel. `name`
+/// is the name of the buffers in messages.
+///
+/// # Errors
+/// All buffers together exceed the memory of the device, or the errors of `cut_to`.
 pub(super) fn cut<T>(device: &Device, name: &str, width: u32, height: u32) -> Result<Vec<Strip>> {
     let bytes = size_of::<T>() as u64;
     let info = &device.info;

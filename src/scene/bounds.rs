@@ -1,29 +1,29 @@
-//! Bounding boxes of meshes and scenes.
+//! Bounding boxes of meshes, instances and scenes, and their usual size, which decides the unit of length on the device.
 
 use super::{Instance, Mesh, Scene};
 use glam::{DAffine3, DVec3};
 
-/// An axis-aligned box in the world.
+/// An axis-aligned box: in world space around instances and scenes, in object space around a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Bounds {
-    /// The smallest coordinates.
+    /// The smallest x, y and z of all points in the box, in scene units.
     pub min: DVec3,
-    /// The largest coordinates.
+    /// The largest x, y and z of all points in the box, in scene units.
     pub max: DVec3,
 }
 
 impl Bounds {
-    /// The middle of the box.
+    /// The midpoint of the box.
     pub fn center(&self) -> DVec3 {
         self.min * 0.5 + self.max * 0.5
     }
 
-    /// The box's edge lengths.
+    /// The edge lengths of the box along x, y and z, in the units of the box.
     pub fn size(&self) -> DVec3 {
         self.max - self.min
     }
 
-    /// The box's eight corners.
+    /// The eight corners of the box. Bits 0, 1 and 2 of a corner's index select the maximum of x, y, z.
     pub fn corners(&self) -> impl Iterator<Item = DVec3> {
         let (min, max) = (self.min, self.max);
         (0..8).map(move |i| {
@@ -35,7 +35,7 @@ impl Bounds {
         })
     }
 
-    /// A box around this one under a transform, which is not tight.
+    /// The axis-aligned box around the corners of this box after `transform`. It is not tight.
     pub(super) fn placed(&self, transform: &DAffine3) -> Self {
         let corners = self
             .corners()
@@ -43,12 +43,12 @@ impl Bounds {
         Self::of(corners).unwrap_or(*self)
     }
 
-    /// The smallest box around some boxes; none if there are none.
+    /// The smallest box that contains all `boxes`; `None` if there are no boxes.
     pub fn around(boxes: impl Iterator<Item = Self>) -> Option<Self> {
         Self::of(boxes.flat_map(|bounds| [bounds.min, bounds.max]))
     }
 
-    /// The smallest box around some points; none if there are none.
+    /// The smallest box that contains all `points`; `None` if there are no points.
     pub fn of(points: impl Iterator<Item = DVec3>) -> Option<Self> {
         points.fold(None, |bounds: Option<Self>, point| {
             Some(match bounds {
@@ -65,11 +65,12 @@ impl Bounds {
     }
 }
 
-/// The maximum number of vertices that are examined for a tight box. Where very many instances of large meshes reach equally
-/// far, the box is less tight, because the computation would take minutes.
+/// The maximum number of vertices, over all instances, that `Scene::bounds` examines. The instances beyond it count with a
+/// looser box, because exact boxes of very many instances of large meshes would take minutes.
 const MOST_VERTICES: usize = 1 << 30;
 
-/// The extent of a box in each of the six directions.
+/// Functions that return how far a box reaches along +X, +Y, +Z, −X, −Y and −Z: the signed distance, in scene units, from
+/// the origin to the face on that side.
 const REACHES: [fn(&Bounds) -> f64; 6] = [
     |bounds| bounds.max.x,
     |bounds| bounds.max.y,
@@ -80,14 +81,15 @@ const REACHES: [fn(&Bounds) -> f64; 6] = [
 ];
 
 impl Mesh {
-    /// The box around the mesh's positions in object space.
+    /// The smallest box around the mesh's positions, in object space; `None` for a mesh without positions.
     pub fn bounds(&self) -> Option<Bounds> {
         Bounds::of(self.positions.iter().map(|p| p.as_dvec3()))
     }
 }
 
 impl Scene {
-    /// The tight box around all instances; none if nothing is placed.
+    /// The box around all instances, in world space; `None` if no instance has vertices. The box is tight, except where more
+    /// than 2³⁰ vertices would have to be examined.
     pub fn bounds(&self) -> Option<Bounds> {
         let boxes: Vec<Option<Bounds>> = self.meshes.iter().map(Mesh::bounds).collect();
         // Rounded transforms grow with each coordinate too, so no vertex comes to lie outside of the box around the corners.
@@ -115,13 +117,14 @@ impl Scene {
         bounds
     }
 
-    /// A box around the box of each instance's mesh, which is fast to compute but not tight.
+    /// One box per instance in world space, in the order of the instances: the box around the transformed box of the
+    /// instance's mesh. These boxes are fast to compute, but not tight. Instances whose mesh has no positions are left out.
     pub fn loose_boxes(&self) -> Vec<Bounds> {
         let bounds: Vec<Option<Bounds>> = self.meshes.iter().map(Mesh::bounds).collect();
         self.placed_boxes(&bounds)
     }
 
-    /// The boxes of all instances, given the box of each mesh.
+    /// The boxes of [`Scene::loose_boxes`], from the box of each mesh in object space, by index of the mesh.
     pub(super) fn placed_boxes(&self, of_meshes: &[Option<Bounds>]) -> Vec<Bounds> {
         let of_instance = |instance: &Instance| {
             Some(of_meshes[instance.mesh as usize]?.placed(&instance.object_to_world))
@@ -139,8 +142,9 @@ impl Scene {
     }
 }
 
-/// The geometric mean of the sizes of boxes, as a power of two; 1 without any. A ground of a thousand kilometres
-/// hardly changes it, while it decides the size of the whole.
+/// The geometric mean of the largest edges of `boxes` in scene units, approximated by a power of two; 1 if no box has an
+/// extent. It becomes the unit of length on the device. A ground of a thousand kilometres hardly changes it, while it
+/// decides the size of the whole scene.
 pub fn usual_size(boxes: &[Bounds]) -> f64 {
     let sizes = boxes.iter().map(|bounds| bounds.size().max_element());
     let sizes = sizes.filter(|size| *size > 0.0);
@@ -155,8 +159,8 @@ pub fn usual_size(boxes: &[Bounds]) -> f64 {
     }
 }
 
-/// The exponent of the largest power of two that is not above a positive normal number. It is taken from the number's bits,
-/// because the rounded logarithm of twice the number may not be larger by exactly 1.
+/// The exponent e of the largest power 2ᵉ that is not above `number`, which must be positive and normal. It is taken from
+/// the number's bits, because the rounded logarithm of twice the number may not be larger by exactly 1.
 pub fn exponent(number: f64) -> i64 {
     (number.to_bits() >> 52) as i64 - 1023
 }

@@ -3,15 +3,14 @@
 use super::{Camera, Scene};
 use glam::{DAffine3, DMat3, DVec3};
 
-/// The vertical field of view of [`framing_camera`]: 40°.
+/// The full vertical field of view of [`framing_camera`]: 40°, in radians.
 const FRAMING_FOV: f64 = 40.0 * std::f64::consts::PI / 180.0;
 
-/// Factor on the distance in [`framing_camera`], which leaves a margin around the scene.
+/// The factor on the smallest distance from which [`framing_camera`] sees the scene. A larger one leaves a wider margin.
 const FRAMING_MARGIN: f64 = 1.05;
 
-/// A camera at `eye` that looks at `target` with +Y up and the vertical field of view `yfov` in
-/// radians. Looking straight up or down, the top of the picture is −Z or +Z; with `eye` at
-/// `target` it looks along −Z.
+/// A camera at `eye` that looks at `target`, with +Y up and the full vertical field of view `yfov` in radians. If it looks
+/// straight down, the top of the picture is −Z; if straight up, +Z. If `eye` equals `target`, it looks along −Z.
 pub fn look_at(eye: DVec3, target: DVec3, yfov: f64) -> Camera {
     Camera {
         name: String::new(),
@@ -21,8 +20,8 @@ pub fn look_at(eye: DVec3, target: DVec3, yfov: f64) -> Camera {
     }
 }
 
-/// A camera that sees the whole scene from the front, right and above, in every picture that is
-/// at least as wide as high. An empty scene gets a camera at (0, 0, 5).
+/// A camera for scenes that have none. It sees the whole scene from the front (+Z), right (+X) and above (+Y), in every
+/// picture that is at least as wide as high. For an empty scene, it is at (0, 0, 5) and looks at the origin.
 pub fn framing_camera(scene: &Scene) -> Camera {
     let Some(bounds) = scene.bounds() else {
         return look_at(DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO, FRAMING_FOV);
@@ -43,8 +42,8 @@ pub fn framing_camera(scene: &Scene) -> Camera {
     look_at(eye, bounds.center(), FRAMING_FOV)
 }
 
-/// The rotation of a camera's transform without scale and shear: it keeps the viewing direction
-/// exactly and +Y as closely as possible. None if an axis has no direction.
+/// The rotation that is left of a camera-to-world matrix without scale and shear. It keeps the viewing direction exactly,
+/// and the camera's +Y as closely as possible. `None` if the y or z axis is 0, or if both are parallel.
 pub(crate) fn rigid(matrix: DMat3) -> Option<DMat3> {
     let unit = |axis: DVec3| (axis / axis.abs().max_element()).try_normalize();
     let z = unit(matrix.z_axis)?;
@@ -52,7 +51,8 @@ pub(crate) fn rigid(matrix: DMat3) -> Option<DMat3> {
     Some(DMat3::from_cols(x, z.cross(x), z))
 }
 
-/// The camera's axes as columns; `back` is opposite to the viewing direction.
+/// The axes of a camera in world space, as columns x, y and z. `back` is opposite to the viewing direction and can have any
+/// length; if it is 0, the camera looks along −Z.
 fn axes(back: DVec3) -> DMat3 {
     // Scaled before it is normalised, since the square of a tiny or huge length is out of f64's range.
     let z = (back / back.abs().max_element())

@@ -1,4 +1,4 @@
-//! A hash of everything in a scene that affects its picture.
+//! A hash of everything in a scene that affects its picture, with which pictures and studies identify their scene.
 
 use super::motion::tracks::{Animated, Interpolation, Track};
 use super::motion::{AnimatedTransform, Emission, Motion, Node, Transform};
@@ -10,8 +10,8 @@ use super::{
 use glam::DAffine3;
 
 impl Scene {
-    /// The hash, in hexadecimal, of all that affects the picture: geometry, materials, instances,
-    /// cameras and motion. Names and notices are not part of it.
+    /// The BLAKE3 hash, as 64 hexadecimal digits, of all that affects the picture: meshes, materials, images, instances,
+    /// lights, environment, cameras and motion. Names and notices are not part of it.
     pub fn content_hash(&self) -> String {
         // Full destructuring, so that a new field cannot be forgotten here.
         let Self {

@@ -1,16 +1,16 @@
-//! Detection of scenes whose pictures are all black, before they are rendered.
+//! Detection of scenes whose pictures would be all black, so that the user is warned before rendering.
 
 use super::lights::Emitters;
 use super::{AlphaMode, Environment, Material, Mesh, Scene};
 use std::cell::LazyCell;
 use std::collections::BTreeSet;
 
-/// The maximum number of times of a running clock at which lights are searched.
+/// The maximum number of frame times at which animated emission is searched for light. A longer sequence counts as lit.
 const MOST_TIMES: usize = 100_000;
 
 impl Scene {
-    /// The reason why pictures of the scene at `times` are black, if they are. Without `scattering`, pictures show only
-    /// surfaces that emit light.
+    /// The reason why all pictures of the scene at `times`, in seconds, are black, as a text for the user; `None` if a
+    /// picture may show light. `scattering` is false if no surface scatters light with the settings of the picture.
     pub fn why_black(
         &self,
         scattering: bool,
@@ -48,13 +48,14 @@ impl Scene {
         )
     }
 
-    /// True if some surface is seen without light.
+    /// True if an instance has triangles with an unlit material: the camera sees them without any light.
     fn shows_unlit_surfaces(&self) -> bool {
         let mut parts = self.placed_meshes().flat_map(|mesh| &mesh.parts);
         parts.any(|part| part.triangle_count > 0 && self.materials[part.material as usize].unlit)
     }
 
-    /// The materials that give light at some time, on some triangle in the world.
+    /// The indices of the materials that emit light at some time on a triangle of an instance. Materials that their alpha
+    /// mask removes completely are left out.
     fn emitters(&self) -> BTreeSet<u32> {
         let emitter_materials = self.emitter_materials();
         let emitters = Emitters::new(self, &emitter_materials);
@@ -86,8 +87,8 @@ impl Scene {
 }
 
 impl Material {
-    /// True if an alpha below the cutoff removes the whole surface. `vertex_alpha` is the largest of its vertices. A texture
-    /// can leave parts of it.
+    /// True if the alpha mask removes the whole surface. `vertex_alpha` is the largest alpha of the mesh's vertices. False
+    /// for a material with a base colour texture, because the texels are not examined.
     fn is_cut_away(&self, vertex_alpha: &LazyCell<f32, impl FnOnce() -> f32>) -> bool {
         let AlphaMode::Mask { cutoff } = self.alpha_mode else {
             return false;
@@ -104,7 +105,7 @@ mod tests {
     use super::*;
     use glam::{DAffine3, DVec3, Vec2, Vec3};
 
-    /// A triangle of a material.
+    /// A scene with one instance of one triangle that has the given material.
     fn scene(material: Material) -> Scene {
         Scene {
             meshes: vec![Mesh {

@@ -1,4 +1,4 @@
-//! Emissive triangles, and the alias table that samples them.
+//! Emissive triangles, the powers of all lights, and the alias table that selects lights in proportion to their powers.
 
 use super::texture::{LitTexels, srgb};
 use super::{
@@ -7,59 +7,62 @@ use super::{
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 use std::collections::{BTreeSet, HashMap};
 
-/// The fraction of the sampling probability that is uniform over the lights, so that no light's probability falls below the
-/// resolution of 32 random bits, however dim it is.
+/// The fraction of the probability of selecting lights that is equal for all lights with power; the rest is in proportion to
+/// their power. It keeps the probability of even the dimmest of these lights above the resolution of 32 random bits.
 pub const UNIFORM_SHARE: f64 = 0.1;
 
-/// An emissive triangle in world space.
+/// An emissive triangle in world space, with the transform that its instance has at one time.
 #[derive(Clone, Copy, Debug)]
 pub struct LightTriangle {
-    /// Index into [`Scene::instances`].
+    /// Index into [`Scene::instances`]: the instance to which the triangle belongs.
     pub instance: u32,
-    /// Index into the triangles of the instance's mesh.
+    /// Index into [`Mesh::triangles`] of the instance's mesh.
     pub triangle: u32,
-    /// Index into [`Scene::materials`].
+    /// Index into [`Scene::materials`]: the material that emits.
     pub material: u32,
-    /// Corners in the scene's units.
+    /// The corners in world space, in scene units, in the order of the mesh's corners.
     pub corners: [DVec3; 3],
-    /// Unit normal of the counter-clockwise side, which is the one that emits.
+    /// Unit normal of the side that emits: the side from which the corners are counter-clockwise in object space. It is 0 if
+    /// the triangle has no area. A double-sided material emits on the opposite side too.
     pub normal: DVec3,
-    /// Area in squared scene units.
+    /// Area in world space, in squared scene units.
     pub area: f64,
-    /// The mean factor of its emission: the mean of its texture, with 0 where it has holes.
+    /// The factor on the material's emission as a mean over the triangle, per channel in [0, 1]: the emissive texture, and 0
+    /// in holes of an alpha mask. It is 1 without both.
     pub emission_mean: Vec3,
 }
 
-/// An emissive triangle in object space.
+/// An emissive triangle in object space, before the transform of its instance.
 #[derive(Clone, Copy, Debug)]
 pub struct EmitterTriangle {
-    /// Index into [`Scene::instances`].
+    /// Index into [`Scene::instances`]: the instance to which the triangle belongs.
     pub instance: u32,
-    /// Index into the triangles of the instance's mesh.
+    /// Index into [`Mesh::triangles`] of the instance's mesh.
     pub triangle: u32,
-    /// Index into [`Scene::materials`].
+    /// Index into [`Scene::materials`]: the material that emits.
     pub material: u32,
-    /// Corners in the mesh's units.
+    /// The corners in object space, in the mesh's units.
     pub corners: [DVec3; 3],
-    /// Texture coordinates of the corners for its emissive texture; 0 without.
+    /// The corners' texture coordinates for the emissive texture, before [`Texture::transform`]; 0 if the material has none.
     pub uvs: [Vec2; 3],
-    /// The mean factor of its emission: the mean of its texture, with 0 where it has holes.
+    /// The factor on the material's emission as a mean over the triangle, per channel in [0, 1]: the emissive texture, and 0
+    /// in holes of an alpha mask. It is 1 without both.
     pub emission_mean: Vec3,
 }
 
-/// The name of an emitter: an instance and a material, whose triangles form the emitter; or no instance and the index of a
-/// punctual light. The environment has the index after the last punctual light.
+/// The identity of an emitter. `(Some(instance), material)`: the triangles that the instance has of this material. `(None,
+/// index)`: the punctual light with this index, or the environment, whose index follows the last punctual light.
 pub type EmitterName = (Option<u32>, u32);
 
 impl LightTriangle {
-    /// The emitter to which the triangle belongs.
+    /// The emitter to which the triangle belongs: its instance and its material.
     pub fn emitter(&self) -> EmitterName {
         (Some(self.instance), self.material)
     }
 }
 
 impl EmitterTriangle {
-    /// The triangle in world space.
+    /// The triangle in world space, moved by the transform `object_to_world` of its instance.
     pub fn placed(&self, object_to_world: &DAffine3) -> LightTriangle {
         // The front side is defined in object space, so a mirroring transform reverses the winding.
         let side = object_to_world.matrix3.determinant().signum();
@@ -78,13 +81,13 @@ impl EmitterTriangle {
 }
 
 impl Scene {
-    /// True if some material that is a light at any time has an emissive texture.
+    /// True if a material that emits light at any time has an emissive texture. The device then stores light textures.
     pub fn has_textured_lights(&self) -> bool {
         let mut materials = self.materials.iter().zip(self.emitter_materials());
         materials.any(|(material, is_emitter)| is_emitter && material.emissive_texture.is_some())
     }
 
-    /// True for each material that is a light: it emits now or, if the scene moves, at another time.
+    /// One entry per material: true if the material is a light, which emits now or, if the scene moves, at another time.
     pub fn emitter_materials(&self) -> Vec<bool> {
         let mut lights: Vec<bool> = self.materials.iter().map(|m| m.is_emissive()).collect();
         for emission in self.motion.iter().flat_map(|motion| &motion.emission) {
@@ -93,7 +96,7 @@ impl Scene {
         lights
     }
 
-    /// The materials, with the largest emission that they have at any time.
+    /// A copy of the materials in which each emission is the largest one, per channel, of all keys of its animation.
     pub fn brightest_materials(&self) -> Vec<Material> {
         let mut brightest = self.materials.clone();
         for emission in self.motion.iter().flat_map(|motion| &motion.emission) {
@@ -103,18 +106,18 @@ impl Scene {
     }
 }
 
-/// The choice of the triangles that emit at some time: all triangles with an emissive material, except where the emissive
-/// texture is black over the whole triangle.
+/// Decides which triangles are lights at some time: all triangles with a material that emits at some time, except those on
+/// which the emissive texture is black all over.
 pub struct Emitters<'a> {
     scene: &'a Scene,
-    /// True for each material that emits at some time.
+    /// One entry per material of the scene: true if the material emits at some time.
     emitter_materials: &'a [bool],
-    /// The parts that are not black, for each image that is an emissive texture.
+    /// The lit parts of each image that is the emissive texture of a light; the key is an index into [`Scene::images`].
     lit: HashMap<u32, LitTexels>,
 }
 
 impl<'a> Emitters<'a> {
-    /// The choice for a scene; `emitter_materials` are its [`Scene::emitter_materials`].
+    /// Prepares the decisions for a scene; `emitter_materials` is the result of [`Scene::emitter_materials`].
     pub fn new(scene: &'a Scene, emitter_materials: &'a [bool]) -> Self {
         let materials = scene.materials.iter().zip(emitter_materials);
         let textures = materials.filter(|(_, is_emitter)| **is_emitter);
@@ -130,12 +133,13 @@ impl<'a> Emitters<'a> {
         }
     }
 
-    /// True if triangles of a mesh's part may emit.
+    /// True if the material of `part` emits at some time. Each of its triangles can still have a black texture.
     pub fn may_emit(&self, part: &Part) -> bool {
         self.emitter_materials[part.material as usize]
     }
 
-    /// True if a triangle of a mesh's part emits.
+    /// True if a triangle is a light. `triangle` is its index in [`Mesh::triangles`], and `part` contains it. If it is
+    /// uncertain that its texture is black, the result is true.
     pub fn emits(&self, mesh: &Mesh, part: &Part, triangle: u32) -> bool {
         let texture = self.scene.materials[part.material as usize].emissive_texture;
         self.may_emit(part)
@@ -145,7 +149,7 @@ impl<'a> Emitters<'a> {
             })
     }
 
-    /// The number of emissive triangles in a mesh's part.
+    /// The number of lights among the triangles of `part`.
     pub fn count(&self, mesh: &Mesh, part: &Part) -> u64 {
         let texture = self.scene.materials[part.material as usize].emissive_texture;
         match (self.may_emit(part), texture) {
@@ -159,13 +163,14 @@ impl<'a> Emitters<'a> {
     }
 }
 
-/// The coordinates of a texture at the corners of a triangle.
+/// The texture coordinates of the corners of the mesh's triangle with the index `triangle`, in the set that `texture` uses.
 fn uvs_of(mesh: &Mesh, texture: &Texture, triangle: u32) -> [Vec2; 3] {
     let corners = mesh.triangles[triangle as usize];
     corners.map(|i| mesh.uvs[texture.set as usize][i as usize])
 }
 
-/// The triangles that give light, for the given emissive materials, ordered by instance, then by the mesh's order of triangles.
+/// The emissive triangles of all instances, ordered by instance, then by their index in the mesh. Lights have this order on
+/// the device. `emitter_materials` has one entry per material: true if it is a light.
 pub fn emitter_triangles(scene: &Scene, emitter_materials: &[bool]) -> Vec<EmitterTriangle> {
     let emitters = Emitters::new(scene, emitter_materials);
     let mut triangles = Vec::new();
@@ -191,8 +196,8 @@ pub fn emitter_triangles(scene: &Scene, emitter_materials: &[bool]) -> Vec<Emitt
     triangles
 }
 
-/// The mean over a triangle of the factor of its emission, from points on a grid. It is above 0, because light samples must
-/// also find lit areas between the points.
+/// The factor on a triangle's emission, per channel in [0, 1], as a mean over points on a grid. It is not black even if all
+/// points are, because light samples must also find lit areas between the points.
 fn emission_mean(scene: &Scene, mesh: &Mesh, material: &Material, triangle: u32) -> Vec3 {
     const SIDE: usize = 8;
     let mask = match material.alpha_mode {
@@ -234,7 +239,7 @@ fn emission_mean(scene: &Scene, mesh: &Mesh, material: &Material, triangle: u32)
     sum / (SIDE * SIDE) as f32
 }
 
-/// The scene's lights, in the order of [`emitter_triangles`].
+/// The emissive triangles of a scene in world space, with its present transforms, in the order of [`emitter_triangles`].
 pub fn light_triangles(scene: &Scene) -> Vec<LightTriangle> {
     emitter_triangles(scene, &scene.emitter_materials())
         .iter()
@@ -242,25 +247,26 @@ pub fn light_triangles(scene: &Scene) -> Vec<LightTriangle> {
         .collect()
 }
 
-/// A light's sampling weight before the uniform fraction is mixed in: area × luminance, doubled for a light that emits on both
-/// sides.
+/// The power of a triangle divided by π, in squared scene units × radiance: area × luminance, doubled if both sides emit.
+/// Lights are selected in proportion to it, apart from [`UNIFORM_SHARE`].
 pub fn power(light: &LightTriangle, material: &Material) -> f64 {
     let sides = if material.double_sided { 2.0 } else { 1.0 };
     sides * light.area * luminance(material.emission * light.emission_mean)
 }
 
-/// The powers of lights of all kinds. The power of an infinitely distant light is the power that falls on a disc around the
-/// scene.
+/// The data of a scene from which the powers of its lights of all kinds are computed. The power of an infinitely distant
+/// light is what falls on a disc around the scene.
 #[derive(Clone, Copy, Debug)]
 pub struct LightPowers {
-    /// The area of the disc over π: half the scene's diagonal, squared.
+    /// The area of a disc around the scene, divided by π: the square of half the scene's diagonal, in squared scene units.
+    /// It is 1 for a scene without geometry.
     disc: f64,
-    /// The integral of the environment's luminance over the sphere.
+    /// The integral of the environment's luminance over the sphere, as radiance × sr; `None` without an environment.
     environment: Option<f64>,
 }
 
 impl LightPowers {
-    /// The powers of a scene's lights, given the integral of the environment's luminance.
+    /// Measures `scene`. `environment` is the integral of its environment's luminance over the sphere, `None` without one.
     pub fn of(scene: &Scene, environment: Option<f64>) -> Self {
         let bounds = Bounds::around(scene.loose_boxes().into_iter());
         Self {
@@ -269,8 +275,8 @@ impl LightPowers {
         }
     }
 
-    /// The power over π of each light of all kinds, in the scene's units: of triangles as in [`power`], of punctual lights, and
-    /// of the environment.
+    /// The power of each light divided by π, in squared scene units × radiance. The entries are the triangles (as in
+    /// [`power`]), then the punctual lights, then the environment, if there is one.
     pub fn of_all(
         &self,
         triangles: &[LightTriangle],
@@ -296,7 +302,7 @@ impl LightPowers {
     }
 }
 
-/// The emitter to which each of `count` lights of all kinds belongs.
+/// The emitter of each of `count` lights: the triangles, then the punctual lights, then the environment, if there is one.
 pub fn emitter_names(
     triangles: &[LightTriangle],
     count: usize,
@@ -305,32 +311,33 @@ pub fn emitter_names(
     triangles.iter().map(LightTriangle::emitter).chain(others)
 }
 
-/// Luminance of a colour in linear sRGB (ITU-R BT.709).
+/// Luminance of a linear sRGB colour (ITU-R BT.709), in the unit of the colour's channels.
 pub fn luminance(color: Vec3) -> f64 {
     color.as_dvec3().dot(DVec3::new(0.2126, 0.7152, 0.0722))
 }
 
-/// One column of an alias table.
+/// One column of an [`AliasTable`]. A draw selects a column uniformly, then one of the column's two entries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AliasColumn {
-    /// The threshold below which 32 random bits select the column's entry.
+    /// The threshold for 32 random bits: below it, the column selects the entry that has the column's index.
     pub keep_below: u32,
-    /// The index of the entry that is selected otherwise.
+    /// The index of the entry that the column selects if the random bits are not below the threshold.
     pub alias: u32,
 }
 
-/// A table that samples entry i with a probability close to `weights[i]` / Σ, mixed with a uniform fraction, in constant time
-/// (Walker 1977; Vose 1991).
+/// A table that draws entry i in constant time (Walker 1977; Vose 1991), with a probability close to `weights[i]` / Σ
+/// weights, mixed with a uniform fraction for all entries with a weight.
 #[derive(Clone, Debug)]
 pub struct AliasTable {
-    /// One column per entry.
+    /// One column per entry, in the order of the weights.
     pub columns: Vec<AliasColumn>,
-    /// Each entry's exact probability by the table's integers; estimators divide by it.
+    /// The exact probability of each entry, in [0, 1], as the integer thresholds give it. Estimators divide by it.
     pub probabilities: Vec<f64>,
 }
 
 impl AliasTable {
-    /// A table for finite weights ≥ 0; if all are 0, the entries are equally likely.
+    /// A table for finite weights ≥ 0. The fraction `uniform_share` of the probability is equal for all entries with a
+    /// weight above 0. If all weights are 0, all entries are equally likely.
     pub fn new(weights: &[f64], uniform_share: f64) -> Self {
         let count = weights.len();
         let total: f64 = weights.iter().sum();

@@ -1,6 +1,6 @@
-//! Scenes on the CPU: their parts, motion, checks and limits. Independent of files and of Vulkan.
+//! Scenes on the CPU: meshes, materials, lights, cameras and motion, checks and limits. Independent of files and Vulkan.
 //!
-//! Units are those of the file (glTF: metres); right-handed, +Y up; linear RGB radiance.
+//! Lengths are in the units of the file (glTF: metres). Coordinates are right-handed with +Y up. Radiance is linear RGB.
 
 pub mod bounds;
 pub mod camera;
@@ -26,137 +26,141 @@ pub use texture::{Image, Texture};
 
 use glam::{DAffine3, Vec2, Vec3, Vec4};
 
-/// A complete scene: meshes placed by instances, seen by cameras.
+/// A complete scene: meshes that instances place in the world, lights, and cameras.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
-    /// The scene's name: a procedural name or the file's stem.
+    /// The name of a generated scene, or the file's name without its extension.
     pub name: String,
-    /// Geometry in object space, shared by instances.
+    /// Meshes in object space. Several instances can share one mesh.
     pub meshes: Vec<Mesh>,
-    /// Surface descriptions that [`Part::material`] points into.
+    /// Descriptions of surfaces. [`Part::material`] is an index into this array.
     pub materials: Vec<Material>,
-    /// Images that [`Texture::image`] points into.
+    /// Images of textures. [`Texture::image`] is an index into this array.
     pub images: Vec<Image>,
-    /// Meshes placed in the world.
+    /// Meshes with their transforms into the world. A mesh without an instance is not visible.
     pub instances: Vec<Instance>,
-    /// Lights without a surface.
+    /// Point, spot and directional lights, which have no surface.
     pub punctual_lights: Vec<PunctualLight>,
-    /// Light from infinitely far away, if there is any.
+    /// Light from infinitely far away; `None` if a ray that leaves the scene sees black.
     pub environment: Option<Environment>,
-    /// Cameras in file order.
+    /// Cameras in the order of the file. Empty if the file has none; commands then use one that sees the whole scene.
     pub cameras: Vec<Camera>,
-    /// The scene's motion, if it moves; the rest of the scene is then its state at time 0.
+    /// The motion of instances, cameras, lights and emission; `None` if nothing moves. The rest is the state at time 0.
     pub motion: Option<Motion>,
-    /// Notices to the user about assumptions and omissions of the loader, one line each.
+    /// Notices to the user about assumptions, omissions and repairs during loading, one line each.
     pub notices: Vec<String>,
 }
 
-/// Indexed triangles in object space.
+/// Indexed triangles in object space, divided into parts with one material each.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
-    /// Name in the source file, possibly empty.
+    /// Name in the source file, for messages; possibly empty.
     pub name: String,
-    /// Finite positions.
+    /// Position of each vertex in object space, finite. The indices in `triangles` are indices into this array.
     pub positions: Vec<Vec3>,
-    /// Unit shading normals, one per position; empty for flat shading with geometric normals.
+    /// Unit shading normals in object space, one per position. Empty if geometric normals shade the mesh.
     pub normals: Vec<Vec3>,
-    /// Linear colours and alpha in [0, 1], which multiply the material's base colour, one per position; or empty.
+    /// Linear RGB and alpha in [0, 1], one per position, which multiply the material's base colour and alpha; or empty.
     pub colors: Vec<Vec4>,
-    /// Unit tangents along u, with the sign of the bitangent normal × tangent in w, one per position; or empty. A vertex whose
-    /// material has no normal map may have 0.
+    /// Unit tangents along u in object space, one per position, with the sign s of the bitangent s · normal × tangent in w.
+    /// Empty without normal maps. A vertex whose material has no normal map may have the tangent 0.
     pub tangents: Vec<Vec4>,
-    /// Two sets of texture coordinates, one per position; a set that no texture uses is empty.
+    /// Two sets of texture coordinates, each with one entry per position. A set that no texture uses is empty.
     pub uvs: [Vec<Vec2>; 2],
-    /// Corner indices into `positions`, counter-clockwise seen from the front.
+    /// The three corners of each triangle, as indices into `positions`, counter-clockwise seen from the front.
     pub triangles: Vec<[u32; 3]>,
-    /// Runs of triangles with one material each; together they cover `triangles` in order.
+    /// Runs of triangles with one material each. Together they cover `triangles` in order, without gaps.
     pub parts: Vec<Part>,
 }
 
-/// A run of triangles of a [`Mesh`] with one material.
+/// A run of consecutive triangles of a [`Mesh`] that have the same material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Part {
-    /// Index of the run's first triangle.
+    /// Index into [`Mesh::triangles`] of the run's first triangle.
     pub first_triangle: u32,
     /// Number of triangles in the run.
     pub triangle_count: u32,
-    /// Index into [`Scene::materials`].
+    /// Index into [`Scene::materials`]: the material of all triangles of the run.
     pub material: u32,
 }
 
 impl Part {
-    /// The indices of its triangles.
+    /// The indices of the run's triangles in [`Mesh::triangles`].
     pub fn range(&self) -> std::ops::Range<u32> {
         self.first_triangle..self.first_triangle + self.triangle_count
     }
 }
 
-/// A mesh placed in the world.
+/// A mesh that is moved into the world by a transform. Several instances can share the mesh.
 #[derive(Clone, Debug)]
 pub struct Instance {
-    /// Name of the node, possibly empty.
+    /// Name of the file's node, for messages; possibly empty.
     pub name: String,
-    /// Index into [`Scene::meshes`].
+    /// Index into [`Scene::meshes`]: the mesh that the instance places.
     pub mesh: u32,
-    /// Object to world; may mirror and scale non-uniformly. In f64 until the scene is rebased.
+    /// Transform from object to world space, which may mirror and scale non-uniformly. It stays in f64 until the scene is
+    /// uploaded with its origin near the camera, since f32 is coarse far from 0.
     pub object_to_world: DAffine3,
 }
 
-/// The meaning of a material's alpha.
+/// The effect of a material's alpha (glTF's `alphaMode`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AlphaMode {
-    /// Alpha has no effect: the surface is opaque.
+    /// Alpha has no effect: the surface blocks all light everywhere.
     Opaque,
-    /// The surface is opaque where alpha is at least the cutoff, and absent elsewhere.
+    /// The surface has holes: it blocks all light where alpha is at least the cutoff, and is absent elsewhere.
     Mask {
-        /// The cutoff, above 0.
+        /// The smallest alpha with which the surface is present, above 0. Higher values make larger holes.
         cutoff: f32,
     },
-    /// Alpha is the fraction of the light that the surface covers; the rest of the light passes.
+    /// The surface is partly transparent: alpha is the fraction of light that it blocks, and the rest passes. Triangles that
+    /// emit light ignore this mode and block all light.
     Blend,
 }
 
-/// A metallic-roughness surface (glTF 2.0 with emissive strength, specular and ior).
+/// The material of a surface, by the metallic-roughness model (glTF 2.0 with emissive strength, specular and ior).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
-    /// Name in the source file, possibly empty.
+    /// Name in the source file, for messages; possibly empty.
     pub name: String,
-    /// Linear base colour, each channel in [0, 1].
+    /// Linear RGB base colour, each channel in [0, 1]: the diffuse albedo of a dielectric, the specular colour of a metal.
     pub base_color: Vec3,
-    /// Texture that multiplies the base colour; sRGB.
+    /// Texture whose sRGB colour multiplies `base_color`, and whose alpha multiplies `alpha`; `None` counts as 1.
     pub base_color_texture: Option<Texture>,
-    /// Coverage of the surface, in [0, 1]: multiplied by the alpha of base colour texture and vertex colours.
+    /// Coverage of the surface in [0, 1], before the alpha of the base colour texture and of vertex colours multiplies it.
     pub alpha: f32,
-    /// The meaning of alpha.
+    /// The effect of the alpha at a point: none, holes, or partial transparency.
     pub alpha_mode: AlphaMode,
-    /// Metalness in [0, 1]: 0 is a dielectric, 1 a metal.
+    /// Metalness in [0, 1], before its texture: 0 is a dielectric, 1 a metal.
     pub metallic: f32,
-    /// Perceptual roughness in [0, 1]; GGX α is its square.
+    /// Perceptual roughness in [0, 1], before its texture. Its square is the width α of the GGX lobe.
     pub roughness: f32,
-    /// Texture that multiplies roughness (green) and metalness (blue).
+    /// Linear texture that multiplies `roughness` by its green channel and `metallic` by its blue one; `None` counts as 1.
     pub metallic_roughness_texture: Option<Texture>,
-    /// Texture that turns the shading normal: a vector of tangent, bitangent and normal.
+    /// Normal map: its red, green and blue, mapped from [0, 1] to [−1, 1], are the shading normal along tangent, bitangent
+    /// and normal. `None` leaves the shading normal unchanged.
     pub normal_texture: Option<Texture>,
-    /// Factor of the first two components of that vector.
+    /// Factor on the tangent and bitangent components of the normal map, finite. With 0 the map has no effect.
     pub normal_scale: f32,
-    /// The factor of `KHR_materials_specular`, in [0, 1]; 0 on a dielectric is pure Lambert.
+    /// Strength of a dielectric's specular reflection (`KHR_materials_specular`), in [0, 1]. 0 makes it pure Lambert.
     pub specular: f32,
-    /// `KHR_materials_specular`'s colour factor, ≥ 0.
+    /// Linear RGB factor ≥ 0 on a dielectric's specular reflection at normal incidence (`KHR_materials_specular`).
     pub specular_color: Vec3,
-    /// Index of refraction of a dielectric, ≥ 1 (or 0, glTF's "F0 = 1" convention).
+    /// Index of refraction of a dielectric, ≥ 1: a higher one reflects more. 0 is glTF's convention for F0 = 1.
     pub ior: f32,
-    /// True if the camera sees the base colour unchanged, as radiance, while all other rays see black (`KHR_materials_unlit`).
+    /// True if the camera sees the base colour as radiance, whatever light there is, and all other rays see a black surface
+    /// (`KHR_materials_unlit`).
     pub unlit: bool,
-    /// Emitted radiance: emissive factor × emissive strength, ≥ 0.
+    /// Emitted linear RGB radiance ≥ 0 in W/(m²·sr), before its texture: emissive factor × emissive strength.
     pub emission: Vec3,
-    /// Texture that multiplies the emission; sRGB.
+    /// Texture whose sRGB colour multiplies `emission`; `None` counts as 1.
     pub emissive_texture: Option<Texture>,
-    /// True if both sides emit. (Every surface reflects on both sides.)
+    /// True if both sides of the surface emit; false if only the front does. Every surface reflects on both sides.
     pub double_sided: bool,
 }
 
 impl Default for Material {
-    /// glTF's defaults: a white, fully rough metal. Loaders overwrite them.
+    /// The defaults of glTF: a white metal of roughness 1 without emission. Loaders overwrite what the file gives.
     fn default() -> Self {
         Self {
             name: String::new(),
@@ -181,7 +185,7 @@ impl Default for Material {
 }
 
 impl Material {
-    /// A purely Lambertian surface without a specular lobe.
+    /// A purely Lambertian material without a specular lobe, with a linear albedo in [0, 1].
     pub fn lambert(name: &str, albedo: Vec3) -> Self {
         Self {
             name: name.into(),
@@ -192,7 +196,7 @@ impl Material {
         }
     }
 
-    /// An opaque surface that the camera sees, but that neither emits nor reflects light.
+    /// An opaque material that neither emits nor reflects light, but that the camera sees with the radiance `color`.
     pub fn unlit(name: &str, color: Vec3) -> Self {
         Self {
             unlit: true,
@@ -200,7 +204,7 @@ impl Material {
         }
     }
 
-    /// The textures, each with its name for messages.
+    /// The textures that the material has, each with the name of its slot for messages.
     pub fn textures(&self) -> impl Iterator<Item = (&'static str, &Texture)> {
         let textures = [
             ("base colour texture", &self.base_color_texture),
@@ -216,21 +220,21 @@ impl Material {
             .filter_map(|(name, texture)| Some((name, texture.as_ref()?)))
     }
 
-    /// True if the surface emits light.
+    /// True if the material has a positive emission, before its texture and at the scene's present time.
     pub fn is_emissive(&self) -> bool {
         self.emission.max_element() > 0.0
     }
 }
 
-/// A perspective camera that looks along its −Z with +Y up.
+/// A perspective camera. In its own space it looks along −Z, and +Y is the top of the picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
-    /// Name of the node or camera, possibly empty.
+    /// Name of the file's node or camera, by which a user can choose the camera; possibly empty.
     pub name: String,
-    /// Camera to world: a rigid transform.
+    /// Transform from camera to world space, in scene units: a rotation and a translation without scale.
     pub camera_to_world: DAffine3,
-    /// Full vertical field of view in radians, in (0, π).
+    /// Full vertical field of view, from the lower to the upper edge of the picture, in radians, in (0, π).
     pub vertical_fov: f64,
-    /// Width over height, if the file has it.
+    /// Width of the picture divided by its height, above 0; `None` if the file does not give it. Commands then use 16:9.
     pub aspect_ratio: Option<f64>,
 }

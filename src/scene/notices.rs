@@ -1,6 +1,6 @@
-//! Collection of notices about assumptions and omissions; equal notices are counted in one line.
+//! Collection of notices about assumptions and omissions, which counts equal notices in one line, and names for messages.
 
-/// Notices by kind: the first case of each kind is named, the others are counted.
+/// Notices by their text: each text names its first case, and only counts the later ones.
 #[derive(Debug, Default)]
 pub(crate) struct Tally {
     kinds: Vec<Kind>,
@@ -14,12 +14,12 @@ struct Kind {
 }
 
 impl Tally {
-    /// Counts one case of `what`; `location` gives its name if it is the first.
+    /// Counts one case of the notice `what`. `location` names the case; it is called for the first case only.
     pub fn add(&mut self, what: &str, location: impl FnOnce() -> String) {
         self.add_many(what, 1, location);
     }
 
-    /// Counts `count` cases of `what` at one location.
+    /// Counts `count` cases of the notice `what` at one location. `location` names it; it is called for the first case only.
     pub fn add_many(&mut self, what: &str, count: usize, location: impl FnOnce() -> String) {
         if count == 0 {
             return;
@@ -34,7 +34,7 @@ impl Tally {
         }
     }
 
-    /// One line per kind of notice.
+    /// One line per text of a notice, in the order in which they were first added.
     pub fn into_lines(self) -> impl Iterator<Item = String> {
         self.kinds.into_iter().map(|kind| match kind.count {
             1 => format!("{}: {}", kind.what, kind.first),
@@ -43,8 +43,8 @@ impl Tally {
     }
 }
 
-/// The name of an element in messages: `mesh 3 "Lamp"`. A long name is cut, control characters are
-/// escaped.
+/// The name of an element in messages, such as `mesh 3 "Lamp"`, or `mesh 3` if `name` is empty. A long name is cut, and
+/// control characters are escaped.
 pub(crate) fn label(kind: &str, index: usize, name: &str) -> String {
     if name.is_empty() {
         return format!("{kind} {index}");
@@ -52,10 +52,10 @@ pub(crate) fn label(kind: &str, index: usize, name: &str) -> String {
     format!("{kind} {index} {}", quoted(name))
 }
 
-/// The maximum number of characters in a message that come from a text in a file.
+/// The maximum number of characters that a message takes from a text in a file.
 const LONGEST: usize = 60;
 
-/// A text from a file for messages: quoted, on one line, at most 60 characters.
+/// A text from a file for messages: in quotes, with control characters escaped, and cut at its end after 60 characters.
 pub(crate) fn quoted(text: &str) -> String {
     if text.chars().nth(LONGEST).is_some() {
         let start: String = text.chars().take(LONGEST - 3).collect();
@@ -65,7 +65,7 @@ pub(crate) fn quoted(text: &str) -> String {
     }
 }
 
-/// [`quoted`] for a text whose end is more informative than its start.
+/// A text as by [`quoted`], but cut at its start, for texts whose end is more informative, such as paths.
 pub(crate) fn quoted_end(text: &str) -> String {
     match text.chars().count().checked_sub(LONGEST) {
         None | Some(0) => quoted(text),

@@ -1,41 +1,41 @@
-//! Punctual lights: without a surface, as `KHR_lights_punctual` has them.
+//! Punctual lights: points, spots and directions without a surface, as `KHR_lights_punctual` defines them.
 
 use glam::{DAffine3, DVec3, Vec3};
 
-/// A light without a surface. It shines along the −Z of its transform.
+/// A light without a surface, so that only light samples find it. It shines along the −Z of its transform.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PunctualLight {
-    /// Name of the node or light, possibly empty.
+    /// Name of the file's node or light, for messages; possibly empty.
     pub name: String,
-    /// Light to world; its scale has no effect.
+    /// Transform from the light's space to world space, in scene units. Its scale has no effect.
     pub light_to_world: DAffine3,
-    /// Point, spot or direction.
+    /// The kind of light: a point, a spot with its angles, or a direction.
     pub shape: PunctualShape,
-    /// Radiant intensity, ≥ 0; of a directional light the irradiance of a surface that faces it.
+    /// Linear RGB radiant intensity ≥ 0, in W/sr; of a directional light the irradiance of a surface that faces it, in W/m².
     pub intensity: Vec3,
-    /// The distance from which on the light has no effect, in scene units; `None`: no limit.
+    /// The distance in scene units, above 0, at which a point or spot has faded to 0; `None` if it reaches infinitely far.
     pub range: Option<f64>,
 }
 
-/// The shape of a punctual light.
+/// The directions and positions from which a punctual light shines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PunctualShape {
-    /// Equal intensity in all directions.
+    /// Equal intensity in all directions from one point.
     Point,
-    /// A cone around the axis: full intensity up to the angle `inner`, none beyond `outer`, both in radians.
+    /// A cone of light around −Z from one point. The intensity is full up to the angle `inner`, and fades to 0 at `outer`.
     Spot {
-        /// The inner angle, at least 0.
+        /// Half angle of the cone with full intensity, in radians, in [0, `outer`].
         inner: f64,
-        /// The outer angle, above 0, at least `inner` and at most π/2.
+        /// Half angle of the whole cone, in radians, above 0 and at most π/2.
         outer: f64,
     },
-    /// Parallel, from infinitely far away.
+    /// Parallel light in one direction from infinitely far away, such as sunlight.
     Directional,
 }
 
 #[cfg(test)]
 impl PunctualLight {
-    /// A white point at the origin.
+    /// A white point light at the origin, with the given radiant intensity in every channel and no range.
     pub fn point(intensity: f32) -> Self {
         Self {
             name: String::new(),
@@ -48,12 +48,12 @@ impl PunctualLight {
 }
 
 impl PunctualLight {
-    /// The position in the world.
+    /// The position of the light in world space, in scene units.
     pub fn position(&self) -> DVec3 {
         self.light_to_world.translation
     }
 
-    /// The unit direction in which it shines; −Z if its transform has no direction.
+    /// The unit direction in world space in which the light shines; −Z if its transform scales that axis to 0.
     pub fn direction(&self) -> DVec3 {
         let axis = self.light_to_world.matrix3 * DVec3::NEG_Z;
         // Scaled first: squares of lengths can leave the range of f64.
@@ -61,7 +61,7 @@ impl PunctualLight {
         (axis / largest).try_normalize().unwrap_or(DVec3::NEG_Z)
     }
 
-    /// True if it is infinitely far away.
+    /// True if the light is directional, and so infinitely far away.
     pub fn is_distant(&self) -> bool {
         self.shape == PunctualShape::Directional
     }

@@ -1,19 +1,20 @@
-//! Repairs a mesh without changing its picture: removes triangles without area and unused vertices,
-//! normalises normals.
+//! Repairs meshes without changing their pictures: removes triangles without area and unused vertices, normalises normals
+//! and tangents, fills missing normals, clamps colours.
 
 use super::Mesh;
 use super::notices::{Tally, label};
 use glam::{DVec3, Vec3, Vec4};
 
-/// The difference from 1 of a squared length above which a normal is normalised.
+/// The difference of a normal's squared length from 1 above which the normal is normalised.
 const UNIT_TOLERANCE: f64 = 1e-6;
 
-/// The difference from 1 of a normal's squared length above which a notice is added: the largest difference of a normal in
-/// signed bytes.
+/// The difference of a normal's squared length from 1 above which the user gets a notice. Normals that a file stores in
+/// signed bytes differ by up to this much.
 const NOTICED_TOLERANCE: f64 = 2e-2;
 
 impl Mesh {
-    /// Repairs a mesh. Its indices must be in range and its numbers finite.
+    /// Repairs a mesh whose indices are in range and whose numbers are finite. `index` is the mesh's index in the scene, for
+    /// the notices, which are added to `tally`.
     pub(super) fn repair(&mut self, index: usize, tally: &mut Tally) {
         let name = self.name.clone();
         let location = || label("mesh", index, &name);
@@ -39,7 +40,7 @@ impl Mesh {
         self.drop_unused_vertices();
     }
 
-    /// Clamps colours to [0, 1]; returns the number of colours that were outside.
+    /// Clamps vertex colours to [0, 1]. Returns how many of them were outside.
     fn clamp_colors(&mut self) -> usize {
         let mut odd = 0;
         for color in &mut self.colors {
@@ -50,7 +51,8 @@ impl Mesh {
         odd
     }
 
-    /// The normal of a triangle's plane, not of unit length: 0 where the triangle has no area.
+    /// The cross product of two edges: a vector along the triangle's geometric normal, whose length is twice the area. It is
+    /// 0 for a triangle without area. The three numbers are indices of vertices.
     pub(super) fn area_vector(&self, triangle: [u32; 3]) -> DVec3 {
         let [a, b, c] = triangle.map(|i| self.positions[i as usize].as_dvec3());
         (b - a).cross(c - a)
@@ -77,7 +79,7 @@ impl Mesh {
         before - kept
     }
 
-    /// Normalises all normals except those of zero length. Returns the number of normals that were far from unit length.
+    /// Normalises all normals except those of zero length. Returns how many were outside of [`NOTICED_TOLERANCE`].
     fn normalize_normals(&mut self) -> usize {
         let mut odd = 0;
         for normal in &mut self.normals {
@@ -91,7 +93,7 @@ impl Mesh {
         odd
     }
 
-    /// Makes tangents unit vectors with a sign; those without a length become 0.
+    /// Normalises tangents and sets w to −1 or 1; those shorter than 0.001 become 0, and `make_tangents` replaces them.
     fn normalize_tangents(&mut self) {
         for tangent in &mut self.tangents {
             // In f32 the square of a length above 1e19 overflows.
@@ -106,8 +108,8 @@ impl Mesh {
         }
     }
 
-    /// Gives vertices with a normal of zero length the geometric normal of their triangle; a vertex that belongs to triangles
-    /// of different normals is duplicated. Returns the number of missing normals.
+    /// Gives vertices with a normal of zero length the geometric normal of their triangle. A vertex of triangles with
+    /// different normals is duplicated; if no vertex has a normal, all are removed. Returns how many normals were missing.
     fn fill_missing_normals(&mut self) -> usize {
         let is_missing: Vec<bool> = self.normals.iter().map(|&n| n == Vec3::ZERO).collect();
         let missing = is_missing.iter().filter(|&&m| m).count();
@@ -139,7 +141,8 @@ impl Mesh {
         missing
     }
 
-    /// Adds a copy of a vertex, and returns its index; `None` if no index is left.
+    /// Adds a copy of the vertex with the index `vertex` and all its attributes. Returns the copy's index; `None` if it
+    /// exceeds 32 bits.
     pub(super) fn duplicate_vertex(&mut self, vertex: u32) -> Option<u32> {
         let (vertex, copy) = (vertex as usize, u32::try_from(self.positions.len()).ok()?);
         self.positions.push(self.positions[vertex]);
@@ -209,7 +212,7 @@ mod tests {
         }
     }
 
-    /// Two triangles that meet at an edge, one facing +Z, one +X.
+    /// A mesh of two triangles that meet at an edge. One faces +Z, the other one +X.
     fn roof() -> Mesh {
         Mesh {
             positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z],

@@ -1,61 +1,61 @@
-//! Properties of a scene that decide which features the renderer needs for it.
+//! The properties of a scene that decide which features the renderer needs for it.
 
 use super::bounds::usual_size;
 use super::lights::Emitters;
 use super::{AlphaMode, Material, Mesh, Scene};
 use crate::shader_interface::MIRROR_ROUGHNESS;
 
-/// The features of a scene that need support in the renderer. Only materials and meshes with an
-/// instance count; counts are over instances; a material that emits at any time is a light.
+/// The features of a scene that need support in the renderer. Shaders leave out the code of features that are not needed.
+/// Only meshes with an instance count, and only materials of their triangles. A light is a material that emits at any time.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Requirements {
-    /// Triangles in the world.
+    /// The number of triangles in the world, for reports: those of each mesh, times its instances.
     pub triangles: u64,
-    /// Triangles that emit light.
+    /// The number of triangles in the world that emit light at some time; 0 if the scene needs no emissive triangles.
     pub emissive_triangles: u64,
-    /// Instances of meshes.
+    /// The number of instances of meshes, for reports.
     pub instances: u64,
-    /// True if some light emits from both sides.
+    /// True if some light emits on both sides; otherwise shaders assume that lights emit on their front only.
     pub double_sided_emitters: bool,
-    /// Punctual lights.
+    /// The number of punctual lights; if it is 0, shaders leave them out.
     pub punctual_lights: u64,
-    /// True if there is an environment.
+    /// True if the scene has an environment, even a black one; otherwise rays that leave the scene see black.
     pub environment: bool,
-    /// True if some surface has a specular lobe; otherwise all surfaces are Lambert.
+    /// True if some surface has a specular lobe; otherwise shaders assume that all surfaces are pure Lambert.
     pub specular: bool,
-    /// True if some specular lobe is too narrow for reservoirs (see [`MIRROR_ROUGHNESS`]).
+    /// True if a specular lobe may be a perfect mirror: roughness below [`MIRROR_ROUGHNESS`], or textured. For reports only.
     pub near_delta: bool,
-    /// True if some material has textures of base colour, metalness or roughness.
+    /// True if some material has a base colour or metallic-roughness texture; otherwise shaders do not read them.
     pub textures: bool,
-    /// True if some surface has holes or covers only a part (alphaMode `MASK` or `BLEND`).
+    /// True if some surface has holes or is partly transparent (not [`AlphaMode::Opaque`]); otherwise no ray tests alpha.
     pub alpha: bool,
-    /// True if some surface covers only a part (`BLEND`).
+    /// True if some surface that emits no light is partly transparent ([`AlphaMode::Blend`]). More rays are then traced.
     pub blending: bool,
-    /// True if some material has a normal map.
+    /// True if some material has a normal map; otherwise shaders do not read normal maps or tangents.
     pub normal_maps: bool,
-    /// True if some material is unlit.
+    /// True if some material is unlit, so that the camera sees its colour without light; otherwise shaders ignore `unlit`.
     pub unlit: bool,
-    /// True if some light has a texture.
+    /// True if some light has an emissive texture; otherwise the emission of lights is constant over their surfaces.
     pub emissive_textures: bool,
-    /// True if some mesh has vertex colours.
+    /// True if some mesh has vertex colours; otherwise shaders do not read them.
     pub vertex_colors: bool,
-    /// True if some mesh has shading normals.
+    /// True if some mesh has shading normals at its vertices; otherwise shaders use geometric normals only.
     pub smooth_normals: bool,
-    /// True if some triangle is so much larger than the usual instance that barycentric weights in f32 cannot distinguish its
-    /// points.
+    /// True if some triangle is so much larger than the usual instance that barycentric weights in f32 cannot distinguish
+    /// its points. Samples then store points as coordinates in the triangle's plane, if nothing moves.
     pub large_triangles: bool,
-    /// True if some mesh has more than one material.
+    /// True if some mesh has more than one part, and so may have several materials. For reports only.
     pub multi_part_meshes: bool,
-    /// True if some mesh is placed more than once.
+    /// True if some mesh has more than one instance. For reports only.
     pub shared_meshes: bool,
-    /// True if some instance is mirrored, which reverses the winding of its triangles.
+    /// True if some instance is mirrored, so that the winding of its triangles is reversed in the world. For reports only.
     pub mirrored_instances: bool,
-    /// True if instances, cameras or lights change with time.
+    /// True if instances, cameras, lights or emission change with time. For reports only.
     pub motion: bool,
 }
 
 impl Requirements {
-    /// Scans a valid scene.
+    /// Determines the features of a scene, which [`Scene::validate`] must have accepted.
     pub fn of(scene: &Scene) -> Self {
         let lights = scene.emitter_materials();
         let emitters = Emitters::new(scene, &lights);
@@ -112,7 +112,7 @@ impl Requirements {
         required
     }
 
-    /// The features of the renderer that the scene requires, and those that it does not need.
+    /// The names, for messages, of the features that the scene requires (first list) and does not need (second list).
     pub fn features(&self) -> [Vec<&'static str>; 2] {
         let &Self {
             triangles: _,
@@ -165,10 +165,11 @@ impl Requirements {
     }
 }
 
-/// The ratio to the usual size above which edges are large: barycentric weights are then exact to a thousandth of that size.
+/// The ratio of a triangle's longest edge to [`usual_size`] above which the triangle is large. At this ratio, barycentric
+/// weights in f32 are exact to a thousandth of that size.
 const LARGE: f64 = 10_000.0;
 
-/// The longest edge of a mesh's triangles, in object space.
+/// The length of the longest edge of a mesh's triangles, in object space; 0 without triangles.
 fn longest_edge(mesh: &Mesh) -> f64 {
     let corner = |index: u32| mesh.positions[index as usize].as_dvec3();
     let edges = mesh
@@ -181,19 +182,19 @@ fn longest_edge(mesh: &Mesh) -> f64 {
 }
 
 impl Material {
-    /// True if the surface has a specular lobe; otherwise it is pure Lambert.
+    /// True if the surface has a specular lobe: it is partly metal, or `specular` is above 0. Otherwise it is pure Lambert.
     pub fn has_specular_lobe(&self) -> bool {
         self.metallic > 0.0 || self.specular > 0.0
     }
 }
 
 impl Scene {
-    /// Triangles in the world: each mesh's count times its instances.
+    /// The number of triangles in the world: those of each mesh, times its instances.
     pub fn triangle_count(&self) -> u64 {
         self.count_triangles(|mesh| mesh.triangles.len() as u64)
     }
 
-    /// Triangles in the world that give light at some time.
+    /// The number of triangles in the world that emit light at some time.
     pub fn emissive_triangle_count(&self) -> u64 {
         self.count_emissive(&Emitters::new(self, &self.emitter_materials()))
     }

@@ -1,12 +1,12 @@
-//! Tangents for normal maps, where a file has none: by MikkTSpace, as glTF requires and as most normal maps are baked.
+//! Tangents for normal maps, for files that have none. They are made by MikkTSpace, which glTF requires.
 
 use super::{Material, Mesh};
 use bevy_mikktspace::{Geometry, TangentSpace};
 use glam::{Vec2, Vec3, Vec4};
 
 impl Mesh {
-    /// Gives tangents to the triangles with normal maps that have none. Vertices whose triangles need different tangents are
-    /// duplicated. The mesh must be valid.
+    /// Gives tangents to those triangles with normal maps that have none; without any normal map, all tangents are removed.
+    /// Vertices whose triangles need different tangents are duplicated. The mesh must be valid.
     pub(crate) fn make_tangents(&mut self, materials: &[Material]) {
         let mapped = self.parts.iter().filter_map(|part| {
             let texture = materials[part.material as usize].normal_texture?;
@@ -67,7 +67,7 @@ impl Mesh {
     }
 }
 
-/// Some of a mesh's triangles, and their tangents.
+/// The triangles of a mesh that get tangents (`faces`), and the tangents of their corners, as MikkTSpace needs them.
 struct Made<'a> {
     mesh: &'a Mesh,
     faces: &'a [usize],
@@ -126,7 +126,7 @@ mod tests {
     use super::super::{Part, Texture};
     use super::*;
 
-    /// Two triangles of a square in the plane of x and y; the second one has a mirrored texture.
+    /// A square of two triangles in the plane of x and y; the second triangle has a mirrored texture.
     fn square() -> Mesh {
         let uv = |x: f32, y: f32| Vec2::new(x, 1.0 - y);
         Mesh {

@@ -3,48 +3,48 @@
 use glam::{Affine2, Vec2, Vec4};
 use std::sync::Arc;
 
-/// An image of textures.
+/// An image that textures of materials show, with 8 bits per channel.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image {
-    /// Name of the file or in the file, for messages.
+    /// Name of the file, or the image's name in it, for messages.
     pub name: String,
     /// Width in texels, at least 1.
     pub width: u32,
     /// Height in texels, at least 1.
     pub height: u32,
-    /// RGBA, row by row from the top, which is at v = 0. In an `Arc`, because scenes are copied.
+    /// RGBA texels, row by row from the top, which is at v = 0. They are in an `Arc`, so that copies of a scene share them.
     pub texels: Arc<[[u8; 4]]>,
 }
 
-/// The texels beyond the edges of an image.
+/// The texels that a lookup finds beyond the edges of an image, along one axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wrap {
-    /// The image repeats.
+    /// The image repeats, equal in every repetition.
     #[default]
     Repeat,
-    /// The image repeats, mirrored every other time.
+    /// The image repeats, and every second repetition is mirrored.
     Mirror,
-    /// The texels at the edge continue.
+    /// The texel at the edge continues without end.
     Clamp,
 }
 
-/// A use of an image as a texture.
+/// A use of an image as a texture: its coordinates, and how a lookup reads texels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Texture {
     /// Index into [`Scene::images`](super::Scene::images).
     pub image: u32,
-    /// The set of texture coordinates: index into [`Mesh::uvs`](super::Mesh::uvs).
+    /// The set of texture coordinates, 0 or 1: index into [`Mesh::uvs`](super::Mesh::uvs).
     pub set: u32,
-    /// The transform from these coordinates to those of the image, which covers [0, 1].
+    /// The transform from the mesh's coordinates to those of the image, in which the image covers [0, 1] along both axes.
     pub transform: Affine2,
-    /// The wrap modes beyond the edges along u and v.
+    /// The wrap modes beyond the image's edges along u and along v.
     pub wrap: [Wrap; 2],
-    /// True if a lookup takes the nearest texel instead of interpolating between four.
+    /// True if a lookup takes the nearest texel; false if it interpolates between four.
     pub nearest: bool,
 }
 
 impl Texture {
-    /// The whole image, unchanged, over the first set of coordinates.
+    /// The texture that shows the image with this index, repeated and interpolated, by the first set of coordinates.
     pub fn plain(image: u32) -> Self {
         Self {
             image,
@@ -55,7 +55,8 @@ impl Texture {
         }
     }
 
-    /// The texture at some coordinates, each channel in [0, 1]. `decode` converts a texel: [`linear`] or [`srgb`].
+    /// The texture's value at the mesh's coordinates `uv`, each channel in [0, 1]. `decode` converts a texel before
+    /// interpolation: [`linear`] or [`srgb`].
     pub fn at(&self, image: &Image, uv: Vec2, decode: fn([u8; 4]) -> Vec4) -> Vec4 {
         let size = Vec2::new(image.width as f32, image.height as f32);
         let position = self.transform.transform_point2(uv) * size;
@@ -85,7 +86,7 @@ impl Texture {
     }
 }
 
-/// The index, below `size`, of the texel that is seen at index `i`.
+/// The index in [0, `size`) of the texel that a lookup finds at the index `i`, which can lie beyond the image.
 fn wrapped(wrap: Wrap, i: i64, size: u32) -> u32 {
     let size = i64::from(size);
     let index = match wrap {
@@ -99,20 +100,20 @@ fn wrapped(wrap: Wrap, i: i64, size: u32) -> u32 {
     index as u32
 }
 
-/// The parts of an image that are not black, by blocks of its texels.
+/// The parts of an image that are not black, in blocks of texels. They decide which triangles with this texture emit.
 pub struct LitTexels {
     size: [u32; 2],
-    /// Blocks along x.
+    /// Number of blocks along the width of the image.
     columns: usize,
-    /// The number of lit blocks before each corner of blocks along both axes, by rows.
+    /// A summed-area table with rows of `columns` + 1 entries: the number of lit blocks above and left of a block's corner.
     lit_before: Vec<u32>,
 }
 
-/// Texels along each side of a block.
+/// Texels along each side of a block. Larger blocks need less memory, but recognise fewer black triangles.
 const BLOCK: u32 = 8;
 
 impl LitTexels {
-    /// The lit parts of an image.
+    /// Finds the lit parts of an image: the blocks with a texel whose red, green or blue is not 0.
     pub fn of(image: &Image) -> Self {
         let columns = image.width.div_ceil(BLOCK) as usize;
         let mut lit_before = vec![0; columns + 1];
@@ -137,8 +138,8 @@ impl LitTexels {
         }
     }
 
-    /// True if a lookup may find a colour other than black at some point of a triangle whose corners have these coordinates. In
-    /// doubt it is true.
+    /// True if a lookup may find a colour other than black at some point of a triangle whose corners have the coordinates
+    /// `uvs`. It is also true if that is uncertain.
     pub fn may_be_seen(&self, texture: &Texture, uvs: [Vec2; 3]) -> bool {
         let size = Vec2::from(self.size.map(|side| side as f32));
         let transform = &texture.transform;
@@ -160,15 +161,15 @@ impl LitTexels {
         (rows.iter()).any(|rows| columns.iter().any(|columns| self.has_lit(*columns, *rows)))
     }
 
-    /// True if a block in these columns and rows, the last ones included, is lit.
+    /// True if a block is lit in the columns `left` to `right` and the rows `top` to `bottom`, including the last ones.
     fn has_lit(&self, [left, right]: [usize; 2], [top, bottom]: [usize; 2]) -> bool {
         let before = |column: usize, row: usize| self.lit_before[row * (self.columns + 1) + column];
         before(right + 1, bottom + 1) + before(left, top)
             > before(left, bottom + 1) + before(right + 1, top)
     }
 
-    /// The first and the last block of each span of blocks along an axis in which the texels lie that are seen from one
-    /// index to another.
+    /// The blocks that lookups at texel indices from `low` to `high` along `axis` may read, as ranges of the first and the
+    /// last block. Indices beyond the image follow `wrap`.
     fn spans(&self, wrap: Wrap, axis: usize, low: f32, high: f32) -> Vec<[usize; 2]> {
         let size = i64::from(self.size[axis]);
         let last = size - 1;
@@ -195,18 +196,18 @@ impl LitTexels {
     }
 }
 
-/// A texel of data: normals, metalness, roughness.
+/// Decodes a texel of data (normals, metalness, roughness) to channels in [0, 1].
 pub fn linear(texel: [u8; 4]) -> Vec4 {
     Vec4::from_array(texel.map(f32::from)) / 255.0
 }
 
-/// A texel of colour, with red, green and blue in sRGB and linear alpha.
+/// Decodes a texel of colour to channels in [0, 1]: red, green and blue from sRGB to linear, alpha as it is.
 pub fn srgb(texel: [u8; 4]) -> Vec4 {
     let [r, g, b, a] = linear(texel).to_array();
     Vec4::new(decode_srgb(r), decode_srgb(g), decode_srgb(b), a)
 }
 
-/// The linear value of an sRGB value (IEC 61966-2-1).
+/// The linear value in [0, 1] of an sRGB value in [0, 1] (IEC 61966-2-1).
 fn decode_srgb(value: f32) -> f32 {
     if value <= 0.04045 {
         value / 12.92
@@ -219,7 +220,7 @@ fn decode_srgb(value: f32) -> f32 {
 mod tests {
     use super::*;
 
-    /// Two by two texels: black, red; green, white.
+    /// An image of two by two texels: black and red in the first row, green and white in the second.
     fn image() -> Image {
         let texels = [[0, 0, 0, 255], [255, 0, 0, 255], [0, 255, 0, 255], [255; 4]];
         Image {
@@ -267,7 +268,7 @@ mod tests {
         assert_eq!(red(nearest, 0.51, 0.25), 1.0);
     }
 
-    /// Triangles that are reported as black are black at many points; most black triangles are reported.
+    /// Triangles that are reported as black are black at many random points, and most black triangles are reported.
     #[test]
     fn what_is_black_all_over_a_triangle_is_known() {
         // A linear congruential generator (Numerical Recipes).

@@ -1,4 +1,4 @@
-//! The rules for every scene, loaded or generated, and their check.
+//! The rules that every scene must fulfil, loaded or generated, and their check.
 
 mod materials;
 mod meshes;
@@ -12,24 +12,24 @@ use materials::{check_image, check_material, check_textures};
 use meshes::check_mesh;
 use punctual::check_punctual;
 
-/// The largest world coordinate: beyond it, squared distances overflow f32.
+/// The largest absolute coordinate in the world, in scene units. Squared distances of far larger ones would overflow f32.
 pub const LARGEST_COORDINATE: f64 = 1e15;
 
-/// The smallest size of a scene: below it, areas of its triangles and squares of distances underflow f32.
+/// The smallest longest edge of a scene's bounding box, in scene units. Below it, areas and squared distances underflow f32.
 pub const SMALLEST_SCENE: f64 = 1e-12;
 
-/// The ratio of a step of f32 at a mesh's furthest vertex to the mesh's size above which the mesh is coarse.
+/// The ratio of a step of f32 at a mesh's furthest vertex to the mesh's size above which the mesh is stored too coarsely.
 const COARSE: f64 = 5e-3;
 
-/// The largest emission, in W/(m²·sr): a sample may be [`crate::shader_interface::MAX_RADIANCE`] times as bright as the
-/// brightest light, and a picture, whose radiance is not in the device's unit, must hold it in f32.
+/// The largest emission, in W/(m²·sr). A sample may be [`crate::shader_interface::MAX_RADIANCE`] times as bright as the
+/// brightest light, and a picture in this unit must hold it in f32.
 pub const BRIGHTEST: f32 = 1e12;
 
-/// The volume scale, relative to the lengths of its axes, below which an instance is flat.
+/// The absolute determinant, of a transform with axes scaled to lengths near 1, up to which an instance is flat.
 const SINGULAR: f64 = 1e-15;
 
-/// True if the positions of a mesh are much further from its origin than from each other, or if this holds for the corners of
-/// at least one triangle in ten: of a mesh with parts in two distant locations, no part is held finely.
+/// True if the positions of a mesh are much further from its origin than from each other, so that f32 stores them coarsely.
+/// True also if this holds for the corners of at least one triangle in ten, as in a mesh of two distant parts.
 fn is_coarse(mesh: &Mesh) -> bool {
     let step = |furthest: f64| furthest * f64::from(f32::EPSILON);
     let Some(bounds) = mesh.bounds() else {
@@ -51,20 +51,22 @@ fn is_coarse(mesh: &Mesh) -> bool {
     coarse > 0 && 10 * coarse >= mesh.triangles.len()
 }
 
-/// True if every channel is between 0 and a limit. The test compares channels, because the smallest and the largest element of
-/// a vector with a NaN may be those of the other channels.
+/// True if every channel is between 0 and `limit`, which NaN is not. The channels are compared one by one, because the
+/// minimum and the maximum of a vector may ignore NaN.
 pub(super) fn is_within(color: Vec3, limit: f32) -> bool {
     color.cmpge(Vec3::ZERO).all() && color.cmple(Vec3::splat(limit)).all()
 }
 
 impl Scene {
-    /// Checks the scene and repairs faults that can be repaired without changing its picture.
+    /// Checks the scene, and repairs faults that can be repaired without changing its picture. Each repair adds a notice: a
+    /// base colour outside [0, 1] is clamped; triangles without area, flat instances and empty meshes are dropped (which
+    /// shifts the indices of later meshes); normals are normalised, missing ones replaced by the geometric normal.
+    /// Afterwards every vertex belongs to a triangle, and a second check changes nothing. An empty scene is valid.
     ///
-    /// An error names the element that the renderer cannot use: indices out of range, numbers that are not finite, parts that
-    /// do not cover their triangles, material factors outside their range, an invalid camera, keys out of order. Each repair
-    /// adds a notice: a base colour outside [0, 1] is clamped; triangles without area, flat instances and empty meshes are
-    /// dropped (which shifts the indices of later meshes); normals are normalised, missing ones replaced by the geometric
-    /// normal. Afterwards every vertex belongs to a triangle, and a second check changes nothing. An empty scene is valid.
+    /// # Errors
+    /// The renderer cannot use an element, which the message names: an index or a count is out of range, a number is not
+    /// finite, parts do not cover their triangles, a material or a light has a value outside its range, a camera is invalid,
+    /// keys are out of order, or the scene is too small or too far from the origin.
     pub fn validate(&mut self) -> Result<()> {
         let mut tally = Tally::default();
         if let Some(motion) = &self.motion {
@@ -178,7 +180,7 @@ impl Scene {
         });
     }
 
-    /// Drops the instances for which `keep` is false, and their entries in the motion.
+    /// Drops the instances for which `keep` is false, and their entries in the motion. `keep` may change them.
     fn retain_instances(&mut self, mut keep: impl FnMut(usize, &mut Instance) -> bool) {
         let instances = self.instances.iter_mut().enumerate();
         let kept: Vec<bool> = instances.map(|(index, one)| keep(index, one)).collect();
@@ -191,11 +193,11 @@ impl Scene {
     }
 }
 
-/// Checks that a mesh with these bounds can be rendered under a transform, with coordinates up to
-/// `farthest`; `what` names it in the message.
+/// Checks that a mesh with the box `bounds` in object space (`None` for an empty mesh) can be rendered under `transform`.
+/// `farthest` is the largest absolute coordinate that is allowed; `what` names the element in messages.
 ///
 /// # Errors
-/// The transform is not finite, or the mesh reaches too far from the origin.
+/// The transform is not finite, or a transformed corner of the box has a coordinate beyond `farthest`.
 pub(super) fn check_reach(
     what: &str,
     transform: &DAffine3,
@@ -220,7 +222,7 @@ pub(super) fn check_reach(
     Ok(())
 }
 
-/// True if a transform flattens everything, so that normals are lost.
+/// True if a transform flattens everything onto a plane, a line or a point, so that normals are lost.
 pub(super) fn is_singular(matrix: DMat3) -> bool {
     // Axes are scaled to a length near 1 first: the product of their lengths may be out of f64's range.
     let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| {
@@ -231,11 +233,11 @@ pub(super) fn is_singular(matrix: DMat3) -> bool {
     DMat3::from_cols(x, y, z).determinant().abs() <= SINGULAR
 }
 
-/// Checks that a picture can be rendered from a camera; `what` names it in the message.
+/// Checks that a picture can be rendered from a camera; `what` names the camera in messages.
 ///
 /// # Errors
-/// A field of view or an aspect ratio out of range, or a transform that is not rigid or too far from
-/// the origin.
+/// The field of view is not within 0 and π, the aspect ratio is not positive and finite, or the transform is not a rotation
+/// and a translation of at most [`LARGEST_COORDINATE`].
 pub fn check_camera(what: &str, camera: &Camera) -> Result<()> {
     let wrong = |fault: String| Err(Error::input(format!("{what}: {fault}")));
     let fov = camera.vertical_fov;
@@ -276,7 +278,7 @@ mod tests {
     use super::*;
     use glam::{DVec3, Vec3};
 
-    /// A scene with one triangle of one material, one instance, and one camera.
+    /// A scene with one camera and one instance, whose mesh is one triangle of one material.
     fn scene() -> Scene {
         Scene {
             meshes: vec![Mesh {

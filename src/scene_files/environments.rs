@@ -1,4 +1,4 @@
-//! Environments from files, `.exr` and `.hdr`, and skies by their parameters.
+//! Opens environments by name: `.exr` and `.hdr` files, and skies that are generated from parameters.
 
 use crate::base::panics::caught;
 use crate::base::{input_files, memory};
@@ -12,14 +12,17 @@ use std::io::{BufReader, ErrorKind, Read, Seek};
 use std::path::Path;
 use std::sync::Arc;
 
-/// The longest header of an `.hdr` file, in bytes.
+/// The longest header of an `.hdr` file that is read, in bytes. A longer one is an error, so that a file whose header never
+/// ends is not searched to its end.
 const MAX_HEADER: u64 = 1 << 16;
 
 impl Environment {
-    /// Reads an environment (`.exr`, `.hdr`), or generates the sky that `sky:…` describes.
+    /// Reads the environment in the file `name` (`.exr`, `.hdr`), or generates the sky that `sky` or `sky:KEY=VALUE,…`
+    /// describes.
     ///
     /// # Errors
-    /// There is no such file, the data are damaged, the radiance is not a number or out of range, or parameters are wrong.
+    /// The file cannot be read, has another extension, is damaged, or has too many texels for the limit or the memory; a
+    /// radiance is not a number or out of range; or a parameter of the sky is wrong.
     pub fn open(name: &str) -> Result<Self> {
         let mut environment = match name.split_once(':') {
             Some(("sky", parameters)) => sky::generate(parameters)?,
@@ -31,10 +34,11 @@ impl Environment {
         Ok(environment)
     }
 
-    /// Checks that [`Environment::open`] can succeed, as far as possible without reading the file.
+    /// Checks that the environment `name` can probably be opened with [`Environment::open`]: the file exists, or the
+    /// parameters of the sky are valid. The file is not read.
     ///
     /// # Errors
-    /// No such file, or wrong parameters of a sky.
+    /// There is no plain file at this path, or a parameter of the sky is wrong.
     pub fn check_name(name: &str) -> Result<()> {
         match environment_file_of(name) {
             None => sky::parse(name.strip_prefix("sky").unwrap_or_default()).map(drop),
@@ -43,7 +47,8 @@ impl Environment {
     }
 }
 
-/// The path of an environment's file; `None` for a generated sky.
+/// The path of the file from which an environment is read, given the environment's name. `None` for `sky` and `sky:…`, which
+/// are generated without a file.
 pub fn environment_file_of(name: &str) -> Option<&Path> {
     let generated = name == "sky" || name.starts_with("sky:");
     (!generated).then(|| Path::new(name))
@@ -76,7 +81,8 @@ fn read(path: &Path) -> Result<Environment> {
     })
 }
 
-/// Checks that the header ends: the decoder would search for its end, a line after an empty one, through the whole file.
+/// Checks that the header of an `.hdr` file ends within [`MAX_HEADER`] bytes, and rewinds the file. The header ends with one
+/// line after an empty line; without this check, the decoder would search the whole file for it.
 fn check_hdr_header(file: &mut BufReader<File>) -> std::io::Result<()> {
     let mut start = Vec::new();
     file.by_ref().take(MAX_HEADER).read_to_end(&mut start)?;

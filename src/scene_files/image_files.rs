@@ -1,17 +1,18 @@
-//! Image files of textures, and the treatment of missing ones.
+//! Reads the image files of textures, and treats missing ones as errors or as notices.
 
 use super::progress::{Progress, read_file};
 use super::scene_folder::{SceneFile, SceneFolder, unreadable};
 use crate::scene::notices::{Tally, quoted};
 use crate::{Error, Result};
 
-/// The largest image file, in bytes: more than the largest image takes without compression.
+/// The largest image file that is read, in bytes. The largest permitted image has less than this without compression.
 const MAX_BYTES: u64 = 4 << 30;
 
-/// The bytes of an image file.
+/// Reads a whole image file without decoding it. `what` is the element that names the file, for messages.
 ///
 /// # Errors
-/// The file is too large or cannot be read, or the watcher's error.
+/// The file has more than [`MAX_BYTES`] bytes or cannot be read, there is not enough memory for it, or the callback of
+/// `progress` returns an error.
 pub(super) fn read(what: &str, file: SceneFile, progress: &mut Progress<'_>) -> Result<Vec<u8>> {
     let length = file.length;
     if length > MAX_BYTES {
@@ -21,10 +22,11 @@ pub(super) fn read(what: &str, file: SceneFile, progress: &mut Progress<'_>) -> 
     read_file(what, file, MAX_BYTES, progress)
 }
 
-/// Notes that an image file is missing, if `folder` permits it.
+/// Adds a notice to `tally` that the image file `name` is missing, if the user permits missing files (`allow_missing`). The
+/// element `what`, which names the file, is then used without this texture.
 ///
 /// # Errors
-/// `folder` does not permit it.
+/// The user does not permit missing files.
 pub(super) fn missing(
     what: &str,
     name: &str,

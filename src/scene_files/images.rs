@@ -1,4 +1,5 @@
-//! Images of textures: decoding, with limits on the sizes that files may claim.
+//! Decodes the images of textures (PNG, JPEG, WebP) to RGBA with 8 bits per channel, with limits on the sizes that files may
+//! claim.
 
 use super::progress::Progress;
 use crate::base::memory;
@@ -11,42 +12,43 @@ use rayon::prelude::*;
 use std::borrow::Cow;
 use std::io::Cursor;
 
-/// The largest width and height of an image, in texels.
+/// The largest width and height of an image, in texels. A larger image is an error.
 pub const MAX_SIZE: u32 = 16384;
 
-/// The maximum number of texels of all images of a scene: shaders count them in 32 bits.
+/// The maximum number of texels of all images of a scene together, since shaders index texels with 32 bits. More texels are
+/// an error.
 pub const MAX_TEXELS: u64 = 1 << 32;
 
-/// Bytes of a texel.
+/// The size of one decoded texel, in bytes: one byte for each of red, green, blue and alpha.
 pub(super) const BYTES: u64 = size_of::<[u8; 4]>() as u64;
 
-/// The maximum number of texels that are decoded at the same time, if no single image has more: the texels of the largest
-/// image. While an image is decoded it takes up to four times its final memory.
+/// The maximum number of texels of the images that are decoded in parallel: as many as one image of the largest size has. It
+/// limits the memory, because an image takes up to four times its final size while it is decoded.
 const TEXELS_AT_ONCE: u64 = MAX_SIZE as u64 * MAX_SIZE as u64;
 
-/// The maximum number of bytes that a decoder takes for data other than texels, such as the colour profile of a PNG file, which
-/// may unpack to a thousand times its size.
+/// The maximum number of bytes that an image decoder may take for data other than texels. Such data, for example the colour
+/// profile of a PNG file, may unpack to a thousand times their size in the file.
 const MAX_METADATA: u64 = 16 << 20;
 
-/// An image in the encoding of its file.
+/// An image as the bytes of its file, before it is decoded.
 pub(super) struct Encoded<'a> {
-    /// The element that contains it, for messages.
+    /// The element of the scene's file that contains or names the image, such as `image 3`, for messages.
     pub what: String,
-    /// The name of the file or in the file; may be empty.
+    /// The path of the image's file, or the name of the image in the scene's file. It may be empty; messages show it.
     pub name: String,
-    /// A PNG, JPEG or WebP file.
+    /// The whole content of a PNG, JPEG or WebP file.
     pub bytes: Cow<'a, [u8]>,
 }
 
-/// The number of texels of a scene's images so far.
+/// The number of texels of all images of a scene that were counted so far. It must not exceed [`MAX_TEXELS`].
 #[derive(Default)]
 pub(super) struct TexelCount(u64);
 
 impl TexelCount {
-    /// Adds the texels of one more image; `name` gives its name for messages.
+    /// Adds the texels of one more image. `name` makes the name of the image if a message needs it.
     ///
     /// # Errors
-    /// The scene would have too many texels.
+    /// The scene's images have more than [`MAX_TEXELS`] texels with this one.
     pub fn add(&mut self, texels: u64, name: impl FnOnce() -> String) -> Result<()> {
         self.0 = self.0.saturating_add(texels);
         if self.0 <= MAX_TEXELS {
@@ -62,11 +64,12 @@ impl TexelCount {
     }
 }
 
-/// Decodes images, several at once. `count` has the number of texels decoded before.
+/// Decodes images, several at a time in parallel, and returns them in the order of `encoded`. `count` is the number of
+/// texels of the scene's images so far, and increases by the texels of these images.
 ///
 /// # Errors
-/// The scene would have too many texels; another format, damaged data, or an image that is too large; the watcher's
-/// error.
+/// An image is not a PNG, JPEG or WebP file, is damaged, or is larger than [`MAX_SIZE`]; the scene's images have more than
+/// [`MAX_TEXELS`] texels or need more memory than there is; or the callback of `progress` returns an error.
 pub(super) fn decode(
     encoded: &[Encoded<'_>],
     count: &mut TexelCount,
@@ -96,7 +99,8 @@ pub(super) fn decode(
     Ok(images)
 }
 
-/// The number of images that are decoded at once, given their numbers of texels: at least one.
+/// The number of images that are decoded next in parallel, at least 1. `sizes` has the number of texels of each image that
+/// is not decoded yet. A batch has at most [`TEXELS_AT_ONCE`] texels and one image per thread.
 fn batch_length(sizes: &[u64]) -> usize {
     let mut texels = 0;
     let fitting = sizes.iter().take_while(|size| {
@@ -107,7 +111,7 @@ fn batch_length(sizes: &[u64]) -> usize {
 }
 
 impl Encoded<'_> {
-    /// The name of the image in messages.
+    /// The name of the image in messages: its element and, if it has a name, the name in parentheses.
     fn label(&self) -> String {
         match self.name.as_str() {
             "" => self.what.clone(),
@@ -124,18 +128,21 @@ impl Encoded<'_> {
         self.wrong(format!("cannot be decoded: {cause}; export it again"))
     }
 
-    /// Runs a decoder. A panic, which damaged data can cause, becomes an error.
+    /// Runs `work`, which decodes this image or a part of it. A panic, which damaged data can cause in a decoder, becomes an
+    /// error.
     fn guarded<T>(&self, work: impl FnOnce(&Self) -> Result<T>) -> Result<T> {
         caught(|| work(self)).unwrap_or_else(|| Err(self.damaged("it is damaged")))
     }
 
-    /// The number of texels of an image whose size is within the limits.
+    /// The number of texels of the image, from the header of its file. Fails if the header is damaged, or if the width or
+    /// height is not within 1 and [`MAX_SIZE`].
     fn texels(&self) -> Result<u64> {
         let (width, height) = self.decoder()?.0.dimensions();
         Ok(u64::from(width) * u64::from(height))
     }
 
-    /// A decoder that has read the size, which is within the limits, and the format.
+    /// A decoder that has read the header of the file, and the format of the file. Fails if the format is not PNG, JPEG or
+    /// WebP, or if the width or height is not within 1 and [`MAX_SIZE`].
     fn decoder(&self) -> Result<(impl ImageDecoder, ImageFormat)> {
         let mut reader = ImageReader::new(Cursor::new(&*self.bytes))
             .with_guessed_format()
@@ -183,7 +190,8 @@ impl Encoded<'_> {
     }
 }
 
-/// True if a JPEG file contains its end marker. Markers inside of segments, as in the preview of a photograph, do not count.
+/// True if a JPEG file contains its end marker, so that it is not cut off. End markers inside segments, for example of the
+/// preview that a photograph contains, do not count.
 fn is_whole_jpeg(bytes: &[u8]) -> bool {
     const END: u8 = 0xD9;
     // These markers have no segment; 0 stands for a byte of data, and FF before a marker for nothing.
@@ -207,8 +215,8 @@ fn is_whole_jpeg(bytes: &[u8]) -> bool {
     }
 }
 
-/// True if a WebP file has the length that its header gives, without its first eight bytes. The byte that makes the length even
-/// may be absent.
+/// True if a WebP file is not cut off: it has the length that its header states, plus the first eight bytes, which the
+/// header does not count. One byte less is accepted, because the padding byte at the end may be absent.
 fn is_whole_webp(bytes: &[u8]) -> bool {
     let length = bytes.get(4..).and_then(|bytes| bytes.first_chunk());
     length

@@ -10,27 +10,30 @@ use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
 
-/// Largest glTF file, in bytes, without its separate buffers: a GLB stores its length in 32 bits.
+/// The largest glTF file that is read, in bytes, without its separate buffers and images. A GLB file stores its length in 32
+/// bits.
 const MAX_BYTES: u64 = u32::MAX as u64;
 
-/// The memory that an OBJ file takes for each of its bytes, in bytes.
+/// The memory that the scene of an OBJ file is assumed to take, in bytes per byte of the file. If less memory is free, the
+/// file is refused before it is read.
 const OBJ_RATIO: u64 = 4;
 
-/// Reads and validates a scene: glTF 2.0 (`.gltf`, `.glb`) or Wavefront OBJ (`.obj`).
+/// Reads and validates a scene from the file `path`: glTF 2.0 (`.gltf`, `.glb`) or Wavefront OBJ (`.obj`). Files outside of
+/// the scene's folder and missing image files are errors.
 ///
-/// For any content this returns either a scene that passes [`Scene::validate`], with a notice for each assumption and omission,
-/// or an error of one line that names the file, the element and a remedy.
+/// For any content this returns either a scene that passes [`Scene::validate`], with a notice for each assumption and
+/// omission, or an error of one line that names the file, the element and a remedy.
 ///
 /// # Errors
-/// The file cannot be read, or its content is not a valid scene.
+/// The file has another extension or cannot be read, its content is not a valid scene, or there is not enough memory for it.
 pub fn load(path: &Path) -> Result<Scene> {
     load_watched(path, Options::default(), &mut |_, _, _| Ok(()))
 }
 
-/// [`load`] with progress reports to `watch`.
+/// [`load`] with the user's permissions `options`, and with reports of the progress to `watch`.
 ///
 /// # Errors
-/// The errors of [`load`], and those of `watch`.
+/// The errors of [`load`], and an error that `watch` returns, which ends the loading.
 pub fn load_watched(path: &Path, options: Options, watch: &mut Watch<'_>) -> Result<Scene> {
     let extension = path
         .extension()
@@ -68,7 +71,7 @@ pub fn load_watched(path: &Path, options: Options, watch: &mut Watch<'_>) -> Res
         })
 }
 
-/// An opened file, and its size in bytes.
+/// Opens the scene's file, and adds its size to the bytes that `progress` expects. Returns the file and its size in bytes.
 fn open_file(path: &Path, progress: &mut Progress<'_>) -> Result<(File, u64)> {
     let file = input_files::open(path).map_err(unreadable)?;
     let length = file.metadata().map_err(unreadable)?.len();
@@ -76,7 +79,7 @@ fn open_file(path: &Path, progress: &mut Progress<'_>) -> Result<(File, u64)> {
     Ok((file, length))
 }
 
-/// The bytes of a glTF file.
+/// Reads the whole content of a glTF file. Fails if the file has more than [`MAX_BYTES`] bytes or cannot be read.
 fn read_whole(path: &Path, progress: &mut Progress<'_>) -> Result<Vec<u8>> {
     let (file, length) = open_file(path, progress)?;
     if length > MAX_BYTES {
@@ -101,7 +104,7 @@ fn finished(mut scene: Scene, path: &Path) -> Scene {
     scene
 }
 
-/// The error for a file that cannot be read; [`load_watched`] puts the path in front of it.
+/// The error that the scene's file cannot be read, without its path: [`load_watched`] puts the path in front of it.
 fn unreadable(cause: std::io::Error) -> Error {
     Error::input(format!("cannot be read: {cause}"))
 }

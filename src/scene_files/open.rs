@@ -1,4 +1,4 @@
-//! Scenes by name: a procedural one, or a file.
+//! Opens a scene by its name, which is either that of a procedural scene, with parameters, or the path of a file.
 
 use super::{Options, Watch, load_watched};
 use crate::scene::Scene;
@@ -6,18 +6,21 @@ use crate::{Error, Result, procedural};
 use std::path::Path;
 
 impl Scene {
-    /// Generates the procedural scene with this name, or loads the file at this path.
+    /// Generates the procedural scene with this name, such as `cornell` or `cornell:KEY=VALUE,…`, or loads the file at this
+    /// path.
     ///
     /// # Errors
-    /// The name is neither a procedural scene nor a readable file.
+    /// There is neither a procedural scene nor a readable file with this name, a parameter is unknown or out of range, or
+    /// the file is not a valid scene.
     pub fn open(name: &str) -> Result<Self> {
         Self::open_watched(name, Options::default(), &mut |_, _, _| Ok(()))
     }
 
-    /// [`Self::open`] with progress reports to `watch` while a file is loaded.
+    /// [`Self::open`] with the user's permissions `options` for loading a file, and with reports of its progress to `watch`.
+    /// Both have no effect on a procedural scene.
     ///
     /// # Errors
-    /// The errors of [`Self::open`], and those of `watch`.
+    /// The errors of [`Self::open`], and an error that `watch` returns, which ends the loading.
     pub fn open_watched(name: &str, options: Options, watch: &mut Watch<'_>) -> Result<Self> {
         if let Some((name, parameters)) = as_procedural(name) {
             return procedural::generate(name, &parse_parameters(name, parameters)?);
@@ -26,13 +29,14 @@ impl Scene {
     }
 }
 
-/// The path of a scene's file; `None` for a procedural scene.
+/// The path of the file from which a scene is read, given the scene's name. `None` for the name of a procedural scene.
 pub fn file_of(name: &str) -> Option<&Path> {
     as_procedural(name).is_none().then(|| Path::new(name))
 }
 
-/// The name of a procedural scene and the text after its colon. A bare word is taken as a name; a file with that name can be
-/// given as ./NAME.
+/// The name of a procedural scene and the text of its parameters after the colon, which may be empty. `None` if `name` is
+/// the path of a file. A bare word without extension and folder always counts as the name of a procedural scene; a file with
+/// such a name can be given as `./NAME`.
 fn as_procedural(name: &str) -> Option<(&str, &str)> {
     let (bare, parameters) = name.split_once(':').unwrap_or((name, ""));
     if procedural::list().iter().any(|scene| scene.name == bare) {
@@ -44,7 +48,8 @@ fn as_procedural(name: &str) -> Option<(&str, &str)> {
     bare_word.then_some((name, ""))
 }
 
-/// `KEY=VALUE`, separated by commas.
+/// The parameters of a procedural scene as pairs of key and value, from a text such as `KEY=VALUE,KEY=VALUE`. `name` is the
+/// scene's name for messages. Fails if a part has no `=`.
 fn parse_parameters(name: &str, text: &str) -> Result<Vec<(String, String)>> {
     let parts = text.split(',').filter(|part| !part.is_empty());
     let parse = |part: &str| {
@@ -58,10 +63,12 @@ fn parse_parameters(name: &str, text: &str) -> Result<Vec<(String, String)>> {
     parts.map(parse).collect()
 }
 
-/// Checks that [`Scene::open`] can succeed, as far as possible without opening the scene.
+/// Checks that the scene `name` can probably be opened with [`Scene::open`]: the file exists, or the procedural scene and
+/// its parameters do. The scene is neither read nor generated.
 ///
 /// # Errors
-/// No such procedural scene or parameter, or no such file.
+/// There is no procedural scene with this name, a parameter is unknown or out of range, or there is no plain file at this
+/// path.
 pub fn check_name(name: &str) -> Result<()> {
     if let Some((name, parameters)) = as_procedural(name) {
         return procedural::check(name, &parse_parameters(name, parameters)?);

@@ -1,10 +1,13 @@
-//! The permissions of the user for loading a scene.
+//! The user's permissions for loading a scene.
 
-/// Permissions of loading a scene.
+/// The user's permissions for loading a scene. By default both are absent, so that missing files and files elsewhere are
+/// errors.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Options {
-    /// Load a scene even if image files of textures are missing, without these textures.
+    /// True: if image files of textures are missing, the scene is loaded without these textures, with a notice. False: a
+    /// missing image file is an error.
     pub allow_missing: bool,
-    /// Also open files outside of the scene's folder if the scene names them: buffers, textures and MTL files.
+    /// True: buffers, textures and MTL files that the scene names are also opened outside of the scene's folder. False: such
+    /// a file is refused, because a scene from elsewhere must not show other files of this machine.
     pub allow_outside: bool,
 }

@@ -1,13 +1,15 @@
-//! Triangulation of polygons.
+//! Cuts polygons into triangles.
 
 use glam::{DVec2, DVec3, Vec3};
 
-/// The number of corners above which concave polygons are cut as a fan, since ear clipping would take too long.
+/// The maximum number of corners of a concave polygon that is cut by ear clipping. Concave polygons with more corners are
+/// cut as a fan, which may be wrong, since ear clipping would take too long.
 const MAX_EAR_CLIPPING_CORNERS: usize = 512;
 
-/// Cuts a polygon into triangles, given as indices of its corners: a convex one as a fan around its first corner, a concave one
-/// by ear clipping. A polygon that crosses itself or is far from planar has no correct triangulation; it is cut into an equal
-/// number of triangles.
+/// Cuts a polygon of n corners into n − 2 triangles, and calls `triangle` with the three indices into `points` of each. A
+/// convex polygon is cut as a fan around its first corner, a concave one by ear clipping, unless it has more than
+/// [`MAX_EAR_CLIPPING_CORNERS`] corners. A polygon that crosses itself or is far from planar has no correct triangulation,
+/// but still yields n − 2 triangles.
 pub(super) fn triangulate(points: &[Vec3], mut triangle: impl FnMut([usize; 3])) {
     let count = points.len();
     if (4..=MAX_EAR_CLIPPING_CORNERS).contains(&count) {
@@ -38,24 +40,25 @@ fn is_convex(corners: &[DVec2]) -> bool {
 }
 
 /// A search for the ears of a polygon: corners that can be cut off, because no other corner lies in the triangle with their
-/// neighbours. The state of a corner is kept until it can change, since a file can hold thousands of polygons for which each
-/// cut would search all pairs of corners.
+/// two neighbours. The state of a corner is kept from cut to cut until it can change. Without this, each cut would test all
+/// pairs of corners, which takes too long in a file with thousands of polygons.
 struct Ears<'a> {
     corners: &'a [DVec2],
-    /// The corners that are not cut off, in the order of the polygon.
+    /// The indices of the corners that are not cut off yet, in the order of the polygon.
     left: Vec<usize>,
     is_left: Vec<bool>,
     known: Vec<Known>,
 }
 
-/// The state of a corner.
+/// The state of a corner in the search for ears.
 #[derive(Clone, Copy)]
 enum Known {
     Nothing,
     Ear,
-    /// The corner is not an ear as long as its neighbours stay.
+    /// The corner is not an ear as long as both neighbours stay, because its inner angle is at least 180°.
     Reflex,
-    /// The corner is not an ear as long as the given corner, the first one in the triangle, stays.
+    /// The corner is not an ear as long as the corner with the given index is not cut off: it is the first one that lies in
+    /// the triangle with the neighbours.
     Blocked(usize),
 }
 
@@ -69,7 +72,8 @@ impl<'a> Ears<'a> {
         }
     }
 
-    /// Cuts off the first ear; `None` if there is no ear.
+    /// Cuts off the first ear. Returns the indices of the corner before it, of the ear, and of the corner after it, which
+    /// form a triangle; `None` if no corner is an ear.
     fn cut_first(&mut self) -> Option<[usize; 3]> {
         let position = (0..self.left.len()).find(|&position| self.is_ear(position))?;
         let [before, ear, after] = self.around(position);
@@ -80,7 +84,7 @@ impl<'a> Ears<'a> {
         Some([before, ear, after])
     }
 
-    /// The corner at a position in [`Self::left`], between its neighbours.
+    /// The index of the corner at `position` in [`Self::left`], between the indices of its two neighbours.
     fn around(&self, position: usize) -> [usize; 3] {
         let count = self.left.len();
         [
@@ -117,12 +121,13 @@ impl<'a> Ears<'a> {
     }
 }
 
-/// Twice the area of a triangle, positive if it turns left.
+/// Twice the area of the triangle `a`, `b`, `c`: positive if the corners run counter-clockwise, negative if clockwise.
 fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     (b - a).perp_dot(c - a)
 }
 
-/// The polygon projected along the axis that gives the largest area, in counter-clockwise order.
+/// The polygon's corners in two dimensions, in the order of `points`. They are projected along the coordinate axis that
+/// gives the largest area, and mirrored if needed, so that they run counter-clockwise. The first corner is the origin.
 fn flatten(points: &[Vec3]) -> Vec<DVec2> {
     let origin = points.first().map_or(DVec3::ZERO, |p| p.as_dvec3());
     let points: Vec<DVec3> = points.iter().map(|p| p.as_dvec3() - origin).collect();
@@ -156,7 +161,8 @@ mod tests {
         triangles
     }
 
-    /// The triangles' areas along the polygon's normal: all are positive if no triangle lies outside.
+    /// The signed areas of the triangles that a polygon is cut into, seen along `normal`. If all are positive and their sum
+    /// is the polygon's area, no triangle lies outside.
     fn areas(points: &[Vec3], normal: Vec3) -> Vec<f32> {
         cut(points)
             .into_iter()
@@ -167,7 +173,7 @@ mod tests {
             .collect()
     }
 
-    /// An L of area 3, its inner corner first.
+    /// An L-shaped polygon of area 3 as 2D points. Its first corner is the one with the inner angle above 180°.
     const L: [[f32; 2]; 6] = [
         [1.0, 1.0],
         [1.0, 2.0],
@@ -211,7 +217,8 @@ mod tests {
         }
     }
 
-    /// The ears that a search from the start after each cut finds.
+    /// The triangles of the simplest ear clipping, as indices into `points`: after each cut it searches from the first
+    /// corner again. [`cut`] must return the same triangles.
     fn cut_plainly(points: &[Vec3]) -> Vec<[usize; 3]> {
         let corners = flatten(points);
         let mut left: Vec<usize> = (0..points.len()).collect();

@@ -6,19 +6,20 @@ use crate::{Error, Result};
 use std::fs::File;
 use std::io::Read;
 
-/// A step of loading.
+/// The step of loading a scene that a report of progress is about. It determines the unit of the report's numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
-    /// Reading the file and the files that it names, counted in bytes.
+    /// Reading the scene's file and the files that it names. Progress and total are in bytes.
     Reading,
-    /// Decoding; counted in meshes.
+    /// Decoding the meshes of a glTF file. Progress and total are numbers of meshes.
     Decoding,
 }
 
-/// A callback that receives the step, its progress and its total; an error from it stops the loading.
+/// A callback that receives the current step of loading, its progress and its total, in the unit of the step. The total may
+/// grow as files name further files. An error that the callback returns ends the loading.
 pub type Watch<'a> = dyn FnMut(Step, u64, u64) -> Result<()> + 'a;
 
-/// The sum of the bytes read from all files.
+/// The callback that watches loading, with the number of bytes read and to read over all files of the scene.
 pub(super) struct Progress<'a> {
     watch: &'a mut Watch<'a>,
     read: u64,
@@ -34,23 +35,24 @@ impl<'a> Progress<'a> {
         }
     }
 
-    /// Adds `bytes` to the total number of bytes to read.
+    /// Adds `bytes` to the total number of bytes to read, because one more file will be read.
     pub(super) fn expect(&mut self, bytes: u64) {
         self.to_read = self.to_read.saturating_add(bytes);
     }
 
-    /// Calls the watcher between long steps; its error ends the loading.
+    /// Calls the callback with the bytes read so far. It is called between long pieces of work, so that the callback can end
+    /// the loading by an error, which is returned.
     pub(super) fn pause(&mut self) -> Result<()> {
         (self.watch)(Step::Reading, self.read, self.to_read)
     }
 
-    /// Reports that `done` of `total` meshes are decoded.
+    /// Reports to the callback that `done` of `total` meshes are decoded. Returns the callback's error.
     pub(super) fn decoded(&mut self, done: usize, total: usize) -> Result<()> {
         (self.watch)(Step::Decoding, done as u64, total as u64)
     }
 }
 
-/// A file that reports the progress of its reading.
+/// An open file that adds all bytes read from it to the progress of loading, and reports them.
 pub(super) struct Watched<'p, 'a> {
     file: File,
     progress: &'p mut Progress<'a>,
@@ -72,10 +74,11 @@ impl Read for Watched<'_, '_> {
     }
 }
 
-/// At most `at_most` bytes of a file that a scene names; `what` is the element that names it, for messages.
+/// Reads the first `at_most` bytes of a file that a scene names, or the whole file if it is shorter. `what` is the element
+/// that names it, for messages.
 ///
 /// # Errors
-/// The file cannot be read, there is no memory for it, or the watcher's error.
+/// The file cannot be read, there is not enough memory for it, or the callback of `progress` returns an error.
 pub(super) fn read_file(
     what: &str,
     file: SceneFile,

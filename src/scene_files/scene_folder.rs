@@ -1,9 +1,9 @@
-//! Files that a scene names: only files in the scene's folder are opened, unless the user permits others. A scene from
+//! Opens files that a scene names. Only files in the scene's folder are opened, unless the user permits others: a scene from
 //! elsewhere must not show other files of this machine.
 //!
 //! A link that leads out of the folder is treated like `..`. The path to a file is walked from the folder without following
-//! links, so that a link that is inserted between the check and the opening is refused too. Hard links and mounts inside of the
-//! folder are part of it.
+//! links, so that a link that is inserted between the check and the opening is refused too. Hard links and mounts inside of
+//! the folder are part of it.
 
 use super::Options;
 use crate::base::input_files;
@@ -15,57 +15,60 @@ use std::io::{self, ErrorKind};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Component, Path, PathBuf};
 
-/// The flags with which folders on the way to a file are opened. A folder that may be passed through need not be readable,
-/// except where the system has no such flag.
+/// The flags with which the folders on the way to a file are opened. With `PATH`, which only Linux has, the user needs the
+/// right to pass through a folder, but not the right to read it.
 #[cfg(target_os = "linux")]
 const THROUGH: OFlags = OFlags::PATH.union(OFlags::DIRECTORY);
 #[cfg(not(target_os = "linux"))]
 const THROUGH: OFlags = OFlags::DIRECTORY;
 
-/// The folder of a scene, and the permissions of the user.
+/// The folder of a scene's file, with the user's permissions. It opens the files that the scene names.
 #[derive(Clone, Copy)]
 pub(super) struct SceneFolder<'a> {
     path: &'a Path,
     pub options: Options,
 }
 
-/// A plain file that a scene names, opened.
+/// A plain file that a scene names, opened for reading.
 pub(super) struct SceneFile {
     pub file: File,
     /// The size of the file when it was opened, in bytes.
     pub length: u64,
-    /// The device and the inode, which identify the file under any of its names.
+    /// The device number and the inode number of the file. They identify it under any of its names, so that no file is read
+    /// twice.
     pub id: (u64, u64),
-    /// The first of the names under which it was found.
+    /// The path under which the file was found, relative to the scene's folder: the first existing one of those that the
+    /// scene gave.
     pub name: PathBuf,
 }
 
-/// The result of looking for a file.
+/// The result of the search for a file under one or more names.
 enum Lookup {
     Found(SceneFile),
     Missing,
-    /// No file in the folder has any of the names, and this name leads out of it.
+    /// No file in the folder has any of the names, and the given one of the names leads out of the folder.
     Outside(PathBuf),
 }
 
 impl<'a> SceneFolder<'a> {
-    /// The folder that contains the scene's file; an empty path is the current folder. If the file is a link, the folder of the
-    /// link counts.
+    /// The folder at `path`, which contains the scene's file; an empty path is the current folder. If the scene's file is a
+    /// link, `path` is the folder that contains the link.
     pub const fn new(path: &'a Path, options: Options) -> Self {
         Self { path, options }
     }
 
-    /// Opens the first of these files that exists; `None` if none exists. Names are paths from the folder; `what` is the
-    /// element that names them, for messages.
+    /// Opens the first existing file among `names`, which are paths relative to the folder; `None` if none exists. `what` is
+    /// the element that names the file, for messages.
     ///
     /// # Errors
-    /// The names lead out of the folder, or the file cannot be opened or is not a plain one.
+    /// Unless the user permits files outside of the folder: no file in it has any of the names, and one leads out of it. In
+    /// any case: the file cannot be opened or is not a plain file.
     pub fn open(&self, what: &str, names: &[PathBuf]) -> Result<Option<SceneFile>> {
         self.look_up(what, names)?.or_refused(what)
     }
 
-    /// [`Self::open`] for files that a scene can do without: if missing files are permitted, files outside of the folder count
-    /// as missing.
+    /// [`Self::open`] for a file without which the scene can be loaded, such as an image. If the user permits missing files,
+    /// a file outside of the folder counts as missing (`None`) instead of being an error.
     ///
     /// # Errors
     /// The errors of [`Self::open`].
@@ -111,7 +114,7 @@ impl<'a> SceneFolder<'a> {
         Ok(outside.map_or(Lookup::Missing, Lookup::Outside))
     }
 
-    /// Opens a plain file; none if a link on the way to it leads out of the folder.
+    /// Opens a plain file by its path relative to the folder; `None` if a link on the way leads out of the folder.
     fn open_inside(&self, name: &Path) -> io::Result<Option<File>> {
         let folder = match self.path.as_os_str().is_empty() {
             true => Path::new("."),
@@ -153,7 +156,8 @@ impl Lookup {
     }
 }
 
-/// True if an error means that the file does not exist: a name that is too long cannot exist.
+/// True if this error of opening a file means that the file does not exist. A name that is too long counts too, since no
+/// file can have it.
 fn is_absence(kind: ErrorKind) -> bool {
     matches!(
         kind,
@@ -161,13 +165,13 @@ fn is_absence(kind: ErrorKind) -> bool {
     )
 }
 
-/// The error for a file that cannot be read.
+/// The error that the file `name` cannot be read because of `cause`. `what` is the element of the scene that names it.
 pub(super) fn unreadable(what: &str, name: &Path, cause: &dyn std::fmt::Display) -> Error {
     let name = quoted(&name.to_string_lossy());
     Error::input(format!("{what}: cannot read {name}: {cause}"))
 }
 
-/// The path without `.` and `..`; none if it leads out of the folder that it starts from.
+/// The same relative path without `.` and `..`; `None` if it is absolute or leads out of the folder from which it starts.
 fn normalized(path: &Path) -> Option<PathBuf> {
     let mut plain = PathBuf::new();
     for part in path.components() {

@@ -1,35 +1,35 @@
-//! GLSL → SPIR-V with `shaderc`: at build time for the embedded shaders, at run time for tests and for
-//! shaders that a user edits.
+//! Compiles GLSL to SPIR-V with `shaderc`: at build time the embedded shaders, at run time the shaders of tests and those
+//! that a user edits.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::LazyLock;
 
-/// GLSL sources by the name that `#include` uses, such as `core/random.glsl` or `passes/primary.comp`.
+/// The text of GLSL files, by the path that `#include` uses, such as `core/random.glsl` or `passes/primary.comp`.
 pub type Sources = BTreeMap<String, String>;
 
-/// The compiler of the process. It is never dropped: dropping the last one drops the tables of GLSL's built-in functions, and
-/// building them again takes most of the time of a compilation.
+/// The compiler of the process, or the reason why it could not be made. It is never dropped: dropping the last compiler
+/// drops the tables of GLSL's built-in functions, and building them again takes most of the time of a compilation.
 static COMPILER: LazyLock<Result<shaderc::Compiler, String>> =
     LazyLock::new(|| shaderc::Compiler::new().map_err(|e| e.to_string()));
 
-/// The first line of files that are included once.
+/// The first line of files that each compilation includes only once.
 const ONCE: &str = "#pragma once\n";
 
-/// The debug information in the SPIR-V.
+/// The debug information that the compiler writes into SPIR-V.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Debug {
-    /// Names only.
+    /// Names of variables, functions and bindings only.
     Names,
-    /// Names, and the text and the line of each instruction, which profilers and debuggers show.
+    /// Names, the text of the source, and the line of each instruction, which profilers and debuggers show.
     Lines,
 }
 
-/// Reads the `.glsl` and `.comp` files below a folder.
+/// Reads all `.glsl` and `.comp` files below a folder, at any depth, with paths relative to the folder.
 ///
 /// # Errors
-/// A folder or a file that cannot be read.
+/// A folder or a file cannot be read, or a file is not UTF-8.
 pub fn read_folder(folder: &Path) -> std::io::Result<Sources> {
     let mut sources = Sources::new();
     let mut folders = vec![(folder.to_owned(), String::new())];
@@ -48,7 +48,8 @@ pub fn read_folder(folder: &Path) -> std::io::Result<Sources> {
     Ok(sources)
 }
 
-/// The passes, each with its file: every file that ends in `.comp`. A pass has the name of its file without folder and ending.
+/// The passes in the sources, as pairs of pass and file. Each file that ends in `.comp` is a pass, named like the file
+/// without folder and ending.
 pub fn passes(sources: &Sources) -> impl Iterator<Item = (&str, &str)> {
     sources.keys().filter_map(|file| {
         let path = file.strip_suffix(".comp")?;
@@ -56,14 +57,15 @@ pub fn passes(sources: &Sources) -> impl Iterator<Item = (&str, &str)> {
     })
 }
 
-/// The file of a pass, if there is such a pass.
+/// The path of the file of a pass; `None` if there is no such pass.
 pub fn pass_file<'a>(pass: &str, sources: &'a Sources) -> Option<&'a str> {
     passes(sources)
         .find(|(name, _)| *name == pass)
         .map(|(_, file)| file)
 }
 
-/// The names of a file and of all files that it includes, directly or not.
+/// The paths of a file and of all files that it includes, directly or not. The build compiles a pass again if one of them
+/// changes.
 pub fn closure<'a>(name: &'a str, sources: &'a Sources) -> BTreeSet<&'a str> {
     let mut found = BTreeSet::new();
     let mut open = vec![name];
@@ -81,14 +83,16 @@ pub fn closure<'a>(name: &'a str, sources: &'a Sources) -> BTreeSet<&'a str> {
     found
 }
 
-/// Compiles one compute shader to SPIR-V 1.5 (Vulkan 1.2).
+/// Compiles one compute shader to SPIR-V 1.5 (Vulkan 1.2), as 32-bit words. `name` is the path in messages, `defines` are
+/// pairs of macro and value.
 ///
 /// Names are kept and no optimiser runs: binding by name needs the names, and drivers optimise anyway. Bindings get their
-/// binding numbers automatically. A file that begins with `#pragma once` is included once; includes are named from the root of
-/// `includes`.
+/// binding numbers automatically. A file that begins with `#pragma once` is included once; includes are named from the root
+/// of `includes`.
 ///
 /// # Errors
-/// The compiler's own message, which names file and line.
+/// The shader does not compile, causes a warning, or includes a file that does not exist; the message of the compiler names
+/// file and line. Or the compiler cannot be made.
 pub fn compile(
     name: &str,
     source: &str,
@@ -98,7 +102,7 @@ pub fn compile(
     compile_with(name, source, includes, defines, Debug::Names)
 }
 
-/// [`compile`] with the amount of the source in the SPIR-V that `debug` selects.
+/// Compiles one compute shader as [`compile`] does, with the debug information that `debug` selects.
 ///
 /// # Errors
 /// The errors of [`compile`].

@@ -1,146 +1,169 @@
-//! The constants of Rust and the shaders.
+//! Constants that Rust and the shaders share: sizes of workgroups and records, flags, random streams and indices of
+//! counters.
 
 crate::gpu_constants! {
-    /// The index that means "none": no normals, no light, no hit.
+    /// The index that means "none", in every field that holds an index: no hit, no light, no texture, no normals.
     pub const NONE: u32 = 0xFFFF_FFFF;
-    /// The width and the height of a workgroup, in pixels.
+    /// The width and the height in pixels of the square that one workgroup works on.
     pub const TILE: u32 = 8;
-    /// The number of rays that a workgroup of the ray-buffer pass traces.
+    /// The number of rays that one workgroup of the ray-buffer pass (`trace_rays`) traces, one per invocation.
     pub const RAYS_PER_GROUP: u32 = 64;
-    /// Perceptual roughness below which a specular lobe is a perfect mirror, because f32 half vectors do not resolve
-    /// its GGX peak.
+    /// The perceptual roughness below which a specular lobe is treated as a perfect mirror, because half vectors in f32 do
+    /// not resolve the GGX peak of such a lobe.
     pub const MIRROR_ROUGHNESS: f32 = 0.01;
-    /// Alpha mode of an opaque material.
+    /// Alpha mode of an opaque material: rays ignore its alpha.
     pub const ALPHA_OPAQUE: u32 = 0;
-    /// Alpha mode of a material whose surface is opaque where its alpha is at least 1, and absent elsewhere.
+    /// Alpha mode of a material whose surface is opaque where its alpha reaches a threshold, and absent elsewhere.
     pub const ALPHA_MASK: u32 = 1;
-    /// Alpha mode of a material whose alpha is the fraction of light that it covers.
+    /// Alpha mode of a material whose alpha is the fraction of light, in [0, 1], that the surface stops or reflects; the
+    /// rest passes.
     pub const ALPHA_BLEND: u32 = 2;
-    /// Flag of a material: the camera sees its base colour as radiance, all other rays see black.
+    /// Bit in `GpuMaterial::flags`: the camera sees the base colour as radiance, and all other rays see a black surface.
     pub const MATERIAL_UNLIT: u32 = 1;
-    /// Flag of a material at a point of a surface: textures or vertex colours decide the base colour.
+    /// Bit in `GpuMaterial::flags` that shaders set at a point whose base colour comes from a texture or from vertex
+    /// colours, so that the sample data of the pixel must store this colour.
     pub const MATERIAL_VARIES: u32 = 2;
-    /// Wrap mode: the image of a texture repeats.
+    /// Wrap mode: texture coordinates beyond [0, 1] repeat the image.
     pub const WRAP_REPEAT: u32 = 0;
-    /// Wrap mode: the image of a texture repeats, mirrored every other time.
+    /// Wrap mode: texture coordinates beyond [0, 1] repeat the image, mirrored every other time.
     pub const WRAP_MIRROR: u32 = 1;
-    /// Wrap mode: the texels at the edges of the image continue.
+    /// Wrap mode: texture coordinates beyond [0, 1] read the texels at the edge of the image.
     pub const WRAP_CLAMP: u32 = 2;
-    /// Minimum cosine between a shading normal and the direction to the eye.
+    /// The minimum cosine between a shading normal and the direction to the viewer; normals below it are bent towards the
+    /// viewer, so that no visible surface is seen from its back.
     pub const MIN_FACING: f32 = 0.01;
-    /// The number of cells along a side of the directional albedo table (cosine × roughness).
+    /// The number of cells along each side (cosine and roughness) of the directional albedo table, which compensates the
+    /// energy that single scattering loses. The table has one node more per side; more cells make it more precise.
     pub const ALBEDO_CELLS: u32 = 64;
-    /// Words of a compact reservoir of direct light.
+    /// The number of 32-bit words of a reservoir of direct light in the compact format.
     pub const DIRECT_COMPACT_WORDS: u32 = 4;
-    /// Words of a full reservoir of direct light.
+    /// The number of 32-bit words of a reservoir of direct light in the full format.
     pub const DIRECT_FULL_WORDS: u32 = 11;
-    /// Words of a compact reservoir of indirect light.
+    /// The number of 32-bit words of a reservoir of indirect light in the compact format.
     pub const INDIRECT_COMPACT_WORDS: u32 = 8;
-    /// Words of a full reservoir of indirect light.
+    /// The number of 32-bit words of a reservoir of indirect light in the full format.
     pub const INDIRECT_FULL_WORDS: u32 = 15;
-    /// Words for debug AOVs: two of the origin of a reservoir's sample, one of the pixel's neighbours.
+    /// The number of 32-bit words that debug AOVs add to a reservoir: the pixel that drew the sample, the solid angle of the
+    /// sample seen from there, and the number of neighbours that the pixel merged.
     pub const DEBUG_WORDS: u32 = 3;
-    /// Words of the sample data of a pixel.
+    /// The number of 32-bit words of [`SampleData`](crate::SampleData), the packed primary surface of a pixel.
     pub const SAMPLE_DATA_WORDS: u32 = 8;
-    /// Words of the sums of a pixel.
+    /// The number of 32-bit words of [`PixelSums`](crate::PixelSums), the sums of radiance of a pixel.
     pub const PIXEL_SUMS_WORDS: u32 = 12;
-    /// Words of a pilot, the hit of a pixel's first BSDF ray.
+    /// The number of 32-bit words of a pilot, the stored hit of a pixel's first BSDF ray.
     pub const PILOT_WORDS: u32 = 5;
-    /// Words of the context of a light list.
+    /// The number of 32-bit words at the beginning of a light list that describe the surface point which drew the list; the
+    /// entries of the list follow.
     pub const LIST_CONTEXT_WORDS: u32 = 14;
-    /// The size of a node of the light BVH, in entries. The entries come after the nodes.
+    /// The size of a node of the light BVH, measured in entries of the light BVH. Both are in one buffer, the entries after
+    /// the nodes, so the first entry has the index `NODE_ENTRIES` × number of nodes.
     pub const NODE_ENTRIES: u32 = 5;
-    /// Kind of a light sample: none.
+    /// Kind of a light sample: no light was sampled.
     pub const LIGHT_NONE: u32 = 0;
-    /// Kind of a light sample: on an emissive triangle, in area measure.
+    /// Kind of a light sample: a point on an emissive triangle. Its density is per area.
     pub const LIGHT_TRIANGLE: u32 = 1;
-    /// Kind of a light sample: on an emissive triangle that emits to both sides, in area measure.
+    /// Kind of a light sample: a point on an emissive triangle that emits to both sides. Its density is per area.
     pub const LIGHT_TWO_SIDED: u32 = 2;
-    /// Kind of a light sample: on the environment, in solid angle.
+    /// Kind of a light sample: a direction to the environment. Its density is per solid angle.
     pub const LIGHT_ENVIRONMENT: u32 = 3;
-    /// Kind of a light sample: a point light, in discrete measure; the kinds after it are also in discrete measure.
+    /// Kind of a light sample: a point light. Its density is a discrete probability; this holds for every kind from this
+    /// number on.
     pub const LIGHT_POINT: u32 = 4;
-    /// Kind of a light sample: a spot.
+    /// Kind of a light sample: a spot light. Its density is a discrete probability.
     pub const LIGHT_SPOT: u32 = 5;
-    /// Kind of a light sample: a directional light.
+    /// Kind of a light sample: a directional light. Its density is a discrete probability.
     pub const LIGHT_DIRECTIONAL: u32 = 6;
-    /// The position of the kind of a light sample in a word, above the index.
+    /// The index of the lowest bit of a light's kind (`LIGHT_…`) in the word that packs kind and index of a light.
     pub const LIGHT_KIND_SHIFT: u32 = 29;
-    /// The bits of the index of a light.
+    /// The mask of the bits of a light's index in the word that packs kind and index. It limits the number of lights, or of
+    /// environment texels, to 2²⁹.
     pub const LIGHT_MASK: u32 = 0x1FFF_FFFF;
-    /// Position of the kind of a path in a word.
+    /// The index of the lowest bit of a path's kind (how the path continues from its second vertex) in the word of a
+    /// reservoir that packs it with the index of an instance.
     pub const PATH_KIND_SHIFT: u32 = 30;
-    /// Bits of the index of the instance of a path's second vertex, below the path's kind.
+    /// The mask of the bits of an instance's index in the word of a reservoir that packs it with a path's kind. It is the
+    /// instance of the path's second vertex.
     pub const INSTANCE_MASK: u32 = 0x3FFF_FFFF;
-    /// Random stream of the initial candidates.
+    /// Random stream of the initial candidates. Streams are independent, so a pass that draws more numbers does not change
+    /// the numbers of another pass.
     pub const STREAM_INITIAL: u32 = 1;
-    /// Random stream of temporal reuse.
+    /// Random stream of the merge with the previous frame.
     pub const STREAM_TEMPORAL: u32 = 2;
-    /// Random stream of the pilots.
+    /// Random stream of the pilots, the first BSDF ray of each pixel.
     pub const STREAM_PILOTS: u32 = 3;
-    /// Random stream of the decisions of primary rays at surfaces that cover a part.
+    /// Random stream with which primary rays decide whether they pass a surface with alpha mode blend.
     pub const STREAM_ALPHA: u32 = 4;
-    /// Random stream of the light lists.
+    /// Random stream with which a tile draws the entries of its light list.
     pub const STREAM_LISTS: u32 = 5;
-    /// Random stream of the choice of a light list.
+    /// Random stream with which a pixel selects the tile near it whose light list it reads.
     pub const STREAM_TILES: u32 = 6;
-    /// Random stream of the surfaces that fill the hash grid; the next one is that of the choice among its reservoirs.
+    /// Random stream of the surfaces that claim and fill slots of the hash grid. The next stream, `STREAM_GRID + 1`, selects
+    /// the reservoirs of the grid that a pixel merges.
     pub const STREAM_GRID: u32 = 7;
-    /// Random stream of the candidates among rare lights.
+    /// Random stream of the separate candidate among rare lights, lights far dimmer than the others.
     pub const STREAM_RARE: u32 = 9;
-    /// Random stream of the first spatial pass; that of pass n is n higher.
+    /// Random stream of the first spatial pass; spatial pass n, counted from 0, has the stream `STREAM_SPATIAL + n`.
     pub const STREAM_SPATIAL: u32 = 16;
-    /// The offset of all these streams in passes of indirect light, except in the pilots, which direct and indirect light have
-    /// in common.
+    /// The offset that passes of indirect light add to the streams of initial candidates, temporal reuse and spatial reuse,
+    /// so that their numbers differ from those of direct light.
     pub const STREAM_INDIRECT: u32 = 64;
-    /// Random stream of the list of a cell of world reservoirs; those of the n-th vertex of a path are 2n and 2n + 1 higher.
+    /// Random stream of the lists of world reservoirs. A path vertex that merges world reservoirs has the stream
+    /// `STREAM_WORLD` + 2n or + 2n + 1, where n is the number of scattering events before it.
     pub const STREAM_WORLD: u32 = 128;
-    /// The width and the height of a block of pixels; one pixel of a block claims a slot of the hash grid.
+    /// The width and the height of a block of pixels, of which one random pixel per frame claims a slot of the hash grid. A
+    /// larger block makes the grid cheaper and gives it fewer reservoirs.
     pub const GRID_BLOCK: u32 = 4;
-    /// The maximum number of reservoirs of the hash grid that a pixel merges.
+    /// The maximum number of hash-grid reservoirs that a pixel merges; it is the length of an array in the shader.
     pub const MAX_GRID_MERGED: u32 = 16;
-    /// Bits of the index of a vertex, plus 1, in a list of world reservoirs.
+    /// The number of low bits in an entry of a world-reservoir list that hold the index of a path vertex, plus 1. The bits
+    /// above are random and decide which of two vertices keeps a list slot. It limits the number of vertices per frame.
     pub const WORLD_VERTEX_BITS: u32 = 27;
-    /// The maximum number of world reservoirs that a vertex merges.
+    /// The maximum number of world reservoirs that a path vertex merges; it is the length of an array in the shader.
     pub const MAX_WORLD_MERGED: u32 = 16;
-    /// The number of values in a block of prefix sums.
+    /// The number of consecutive values that one workgroup of a prefix sum adds up.
     pub const PREFIX_BLOCK: u32 = 1024;
-    /// The number of invocations in a workgroup of a prefix sum.
+    /// The number of invocations in a workgroup of a prefix sum; each handles `PREFIX_BLOCK / PREFIX_GROUP` values.
     pub const PREFIX_GROUP: u32 = 128;
-    /// The maximum radiance of a sample, in the unit of the device, in which the brightest light is below 2: the squares of
-    /// millions of samples still add up in f32. It is far above the brightest light, since improbable samples have large
-    /// weights.
+    /// The maximum radiance that one sample may add to a pixel, in the device's unit, in which the brightest light is below
+    /// 2; samples above it are rejected and counted. The squares of millions of samples below it still add up in f32. It is
+    /// far above the brightest light, because samples with a low density have large weights.
     pub const MAX_RADIANCE: f32 = 1e15;
-    /// Display brightness up to which the tone curve is the identity.
+    /// The display brightness, in [0, 1], up to which the tone curve is the identity; the curve compresses brighter values.
     pub const TONE_KNEE: f32 = 0.8;
-    /// Strength of the desaturation of colours beyond the display's range.
+    /// The strength, from 0, with which the tone curve turns colours brighter than the display's range towards white.
     pub const TONE_DESATURATION: f32 = 0.15;
-    /// The counter of values rejected because they were NaN, negative or beyond MAX_RADIANCE.
+    /// Index of the counter of rejected values: radiance that is NaN, negative or above `MAX_RADIANCE`, and weights of
+    /// reservoirs that are NaN, negative or infinite.
     pub const COUNTER_REJECTED: u32 = 0;
-    /// The counter of invocations whose loops the driver ended early.
+    /// Index of the counter of invocations whose loops the driver ended early. Any count ends the command with an error,
+    /// because light is missing.
     pub const COUNTER_CUT_SHORT: u32 = 1;
-    /// The counter of rays traced.
+    /// Index of the counter of traced rays.
     pub const COUNTER_RAYS: u32 = 2;
-    /// The counter of lanes that trace a ray, followed by the counter of all lanes of their subgroups.
+    /// Index of the counter of lanes that trace a ray. The counter after it has all lanes of the subgroups of these lanes,
+    /// so that the ratio of the two is the fraction of lanes in use.
     pub const COUNTER_TRACE_LANES: u32 = 3;
-    /// The counter of lanes that evaluate a target of a merge, followed by the counter of all lanes of their subgroups.
+    /// Index of the counter of lanes that evaluate a target function in a merge. The counter after it has all lanes of the
+    /// subgroups of these lanes, so that the ratio of the two is the fraction of lanes in use.
     pub const COUNTER_MERGE_LANES: u32 = 5;
-    /// The counter of neighbours, or histories, that were merged.
+    /// Index of the counter of merged reservoirs of others: neighbours, the previous frame, or world reservoirs.
     pub const COUNTER_NEIGHBOURS: u32 = 7;
-    /// The counter of path vertices that found no slot among world reservoirs.
+    /// Index of the counter of path vertices that found no slot in the table or the lists of world reservoirs, and so are
+    /// not reused.
     pub const COUNTER_DROPPED: u32 = 8;
-    /// The counter of words read from the data of pixels, vertices, tiles and cells.
+    /// Index of the counter of 32-bit words read from pixel data, reservoirs, pilots, light lists and world reservoirs;
+    /// reads of scene buffers and tables are not counted.
     pub const COUNTER_READ: u32 = 9;
-    /// The counter of words written to the data of pixels, vertices, tiles and cells.
+    /// Index of the counter of 32-bit words written to pixel data, reservoirs, pilots, light lists and world reservoirs.
     pub const COUNTER_WRITTEN: u32 = 10;
-    /// The counter of rays that hit a surface.
+    /// Index of the counter of rays that hit a surface.
     pub const COUNTER_HITS: u32 = 11;
-    /// The counter of path vertices with a world reservoir.
+    /// Index of the counter of path vertices that made a world reservoir.
     pub const COUNTER_VERTICES: u32 = 12;
-    /// The counter of cells of the table of world reservoirs that hold a vertex.
+    /// Index of the counter of cells in the table of world reservoirs that hold at least one path vertex.
     pub const COUNTER_CELLS: u32 = 13;
-    /// The counter of slots of that table.
+    /// Index of the counter of slots for cells in the table of world reservoirs, occupied or not; added once per frame.
     pub const COUNTER_SLOTS: u32 = 14;
-    /// The number of counters of a pass.
+    /// The number of counters of a pass; counters of the next pass follow them in the buffer.
     pub const COUNTERS: u32 = 15;
 }

@@ -1,4 +1,4 @@
-//! Declarations of the structures that Rust and GLSL have in common, one for both.
+//! The macros that declare structures, constants and enumerations once for Rust and GLSL.
 //!
 //! [`gpu_struct!`](crate::gpu_struct) declares a `#[repr(C)]` structure and generates its GLSL text;
 //! [`gpu_constants!`](crate::gpu_constants) declares constants, [`gpu_enum!`](crate::gpu_enum) enumerations and
@@ -8,11 +8,11 @@
 
 use std::fmt::Write;
 
-/// A Rust type with a GLSL type of equal size and alignment under the scalar layout.
+/// A Rust type that has a GLSL type with the same size and alignment under the scalar block layout.
 pub trait GlslType: bytemuck::Pod {
-    /// The GLSL type's name, without array brackets.
+    /// The name of the GLSL type; for an array, of its elements.
     const GLSL: &'static str;
-    /// The array length, or 0 for a plain value.
+    /// The number of elements of an array, or 0 for a type that is no array.
     const LENGTH: usize = 0;
 }
 
@@ -34,32 +34,32 @@ where
     const LENGTH: usize = N;
 }
 
-/// One member of a shared structure, in Rust's layout.
+/// One member of a shared structure, at its byte offset in Rust; a test compares it with the offset in SPIR-V.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Member {
-    /// The member's name, the same on both sides.
+    /// The name of the member in Rust and GLSL.
     pub name: &'static str,
-    /// GLSL type without brackets.
+    /// The GLSL type of the member; for an array, of its elements.
     pub glsl: &'static str,
-    /// Array length, 0 for a plain value.
+    /// The number of elements of an array, or 0 for a member that is no array.
     pub length: usize,
-    /// Byte offset in the structure.
+    /// The offset of the member from the start of the structure, in bytes.
     pub offset: usize,
 }
 
-/// A structure declared by [`gpu_struct!`](crate::gpu_struct).
+/// The layout of a structure that [`gpu_struct!`](crate::gpu_struct) declared, from which its GLSL text is generated.
 #[derive(Clone, Copy, Debug)]
 pub struct StructLayout {
-    /// The name of the structure, the same in Rust and GLSL.
+    /// The name of the structure in Rust and GLSL.
     pub name: &'static str,
-    /// Size in bytes, also the stride in arrays.
+    /// The size of the structure in bytes, which is also its stride in arrays.
     pub size: usize,
-    /// The members in order.
+    /// The members in the order of declaration.
     pub members: &'static [Member],
 }
 
 impl StructLayout {
-    /// The structure's GLSL declaration.
+    /// The declaration of the structure in GLSL: `struct NAME { … };`.
     pub fn glsl(&self) -> String {
         let mut text = format!("struct {} {{\n", self.name);
         for member in self.members {
@@ -73,14 +73,14 @@ impl StructLayout {
     }
 }
 
-/// A type declared by [`gpu_struct!`](crate::gpu_struct).
+/// A structure that [`gpu_struct!`](crate::gpu_struct) declared for both Rust and GLSL.
 pub trait GpuStruct: bytemuck::Pod {
-    /// The layout of the structure.
+    /// The name, size and members of the structure.
     const LAYOUT: StructLayout;
 }
 
-/// Declares a structure for both sides: the Rust type, and its layout for the GLSL text and the
-/// reflection check.
+/// Declares a structure for Rust and GLSL: the `#[repr(C)]` Rust type, and its layout, from which the GLSL text and the
+/// comparison with SPIR-V are made.
 #[macro_export]
 macro_rules! gpu_struct {
     ($(#[$meta:meta])* pub struct $name:ident {
@@ -109,13 +109,13 @@ macro_rules! gpu_struct {
     };
 }
 
-/// Declares `u32` and `f32` constants for both sides, and a function that lists their GLSL text.
+/// Declares `u32` and `f32` constants for Rust and GLSL, and the function `constants_glsl` that returns their GLSL text.
 #[macro_export]
 macro_rules! gpu_constants {
     ($($(#[$meta:meta])* pub const $name:ident: $type:ident = $value:expr;)*) => {
         $($(#[$meta])* pub const $name: $type = $value;)*
 
-        /// The constants above as GLSL text.
+        /// The shared constants as GLSL text, one `const` declaration per line.
         pub fn constants_glsl() -> String {
             let mut text = String::new();
             $(text += &$crate::declare::constant_glsl(
@@ -128,8 +128,8 @@ macro_rules! gpu_constants {
     };
 }
 
-/// Declares an enumeration for both sides. In GLSL its variants are `uint` constants named
-/// `ENUMERATION_VARIANT`.
+/// Declares an enumeration for Rust and GLSL. In GLSL its variants are `uint` constants named `ENUMERATION_VARIANT`,
+/// numbered from 0 in the order of declaration.
 #[macro_export]
 macro_rules! gpu_enum {
     ($(#[$meta:meta])* pub enum $name:ident {
@@ -140,7 +140,7 @@ macro_rules! gpu_enum {
         pub enum $name { $($(#[$variant_meta])* $variant,)* }
 
         impl $name {
-            /// The variants as GLSL constants.
+            /// The variants as GLSL text, one `uint` constant per line.
             pub fn glsl() -> String {
                 let mut text = String::new();
                 $(text += &$crate::declare::constant_glsl(
@@ -161,11 +161,11 @@ macro_rules! gpu_enum {
     };
 }
 
-/// A type of specialisation constants: one word.
+/// A type that a specialisation constant can have; its value is one 32-bit word.
 pub trait SpecialisationValue {
-    /// The GLSL type, `uint` or `bool`.
+    /// The name of the GLSL type, `uint` or `bool`.
     const GLSL: &'static str;
-    /// The word for Vulkan.
+    /// The value as the 32-bit word that Vulkan expects: a number itself, and 0 or 1 for `bool`.
     fn word(self) -> u32;
 }
 
@@ -183,21 +183,21 @@ impl SpecialisationValue for bool {
     }
 }
 
-/// A specialisation constant declared by [`gpu_specialisation!`](crate::gpu_specialisation).
+/// A specialisation constant that [`gpu_specialisation!`](crate::gpu_specialisation) declared, with its value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SpecialisationConstant {
-    /// The name in GLSL.
+    /// The name of the constant in GLSL, in capitals.
     pub name: String,
-    /// The GLSL type.
+    /// The name of the GLSL type, `uint` or `bool`.
     pub glsl: &'static str,
-    /// The `constant_id`.
+    /// The `constant_id` of the constant: the index of its field in the structure.
     pub id: u32,
-    /// The value as a word.
+    /// The value of the constant as a 32-bit word.
     pub word: u32,
 }
 
 impl SpecialisationConstant {
-    /// The GLSL declaration, with the value as the default.
+    /// The GLSL declaration of the constant as one line, with its value as the default.
     pub fn glsl(&self) -> String {
         let value = match (self.glsl, self.word) {
             ("bool", 0) => "false".to_owned(),
@@ -209,8 +209,8 @@ impl SpecialisationConstant {
     }
 }
 
-/// Declares all specialisation constants as one structure: fields with their defaults. In GLSL each
-/// field is a constant with its name in capitals; its id is its index in the structure.
+/// Declares all specialisation constants as one structure of fields with defaults. In GLSL each field is a constant with its
+/// name in capitals; its `constant_id` is the index of the field in the structure.
 #[macro_export]
 macro_rules! gpu_specialisation {
     ($(#[$meta:meta])* pub struct $name:ident {
@@ -227,7 +227,7 @@ macro_rules! gpu_specialisation {
         }
 
         impl $name {
-            /// All constants with their present values.
+            /// All constants with the values of these fields, in the order of the fields.
             pub fn constants(&self) -> Vec<$crate::declare::SpecialisationConstant> {
                 let fields = [$((
                     stringify!($field),
@@ -240,7 +240,7 @@ macro_rules! gpu_specialisation {
                 }).collect()
             }
 
-            /// The GLSL declarations.
+            /// The GLSL declarations of all constants with their defaults, one per line.
             pub fn glsl() -> String {
                 Self::default().constants().iter().map(|constant| constant.glsl()).collect()
             }
@@ -248,7 +248,7 @@ macro_rules! gpu_specialisation {
     };
 }
 
-/// `CamelCase` as `CAMEL_CASE`.
+/// Converts a name in `CamelCase` to `UPPER_SNAKE_CASE`, as GLSL constants are named.
 pub fn upper_snake_case(name: &str) -> String {
     let mut text = String::new();
     for (index, letter) in name.char_indices() {
@@ -260,11 +260,11 @@ pub fn upper_snake_case(name: &str) -> String {
     text
 }
 
-/// The value of a shared constant.
+/// The value of a shared constant, an integer or a float.
 pub enum Number {
-    /// An unsigned integer.
+    /// An unsigned integer, written with the suffix `u`.
     Uint(u32),
-    /// A float, written so that GLSL reads the same bits.
+    /// A float, written with so many digits that GLSL reads the same bits.
     Float(f32),
 }
 
@@ -280,7 +280,7 @@ impl From<f32> for Number {
     }
 }
 
-/// The GLSL declaration of one constant.
+/// The GLSL declaration of one constant of the type `glsl`, as one line.
 pub fn constant_glsl(name: &str, glsl: &str, value: Number) -> String {
     match value {
         Number::Uint(value) => format!("const {glsl} {name} = {value}u;\n"),

@@ -1,232 +1,253 @@
-//! The constants of the passes of a frame: the view, settings of reuse, and the part of the frame that a pass works on.
+//! The constants that a frame gives to its passes: the view, the settings of reuse, and the part of the picture that a
+//! dispatch works on.
 
 use crate::TILE;
 use glam::{UVec2, Vec2, Vec3};
 
 crate::gpu_struct! {
-    /// A pinhole camera relative to the scene's origin.
+    /// A pinhole camera, from which shaders make primary rays and to which they project points.
     pub struct GpuCamera {
-        /// The position.
+        /// Position relative to the scene's origin, in device units.
         pub position: Vec3,
-        /// Half the image plane's width at distance 1, to the right.
+        /// Vector to the right whose length is half the width of the image plane at distance 1.
         pub right: Vec3,
-        /// Half the image plane's height at distance 1, upwards.
+        /// Upward vector whose length is half the height of the image plane at distance 1.
         pub up: Vec3,
-        /// Unit viewing direction.
+        /// Unit viewing direction, from the camera to the centre of the picture.
         pub forward: Vec3,
     }
 }
 
 crate::gpu_struct! {
-    /// The view that is rendered, and limits of paths.
+    /// The camera, the picture size, the seed, and the limits of paths: the constants that all integrators read.
     pub struct ViewConstants {
-        /// The camera.
+        /// Camera of this frame.
         pub camera: GpuCamera,
-        /// Image width in pixels.
+        /// Width of the picture in pixels.
         pub width: u32,
-        /// Image height in pixels.
+        /// Height of the picture in pixels.
         pub height: u32,
-        /// The number of threads of a device that gives each thread a contiguous range of workgroups, or 1.
+        /// Number of CPU threads among which the device splits a dispatch into contiguous ranges, or 1 on a GPU. Shaders
+        /// interleave workgroups by it, so that no thread gets only the easy part of the picture.
         pub interleave: u32,
-        /// The seed of the run.
+        /// Seed of the run, from which all random numbers follow.
         pub seed: u32,
-        /// The maximum number of scattering events of a path.
+        /// Maximum number of scattering events of a path: 0 shows emitters only, 1 is direct light.
         pub bounces: u32,
-        /// The number of scattering events before Russian roulette begins.
+        /// Number of scattering events from which on a path ends at random after each event (Russian roulette).
         pub roulette_start: u32,
-        /// The minimum probability that a path continues.
+        /// Minimum probability, in (0, 1], with which a path continues after Russian roulette; it limits the weight of
+        /// survivors.
         pub roulette_floor: f32,
     }
 }
 
 crate::gpu_struct! {
-    /// Constants of path tracing and of the AOVs.
+    /// Constants of the passes of path tracing, and of the pass that makes the AOVs of primary surfaces.
     pub struct FrameConstants {
-        /// The view.
+        /// Camera, picture size, seed and limits of paths.
         pub view: ViewConstants,
-        /// Index of the first sample.
+        /// Index of the first sample per pixel in this dispatch, which selects the random numbers.
         pub first_sample: u32,
-        /// The number of samples per pixel in this dispatch.
+        /// Number of samples per pixel in this dispatch.
         pub samples: u32,
-        /// Box filter over the pixel (1) or pixel centres (0).
+        /// 1: primary rays pass through random points of the pixel (box filter); 0: through its centre.
         pub jitter: u32,
-        /// The [`Heuristic`](crate::Heuristic).
+        /// The MIS heuristic, as a value of [`Heuristic`](crate::Heuristic).
         pub heuristic: u32,
-        /// 1 if light that was scattered once is left out, otherwise 0.
+        /// 1 if light that was scattered exactly once is left out of the picture, otherwise 0.
         pub without_direct_light: u32,
     }
 }
 
 crate::gpu_struct! {
-    /// The resampling of direct or of indirect light.
+    /// The settings by which a pass draws light candidates and reuses reservoirs, for direct or for indirect light.
     pub struct ReuseConstants {
-        /// 1 if light candidates are drawn uniformly among all lights, 0 if by power.
+        /// 1 if candidates among all lights are drawn with the same probability for each light, 0 if in proportion to power.
         pub uniform_candidates: u32,
-        /// The number of light samples of a pixel, or of a vertex of a path.
+        /// Number of light samples per pixel and frame for direct light, per path vertex for indirect light.
         pub light_samples: u32,
-        /// The probability of a candidate among rare lights; used only if they have separate candidates.
+        /// Probability, in [0, 1], of a separate candidate among rare lights, those far dimmer than the others; used only
+        /// with the specialisation constant `RARE_LIGHTS`.
         pub rare_lights: f32,
-        /// The number of light samples drawn from the light BVH, if it finds lights; they come first.
+        /// Number of the light samples that are drawn from the light BVH wherever it finds lights. They come before the
+        /// other samples.
         pub near_samples: u32,
-        /// The fraction of these among all light samples; for a single sample, the probability.
+        /// Fraction, in [0, 1], of the light samples that are drawn from the light BVH: `near_samples` / `light_samples`.
+        /// For a single light sample, it is the probability that this sample is drawn from the light BVH.
         pub near_share: f32,
-        /// Maximum confidence of history.
+        /// Maximum confidence of history in a merge, in initial reservoirs; a higher cap means less noise, but older errors.
         pub temporal_confidence_cap: f32,
-        /// Maximum confidence of a neighbour.
+        /// Maximum confidence of a neighbour in a merge, in initial reservoirs.
         pub spatial_confidence_cap: f32,
-        /// The maximum number of neighbours of a pixel whose surface has a history.
+        /// Maximum number of neighbours that a spatial pass merges where the surface of the pixel has a history. Elsewhere
+        /// the specialisation constant `NEIGHBOURS` is the maximum.
         pub neighbours: u32,
-        /// The maximum confidence of the merge of a pixel whose surface has no history.
+        /// Maximum confidence, in initial reservoirs, of the merged reservoir of a pixel whose surface has no history. It
+        /// keeps the noise that such pixels share with their neighbours from staying for many frames.
         pub confidence_without_history: f32,
-        /// The maximum number of pixels that a search tries for each neighbour.
+        /// Maximum number of random pixels that the search for neighbours tries, per neighbour.
         pub tries: u32,
-        /// Radius of the disc of neighbours, in pixels.
+        /// Radius in pixels of the disc around the pixel in which neighbours are searched.
         pub radius: f32,
-        /// Minimum cosine between the normals of similar surfaces.
+        /// Minimum cosine between the normals of two surfaces that may share samples.
         pub min_normal_cosine: f32,
-        /// Maximum relative difference of similar surfaces' depths.
+        /// Maximum difference between the camera distances of two surfaces that may share samples, as a fraction of the
+        /// pixel's distance.
         pub depth_tolerance: f32,
-        /// 1 if similar surfaces must have the same material, otherwise 0.
+        /// 1 if two surfaces may share samples only if they have the same material, otherwise 0.
         pub same_material: u32,
     }
 }
 
 crate::gpu_struct! {
-    /// The hash grid.
+    /// Constants of the hash grid, a light sampler that keeps reservoirs of direct light in cells of space.
     pub struct GridConstants {
-        /// The size of a cell; in pixels if cells fit the picture.
+        /// Side of a cell: in pixels where pixels fill the grid, otherwise in the device's unit of length. Larger cells have
+        /// more reservoirs in common, which fit each pixel less well.
         pub cell: f32,
-        /// Bins of normals along each side of the octahedral map.
+        /// Number of bins of normals along each side of the octahedral map; a cell has `bins`² bins. 1: normals do not
+        /// matter.
         pub bins: u32,
-        /// The number of slots of reservoirs, a power of two.
+        /// Number of slots for reservoirs in the whole grid, a power of two, because the shaders mask hashes with it.
         pub slots: u32,
-        /// The number of surfaces that claim slots.
+        /// Number of surfaces that claim slots: one per block of pixels, or the length of the list of points.
         pub sources: u32,
-        /// The maximum number of slots per cell and bin.
+        /// Maximum number of reservoirs per bin of a cell.
         pub reservoirs: u32,
-        /// The number of light candidates of each reservoir.
+        /// Number of light candidates from which each reservoir of the grid selects its sample.
         pub candidates: u32,
-        /// The number of reservoirs that a pixel merges.
+        /// Maximum number of reservoirs of the grid that a pixel merges with its light samples.
         pub merged: u32,
-        /// The confidence of each merged reservoir.
+        /// Confidence of each merged reservoir; 1 is the confidence of all candidates of the pixel together.
         pub confidence: f32,
-        /// The index of the frame from which on no reservoirs are merged.
+        /// Index of the first frame in which pixels no longer merge reservoirs of the grid; `u32::MAX`: they always do.
         pub until_frame: u32,
     }
 }
 
 crate::gpu_struct! {
-    /// The addresses of the world reservoirs of a frame, for shaders that use addresses; zeros for others.
+    /// Device addresses of the two buffers of one frame's world reservoirs; zeros in shader variants that do not use
+    /// addresses.
     pub struct WorldAddresses {
-        /// Address of the array of `GpuGridPoint`: lower word, upper word.
+        /// Address of the array of `GpuGridPoint`, one per path vertex: lower word, upper word.
         pub points: UVec2,
-        /// Address of the array of `GpuWorldSample`.
+        /// Address of the array of `GpuWorldSample`, one per path vertex: lower word, upper word.
         pub samples: UVec2,
     }
 }
 
 crate::gpu_struct! {
-    /// World reservoirs.
+    /// Constants of world reservoirs: reservoirs of path vertices in cells of space, which vertices of the next frame merge.
     pub struct WorldConstants {
-        /// The addresses of the previous frame's buffers.
+        /// Addresses of the reservoirs that vertices of the previous frame stored; vertices of this frame merge them.
         pub previous: WorldAddresses,
-        /// The addresses of this frame's buffers.
+        /// Addresses of the reservoirs that vertices of this frame store for the next frame.
         pub current: WorldAddresses,
-        /// The size of a cell, in pixels.
+        /// Side of a cell of space, in pixels of the picture; a cell far from the camera is larger in the scene.
         pub cell: f32,
-        /// Bins of normals along each side of the octahedral map.
+        /// Number of bins of normals along each side of the octahedral map; a cell has `bins`² bins. 1: normals do not
+        /// matter.
         pub bins: u32,
-        /// The width of the range in which a vertex looks for its cell, in cells.
+        /// Width, in cells, of the range around a vertex from which it selects a cell at random, so that borders of cells do
+        /// not show.
         pub jitter: f32,
-        /// The number of reservoirs that a vertex merges.
+        /// Maximum number of reservoirs of the previous frame that a vertex merges.
         pub merged: u32,
-        /// The maximum confidence of each merged reservoir.
+        /// Maximum confidence of each merged reservoir; 1 is the confidence of all light samples of a vertex together.
         pub confidence_cap: f32,
-        /// 1 if vertices keep the merged sample, 0 if they keep the sample that their light candidates selected.
+        /// 1 if a vertex stores the sample that its merge selected, 0 if it stores the sample that its light candidates
+        /// selected.
         pub keeps_merged: u32,
-        /// The number of vertices per path that have reservoirs.
+        /// Number of vertices per path, from the second vertex on, that have world reservoirs.
         pub depth: u32,
-        /// The number of reservoirs of a frame.
+        /// Number of world reservoirs in the buffers of a frame: `depth` for each pixel slot.
         pub vertices: u32,
-        /// The number of buckets of the table, a power of two.
+        /// Number of buckets of the table that finds cells by key: a power of two, because the shaders mask keys with it.
         pub buckets: u32,
-        /// The number of slots per bucket.
+        /// Number of slots for cells per bucket of that table.
         pub bucket_slots: u32,
     }
 }
 
 crate::gpu_struct! {
-    /// A level of a prefix sum: the range of its values, and the location of the sums of their blocks.
+    /// One level of a prefix sum: the range of values in the buffer, and the position of the sums of their blocks.
     pub struct PrefixLevel {
-        /// Index of the first value.
+        /// Index of the level's first value in the buffer.
         pub first: u32,
-        /// Number of values.
+        /// Number of values of the level.
         pub count: u32,
-        /// Index of the first sum.
+        /// Index in the buffer of the sum of the level's first block; the sums of the next blocks follow.
         pub sums: u32,
     }
 }
 
 crate::gpu_struct! {
-    /// Constants of the passes of resampling.
+    /// Constants of the passes of resampling, rewritten for every frame, and for direct and indirect light separately.
     pub struct RestirConstants {
-        /// The view.
+        /// Camera, picture size, seed and limits of paths.
         pub view: ViewConstants,
-        /// The previous frame's camera.
+        /// Camera of the previous frame, for reprojection and for cells of world reservoirs.
         pub previous_camera: GpuCamera,
-        /// 1 if primary rays are jittered, 0 if they pass through the centres of the pixels.
+        /// 1 if primary rays pass through varying points of their pixels, 0 if they pass through the centres.
         pub jitters: u32,
-        /// The position of this frame's primary rays in the first pixel, each coordinate in [0, 1], downwards.
+        /// Point of the first pixel through which its primary ray passes in this frame, each coordinate in [0, 1), to the
+        /// right and down. Other pixels rotate this point by their coordinates.
         pub jitter: Vec2,
-        /// The position of the previous frame's primary rays in the first pixel.
+        /// Point of the first pixel through which its primary ray passed in the previous frame, as for `jitter`.
         pub previous_jitter: Vec2,
-        /// Slots for pixels in a buffer: with tiles, more than there are pixels.
+        /// Number of slots for pixels in a buffer with one entry per pixel; with tiles, more than there are pixels.
         pub slots: u32,
-        /// Index of the frame.
+        /// Index of the frame, from 0, which selects the random numbers.
         pub frame: u32,
-        /// The maximum ratio between two viewers of the solid angle per area at a reused second vertex; below 1: no limit.
+        /// Maximum ratio between the solid angles per area of a path's second vertex, seen from two viewers that share the
+        /// path; paths beyond it are not shared. Below 1: no limit.
         pub jacobian_limit: f32,
-        /// The minimum distance to a reused second vertex, relative to the viewer's distance from the camera.
+        /// Minimum distance from a surface point to a reused second vertex, as a fraction of the point's distance from the
+        /// camera.
         pub min_distance: f32,
-        /// The number of BSDF candidates per pixel.
+        /// Number of BSDF candidates of direct light per pixel and frame.
         pub bsdf_samples: u32,
-        /// The maximum number of additional BSDF candidates, in pixels that need them.
+        /// Maximum number of additional BSDF candidates, in pixels whose lobes are narrow or near which pilots found bright
+        /// light.
         pub more_bsdf_samples: u32,
-        /// Mean luminance of the lights, weighted by their power.
+        /// Mean luminance of triangles and environment, weighted by power, in the device's unit of radiance; 0 without any
+        /// of them. It is the unit of a pilot's brightness.
         pub mean_light_luminance: f32,
-        /// Number of nodes of the light BVH.
+        /// Number of nodes of the light BVH; the entries of the light BVH begin after them in the same buffer.
         pub light_node_count: u32,
-        /// 1 if far lights are joined, 0 if they are skipped.
+        /// 1 if the light BVH joins lights that are far from a point into groups, 0 if it does not find them.
         pub light_bvh_joins: u32,
-        /// 1 if lights are drawn from the light BVH uniformly, 0 if by their expected contribution.
+        /// 1 if the lights that the light BVH finds are drawn with the same probability each, 0 if in proportion to their
+        /// expected contribution.
         pub light_bvh_uniform: u32,
-        /// The side of the tiles that have light lists, in pixels.
+        /// Side, in pixels, of the tiles that share a light list.
         pub light_tile: u32,
-        /// The number of entries of a light list.
+        /// Number of entries of a light list, each with a light and its probability.
         pub light_list: u32,
-        /// The hash grid.
+        /// Constants of the hash grid; zeros without one.
         pub grid: GridConstants,
-        /// World reservoirs.
+        /// Constants of world reservoirs; zeros without them.
         pub world: WorldConstants,
-        /// The resampling of the light of the pass.
+        /// Settings of candidates and reuse, for the kind of light (direct or indirect) that the pass works on.
         pub reuse: ReuseConstants,
     }
 }
 
 crate::gpu_struct! {
-    /// One of the spatial passes of a frame.
+    /// Push constants of one of the spatial passes of a frame.
     pub struct SpatialStep {
-        /// The index of the spatial pass, from 0.
+        /// Index of the spatial pass in the frame, from 0; it selects the random numbers.
         pub index: u32,
-        /// 1 if it also adds the merged light to the picture, otherwise 0.
+        /// 1 if the pass also adds the light of the merge to the picture, as the last spatial pass may do; otherwise 0.
         pub shades: u32,
     }
 }
 
 crate::gpu_struct! {
-    /// The rows of the picture that a dispatch works on; its buffers hold only these rows.
+    /// The rows of the picture that a dispatch works on. The buffers of the pass hold the pixels of these rows only.
     pub struct Strip {
-        /// First row.
+        /// Index of the first row, from the top of the picture.
         pub first_row: u32,
         /// Number of rows.
         pub rows: u32,
@@ -234,12 +255,13 @@ crate::gpu_struct! {
 }
 
 impl Strip {
-    /// The number of pixels of the strip in a picture with this width.
+    /// The number of pixels of the strip in a picture of `width` pixels per row.
     pub fn pixels(&self, width: u32) -> usize {
         width as usize * self.rows as usize
     }
 
-    /// Workgroups of one tile each that cover the strip.
+    /// The numbers of workgroups along x, y and z that cover the strip, one tile of [`TILE`] × [`TILE`] pixels per
+    /// workgroup.
     pub fn groups(&self, width: u32) -> [u32; 3] {
         [width.div_ceil(TILE), self.rows.div_ceil(TILE), 1]
     }

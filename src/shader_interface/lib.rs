@@ -1,9 +1,10 @@
-//! The data that Rust and the shaders have in common, each declared once, in Rust: structures, constants, enumerations,
+//! The data that Rust and the shaders share, each declared once, in Rust: structures, constants, enumerations,
 //! specialisation constants, the buffers of a scene and the variants of the shaders. Their GLSL text is generated here. The
-//! build script uses this package to compile the shaders of the folder `glsl`, and the program uses it to fill the buffers that
-//! they read.
+//! build script uses this package to compile the shaders of the folder `glsl`, and the program uses it to fill the buffers
+//! that the shaders read.
 //!
-//! Positions, lengths and radiance in the structures are in the units of the device (`device_scene/units.rs`).
+//! Positions, lengths and radiance in the structures are in the units of the device (`device_scene/units.rs`): powers of two
+//! of the scene's units, in which the brightest light is about 1 and usual instances are about as large as 1.
 #![warn(missing_docs)]
 
 mod choices;
@@ -38,7 +39,7 @@ pub use variants::{Fetch, GeometryAccess, Textures, Tracer, Variant};
 
 use declare::{GpuStruct, StructLayout};
 
-/// Every shared structure; each comes after those that it contains.
+/// The layout of every shared structure, in the order of the GLSL text: a structure comes after those that it contains.
 pub const STRUCTS: &[StructLayout] = &[
     SceneTable::LAYOUT,
     GpuInstance::LAYOUT,
@@ -76,8 +77,8 @@ pub const STRUCTS: &[StructLayout] = &[
     RayBatch::LAYOUT,
 ];
 
-/// The files that are generated for the shaders, by name: `declarations.glsl` has constants, enumerations, specialisation
-/// constants and structures, the others have access to buffers.
+/// The files that are generated for the shaders, as pairs of name and text: `declarations.glsl` has constants, enumerations,
+/// specialisation constants and structures; `scene_buffers.glsl` and `light_bvh_buffer.glsl` have access to buffers.
 pub fn generated() -> [(&'static str, String); 3] {
     let structs: String = STRUCTS.iter().map(StructLayout::glsl).collect();
     let declarations = constants_glsl() + &choices::glsl() + &Specialisation::glsl() + &structs;

@@ -1,45 +1,49 @@
-//! Lists of rays and their hits.
+//! Lists of rays that the pass `trace_rays` traces, and their hits: for tests, benchmarks and the boxes of the light BVH.
 
 use glam::Vec3;
 
 crate::gpu_struct! {
-    /// A ray of the ray-buffer pass.
+    /// One ray for the ray-buffer pass (`trace_rays`).
     pub struct RayQuery {
-        /// Origin: relative to the scene's origin and in scene units in lists of rays, in the device's unit in buffers.
+        /// Origin of the ray, relative to the scene's origin: in scene units in a list of rays, in device units in a buffer.
         pub origin: Vec3,
-        /// The parameter from which on hits are ignored.
+        /// The upper limit of the ray parameter, in lengths of `direction`: only hits with 0 < t < `t_max` count.
         pub t_max: f32,
-        /// Direction; the parameter counts in its length.
+        /// Direction of the ray, of any length except 0; a hit lies at `origin` + t · `direction`.
         pub direction: Vec3,
-        /// 1: any hit is sufficient; 0: the closest hit.
+        /// 1: the first hit that is found ends the search, which is sufficient for visibility; 0: the closest hit is found.
         pub any: u32,
     }
 }
 
 crate::gpu_struct! {
-    /// The hit of a [`RayQuery`].
+    /// The result of one [`RayQuery`], at the same index in its list.
     pub struct RayHit {
-        /// Ray parameter; −1 = miss. With `any` only hit or miss has meaning.
+        /// Ray parameter of the hit, in lengths of the ray's direction; −1 = no hit. With `RayQuery::any`, only hit or no
+        /// hit has meaning.
         pub t: f32,
-        /// Index of the instance; NONE = miss.
+        /// Index of the traced instance that was hit; NONE = no hit.
         pub instance: u32,
-        /// Triangle of the instance's mesh, in leaf order.
+        /// Index of the hit triangle among the triangles of the instance's mesh, in the order in which the device stores
+        /// them.
         pub primitive: u32,
-        /// Barycentric weight of the second corner.
+        /// Barycentric weight, in [0, 1], of the triangle's second corner at the hit.
         pub u: f32,
-        /// Barycentric weight of the third corner.
+        /// Barycentric weight, in [0, 1], of the triangle's third corner at the hit.
         pub v: f32,
-        /// With `any`, the fraction of light that passes between the ray's ends; otherwise 0 or, for a miss, without meaning.
+        /// With `RayQuery::any`, the fraction in [0, 1] of light that passes between the ends of the ray; otherwise 0 for a
+        /// hit, and without meaning for a miss.
         pub transmittance: f32,
     }
 }
 
 crate::gpu_struct! {
-    /// The rays that the ray-buffer pass traces.
+    /// Push constants of the ray-buffer pass (`trace_rays`): the rays of one dispatch.
     pub struct RayBatch {
-        /// Number of rays.
+        /// Number of rays in the list; invocations beyond it do nothing.
         pub count: u32,
-        /// The number of threads to which the device gives fixed ranges of workgroups, or 1.
+        /// Number of CPU threads among which the device splits a dispatch into contiguous ranges, or 1 on a GPU. The pass
+        /// interleaves the list by it, so that no thread gets only easy rays.
         pub interleave: u32,
     }
 }

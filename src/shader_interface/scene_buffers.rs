@@ -1,5 +1,5 @@
-//! The buffers of a scene on the device. Each is declared here once: the declaration generates its GLSL access and its entry in
-//! the address table, and in `device_scene/buffers.rs` its contents, its binding and its size.
+//! The buffers of a scene on the device. Each is declared here once. The declaration generates its GLSL access and its entry
+//! in the address table, and in `device_scene/buffers.rs` its contents, its binding and its size.
 
 use crate::declare::{GpuStruct, Member, StructLayout};
 use crate::{
@@ -8,74 +8,82 @@ use crate::{
 };
 use glam::{UVec2, Vec2};
 
-/// A buffer of the scene, and the access of shaders to it.
+/// The declaration of one buffer of the scene, from which its GLSL text is generated.
 pub struct Access {
-    /// The name in GLSL, of the binding and of the entry in [`SceneTable`].
+    /// The name of the buffer in GLSL, of its binding, and of its entry in [`SceneTable`].
     pub name: &'static str,
-    /// The access to elements.
+    /// The way in which shaders read elements of the buffer.
     pub elements: Elements,
 }
 
-/// The access of shaders to the elements of a buffer.
+/// The way in which shaders read elements of a buffer.
 pub enum Elements {
-    /// Single elements of this GLSL type.
+    /// Single elements of this GLSL type, as `NAME.at[index]`.
     Plain(&'static str),
     /// Four words at once: `NAME_words(index)` gives the words 4 · `index` to 4 · `index` + 3. Shader variants with
     /// [`Fetch::Texels`](crate::Fetch) read them as texels.
     Words,
-    /// Like `Words`, assembled into structures of a multiple of four words: `load_NAME(index)`.
+    /// Structures of this layout, whose size is a multiple of four words: `load_NAME(index)` reads them by four words at
+    /// once.
     Records(StructLayout),
 }
 
-/// Passes the declarations of all buffers to a macro. Each has a name, the Rust type of an element, the access of shaders to
-/// elements ([`Elements`]), and the number of elements as a function of the scene's numbers of elements.
+/// Passes the declarations of all buffers to the macro that the argument names. Each declaration has a name, the Rust type
+/// of an element, the access of shaders ([`Elements`]), and the number of elements as a function of the scene's
+/// `ElementCounts`.
 #[macro_export]
 macro_rules! scene_buffers {
     ($($declare:tt)+) => {
         $($declare)+! {
-            /// Three packed octahedral words per triangle: the corner normals of smooth meshes, and the corner tangents of
-            /// meshes with normal maps.
+            /// Corner normals of smooth meshes, and corner tangents of meshes with normal maps: per triangle, one octahedral
+            /// word for each of three corners.
             corner_directions: [UVec3] as Plain("uvec3"); |c| c.smooth_triangles + c.tangent_triangles;
-            /// Texture coordinates of corners, three per triangle of a mesh with textures: of the first set, then of the
-            /// second.
+            /// Texture coordinates: per triangle of a mesh with textures, one pair for each of three corners. The triangles
+            /// of the mesh's first set come before those of its second set.
             uvs: [[Vec2; 3]] as Plain("vec2"); |c| c.uv_triangles;
-            /// Vertex colours of corners, three per triangle of a mesh with colours: red, green, blue and alpha in 16 bits
-            /// each.
+            /// Vertex colours: per triangle of a mesh with colours, one entry for each of three corners, with red, green,
+            /// blue and alpha of 16 bits each.
             colors: [[UVec2; 3]] as Plain("uvec2"); |c| c.color_triangles;
-            /// Three words per triangle of a mesh of several parts: material, rank among the mesh's emissive triangles or NONE,
-            /// and the offset that its part adds to the instance's index.
+            /// Three words per triangle of a mesh with several parts or with lights: index of the material, rank among the
+            /// mesh's emissive triangles or NONE, and the offset that is added to the instance's index.
             triangle_parts: [UVec3] as Plain("uvec3"); |c| c.part_triangles;
-            /// Instances in the order of the leaves of the trees over them, for each epoch.
+            /// Indices into `instances`, in the order of the leaves of the tree over the instances; first for the current
+            /// frame and then, if something moves, for the previous frame.
             top_instances: [u32] as Plain("uint"); |c| c.epochs * c.instances;
-            /// Instances, for each epoch.
+            /// Traced instances of the current frame and then, if something moves, of the previous frame.
             instances: [GpuInstance] as Records(GpuInstance); |c| c.epochs * c.instances;
-            /// Nodes of the trees over the instances, for each epoch, then those of the meshes: twenty words each.
+            /// Nodes of the trees of the compute tracer, twenty words each: the tree over the instances for the current
+            /// frame, then, if something moves, for the previous frame, and then the trees of the meshes.
             nodes: [CwBvhNode] as Words; |_| 0;
-            /// Object-space positions of corners, three per triangle.
+            /// Corner positions of the triangles of all meshes: three per triangle, nine floats, before the transform of an
+            /// instance.
             positions: [[Vec3; 3]] as Words; |c| c.triangles;
-            /// Materials.
+            /// Materials of the scene, without their textures.
             materials: [GpuMaterial] as Records(GpuMaterial); |c| c.materials;
-            /// Textures of materials.
+            /// Uses of images by materials; materials refer to them by index.
             textures: [GpuTexture] as Records(GpuTexture); |c| c.textures;
-            /// The bits of the linear value of each sRGB byte, if there are textures, and then the texels of their images: red,
-            /// green, blue and alpha, from the lowest byte. In one buffer, since some drivers bind 30 at most.
+            /// If there are textures, a table of 256 words, with the bits of the linear float value of each sRGB byte, and
+            /// then the texels of all images: red, green, blue and alpha from the lowest byte. Both are in one buffer, since
+            /// some drivers bind at most 30.
             texels: [u32] as Plain("uint"); |c| c.texels + if c.textures > 0 { 256 } else { 0 };
-            /// Emissive triangles, for each epoch.
+            /// Emissive triangles in world space, of the current frame and then, if something moves, of the previous frame.
             lights: [GpuLight] as Records(GpuLight); |c| c.epochs * c.triangle_lights;
-            /// Textures of emissive triangles, one per triangle if some of them have a texture.
+            /// Textures of emissive triangles, one entry per triangle; empty if no emissive triangle has a texture.
             light_textures: [GpuLightTexture] as Records(GpuLightTexture); |c| if c.textured_lights { c.triangle_lights } else { 0 };
-            /// Punctual lights, for each epoch.
+            /// Punctual lights of the current frame and then, if something moves, of the previous frame.
             punctual_lights: [GpuPunctualLight] as Records(GpuPunctualLight); |c| c.epochs * c.punctual_lights;
-            /// Texels of the environment, by rows: radiance, and the density over longitude and latitude with which they are
-            /// drawn.
+            /// Texels of the environment, row by row from the zenith: RGB radiance, and the density over longitude and
+            /// latitude with which the texel is drawn.
             environment: [Vec4] as Words; |c| c.environment_texels;
-            /// The alias table that draws texels of the environment: a texel is kept if 32 random bits are below the first
-            /// number; otherwise the second one is drawn.
+            /// The alias table that draws texels of the environment, one entry per texel: the texel is selected if 32 random
+            /// bits are below the first number; otherwise the second number is the index of the selected texel.
             environment_columns: [UVec2] as Plain("uvec2"); |c| c.environment_texels;
-            /// The alias table over the lights of all kinds: triangles, punctual lights, the environment. If some lights are
-            /// rare, two more tables follow: of the lights that are not rare, and of the rare lights.
+            /// Alias tables that draw lights: over the lights of all kinds (triangles, punctual lights, environment). If
+            /// some lights are rare, two tables of the same length follow: over the lights that are not rare, and over the
+            /// rare lights.
             light_choices: [GpuLightChoice] as Records(GpuLightChoice); |c| 3 * c.lights();
-            /// The previous transform of each of the scene's instances; empty if nothing moves.
+            /// The transform from the current to the previous frame of each instance of the scene, by the scene's index;
+            /// empty if nothing moves.
             previous_transforms: [GpuPreviousTransform] as Records(GpuPreviousTransform); |c| c.previous_transforms;
         }
     };
@@ -87,27 +95,28 @@ macro_rules! declare_access {
         $name:ident: [$element:ty] as $elements:ident $(($argument:tt))?; $count:expr;
     )*) => {
         crate::gpu_struct! {
-            /// The table of the scene's buffers: counts of elements and addresses.
+            /// The uniform table of a scene: counts of elements, the environment's size and rotation, and the device address
+            /// of each buffer as lower and upper word. The addresses are zeros in variants without buffer addresses.
             pub struct SceneTable {
-                /// Number of lights of all kinds: triangles, punctual lights, and 1 for an environment.
+                /// Number of lights of all kinds: emissive triangles, punctual lights, and 1 for an environment.
                 pub light_count: u32,
-                /// Number of emissive triangles.
+                /// Number of emissive triangles in one frame.
                 pub triangle_light_count: u32,
-                /// Number of punctual lights.
+                /// Number of punctual lights in one frame.
                 pub punctual_light_count: u32,
-                /// Width and height of the environment in texels.
+                /// Width and height of the environment in texels; zeros without one.
                 pub environment_size: UVec2,
-                /// Cosine and sine of the environment's rotation around the upward axis.
+                /// Cosine and sine of the angle by which the environment is rotated around the upward axis.
                 pub environment_turn: Vec2,
-                /// Number of instances that are traced.
+                /// Number of traced instances in one frame, after meshes are merged.
                 pub instance_count: u32,
-                /// 1 if some light has a texture, otherwise 0.
+                /// 1 if some emissive triangle has a texture, otherwise 0; shaders read `light_textures` only if it is 1.
                 pub textured_lights: u32,
                 $($(#[$meta])* pub $name: UVec2,)*
             }
         }
 
-        /// Every buffer.
+        /// The declarations of all buffers of a scene, in the order of the fields of [`SceneTable`].
         pub const BUFFERS: &[Access] = &[$(Access {
             name: stringify!($name),
             elements: declare_access!(@elements $elements $(($argument))?),
@@ -120,17 +129,17 @@ macro_rules! declare_access {
 scene_buffers!(declare_access);
 
 impl Elements {
-    /// True if four words are read at once: as texels in shader variants with texels.
+    /// True if elements are read four words at a time, which variants with [`Fetch::Texels`](crate::Fetch) read as texels.
     pub fn are_words(&self) -> bool {
         !matches!(self, Self::Plain(_))
     }
 }
 
-/// The name of the buffer of a light BVH: its nodes, then its entries. It is bound by a descriptor only, since each renderer
-/// has a separate one.
+/// The name of the buffer of a light BVH: its nodes, then its entries. It is bound by a descriptor only and has no address
+/// in [`SceneTable`], since each renderer has a separate one.
 pub const LIGHT_BVH: &str = "light_bvh";
 
-/// The text of `light_bvh_buffer.glsl`.
+/// The text of the generated file `light_bvh_buffer.glsl`: access to the nodes and entries of the light BVH.
 pub fn light_bvh_glsl() -> String {
     [
         String::from("#pragma once\n#include \"prelude.glsl\"\n"),
@@ -141,7 +150,7 @@ pub fn light_bvh_glsl() -> String {
     .concat()
 }
 
-/// The text of `scene_buffers.glsl`: the table, and access to the elements of every buffer.
+/// The text of the generated file `scene_buffers.glsl`: the scene table, and access to the elements of every buffer.
 pub fn glsl() -> String {
     let mut text = String::from(
         "#pragma once\n#include \"prelude.glsl\"\nlayout(scalar) uniform SceneBlock { SceneTable at; } scene;\n",
@@ -158,7 +167,8 @@ pub fn glsl() -> String {
     text
 }
 
-/// `NAME.at[index]`, through a descriptor or by address.
+/// The GLSL declaration of a buffer that is read as `NAME.at[index]`, by address or through a descriptor, as the macro
+/// `GEOMETRY_ADDRESSES` selects.
 fn array(name: &str, glsl: &str) -> String {
     let block: String = name.split('_').map(capitalised).collect();
     // Drivers may load four words at once if their alignment is known.
@@ -173,14 +183,15 @@ fn array(name: &str, glsl: &str) -> String {
     )
 }
 
-/// `NAME.at[index]` through a descriptor.
+/// The GLSL declaration of a buffer that is read as `NAME.at[index]` through a descriptor.
 fn binding(name: &str, glsl: &str) -> String {
     let block: String = name.split('_').map(capitalised).collect();
     format!("layout(scalar) readonly buffer {block}Block {{ {glsl} at[]; }} {name};\n")
 }
 
-/// `NAME_words(index)`. llvmpipe fetches the four words of a texel at once for each lane, but reads a buffer word by
-/// word, each word behind a branch. `array` declares the buffer.
+/// The GLSL function `NAME_words(index)`, which reads four words: as a texel with `FETCH_TEXELS`, otherwise from the buffer
+/// that the text `array` declares. llvmpipe fetches the four words of a texel at once for each lane, but reads a buffer word
+/// by word, each word behind a branch.
 fn words(name: &str, array: &str) -> String {
     format!(
         "#if FETCH_TEXELS\n\
@@ -192,7 +203,8 @@ fn words(name: &str, array: &str) -> String {
     )
 }
 
-/// `load_NAME(index)`, from a buffer that is read by four words. Compilers do not load unused parts of the structure.
+/// The GLSL function `load_NAME(index)`, which assembles a structure from words that are read by four. Compilers do not load
+/// parts of the structure that are not used.
 fn load(name: &str, buffer: &str, layout: &StructLayout) -> String {
     let StructLayout {
         name: record,
@@ -212,7 +224,7 @@ fn load(name: &str, buffer: &str, layout: &StructLayout) -> String {
     )
 }
 
-/// A member's value from the words `q` of its structure.
+/// The GLSL expression of a member's value, made from the array `q` of the words of its structure.
 fn value(member: &Member) -> String {
     let (kind, components) = match member.glsl {
         "float" => ("float", 1),

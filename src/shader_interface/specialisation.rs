@@ -1,88 +1,101 @@
-//! Specialisation constants.
+//! Specialisation constants: values that the scene and the settings decide, by which code that is not needed is removed from
+//! a shader before the driver compiles it.
 
 use crate::{Format, HashGrid, Mis, PILOT_WORDS, PixelOrder, Visibility, WorldReservoirs};
 
 crate::gpu_specialisation! {
-    /// The specialisation constants of a pass.
+    /// The values of the specialisation constants of a pass. In GLSL, the constant of a field has the field's name in
+    /// capitals, and the index of the field as `constant_id`.
     pub struct Specialisation {
-        /// The number of entries of the stack of the traversal in compute: the depth of the scene's trees.
+        /// Number of entries of the stack with which the compute tracer traverses trees: as many as the deepest path through
+        /// the tree over the instances and the tree of a mesh needs.
         pub stack_size: u32 = 32,
-        /// True if some surface has a specular lobe; otherwise all surfaces are Lambert.
+        /// True if some surface has a specular lobe; false leaves only Lambert surfaces.
         pub has_specular: bool = true,
-        /// True if some mesh has shading normals.
+        /// True if some mesh has interpolated shading normals; false leaves only flat triangles.
         pub has_smooth_normals: bool = true,
-        /// True if some material has textures of base colour, metalness or roughness.
+        /// True if some material has a texture of base colour, metalness or roughness.
         pub has_textures: bool = true,
-        /// True if some light has a texture.
+        /// True if some emissive triangle has a texture that multiplies its emission.
         pub has_emissive_textures: bool = true,
-        /// True if some surface has holes or covers only a part.
+        /// True if some surface has holes (alpha mode mask) or covers only a part (alpha mode blend), so that rays may pass
+        /// it.
         pub has_alpha: bool = true,
-        /// True if some surface covers only a part.
+        /// True if some surface has alpha mode blend: visibility rays then return a fraction of light, and more of them are
+        /// traced.
         pub has_blend: bool = false,
         /// True if some material has a normal map.
         pub has_normal_maps: bool = true,
-        /// True if some material is unlit.
+        /// True if some material is unlit: the camera sees its base colour as radiance, and all other rays see black.
         pub has_unlit: bool = true,
-        /// True if there is an environment.
+        /// True if the scene has an environment, a light that surrounds it at infinite distance.
         pub has_environment: bool = true,
-        /// True if there are punctual lights.
+        /// True if the scene has punctual lights: point, spot or directional lights.
         pub has_punctual_lights: bool = true,
         /// True if some mesh has vertex colours.
         pub has_vertex_colors: bool = true,
-        /// True if points of triangles are stored as coordinates in the triangle's plane instead of barycentric weights.
+        /// True if path samples store a point of a triangle as coordinates in the triangle's plane, which are more precise
+        /// on very large triangles than barycentric weights. It changes the bits of the picture.
         pub has_large_triangles: bool = false,
-        /// True if some light emits to both sides.
+        /// True if some emissive triangle emits to both sides.
         pub has_double_sided_lights: bool = true,
-        /// True if something besides the camera moves. Then lights and instances of the previous frame follow
-        /// those of the current frame in their buffers.
+        /// True if something besides the camera moves. Then the lights and instances of the previous frame follow those of
+        /// the current frame in the same buffers.
         pub moves: bool = false,
-        /// Root of the previous frame's tree over the instances.
+        /// Index in the buffer `nodes` of the root of the previous frame's tree over the instances; 0 if nothing moves.
         pub previous_root: u32 = 0,
-        /// True if the energy that single scattering loses is compensated.
+        /// True if the BSDF adds the energy that its model of single scattering loses, mainly on rough metals.
         pub energy_compensated: bool = false,
-        /// The contents of reservoirs.
+        /// The contents of reservoirs in memory.
         pub reservoir_format: Format = Format::Compact,
-        /// True if equal words of all reservoirs are side by side, instead of the words of one reservoir.
+        /// True if word n of all reservoirs is contiguous in memory (structure of arrays); false if all words of one
+        /// reservoir are. It changes the speed only.
         pub reservoir_soa: bool = false,
-        /// The order of pixels in buffers.
+        /// The order of pixels in buffers with one entry per pixel.
         pub pixel_order: PixelOrder = PixelOrder::Row,
-        /// Side of a tile, in pixels, with `PixelOrder::Swizzle`.
+        /// Side in pixels of the square tiles of `PixelOrder::Swizzle`; unused with other orders.
         pub swizzle: u32 = 4,
-        /// True if reservoirs store the origin of their samples and the number of neighbours, for debug AOVs.
+        /// True if reservoirs also store the pixel that drew their sample and their number of neighbours, for debug AOVs.
         pub keeps_debug_words: bool = false,
-        /// True if a pass counts rays, lanes and neighbours.
+        /// True if the pass counts rays, lanes, neighbours and memory traffic for profiles, which costs time. Faults are
+        /// counted always.
         pub counting: bool = false,
-        /// Index of the pass's first counter.
+        /// Index, in the buffer of counters, of the first counter of the pass.
         pub first_counter: u32 = 0,
-        /// True if the first BSDF candidate of direct light is the pilot.
+        /// True if a separate pass has traced the first BSDF candidate of direct light of each pixel, its pilot.
         pub pilots: bool = false,
-        /// The distance from one pixel's pilot to the next, in words.
+        /// Distance from the pilot of one pixel to that of the next one, in words: the size of a reservoir of indirect light
+        /// where pilots are stored in these reservoirs.
         pub pilot_stride: u32 = PILOT_WORDS,
         /// The MIS weights of a merge.
         pub mis: Mis = Mis::Defensive,
-        /// The step at which visibility is tested.
+        /// The step of resampling at which shadow rays test samples.
         pub visibility: Visibility = Visibility::Weights,
-        /// The maximum number of neighbours of a spatial merge.
+        /// Maximum number of neighbours of a spatial merge; it is the length of arrays in the shader.
         pub neighbours: u32 = 3,
-        /// True if rare lights have separate candidates.
+        /// True if rare lights, those far dimmer than the others, have separate candidates and are not resampled with the
+        /// others.
         pub rare_lights: bool = false,
-        /// True if light samples are drawn from the light BVH.
+        /// True if light samples are drawn from the light BVH, a tree that finds the lights that matter at a point.
         pub light_bvh: bool = false,
-        /// True if light samples of direct light come from light lists.
+        /// True if light samples of direct light come from light lists, which one pixel of each tile draws from the light
+        /// BVH.
         pub light_lists: bool = false,
-        /// The surfaces that fill the hash grid, if candidates of direct light come from there.
+        /// The surfaces that fill the hash grid; `None` if the pass merges no reservoirs of a hash grid.
         pub hash_grid: HashGrid = HashGrid::None,
-        /// The way in which vertices of paths reuse light samples of other vertices.
+        /// The way in which vertices of paths reuse light samples of other vertices; `None` if they do not.
         pub world_reservoirs: WorldReservoirs = WorldReservoirs::None,
-        /// True if candidates of indirect light are stored in reservoirs; otherwise the pass is a path tracer.
+        /// True if the pass stores candidates of indirect light in reservoirs for reuse; false if it adds their light to the
+        /// picture at once, as a path tracer does.
         pub shares: bool = true,
-        /// True if the radiance that leaves a path's second vertex is assumed to be equal for all viewers.
+        /// True if the radiance that leaves a path's second vertex is assumed to be equal for all viewers, which is cheaper
+        /// but biased.
         pub biased_shift: bool = false,
     }
 }
 
 impl Specialisation {
-    /// Pairs of id and value, for Vulkan.
+    /// The constants as pairs of `constant_id` and value, as Vulkan expects them.
     pub fn words(&self) -> Vec<(u32, u32)> {
         let constants = self.constants().into_iter();
         constants.map(|c| (c.id, c.word)).collect()

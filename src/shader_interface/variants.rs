@@ -1,44 +1,46 @@
-//! The legal variants of shaders. The build script compiles every pass, which are the files `NAME.comp` in `glsl`, in each of
-//! them and embeds the SPIR-V.
+//! The legal variants of shaders. The build script compiles every pass (each file `NAME.comp` in `glsl`) in each variant and
+//! embeds the SPIR-V in the program; the program selects one variant per scene and device.
 
-/// The tracer of rays.
+/// The method by which shaders trace rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Tracer {
-    /// `rayQueryEXT` on the driver's acceleration structures.
+    /// `rayQueryEXT` on the driver's acceleration structures: fast on GPUs with ray tracing hardware.
     RayQuery,
-    /// An eight-wide compressed BVH traversed in compute.
+    /// An eight-wide compressed BVH that the compute shader traverses: it runs on every device.
     ComputeBvh,
 }
 
-/// The access of shaders to a scene's buffers, except those that [`Fetch`] decides on, and to world reservoirs.
+/// The access of shaders to the buffers of a scene and of world reservoirs. [`Fetch`] decides on some of the scene's
+/// buffers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum GeometryAccess {
-    /// Named storage buffers: supported everywhere, and shown in captures.
+    /// Named storage buffers: supported everywhere, and shown in captures, but limited by the range of a descriptor.
     StorageBuffers,
-    /// Buffer device addresses: no limit of a descriptor's range.
+    /// Buffer device addresses: no limit of a descriptor's range, but not supported on every device.
     BufferAddresses,
 }
 
-/// The access of shaders to nodes of trees, positions, instances, materials, lights and sample data.
+/// The access of shaders to the data that they read four words at a time: nodes of trees, positions, instances, materials,
+/// lights and sample data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Fetch {
-    /// Texels of four words, which llvmpipe reads in one access.
+    /// As texels of four words (`utextureBuffer`), which llvmpipe reads in one access.
     Texels,
-    /// By the access of [`GeometryAccess`].
+    /// As words, through storage buffers or addresses, whichever [`GeometryAccess`] selects.
     Words,
 }
 
-/// The access of shaders to the texels of textures.
+/// The access of shaders to the texels of textures. Both give the same bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Textures {
-    /// From one buffer with the texels of all images, by the access of [`GeometryAccess`]: runs everywhere.
+    /// From one buffer with the texels of all images, read as [`GeometryAccess`] selects: runs on every device.
     Buffer,
-    /// From an array of images, by descriptor indexing.
+    /// From an array of images by descriptor indexing: no limit by the size of one buffer.
     Images,
 }
 
 impl Tracer {
-    /// The name on the command line and in variant keys.
+    /// The name on the command line and in keys of variants: `ray-query` or `compute-bvh`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::RayQuery => "ray-query",
@@ -48,7 +50,7 @@ impl Tracer {
 }
 
 impl GeometryAccess {
-    /// The name in reports and in variant keys.
+    /// The name in reports and in keys of variants: `storage-buffers` or `buffer-addresses`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::StorageBuffers => "storage-buffers",
@@ -58,7 +60,7 @@ impl GeometryAccess {
 }
 
 impl Fetch {
-    /// The name in reports and in variant keys.
+    /// The name in reports and in keys of variants: `texels` or `words`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Texels => "texels",
@@ -68,7 +70,7 @@ impl Fetch {
 }
 
 impl Textures {
-    /// The name on the command line and in variant keys.
+    /// The name on the command line and in keys of variants: `buffer` or `images`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Buffer => "buffer",
@@ -77,28 +79,28 @@ impl Textures {
     }
 }
 
-/// One variant of the passes that trace rays.
+/// One combination of choices for which all passes are compiled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Variant {
-    /// The tracer.
+    /// The method by which rays are traced.
     pub tracer: Tracer,
-    /// The access to buffers.
+    /// The access to the buffers of the scene and of world reservoirs.
     pub geometry: GeometryAccess,
-    /// The access to nodes, positions and records.
+    /// The access to data that is read four words at a time, such as nodes and positions.
     pub fetch: Fetch,
-    /// The access to texels of textures.
+    /// The access to the texels of textures.
     pub textures: Textures,
 }
 
 impl Variant {
-    /// All legal variants.
+    /// All legal variants, in the order in which the build script compiles them.
     pub fn all() -> impl Iterator<Item = Variant> {
         let tracers = [Tracer::RayQuery, Tracer::ComputeBvh];
         tracers.into_iter().flat_map(Self::of)
     }
 
-    /// All legal variants with a tracer. Images are only for devices with buffer addresses: devices with descriptor indexing
-    /// have them, and each variant takes time to compile and space in the program.
+    /// All legal variants with one tracer. Images are combined only with buffer addresses: devices with descriptor indexing
+    /// have addresses too, and each variant takes time to compile and space in the program.
     pub fn of(tracer: Tracer) -> impl Iterator<Item = Variant> {
         use GeometryAccess::{BufferAddresses, StorageBuffers};
         [
@@ -117,7 +119,7 @@ impl Variant {
         })
     }
 
-    /// Macros for the preprocessor.
+    /// The macros of the preprocessor that select this variant in the shaders: pairs of name and value, "0" or "1".
     pub fn defines(self) -> Vec<(&'static str, &'static str)> {
         let flag = |on: bool| if on { "1" } else { "0" };
         vec![
@@ -131,7 +133,8 @@ impl Variant {
         ]
     }
 
-    /// The embedded shader's key: pass, tracer, geometry access, fetch, textures.
+    /// The key under which the shader of a pass is embedded: pass, tracer, geometry access, fetch and textures, separated by
+    /// dots.
     pub fn key(self, pass: &str) -> String {
         format!(
             "{pass}.{}.{}.{}.{}",

@@ -1,4 +1,4 @@
-//! Error and bias plotted against the parameters in which scenes differ, as a figure.
+//! Draws error and bias over the parameters in which the scenes of a study differ, as an SVG figure.
 
 use super::results::Row;
 use crate::{Error, Result};
@@ -6,15 +6,17 @@ use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
 use plotters::prelude::*;
 use std::collections::BTreeMap;
 
-/// The size of a panel in pixels.
+/// The width and height of a panel, which is one chart, in pixels.
 const PANEL: (u32, u32) = (360, 300);
-/// The height of a line below the panels in pixels; there is one line per configuration.
+/// The height of a line of the legend below the panels, in pixels. There is one line for each configuration.
 const LINE: u32 = 20;
-/// The maximum distance between bars of one value, as a fraction of the axis.
+/// The maximum distance between the error bars of two configurations at one value of the parameter, as a fraction of the
+/// axis. They stand beside each other so that all are visible.
 const BESIDE: f64 = 0.012;
-/// The minimum number of scenes of an axis.
+/// The minimum number of scenes that must differ in a parameter so that it gets a panel.
 const LEAST: usize = 3;
-/// Colours that colour-blind people can distinguish (Okabe and Ito, 2008). With more configurations than colours they repeat.
+/// The colours of the configurations, which colour-blind people can distinguish (Okabe and Ito, 2008). With more
+/// configurations than colours they repeat.
 const COLORS: [RGBColor; 7] = [
     RGBColor(0, 0, 0),
     RGBColor(0, 114, 178),
@@ -25,23 +27,25 @@ const COLORS: [RGBColor; 7] = [
     RGBColor(86, 180, 233),
 ];
 
-/// A configuration at one value of an axis.
+/// The result of one configuration on the scene with one value of a parameter.
 struct Point {
     value: f64,
-    /// The RMSE of the last frame divided by the mean of the reference.
+    /// The RMSE of the last frame, divided by the mean of the reference.
     error: f64,
-    /// The bias of the mean and half its 99 % interval, in percent, for the channel with the largest bias.
+    /// The bias of the mean and the half-width of its 99 % interval, both in percent of the reference, for the channel with
+    /// the largest bias.
     bias: [f64; 2],
 }
 
-/// The points of each configuration, for each parameter in which scenes with one name differ.
+/// The points of each configuration, by its name, for each pair of a scene's name and a parameter in which scenes with this
+/// name differ.
 type Axes<'a> = BTreeMap<(&'a str, &'a str), BTreeMap<&'a str, Vec<Point>>>;
 
-/// A figure with two panels for each parameter in which at least three of the study's scenes differ: the error and the bias of
-/// every configuration. `None` if there is no such parameter.
+/// A figure, as the text of an SVG file, with two panels for each parameter in which at least three of the study's scenes
+/// differ: the error and the bias of every configuration. `None` if there is no such parameter.
 ///
 /// # Errors
-/// The library that draws may fail.
+/// The drawing library fails.
 pub fn svg(rows: &[Row]) -> Result<Option<String>> {
     let mut axes = Axes::new();
     for row in rows {
@@ -81,7 +85,7 @@ pub fn svg(rows: &[Row]) -> Result<Option<String>> {
     Ok(Some(text))
 }
 
-/// An error of the drawing library, which writes to a text and so has no errors itself.
+/// An error of the drawing library. It writes to a text in memory, so it has no errors of files.
 type Failure = Box<dyn std::error::Error>;
 
 fn draw(axes: &Axes<'_>, text: &mut String) -> std::result::Result<(), Failure> {
@@ -143,10 +147,11 @@ fn draw(axes: &Axes<'_>, text: &mut String) -> std::result::Result<(), Failure> 
     Ok(())
 }
 
-/// A chart with values of a parameter on a logarithmic axis to the right.
+/// A chart whose horizontal axis shows the values of a parameter on a logarithmic scale.
 type Chart<'a, 'b, Y> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<LogCoord<f64>, Y>>;
 
-/// A panel with axes: values of the parameter to the right.
+/// Prepares a panel with axes: values of the parameter to the right on a logarithmic scale, and `up`, with the label `what`,
+/// upwards. Returns the chart to draw into.
 fn chart<'a, 'b, Y: AsRangedCoord<Value = f64>>(
     area: &'a DrawingArea<SVGBackend<'b>, plotters::coord::Shift>,
     title: &str,
@@ -174,7 +179,7 @@ where
     Ok(chart)
 }
 
-/// A number with two significant digits.
+/// A number as text with two significant digits, for the labels of axes.
 fn short(number: &f64) -> String {
     let rounded: f64 = format!("{number:.1e}").parse().unwrap_or(*number);
     match rounded.abs() {
@@ -184,7 +189,8 @@ fn short(number: &f64) -> String {
     }
 }
 
-/// A range around positive numbers for a logarithmic axis.
+/// The range of a logarithmic axis around the positive ones of `values`, with a margin. Without positive values it is 0.5 to
+/// 2.
 fn range(values: impl Iterator<Item = f64>) -> std::ops::Range<f64> {
     let (low, high) = values
         .filter(|value| *value > 0.0)

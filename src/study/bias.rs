@@ -1,13 +1,13 @@
 //! The test for bias of a configuration, with the confidence interval of its result.
 //!
-//! Frames of a run depend on each other, so seeds are the samples. Two things are tested:
+//! Frames of a run depend on each other, so runs with different seeds are the samples. Two things are tested:
 //!
-//! - the mean of the picture against that of the reference, by Student's t with the error of the reference. If the
-//!   interval is wider than half a percent the verdict is `undecided`;
-//! - blocks of pixels, because a bias can cancel over the picture. Light noise is skewed to the right, so the
-//!   distribution of the blocks' t values is compared with that of an unbiased control with as much noise; and the
-//!   worst block is tested by itself, since one corner of a picture hardly changes a distribution. Neighbouring
-//!   blocks are correlated, which these tests ignore, so they only raise an alarm.
+//! - the mean of the picture is compared with that of the reference, by Student's t with the error of the reference. If the
+//!   interval is wider than half a percent, the verdict is `undecided`;
+//! - blocks of pixels are compared too, because a bias can cancel over the picture. Light noise is skewed to the right, so
+//!   the distribution of the blocks' t values is compared with that of an unbiased control with as much noise. The worst
+//!   block is also tested by itself, since one corner of a picture hardly changes a distribution. Neighbouring blocks are
+//!   correlated, which these tests ignore, so they only raise an alarm.
 //!
 //! After an alarm, fresh seeds alone decide.
 
@@ -18,36 +18,43 @@ use super::subject::path_tracing;
 use crate::metrics::statistics::{Estimate, kolmogorov_smirnov_p_value, t_tail, welch_p_value};
 use serde::Serialize;
 
-/// The widest 99 % half-width, relative to the mean, of a decisive interval.
+/// The largest half-width of a 99 % interval with which a verdict can be `unbiased`, as a fraction of the mean. Wider
+/// intervals get more seeds.
 pub const WIDEST: f64 = 0.005;
-/// The widest 99 % half-width of a reference, relative to the mean, that leaves enough of the interval for the error of the
-/// runs.
+/// The largest half-width of the 99 % interval of a reference's mean, as a fraction of the mean. A study refuses a reference
+/// with a larger one. It is below [`WIDEST`], so that the error of the runs may have a part of the interval.
 pub const WIDEST_REFERENCE: f64 = 0.004;
-/// The probability of a false alarm over all comparisons of a study.
+/// The maximum probability that any of the tests that are corrected together raises a false alarm. A corrected p-value below
+/// it means that there is a bias.
 pub const LEVEL: f64 = 0.01;
-/// The minimum number of fresh seeds that decide after an alarm: as many as raised it.
+/// The minimum number of fresh seeds that decide after an alarm. If more seeds raised the alarm, as many fresh ones decide.
 pub const CONFIRMING_SEEDS: u32 = 128;
-/// The maximum number of samples of a control: with more samples, its noise is not less skewed.
+/// The maximum number of samples per pixel of a control. More samples do not make its noise less skewed.
 const MAX_CONTROL_SAMPLES: u32 = 64;
-/// The 99 % half-width of a normal distribution, in standard errors.
+/// The half-width of the interval that contains 99 % of a normal distribution, in standard deviations.
 const NORMAL_99: f64 = 2.5758;
-/// The number of standard errors beyond its threshold at which a difference is found with a power of 90 %.
+/// The distance of a bias from the threshold of a test, in standard errors, at which the test finds the bias with a
+/// probability of 90 %.
 const POWER: f64 = 1.2816;
 
-/// The estimate of a configuration's mean from its seeds.
+/// The bias of a configuration's mean, estimated from its runs: the difference from the reference, with intervals and
+/// p-values. Lists have one entry for each of red, green and blue.
 #[derive(Clone, Debug, Serialize)]
 pub struct Bias {
-    /// The number of runs from which it was measured.
+    /// The number of runs, each with its own seed, from which the bias was estimated.
     pub seeds: usize,
-    /// The relative bias of each channel's mean.
+    /// The bias of each channel's mean, as a fraction of [`Reference::scale`]. It is positive if the pictures are too
+    /// bright.
     pub relative: [f64; 3],
-    /// The 99 % half-widths of the relative biases.
+    /// The half-widths of the 99 % intervals of [`Self::relative`], in the same unit.
     pub half_width: [f64; 3],
-    /// The probability of differences as large without bias, for each channel, uncorrected.
+    /// For each channel, the probability of a difference at least as large if there were no bias. They are not corrected for
+    /// the number of tests.
     pub p_values: [f64; 3],
     #[serde(skip)]
     differences: [Estimate; 3],
-    /// The fraction of the reference in the standard errors of the differences.
+    /// The standard errors of the reference's channel means, in the unit of its radiance. They are the part of the
+    /// differences' errors that more seeds do not reduce.
     #[serde(skip)]
     truth_errors: [f64; 3],
     #[serde(skip)]
@@ -55,7 +62,8 @@ pub struct Bias {
 }
 
 impl Bias {
-    /// Measures the bias of one configuration's runs.
+    /// Estimates the bias of one configuration's runs against the reference of their last frame. Differences that rounding
+    /// explains count as 0.
     pub fn measure(runs: &[&Run], reference: &Reference) -> Self {
         let truth = reference.mean_estimates();
         let own = [0, 1, 2].map(|c| {
@@ -95,17 +103,18 @@ impl Bias {
         }
     }
 
-    /// The mean over the channels of the values to which their biases are relative ([`Reference::scale`]).
+    /// The mean over the channels of the values that their biases are divided by ([`Reference::scale`]), as radiance.
     pub fn brightness(&self) -> f64 {
         self.scale.iter().sum::<f64>() / 3.0
     }
 
-    /// The largest half-width.
+    /// The largest of the half-widths of the three channels ([`Self::half_width`]).
     pub fn widest(&self) -> f64 {
         self.half_width.iter().copied().fold(0.0, f64::max)
     }
 
-    /// The relative bias that is found with a power of 90 % if `tests` tests are made in total.
+    /// The relative bias that is found with a probability of 90 % in the channel with the most noise, if `tests` tests are
+    /// corrected together. More tests make it larger.
     pub fn detectable(&self, tests: usize) -> f64 {
         let level = LEVEL / tests.max(1) as f64;
         let each = [0, 1, 2].map(|c| {
@@ -116,8 +125,8 @@ impl Bias {
         each.into_iter().fold(0.0, f64::max)
     }
 
-    /// The number of additional seeds that would make the half-widths [`WIDEST`]; `None` if the reference's error is too large
-    /// for any number of seeds.
+    /// The number of additional seeds with which all half-widths would be at most [`WIDEST`]; 0 if they are already. `None`
+    /// if the error of the reference is too large for any number of seeds.
     pub fn missing_seeds(&self) -> Option<f64> {
         let seeds = self.seeds as f64;
         let needed = [0, 1, 2].map(|c| {
@@ -138,12 +147,13 @@ impl Bias {
     }
 }
 
-/// True if a difference is within the rounding error, noise included.
+/// True if the difference and its standard error are both at most `rounding`, so that rounding alone explains them.
 fn is_rounding(difference: &Estimate, rounding: f64) -> bool {
     difference.mean.abs() <= rounding && difference.standard_error <= rounding
 }
 
-/// The distance of each block from the reference. Blocks without noise, which are black, are left out.
+/// For each block, row by row, the mean of its luminance over the runs minus that of the reference. `None` for blocks
+/// without noise, which are black, and for those that rounding explains.
 fn block_differences(runs: &[&Run], reference: &Reference) -> Vec<Option<Estimate>> {
     let truth = reference.block_estimates();
     let (_, rounding) = reference.rounding();
@@ -157,15 +167,17 @@ fn block_differences(runs: &[&Run], reference: &Reference) -> Vec<Option<Estimat
         .collect()
 }
 
-/// The difference of each block's mean from the reference's, in standard errors.
+/// The difference of each block's mean from the reference's, in standard errors. The blocks without noise are left out, so
+/// entries do not correspond to block indices.
 fn t_values(runs: &[&Run], reference: &Reference) -> Vec<f64> {
     (block_differences(runs, reference).iter().flatten())
         .map(|difference| difference.mean / difference.standard_error)
         .collect()
 }
 
-/// The probability that the blocks' t values come from the control's distribution and that no block differs as much, if blocks
-/// were independent; 1 without noise.
+/// A p-value for the blocks of a configuration's runs: the probability, without bias, of t values that differ as much from
+/// the control's distribution, or of one block that is as far off. It would be exact if blocks were independent. It is 1 if
+/// no block has noise.
 pub fn blocks_p_value(runs: &[&Run], control: &[&Run], reference: &Reference) -> f64 {
     let own = t_values(runs, reference);
     if own.is_empty() {
@@ -177,7 +189,8 @@ pub fn blocks_p_value(runs: &[&Run], control: &[&Run], reference: &Reference) ->
     (2.0 * all.min(worst)).min(1.0)
 }
 
-/// Path tracing with `samples` samples per pixel, as an unbiased control for the last frame of `configuration`.
+/// An unbiased control for the last frame of `configuration`: path tracing of the same light and time, with `samples`
+/// samples per pixel.
 pub fn control(configuration: &Resolved, samples: u32) -> Resolved {
     Resolved {
         name: format!("control, {samples} samples"),
@@ -191,8 +204,8 @@ pub fn control(configuration: &Resolved, samples: u32) -> Resolved {
     }
 }
 
-/// The number of samples that gives a control the noise of these runs, as a power of two. `single` are a control's runs with
-/// one sample.
+/// The number of samples per pixel with which a control has about the noise of `runs`: a power of two from 1 to 64. `single`
+/// are runs of a control with one sample per pixel.
 pub fn control_samples(runs: &[&Run], single: &[&Run]) -> u32 {
     let variance = |runs: &[&Run]| {
         let blocks = runs.first().map_or(0, |run| run.blocks.len());
@@ -210,18 +223,19 @@ pub fn control_samples(runs: &[&Run], single: &[&Run]) -> u32 {
     (2.0_f64.powf(wanted) as u32).clamp(1, MAX_CONTROL_SAMPLES)
 }
 
-/// The result of fresh seeds after an alarm.
+/// The result of the fresh seeds that decide after an alarm.
 #[derive(Clone, Debug, Serialize)]
 pub struct Confirmation {
-    /// The bias of the fresh runs.
+    /// The bias of the runs with fresh seeds.
     pub bias: Bias,
-    /// The probability that the fresh runs differ from the reference by as much, in the pattern that the first runs showed.
+    /// The probability, without bias, that the fresh runs deviate from the reference as much in the pattern of blocks that
+    /// the first runs showed.
     pub pattern_p_value: f64,
 }
 
 impl Confirmation {
-    /// Tests in `fresh` for the pattern that `first` showed. The pattern is one number per run, so that the dependence of
-    /// blocks on each other does not matter.
+    /// Tests the runs `fresh` for the bias of their mean, and for the pattern of blocks that the runs `first` showed. The
+    /// pattern reduces each run to one number, so the dependence of blocks on each other does not matter.
     pub fn measure(first: &[&Run], fresh: &[&Run], reference: &Reference) -> Self {
         let differences = block_differences(first, reference);
         let pattern: Vec<f64> = (differences.iter())
@@ -270,7 +284,7 @@ pub(super) mod samples {
 
     pub const BLOCKS: usize = 6;
 
-    /// A reference of six blocks in a row, each of luminance 1.
+    /// A reference of six blocks in a row, each of luminance 1 and almost without error.
     pub fn reference() -> Reference {
         let side = crate::study::reference::BLOCK;
         Reference {
@@ -282,7 +296,8 @@ pub(super) mod samples {
         }
     }
 
-    /// A reference whose blocks are means of the given numbers of separate runs.
+    /// A reference of six blocks, of which block `b` is the mean of `counts[b]` runs of its own. Its errors are therefore
+    /// known and independent of other runs.
     pub fn noisy_reference(first_seed: u32, counts: [u32; BLOCKS]) -> Reference {
         let blocks: Vec<Estimate> = (0..BLOCKS)
             .map(|b| {
@@ -301,7 +316,8 @@ pub(super) mod samples {
         noisy
     }
 
-    /// Runs whose blocks scatter around 1 + `offset`, with noise that neighbouring blocks have in common.
+    /// `count` runs with seeds from `first_seed`, whose blocks scatter around 1 + `offset`. A part of the noise is common to
+    /// pairs of neighbouring blocks.
     pub fn runs(count: u32, first_seed: u32, offset: [f64; BLOCKS]) -> Vec<Run> {
         let noise = |seed: u32, block: u32| {
             let bits = blake3::hash(&[seed.to_le_bytes(), block.to_le_bytes()].concat());
@@ -412,7 +428,7 @@ mod tests {
         assert!(bias.detectable(100) > found);
     }
 
-    /// Emission alone: no run differs from any other, and the reference from them by its rounding only.
+    /// The scene shows emission alone: all runs are equal, and the reference differs from them only by its rounding.
     #[test]
     fn without_noise_there_is_neither_alarm_nor_infinity() {
         for (emission, sums_rounding) in [(0.0, 0.0), (7.0, 0.0), (7.0, 3e-7)] {

@@ -1,26 +1,27 @@
-//! The size of the bias of blocks of pixels. Over the whole picture a bias can cancel, for example where light is
-//! blurred.
+//! Measures the bias of blocks of pixels. Over the whole picture a bias can cancel, for example where light is blurred.
 
 use super::reference::Reference;
 use super::run::Run;
 use crate::metrics::statistics::Estimate;
 use serde::Serialize;
 
-/// The root mean square of the blocks' bias, without the contribution of the noise.
+/// The root mean square, over all blocks of 8 × 8 pixels, of the bias of their mean luminance, without the part that noise
+/// explains.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct BlockBias {
-    /// The bias relative to the blocks' mean luminance without emission; 0 if noise explains the whole difference.
+    /// The root mean square, as a fraction of the reference's mean luminance without emission; 0 if noise explains the whole
+    /// difference.
     pub relative: f64,
-    /// The 99 % interval of the bias.
+    /// The lower and the upper end of the 99 % interval of [`Self::relative`], both at least 0.
     pub interval: [f64; 2],
 }
 
 impl BlockBias {
-    /// Measures the blocks' bias of one configuration's runs; `None` for fewer than three runs.
+    /// Measures the bias of the blocks over the runs of one configuration; `None` for fewer than three runs.
     ///
-    /// The product of two runs' differences from the truth has the square of the bias as its mean, since
-    /// their noise is independent. The mean over all pairs is a U-statistic (Hoeffding, "A class of
-    /// statistics with asymptotically normal distribution", 1948); its error is the jackknife's over runs.
+    /// The product of two runs' differences from the reference has the square of the bias as its mean, since their noise is
+    /// independent. The mean over all pairs of runs is a U-statistic (Hoeffding, "A class of statistics with asymptotically
+    /// normal distribution", 1948); its error comes from the jackknife over runs.
     pub fn measure(runs: &[&Run], reference: &Reference) -> Option<Self> {
         let truth = reference.block_estimates();
         let blocks = truth.len() as f64;
@@ -121,7 +122,7 @@ mod tests {
         assert!(missed <= 8, "{missed} of {TRIALS}");
     }
 
-    /// The reference is worst where the bias is.
+    /// The reference has the most noise in the block that is biased.
     #[test]
     fn intervals_cover_the_truth_beside_a_noisy_reference() {
         const TRIALS: u32 = 200;

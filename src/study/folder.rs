@@ -1,24 +1,26 @@
-//! The folder of a study: locked by one study at a time, and removed if the study is refused before it begins.
+//! The folder of a study: only one study at a time can use it. If a study is refused before it begins, the folder is
+//! removed.
 
 use crate::{Error, Result};
 use std::fs::{File, TryLockError};
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
-/// A study's folder, locked while this value exists.
+/// The folder of a study's results. It is locked against other studies while this value exists; when the value is dropped,
+/// empty files and new empty folders are removed.
 pub struct Folder {
     path: PathBuf,
-    /// The folders that were made for it, the innermost first.
+    /// The folders that [`Self::open`] created, the innermost first. If they are still empty, they are removed at the end.
     made: Vec<PathBuf>,
-    /// The file of finished runs, whose lock is the folder's lock.
+    /// The open file of finished runs, `runs.jsonl`. Its lock is the lock of the folder.
     _lock: File,
 }
 
 impl Folder {
-    /// Makes the folder if there is none, and locks it.
+    /// Creates the folder if it does not exist, and locks it.
     ///
     /// # Errors
-    /// The folder cannot be made or written, or another study is at work in it.
+    /// The folder cannot be created or written, or another study uses it.
     pub fn open(path: &Path) -> Result<Self> {
         let failed = |e| Error::writing(path, e);
         let is_new = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
@@ -42,24 +44,24 @@ impl Folder {
         Ok(folder)
     }
 
-    /// The path of the folder.
+    /// The path of the folder, as the user gave it.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The folder of references.
+    /// The path of the folder in it that holds the references, one EXR file each.
     pub fn references(&self) -> PathBuf {
         references(&self.path)
     }
 
-    /// True if it holds a finished run or reference, so that it stays.
+    /// True if the folder holds a finished run or a reference. Then it stays, and a study can continue in it.
     pub fn holds_results(&self) -> bool {
         let has_runs = self.runs().metadata().is_ok_and(|runs| runs.len() > 0);
         let mut references = self.references().read_dir().into_iter().flatten();
         has_runs || references.next().is_some()
     }
 
-    /// The file of finished runs.
+    /// The path of the file of finished runs, `runs.jsonl`.
     pub fn runs(&self) -> PathBuf {
         runs(&self.path)
     }
@@ -71,7 +73,8 @@ impl Drop for Folder {
     }
 }
 
-/// Removes the empty files and folders that a study left in its folder, and the folders that were made for it.
+/// Removes the file of runs and the folder of references from `folder` if they are empty, and then those folders in `made`
+/// that are empty.
 fn take_away_empty(folder: &Path, made: &[PathBuf]) {
     let runs = runs(folder);
     if runs.metadata().is_ok_and(|about| about.len() == 0) {
@@ -92,7 +95,8 @@ fn references(folder: &Path) -> PathBuf {
     folder.join("references")
 }
 
-/// The file of finished runs, locked; `None` while another study has the lock.
+/// Opens and locks the file of finished runs in `folder`. `None` while another study has the lock. Fails if the file cannot
+/// be opened for writing.
 fn lock(folder: &Path) -> Result<Option<File>> {
     let path = runs(folder);
     loop {

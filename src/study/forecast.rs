@@ -1,22 +1,22 @@
-//! The fraction of a study that is done, and an estimate of the time left from the durations of the steps so far.
+//! Estimates the fraction of a study that is done, from the durations of its steps so far and the number of steps to come.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-/// Work with steps of about equal duration on a scene.
+/// A kind of work on a scene, whose steps take about equal time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Effort {
-    /// Samples of references.
+    /// Rendering references. A step is one sample per pixel.
     References,
-    /// Frames of configurations' runs.
+    /// Rendering the runs of configurations. A step is one frame.
     Runs,
-    /// Frames of the controls that configurations are compared with.
+    /// Rendering the path-traced controls that blocks are compared with. A step is one frame.
     Controls,
-    /// Frames of runs that are made again, to compare and to count.
+    /// Repeating runs, to find races and to count rays. A step is one frame.
     Repeats,
 }
 
-/// The work of a study, by scene.
+/// The steps of a study that are done and those to come, for each scene and kind of work.
 #[derive(Debug, Default)]
 pub struct Forecast {
     stages: BTreeMap<(String, Effort), Stage>,
@@ -30,18 +30,18 @@ struct Stage {
 }
 
 impl Forecast {
-    /// Sets the number of expected steps of a scene.
+    /// Sets the number of steps of one kind that are still to come on a scene.
     pub fn expect(&mut self, scene: &str, effort: Effort, steps: u64) {
         self.stage(scene, effort).to_come = steps;
     }
 
-    /// Raises the number of expected steps of a scene to at least the given number.
+    /// Raises the number of steps of one kind that are still to come on a scene to at least `steps`.
     pub fn expect_at_least(&mut self, scene: &str, effort: Effort, steps: u64) {
         let stage = self.stage(scene, effort);
         stage.to_come = stage.to_come.max(steps);
     }
 
-    /// Ends the work on a scene: no further steps are expected.
+    /// Ends the work on a scene: no steps of any kind are to come.
     pub fn close(&mut self, scene: &str) {
         for ((name, _), stage) in &mut self.stages {
             if name == scene {
@@ -50,7 +50,7 @@ impl Forecast {
         }
     }
 
-    /// Records completed steps and their duration.
+    /// Records that `steps` steps of one kind are done on a scene, and took the time `took` together.
     pub fn done(&mut self, scene: &str, effort: Effort, steps: u64, took: Duration) {
         let stage = self.stage(scene, effort);
         stage.to_come = stage.to_come.saturating_sub(steps);
@@ -58,7 +58,8 @@ impl Forecast {
         stage.seconds += took.as_secs_f64();
     }
 
-    /// The fraction of the total time of the work that has passed; 0 before the first step.
+    /// The fraction of the study that is done, in [0, 1]: the time that its steps took, divided by that time and the
+    /// estimated time of the steps to come. It is 0 before the first step.
     pub fn share(&self) -> f64 {
         let passed: f64 = self.stages.values().map(|stage| stage.seconds).sum();
         let left: f64 = (self.stages.iter())
@@ -76,7 +77,8 @@ impl Forecast {
         self.stages.entry((scene.to_owned(), effort)).or_default()
     }
 
-    /// The duration of a step in seconds: measured on this scene, otherwise on all scenes, otherwise over all work.
+    /// The expected duration of a step of one kind, in seconds: the mean on this scene or, if there is none yet, over all
+    /// scenes or, without these, over all kinds of work.
     fn step_seconds(&self, effort: Effort, stage: &Stage) -> f64 {
         let mean = |stages: &mut dyn Iterator<Item = &Stage>| {
             let (mut steps, mut seconds) = (0, 0.0);

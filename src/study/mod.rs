@@ -1,5 +1,5 @@
-//! Studies: configurations × scenes × seeds × frames against references, with a test for bias of each configuration. A plan
-//! describes a study; every finished run is kept, so that a stopped study can continue.
+//! Studies: configurations × scenes × seeds × frames, compared with references, and a test for bias of each configuration. A
+//! plan describes a study. Every finished run is stored, so that a study that was stopped can continue.
 
 pub mod axes;
 pub mod bias;

@@ -1,4 +1,4 @@
-//! A study's plan: a TOML file that names scenes, configurations and seeds.
+//! The plan of a study: a TOML file that names scenes, configurations, and the numbers of seeds and samples.
 
 use super::planned_scene::PlannedScene;
 use super::plans::PLANS;
@@ -16,54 +16,56 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
-/// A study as its file describes it.
+/// A study as the user describes it in a TOML file. The fields are the keys of the file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
-    /// The scenes and views that are rendered.
+    /// The scenes with their views. Each configuration is rendered on all of them, unless it names some of them.
     pub scenes: Vec<PlannedScene>,
-    /// The width in pixels; the height follows from each camera.
+    /// The width of the pictures in pixels; the height follows from each camera.
     #[serde(default = "default_width")]
     pub width: u32,
-    /// The number of frames of a run, with indices from 0; the last one is checked for bias.
+    /// The number of frames of a run, with indices from 0. The last one is checked for bias.
     #[serde(default = "one")]
     pub frames: u32,
-    /// The number of frames per second; without it, all frames show `start_time`.
+    /// The number of frames per second of the scene's time; without it, all frames show `start_time`.
     #[serde(default)]
     pub fps: Option<f64>,
-    /// The time of frame 0, in seconds.
+    /// The time in the scene that frame 0 shows, in seconds.
     #[serde(default)]
     pub start_time: f64,
-    /// The number of independent runs of each configuration.
+    /// The number of independent runs of each configuration on each scene, at least 2.
     #[serde(default = "default_seeds")]
     pub seeds: u32,
-    /// The maximum number of runs, if `seeds` runs leave the bias's interval too wide; by default four times as many.
+    /// The maximum number of runs, if `seeds` runs leave the interval of the bias too wide; by default four times as many.
     #[serde(default)]
     pub most_seeds: Option<u32>,
-    /// The maximum number of scattering events.
+    /// The maximum number of scattering events of a path. With 1 there is only direct light.
     #[serde(default = "one")]
     pub bounces: u32,
-    /// The number of samples per pixel of the references.
+    /// The number of samples per pixel of the references, at least 2. More samples make their error smaller.
     #[serde(default = "default_spp")]
     pub reference_spp: u32,
-    /// True if rays, lanes and neighbours are counted, by runs that are not timed.
+    /// True if rays, lanes in use and neighbours are counted, by additional runs that are not timed.
     #[serde(default)]
     pub count: bool,
-    /// Single configurations.
+    /// Configurations that are described one by one.
     #[serde(default)]
     pub configurations: Vec<Configuration>,
-    /// Products of settings.
+    /// Sweeps, each of which stands for many configurations: one for every combination of its values.
     #[serde(default)]
     pub sweeps: Vec<Sweep>,
-    /// The text of the plan.
+    /// The text of the plan with its origin, so that errors can name a line.
     #[serde(skip)]
     pub source: TomlText,
 }
 
-/// The maximum number of seeds: the seeds of controls and of confirmations begin far above it.
+/// The maximum of `seeds` and `most_seeds` in a plan. The seeds of controls and of confirmations begin far above it, so that
+/// they never overlap with the seeds of other runs.
 const MAX_SEEDS: u32 = 1 << 16;
 
-/// The maximum number of configurations in a plan, including those of its sweeps.
+/// The maximum number of configurations in a plan, including those of its sweeps. More are an error, before they take
+/// memory.
 const MAX_CONFIGURATIONS: usize = 4096;
 
 fn default_width() -> u32 {
@@ -82,16 +84,16 @@ fn default_spp() -> u32 {
     4096
 }
 
-/// The expected result of the bias check.
+/// The verdict that a plan expects from the bias check of a configuration. It decides which verdict is a failure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Expect {
-    /// The configuration has no bias: the study fails if the bias check finds one, and renders more seeds if the proof needs
-    /// them.
+    /// The configuration has no bias. The study fails if the check finds one, and renders more seeds where the interval is
+    /// too wide for a proof.
     Unbiased,
-    /// The bias of the configuration is expected; the check measures it.
+    /// The configuration has a bias, whose size is measured. No verdict is a failure.
     Biased,
-    /// No expectation.
+    /// The plan makes no claim about the bias of the configuration. No verdict is a failure.
     Any,
 }
 
@@ -104,85 +106,87 @@ impl Expect {
     }
 }
 
-/// One configuration.
+/// A configuration as the plan describes it: a preset with changes. Studies render and judge it.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Configuration {
-    /// The name in tables.
+    /// The name of the configuration in tables, unique in the plan.
     pub name: String,
-    /// The preset to which the changes are applied.
+    /// The name of the preset to which the changes in `set` are applied.
     pub preset: String,
-    /// Settings over the preset's, by dotted key.
+    /// The changed settings: values by dotted key, such as `direct.mis`.
     #[serde(default)]
     pub set: Map<String, Value>,
-    /// True if a frame is the mean of all frames up to it, instead of a single frame.
+    /// True if a frame is measured as the mean of itself and all frames before it; false if it is measured alone.
     #[serde(default)]
     pub accumulate: bool,
-    /// The names of the plan's scenes on which it is rendered; without them, all scenes.
+    /// The names of those scenes of the plan on which the configuration is rendered. Empty: all scenes.
     #[serde(default)]
     pub scenes: Vec<String>,
-    /// The expected verdict of the bias check; by default `unbiased`, and `any` for path tracing, which makes the
-    /// references themselves.
+    /// The verdict that is expected from the bias check. By default it is `unbiased`, and `any` for path tracing, which
+    /// makes the references themselves.
     #[serde(default)]
     pub expect: Option<Expect>,
 }
 
-/// Configurations for every combination of some settings' values.
+/// A configuration for every combination of the values of some settings. Each is named after its values, such as
+/// `balance/temporal`.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sweep {
-    /// The preset to which the changes are applied.
+    /// The name of the preset to which the changes in `set` and `over` are applied.
     pub preset: String,
-    /// Settings over the preset's, by dotted key.
+    /// The changed settings that all configurations of the sweep have: values by dotted key.
     #[serde(default)]
     pub set: Map<String, Value>,
-    /// Values by dotted key.
+    /// A list of values for each setting that differs between the configurations, by dotted key.
     pub over: Map<String, Value>,
-    /// True if a frame is the mean of all frames up to it, instead of a single frame.
+    /// True if a frame is measured as the mean of itself and all frames before it; false if it is measured alone.
     #[serde(default)]
     pub accumulate: bool,
-    /// The names of the plan's scenes on which they are rendered; without them, all scenes.
+    /// The names of those scenes of the plan on which the sweep is rendered. Empty: all scenes.
     #[serde(default)]
     pub scenes: Vec<String>,
-    /// The expected verdict of the bias check; by default `unbiased`, and `any` for path tracing, which makes the
-    /// references themselves.
+    /// The verdict that is expected from the bias check. By default it is `unbiased`, and `any` for path tracing, which
+    /// makes the references themselves.
     #[serde(default)]
     pub expect: Option<Expect>,
 }
 
-/// A configuration with its settings resolved.
+/// A configuration that is ready to be rendered: its settings are complete, and it has those values of the plan that its
+/// runs need.
 #[derive(Clone, Debug)]
 pub struct Resolved {
-    /// The name in tables.
+    /// The name of the configuration in tables, unique in the plan.
     pub name: String,
-    /// The settings.
+    /// All settings: those of the preset, with the changes of the plan.
     pub settings: Settings,
-    /// The number of frames of a run, with indices from 0.
+    /// The number of frames of a run, with indices from 0. The last one is checked for bias.
     pub frames: u32,
-    /// The time that each frame shows.
+    /// The clock that gives the time in the scene that each frame shows.
     pub clock: Clock,
-    /// True if a frame is the mean of all frames up to it.
+    /// True if a frame is measured as the mean of itself and all frames before it; false if it is measured alone.
     pub accumulate: bool,
-    /// True if rays, lanes and neighbours are counted.
+    /// True if an additional run counts rays, lanes in use and neighbours.
     pub count: bool,
-    /// The names of the scenes on which it is rendered; empty: all scenes.
+    /// The names of the scenes on which the configuration is rendered. Empty: all scenes of the plan.
     pub scenes: Arc<[String]>,
-    /// The expected verdict of the bias check.
+    /// The verdict that is expected from the bias check.
     pub expect: Expect,
 }
 
 impl Resolved {
-    /// True if it is rendered on a scene.
+    /// True if the configuration is rendered on the scene with this name.
     pub fn is_for(&self, scene: &str) -> bool {
         self.scenes.is_empty() || self.scenes.iter().any(|name| name == scene)
     }
 }
 
 impl Plan {
-    /// A plan that comes with the program, or otherwise one from a file.
+    /// The plan of the program with this name or, if there is none, the plan in the file with this name.
     ///
     /// # Errors
-    /// There is neither a plan nor a readable file with this name, or the errors of [`Self::parse`].
+    /// There is neither a plan nor a readable file with this name, or an error of [`Self::parse`] occurs.
     pub fn open(name: &str) -> Result<Self> {
         if let Some((_, text)) = PLANS.iter().find(|(plan, _)| *plan == name) {
             return Self::parse(name, text);
@@ -200,10 +204,11 @@ impl Plan {
         Self::parse(name, &text)
     }
 
-    /// Reads a plan; `origin` names it in messages.
+    /// Reads a plan from TOML text. `origin` is the name of the text in messages. Settings are not checked before
+    /// [`Self::resolve`].
     ///
     /// # Errors
-    /// Text that is not TOML, unknown keys, or values that no plan can have.
+    /// The text is not TOML, a key is unknown or missing, or a value is not possible in any plan.
     pub fn parse(origin: &str, text: &str) -> Result<Self> {
         let source = TomlText::new(origin, text);
         let plan = Self {
@@ -235,7 +240,7 @@ impl Plan {
         Ok(plan)
     }
 
-    /// The time that each frame shows.
+    /// The clock that gives the time in the scene that each frame shows.
     pub fn clock(&self) -> Clock {
         Clock {
             start_time: self.start_time,
@@ -243,11 +248,13 @@ impl Plan {
         }
     }
 
-    /// Every configuration with its settings.
+    /// All configurations with complete settings: first those that are described one by one, then those of the sweeps, in
+    /// the order of the plan.
     ///
     /// # Errors
-    /// An unknown preset or setting, a value out of range, settings of indirect light where there is none, frames of
-    /// different times that are summed up, or two configurations of one name.
+    /// A preset, a setting or a configuration's scene is unknown; a value is out of range; a sweep has no values; there are
+    /// too many configurations; settings of indirect light are changed although there is none; frames of different times
+    /// would be accumulated; or two configurations have one name.
     pub fn resolve(&self) -> Result<Vec<Resolved>> {
         let products = self.sweeps.iter().map(|sweep| Product::of(&sweep.over));
         let products: Vec<Product<'_>> =
@@ -319,7 +326,9 @@ impl Plan {
         Ok(all)
     }
 
-    /// A preset's settings with changes, which stand under their names in the table at `path`.
+    /// The settings of a preset with `changes`: pairs of the name of a table, such as `set`, and its values by dotted key.
+    /// These tables are parts of the table at `path` in the plan, where errors find the line. Fails if a preset or a setting
+    /// is wrong.
     fn settings(
         &self,
         path: &[Step<'_>],
@@ -349,7 +358,7 @@ impl Plan {
         Ok(settings)
     }
 
-    /// Checks that each scene of a configuration or a sweep is one of the plan's scenes, `named`.
+    /// Checks that all scenes that a configuration or a sweep names are among `named`, the names of the plan's scenes.
     fn check_scenes(&self, scenes: &[String], named: &BTreeSet<&str>) -> Result<()> {
         let unknown = scenes.iter().find(|scene| !named.contains(scene.as_str()));
         unknown.map_or(Ok(()), |scene| {
@@ -364,7 +373,8 @@ impl Plan {
         Error::input(format!("{}: {what}", self.source.origin))
     }
 
-    /// Reduces the seeds and the references' samples to a fourth.
+    /// Divides the numbers of seeds and of the references' samples by four, down to 2 at least, for a first look that proves
+    /// nothing.
     pub fn quicken(&mut self) {
         self.most_seeds = Some(self.most_seeds());
         let counts = [&mut self.seeds, &mut self.reference_spp].into_iter();
@@ -375,7 +385,8 @@ impl Plan {
         }
     }
 
-    /// The maximum number of runs.
+    /// The maximum number of runs of a configuration that expects `unbiased`: `most_seeds` of the plan, by default four
+    /// times `seeds`, and never less than `seeds`.
     pub fn most_seeds(&self) -> u32 {
         self.most_seeds.unwrap_or(4 * self.seeds).max(self.seeds)
     }

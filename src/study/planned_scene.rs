@@ -1,28 +1,29 @@
-//! A scene as a plan writes it.
+//! A scene with its view, as a plan describes it.
 
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use std::fmt::{self, Formatter};
 
-/// A scene of a plan: written as its name alone, or as a table.
+/// A scene of a plan. In the plan it is a name alone, or a table with these fields.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(remote = "Self", deny_unknown_fields)]
 pub struct PlannedScene {
-    /// A procedural name or a file.
+    /// The name of a procedural scene, with its parameters, or the path of a file.
     #[serde(rename = "scene")]
     pub name: String,
-    /// The eye and the target, and optionally the vertical field of view in degrees; without them, the scene's first camera is
-    /// used.
+    /// The camera as `x,y,z,x,y,z` or `x,y,z,x,y,z,degrees`: eye, target and vertical field of view. `None`: the scene's
+    /// first camera.
     pub look_at: Option<String>,
-    /// The environment: a file or a sky, as `--environment` takes it.
+    /// The environment that lights the scene: an image file, or a generated sky such as `sky:sun=40`. `None`: no
+    /// environment.
     pub environment: Option<String>,
-    /// The number of samples per pixel of its references, instead of the plan's number.
+    /// The number of samples per pixel of the scene's references; `None`: the number that the plan gives for all scenes.
     pub reference_spp: Option<u32>,
 }
 
 impl PlannedScene {
-    /// A scene as it is, seen by its first camera.
+    /// The scene with this name, seen by its first camera, without an environment.
     pub fn named(name: &str) -> Self {
         Self {
             name: name.to_owned(),
@@ -34,7 +35,8 @@ impl PlannedScene {
 }
 
 impl<'de> Deserialize<'de> for PlannedScene {
-    /// The implementation is manual, because serde's untagged enums do not name the wrong key.
+    /// Reads a name or a table. The implementation is manual, because serde's untagged enums do not name a wrong key in
+    /// their errors.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct NameOrTable;
         impl<'de> Visitor<'de> for NameOrTable {

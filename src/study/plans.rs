@@ -1,6 +1,6 @@
 //! The plans that come with the program.
 
-/// The names and texts of the plans.
+/// The plans that are part of the program: for each one its name for `--plan`, and its TOML text.
 pub const PLANS: &[(&str, &str)] = &[
     ("bias-matrix", include_str!("plans/bias-matrix.toml")),
     ("bias-sample", include_str!("plans/bias-sample.toml")),

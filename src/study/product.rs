@@ -1,20 +1,21 @@
-//! The combinations of values that a sweep goes over.
+//! The combinations of values that a sweep of a plan consists of.
 
 use serde_json::{Map, Value};
 
-/// All combinations of one value for each key; each is made on demand, so that the first wrong one ends the work.
+/// All combinations of one value for each key of a sweep. Each is made on demand, so that the first wrong one ends the work
+/// before the others take memory.
 pub struct Product<'a> {
-    /// The values of each key, at least one.
+    /// The keys, each with its values, of which there is at least one.
     lists: Vec<(&'a String, &'a [Value])>,
-    /// The number of combinations.
+    /// The number of combinations: the product of the numbers of values. It is `usize::MAX` if it would be larger.
     pub count: usize,
 }
 
 impl<'a> Product<'a> {
-    /// The product of the lists in a table.
+    /// The product of the lists of values in `table`, which maps each dotted key to a list.
     ///
     /// # Errors
-    /// A key without a list of values; the text names it.
+    /// A key has no list of values, or an empty one; the text names the key.
     pub fn of(table: &'a Map<String, Value>) -> Result<Self, String> {
         let mut product = Self {
             lists: Vec::new(),
@@ -30,7 +31,8 @@ impl<'a> Product<'a> {
         Ok(product)
     }
 
-    /// Combination `number`, below `count`. The values of the last key change fastest.
+    /// The combination with index `number`, which must be below `count`: one value for each key. The values of the last key
+    /// change fastest.
     pub fn choice(&self, mut number: usize) -> Map<String, Value> {
         let mut choice = Vec::new();
         for (key, values) in self.lists.iter().rev() {

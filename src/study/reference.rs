@@ -1,4 +1,5 @@
-//! References: rendered once, and kept under the hash of all their inputs.
+//! References: path-traced pictures with a small and known error. Each is rendered once, and stored under the hash of all
+//! its inputs.
 
 use crate::base::input_files;
 use crate::base::progress::Watch;
@@ -14,34 +15,36 @@ use glam::DVec3;
 use std::path::Path;
 use std::sync::Arc;
 
-/// The side of a block in pixels.
+/// The width and height of a block, in pixels. Blocks at the right and lower edges of a picture may be smaller.
 pub const BLOCK: usize = 8;
-/// The largest relative change of a pixel by rounding: sums of thousands of samples keep at least 24 bits.
+/// The largest relative difference of a pixel's value that rounding can cause; sums of thousands of samples keep at least 24
+/// bits. Such differences do not count as bias.
 const ROUNDING: f64 = 1e-6;
-/// The seed of references, far from the seeds of runs.
+/// The seed of all references, far from the seeds of runs, so that runs and references have different random numbers.
 const SEED: u32 = 0x5EED_0000;
-/// The number of samples per pixel that are rendered at once; progress is reported, and a signal noticed, after them and
-/// between the strips of a picture.
+/// The number of samples per pixel that the renderer adds in one call. Progress is reported, and a signal noticed, after
+/// each call and between the strips of a picture.
 const AT_ONCE: u32 = 16;
 
-/// The subject of a reference, and the settings that it is made with.
+/// The inputs of a reference: what it shows, and how it is rendered.
 pub struct Shot<'a> {
-    /// The device that renders it.
+    /// The device that renders the reference.
     pub device: &'a Arc<Device>,
-    /// The scene.
+    /// The scene on the device that renders the reference.
     pub scene: &'a Arc<GpuScene>,
-    /// The time that the scene shows, in seconds.
+    /// The time in the scene that the reference shows, in seconds.
     pub time: f64,
-    /// The view at that time, with any seed.
+    /// The camera at the time of the reference, the size of the picture, and the number of bounces. Its seed has no effect.
     pub view: View,
-    /// Settings of the path tracing.
+    /// The settings of path tracing.
     pub settings: &'a Settings,
-    /// The number of samples per pixel.
+    /// The number of samples per pixel of the reference.
     pub samples: u32,
 }
 
 impl Shot<'_> {
-    /// A renderer of the shot, with at most `bounces` scattering events.
+    /// A renderer of the shot, with at most `bounces` scattering events. With 0 it renders only emitters that the camera
+    /// sees directly.
     fn renderer(&self, bounces: u32) -> Result<Renderer> {
         let view = View {
             seed: SEED,
@@ -54,27 +57,28 @@ impl Shot<'_> {
     }
 }
 
-/// A picture with a small error, row by row from the top.
+/// A path-traced picture with a small and known error. Its lists have one RGB value for each pixel, row by row from the top.
 pub struct Reference {
-    /// The width in pixels.
+    /// The width of the picture, in pixels.
     pub width: u32,
-    /// Mean radiance.
+    /// The mean radiance of each pixel over all samples.
     pub mean: Vec<[f32; 3]>,
-    /// Standard error of the mean.
+    /// The standard error of the mean of each pixel and channel, at least 0, in the unit of the mean.
     pub error: Vec<[f32; 3]>,
-    /// The light of emitters that the camera sees directly. It needs no resampling, and with it the relative error of a
-    /// picture's mean would be too small for the lit surfaces.
+    /// The radiance of the emitters that each pixel shows directly. It is subtracted before means are compared: it has no
+    /// noise, and with it the relative error of a picture's mean would be too small for the lit surfaces.
     pub emission: Vec<[f32; 3]>,
-    /// The number of samples per pixel from which it was made.
+    /// The number of samples per pixel of which `mean` is the mean. More samples make `error` smaller.
     pub samples: u32,
 }
 
 impl Reference {
-    /// Reads the reference from `path`, or makes it and keeps it there. `watch` receives the fraction of it that is made, and
-    /// can end the work.
+    /// Reads the reference from the file `path`, or renders it and writes it there. `watch` receives the fraction that is
+    /// rendered, in [0, 1], and can end the work by an error.
     ///
     /// # Errors
-    /// The device or the disk fails, the file is not a reference of this view, or `watch` ends it.
+    /// The device or the disk fails, the file is damaged or not a reference of this view, path tracing rejected values, or
+    /// `watch` returns an error.
     pub fn obtain(path: &Path, shot: &Shot, watch: &mut Watch) -> Result<Self> {
         let (view, samples) = (&shot.view, shot.samples);
         let mut renderer = shot.renderer(0)?;
@@ -136,13 +140,14 @@ impl Reference {
         })
     }
 
-    /// Means of a picture's channels, and of its blocks' luminance, emission left out.
+    /// The mean of each channel over a picture, and the mean luminance of each of its blocks, row by row. The reference's
+    /// emission is subtracted from `picture` first.
     pub fn reduce(&self, picture: &[[f32; 3]]) -> ([f64; 3], Vec<f64>) {
         self.means(|i, c| f64::from(picture[i][c]) - f64::from(self.emission[i][c]))
     }
 
-    /// The median ratio of a picture's luminance to the reference's luminance, over the pixels that are lit and show no
-    /// emitter.
+    /// The median, over the pixels that are lit in the reference and show no emitter, of a picture's luminance divided by
+    /// the reference's luminance. It is 1 if there is no such pixel.
     pub fn median_ratio(&self, picture: &[[f32; 3]]) -> f64 {
         let pixels = picture.iter().zip(&self.mean).zip(&self.emission);
         let lit = pixels.filter(|(_, emission)| **emission == [0.0; 3]);
@@ -150,8 +155,8 @@ impl Reference {
         median_ratio(lit.map(|((picture, mean), _)| (of(picture), of(mean))))
     }
 
-    /// The largest differences of these means that rounding alone can cause: a picture without noise equals the reference
-    /// except for the last bits of its sums, which include the emission.
+    /// The largest differences, in the means that [`Self::reduce`] returns, that rounding alone can cause. A picture without
+    /// noise equals the reference except for the last bits of its sums, which include the emission.
     pub fn rounding(&self) -> ([f64; 3], Vec<f64>) {
         self.means(|i, c| {
             let emission = f64::from(self.emission[i][c]).abs();
@@ -159,9 +164,9 @@ impl Reference {
         })
     }
 
-    /// The values to which biases of the channels' means and of the blocks' luminance are relative: the means of the reference
-    /// where they are more than rounding. The bias of a black channel is relative to the brightest channel's mean or, if all
-    /// channels are black, to the emission. They are never 0.
+    /// The positive values that biases are divided by: one for each channel's mean, and one for the luminance of all blocks.
+    /// They are the means of the reference without emission where these are more than rounding. A black channel has the mean
+    /// of the brightest channel instead or, if all channels are black, the emission.
     pub fn scale(&self) -> ([f64; 3], f64) {
         let (mean, blocks) = self.reduce(&self.mean);
         let (rounding, rounded_blocks) = self.rounding();
@@ -178,7 +183,8 @@ impl Reference {
         )
     }
 
-    /// Means of the channels of something in each pixel, and of its blocks' luminance.
+    /// The means over the picture of a value that is given by pixel and channel: the mean of each channel, and the mean
+    /// luminance of each block, row by row.
     fn means(&self, value: impl Fn(usize, usize) -> f64) -> ([f64; 3], Vec<f64>) {
         let pixels = self.mean.len();
         let mut mean = [0.0; 3];
@@ -195,7 +201,7 @@ impl Reference {
         (mean, blocks.collect())
     }
 
-    /// The estimates of the channels' means from the reference.
+    /// The mean radiance of each channel without emission, with its standard error, in which pixels count as independent.
     pub fn mean_estimates(&self) -> [Estimate; 3] {
         let (mean, _) = self.reduce(&self.mean);
         let count = self.error.len() as f64;
@@ -205,12 +211,14 @@ impl Reference {
         })
     }
 
-    /// The largest 99 % half-width of the channels' means, relative to the mean.
+    /// The half-width of the 99 % interval of a channel's mean, as a fraction of the mean; the largest over the channels
+    /// that are not black. A study is refused if it is too large.
     pub fn half_width(&self) -> f64 {
         self.half_width_by(u64::from(self.samples))
     }
 
-    /// [`Self::half_width`] with Student's quantile for `samples` samples. The error of a black channel is 0.
+    /// [`Self::half_width`] with Student's quantile for `samples` samples, but the standard errors of this reference. Black
+    /// channels are left out.
     fn half_width_by(&self, samples: u64) -> f64 {
         let (rounding, _) = self.rounding();
         (self.mean_estimates().into_iter().zip(rounding))
@@ -219,15 +227,15 @@ impl Reference {
             .fold(0.0, f64::max)
     }
 
-    /// The number of samples per pixel with which the half-width would be `half_width`.
+    /// The number of samples per pixel with which [`Self::half_width`] would be `half_width`.
     pub fn samples_for(&self, half_width: f64) -> f64 {
         // With as many as are asked for Student's interval is a normal one.
         let normal = self.half_width_by(u64::from(u32::MAX));
         (normal / half_width).powi(2) * f64::from(self.samples)
     }
 
-    /// The estimates of the blocks' luminance from the reference. The channels of a pixel are correlated, so their errors add
-    /// up.
+    /// The mean luminance of each block without emission, row by row, with its standard error. The channels of a pixel are
+    /// correlated, so their errors are added, not the squares of their errors.
     pub fn block_estimates(&self) -> Vec<Estimate> {
         let (_, means) = self.reduce(&self.mean);
         let mut squares = self.empty_blocks();
@@ -268,31 +276,31 @@ impl Reference {
     }
 }
 
-/// The number of blocks along a side of `pixels` pixels.
+/// The number of blocks along a side of a picture that has `pixels` pixels.
 pub fn blocks_of_side(pixels: usize) -> usize {
     pixels.div_ceil(BLOCK)
 }
 
-/// The references of a run's frames.
+/// The references that the frames of a run are compared with: one for all frames or, in a moving scene, one for each frame.
 pub struct References(Vec<Arc<Reference>>);
 
 impl References {
-    /// One reference for all frames, or one for each frame.
+    /// The references of a run, in the order of its frames. A single reference holds for all frames.
     pub fn new(references: Vec<Arc<Reference>>) -> Self {
         Self(references)
     }
 
-    /// True if each frame has a separate reference.
+    /// True if each frame has its own reference, because the frames show different times.
     pub fn differ(&self) -> bool {
         self.0.len() > 1
     }
 
-    /// The reference of a frame.
+    /// The reference of the frame with this index, counted from 0.
     pub fn of(&self, frame: u32) -> &Reference {
         &self.0[(frame as usize).min(self.0.len() - 1)]
     }
 
-    /// The reference of the last frame.
+    /// The reference of the last frame, with which the test for bias is made.
     pub fn last(&self) -> &Reference {
         &self.0[self.0.len() - 1]
     }

@@ -10,87 +10,93 @@ use crate::render::counters::Counts;
 use serde::Serialize;
 use serde_json::Value;
 
-/// One configuration on one scene.
+/// The results of one configuration on one scene. Lists with one entry for each frame begin with frame 0.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
-    /// The scene.
+    /// The name of the scene in the plan.
     pub scene: String,
-    /// The configuration.
+    /// The name of the configuration in the plan.
     pub configuration: String,
-    /// The resolved settings.
+    /// The settings of the configuration as JSON: those of its preset, with its changes.
     pub settings: Value,
-    /// Number of independent runs.
+    /// The number of independent runs, without those of fresh seeds after an alarm.
     pub seeds: usize,
-    /// The RMSE of each frame, as the mean over seeds.
+    /// The RMSE of each frame against its reference in linear RGB, as the mean over seeds.
     pub rmse: Vec<f64>,
-    /// The RMSE of clamped pictures, as the mean over seeds.
+    /// The RMSE of each frame after it and its reference are clamped to [0, 1], as the mean over seeds.
     pub rmse_clamped: Vec<f64>,
-    /// The relMSE of each frame, as the mean over seeds.
+    /// The relMSE of each frame against its reference, as the mean over seeds.
     pub relmse: Vec<f64>,
-    /// The temporal correlation of each frame's errors with those of the previous frame, as the mean over seeds.
+    /// The temporal correlation of each frame, in [−1, 1]: that of its errors with those of the previous frame, as the mean
+    /// over seeds. It is 0 for frame 0.
     pub correlation: Vec<f64>,
-    /// The median over pixels of the ratio of their luminance to the reference's luminance, as the mean over seeds.
+    /// For each frame, the median over lit pixels of their luminance divided by the reference's luminance, as the mean over
+    /// seeds. Below 1, most pixels lack light.
     pub median: Vec<f64>,
-    /// The times of passes: the median over seeds of the median over frames; first runs are left out.
+    /// The time of each pass in a frame: the median over seeds of the median over frames. Frame 0, if there are others, and
+    /// first runs of passes are left out.
     pub milliseconds: Milliseconds,
-    /// The times of passes that ran for the first time, in which some drivers compile them; empty if all runs come from an
-    /// earlier study that was stopped.
+    /// The times of passes when they ran for the first time, in which some drivers compile them. Empty if all runs were
+    /// taken from an earlier study that was stopped.
     pub first_runs: Milliseconds,
-    /// The counts of the passes of the last frame in a repetition of the first run, if the plan requests them.
+    /// The counts of each pass in the last frame, from a repetition of the first run. Empty unless the plan requests counts.
     pub counts: Vec<Counts>,
-    /// Bytes on the device that resampling keeps for each pixel.
+    /// The memory on the device that resampling keeps for each pixel, in bytes.
     pub bytes_per_pixel: f64,
-    /// The number of rejected values over all runs.
+    /// The number of values that renderers rejected (NaN, infinite, negative, or too large), over all runs, also those of
+    /// fresh seeds. The row fails if it is not 0.
     pub rejected: u64,
-    /// The measurements of the bias check.
+    /// The bias of the mean of the picture, from the first seeds.
     pub bias: Bias,
-    /// The bias by blocks; null for fewer than three runs.
+    /// The root mean square of the bias of blocks; null for fewer than three runs.
     pub block_bias: Option<BlockBias>,
-    /// The probability that the blocks' t values are distributed as those of an unbiased control, if blocks were independent.
+    /// The p-value of the comparison of the blocks with those of an unbiased control, which would be exact if blocks were
+    /// independent. It is 1 in rows that do not expect `unbiased`.
     pub blocks_p_value: f64,
-    /// The result of fresh seeds, if the first seeds gave an alarm.
+    /// The result of fresh seeds, if the first seeds raised an alarm; null otherwise.
     pub confirmation: Option<Confirmation>,
-    /// The smallest of its p-values after Holm's correction over the whole study.
+    /// The smallest p-value that decides about this row, after Holm's correction over the rows of the study. Below 0.01, the
+    /// verdict is `biased`.
     pub corrected_p_value: f64,
-    /// The relative bias that the check finds with a power of 90 %.
+    /// The bias that the check of this row finds with a probability of 90 %, as a fraction of the mean.
     pub detectable_bias: f64,
-    /// True if a repeated run has equal bits; otherwise passes have a data race.
+    /// True if a repetition of the first run gave the same bits. False means that a pass has a data race, and the row fails.
     pub replays: bool,
-    /// The verdict that the plan expects.
+    /// The verdict that the plan expects. A verdict `biased` is a failure only if this is `unbiased`.
     pub expect: Expect,
-    /// The verdict that was found.
+    /// The verdict that [`judge`] found.
     pub verdict: Verdict,
-    /// The seeds and the time that a decision needs, where the verdict is `undecided`; null elsewhere.
+    /// The work with which an undecided row could be decided; null for another verdict.
     pub missing: Option<Missing>,
-    /// The time of one run, in seconds.
+    /// The mean duration of one run, in seconds, from which [`Missing::minutes`] follows.
     #[serde(skip)]
     pub(super) run_seconds: f64,
 }
 
-/// The reason why a bias check is undecided.
+/// The additional work with which an undecided row could be decided.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Missing {
-    /// The approximate number of additional seeds that would decide; null if no number would, since the error of the reference
-    /// is too large.
+    /// The approximate number of additional seeds; null if no number suffices, since the error of the reference is too
+    /// large.
     pub seeds: Option<f64>,
-    /// The approximate duration of these runs in minutes.
+    /// The approximate duration of the additional runs, in minutes; null if `seeds` is null.
     pub minutes: Option<f64>,
 }
 
-/// The verdict of a bias check.
+/// The verdict of the bias check of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
-    /// There is no difference, and the interval is narrow enough to detect one.
+    /// No bias was found, and the interval is narrow enough to have shown one.
     Unbiased,
-    /// There is a difference beyond chance.
+    /// The difference from the reference is too large to be chance: a corrected p-value is below [`LEVEL`].
     Biased,
-    /// No difference was found, but the interval is too wide: the decision needs more seeds.
+    /// No bias was found, but the interval is too wide to exclude one. More seeds are needed.
     Undecided,
 }
 
 impl Verdict {
-    /// The word for the verdict in tables.
+    /// The word for the verdict in tables and in CSV.
     pub(super) fn text(self) -> &'static str {
         match self {
             Self::Unbiased => "unbiased",
@@ -101,10 +107,11 @@ impl Verdict {
 }
 
 impl Row {
-    /// Summarises a configuration's runs on a scene; verdicts follow in [`judge`].
+    /// Summarises the runs of a configuration on a scene, of which there is one for each seed. The verdict, the corrected
+    /// p-value and the detectable bias follow in [`judge`].
     ///
     /// # Errors
-    /// Never with finite settings.
+    /// The settings have no JSON form, which cannot happen with finite numbers.
     pub fn new(
         scene: &str,
         configuration: &Resolved,
@@ -148,7 +155,7 @@ impl Row {
         })
     }
 
-    /// The failure, if there is one.
+    /// The reason why the row makes the study fail; `None` if it does not.
     pub fn complaint(&self) -> Option<&'static str> {
         if self.rejected > 0 {
             Some("values were refused")
@@ -161,7 +168,8 @@ impl Row {
         }
     }
 
-    /// The missing part of a requested proof, as a text.
+    /// If the row expects `unbiased` and is undecided, a text about the work that a decision needs, which names the key of
+    /// the plan to raise; otherwise `None`.
     pub fn open_question(&self) -> Option<String> {
         let missing = self.missing.filter(|_| self.expect == Expect::Unbiased)?;
         let (Some(seeds), Some(minutes)) = (missing.seeds, missing.minutes) else {
@@ -178,14 +186,16 @@ impl Row {
         ))
     }
 
-    /// True if the first seeds give reason to test fresh seeds, with `rows` rows in total.
+    /// True if the first seeds raise an alarm, so that fresh seeds must decide. The threshold is [`LEVEL`] divided by
+    /// `rows`, the number of rows that are tested.
     pub fn alarms(&self, rows: usize) -> bool {
         let level = LEVEL / rows.max(1) as f64;
         let least = self.bias.p_values.iter().copied().fold(1.0, f64::min);
         3.0 * least < level || self.blocks_p_value < level
     }
 
-    /// The bias and the p-values that decide: after an alarm, those of fresh seeds alone.
+    /// The bias and the p-values that decide about the row. After an alarm they are those of the fresh seeds alone: of the
+    /// three channels, then of the pattern of blocks.
     pub(super) fn deciding(&self) -> (&Bias, Vec<f64>) {
         match &self.confirmation {
             None => (&self.bias, self.bias.p_values.to_vec()),
@@ -198,14 +208,15 @@ impl Row {
     }
 }
 
-/// The first runs of passes in the first run that has any: a study that continues has them again.
+/// The times of the first runs of passes, from the first of the runs that has any. Later runs have them again if a study
+/// continued in another process.
 fn first_runs(runs: &[&Run]) -> Milliseconds {
     let with = runs.iter().find(|run| !run.first_runs.is_empty());
     with.map_or_else(Milliseconds::new, |run| run.first_runs.clone())
 }
 
-/// Decides over all rows at once: Holm's correction covers every test of every row that should be unbiased, and the tests of
-/// the other rows separately.
+/// Sets verdict, corrected p-value, detectable bias and missing work of all rows. Holm's correction covers all tests of the
+/// rows that expect `unbiased` together, and separately those of the other rows.
 pub fn judge(rows: &mut [Row]) {
     for claimed in [true, false] {
         let mut chosen: Vec<&mut Row> = (rows.iter_mut())

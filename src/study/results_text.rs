@@ -1,4 +1,4 @@
-//! The results of a study as JSON, CSV and a table.
+//! Writes the results of a study as a table, as CSV and as JSON.
 
 use super::bias::LEVEL;
 use super::results::Row;
@@ -8,7 +8,7 @@ use crate::base::printable::printable;
 use serde_json::Value;
 use std::fmt::Write as _;
 
-/// All rows as lines for a reader.
+/// All rows as a table for the terminal: one line for each row, then the costs, then a line that explains the columns.
 pub fn table(rows: &[Row]) -> String {
     // A name from a plan stays on its line.
     let printable_names = |row: &Row| Row {
@@ -76,7 +76,8 @@ pub fn table(rows: &[Row]) -> String {
     text
 }
 
-/// The costs of frames, one per line: the time of every pass and, if the plan requests them, rays, lanes in use and neighbours.
+/// The costs of a frame for each row, as text: the milliseconds of every pass, bytes per pixel and, if the plan requests
+/// counts, rays, lanes in use and neighbours.
 fn costs(rows: &[Row]) -> String {
     let mut text = String::new();
     for row in rows {
@@ -122,8 +123,8 @@ fn costs(rows: &[Row]) -> String {
     text
 }
 
-/// All rows as CSV: a line for each frame. Milliseconds are medians as in [`Row::milliseconds`], rays those
-/// of the last frame; without counting, the rays are left out.
+/// All rows as CSV, with one line for each frame. Milliseconds are the sum over the passes of [`Row::milliseconds`]; rays
+/// are those of the last frame, and their field is empty if the plan does not request counts.
 pub fn csv(rows: &[Row]) -> String {
     let mut text = String::from(
         "scene,configuration,seeds,frame,rmse,rmse_clamped,relmse,correlation,bias_r,bias_g,bias_b,half_width,verdict,milliseconds,rays,bytes_per_pixel,block_bias,block_bias_low,block_bias_high,median\n",
@@ -168,12 +169,12 @@ pub fn csv(rows: &[Row]) -> String {
     text
 }
 
-/// All rows as JSON with a version: 2 since the verdict `undecided`, which was `unclear`, with `missing`, the
-/// expectation `any`, `detectable_bias`, which was `found_nine_times_in_ten`, and `first_runs`, which were among
-/// `milliseconds`.
+/// All rows as JSON, with the device, the driver, the commit of the program and a version of the format. Version 2 differs
+/// from 1 in these fields: the verdict `undecided` was `unclear` and had no `missing`, `any` was not an expectation,
+/// `detectable_bias` was `found_nine_times_in_ten`, and `first_runs` were among `milliseconds`.
 ///
 /// # Errors
-/// Never with finite numbers.
+/// The rows have no JSON form, which cannot happen with finite numbers.
 pub fn json(rows: &[Row], device: &str, driver: &str) -> Result<Value> {
     let rows = value_of("results", &rows)?;
     Ok(serde_json::json!({

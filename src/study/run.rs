@@ -1,4 +1,4 @@
-//! One run: the frames of one configuration with one seed, measured against references.
+//! One run: renders the frames of one configuration with one seed, and measures them against references.
 
 use super::plan::Resolved;
 use super::reference::References;
@@ -12,59 +12,60 @@ use crate::scene::MovingCamera;
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
-/// The times of passes in milliseconds, by name, in the order of the passes.
+/// The times of passes: the name of each pass and its time in milliseconds, in the order in which the passes run.
 pub type Milliseconds = Vec<(String, f64)>;
 
-/// The results of a run.
+/// The results of one run, as the store keeps them. Lists with one entry for each frame begin with frame 0.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Run {
-    /// The scene's name in the plan.
+    /// The name of the scene in the plan.
     pub scene: String,
-    /// The configuration's name.
+    /// The name of the configuration in the plan.
     pub configuration: String,
-    /// The hash of all inputs of the run: other settings make another run.
+    /// The hash of everything that the run depends on, except the seed. A run with other settings has another key.
     pub key: String,
-    /// The seed.
+    /// The seed, from which all random numbers of the run follow.
     pub seed: u32,
-    /// Root mean square error of each frame.
+    /// The RMSE of each frame against its reference, in linear RGB.
     pub rmse: Vec<f64>,
-    /// The root mean square error of clamped pictures.
+    /// The RMSE of each frame after it and its reference are clamped to [0, 1].
     pub rmse_clamped: Vec<f64>,
-    /// relMSE of each frame.
+    /// The relMSE of each frame against its reference.
     pub relmse: Vec<f64>,
-    /// The temporal correlation: Pearson's correlation of each frame's errors with those of the previous frame; 0 for the first
-    /// frame.
+    /// The temporal correlation of each frame, in [−1, 1]: Pearson's correlation of its errors with those of the previous
+    /// frame; 0 for frame 0.
     #[serde(default)]
     pub correlation: Vec<f64>,
-    /// The median ratio of each frame to its reference: [`Reference::median_ratio`](super::reference::Reference::median_ratio).
+    /// The median ratio of each frame to its reference, which is 1 without bias:
+    /// [`Reference::median_ratio`](super::reference::Reference::median_ratio).
     #[serde(default)]
     pub median: Vec<f64>,
-    /// The mean of the channels, without directly visible emission, of the last frame, or of all frames if they show one time
-    /// and do not depend on each other.
+    /// The mean radiance of each channel, without directly visible emission, over the last frame. If frames show one time
+    /// and do not depend on each other, it is the mean over all frames.
     pub mean: [f64; 3],
-    /// The mean luminance of blocks, over the same frames.
+    /// The mean luminance of each block, row by row, over the same frames as [`Self::mean`] and without emission.
     pub blocks: Vec<f64>,
-    /// The median over frames; the first frame, which has no history, is left out if there are others, and so are first runs of
-    /// passes.
+    /// The time of each pass in a frame, as the median over frames. Frame 0, which has no history, is left out if there are
+    /// others, and so are first runs of passes.
     pub milliseconds: Milliseconds,
-    /// The times of passes in their first run, in which some drivers compile them.
+    /// The times of passes when they ran for the first time, in which some drivers compile them.
     #[serde(default)]
     pub first_runs: Milliseconds,
-    /// The counts of the passes of the last frame, if they are requested.
+    /// The counts of each pass in the last frame; empty unless the renderer counts.
     #[serde(skip)]
     pub counts: Vec<Counts>,
-    /// Bytes on the device that resampling keeps for each pixel.
+    /// The memory on the device that resampling keeps for each pixel, in bytes.
     #[serde(default)]
     pub bytes_per_pixel: f64,
-    /// The number of rejected values.
+    /// The number of values that the renderer rejected (NaN, infinite, negative, or too large), over all frames.
     pub rejected: u32,
-    /// The time of the whole run with its measurements, in seconds; 0 if it was not recorded.
+    /// The duration of the whole run, with its measurements, in seconds; 0 if it was not recorded.
     #[serde(default)]
     pub seconds: f64,
 }
 
 impl Run {
-    /// True if the run has `frames` frames and `blocks` blocks.
+    /// True if the lists of the run have the lengths for `frames` frames and `blocks` blocks.
     pub fn has_lengths(&self, frames: usize, blocks: usize) -> bool {
         let of_frames = [
             &self.rmse,
@@ -76,14 +77,15 @@ impl Run {
         of_frames.iter().all(|list| list.len() == frames) && self.blocks.len() == blocks
     }
 
-    /// True if the pictures of both runs are equal to the last bit. Errors are not compared: a study with --quick and one
-    /// without have different references, and so different errors.
+    /// True if the means of channels and of blocks are equal to the last bit, which stands for equal pictures. Errors are
+    /// not compared: a study with `--quick` and one without have different references.
     pub fn same_as(&self, other: &Self) -> bool {
         (self.mean, &self.blocks) == (other.mean, &other.blocks)
     }
 }
 
-/// Renders and measures the frames of one configuration, with `renderer` made for it. `camera` is given if it may move.
+/// Renders the frames of one configuration with one seed, and measures each against its reference. `renderer` is made for
+/// the configuration. `camera` is the camera whose motion the frames follow; `None` if it does not move.
 ///
 /// # Errors
 /// The device fails, or the scene cannot be rendered at a frame's time.
@@ -157,7 +159,7 @@ pub fn measure(
     Ok(run)
 }
 
-/// The median over all of `all`, for each pass of the last one.
+/// For each pass of the last entry of `all`, the median of its times over all entries.
 pub fn medians<'a>(all: impl IntoIterator<Item = &'a Milliseconds>) -> Milliseconds {
     let all: Vec<&Milliseconds> = all.into_iter().collect();
     let of_pass = |name: &str| {

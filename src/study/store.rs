@@ -1,4 +1,4 @@
-//! Finished runs, appended to a file one by one.
+//! Stores finished runs in a file, to which they are appended one by one.
 
 use super::run::Run;
 use crate::base::input_files;
@@ -7,18 +7,19 @@ use std::collections::{BTreeMap, HashMap};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Finished runs, one line of JSON each; a line that a crash cut short is left out.
+/// The finished runs of a study, in memory and in a file with one line of JSON for each run. A line that a crash cut short
+/// is ignored.
 pub struct Store {
     path: PathBuf,
-    /// The runs by key and seed.
+    /// The runs by key ([`Run::key`]), then by seed.
     runs: HashMap<String, BTreeMap<u32, Run>>,
 }
 
 impl Store {
-    /// Reads the existing runs.
+    /// Reads the finished runs in the file `path`. Without a file there are none.
     ///
     /// # Errors
-    /// A file that cannot be read.
+    /// The file cannot be read.
     pub fn open(path: &Path) -> Result<Self> {
         let bytes = match path.exists() {
             true => input_files::read(path)?,
@@ -36,35 +37,38 @@ impl Store {
         Ok(store)
     }
 
-    /// Stores a run; of two runs with one key and seed the later one counts, since it replaces a rejected one.
+    /// Stores a run in memory only. It replaces a run with the same key and seed: a later line in the file counts, because
+    /// it replaces a damaged one.
     fn remember(&mut self, run: Run) {
         let seeds = self.runs.entry(run.key.clone()).or_default();
         seeds.insert(run.seed, run);
     }
 
-    /// Drops the runs of a key that do not have `frames` frames and `blocks` blocks: their lines were edited or damaged.
+    /// Removes from memory the runs of a key that do not have `frames` frames and `blocks` blocks, because their lines were
+    /// edited or damaged. They are then rendered again.
     pub fn keep_whole(&mut self, key: &str, frames: usize, blocks: usize) {
         if let Some(runs) = self.runs.get_mut(key) {
             runs.retain(|_, run| run.has_lengths(frames, blocks));
         }
     }
 
-    /// The run of a key and seed.
+    /// The run with this key and seed; `None` if it is not finished.
     pub fn find(&self, key: &str, seed: u32) -> Option<&Run> {
         self.runs.get(key)?.get(&seed)
     }
 
-    /// All existing runs of a key with seeds in a range, by seed.
+    /// The finished runs of a key with seeds in a range, in the order of their seeds. Seeds without a finished run are left
+    /// out.
     pub fn of(&self, key: &str, seeds: std::ops::Range<u32>) -> Vec<&Run> {
         let own = self.runs.get(key).into_iter();
         own.flat_map(|runs| runs.range(seeds.clone()).map(|(_, run)| run))
             .collect()
     }
 
-    /// Keeps a run.
+    /// Stores a finished run in memory, and appends it to the file.
     ///
     /// # Errors
-    /// The disk rejects it.
+    /// The file cannot be written.
     pub fn add(&mut self, run: Run) -> Result<()> {
         let line = serde_json::to_string(&run)
             .map_err(|e| Error::failed(format!("a run as JSON: {e}")))?;

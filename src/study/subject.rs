@@ -1,4 +1,4 @@
-//! A scene on the device, with the data that all configurations of a study use on it.
+//! A scene on the device, with the references and renderers that the configurations of a study use on it.
 
 use super::plan::Resolved;
 use super::reference::{Reference, References, Shot, blocks_of_side};
@@ -20,26 +20,28 @@ use std::collections::hash_map::Entry;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// A scene on the device with its references, and renderers by configuration.
+/// A scene on the device, with its references and one renderer for each configuration. It makes the runs and references of a
+/// study.
 pub struct Subject {
-    /// The scene's name in the plan.
+    /// The name of the scene in the plan.
     pub name: String,
     device: Arc<Device>,
     scene: Arc<GpuScene>,
     view: View,
     camera: Option<MovingCamera>,
-    /// True if anything in the scene moves.
+    /// True if the scene has motion. Then each frame has its own time and reference, if the plan has `fps`.
     moves: bool,
     scene_hash: String,
     shaders: Fingerprints,
     references: HashMap<String, Arc<Reference>>,
-    /// The renderers by their inputs, and by the presence of counters.
+    /// The renderers by the key of their configuration ([`Self::key`]), and by a flag that is true if they count rays.
     renderers: HashMap<(String, bool), Renderer>,
     folder: PathBuf,
 }
 
 impl Subject {
-    /// Uploads `scene`. `camera` is given if it may move from the one in `view`; `folder` keeps references.
+    /// Uploads `scene` to the device. `camera` is the scene's own camera, whose motion the view follows, or `None` if the
+    /// plan fixes the camera. References are stored in `folder`.
     ///
     /// # Errors
     /// The device fails, or `HEADWATER_GLSL` names a folder that cannot be read.
@@ -68,11 +70,13 @@ impl Subject {
         })
     }
 
-    /// The references for a configuration's frames: made, read, or taken from memory. `watch` receives the fraction of one that
-    /// is made, and can end the work.
+    /// The references for a configuration's frames, with `samples` samples per pixel: taken from memory, read from the
+    /// folder, or rendered. `watch` receives the fraction of the current reference that is rendered, in [0, 1], and can end
+    /// the work by an error.
     ///
     /// # Errors
-    /// The device or the disk fails, the scene cannot be rendered at a frame's time, or `watch` ends it.
+    /// The device or the disk fails, a file is not a valid reference, the scene cannot be rendered at a frame's time, path
+    /// tracing rejected values, or `watch` returns an error.
     pub fn references(
         &mut self,
         configuration: &Resolved,
@@ -128,7 +132,7 @@ impl Subject {
         Ok(reference)
     }
 
-    /// The number of blocks of its pictures.
+    /// The number of blocks in a picture of the scene.
     pub fn blocks(&self) -> usize {
         let sides = [self.view.width, self.view.height];
         (sides.iter())
@@ -136,10 +140,11 @@ impl Subject {
             .product()
     }
 
-    /// The hash of all inputs of a configuration's runs except their seeds.
+    /// The hash of everything that the runs of a configuration depend on, except their seeds. Finished runs are stored under
+    /// it.
     ///
     /// # Errors
-    /// Never with finite settings.
+    /// The settings have no JSON form, which cannot happen with finite numbers.
     pub fn key(&self, configuration: &Resolved) -> Result<String> {
         let Resolved {
             name: _,
@@ -157,10 +162,10 @@ impl Subject {
         Ok(self.hash(&self.shaders.all, &more))
     }
 
-    /// Renders and keeps the run of a seed, unless it is there.
+    /// Renders and stores the run of a configuration with one seed, unless the store holds it.
     ///
     /// # Errors
-    /// The device or the disk fails.
+    /// The device or the disk fails, or the scene cannot be rendered at a frame's time.
     pub fn run(
         &mut self,
         configuration: &Resolved,
@@ -175,10 +180,10 @@ impl Subject {
         store.add(self.measure(configuration, seed, references, Tracking::default())?)
     }
 
-    /// Repeats the run of a seed.
+    /// Renders the run of a configuration with one seed, without storing it, so that it can be compared with the stored run.
     ///
     /// # Errors
-    /// The device fails.
+    /// The device fails, or the scene cannot be rendered at a frame's time.
     pub fn repeat(
         &mut self,
         configuration: &Resolved,
@@ -188,11 +193,11 @@ impl Subject {
         self.measure(configuration, seed, references, Tracking::default())
     }
 
-    /// The counts of the passes in the run of a seed. A separate run counts, because counting takes time, and because shaders
-    /// that count may round differently.
+    /// The counts of each pass in the last frame of a run, such as rays and neighbours. A separate run counts, because
+    /// counting takes time, and because shaders that count may round differently.
     ///
     /// # Errors
-    /// The device fails.
+    /// The device fails, or the scene cannot be rendered at a frame's time.
     pub fn counts(
         &mut self,
         configuration: &Resolved,
@@ -238,7 +243,8 @@ impl Subject {
         })
     }
 
-    /// A hash of all common inputs, of a hash of shaders, and of `more`.
+    /// The hash of the inputs that all runs and references of the scene have, of `shaders`, which is a hash of their
+    /// shaders, and of the text `more`.
     fn hash(&self, shaders: &str, more: &str) -> String {
         let info = &self.device.info;
         let text = format!(
@@ -256,7 +262,7 @@ impl Subject {
     }
 }
 
-/// Plain path tracing of the light for which these settings are: references and controls are made with it.
+/// The settings of plain path tracing that renders the same light as `settings`. References and controls are made with them.
 pub fn path_tracing(settings: &Settings) -> Settings {
     Settings {
         integrator: Integrator::PathTracing,

@@ -1,5 +1,5 @@
-//! The work of a study on one scene: the missing runs, more runs where the error of the bias is still too large, and their
-//! evaluation.
+//! The work of a study on one scene: it renders the missing runs, renders more runs where the interval of the bias is too
+//! wide, and makes one row of results for each configuration.
 
 use super::bias::{self, Bias, CONFIRMING_SEEDS, Confirmation, WIDEST, WIDEST_REFERENCE};
 use super::block_bias::BlockBias;
@@ -15,14 +15,17 @@ use crate::{Error, Result};
 use std::ops::Range;
 use std::time::Instant;
 
-/// The first seed of controls, and of the runs that decide after an alarm: far from all others.
+/// The first seed of controls (path tracing with as much noise as a configuration), far from the seeds of other runs.
 const CONTROL_SEED: u32 = 1 << 20;
+/// The first seed of the runs that alone decide after an alarm, far from the seeds of other runs.
 const CONFIRMING_SEED: u32 = 1 << 21;
 
-/// The expected number of samples of a control before its noise is measured.
+/// The number of samples per pixel that the forecast expects a control to need, before the noise is measured. It changes no
+/// result.
 const LIKELY_CONTROL_SAMPLES: u32 = 8;
 
-/// Expects all work that `plan` requires on one of its scenes.
+/// Adds to the forecast all work that `plan` requires on the scene `planned`. `own` are the configurations that are rendered
+/// on it.
 pub fn expect(forecast: &mut Forecast, plan: &Plan, planned: &PlannedScene, own: &[&Resolved]) {
     let (name, seeds) = (planned.name.as_str(), u64::from(plan.seeds));
     let frames: u64 = own.iter().map(|c| u64::from(c.frames)).sum();
@@ -39,30 +42,32 @@ pub fn expect(forecast: &mut Forecast, plan: &Plan, planned: &PlannedScene, own:
     }
 }
 
-/// The number of repetitions of the first run of a configuration.
+/// The number of repetitions of a configuration's first run: one to find races, and one more if rays are counted.
 fn repeats(configuration: &Resolved) -> u64 {
     1 + u64::from(configuration.count)
 }
 
-/// A plan's work on one scene.
+/// The work that a plan requires on one of its scenes.
 pub struct Work<'a> {
-    /// The plan of the study.
+    /// The plan of the study, with the number of seeds.
     plan: &'a Plan,
-    /// The number of samples per pixel of its references.
+    /// The number of samples per pixel of the scene's references.
     reference_spp: u32,
-    /// The scene.
+    /// The scene on the device, with its references and renderers.
     subject: Subject,
-    /// The store of finished runs.
+    /// The store of finished runs, from which missing runs follow, and to which new ones are added.
     store: &'a mut Store,
-    /// The fraction of the study that is done, in [0, 1], this scene's work included.
+    /// The forecast of the whole study. It receives the duration of each step, and gives the fraction that is done.
     forecast: &'a mut Forecast,
-    /// A callback that receives this fraction after each step.
+    /// A callback that receives the fraction of the whole study that is done, in [0, 1], after each step. Its error ends the
+    /// work.
     watch: &'a mut Watch<'a>,
 }
 
 impl<'a> Work<'a> {
-    /// The plan's work on one of its scenes, which `subject` shows. Finished runs are kept in `store`. `watch` receives the
-    /// fraction of the whole study that is done, and can end it.
+    /// The work that `plan` requires on its scene `planned`, which `subject` holds on the device. Finished runs are taken
+    /// from `store` and added to it. `watch` receives the fraction of the whole study that is done, and can end the work by
+    /// an error.
     pub fn new(
         plan: &'a Plan,
         planned: &PlannedScene,
@@ -81,10 +86,12 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// Renders the missing runs, and summarises each configuration in a row.
+    /// Renders the missing runs, and returns one row of results for each configuration, in the same order. The verdicts are
+    /// not decided yet.
     ///
     /// # Errors
-    /// The device or the disk fails, or `watch` ends it.
+    /// The device or the disk fails, a reference cannot be made or read, the scene cannot be rendered at the time of a
+    /// frame, or `watch` returns an error.
     pub fn rows(&mut self, configurations: &[&Resolved]) -> Result<Vec<Row>> {
         // Configurations take turns, so that what disturbs the machine disturbs all alike.
         self.forecast.expect(&self.subject.name, Effort::Runs, 0);
@@ -97,11 +104,12 @@ impl<'a> Work<'a> {
         rows
     }
 
-    /// Makes the references of `claims`, which are to be shown unbiased, and refuses references whose error leaves too little
-    /// of the interval that the bias check requires for the error of the runs.
+    /// Makes the references of the configurations `claims`, which are expected to be unbiased, and refuses references with
+    /// too large an error. The interval of the bias contains the error of the reference, so it could otherwise never be
+    /// narrow enough.
     ///
     /// # Errors
-    /// There is such a reference, or the errors of [`Self::rows`].
+    /// The half-width of a reference exceeds [`WIDEST_REFERENCE`], or an error of [`Self::rows`] occurs.
     pub fn check_references(&mut self, claims: &[&Resolved]) -> Result<()> {
         let spp = self.reference_spp;
         for configuration in claims {
@@ -121,8 +129,9 @@ impl<'a> Work<'a> {
         Ok(())
     }
 
-    /// Renders further seeds of configurations that are to be shown unbiased until their intervals are narrow. Returns the
-    /// allowed number of seeds.
+    /// Renders further seeds of those configurations that are expected to be unbiased and whose interval is wider than
+    /// [`WIDEST`], up to the plan's maximum. Returns the number of seeds reached; configurations with a narrow interval have
+    /// fewer.
     fn extend(&mut self, configurations: &[&Resolved]) -> Result<u32> {
         let mut seeds = self.plan.seeds;
         while seeds < self.plan.most_seeds() {
@@ -144,7 +153,8 @@ impl<'a> Work<'a> {
         Ok(seeds)
     }
 
-    /// The result of one of `all` configurations with the present seeds.
+    /// The row of results of one configuration, from its runs with seeds below `seeds`. After an alarm it renders fresh
+    /// seeds; `all` is the number of configurations on the scene, which the threshold of the alarm depends on.
     fn row(&mut self, configuration: &Resolved, seeds: u32, all: usize) -> Result<Row> {
         let key = self.subject.key(configuration)?;
         let bias = self.bias(configuration, seeds)?;
@@ -184,14 +194,16 @@ impl<'a> Work<'a> {
         Ok(row)
     }
 
-    /// Records that frames that were begun at `start` are done: the forecast uses the time, and `watch` may end the work.
+    /// Records that `frames` frames, which began at `start`, are done, so that the forecast can use their time. Then calls
+    /// `watch`, whose error ends the work.
     fn step(&mut self, effort: Effort, frames: u32, start: Instant) -> Result<()> {
         let (name, frames) = (&self.subject.name, u64::from(frames));
         self.forecast.done(name, effort, frames, start.elapsed());
         (self.watch)(self.forecast.share())
     }
 
-    /// Renders the missing runs of some configurations.
+    /// Renders those runs of the configurations with the given seeds that the store does not hold. The configurations take
+    /// turns.
     fn run(
         &mut self,
         effort: Effort,
@@ -259,7 +271,8 @@ impl<'a> Work<'a> {
         ))
     }
 
-    /// Compares the blocks with those of an unbiased control, with an equal number of runs and similar noise.
+    /// The p-value of a comparison of the configuration's blocks with those of an unbiased control, which has as many runs
+    /// and similar noise. Renders the control's runs that are missing.
     fn blocks_p_value(&mut self, configuration: &Resolved) -> Result<f64> {
         let seeds = self.plan.seeds;
         let own = self.subject.key(configuration)?;

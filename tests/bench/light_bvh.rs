@@ -1,12 +1,13 @@
-//! How long the light BVH takes to build, and to fit to lights that have moved, and how much of it a walk visits.
+//! Measures the time to build the light BVH, the time to fit it to lights that have moved, and the fraction of it that a
+//! walk visits.
 //!
-//! `cargo bench --bench light_bvh [-- SCENES…]` prints one line for each scene, by default with 10³ to 3·10⁵ lights:
+//! `cargo bench --bench light_bvh [-- SCENES…]` prints one line per scene, by default for scenes with 10³ to 3·10⁵ lights:
 //! `light_bvh SCENE lights=… clusters=… nodes=… build=… published=… fit=… bytes=… walk=… published_walk=…`.
 //!
-//! `build` is the median time, in milliseconds, of the whole build by default, `published` that of the boxes of influence as
-//! published, with the scale that fits 1024 points of surfaces; `fit` is that of new boxes for the same tree, which lights in
-//! motion take in every frame, without copying them to the device; `bytes` are those on the device. A walk is `visited/found`:
-//! the mean number of nodes that it visits at these points, and of those that it finds.
+//! Times are medians in milliseconds: `build` of the whole build with default settings; `published` of the boxes of
+//! influence as published, with the scale that fits 1024 points on surfaces; `fit` of new boxes for the same tree, which
+//! moving lights need in every frame, without the copy to the device. `bytes` is the size on the device. A walk is
+//! `visited/found`: the mean numbers of nodes that it visits and finds at these points.
 
 #[path = "../support/mod.rs"]
 mod support;
@@ -23,7 +24,7 @@ use std::time::Instant;
 
 const ROUNDS: usize = 9;
 
-/// Median time in milliseconds.
+/// The median time of several runs of `work`, in milliseconds.
 fn time(mut work: impl FnMut()) -> f64 {
     median((0..ROUNDS).map(|_| {
         let start = Instant::now();
@@ -32,7 +33,7 @@ fn time(mut work: impl FnMut()) -> f64 {
     }))
 }
 
-/// Nodes that walks visit and find at the points, in the mean.
+/// The mean numbers of nodes that a walk at one of the points visits and finds, as `visited/found`.
 fn walks(nodes: &[GpuLightNode], points: &[Vec3], joins: bool) -> String {
     let (mut visited, mut found) = (0_u32, 0_u32);
     for visit in points.iter().flat_map(|point| walk(nodes, *point)) {

@@ -1,7 +1,7 @@
-//! Time of reading settings: from a file with many keys, and from as many `--set`.
+//! Measures the time to read settings: from a file with many keys, and from as many `--set` arguments.
 //!
-//! `cargo bench --bench settings` prints one line for each number of keys: `settings keys=… config=… set=…`, median times in
-//! milliseconds. Each key has the value that it has anyway.
+//! `cargo bench --bench settings` prints one line per number of keys: `settings keys=… config=… set=…`, with median times in
+//! milliseconds. Each key is set to its default, so the settings stay the same.
 
 use headwater::base::toml_text::TomlText;
 use headwater::metrics::statistics::median;
@@ -10,7 +10,7 @@ use std::time::Instant;
 
 const ROUNDS: usize = 9;
 
-/// Median time in milliseconds.
+/// The median time of several runs of `work`, in milliseconds.
 fn time(mut work: impl FnMut()) -> f64 {
     median((0..ROUNDS).map(|_| {
         let start = Instant::now();

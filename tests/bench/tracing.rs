@@ -1,9 +1,9 @@
-//! Rays a second: the BVH traversed in compute, the driver's ray query, and `obvhs` on the CPU with
-//! as many threads as the machine has; the same rays, in turns, wall clock.
+//! Measures rays per second of the BVH traversed in compute, of the driver's ray query, and of `obvhs` on the CPU with one
+//! thread per core. All trace the same rays, in turns, and wall-clock time counts.
 //!
-//! `cargo bench --bench tracing [-- TRIANGLES...]` prints one line for each scene, kind of ray and
-//! tracer: `tracing TRIANGLES KIND TRACER mrays=… ratio=… busy=…`, where `ratio` is to the CPU (the
-//! median of the rounds' ratios) and `busy` is processor time over wall time.
+//! `cargo bench --bench tracing [-- TRIANGLES...]` prints one line per scene, kind of ray and tracer: `tracing TRIANGLES
+//! KIND TRACER mrays=… ratio=… busy=…`. `mrays` is in millions of rays per second, `ratio` is relative to the CPU (the
+//! median over the rounds), and `busy` is processor time over wall-clock time.
 
 #[path = "../support/mod.rs"]
 mod support;
@@ -25,7 +25,7 @@ const WIDTH: u32 = 960;
 const HEIGHT: u32 = 540;
 const ROUNDS: usize = 7;
 
-/// The CPU's tree, with triangles in leaf order.
+/// The tree of the CPU tracer, with its triangles in the order of its leaves.
 struct CpuTree {
     tree: CwBvh,
     triangles: Vec<RtTriangle>,
@@ -73,8 +73,8 @@ impl CpuTree {
             .then_some((hit.t, hit.primitive_id as usize))
     }
 
-    /// Traces all rays, blocks of 256 handed out as threads ask; returns hits and each thread's
-    /// seconds.
+    /// Traces all rays on all threads; a free thread takes the next 256 rays. Returns the number of hits, and the seconds of
+    /// each thread.
     fn run(&self, rays: &[RayQuery]) -> (usize, Vec<f64>) {
         let next = std::sync::atomic::AtomicUsize::new(0);
         let work = || {
@@ -117,7 +117,7 @@ fn cpu_ray(query: &RayQuery) -> Ray {
     )
 }
 
-/// A rolling height field of about `triangles` triangles, 100 units wide, and a sun.
+/// A scene with a hilly height field of about `triangles` triangles, 100 units wide, and a sun.
 fn terrain(triangles: usize) -> Scene {
     let side = ((triangles as f64 / 2.0).sqrt().round() as usize).max(1);
     let height = |x: f32, z: f32| {
@@ -146,7 +146,8 @@ fn terrain(triangles: usize) -> Scene {
     support::scene_of(&[(Material::lambert("ground", Vec3::splat(0.5)), faces)])
 }
 
-/// Primary rays in 4×2 blocks of 8×8 tiles, then what follows from their hits.
+/// Lists of rays with their names: primary rays in the order of 4×2 blocks within 8×8 tiles, and rays that begin at their
+/// hits.
 fn batches(cpu: &CpuTree) -> Vec<(&'static str, Vec<RayQuery>)> {
     let eye = Vec3::new(0.0, 12.0, 48.0);
     let target = Vec3::new(0.0, 0.0, 0.0);

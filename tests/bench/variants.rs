@@ -1,13 +1,18 @@
-//! What it is worth to compile only what a scene requires: frames by specialised and by full shaders, in turns.
+//! Measures what a program gains by compiling only the code that a scene requires: frames by specialised shaders and by
+//! shaders with all code (`variant=full`), in turns.
 //!
-//! `cargo bench --bench variants [-- [--preset NAME] [--environment FILE] [SCENES…]]`, by default with `accurate` and all
-//! generated scenes, prints one line for each scene:
-//! `variants SCENE ms=… full=… same=… spirv=… spirv_full=… bytes=… pixel=… cold=… warm=… cold_full=…`. `ms` is the median
-//! time of the passes of a frame, `full` the median of the ratios to it with `variant=full`, `same` whether both gave the
-//! same bits; `spirv` and `spirv_full` are the bytes of all passes' shaders as drivers get them; `bytes` are those of the
-//! scene's buffers and `pixel` those of the picture's, a pixel; `cold` and `warm` are the seconds of a whole process that
-//! renders one frame without and with Mesa's cache of shaders, and `cold_full` those without and with
-//! `variant=full`. The last line counts the distinct sets of specialisation constants.
+//! `cargo bench --bench variants [-- [--preset NAME] [--environment FILE] [SCENES…]]` prints one line per scene, by default
+//! with `accurate` and all generated scenes: `variants SCENE ms=… full=… same=… spirv=… spirv_full=… bytes=… pixel=… cold=…
+//! warm=… cold_full=…`.
+//!
+//! - `ms`: median time of the passes of a frame, in milliseconds; `full`: the median ratio of the full shaders to it.
+//! - `same`: whether both kinds of shaders gave the same bits.
+//! - `spirv`, `spirv_full`: bytes of the shaders of all passes as drivers get them.
+//! - `bytes`: bytes of the scene's buffers; `pixel`: bytes of the picture's buffers, per pixel.
+//! - `cold`, `warm`: seconds of a whole process that renders one frame, without and with Mesa's cache of shaders;
+//!   `cold_full`: without the cache, with the full shaders.
+//!
+//! The last line counts the distinct sets of specialisation constants.
 
 #[path = "../support/mod.rs"]
 mod support;
@@ -38,7 +43,8 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-/// Seconds of a process that renders one frame.
+/// The seconds of a whole process that renders one frame. `cached`: with Mesa's cache of shaders; `full`: with
+/// `variant=full`.
 fn start_up(scene: &str, environment: Option<&str>, preset: &str, cached: bool, full: bool) -> f64 {
     let folder = tempfile::tempdir().unwrap();
     let mut command = Command::new(env!("CARGO_BIN_EXE_headwater"));

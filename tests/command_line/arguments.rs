@@ -1,5 +1,5 @@
-//! Combinations of arguments: refused if a file would be overwritten, explained if wrong, and noticed if they have
-//! no effect.
+//! Tests of combinations of arguments: a combination that would overwrite a file is refused, a wrong one is explained, and
+//! one without effect gives a notice.
 
 use crate::{fail, headwater, messages, run, succeed, succeeded, text};
 use headwater::image::Image;

@@ -1,10 +1,10 @@
-//! `compare` with the pictures of other programs.
+//! Tests of the command `compare` with pictures of other programs.
 
 use crate::{fail, run, text};
 use headwater::image::{Image, Samples};
 use std::path::Path;
 
-/// A picture of so many grey pixels in the channels of these names.
+/// Writes an EXR picture whose channels, of these names, all have the value `value`.
 fn grey(path: &Path, channels: &[&str], value: f32) {
     let mut image = Image::new(8, 8);
     for name in channels {
@@ -14,7 +14,7 @@ fn grey(path: &Path, channels: &[&str], value: f32) {
     image.write(path, 0.0).unwrap();
 }
 
-/// What comparing says on stderr; the pictures differ by a half.
+/// The stderr of `compare` for two pictures that differ by one half.
 fn compared(a: &Path, b: &Path) -> String {
     let output = run(&["compare", text(a), text(b), "--json"]);
     let said = String::from_utf8(output.stderr).unwrap();

@@ -1,4 +1,4 @@
-//! Inputs that are no plain files are refused at once.
+//! Tests of inputs that are not regular files, such as pipes and devices: commands refuse them at once.
 
 use crate::{fail, headwater, succeed, text};
 use std::ffi::CString;
@@ -72,7 +72,7 @@ fn pipes_folders_and_devices_are_refused_as_every_input() {
     }
 }
 
-/// Refused in one line, without waiting.
+/// Asserts that a command refuses its input in one line that names its kind, without waiting for the input.
 fn check(arguments: &[&str], kind: &str) {
     let line = fail(arguments, 2);
     assert!(line.contains(kind), "{arguments:?}: {line}");

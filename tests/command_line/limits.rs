@@ -1,4 +1,4 @@
-//! No more memory, or no more threads: one line and status 1, and what was finished is kept.
+//! Tests of commands without enough memory or threads: they end with one line and status 1, and keep what was finished.
 
 use crate::{headwater, messages, text};
 use headwater::image::Image;
@@ -9,7 +9,7 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-/// Fails unless a command has ended with status 1 and one line; returns the line.
+/// Asserts that a command has ended with status 1 and one line on stderr, and returns the line.
 fn failed(output: Output) -> String {
     let said = messages(output.stderr);
     assert_eq!(output.status.code(), Some(1), "{}: {said}", output.status);
@@ -18,7 +18,7 @@ fn failed(output: Output) -> String {
     said
 }
 
-/// A command under a limit that the shell sets.
+/// A command that runs under a limit of the shell (`ulimit`), such as one of memory.
 fn limited(limit: &str, program: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new("bash");
     command.env_remove("RUST_BACKTRACE");

@@ -1,4 +1,4 @@
-//! The command line's contract: exit statuses, one-line errors, no half-written files, equal bits.
+//! Tests of the command line: exit statuses, one-line errors, no partly written files, equal bits of pictures.
 
 mod arguments;
 mod compare;
@@ -25,7 +25,7 @@ fn headwater(arguments: &[&str]) -> Command {
     command
 }
 
-/// The same with the validation layers on: whatever they say makes it fail.
+/// A Headwater command with the validation layers on, which fails if they report a message.
 fn validated(arguments: &[&str]) -> Command {
     let mut command = headwater(arguments);
     command.env("HEADWATER_VALIDATION", "1");
@@ -40,8 +40,8 @@ fn text(path: &Path) -> &str {
     path.to_str().unwrap()
 }
 
-/// What a command said on stderr, without its progress: that begins after five seconds, which is a matter of the
-/// machine.
+/// The stderr of a command without its lines of progress. These appear after five seconds, so they depend on the speed of
+/// the machine.
 fn messages(stderr: Vec<u8>) -> String {
     let said = String::from_utf8(stderr).unwrap();
     let is_progress =
@@ -50,7 +50,7 @@ fn messages(stderr: Vec<u8>) -> String {
     lines.filter(|line| !is_progress(line.trim_end())).collect()
 }
 
-/// Runs, expects success, and returns what it said.
+/// Runs a command, asserts that it succeeds, and returns its stderr without progress.
 fn succeed(arguments: &[&str]) -> String {
     succeeded(headwater(arguments))
 }
@@ -62,7 +62,7 @@ fn succeeded(mut command: Command) -> String {
     errors
 }
 
-/// Runs, expects a status and exactly one line on stderr, and returns the line.
+/// Runs a command, asserts its exit status and that stderr has exactly one line, and returns this line.
 fn fail(arguments: &[&str], status: i32) -> String {
     let output = run(arguments);
     let errors = messages(output.stderr);
@@ -508,7 +508,7 @@ fn what_the_validation_layers_say_makes_a_command_fail() {
     assert!(last.contains("VulkanMemoryModel"), "{errors}");
 }
 
-/// A copy of the shaders with a change in a file that path tracing does not include.
+/// Renders with a copy of the shaders in which `text` in `file` is replaced; path tracing does not include that file.
 fn render_with_changed_shader(file: &str, text: &str, replacement: &str) -> Output {
     let folder = tempfile::tempdir().unwrap();
     let shaders = folder.path().join("glsl");

@@ -1,20 +1,20 @@
-//! Messages about what a file contains: control characters escaped, one line, of a length that a person can read.
+//! Tests of messages that quote a file: control characters are escaped, and each message is one line of limited length.
 
 use crate::{fail, run, succeed, text};
 use headwater::image::Image;
 use std::path::Path;
 
-/// Most characters of a line on stderr.
+/// The maximum number of characters of a line on stderr.
 const MOST: usize = 500;
 
-/// A file of these bytes in a folder.
+/// Writes a file with this content to a folder and returns its path.
 fn file(folder: &Path, name: &str, content: impl AsRef<[u8]>) -> String {
     let path = folder.join(name);
     std::fs::write(&path, content).unwrap();
     text(&path).to_owned()
 }
 
-/// Fails unless a text has only printable characters and line breaks.
+/// Panics unless a text consists of printable characters and line breaks.
 fn assert_printable(shown: &str) {
     let wrong = |c: &char| {
         (c.is_control() && *c != '\n')
@@ -23,7 +23,7 @@ fn assert_printable(shown: &str) {
     assert_eq!(shown.chars().find(wrong), None, "{shown:?}");
 }
 
-/// Runs, expects status 2 and one short printable line, and returns it.
+/// Runs a command, asserts status 2 and one short printable line on stderr, and returns the line.
 fn refused(arguments: &[&str]) -> String {
     let line = fail(arguments, 2);
     assert_printable(&line);
@@ -82,7 +82,7 @@ fn what_a_picture_or_scene_contains_is_escaped() {
     assert_eq!(json["cameras"][0]["name"], name);
 }
 
-/// Notices have the same limit, and the output of `--json` has none.
+/// Notices have the length limit of errors; the output of `--json` has no limit.
 #[test]
 fn json_is_never_cut() {
     let folder = tempfile::tempdir().unwrap();
@@ -137,7 +137,7 @@ fn json_is_never_cut() {
     );
 }
 
-/// A contrast beyond what is tested gives a notice, and one that is only near it gives none.
+/// A scene whose contrast is beyond the tested range gives a notice; a scene close to the limit does not.
 #[test]
 fn limits_that_a_scene_passes_are_noticed() {
     let folder = tempfile::tempdir().unwrap();

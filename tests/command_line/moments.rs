@@ -1,7 +1,7 @@
-//! SIGINT, SIGTERM and SIGKILL at many moments of a command: nothing is half-written, nothing temporary is left, and the
-//! next run with the same arguments succeeds.
+//! Tests that send SIGINT, SIGTERM and SIGKILL at many moments of a command. No output file is partly written, no temporary
+//! file is left (except by SIGKILL), and the next run with the same arguments succeeds.
 //!
-//! `HEADWATER_SIGNAL_MOMENTS` is the number of moments of each command, shared among the three signals.
+//! `HEADWATER_SIGNAL_MOMENTS` is the number of moments per command; the three signals take turns.
 
 use crate::{headwater, messages, text};
 use headwater::image::Image;
@@ -14,21 +14,21 @@ use std::time::{Duration, Instant};
 
 const SIGNALS: [i32; 3] = [libc::SIGINT, libc::SIGTERM, libc::SIGKILL];
 
-/// The command that does not watch for signals: it is killed by all of them.
+/// The name of the command that does not handle signals, so that each signal kills it.
 const UNWATCHED: &str = "scene generate";
 
-/// A command under test; `$` in its arguments stands for its folder.
+/// A command under test; `$` in its arguments is replaced by its output folder.
 struct Subject {
     name: &'static str,
     arguments: Vec<&'static str>,
-    /// Arguments that make other outputs of the same names, which are there before.
+    /// Arguments that write different outputs with the same names, which exist in the folder before the interrupted run.
     older: Vec<&'static str>,
-    /// Files, in the folder, that must come out the same after an interruption.
+    /// Names of output files that must have the same bytes after an interruption and a new run as without one.
     results: Vec<&'static str>,
 }
 
 impl Subject {
-    /// A command, by its name and other arguments, that writes two pictures and a report.
+    /// A command that writes two pictures and a report; `arguments` begins with its name.
     fn of_pictures(arguments: &[&'static str]) -> Self {
         let outputs = ["-o", "$/a.exr", "-o", "$/a.png", "--report", "$/a.json"];
         let arguments = [arguments, &outputs].concat();
@@ -56,7 +56,7 @@ fn succeed(folder: &Path, arguments: &[&str]) {
     assert!(output.status.success(), "{arguments:?}: {output:?}");
 }
 
-/// All files in a folder and the folders within.
+/// All files and folders below a folder.
 fn files(folder: &Path) -> Vec<PathBuf> {
     let entries = folder.read_dir().into_iter().flatten().flatten();
     let paths = entries.map(|entry| entry.path());
@@ -67,7 +67,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     paths.flat_map(inner).collect()
 }
 
-/// The names of all files in a folder, from that folder on.
+/// The paths of all files below a folder, relative to the folder.
 fn names(folder: &Path) -> BTreeSet<PathBuf> {
     let names = files(folder).into_iter();
     names
@@ -75,7 +75,7 @@ fn names(folder: &Path) -> BTreeSet<PathBuf> {
         .collect()
 }
 
-/// Fails unless a file can be read as what its name says.
+/// Panics unless a file is complete: it must be readable in the format that its ending names.
 fn assert_whole(path: &Path) {
     let extension = path.extension().and_then(|e| e.to_str());
     let content = || std::fs::read_to_string(path).unwrap();
@@ -96,26 +96,27 @@ fn is_temporary(path: &Path) -> bool {
         .any(|prefix| name.starts_with(prefix))
 }
 
-/// A reference of this run, which has to be resumed to have all of its samples.
+/// True if the folder has a reference that the interrupted run has begun (not the older one). It needs `--resume` to get all
+/// samples.
 fn is_begun(folder: &Path) -> bool {
     let picture = folder.join("a.exr");
     picture.exists() && Image::read(&picture).unwrap().metadata["headwater.seed"] == "0"
 }
 
-/// Number of ends by exit status, and of temporary files that SIGKILL left.
+/// The numbers of interrupted runs by the way in which they ended, and of temporary files that SIGKILL left.
 #[derive(Debug, Default)]
 struct Counts {
     moments: usize,
-    /// Ended with 130 or 143 and a line.
+    /// Number of runs that ended with status 130 or 143 and one line.
     by_status: usize,
-    /// Killed by the signal before it was watched, or by SIGKILL.
+    /// Number of runs that the signal killed: SIGKILL, or a signal that came before the command handled signals.
     killed: usize,
-    /// Done before the signal came.
+    /// Number of runs that were complete before the signal came.
     done: usize,
     left_by_kill: usize,
 }
 
-/// Runs a command in a folder, sends it a signal at a moment, and checks how it ends.
+/// Runs a command in a folder, sends it a signal after the time `moment`, checks how it ends, and counts it.
 fn interrupt(
     folder: &Path,
     arguments: &[&str],
@@ -167,7 +168,7 @@ fn interrupt(
     }
 }
 
-/// Interrupts a command at moments spread over its whole duration.
+/// Interrupts a command at `moments` moments spread over its whole duration, and checks the folder after each.
 fn check(subject: &Subject, moments: u32) {
     let folder = tempfile::tempdir().unwrap();
     let [whole, older] = ["whole", "older"].map(|name| folder.path().join(name));
@@ -245,7 +246,7 @@ fn copy(from: &Path, to: &Path) {
 mod thorough {
     use super::*;
 
-    /// Moments of each command.
+    /// The number of moments per command.
     fn moments() -> u32 {
         crate::support::number_in("HEADWATER_SIGNAL_MOMENTS").map_or(12, |number| number as u32)
     }
@@ -326,7 +327,7 @@ mod thorough {
         check(&subject, moments());
     }
 
-    /// Most of the time of this command is reading, or writing large files.
+    /// These commands spend most of their time reading or writing large files.
     #[test]
     fn large_files_can_be_interrupted_while_they_are_read_or_written() {
         let folder = tempfile::tempdir().unwrap();

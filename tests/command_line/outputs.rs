@@ -1,12 +1,13 @@
-//! Output files: checked before any work, never one with another file, and nothing is left of unfinished ones.
+//! Tests of output files: they are checked before any work, no two outputs may be the same file, and no unfinished file is
+//! left.
 
 use crate::{fail, succeed, text};
 use std::path::Path;
 
-/// A scene that does not exist: it is looked for only after the outputs are found good.
+/// The name of a scene that does not exist. A command must refuse wrong outputs before it notices this.
 const NO_SCENE: &str = "no-such-scene.glb";
 
-/// Each option by which a command writes a file, behind the command's other arguments.
+/// All commands that write a file: each is the arguments, with the option that names the file last.
 fn writers(folder: &Path) -> Vec<Vec<String>> {
     let good = |name: &str| text(&folder.join(name)).to_owned();
     let plan = "scenes = [\"cornell\"]\n[[configurations]]\nname = \"a\"\npreset = \"fast\"\n";
@@ -32,7 +33,7 @@ fn writers(folder: &Path) -> Vec<Vec<String>> {
         .collect()
 }
 
-/// The ending that a file must have to be written by that option.
+/// The file name ending that the last option of the arguments requires.
 fn ending(arguments: &[String]) -> &'static str {
     match (
         arguments[0].as_str(),
@@ -126,7 +127,7 @@ fn no_output_overwrites_another_file_of_the_same_command() {
     }
 }
 
-/// A file that a killed program has left has no effect, and is removed.
+/// A temporary file that a killed program has left must not disturb a later run, which removes it.
 #[test]
 fn a_file_is_written_beside_what_a_killed_program_left() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! References and large pictures: stopped, killed and resumed.
+//! Tests of references and large pictures that are stopped, killed and resumed.
 
 use crate::{fail, headwater, run, succeed, succeeded, text, validated};
 use headwater::image::Image;
@@ -14,7 +14,7 @@ fn samples_of(path: &Path) -> u32 {
     image.metadata["headwater.samples"].parse().unwrap()
 }
 
-/// Waits until another process has put a file there.
+/// Waits until another process has created a file.
 fn wait_for(path: &Path) {
     let start = Instant::now();
     while !path.exists() && start.elapsed() < Duration::from_secs(60) {
@@ -154,7 +154,7 @@ fn a_killed_reference_leaves_its_last_complete_file() {
 mod thorough {
     use super::*;
 
-    /// Pictures of more than 2²⁰ pixels are made in strips, and a signal is heeded between them.
+    /// A picture of more than 2²⁰ pixels is rendered in strips, and a signal stops it between two strips.
     #[test]
     fn a_large_picture_is_stopped_between_its_strips_and_a_reference_of_it_resumes() {
         let folder = tempfile::tempdir().unwrap();

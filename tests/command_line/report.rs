@@ -1,4 +1,4 @@
-//! The times and settings in reports.
+//! Tests of the times and the settings in reports.
 
 use crate::{headwater, succeed, text};
 use headwater::image::Image;
@@ -8,7 +8,7 @@ fn json(path: &Path) -> serde_json::Value {
     serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
 }
 
-/// The names of timed passes.
+/// The names of the timed passes in a report, in its order.
 fn names(passes: &serde_json::Value) -> Vec<&str> {
     let passes = passes.as_array().unwrap().iter();
     passes.map(|pass| pass["name"].as_str().unwrap()).collect()
@@ -68,7 +68,8 @@ fn settings_are_printed_as_they_are_written() {
 mod thorough {
     use super::*;
 
-    /// What a scene requires and what its shaders leave out is said where it is asked for, and a sky can be written.
+    /// `--verbose` prints what a scene requires of shaders and what its shaders leave out. The test also writes a sky as a
+    /// file.
     #[test]
     fn verbose_runs_say_what_is_required_and_what_is_left_out() {
         let folder = tempfile::tempdir().unwrap();
@@ -108,7 +109,7 @@ mod thorough {
         );
     }
 
-    /// Lavapipe compiles a pass when it first runs: that is no time of a frame.
+    /// Lavapipe compiles a pass when it runs for the first time, so a report must not count that time as time of a frame.
     #[test]
     fn first_runs_are_told_apart_from_frames() {
         let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! `--resume` from files whose metadata or sums are wrong.
+//! Tests of `--resume` with files whose metadata or sums are wrong.
 
 use crate::{fail, succeed, text};
 use headwater::image::{Image, Samples};
@@ -15,7 +15,7 @@ const ARGUMENTS: [&str; 8] = [
     "6",
 ];
 
-/// A change that makes a good file a wrong one, and what the message names.
+/// A change that makes a valid file invalid, and a text that the error message must contain.
 type Damage = (fn(&mut Image), &'static str);
 
 fn channel<'a>(image: &'a mut Image, name: &str) -> &'a mut Vec<f32> {
@@ -29,7 +29,7 @@ fn set(image: &mut Image, key: &str, value: &str) {
     image.metadata.insert(key.into(), value.into());
 }
 
-/// Puts a value into a channel of the good file.
+/// A change that sets one value of the channel `$name` to `$value`.
 macro_rules! pixel {
     ($name:expr, $value:expr) => {
         |image| channel(image, $name)[17] = $value
@@ -153,7 +153,7 @@ fn a_file_that_lies_is_refused_in_one_readable_line() {
     assert!(std::fs::read(&path).unwrap() == whole);
 }
 
-/// The header of an EXR file claims a size that its channels do not have.
+/// An EXR file whose header has a size that its channels do not have must be refused.
 #[test]
 fn a_header_of_another_size_is_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -170,7 +170,7 @@ fn a_header_of_another_size_is_refused() {
     }
 }
 
-/// Sets the last column and row of the data window.
+/// Sets the last column and the last row of the data window in the bytes of an EXR file.
 fn resize(exr: &mut [u8], right: i32, bottom: i32) {
     let name = b"dataWindow\0box2i\0";
     let found = exr.windows(name.len()).position(|w| w == name).unwrap();
@@ -179,7 +179,7 @@ fn resize(exr: &mut [u8], right: i32, bottom: i32) {
     exr[at + 4..at + 8].copy_from_slice(&bottom.to_le_bytes());
 }
 
-/// Another command's file is no file to go on with.
+/// The file of another command cannot be resumed and must be refused.
 #[test]
 fn a_picture_that_cannot_be_resumed_is_refused() {
     let folder = tempfile::tempdir().unwrap();

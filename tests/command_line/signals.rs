@@ -1,4 +1,4 @@
-//! SIGINT and SIGTERM: which results are kept, and the effect of a second signal.
+//! Tests of SIGINT and SIGTERM: the results that are kept, and the effect of a second signal.
 
 use crate::{headwater, text};
 use headwater::image::Image;
@@ -6,7 +6,7 @@ use std::io::Read;
 use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 
-/// A child that a failing test does not leave running.
+/// A child process that is killed when a test fails.
 struct Running(Child);
 
 impl Drop for Running {
@@ -33,7 +33,7 @@ fn send(child: &Running, signal: i32) {
     assert_eq!(unsafe { libc::kill(child.0.id() as i32, signal) }, 0);
 }
 
-/// Waits until a child has its own handler of SIGINT.
+/// Waits until a child process has a handler of SIGINT.
 fn wait_until_it_watches(child: &Running) {
     let path = format!("/proc/{}/status", child.0.id());
     let began = Instant::now();
@@ -49,7 +49,7 @@ fn wait_until_it_watches(child: &Running) {
     }
 }
 
-/// What work says first: with so many steps, how long it will take.
+/// The next line that a child writes to stderr; for a long command, the first one is an estimate of its duration.
 fn first_line(child: &mut Running) -> String {
     let mut byte = [0];
     let mut line = Vec::new();
@@ -60,7 +60,7 @@ fn first_line(child: &mut Running) -> String {
     String::from_utf8(line).unwrap()
 }
 
-/// The first line that has `part` in it. How fast the machine is decides what comes before.
+/// The next line on stderr that contains `part`. The lines before it depend on the speed of the machine and are dropped.
 fn line_with(child: &mut Running, part: &str) -> String {
     let mut before = String::new();
     loop {
@@ -72,7 +72,7 @@ fn line_with(child: &mut Running, part: &str) -> String {
     }
 }
 
-/// The exit status, and what was said on stderr.
+/// Waits for the end of a child; returns its exit status and the rest of its stderr.
 fn ended(mut child: Running) -> (Option<i32>, String) {
     let mut said = String::new();
     let mut errors = child.0.stderr.take().unwrap();
@@ -80,7 +80,7 @@ fn ended(mut child: Running) -> (Option<i32>, String) {
     (child.0.wait().unwrap().code(), said)
 }
 
-/// GNU `timeout` sends its signal to the child and again to the child's process group.
+/// GNU `timeout` sends its signal twice, to the child and to the child's process group; that must count as one signal.
 #[test]
 fn two_signals_at_once_are_one() {
     let folder = tempfile::tempdir().unwrap();
@@ -102,7 +102,7 @@ fn two_signals_at_once_are_one() {
     }
 }
 
-/// Nobody reads what the process prints, so it waits: nothing but a second signal ends it.
+/// Nobody reads the output of the process, so it blocks while it writes, and only a second signal can end it.
 #[test]
 fn a_signal_more_than_a_second_after_the_first_ends_the_process_at_once() {
     let folder = tempfile::tempdir().unwrap();

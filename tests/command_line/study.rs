@@ -1,4 +1,4 @@
-//! `study`: wrong plans, and studies that are stopped and continued.
+//! Tests of the command `study`: wrong plans, and studies that are stopped and continued.
 
 use super::{fail, headwater, messages, succeed, text, validated};
 use headwater::image::Image;
@@ -183,14 +183,14 @@ fn stop_and_go_on(plan: &str) {
     assert_eq!(csv.lines().count(), 1 + 2 * 3, "{csv}");
 }
 
-/// A triangle that gives no light, as glTF with its positions in the file itself.
+/// A glTF scene of one triangle that emits no light, with its positions embedded.
 const BLACK: &str = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
 "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
 "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
 "bufferViews":[{"buffer":0,"byteLength":36}],
 "buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]}"#;
 
-/// The rows of a study's results.
+/// The rows of a study's results, as JSON.
 fn rows(folder: &Path) -> Vec<serde_json::Value> {
     let json = std::fs::read_to_string(folder.join("results.json")).unwrap();
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();
@@ -198,7 +198,7 @@ fn rows(folder: &Path) -> Vec<serde_json::Value> {
     json["rows"].as_array().unwrap().clone()
 }
 
-/// Emission alone and a black scene have no noise: there is nothing to be alarmed by, and nothing to divide by.
+/// Emission alone and a black scene have no noise: the study must not raise an alarm or divide by 0.
 #[test]
 fn a_study_without_noise_has_neither_alarms_nor_infinite_numbers() {
     let folder = tempfile::tempdir().unwrap();
@@ -389,7 +389,7 @@ mod thorough {
         stop_and_go_on(&format!("fps = 4\nstart_time = 0.25{moving}"));
     }
 
-    /// The runs of a first look are those of the study: only their reference is another.
+    /// A study continues with the runs of its first look (`--quick`); only the references of the two differ.
     #[test]
     fn a_study_goes_on_from_its_first_look() {
         let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Tests of shader functions: octahedral words, tangent frames, normals across edges of any length.
+//! Tests of shader functions: octahedral words, tangent frames, and the transform of normals for triangles of any size.
 
 use crate::support::random::Random;
 use crate::{Function, floats, number, vector};

@@ -1,4 +1,5 @@
-//! Tests of shader functions: directions and uvs of the environment, what is seen there, and its density.
+//! Tests of shader functions: directions and texture coordinates of the environment, its radiance, and the density of its
+//! samples.
 
 use crate::{Function, floats, number, vector};
 use glam::{DVec2, DVec3, Vec3};
@@ -12,7 +13,7 @@ use std::f64::consts::{PI, TAU};
 const WIDTH: u32 = 24;
 const HEIGHT: u32 = 11;
 
-/// An environment in which every texel is different, and some are black; turned by 30 degrees.
+/// An environment in which every texel is different and some are black, rotated by 30 degrees.
 fn uneven() -> Environment {
     let texel = |index: u32| match (index * 7919) % 13 {
         0..5 => Vec3::ZERO,
@@ -28,7 +29,7 @@ fn uneven() -> Environment {
     }
 }
 
-/// The environment in the units of the device, and these.
+/// The units of a scene with this environment, its texels in these units, and its lights.
 fn uploaded(environment: Environment) -> (Units, EnvironmentTexels, Lights) {
     let scene = Scene {
         environment: Some(environment.clone()),
@@ -39,7 +40,7 @@ fn uploaded(environment: Environment) -> (Units, EnvironmentTexels, Lights) {
     (units, texels, gpu_lights(&scene, &units))
 }
 
-/// The radiance in a direction, in f64.
+/// The radiance (RGB) of the environment in a direction, computed in f64.
 fn radiance(environment: &Environment, direction: DVec3) -> DVec3 {
     let turn = -environment.rotation.to_radians();
     let (x, z) = (
@@ -62,7 +63,7 @@ fn radiance(environment: &Environment, direction: DVec3) -> DVec3 {
     top.lerp(bottom, part.y) * f64::from(environment.intensity)
 }
 
-/// Directions over the sphere: a spiral, the axes, and some near the poles and the seam.
+/// Unit directions over the sphere: a spiral, the axes, and some near the poles and near the seam of the image.
 fn directions() -> Vec<DVec3> {
     let spiral = (0..4000).map(|i| {
         let y = 1.0 - (f64::from(i) + 0.5) / 2000.0;
@@ -130,8 +131,8 @@ fn an_environment_that_is_turned_the_wrong_way_is_found() {
     assert!(seen(Some(fault)) > 0.01);
 }
 
-/// Texels are drawn as often as their density says, which over the sphere integrates to 1, and every direction from
-/// which light comes can be drawn.
+/// Texels must be drawn as often as their density says, the density must integrate to 1 over the sphere, and every direction
+/// from which light comes must be drawn.
 #[test]
 fn points_are_drawn_by_their_density() {
     const COUNT: u32 = 1 << 18;

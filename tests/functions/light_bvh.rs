@@ -1,4 +1,4 @@
-//! Tests of the light BVH: lights are drawn as often as their probability says, at any point.
+//! Tests of the light BVH in the shaders: lights are drawn as often as their probability says, at any point.
 
 use crate::support::random::Random;
 use crate::{Function, number};
@@ -13,7 +13,8 @@ use headwater::scene::{Environment, Scene};
 use headwater::shader_interface::Specialisation;
 use headwater::shader_interface::{GpuLightNode, RestirConstants, ReuseConstants};
 
-/// The context at a point `a.xyz`, with normals and directions by the number `a.w`.
+/// GLSL that makes the context of the light sampler at the point `a.xyz`; the number `a.w` decides its normal and
+/// directions.
 const CONTEXT: &str = "
     uvec4 turns = pcg4d(uvec4(a.w, 1u, 2u, 3u));
     LightSampleContext context;
@@ -32,7 +33,7 @@ const CONTEXT: &str = "
     context.expected = expected_of_all(context);
 ";
 
-/// A scene with lights of two kinds, some of which are far from the others.
+/// A scene with triangles and punctual lights, some of which are far from the others.
 fn lit_scene() -> Scene {
     let mut scene =
         procedural::generate("colourful-mess", &[("lamps".into(), "4".into())]).unwrap();
@@ -41,7 +42,7 @@ fn lit_scene() -> Scene {
     scene
 }
 
-/// Its lights, of which one is off.
+/// The lights of `lit_scene` on the device, one of which is off.
 fn lights() -> Lights {
     let scene = lit_scene();
     let mut lights = gpu_lights(&scene, &Units::of(&scene, DVec3::ZERO));
@@ -49,7 +50,7 @@ fn lights() -> Lights {
     lights
 }
 
-/// Every way to build it.
+/// All combinations of options of the light BVH.
 fn ways() -> Vec<LightBvhOptions> {
     let mut all = Vec::new();
     for cut in [false, true] {
@@ -87,7 +88,7 @@ fn function<'a>(
     }
 }
 
-/// Points in boxes, around them, and on their faces, edges and corners to the last bit.
+/// Points in the boxes of nodes and around them, and on the faces, edges and corners of boxes exactly.
 fn points(nodes: &[GpuLightNode], count: u32) -> Vec<Vec3> {
     let mut random = Random(1);
     let finite: Vec<&GpuLightNode> = nodes.iter().filter(|n| n.low.is_finite()).collect();
@@ -114,7 +115,8 @@ fn input(point: Vec3, number: u32) -> [u32; 8] {
     [x, y, z, number, 0, 0, 0, 0]
 }
 
-/// The largest deviation from 1 of the sum of all probabilities over 10,000 points, and how many of these find no light.
+/// The largest deviation from 1, over 10,000 points, of the sum of the probabilities of all lights; and the number of these
+/// points that find no light.
 fn sums(options: LightBvhOptions, fault: Option<(&str, &str, &str)>) -> (f64, usize) {
     let lights = lights();
     let bvh = LightBvh::new(&lights, &[], &[Vec3::ZERO; 1], options);
@@ -169,7 +171,7 @@ fn a_walk_to_the_wrong_node_is_found() {
     }
 }
 
-/// No walk finds lights that are off, and where one light has all the power it is drawn alone.
+/// No walk may find a light that is off; a light that has all the power must be the only one that is drawn.
 #[test]
 fn lights_that_are_off_are_not_drawn() {
     let body = format!(
@@ -210,7 +212,8 @@ fn lights_that_are_off_are_not_drawn() {
     }
 }
 
-/// At mirror directions of lights, where lobes as narrow as those of real surfaces have their peak, and f32 has few digits.
+/// The expected contribution must be finite in the mirror directions of lights, where narrow lobes have their peak and f32
+/// is least precise.
 #[test]
 fn narrow_lobes_expect_finite_contributions() {
     let lights = lights();
@@ -254,8 +257,8 @@ fn narrow_lobes_expect_finite_contributions() {
     }
 }
 
-/// Samples of one context, some of near lights and some of all: lights by their mean probability, and the environment evenly
-/// within each texel, also where a random number decides between both.
+/// A context draws some light samples from the light BVH and some among all lights, or decides at random for a single
+/// sample. Lights must be drawn with their mean probability, and the environment uniformly within each texel.
 #[test]
 fn the_mixture_of_near_lights_and_all_is_drawn_by_its_density() {
     const DRAWS: u32 = 1 << 19;

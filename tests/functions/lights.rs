@@ -1,4 +1,4 @@
-//! Tests of shader functions: the frequency of each light, points on lights, and their densities.
+//! Tests of shader functions: the frequency with which each light is drawn, points on lights, and their densities.
 
 use crate::{Function, number, vector};
 use glam::DVec3;
@@ -89,8 +89,8 @@ fn points_lie_evenly_on_their_triangle() {
     assert!(holm(&p_values).iter().all(|p| *p > 1e-4), "{p_values:?}");
 }
 
-/// Each candidate source draws lights as often as its density says, and covers all of them: χ², and Σ 1/(p N) = 1
-/// over the draws.
+/// Each light sampler must draw every light as often as its density says (χ² test), and must be able to draw all lights: the
+/// mean of 1 / (p N) over the draws is 1.
 #[test]
 fn candidate_sources_draw_by_their_density() {
     const COUNT: u32 = 1 << 18;
@@ -142,8 +142,8 @@ fn candidate_sources_draw_by_their_density() {
     }
 }
 
-/// Random words at the borders between lights: if one light more or less is picked there, its probability is not what
-/// the table says, by one in a thousand where there are ten million lights.
+/// At the random words on the border between two lights, a rounding error would select the wrong light, and change
+/// probabilities by one part in a thousand where there are ten million lights.
 #[test]
 fn every_light_gets_its_exact_share_of_the_random_words() {
     const COUNT: u64 = 1_000_003;

@@ -1,4 +1,4 @@
-//! A surface with lobes that the renderer does not have: what is sampled, evaluated and said of it agrees.
+//! Tests of a surface with two lobes that the renderer does not have: sampling, evaluation and density of its lobes agree.
 
 use crate::support::TOY_LOBES;
 use crate::support::random::Random;
@@ -11,7 +11,8 @@ use headwater::shader_interface::GpuMaterial;
 
 const COUNT: u32 = 1 << 17;
 
-/// Runs the body for `COUNT` numbers in `b.x`, with both toy lobes above those of `material`; `o` is the outgoing direction.
+/// Runs the GLSL `body` for `COUNT` numbers in `b.x`, on a surface with both toy lobes above the lobes of `material`; `o` is
+/// the outgoing direction in the shading frame.
 fn run(material: GpuMaterial, outgoing: Vec3, body: &str) -> Vec<[u32; 8]> {
     let body = format!(
         "vec3 o = uintBitsToFloat(a.xyz); Bsdf bsdf = make_bsdf(material_at(0), o.z);
@@ -99,7 +100,7 @@ fn toy_lobes_are_sampled_as_they_are_evaluated() {
     }
 }
 
-/// The rays of delta lobes, without those of wide lobes, are what `delta_lobe` returns: the pilot has none of them.
+/// The rays of delta lobes are those that `delta_lobe` returns; the sampling of a pilot must never return one of them.
 #[test]
 fn lobes_that_have_rays_of_their_own_are_not_sampled_again() {
     let material = Material {

@@ -1,4 +1,5 @@
-//! Shader functions alone, against twins written in f64: random numbers, directions, surfaces, lights.
+//! Tests of single shader functions: each is called for many inputs, and the results are compared with the same function
+//! written in f64.
 
 mod directions;
 mod environment;
@@ -28,7 +29,8 @@ use headwater::shader_interface::{
 use std::sync::LazyLock;
 
 headwater::bindings! {
-    /// What a function under test is bound to.
+    /// The bindings of the pass that calls a function under test: input words, output words, and the tables that functions
+    /// read.
     pub struct Call {
         [offers tables: Tables]
         read inputs,
@@ -36,7 +38,7 @@ headwater::bindings! {
     }
 }
 
-/// What functions may look up.
+/// The buffers and images that functions under test may read, under the names that the shaders use.
 pub struct Tables {
     specular_albedo: Buffer,
     materials: Buffer,
@@ -49,7 +51,7 @@ pub struct Tables {
     light_bvh: Buffer,
     textures: Buffer,
     texels: Buffer,
-    /// What only lights with holes would read.
+    /// A buffer of zeros for all names that only lights with holes would read.
     nothing: Buffer,
     images: Vec<SampledImage>,
     counters: Buffer,
@@ -86,41 +88,42 @@ impl Tables {
     }
 }
 
-/// A call of shader functions for each of many inputs.
+/// A piece of shader code under test, with the data that it reads. It is called once for each input of [`Function::run`].
 #[derive(Clone, Default)]
 pub struct Function<'a> {
-    /// Files of `glsl` to include.
+    /// Paths of files in `glsl` that the pass includes.
     pub includes: &'a [&'a str],
-    /// Statements that turn `uvec4 a` and `uvec4 b` into `uvec4 x` and `uvec4 y`.
+    /// GLSL statements that compute `uvec4 x` and `uvec4 y` from the input `uvec4 a` and `uvec4 b`.
     pub body: &'a str,
-    /// What `materials` holds.
+    /// Contents of the buffer `materials`.
     pub materials: &'a [GpuMaterial],
-    /// The lights, and the table that selects among them.
+    /// Lights on the device, and the alias tables that draw from them.
     pub lights: Lights,
-    /// The light BVH.
+    /// Contents of the buffer `light_bvh`.
     pub light_bvh: LightBvhContents,
-    /// The environment.
+    /// Texels, size and rotation of the environment.
     pub environment: EnvironmentTexels,
-    /// What `textures` holds.
+    /// Contents of the buffer `textures`.
     pub textures: &'a [GpuTexture],
-    /// What `texels` holds.
+    /// Contents of the buffer `texels`.
     pub texels: &'a [u32],
-    /// The images that textures are read from; without any they are read from `texels`.
+    /// Images that textures are read from; if empty, textures are read from `texels`.
     pub images: &'a [Image],
-    /// What `restir` holds.
+    /// Contents of the uniform buffer `restir`.
     pub restir: RestirConstants,
-    /// Declarations before the function, after the includes.
+    /// GLSL declarations before the function, after the includes.
     pub globals: &'a str,
-    /// A file, a text in it, and what is planted in its place.
+    /// A change of the shaders that plants a fault: (file, text in it, replacement). `None` plants none.
     pub fault: Option<(&'a str, &'a str, &'a str)>,
-    /// More of these.
+    /// More changes of the shaders: (file, text in it, replacement).
     pub changes: &'a [(&'a str, &'a str, &'a str)],
-    /// Specialisation constants.
+    /// Specialisation constants that differ from their defaults: pairs of id and value.
     pub constants: &'a [(u32, u32)],
 }
 
 impl Function<'_> {
-    /// Runs the function on the tests' device; words in, words out.
+    /// Calls the function on the tests' device once for each input: words of `a` and `b` in, words of `x` and `y` out, in
+    /// the same order.
     pub fn run(&self, inputs: &[[u32; 8]]) -> Vec<[u32; 8]> {
         let includes: String = self
             .includes
@@ -228,7 +231,7 @@ impl Function<'_> {
     }
 }
 
-/// Words of floats, the rest 0.
+/// The bits of up to eight floats as an input; the other words are 0.
 pub fn floats(values: &[f32]) -> [u32; 8] {
     let mut words = [0; 8];
     for (word, value) in words.iter_mut().zip(values) {
@@ -237,13 +240,13 @@ pub fn floats(values: &[f32]) -> [u32; 8] {
     words
 }
 
-/// Three words as a vector.
+/// The vector whose f32 components have the bits of the first three words.
 pub fn vector(words: &[u32]) -> glam::DVec3 {
     let at = |i: usize| f64::from(f32::from_bits(words[i]));
     glam::DVec3::new(at(0), at(1), at(2))
 }
 
-/// A word as a number.
+/// The f32 with the bits of a word, as f64.
 pub fn number(word: u32) -> f64 {
     f64::from(f32::from_bits(word))
 }

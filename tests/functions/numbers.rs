@@ -1,5 +1,5 @@
-//! Tests of shader functions: random numbers and their streams, choices among rare candidates, jitter, and sums of
-//! many samples.
+//! Tests of shader functions: random numbers and their streams, the selection of rare candidates, jitter, and sums of many
+//! samples.
 
 use crate::{Function, floats, number};
 use glam::Vec2;
@@ -9,7 +9,7 @@ use headwater::shader_interface::{
     STREAM_INDIRECT, STREAM_INITIAL, STREAM_PILOTS, STREAM_SPATIAL, STREAM_TEMPORAL,
 };
 
-/// pcg4d of Jarzynski and Olano, written down once more.
+/// The hash pcg4d (Jarzynski and Olano), written a second time in Rust.
 fn pcg4d(v: [u32; 4]) -> [u32; 4] {
     let [mut x, mut y, mut z, mut w] =
         v.map(|n| n.wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
@@ -25,7 +25,7 @@ fn pcg4d(v: [u32; 4]) -> [u32; 4] {
     [x, y, z, w]
 }
 
-/// Draws of many pixels, samples and seeds.
+/// Two draws of random words for many pixels, samples and seeds.
 fn draws() -> (Vec<[u32; 8]>, Vec<[u32; 8]>) {
     let inputs: Vec<[u32; 8]> = (0..40_000_u32)
         .map(|i| [i % 4096, i / 4096, 7 * (i % 3), 0, 0, 0, 0, 0])
@@ -50,7 +50,7 @@ fn draws_are_the_hash_of_their_counters() {
     }
 }
 
-/// Every word of both draws, and how neighbouring words go together, against evenness.
+/// Every word of both draws must be uniform, and so must pairs of neighbouring words.
 #[test]
 fn draws_are_even() {
     let (_, outputs) = draws();
@@ -70,12 +70,12 @@ fn draws_are_even() {
     assert!(holm(&p_values).iter().all(|p| *p > 1e-4), "{p_values:?}");
 }
 
-/// Spatial passes at most.
+/// The maximum number of spatial passes in a frame.
 const MOST_PASSES: u32 = 8;
-/// Streams of a frame have numbers below this.
+/// The upper bound of the indices of the random streams of a frame.
 const STREAMS: u32 = STREAM_INDIRECT + STREAM_SPATIAL + MOST_PASSES;
 
-/// The first draws of two streams at the same pixels have nothing to do with each other.
+/// The first draws of two streams at the same pixels must be independent.
 #[test]
 fn streams_are_independent() {
     let p_values = streams_p_values(None);
@@ -129,7 +129,7 @@ fn streams_p_values(fault: Option<(&str, &str, &str)>) -> Vec<f64> {
     p_values
 }
 
-/// A frame draws less from each than lies between them.
+/// A frame must draw fewer numbers from each stream than there are between the starts of two streams.
 #[test]
 fn streams_do_not_meet() {
     let inputs: Vec<[u32; 8]> = (0..STREAMS).map(|n| [n, 0, 0, 0, 0, 0, 0, 0]).collect();
@@ -166,8 +166,8 @@ fn pairs_add_up_where_floats_alone_lose() {
     assert!((sum - exact).abs() < 1e-9 * exact, "{sum} {exact}");
 }
 
-/// The selected sample of a merge may be a hundred million times dimmer than the sum. Then it must be as rare, because it
-/// takes on the weight of all.
+/// A candidate that is a hundred million times dimmer than the sum must be selected as rarely as its weight says, because a
+/// selected candidate gets the weight of all candidates.
 #[test]
 fn rare_candidates_are_selected_as_rarely_as_their_weight_says() {
     const INPUTS: u32 = 1 << 12;
@@ -200,8 +200,8 @@ fn rare_candidates_are_selected_as_rarely_as_their_weight_says() {
     }
 }
 
-/// Jitter must not move all pixels of a row alike, nor leave parts of a pixel out: over the pixels of any row or column
-/// its mean is close to the centre, and every quarter of the pixel has its share.
+/// Jitter must differ between the pixels of a row and reach all parts of a pixel: over the pixels of any row or column its
+/// mean is close to the centre, and each quarter of the pixel has its fraction of the positions.
 #[test]
 fn jitter_differs_from_pixel_to_pixel() {
     const SIDE: u32 = 160;

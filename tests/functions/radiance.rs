@@ -4,7 +4,7 @@ use crate::{Function, floats, number};
 use headwater::shader_interface::Format;
 use headwater::shader_interface::Specialisation;
 
-/// Colours of all brightnesses that there are, dim channels beside bright ones.
+/// RGB colours of all brightnesses that f32 can hold, some with a dim channel beside bright ones.
 fn colours() -> Vec<[f32; 3]> {
     let shapes = [
         [1.0, 1.0, 1.0],
@@ -25,7 +25,8 @@ fn largest(colour: [f32; 3]) -> f64 {
     f64::from(colour.iter().copied().fold(0.0, f32::max))
 }
 
-/// Numbers spread evenly over [0, 1) stand for random ones: what is lost on average they show to 1/4096 of a step.
+/// The stored colour must be right on average over the random numbers that round it. Numbers spread evenly over [0, 1) stand
+/// for them, and show an error of 1/4096 of a step.
 #[test]
 fn colours_are_kept_on_average() {
     let function = Function {
@@ -53,7 +54,7 @@ fn colours_are_kept_on_average() {
     }
 }
 
-/// The three numbers that a function makes of one input.
+/// The three floats that a function returns for one input.
 fn colour_of(function: &Function, input: [u32; 8]) -> [f64; 3] {
     let words = function.run(&[input])[0];
     [0, 1, 2].map(|c| number(words[c]))
@@ -74,7 +75,7 @@ fn the_largest_step_and_number_stay_finite() {
     assert!(colour_of(&function, input)[0].is_infinite());
 }
 
-/// A factor of -0 in a file makes such a channel.
+/// A channel of −0, which a factor of −0 in a file makes, must be stored as 0.
 #[test]
 fn minus_zero_stays_zero() {
     let mut function = Function {
@@ -113,8 +114,8 @@ fn a_stored_colour_goes_back_as_it_was() {
     }
 }
 
-/// A channel may be a hundred thousand times dimmer than the brightest and still be the only one that counts, on a
-/// surface that reflects no other. If it survived as rarely as it is dim, it would be as much too bright then.
+/// A channel may be a hundred thousand times dimmer than the brightest one and still be the only channel that a surface
+/// reflects. If rounding kept it as rarely as it is dim, it would be far too bright when it is kept.
 #[test]
 fn dim_channels_are_no_outliers() {
     let function = Function {

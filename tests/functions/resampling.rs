@@ -1,18 +1,19 @@
-//! Tests of shader functions: the merge of a few samples. Every outcome of every technique is enumerated, so that
-//! the expected value is known exactly.
+//! Tests of shader functions: the merge of a few samples. Every outcome of every technique is enumerated, so that the
+//! expected value is known exactly.
 
 use crate::{Function, floats, number};
 use headwater::shader_interface::Mis;
 
-/// Samples that a toy's techniques choose from.
+/// The number of samples from which the techniques of a toy select.
 const SAMPLES: usize = 4;
-/// Techniques at most.
+/// The maximum number of techniques of a toy, a small made-up merge.
 const MOST: usize = 4;
-/// Draws that stand for the expectation of weights that are drawn themselves.
+/// The number of draws whose mean stands for the expectation, for weights that are random themselves.
 const DRAWS: u32 = 1 << 16;
 const UNBIASED: [Mis; 3] = [Mis::Balance, Mis::Pairwise, Mis::Defensive];
 
-/// What one technique may come to: a sample with its contribution weight, or nothing.
+/// One possible outcome of a technique: a sample with its contribution weight, or no sample (`None`), and the probability of
+/// it.
 #[derive(Clone, Copy, Debug)]
 struct Outcome {
     probability: f64,
@@ -20,8 +21,9 @@ struct Outcome {
     weight: f64,
 }
 
-/// A technique: its target function, carried to the canonical's space; which of the samples it sees; the Jacobian
-/// of each sample's shift to it, 0 where that fails; its confidence, and all it may come to.
+/// A technique of a toy merge. For each sample it has the value of the target function in the canonical's space, whether the
+/// sample is visible, and the Jacobian of the shift to the canonical (0 = the shift fails). It also has its confidence and
+/// its outcomes.
 #[derive(Clone, Debug)]
 struct Technique {
     targets: [f64; SAMPLES],
@@ -32,7 +34,8 @@ struct Technique {
 }
 
 impl Technique {
-    /// Draws samples with these probabilities, and what they lack of one is nothing at all.
+    /// A technique that draws the samples with these probabilities, and no sample with the remaining probability. It sees
+    /// all samples, and its shifts have Jacobian 1.
     fn new(targets: [f64; SAMPLES], confidence: f64, probabilities: [f64; SAMPLES]) -> Self {
         let mut outcomes: Vec<Outcome> = probabilities
             .iter()
@@ -61,23 +64,25 @@ impl Technique {
         }
     }
 
-    /// Behind a wall, with targets that know nothing of it.
+    /// The technique with walls: samples where `sees` is false are hidden, but the target function does not know it.
     fn seeing(self, sees: [bool; SAMPLES]) -> Self {
         Self { sees, ..self }
     }
 
-    /// With shifts that stretch samples or fail; samples of its own that fail nobody can take over.
+    /// The technique with other Jacobians of its shifts. Where one is 0, the shift fails, and no other technique can use
+    /// that sample.
     fn shifting(self, jacobians: [f64; SAMPLES]) -> Self {
         Self { jacobians, ..self }
     }
 
-    /// Whether a sample adds anything to the technique's own picture.
+    /// True if a sample contributes to the picture at the technique's own shading point: it is visible and has a target
+    /// above 0.
     fn needs(&self, sample: usize) -> bool {
         self.sees[sample] && self.targets[sample] > 0.0
     }
 }
 
-/// Every combination of outcomes with its probability.
+/// All combinations of one outcome per technique, each with its probability.
 fn combinations(techniques: &[Technique]) -> Vec<(f64, Vec<Outcome>)> {
     let start = vec![(1.0, Vec::new())];
     techniques.iter().fold(start, |all, technique| {
@@ -93,7 +98,8 @@ fn combinations(techniques: &[Technique]) -> Vec<(f64, Vec<Outcome>)> {
     })
 }
 
-/// One combination's resampling weights, by the shaders' merge; where these are drawn, their mean.
+/// One combination of outcomes with the resampling weights that the merge in the shaders gives it; where weights are random,
+/// their mean.
 struct Weighed {
     probability: f64,
     outcomes: Vec<Outcome>,
@@ -207,8 +213,8 @@ fn weigh(mis: Mis, techniques: &[Technique], fault: Option<(&str, &str, &str)>) 
         .collect()
 }
 
-/// What the merge gives each sample on average: 1 where it is unbiased. Resampling by weight w and
-/// dividing by the target gives, whatever is chosen, Σ w_i / p̂_0(y_i).
+/// The mean weight that the merge gives each sample: 1 where it is unbiased. For any selected sample, resampling by weight w
+/// and division by the target give Σ w_i / p̂_0(y_i).
 fn mean_weights(techniques: &[Technique], weighed: &[Weighed]) -> [f64; SAMPLES] {
     let mut mean = [0.0; SAMPLES];
     for w in weighed {
@@ -222,7 +228,7 @@ fn mean_weights(techniques: &[Technique], weighed: &[Weighed]) -> [f64; SAMPLES]
     mean
 }
 
-/// How far the mean weights are from 1 on the canonical's support, and from 0 elsewhere.
+/// The largest deviation of the mean weights from 1 on the canonical's support, and from 0 elsewhere.
 fn bias(mis: Mis, techniques: &[Technique], fault: Option<(&str, &str, &str)>) -> f64 {
     let mean = mean_weights(techniques, &weigh(mis, techniques, fault));
     (0..SAMPLES)
@@ -230,7 +236,7 @@ fn bias(mis: Mis, techniques: &[Technique], fault: Option<(&str, &str, &str)>) -
         .fold(0.0, f64::max)
 }
 
-/// Toys by name; the canonical covers its own target's support in each.
+/// Toy merges with their names. In each, the canonical can draw every sample that its own target needs.
 fn toys() -> Vec<(&'static str, Vec<Technique>)> {
     let t = Technique::new;
     vec![
@@ -305,7 +311,7 @@ fn toys() -> Vec<(&'static str, Vec<Technique>)> {
     ]
 }
 
-/// Toys with walls: what a technique can make it sees.
+/// Toy merges with walls. Each technique sees the samples that it can draw.
 fn walled() -> Vec<(&'static str, Vec<Technique>)> {
     let t = Technique::new;
     let all = [1.0, 2.0, 3.0, 4.0];
@@ -331,8 +337,8 @@ fn walled() -> Vec<(&'static str, Vec<Technique>)> {
     ]
 }
 
-/// Of neighbours' views of the pixel's own sample one is asked, and of their samples one is looked for: the
-/// weights are drawn, and right on average.
+/// The shaders test one random neighbour's view of the pixel's sample, and the pixel's view of one neighbour's sample. The
+/// weights are then random, and must be right on average.
 #[test]
 fn merges_behind_walls_are_unbiased() {
     for (name, techniques) in walled() {
@@ -390,8 +396,8 @@ fn merges_are_unbiased_on_every_toy() {
     }
 }
 
-/// With constant weights a sample counts as often as techniques can draw it, by their share of the confidence:
-/// right only where all of them can.
+/// With constant weights, a sample counts by the fraction of the confidence of the techniques that can draw it. That is
+/// right only where all techniques can draw it.
 #[test]
 fn confidence_alone_is_biased_where_supports_differ() {
     let mut biased = 0;
@@ -416,8 +422,8 @@ fn confidence_alone_is_biased_where_supports_differ() {
     assert!(biased > 5, "{biased} samples differ");
 }
 
-/// On identical shading points balance and pairwise weigh by confidence alone; defensive gives the canonical
-/// (c/T)(1 + C/T).
+/// On identical shading points, balance and pairwise weights are fractions of confidence; the defensive weight of the
+/// canonical is (c/T)(1 + C/T).
 #[test]
 fn on_identical_shading_points_the_weights_are_known() {
     let (_, techniques) = toys().swap_remove(1);
@@ -442,7 +448,7 @@ fn on_identical_shading_points_the_weights_are_known() {
     }
 }
 
-/// A merged reservoir is a technique like any other: merged once more it is still unbiased.
+/// A merged reservoir is a technique for the next merge, which must be unbiased too.
 #[test]
 fn merges_of_merges_are_unbiased() {
     let (_, first) = toys().swap_remove(4);
@@ -482,7 +488,7 @@ fn merges_of_merges_are_unbiased() {
     }
 }
 
-/// The check sees what it is for.
+/// Each planted fault of the merge must make its bias visible to the checks above.
 #[test]
 fn planted_faults_are_seen() {
     let (_, techniques) = toys().swap_remove(4);
@@ -536,7 +542,7 @@ fn a_failed_shift_that_the_canonical_forgets_is_seen() {
     }
 }
 
-/// A merge of shifts that are the identity at the canonical would not notice either.
+/// The faults of a missing shift must be seen, which needs shifts that are not the identity at the canonical.
 #[test]
 fn neighbours_that_are_not_shifted_to_the_canonical_are_seen() {
     let (name, techniques) = toys().swap_remove(6);

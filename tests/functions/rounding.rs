@@ -1,13 +1,13 @@
-//! Tests of shader functions: the rounding errors of surface points.
+//! Tests of shader functions: the bounds of the rounding errors of surface points.
 
 use crate::support::random::Random;
 use crate::{Function, floats, number};
 use glam::{DVec3, Vec3};
 use std::f64::consts::TAU;
 
-/// Points that are tried.
+/// The number of points that each test tries.
 const POINTS: usize = 20_000;
-/// A point of the planes, and the same for the shaders.
+/// A point through which all planes of the tests pass; `GLSL_POINT` declares it in the shaders.
 const POINT: Vec3 = Vec3::new(0.31, -1.7, 2.3);
 const GLSL_POINT: &str = "const vec3 POINT = vec3(0.31, -1.7, 2.3);";
 
@@ -15,8 +15,8 @@ fn vector(words: &[u32]) -> DVec3 {
     DVec3::new(number(words[0]), number(words[1]), number(words[2]))
 }
 
-/// Barycentrics that are not exact slide a point within its triangle's plane, by more than its bounds say.
-/// Whatever is made of it must lie so near the plane that its clearance takes a ray's origin off it.
+/// The number of surface points whose clearance does not lift a ray's origin off the triangle's plane. Rounded barycentrics
+/// move a point within the plane by more than its error bound says, so the distance from the plane must count instead.
 fn behind_the_plane(fault: Option<(&str, &str, &str)>) -> usize {
     let mut random = Random(7);
     let mut number_in = |low: f64, high: f64| (low + (high - low) * random.unit()) as f32;
@@ -81,9 +81,9 @@ fn a_point_of_mixed_coordinates_is_found() {
     assert!(behind_the_plane(Some(fault)) > POINTS / 100);
 }
 
-/// Rays that meet a plane at any angle, down to cosines of 1e-3. Counts the points found on them that are farther from the exact
-/// ones than their bound, those that are farther from the plane than their clearance, and the clearances that are much larger than
-/// rounding needs.
+/// For rays that meet a plane at any angle, down to cosines of 1e-3, the number of points that are farther from the exact
+/// point than their bound, the number that are farther from the plane than their clearance, and the number of clearances
+/// much larger than rounding needs.
 fn wrong_bounds(fault: Option<(&str, &str, &str)>) -> [usize; 3] {
     let mut random = Random(11);
     let mut number_in = |low: f64, high: f64| low + (high - low) * random.unit();
@@ -145,8 +145,8 @@ fn points_on_grazing_rays_keep_their_bounds() {
     assert_eq!(wrong_bounds(None), [0; 3]);
 }
 
-/// Multiplied axis by axis, the error along a ray that grazes a plane does not vanish along the normal, unless the plane lies along
-/// the axes.
+/// The fault multiplies the error along a grazing ray axis by axis. The result does not vanish along the normal unless the
+/// plane lies along the axes, so the clearance becomes too large.
 #[test]
 fn a_clearance_that_forgets_the_angle_is_found() {
     let fault = (

@@ -1,4 +1,4 @@
-//! Tests of shader functions: the BSDF and its sampling, against the f64 tracer and against its own density.
+//! Tests of shader functions: the BSDF and its sampling, against the brute-force tracer in f64 and against its own density.
 
 use crate::support::brute_force::{Surface, reflecting_outwards};
 use crate::support::random::Random;
@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 
 const INCLUDES: &[&str] = &["bsdf/bsdf.glsl", "scene/geometry.glsl"];
 
-/// Metals and dielectrics, smooth to rough, and one between.
+/// Metals and dielectrics from smooth to rough, and one material between metal and dielectric.
 fn materials() -> Vec<Material> {
     let mut all = Vec::new();
     for roughness in [0.05, 0.2, 0.5, 1.0] {
@@ -49,7 +49,8 @@ fn words(direction: Vec3, last: u32, rest: [u32; 4]) -> [u32; 8] {
     [x, y, z, last, rest[0], rest[1], rest[2], rest[3]]
 }
 
-/// Shading normals that lean as far as they can, seen from all sides, at grazing angles too.
+/// Shading normals that lean as far as possible, seen from all sides and at grazing angles, must reflect the viewer to the
+/// front.
 #[test]
 fn normals_reflect_their_viewer_off_the_surface() {
     let mut random = Random(8);
@@ -142,7 +143,8 @@ fn surfaces_reflect_as_their_twins_do() {
     }
 }
 
-/// Draws of one surface from one direction: directions, weights, densities.
+/// Draws of a surface's BSDF for one outgoing direction, each with direction, weight and density per solid angle; `None` for
+/// a draw without direction.
 fn sampled(material: &Material, outgoing: Vec3, count: u32) -> Vec<Option<(DVec3, DVec3, f64)>> {
     let materials = gpu(std::slice::from_ref(material));
     let function = Function {
@@ -205,19 +207,20 @@ fn weights_are_reflectance_over_density() {
     assert!(densities_compared >= 9, "{densities_compared}");
 }
 
-/// Coordinates in the unit square for incoming directions, so that each lobe fills many bins.
+/// A map of incoming directions to the unit square, in which the directions of a lobe fill many bins of a histogram.
 enum Chart {
-    /// Cosine and azimuth.
+    /// For wide lobes: cosine and azimuth of the direction.
     Hemisphere,
-    /// The half vector's slopes in units of α, by the share of GGX that is nearer and the azimuth.
+    /// For narrow lobes: the fraction of GGX whose half vectors are nearer to the normal, and the azimuth of the half
+    /// vector.
     Lobe { outgoing: DVec3, alpha: f64 },
 }
 
 impl Chart {
-    /// Of a lobe's share, what lies inside the square; the tail is left out.
+    /// The fraction of a narrow lobe that lies inside the unit square; the tail lies outside.
     const INSIDE: f64 = 0.99;
 
-    /// Where a direction lies; past the square in a lobe's tail.
+    /// The coordinates of a direction in the chart, in [0, 1]; x is larger than 1 in the tail of a lobe.
     fn uv(&self, direction: DVec3) -> DVec2 {
         let azimuth = |d: DVec3| (d.y.atan2(d.x) / TAU).rem_euclid(1.0);
         match self {
@@ -230,7 +233,7 @@ impl Chart {
         }
     }
 
-    /// The direction at a uv, and the solid angle that a unit of the square has there.
+    /// The direction at a point of the unit square, and the solid angle per unit area of the square there.
     fn direction(&self, uv: DVec2) -> (DVec3, f64) {
         let (sin, cos) = (uv.y * TAU).sin_cos();
         match self {
@@ -252,8 +255,8 @@ impl Chart {
     }
 }
 
-/// Where samples go is what the density says, and the density with what falls below the horizon, or
-/// far from a narrow lobe, sums to one.
+/// Sampled directions must be distributed as the density says. The density, and the fractions below the horizon and far from
+/// a narrow lobe, must add up to 1.
 #[test]
 fn directions_are_drawn_by_their_density() {
     const RINGS: usize = 10;

@@ -1,4 +1,4 @@
-//! Tests of shader functions: lookups of textures.
+//! Tests of shader functions: look-ups of textures.
 
 use crate::support::{self, random::Random};
 use crate::{Function, floats, number};
@@ -8,7 +8,7 @@ use headwater::scene::texture::{Image, Texture, Wrap, linear, srgb};
 use headwater::scene::{Material, Scene};
 use headwater::shader_interface::{GpuMaterial, NONE, Textures};
 
-/// An image of random texels.
+/// An image of `width` × `height` random texels.
 fn image(random: &mut Random, width: u32, height: u32) -> Image {
     let texel = |_| [0; 4].map(|_: u8| random.index(256) as u8);
     Image {
@@ -25,7 +25,8 @@ fn looked_up(is_color: bool) -> String {
     )
 }
 
-/// Every wrap and filter, with a transform, near to the image and far from it.
+/// Look-ups with every wrap mode and filter, with a transform, near the image and far from it, must equal those of the twin
+/// in f64.
 #[test]
 fn lookups_are_those_of_the_twin() {
     let mut random = Random(11);
@@ -172,7 +173,8 @@ fn coordinates_that_are_huge_stay_inside_the_image() {
     }
 }
 
-/// Dark colours too: a wall of one colour must not become darker or brighter.
+/// The mean of stored colours must be the colour, dark colours included: otherwise a wall of one colour would be darker or
+/// brighter.
 #[test]
 fn primary_surfaces_keep_their_colour_on_average() {
     let mut function = Function {

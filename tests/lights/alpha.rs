@@ -1,4 +1,4 @@
-//! Surfaces with alpha: what light passes them, and what the camera sees through them.
+//! Tests of surfaces with alpha: the light that passes them, and what the camera sees through them.
 
 use crate::{
     ALBEDO, SEEDS, SIDE, TECHNIQUES, assert_seen, environment, floor, floor_point, from_above,
@@ -11,7 +11,7 @@ use headwater::scene::{AlphaMode, Material, PunctualShape, Scene, Texture};
 use headwater::shader_interface::Tracer;
 use std::f64::consts::PI;
 
-/// Adds a sheet to a scene, parallel to the floor.
+/// Adds a square sheet at a height above the floor, parallel to it; `half` is half its side.
 fn add_sheet(scene: &mut Scene, height: f32, half: f32, material: Material) {
     let corner = Vec3::new(-half, height, half);
     let sheet = support::quad(corner, Vec3::X * 2.0 * half, Vec3::NEG_Z * 2.0 * half);
@@ -26,7 +26,7 @@ fn sheet(albedo: f32, alpha: f32) -> Material {
     }
 }
 
-/// The mean of several seeds, per pixel.
+/// The mean picture over several seeds, one RGB value per pixel, row by row; `None` if the device lacks the tracer.
 fn mean_of_seeds(
     scene: &Scene,
     view: &View,
@@ -50,7 +50,7 @@ fn assert_mean(name: &str, found: &[[f64; 3]], expected: DVec3) {
     assert!(off.abs() < 0.005, "{name}: {off}");
 }
 
-/// Below the camera, a grey sheet: it is seen with the share that it covers, and through it the floor.
+/// The camera looks down on a grey sheet: it must show the sheet by the fraction that it covers, and the floor by the rest.
 #[test]
 fn the_camera_sees_sheets_and_what_is_behind_them() {
     let (alpha, own) = (0.3_f64, 0.8_f64);
@@ -69,7 +69,7 @@ fn the_camera_sees_sheets_and_what_is_behind_them() {
     }
 }
 
-/// Without visibility there are no shadows, also where something blends elsewhere.
+/// With `visibility=none` there are no shadows, even if a surface elsewhere has alpha mode blend.
 #[test]
 fn what_blends_brings_no_shadows_where_there_is_no_visibility() {
     let mut scene = floor();
@@ -88,7 +88,8 @@ fn what_blends_brings_no_shadows_where_there_is_no_visibility() {
     assert_eq!(plain, found);
 }
 
-/// An emitter with holes: all but a quarter, at one corner. Its texture, black on one half, lights the half of that.
+/// Adds an emitter that has holes everywhere except for one quarter at a corner. The emissive texture is black on half of
+/// that quarter.
 fn add_emitter(scene: &mut Scene, corner: Vec3, u: Vec3, v: Vec3) {
     let of_image = |image, nearest| Texture {
         nearest,
@@ -125,7 +126,7 @@ fn light_from_the_holes_of_emitters_is_seen() {
     );
 }
 
-/// The Cornell box with one block that covers half, one full of holes, and a sheet below the emitter.
+/// The Cornell box with a block that covers half of the light, a block full of holes, and a sheet below the emitter.
 fn box_with_alpha() -> Scene {
     let mut scene = procedural::generate("cornell", &[]).unwrap();
     scene.images = vec![image(|i| {
@@ -230,7 +231,7 @@ mod thorough {
         );
     }
 
-    /// The part of an emitter that has no hole and is not black lights a floor, and nothing else does.
+    /// An emitter must light a floor by the part of it that has no hole and is not black, and by nothing else.
     #[test]
     fn emitters_may_have_holes() {
         let mut scene = floor();
@@ -262,8 +263,8 @@ mod thorough {
         }
     }
 
-    /// Two sheets that reflect nothing weaken the light of a direction at every pixel alike, and that of an environment and
-    /// of an emitter on average.
+    /// Two black sheets must weaken directional light equally at every pixel, and the light of an environment and of an
+    /// emitter on average.
     #[test]
     fn sheets_weaken_what_passes_them() {
         let (covers, down) = ([0.4_f32, 0.25], DVec3::new(0.2, -1.0, 0.1));
@@ -297,7 +298,7 @@ mod thorough {
         }
     }
 
-    /// A sheet of which the texture cuts out one half casts half a shadow.
+    /// A sheet whose texture cuts out one half must cast half a shadow.
     #[test]
     fn a_mask_cuts_holes() {
         let mut scene = floor();
@@ -341,7 +342,7 @@ mod thorough {
         }
     }
 
-    /// At the cutoff there is no hole, whatever byte of a texture it is.
+    /// A surface whose alpha equals the cutoff must be opaque, for every byte of a texture.
     #[test]
     fn a_mask_covers_at_its_cutoff() {
         let mut scene = floor();
@@ -371,7 +372,7 @@ mod thorough {
         }
     }
 
-    /// One step of f32 below the cutoff a surface is not there.
+    /// A surface whose alpha is one step of f32 below the cutoff must be a hole.
     #[test]
     fn a_mask_is_a_hole_just_below_its_cutoff() {
         for (alpha, is_there) in [(0.5_f32, true), (0.5_f32.next_down(), false)] {
@@ -402,7 +403,7 @@ mod thorough {
         }
     }
 
-    /// What the camera sees of it, and through its holes.
+    /// The camera must see the emitter where it has no hole, and the scene behind it through its holes.
     #[test]
     fn the_camera_sees_through_the_holes_of_emitters() {
         let mut scene = floor();

@@ -1,4 +1,4 @@
-//! Direct and indirect light, each alone, add up to all light.
+//! Test that direct and indirect light, rendered separately, add up to all light.
 
 use super::{picture, preset};
 use headwater::procedural;
@@ -6,7 +6,8 @@ use headwater::render::View;
 use headwater::render::settings::{DirectMode, IndirectMode, Integrator};
 use headwater::shader_interface::Tracer;
 
-/// Equal random numbers, so that what is left are roundings.
+/// The maximum relative difference. It is small, because both sides have the same random numbers and differ by rounding
+/// only.
 const TOLERANCE: f64 = 1e-4;
 
 #[test]

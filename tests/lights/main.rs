@@ -1,4 +1,5 @@
-//! Environments and punctual lights against closed forms, and resampling against path tracing with all kinds of light.
+//! Tests of environments and punctual lights against closed forms, and of resampling against path tracing with all kinds of
+//! light.
 
 mod alpha;
 mod kinds;
@@ -35,7 +36,7 @@ pub fn environment(width: u32, height: u32, texel: impl Fn(u32, u32) -> Vec3) ->
     }
 }
 
-/// A light at a position that shines along a direction.
+/// A punctual light at a position, aimed along a direction.
 pub fn punctual(shape: PunctualShape, position: DVec3, direction: DVec3) -> PunctualLight {
     let z = -direction.normalize();
     let x = z.any_orthonormal_vector();
@@ -51,7 +52,7 @@ pub fn punctual(shape: PunctualShape, position: DVec3, direction: DVec3) -> Punc
     }
 }
 
-/// A grey floor at y = 0.
+/// A scene with a grey floor at y = 0.
 pub fn floor() -> Scene {
     let floor = support::quad(Vec3::new(-4.0, 0.0, 4.0), Vec3::X * 8.0, Vec3::NEG_Z * 8.0);
     support::scene_of(&[(
@@ -62,7 +63,7 @@ pub fn floor() -> Scene {
 
 pub const SIDE: u32 = 32;
 
-/// A view straight down, of the part of the floor within a unit of the origin.
+/// A view straight down on the part of the floor within one unit of the origin, along x and z.
 pub fn from_above(bounces: u32, seed: u32) -> View {
     let mut camera = support::look_at(
         DVec3::Y * 4.0,
@@ -81,7 +82,7 @@ pub fn from_above(bounces: u32, seed: u32) -> View {
     }
 }
 
-/// The point of the floor that a pixel sees.
+/// The point of the floor that the centre of a pixel shows.
 pub fn floor_point(pixel: usize) -> DVec3 {
     let at = |i: usize| (i as f64 + 0.5) / f64::from(SIDE) * 2.0 - 1.0;
     DVec3::new(at(pixel % SIDE as usize), 0.0, at(pixel / SIDE as usize))
@@ -91,8 +92,8 @@ pub fn preset(name: &str) -> Settings {
     Preset::named(name).unwrap().settings().unwrap()
 }
 
-/// A picture's pixels for each of some seeds, none if the device lacks the tracer. Several seeds tell the error of a mean,
-/// because the frames of one resemble each other.
+/// One mean picture per seed, each a list of RGB values row by row; `None` if the device lacks the tracer. The error of a
+/// mean comes from several seeds, because the frames of one seed are correlated.
 pub fn pictures(
     scene: &Scene,
     view: &View,
@@ -128,10 +129,10 @@ pub fn picture(
     pictures(scene, view, settings, tracer, samples, 1)?.pop()
 }
 
-/// Into how many seeds samples are divided where the error of a mean is asked for.
+/// The number of seeds into which the samples are divided where a test needs the error of a mean.
 pub const SEEDS: u32 = 8;
 
-/// The sum over the pixels and channels of a picture.
+/// The sum over the pixels and channels of a picture, with its error over seeds; `None` if the device lacks the tracer.
 fn totals(
     scene: &Scene,
     view: &View,
@@ -148,7 +149,7 @@ pub fn total(values: &[[f64; 3]]) -> f64 {
     values.iter().flatten().sum()
 }
 
-/// The irradiance of the floor by what is seen above it, by a fine grid.
+/// The irradiance (RGB) of the floor from the environment above it, computed with a fine grid.
 fn irradiance(environment: &Environment) -> DVec3 {
     const FINE: u32 = 16;
     let (width, height) = (environment.width, environment.height);
@@ -176,14 +177,14 @@ fn irradiance(environment: &Environment) -> DVec3 {
     sum * f64::from(environment.intensity)
 }
 
-/// Both ways to trace, and resampling, each with samples that bring the error below a thousandth.
+/// Preset, tracer, and number of samples that brings the error below 0.1 %: path tracing with both tracers, and resampling.
 pub const TECHNIQUES: [(&str, Tracer, u32); 3] = [
     ("path-tracing", Tracer::ComputeBvh, 1024),
     ("path-tracing", Tracer::RayQuery, 512),
     ("accurate", Tracer::ComputeBvh, 256),
 ];
 
-/// The sun as a point light: its intensity and distance are far out of the range of what is on the floor.
+/// The sun as a point light: its intensity and its distance are far beyond the range of values on the floor.
 #[test]
 fn a_floor_reflects_a_point_light_as_far_as_the_sun() {
     let (distance, intensity) = (1.5e11, 3e25);
@@ -208,7 +209,7 @@ fn a_floor_reflects_a_point_light_as_far_as_the_sun() {
     assert!((1.0..2.0).contains(&on_device), "{on_device}");
 }
 
-/// The weight of a sample of the environment is a solid angle, whatever the size of the scene.
+/// The weight of a sample of the environment is a solid angle, so it must not depend on the size of the scene.
 #[test]
 fn weights_of_the_environment_do_not_depend_on_lengths() {
     let variant = support::variants(Tracer::ComputeBvh)[0];
@@ -232,7 +233,7 @@ fn weights_of_the_environment_do_not_depend_on_lengths() {
     assert_eq!(weights[0], weights[1]);
 }
 
-/// A floor with a normal map reflects light as its turned normal says, wherever its instance is and however mirrored.
+/// A floor with a normal map must reflect light by its bent normal, for every position and mirroring of its instance.
 #[test]
 fn normal_maps_turn_the_normal() {
     let texel = [230, 90, 200, 255];
@@ -288,7 +289,7 @@ fn normal_maps_turn_the_normal() {
     }
 }
 
-/// An image of eight by eight texels.
+/// An image of eight by eight texels; `texel` gives the RGBA bytes of each index.
 pub fn image(texel: impl Fn(u32) -> [u8; 4]) -> Image {
     Image {
         name: "test".into(),
@@ -298,7 +299,7 @@ pub fn image(texel: impl Fn(u32) -> [u8; 4]) -> Image {
     }
 }
 
-/// Lays textures of colours and normals that differ from texel to texel onto everything.
+/// Gives every material textures of colours and normals that differ from texel to texel.
 fn with_textures(scene: &mut Scene) {
     let hash = |i: u32| {
         i.wrapping_mul(0x9E37_79B9)
@@ -322,7 +323,7 @@ fn with_textures(scene: &mut Scene) {
     scene.validate().unwrap();
 }
 
-/// A room with all kinds of light and of textures, without its front wall.
+/// A room without its front wall, with all kinds of light and of textures.
 fn all_kinds() -> Scene {
     let mut scene = procedural::generate("cornell-glossy", &[]).unwrap();
     // Smoother lobes would reflect punctual lights as rare, bright paths, of which no interval can be told.
@@ -366,7 +367,8 @@ fn all_kinds() -> Scene {
     scene
 }
 
-/// How far the mean of resampling is from that of path tracing, and its standard error, both relative.
+/// The difference of the mean of resampling from that of path tracing, and its standard error, both relative to the mean of
+/// path tracing.
 pub fn bias(scene: &Scene, settings: &Settings, samples: u32) -> [f64; 2] {
     let view = |seed| View {
         camera: scene.cameras[0].clone(),
@@ -381,7 +383,7 @@ pub fn bias(scene: &Scene, settings: &Settings, samples: u32) -> [f64; 2] {
     [off.mean, off.standard_error].map(|x| x / reference.mean)
 }
 
-/// Runs a test of this file once more by itself, with a fault in the shaders, and expects it to fail.
+/// Runs a test of this file again in a new process with a fault in the shaders, and asserts that the test fails.
 pub fn assert_seen(test: &str, fault: (&str, &str, &str)) {
     let output = support::run_with_fault(test, fault, |command| command);
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
@@ -463,7 +465,7 @@ mod thorough {
         );
     }
 
-    /// Light of an environment on a floor: its irradiance times albedo over π, whatever the environment.
+    /// A floor under an environment must have a radiance of irradiance × albedo / π, for each environment.
     #[test]
     fn a_floor_reflects_the_irradiance_of_the_environment() {
         let constant = environment(8, 4, |_, _| Vec3::new(1.0, 2.0, 0.5));
@@ -504,7 +506,7 @@ mod thorough {
         }
     }
 
-    /// The light of one punctual light on a floor is exact at every pixel, from the first sample.
+    /// The light of one punctual light on a floor must be exact at every pixel, from the first sample on.
     #[test]
     fn a_floor_reflects_punctual_lights_exactly() {
         let above = DVec3::new(0.3, 1.5, -0.2);
@@ -580,7 +582,7 @@ mod thorough {
         }
     }
 
-    /// A white sphere in a uniformly bright environment vanishes: matt, or a rough metal whose energy is compensated.
+    /// A white sphere must be invisible in a uniform environment: a matte one, and a rough metal with energy compensation.
     #[test]
     fn a_white_sphere_vanishes_in_a_uniform_environment() {
         let mut scene =

@@ -1,10 +1,10 @@
-//! Unlit surfaces: the camera sees their colours, everything else sees black.
+//! Tests of unlit surfaces: the camera sees their colours, and all other rays see black.
 
 use crate::{ALBEDO, TECHNIQUES, floor, from_above, image, picture, preset, punctual, support};
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use headwater::scene::{Material, PunctualShape, Scene, Texture};
 
-/// A card above the floor, with a texture and vertex colours; the light is bright, so that the device's unit of radiance is
+/// A card above the floor, with a texture and vertex colours. The light is so bright that the device's unit of radiance is
 /// not 1.
 fn scene(material: &Material) -> Scene {
     let mut scene = floor();
@@ -27,7 +27,7 @@ fn scene(material: &Material) -> Scene {
 mod thorough {
     use super::*;
 
-    /// Where the card is seen it has its colour; all else is as if it were black.
+    /// The card must show its colour to the camera; the rest of the picture must be the same as with a black card.
     #[test]
     fn the_camera_sees_what_is_unlit_and_light_does_not() {
         let unlit = scene(&Material {

@@ -1,11 +1,12 @@
-//! Animations of glTF files.
+//! Tests of animations in glTF files.
 
 use crate::files::{Folder, Gltf};
 use glam::{DQuat, DVec3, Vec3};
 use headwater::scene::Scene;
 use serde_json::{Value, json};
 
-/// A file whose node 0 is animated: `path` goes through `keys` of `values`.
+/// A glTF file whose node 0 is animated: its property `path` takes `values` (of the accessor type `kind`) at `times`, in
+/// seconds.
 pub fn animated(
     path: &str,
     kind: &str,

@@ -1,4 +1,4 @@
-//! Environments from files: those that are right, and those that are broken.
+//! Tests of environments from files, valid and broken ones.
 
 use crate::support::random::Random;
 use glam::Vec3;
@@ -7,7 +7,7 @@ use headwater::image::Image;
 use headwater::scene::{Environment, Scene};
 use std::path::Path;
 
-/// Writes an environment whose texels are all this, but for one.
+/// Writes an EXR environment of 8 × 4 texels of the colour (1, 2, 3); one texel has `texel` as its green value.
 fn write_exr(path: &Path, texel: f32) {
     let mut picture = Image::new(8, 4);
     let mut texels = [[1.0, 2.0, 3.0]; 32];
@@ -16,7 +16,7 @@ fn write_exr(path: &Path, texel: f32) {
     picture.write(path, 0.0).unwrap();
 }
 
-/// Eight by four texels of radiance (1, 0.5, 0.25), uncompressed.
+/// An uncompressed HDR file of 8 × 4 texels of the radiance (1, 0.5, 0.25).
 fn hdr() -> Vec<u8> {
     let mut bytes = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 8\n".to_vec();
     bytes.extend([128, 64, 32, 129].repeat(32));
@@ -41,7 +41,7 @@ fn environments_are_read_from_exr_and_hdr() {
     assert_eq!(*environment.texels, [Vec3::new(1.0, 0.5, 0.25); 32]);
 }
 
-/// The message of an environment that must be refused, which is checked for its form.
+/// Opens an environment that must be refused, and returns the message; it must be one line that names the file.
 fn refuse(name: &str, bytes: &[u8]) -> String {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(name);
@@ -106,7 +106,7 @@ fn sizes_that_are_none_or_a_lie_are_refused() {
     }
 }
 
-/// Whole files: a compressed EXR file, an HDR file without compression, and one with it.
+/// Names and bytes of valid files: a compressed EXR file, an HDR file without compression, and one with compression.
 fn whole() -> [(&'static str, Vec<u8>); 3] {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("sky.exr");

@@ -1,4 +1,4 @@
-//! Files made for the tests.
+//! Files that the tests of loading write.
 
 use headwater::scene::Scene;
 use headwater::scene_files::load;
@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use std::path::PathBuf;
 use tempfile::TempDir;
 
-/// A folder of scene files that goes with the test.
+/// A temporary folder of scene files that is deleted at the end of the test.
 pub struct Folder(TempDir);
 
 impl Folder {
@@ -24,12 +24,13 @@ impl Folder {
         path
     }
 
-    /// Writes and loads a scene that must load.
+    /// Writes a scene file and loads it; panics if it is refused.
     pub fn load(&self, name: &str, content: impl AsRef<[u8]>) -> Scene {
         load(&self.write(name, content)).unwrap()
     }
 
-    /// Writes and loads a scene that must not: the message, which is checked for its form.
+    /// Writes a scene file that must be refused, and returns the message. The status must be 2, and the message one line
+    /// that names the file.
     pub fn refuse(&self, name: &str, content: impl AsRef<[u8]>) -> String {
         let error = load(&self.write(name, content)).expect_err(name);
         let text = error.to_string();
@@ -40,7 +41,7 @@ impl Folder {
     }
 }
 
-/// A glTF file: its JSON and its binary chunk.
+/// The JSON and the binary chunk of a glTF file.
 #[derive(Clone)]
 pub struct Gltf {
     pub json: Value,
@@ -48,7 +49,7 @@ pub struct Gltf {
 }
 
 impl Gltf {
-    /// A triangle in z = 0 with normals, 16-bit indices, a material, a node and a camera.
+    /// A triangle in the plane z = 0 with normals, 16-bit indices, a material, a node and a camera.
     ///
     /// Accessors: 0 positions, 1 normals, 2 indices. Nodes: 0 "root" has the mesh, 1 the camera.
     pub fn triangle() -> Self {
@@ -86,7 +87,7 @@ impl Gltf {
         file
     }
 
-    /// Appends bytes as a buffer view; its index.
+    /// Appends bytes as a buffer view, and returns the index of the view.
     pub fn add_view(&mut self, bytes: &[u8]) -> usize {
         let views = self.json["bufferViews"].as_array_mut().unwrap();
         views.push(json!({
@@ -101,7 +102,7 @@ impl Gltf {
         index
     }
 
-    /// Appends an accessor; its index.
+    /// Appends an accessor, and returns its index.
     pub fn add_accessor(&mut self, accessor: Value) -> usize {
         let accessors = self.json["accessors"].as_array_mut().unwrap();
         accessors.push(accessor);
@@ -134,7 +135,7 @@ impl Gltf {
         }))
     }
 
-    /// The same with a change to its JSON.
+    /// A copy of the file with a change of its JSON.
     pub fn with(&self, change: impl FnOnce(&mut Value)) -> Self {
         let mut file = self.clone();
         change(&mut file.json);
@@ -145,12 +146,12 @@ impl Gltf {
         &mut self.json["meshes"][0]["primitives"][0]
     }
 
-    /// As `.glb`.
+    /// The file as binary glTF (`.glb`).
     pub fn glb(&self) -> Vec<u8> {
         glb(self.json.to_string().as_bytes(), &self.binary)
     }
 
-    /// As `.gltf` with its buffer at `uri`.
+    /// The JSON file (`.gltf`), whose buffer is the file at `uri`.
     pub fn with_uri(&self, uri: &str) -> String {
         let file = self.with(|json| json["buffers"][0]["uri"] = uri.into());
         file.json.to_string()

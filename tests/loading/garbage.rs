@@ -1,11 +1,12 @@
-//! Bad files: one line that names the file and the element, status 2, and never a panic.
+//! Tests of broken scene files: they end in one line that names the file and the element, with status 2, and never in a
+//! panic.
 
 use crate::files::{Folder, Gltf, glb};
 use crate::support::random::Random;
 use headwater::scene_files::load;
 use serde_json::{Value, json};
 
-/// Refuses the triangle with a change to its JSON; the message.
+/// Changes the JSON of the triangle, asserts that the file is refused, and returns the message.
 fn refuse(change: impl FnOnce(&mut Value)) -> String {
     Folder::new().refuse("bad.glb", Gltf::triangle().with(change).glb())
 }
@@ -429,7 +430,7 @@ fn broken_obj_files() {
     }
 }
 
-/// Bytes with a few changed, and some cut off.
+/// Bytes with some of them changed at random, and some cut off at the end.
 fn mutate(bytes: &[u8], random: &mut Random) -> Vec<u8> {
     let mut bytes = bytes.to_vec();
     for _ in 0..=random.index(2) {
@@ -447,7 +448,8 @@ fn mutate(bytes: &[u8], random: &mut Random) -> Vec<u8> {
     bytes
 }
 
-/// Loads mutations of a file: none may panic, each error is one line that names the file.
+/// Loads `rounds` random mutations of a file. None may panic, and each error must be one line that names the file. Returns
+/// the numbers of loaded and of refused files.
 fn fuzz(name: &str, bytes: &[u8], rounds: usize) -> (usize, usize) {
     let folder = Folder::new();
     let mut random = Random(7);

@@ -1,4 +1,4 @@
-//! Valid glTF files.
+//! Tests of valid glTF files.
 
 use crate::files::{Folder, Gltf, floats};
 use base64::prelude::{BASE64_STANDARD, Engine};
@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3, Vec4};
 use headwater::scene::{AlphaMode, Material, Scene};
 use serde_json::json;
 
-/// Every triangle in the world: its corners, and whether its mesh faces the other way.
+/// The corners of every triangle in world space, instance by instance.
 fn corners(scene: &Scene) -> Vec<[DVec3; 3]> {
     scene
         .instances
@@ -305,8 +305,8 @@ fn primitives_become_parts_and_missing_normals_are_flat() {
     );
 }
 
-/// Two primitives of the same three positions: in the first, or else in the second, they have
-/// `attribute` as well.
+/// Loads a mesh of two primitives with the same three positions. The first one (or, if not `first`, the second one) also has
+/// `attribute`.
 fn mixed(attribute: &str, accessor: usize, first: bool, file: &Gltf) -> Scene {
     let with = json!({ "POSITION": 0, attribute: accessor });
     let without = json!({ "POSITION": 0 });
@@ -357,7 +357,7 @@ fn colours_of_some_primitives_stay_with_them() {
     }
 }
 
-/// Floats and integers of every kind that KHR_mesh_quantization has.
+/// Attributes may be floats, or integers of every type that KHR_mesh_quantization has.
 #[test]
 fn attributes_may_be_integers() {
     let cases: [(u32, bool, [u8; 6], [f32; 3]); 6] = [
@@ -518,7 +518,7 @@ fn alpha_is_read_with_its_cutoff() {
     assert!(text.contains("alpha cutoff"), "{text}");
 }
 
-/// What is unlit has its base colour and its alpha; the rest is for readers who do not know the extension.
+/// An unlit material keeps its base colour and alpha only. Its other values are for readers that do not know the extension.
 #[test]
 fn unlit_materials_keep_their_colour_only() {
     let file = Gltf::triangle().with(|json| {

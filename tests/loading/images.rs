@@ -1,4 +1,4 @@
-//! Images of textures: formats, damage, limits, and which of a file's images are read at all.
+//! Tests of images of textures: formats, damage, limits, and the images of a file that are read at all.
 
 use crate::files::{Folder, Gltf};
 use crate::textures::{encoded, picture, textured};
@@ -17,7 +17,7 @@ fn refuse(file: &Gltf) -> String {
     Folder::new().refuse("scene.glb", file.glb())
 }
 
-/// A textured triangle whose image is these bytes.
+/// A textured triangle whose image has these bytes.
 fn with_image(bytes: &[u8]) -> Gltf {
     let mut file = textured(json!({}));
     file.json["images"][0]["bufferView"] = file.add_view(bytes).into();
@@ -30,7 +30,7 @@ fn write(image: &image::DynamicImage, format: ImageFormat) -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// A picture that compresses to many bytes.
+/// A picture of noise, whose compressed file is large.
 fn noisy() -> image::DynamicImage {
     let noise = |x: u32, y: u32| (x * 7919 + y * 104_729).wrapping_mul(2_654_435_761) >> 24;
     RgbImage::from_fn(64, 64, |x, y| {
@@ -39,7 +39,7 @@ fn noisy() -> image::DynamicImage {
     .into()
 }
 
-/// A PNG file that claims this size, and has the data of another.
+/// A PNG file whose header has this size, while its data belongs to another size.
 fn lying_png(width: u32, height: u32) -> Vec<u8> {
     let mut png = encoded(ImageFormat::Png);
     png[16..20].copy_from_slice(&width.to_be_bytes());
@@ -175,7 +175,8 @@ fn images_that_are_cut_off_are_refused() {
     }
 }
 
-/// Found by fuzzing: the library's decoder panics where a scan has the first colour alone and another has finer samples.
+/// A find of the fuzzer: the decoder of the library panics where a scan has the first colour alone and another colour has
+/// finer samples.
 #[test]
 fn scans_and_samplings_of_jpeg_are_read_or_refused_in_one_line() {
     let whole = write(&noisy().crop_imm(0, 0, 19, 11), ImageFormat::Jpeg);
@@ -225,7 +226,7 @@ fn the_smallest_and_the_largest_image() {
     assert!(text.contains("16385 × 1 texels"), "{text}");
 }
 
-/// A triangle for each image, with a material of its own.
+/// A file with one triangle and one material per image.
 fn with_images(images: &[Value]) -> Gltf {
     textured(json!({})).with(|json| {
         let primitive = json["meshes"][0]["primitives"][0].clone();

@@ -1,4 +1,4 @@
-//! Punctual lights of glTF files.
+//! Tests of punctual lights in glTF files.
 
 use crate::files::{Folder, Gltf};
 use glam::{DVec3, Vec3};
@@ -6,7 +6,7 @@ use headwater::scene::PunctualShape;
 use serde_json::{Value, json};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
-/// A triangle beside a node with this light, turned by a right angle around x and moved.
+/// A triangle, and a node with this light that is turned by 90 degrees around x and moved.
 fn lit(light: &Value) -> Gltf {
     Gltf::triangle().with(|json| {
         json["extensionsUsed"] = json!(["KHR_lights_punctual"]);

@@ -1,4 +1,5 @@
-//! Limits: what small files may ask for, and what is counted or read once however often it is named.
+//! Tests of limits: the memory that a small file may request, and data that is counted or read once however often a file
+//! names it.
 
 use crate::files::{Folder, Gltf};
 use crate::textures::{encoded, textured};
@@ -13,13 +14,13 @@ use std::process::Command;
 
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
 
-/// Makes a file terabytes long, of zeros that take no room on the disk.
+/// Extends a file to terabytes of zeros that occupy no space on the disk (a sparse file).
 fn lengthen(path: &Path) {
     let file = std::fs::File::options().write(true).open(path).unwrap();
     file.set_len(8 << 40).unwrap();
 }
 
-/// The scene, and the bytes that were read for it.
+/// The loaded scene, and the number of bytes that were read for it.
 fn load_counted(path: &Path) -> (Scene, u64) {
     let mut read = 0;
     let mut expected = 0;
@@ -184,7 +185,7 @@ fn images_of_one_file_are_read_once() {
     assert_eq!(read as usize, bytes.len() + png.len());
 }
 
-/// A number of copies of a value.
+/// A JSON array of `count` copies of a value.
 fn copies(value: &Value, count: usize) -> Value {
     vec![value.clone(); count].into()
 }
@@ -263,7 +264,7 @@ fn names_that_nodes_share_are_cut() {
     );
 }
 
-/// The message with which the program refuses a scene where its address space has 400 MB.
+/// Loads a scene in a process with 400 MB of address space, asserts that it is refused, and returns the message.
 fn refuse_in_little_memory(path: &Path) -> String {
     let inspect = "ulimit -v 400000 && exec \"$0\" scene inspect \"$1\"";
     let output = Command::new("bash")

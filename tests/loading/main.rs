@@ -1,5 +1,5 @@
-//! Scenes from files: valid ones are read completely; broken ones end in one line that names the file and the
-//! element, never in a panic.
+//! Tests of scenes from files: a valid file is read completely, and a broken file ends in one line that names the file and
+//! the element, never in a panic.
 
 mod animations;
 mod environments;

@@ -1,11 +1,11 @@
-//! Valid OBJ files.
+//! Tests of valid OBJ files.
 
 use crate::files::Folder;
 use glam::{DVec3, Vec2, Vec3};
 use headwater::scene::texture::Wrap;
 use headwater::scene::{Material, Scene, Texture};
 
-/// Four corners of a unit square in z = 0.
+/// OBJ lines with the four corners of a unit square in the plane z = 0.
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
 
 fn load(text: &str) -> Scene {
@@ -25,7 +25,7 @@ fn polygons_and_negative_indices() {
     }
 }
 
-/// Steps of f32 are a unit at 10⁷, so the square would be lost.
+/// At coordinates of 10⁷ a step of f32 is one unit, so a unit square would be lost without an offset.
 #[test]
 fn vertices_far_from_the_origin_keep_their_distances() {
     for far in [0.0, 1e5, 1e7, 1e12] {
@@ -282,7 +282,7 @@ fn an_empty_file_is_an_empty_scene() {
     }
 }
 
-/// A folder with images of two texels: white and black, red and blue; and one of one texel.
+/// A folder with three images: white and black, red and blue (two texels each), and one of a single texel.
 fn with_images() -> Folder {
     let folder = Folder::new();
     for (name, texels) in [

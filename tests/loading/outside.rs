@@ -1,4 +1,4 @@
-//! Files that a scene names: those outside of its folder and those that are no plain files are not opened.
+//! Tests of files that a scene names: a file outside of the scene's folder, or one that is no regular file, is not opened.
 
 use crate::files::{Folder, Gltf};
 use crate::textures::{encoded, textured};
@@ -15,10 +15,11 @@ use std::path::Path;
 
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
 
-/// Text that no message may contain: the content of a file outside of the scene's folder.
+/// A text in a file outside of the scene's folder, which no message may contain.
 const SECRET: &str = "hunter2";
 
-/// The folders `scene` and `other` with a file for each purpose in both, and links that lead from one to the other.
+/// A folder with the subfolders `scene` and `other`, each with a buffer, an image, an MTL file and a secret, and links from
+/// `scene` to `other`.
 fn folders() -> Folder {
     let folder = Folder::new();
     for subfolder in ["scene", "other"] {
@@ -42,7 +43,7 @@ fn folders() -> Folder {
     folder
 }
 
-/// Names in `scene` of a file in `other`.
+/// Paths, relative to `scene` or absolute, that lead to the file `name` in `other`.
 fn ways_out(folder: &Folder, name: &str) -> Vec<String> {
     let absolute = folder.path("other").join(name);
     let mut ways = vec![absolute.to_str().unwrap().to_owned()];
@@ -77,7 +78,7 @@ fn permissive(folder: &Folder, name: &str, content: &str) -> Result<Scene> {
     load_with(folder, name, content, options)
 }
 
-/// Checks that a scene is refused since it names a file outside, in one line that says what can be done.
+/// Asserts that a scene is refused because it names a file outside of its folder, in one line that says what can be done.
 fn assert_outside(loaded: Result<Scene>, element: &str, way: &str) {
     let error = loaded.expect_err(way);
     let text = error.to_string();
@@ -111,7 +112,7 @@ fn with_library(line: &str) -> String {
     format!("mtllib {line}\n{SQUARE}usemtl red\nf 1 2 3 4\n")
 }
 
-/// Writes an MTL file with this texture, and returns the scene that uses it.
+/// Writes an MTL file with the texture of `line`, and returns an OBJ text that uses it.
 fn with_map(folder: &Folder, line: &str) -> String {
     folder.write("scene/mapped.mtl", format!("newmtl red\n{line}\n"));
     with_library("mapped.mtl")

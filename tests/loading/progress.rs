@@ -1,4 +1,4 @@
-//! Progress of loading, and its interruption.
+//! Tests of the progress of loading, and of its interruption.
 
 use crate::files::{Folder, Gltf};
 use crate::textures::{encoded, textured};
@@ -7,7 +7,7 @@ use headwater::scene_files::progress::Step;
 use headwater::scene_files::{Options, load_watched};
 use std::path::Path;
 
-/// What loading tells of a file.
+/// All reports of progress while a file is loaded: step, amount done, and total.
 fn told(path: &Path) -> Vec<(Step, u64, u64)> {
     let mut told = Vec::new();
     let watch = &mut |step, done, total| {

@@ -1,4 +1,4 @@
-//! Textures of glTF files: how they are laid, and what is out of range.
+//! Tests of textures in glTF files: their transforms and wrap modes, and values out of range.
 
 use crate::files::{Folder, Gltf};
 use glam::Vec2;
@@ -6,7 +6,7 @@ use headwater::scene::texture::{Wrap, linear};
 use image::{ImageFormat, RgbaImage};
 use serde_json::{Value, json};
 
-/// Two by three texels of different colours.
+/// An image of two by three texels of different colours.
 pub fn picture() -> RgbaImage {
     RgbaImage::from_fn(2, 3, |x, y| {
         image::Rgba([x as u8 * 200, y as u8 * 100, 50, 255])
@@ -26,7 +26,7 @@ pub fn encoded(format: ImageFormat) -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// A triangle whose paint has a texture from an image with this JSON.
+/// A triangle whose material has a texture from an image with this JSON.
 pub fn textured(image: Value) -> Gltf {
     let mut file = Gltf::triangle();
     let coordinates: Vec<u8> = ([0.0_f32, 0.0, 1.0, 0.0, 0.0, 2.0].iter())

@@ -1,4 +1,5 @@
-//! Bias of reuse over time where something moves: the mean of many seeds against path tracing of the same moment.
+//! Tests that reuse over time is unbiased where something moves: the mean over many seeds against path tracing of the same
+//! moment.
 
 use crate::{playroom, support};
 use glam::{DAffine3, DQuat, DVec3};
@@ -17,17 +18,18 @@ use std::sync::Arc;
 const WIDTH: u32 = 64;
 const HEIGHT: u32 = 48;
 const FRAMES_A_SECOND: f64 = 4.0;
-/// Runs, each of its own seed.
+/// Number of runs, each with another seed.
 const SEEDS: u32 = 96;
-/// The same where less light is left.
+/// Number of runs where there is less light, so that the noise is larger.
 const MANY_SEEDS: u32 = 600;
-/// Frames that are looked at: just after the sign went off, and just after it went on.
+/// Indices of the compared frames: the first frame after the sign went off, and the first frame after it went on.
 const LOOKED_AT: [u32; 2] = [1, 2];
-/// Samples of the path-traced moments.
+/// Number of samples per pixel of the path-traced moments.
 const SAMPLES: u32 = 1152;
-/// Chance that a right mean lies within the interval.
+/// The probability that a correct mean lies within its confidence interval.
 const CONFIDENCE: f64 = 0.999;
-/// Widest interval that still shows something, as a part of the mean.
+/// The maximum half-width of the confidence interval, as a fraction of the mean; with a wider one, the comparison would
+/// prove nothing.
 const WIDEST: f64 = 0.01;
 
 fn view(scene: &Scene, bounces: u32) -> View {
@@ -48,7 +50,8 @@ fn mean(picture: &[[f32; 3]]) -> [f64; 3] {
     })
 }
 
-/// What path tracing says of a moment's mean by light that fell on something, and what emission adds.
+/// For each channel, the mean over the picture at a time, by path tracing: of light that was scattered at least once (with
+/// its error), and of emission that the camera sees.
 fn moment(scene: &Scene, time: f64, bounces: u32) -> ([Estimate; 3], [f64; 3]) {
     let still = scene.pose_at(time).unwrap();
     let (device, selection) = support::open_device(None);
@@ -77,12 +80,12 @@ fn moment(scene: &Scene, time: f64, bounces: u32) -> ([Estimate; 3], [f64; 3]) {
     (lit, emission)
 }
 
-/// Renders with every seed and compares, direct light only.
+/// Renders direct light with every seed, and compares the mean with path tracing.
 fn check(name: &str, scene: Scene, tracer: Option<Tracer>, change: fn(&mut Settings)) {
     check_at(1, SEEDS, name, scene, tracer, change);
 }
 
-/// The same with so many scattering events and runs.
+/// Renders light of up to `bounces` scattering events with `seeds` seeds, and compares the mean with path tracing.
 fn check_at(
     bounces: u32,
     seeds: u32,
@@ -144,7 +147,8 @@ fn check_at(
     }
 }
 
-/// A mean is known no better for what neighbours share, so they are left out.
+/// Switches to temporal reuse alone. Spatial reuse is left out, because samples that neighbours share make the mean of a
+/// picture less certain.
 fn temporal(settings: &mut Settings) {
     settings.direct.resampling.reuse = ReuseMode::Temporal;
     settings.direct.resampling.light_samples = 24;
@@ -185,7 +189,7 @@ fn with_a_step(
     scene
 }
 
-/// Runs a test of this file once more by itself, with a fault in temporal reuse, and expects it to fail.
+/// Runs a test of this file again in a new process with a fault in temporal reuse, and asserts that it fails.
 fn assert_seen(test: &str, file: &str, right: &str, wrong: &str) {
     let fault = (file, right, wrong);
     let output = support::run_with_fault(test, fault, |command| command.arg("--nocapture"));
@@ -239,7 +243,7 @@ mod thorough {
         });
     }
 
-    /// In small cells: the mean of a picture is known no better for what its pixels share.
+    /// The cells are small, because samples that pixels share make the mean of a picture less certain.
     #[test]
     fn moving_lights_in_the_hash_grid() {
         let emitters = playroom(&["camera", "light", "toggle"], 2.0);
@@ -286,7 +290,7 @@ mod thorough {
         });
     }
 
-    /// A board comes between the emitter and what it lit, so that paths of the last frame end in its shadow.
+    /// A board moves between the emitter and the surfaces that it lit, so that paths of the last frame end in its shadow.
     #[test]
     fn indirect_light_that_a_board_cuts_off() {
         let mut scene = procedural::generate("cornell", &[]).unwrap();
@@ -302,7 +306,7 @@ mod thorough {
         check_at(2, MANY_SEEDS, "board", scene, None, temporal);
     }
 
-    /// The floor grows, and with it what a sample on it stands for.
+    /// The floor grows between two frames, and with it the area that a sample on the floor stands for.
     #[test]
     fn indirect_light_from_a_floor_that_grows() {
         let scales = [DVec3::ONE, DVec3::new(1.6, 1.0, 1.6)];

@@ -1,5 +1,5 @@
-//! Scenes that move: traced and lit as if each moment had been loaded by itself, resampled without bias although
-//! the previous frame was different, and compared with references of the same moment.
+//! Tests of scenes that move. They must be traced and lit as if each moment had been loaded separately, resampled without
+//! bias although the previous frame was different, and compared with references of the same moment.
 
 mod bias;
 mod moments;
@@ -11,7 +11,7 @@ mod vectors;
 use headwater::procedural;
 use headwater::scene::Scene;
 
-/// The procedural scene with only what is named in motion, at a speed.
+/// The generated scene `playroom` in which only the named things move, at a speed.
 fn playroom(moving: &[&str], speed: f64) -> Scene {
     let names = ["camera", "object", "light", "toggle"];
     let settings = names.map(|name| {

@@ -1,4 +1,4 @@
-//! A scene that is moved to a time must equal one that was loaded in that state.
+//! Tests that a scene which is moved to a time equals a scene that was loaded in that state.
 
 use crate::{playroom, support};
 use glam::{DAffine3, DVec3};
@@ -20,7 +20,7 @@ fn all() -> Scene {
     playroom(&["camera", "object", "light", "toggle"], 1.0)
 }
 
-/// A variant with each tracer that the device has.
+/// One shader variant per tracer that the device supports.
 fn each_tracer() -> Vec<Variant> {
     let tracers = [Tracer::ComputeBvh, Tracer::RayQuery];
     tracers
@@ -40,7 +40,7 @@ fn view(scene: &Scene, time: f64) -> View {
     }
 }
 
-/// Rays all over the room.
+/// Rays in all parts of the room.
 fn rays(scene: &Scene) -> Vec<RayQuery> {
     let origin = scene.cameras[0].camera_to_world.translation;
     let bounds = scene.bounds().unwrap();
@@ -58,8 +58,8 @@ fn rays(scene: &Scene) -> Vec<RayQuery> {
         .collect()
 }
 
-/// Both tracers hit in a posed scene what they hit in one uploaded as it stands, at every time and
-/// wherever the scene stood before.
+/// In a scene that was posed at a time, both tracers must hit the same as in a scene that was uploaded in that pose,
+/// whatever the pose was before.
 #[test]
 fn rays_meet_what_stands_there() {
     let scene = all();
@@ -95,7 +95,8 @@ fn rays_meet_what_stands_there() {
     }
 }
 
-/// What the camera sees, and what is lit, of a scene that went through `times`.
+/// The primary surfaces and the sums of the last frame of a scene that went through `times` (in seconds), one frame per
+/// time.
 fn pictures(
     variant: Variant,
     scene: &Scene,
@@ -170,7 +171,7 @@ fn surfaces_look_as_in_the_scene_that_stands_so() {
     }
 }
 
-/// Direct light at a time, from light samples of which most come from the light BVH.
+/// The bits of a picture of direct light at a time, in which most light samples come from the light BVH.
 fn lit_by_near_lights(scene: &Scene, time: f64) -> Vec<[u32; 3]> {
     let (device, selection) = support::open_device(None);
     let mut settings = Preset::named("accurate").unwrap().settings().unwrap();
@@ -192,8 +193,8 @@ fn lit_by_near_lights(scene: &Scene, time: f64) -> Vec<[u32; 3]> {
     radiance.iter().map(|p| p.map(f32::to_bits)).collect()
 }
 
-/// Samples and their densities come from the same BVH, so means stay right if it is not that of the lights as they are. But
-/// samples are other ones.
+/// The light BVH must be fitted to the lights of the frame. A stale one would not bias the mean, since samples and densities
+/// come from the same BVH, but it would give other samples, so the test compares bits.
 #[test]
 fn the_light_bvh_follows_its_lights() {
     let scene = playroom(&["toggle"], 1.0);
@@ -208,7 +209,7 @@ fn the_light_bvh_follows_its_lights() {
 mod thorough {
     use super::*;
 
-    /// What carries samples from frame to frame, and what is compared with them, scales with the scene.
+    /// Transforms between frames, and the tolerances that they are compared with, must scale with the scene.
     #[test]
     fn a_tiny_scene_in_motion_looks_like_a_large_one() {
         let scene = all();

@@ -1,4 +1,4 @@
-//! Studies of scenes that move: each frame is compared with a reference of its own time and camera.
+//! Tests of studies of scenes that move: each frame is compared with a reference of the same time and camera.
 
 use crate::{playroom, support};
 use headwater::metrics::error::Errors;
@@ -11,10 +11,10 @@ use headwater::study::subject::Subject;
 
 const FRAMES: u32 = 4;
 const FRAMES_A_SECOND: f64 = 4.0;
-/// Samples of references and controls.
+/// Number of samples per pixel of references and of the control.
 const SAMPLES: u32 = 256;
 
-/// Path tracing, one sample a frame.
+/// The configuration of path tracing with one sample per pixel and frame.
 fn configuration() -> Resolved {
     Resolved {
         name: "path tracing".into(),
@@ -31,7 +31,7 @@ fn configuration() -> Resolved {
     }
 }
 
-/// A scene on the tests' device in a folder of its own.
+/// A study subject for a scene on the tests' device, with its store in a temporary folder.
 fn subject(scene: &Scene, bounces: u32) -> (tempfile::TempDir, Store, Subject) {
     let (device, selection) = support::open_device(None);
     let folder = tempfile::tempdir().unwrap();
@@ -51,7 +51,8 @@ fn subject(scene: &Scene, bounces: u32) -> (tempfile::TempDir, Store, Subject) {
     (folder, store, subject.unwrap())
 }
 
-/// Without light that is reflected there is no noise: a frame is its reference, and no other's.
+/// A scene with emission alone has no noise, so a frame must equal its own reference, and must differ from the references of
+/// other frames.
 #[test]
 fn each_frame_is_measured_against_its_own_reference() {
     for moving in ["camera", "light", "toggle"] {

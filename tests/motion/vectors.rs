@@ -1,4 +1,4 @@
-//! Motion vectors against reprojection in f64.
+//! Tests of motion vectors against reprojection in f64.
 
 use crate::{playroom, support};
 use glam::{DVec2, DVec3};
@@ -11,7 +11,7 @@ use std::sync::Arc;
 const WIDTH: u32 = 64;
 const HEIGHT: u32 = 48;
 
-/// Where in the picture a camera sees a point.
+/// The position in the picture, in pixels, at which a camera sees a point.
 fn project(camera: &Camera, point: DVec3) -> DVec2 {
     let seen = camera.camera_to_world.inverse().transform_point3(point);
     let half = (camera.vertical_fov / 2.0).tan();
@@ -20,7 +20,7 @@ fn project(camera: &Camera, point: DVec3) -> DVec2 {
     (plane * 0.5 + 0.5) * DVec2::new(f64::from(WIDTH), f64::from(HEIGHT))
 }
 
-/// The direction through a pixel's centre.
+/// The unit direction from the camera through the centre of a pixel.
 fn direction(camera: &Camera, x: u32, y: u32) -> DVec3 {
     let half = (camera.vertical_fov / 2.0).tan();
     let aspect = f64::from(WIDTH) / f64::from(HEIGHT);
@@ -30,7 +30,8 @@ fn direction(camera: &Camera, x: u32, y: u32) -> DVec3 {
     (axes * DVec3::new(u * half * aspect, -v * half, -1.0)).normalize()
 }
 
-/// The largest error in pixels, the longest vector, and how many pixels show nothing.
+/// The largest error of a motion vector and the longest vector, both in pixels, and the number of pixels that show no
+/// surface.
 fn check(scene: &Scene, before: f64, now: f64) -> (f64, f64, usize) {
     let (device, selection) = support::open_device(None);
     let view = View {

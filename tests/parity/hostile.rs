@@ -1,10 +1,10 @@
-//! Differential fuzzing: hostile meshes and rays through both tracers and the f64 oracle. Of each scene the meshes are made of
-//! needles, fans, coplanar and equal triangles, of sizes from 1e-20 to 1e14, and rays aim at edges and corners, along planes and
-//! axes, and begin and end on surfaces.
+//! Differential fuzzing: both tracers and the f64 oracle trace hostile rays through hostile meshes, and their hits are
+//! compared. The meshes consist of needles, fans, coplanar and equal triangles, with sizes from 1e-20 to 1e14. Rays aim at
+//! edges and corners, run along planes and axes, and begin and end on surfaces.
 //!
-//! Where rounding decides, an answer may be either: a crossing close to an edge, or to an end of the ray, may be found or not.
-//! Everything else is a fault. It is reduced to few triangles and one ray, and printed. `HEADWATER_RAY_SEED` gives other scenes,
-//! and `HEADWATER_RAYS` more rays.
+//! Where rounding decides, two results are right: an intersection close to an edge, or close to an end of the ray, may be
+//! found or not. Every other difference is a fault; it is reduced to few triangles and one ray, and printed.
+//! `HEADWATER_RAY_SEED` selects other scenes, and `HEADWATER_RAYS` the number of rays.
 
 use super::support::brute_force::{self, Hit};
 use super::support::random::Random;
@@ -17,10 +17,10 @@ use headwater::shader_interface::{RayHit, RayQuery, Tracer, Variant};
 use std::collections::BTreeMap;
 
 const RAYS_PER_SCENE: usize = 4_000;
-/// The uncertainty that f32 leaves, relative to the coordinates that a ray and a triangle have there.
+/// The uncertainty of a position that f32 leaves, relative to the coordinates of ray and triangle there.
 const BOUND: f64 = 1e-5;
 
-/// A power of ten, uniform in its exponent.
+/// A random power of ten between 10^`low` and 10^`high`, uniform in its exponent.
 fn power(random: &mut Random, low: f64, high: f64) -> f64 {
     10_f64.powf(low + (high - low) * random.unit())
 }
@@ -29,7 +29,7 @@ fn within_cube(random: &mut Random) -> DVec3 {
     DVec3::new(random.unit(), random.unit(), random.unit()) * 2.0 - 1.0
 }
 
-/// Triangles of one kind, with coordinates up to about 1.
+/// Triangles of one random kind (such as needles or fans), with coordinates up to about 1.
 fn faces(random: &mut Random) -> Vec<[DVec3; 3]> {
     let count = 1 + random.index(60);
     let plane = random.direction();
@@ -71,7 +71,7 @@ fn faces(random: &mut Random) -> Vec<[DVec3; 3]> {
     faces
 }
 
-/// A scene of a few meshes, each in a few places. Object spaces have any size, the world has a size of `scale`.
+/// A scene of several random meshes with several instances each. The object spaces have sizes of any magnitude.
 fn scene(random: &mut Random) -> Scene {
     let scale = power(random, -9.0, 11.0);
     let mut scene = Scene::default();
@@ -102,7 +102,7 @@ fn scene(random: &mut Random) -> Scene {
     scene
 }
 
-/// Rays at what is in a scene.
+/// Random rays that aim at the triangles of a scene.
 fn rays(scene: &Scene, random: &mut Random, count: usize) -> Vec<RayQuery> {
     let triangles = super::all_triangles(scene);
     let (low, high) = super::bounds(scene);
@@ -154,15 +154,15 @@ fn rays(scene: &Scene, random: &mut Random, count: usize) -> Vec<RayQuery> {
     (0..count).map(&mut ray).collect()
 }
 
-/// A crossing of a ray and a triangle, known up to rounding.
+/// An intersection of a ray and a triangle, with its uncertainty by rounding.
 struct Crossing {
-    /// Along the ray, in lengths of its direction.
+    /// Ray parameter of the intersection, in lengths of the ray's direction.
     t: f64,
-    /// The distance from there, in the same unit, within which the crossing may be.
+    /// The distance from `t`, in the same unit, within which the exact intersection may be.
     slack: f64,
-    /// The distance at which the point of the triangle may be beside the ray.
+    /// The distance, in world units, by which the point of the triangle may lie beside the ray.
     beside: f64,
-    /// The distance of the ray from the nearest edge, relative to the coordinates.
+    /// The distance of the ray from the nearest edge of the triangle, relative to the coordinates there.
     to_edge: f64,
 }
 
@@ -184,20 +184,20 @@ impl Crossing {
         }
     }
 
-    /// True if every tracer must find it.
+    /// True if every correct tracer must find the intersection.
     fn is_certain(&self, ray: &RayQuery) -> bool {
         self.to_edge > BOUND && self.t > self.slack && self.t + self.slack < f64::from(ray.t_max)
     }
 }
 
-/// The size of the coordinates with which a crossing is computed.
+/// The magnitude of the coordinates from which an intersection is computed; rounding errors are relative to it.
 fn size_at(origin: DVec3, direction: DVec3, t: f64, corners: [DVec3; 3]) -> f64 {
     let way = direction.length() * t;
     let furthest = corners.map(DVec3::length).into_iter().fold(0.0, f64::max);
     origin.length().max(way).max(furthest)
 }
 
-/// The longest edge over the height above it of a triangle that is seen along a unit direction.
+/// The longest edge of a triangle, seen along a unit direction, divided by the triangle's height above that edge.
 fn aspect_ratio(direction: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
     let across = |edge: DVec3| edge - direction * edge.dot(direction);
     let edges = [across(b - a), across(c - b), across(a - c)];
@@ -208,7 +208,7 @@ fn aspect_ratio(direction: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
     longest / edges[0].cross(edges[1]).length()
 }
 
-/// The first crossing that every tracer must find.
+/// The first intersection along the ray that every correct tracer must find, with its hit; `None` if there is none.
 fn first_certain(
     scene: &Scene,
     oracle: &brute_force::Tracer,
@@ -232,18 +232,18 @@ fn first_certain(
     }
 }
 
-/// The comparison of a tracer's answer with the oracle's.
+/// The result of the comparison of a tracer's hit with the oracle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Class {
-    /// The same triangle, or none.
+    /// The same triangle, or a miss in both.
     Same,
-    /// Another answer, which rounding permits: at an edge, at an end of the ray, of triangles in one place.
+    /// A different result that rounding permits: at an edge, at an end of the ray, or between triangles at the same place.
     Rounding,
-    /// A crossing that nothing excuses is missed.
+    /// A fault: an intersection is missed, and rounding does not excuse it.
     Missed,
-    /// A hit that is not on the ray, or not on the triangle.
+    /// A fault: the hit is not on the ray, or not on the triangle.
     Elsewhere,
-    /// A hit behind something else.
+    /// A fault: the hit lies behind a nearer intersection that must be found.
     Behind,
 }
 
@@ -253,7 +253,7 @@ impl Class {
     }
 }
 
-/// Judges an answer. `triangle` is the one that it names, by instance and index in the mesh.
+/// Classifies a tracer's answer for a ray. `triangle` is the hit triangle as (instance, index in the mesh).
 fn judge(
     scene: &Scene,
     oracle: &brute_force::Tracer,
@@ -305,7 +305,7 @@ fn judge(
     }
 }
 
-/// The classes of a scene's rays with a tracer, and which driver ran it.
+/// The class of each ray with a shader variant, and the driver that traced them.
 fn classes(scene: &Scene, rays: &[RayQuery], variant: Variant) -> (Vec<Class>, DriverKind) {
     let (answers, driver) = answers(scene, DVec3::ZERO, rays, variant).expect("a small scene");
     let oracle = brute_force::Tracer::new(scene);
@@ -315,7 +315,7 @@ fn classes(scene: &Scene, rays: &[RayQuery], variant: Variant) -> (Vec<Class>, D
     (classes.collect(), driver)
 }
 
-/// A part of a scene: of each instance some of the triangles.
+/// The scene with only the triangles in `kept`, pairs of instance and triangle.
 fn part(scene: &Scene, kept: &[(u32, u32)]) -> Scene {
     let mut part = Scene::default();
     for (number, placed) in (0..).zip(&scene.instances) {
@@ -338,8 +338,8 @@ fn part(scene: &Scene, kept: &[(u32, u32)]) -> Scene {
     part
 }
 
-/// The smallest part of a scene found in which a ray still goes wrong: parts are left out, in halves and then in smaller pieces, as
-/// long as it does.
+/// A minimal part of a scene in which a ray still gives a fault. Triangles are removed in halves and then in smaller groups,
+/// as long as the fault remains.
 fn reduced(scene: &Scene, ray: &RayQuery, variant: Variant) -> Scene {
     let fails = |kept: &[(u32, u32)]| {
         !kept.is_empty() && classes(&part(scene, kept), &[*ray], variant).0[0].is_fault()
@@ -364,7 +364,7 @@ fn reduced(scene: &Scene, ray: &RayQuery, variant: Variant) -> Scene {
     }
 }
 
-/// A scene of plain triangles and a ray as Rust code, for a test that keeps it.
+/// A scene of plain triangles and a ray as Rust code, to be pasted into a regression test.
 fn as_code(scene: &Scene, ray: &RayQuery) -> String {
     let mut text = format!("{ray:?}");
     for placed in scene.instances.iter().step_by(2) {
@@ -374,8 +374,8 @@ fn as_code(scene: &Scene, ray: &RayQuery) -> String {
     text
 }
 
-/// Traces about so many rays through scenes from a seed, and fails on a fault of Headwater's own tracer. Drivers' tracers are
-/// counted too: their faults are not ours.
+/// Traces about `count` rays through random scenes, and panics at a fault of Headwater's own tracer. Faults of drivers'
+/// tracers are only counted.
 fn fuzz(seed: u64, count: usize) {
     let mut random = Random(seed);
     let mut counts: BTreeMap<(&str, Class), usize> = BTreeMap::new();
@@ -424,7 +424,8 @@ fn fuzz(seed: u64, count: usize) {
     );
 }
 
-/// A find: products of coordinates of 1e-20 lose their digits, and a ray hit elsewhere. Positions have a unit of their own since.
+/// A find of the fuzzer: products of coordinates of 1e-20 lost their digits, and rays hit the wrong place. Stored positions
+/// have had a separate unit since.
 #[test]
 fn tiny_meshes_that_are_placed_large_keep_their_positions() {
     let corners = [
@@ -478,8 +479,8 @@ fn hostile_rays_find_what_the_oracle_finds() {
     fuzz(seed, count as usize);
 }
 
-/// Runs the test above once more with a change of the shaders that makes faults of a class, and checks that they are reduced to
-/// one triangle.
+/// Runs the fuzzer again with a change of the shaders that causes faults of the class `class`, and asserts that they are
+/// found and reduced to one triangle.
 fn assert_found(change: (&str, &str), class: &str) {
     let fault = ("scene/trace_compute_bvh.glsl", change.0, change.1);
     let test = "hostile::hostile_rays_find_what_the_oracle_finds";

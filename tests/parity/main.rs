@@ -1,4 +1,4 @@
-//! The tracers against an f64 oracle, on random, grazing and edge-aimed rays.
+//! Tests of both tracers against an oracle in f64, with random rays, grazing rays and rays that aim at edges.
 
 mod hostile;
 #[path = "../support/mod.rs"]
@@ -18,10 +18,10 @@ use support::brute_force;
 use support::random::Random;
 
 const RAYS: usize = 100_000;
-/// A disagreement is excused only this close to an edge, relative to the coordinates there.
+/// The distance from an edge, relative to the coordinates there, up to which a different result is excused.
 const NEAR_EDGE: f64 = 1e-5;
 
-/// World-space corners of a triangle.
+/// The corners of a triangle in world space.
 fn corners(scene: &Scene, instance: u32, triangle: u32) -> [DVec3; 3] {
     let placed = &scene.instances[instance as usize];
     let mesh = &scene.meshes[placed.mesh as usize];
@@ -32,7 +32,7 @@ fn corners(scene: &Scene, instance: u32, triangle: u32) -> [DVec3; 3] {
     })
 }
 
-/// The part of a triangle that is there. Without textures it is the same all over it.
+/// The fraction of light, in [0, 1], that a triangle covers. Without textures it is equal over the whole triangle.
 fn coverage(scene: &Scene, instance: u32, triangle: u32) -> f64 {
     let mesh = &scene.meshes[scene.instances[instance as usize].mesh as usize];
     let part = mesh.parts.iter().find(|p| p.range().contains(&triangle));
@@ -44,12 +44,12 @@ fn coverage(scene: &Scene, instance: u32, triangle: u32) -> f64 {
     }
 }
 
-/// The surfaces that a ray meets.
+/// The exact result of a ray: the hit and the light that passes.
 #[derive(Debug)]
 struct Truth {
-    /// The first hit of a surface that covers all.
+    /// The first hit of a surface that covers everything; `None` if there is none.
     hit: Option<brute_force::Hit>,
-    /// The share of light that passes.
+    /// The fraction of light, in [0, 1], that passes between the ends of the ray.
     transmittance: f64,
 }
 
@@ -90,7 +90,7 @@ fn bounds(scene: &Scene) -> (DVec3, DVec3) {
     bounds
 }
 
-/// Instance and triangle of all that is placed.
+/// All triangles of the scene as pairs of instance and triangle index.
 fn all_triangles(scene: &Scene) -> Vec<(u32, u32)> {
     let mut triangles = Vec::new();
     for (number, placed) in scene.instances.iter().enumerate() {
@@ -100,8 +100,9 @@ fn all_triangles(scene: &Scene) -> Vec<(u32, u32)> {
     triangles
 }
 
-/// A third each: anywhere to anywhere; nearly along a triangle's plane; at a triangle's edge, from
-/// a millionth to a thousandth of the coordinates' size beside it. Every seventh asks for any hit.
+/// Random rays of three kinds, a third each: between random points, nearly along the plane of a triangle, and close to an
+/// edge of a triangle (a millionth to a thousandth of the coordinates' magnitude beside it). Every seventh ray has `any`
+/// set.
 fn rays(scene: &Scene, seed: u64) -> Vec<RayQuery> {
     let mut random = Random(seed);
     let (low, high) = bounds(scene);
@@ -155,19 +156,19 @@ fn rays(scene: &Scene, seed: u64) -> Vec<RayQuery> {
         .collect()
 }
 
-/// Distance of a line to the nearest edge of a triangle.
+/// The distance of a line from the nearest edge of a triangle, in world units.
 fn distance_to_edges(origin: DVec3, direction: DVec3, corners: [DVec3; 3]) -> f64 {
     nearest_edge(origin, direction, corners, |_| 1.0)
 }
 
-/// The same, relative to the coordinates there.
+/// The distance of a line from the nearest edge of a triangle, relative to the coordinates there.
 fn edge_distance(origin: DVec3, direction: DVec3, corners: [DVec3; 3]) -> f64 {
     nearest_edge(origin, direction, corners, |at| {
         at.length().max((at - origin).length())
     })
 }
 
-/// The least distance to an edge, in units that depend on the point of the edge.
+/// The smallest distance of a line from an edge of a triangle, divided by `unit` at the point of the edge.
 fn nearest_edge(
     origin: DVec3,
     direction: DVec3,
@@ -189,13 +190,14 @@ fn nearest_edge(
 
 struct Outcome {
     hits: usize,
-    /// Rays whose hit point differs, excused by an edge.
+    /// Number of rays whose result differs near an edge, where rounding excuses it.
     excused: usize,
-    /// Descriptions of rays that differ without excuse.
+    /// Descriptions of the rays that differ without an excuse; empty if there are none.
     wrong: Vec<String>,
 }
 
-/// Compares answers with the oracle. `orders` maps leaf positions to triangles of the mesh.
+/// Compares a tracer's answers with the oracle. `triangle_of` maps an instance and a primitive to the index of the triangle
+/// in its mesh.
 fn compare(
     scene: &Scene,
     oracle: &brute_force::Tracer,
@@ -270,7 +272,8 @@ fn compare(
     outcome
 }
 
-/// The answers of a variant, and which driver ran it; none if the scene is too large for the variant.
+/// The answers of a shader variant for the rays, and the driver that traced them; `None` if the scene is too large for the
+/// variant.
 fn answers(
     scene: &Scene,
     origin: DVec3,
@@ -288,7 +291,8 @@ fn answers(
     Some((tracer.answers().unwrap(), device.info.driver_kind))
 }
 
-/// Finds the triangle of its mesh that an instance's primitive is: the compute BVH has them in the order of its leaves.
+/// A function that maps an instance and a primitive to the index of the triangle in its mesh. The compute BVH stores
+/// triangles in the order of its leaves.
 fn leaf_order(scene: &Scene, origin: DVec3, tracer: Tracer) -> impl Fn(u32, u32) -> u32 {
     let leaves = Geometry::new(&merge_static(scene, origin), true);
     let meshes: Vec<u32> = scene
@@ -305,7 +309,8 @@ fn leaf_order(scene: &Scene, origin: DVec3, tracer: Tracer) -> impl Fn(u32, u32)
     }
 }
 
-/// Checks both tracers, with `origin` moved to zero as the renderer moves its camera there.
+/// Compares both tracers with the oracle. `origin` is the world position that the device uses as its zero, as the renderer
+/// does with the camera position.
 fn check(name: &str, scene: &Scene, origin: DVec3) {
     let mut near = scene.clone();
     for instance in &mut near.instances {
@@ -358,7 +363,7 @@ fn check(name: &str, scene: &Scene, origin: DVec3) {
     }
 }
 
-/// A bumpy closed sphere of triangles.
+/// The triangles of a closed sphere with bumps.
 fn bumpy_sphere(rings: u32, radius: f32) -> Vec<[Vec3; 3]> {
     let at = |i: u32, j: u32| {
         let (theta, phi) = (
@@ -390,7 +395,7 @@ fn bumpy_sphere(rings: u32, radius: f32) -> Vec<[Vec3; 3]> {
     faces
 }
 
-/// One mesh in many places: turned, mirrored, sheared, scaled.
+/// A scene with many instances of one mesh: rotated, mirrored, sheared and scaled.
 fn placed(offset: DVec3, scale: f64) -> Scene {
     let mut scene = support::scene_of(&[
         (Material::default(), bumpy_sphere(12, 1.0)),
@@ -438,8 +443,8 @@ fn instances_turned_mirrored_and_sheared() {
     check("instances", &placed(DVec3::ZERO, 1.0), DVec3::ZERO);
 }
 
-/// One of every four instances covers all, one has holes only, and two cover a part: whether meshes are shared or not, what
-/// a ray passes weakens it once.
+/// One of four instances is opaque, one has only holes, and two cover a part of the light. Each surface must weaken a ray
+/// once, whether meshes are shared or not.
 #[test]
 fn surfaces_that_cover_a_part() {
     let mut scene = placed(DVec3::ZERO, 1.0);
@@ -477,8 +482,8 @@ fn surfaces_that_cover_a_part() {
     );
 }
 
-/// A ray through an edge of a closed mesh, or a corner of a sheet, is weakened by one of the triangles there, not by two or
-/// none. The mesh is convex: where a ray touches a fold, or a corner that sticks out, one is as wrong as none or two.
+/// A ray through an edge of a closed mesh, or through a corner of a sheet, must be weakened by exactly one of the triangles
+/// there. The mesh is convex, because at a fold or a protruding corner one triangle is as wrong as none or two.
 #[test]
 fn edges_and_corners_cover_a_part_once() {
     const CELLS: usize = 8;
@@ -581,7 +586,7 @@ fn a_tiny_and_a_huge_scene() {
     check("huge", &placed(DVec3::ZERO, 1e5), DVec3::ZERO);
 }
 
-/// 1.6 MB of positions: SwiftShader reads 1 MiB as texels.
+/// A scene with 1.6 MB of positions, of which SwiftShader reads only 1 MiB as texels.
 #[test]
 fn more_triangles_than_texels_may_reach() {
     let faces = bumpy_sphere(150, 1.0);
@@ -590,8 +595,7 @@ fn more_triangles_than_texels_may_reach() {
     check("many", &scene, DVec3::ZERO);
 }
 
-/// From inside a closed mesh, a ray straight at an edge or a corner must hit: whichever triangle
-/// takes it, none may leave it to the other.
+/// A ray from inside a closed mesh that aims exactly at an edge or a corner must hit one of the triangles there.
 #[test]
 fn closed_meshes_are_watertight_at_their_edges_and_corners() {
     for offset in [Vec3::ZERO, Vec3::new(0.3, -0.7, 0.9), Vec3::splat(50.0)] {
@@ -644,7 +648,7 @@ fn closed_meshes_are_watertight_at_their_edges_and_corners() {
     }
 }
 
-/// The same scene with a mesh of its own for every instance, so that all are merged.
+/// The scene with a separate mesh for every instance, so that all instances are merged.
 fn unshared(scene: &Scene) -> Scene {
     let mut copied = scene.clone();
     copied.meshes = scene
@@ -668,7 +672,7 @@ fn gathered_meshes() {
     );
 }
 
-/// Gathering moves no surface, turns none over, and keeps each instance's number and material.
+/// Merging meshes must move no surface, flip none, and keep the index and the material of each instance.
 #[test]
 fn gathered_meshes_look_as_they_did() {
     let mut shared = placed(DVec3::new(1e4, 0.0, -2e4), 1.0);

@@ -1,4 +1,4 @@
-//! What the integration tests share.
+//! Helpers of the integration tests: devices, scenes, pictures, and shaders with planted faults.
 #![allow(dead_code, unused_imports)] // Each test binary uses its own part.
 
 pub mod brute_force;
@@ -18,8 +18,8 @@ use std::process::{Command, Output};
 use std::sync::{Arc, LazyLock, Mutex};
 use std::thread::available_parallelism;
 
-/// The device that `HEADWATER_DEVICE` names, or else the CPU device, of a new instance. Tests without a device fail
-/// and say what to install.
+/// A new Vulkan instance, and the device that `HEADWATER_DEVICE` names; without that variable, the CPU device. Without a
+/// device it panics, and the message names what to install.
 fn choose() -> (Arc<Instance>, DeviceInfo) {
     let instance = headwater::commands::open_vulkan(headwater::gpu::InstanceOptions::default())
         .unwrap_or_else(|e| panic!("{e}"));
@@ -37,16 +37,18 @@ fn choose() -> (Arc<Instance>, DeviceInfo) {
     (instance, info.unwrap_or_else(|e| panic!("{e}")))
 }
 
-/// What all tests of a process share.
+/// The Vulkan instance, the properties of the tests' device, and the open devices that all tests of one process share.
 struct Shared {
     instance: Arc<Instance>,
     info: DeviceInfo,
-    /// Opened before any of them is used: see [`Device::open`]. Each has an instance and so messages of its own, and tests
-    /// that run at once take different ones.
+    /// Open devices, several for each set of features; a test takes one that no other test holds. All are opened before a
+    /// test uses one, as [`Device::open`] requires. Each has an instance of its own, so validation messages belong to one
+    /// test.
     devices: Mutex<Vec<Arc<Device>>>,
 }
 
-/// Devices with the same features that tests of one thread hold at once.
+/// The number of devices with the same features that one test may hold at the same time; the pool has this many per test
+/// thread.
 const DEVICES_A_THREAD: usize = 2;
 
 fn shared() -> &'static Shared {
@@ -95,13 +97,14 @@ fn shared() -> &'static Shared {
     &SHARED
 }
 
-/// The tests' device and its instance, for opening it otherwise than [`open_device`] does; a test that does so has its
-/// process to itself while it runs.
+/// The instance and the properties of the tests' device, for a test that opens it with other options than [`open_device`].
+/// Such a test must be the only one that runs in its process.
 pub fn tests_device() -> (Arc<Instance>, DeviceInfo) {
     (shared().instance.clone(), shared().info.clone())
 }
 
-/// The variants with a tracer that the tests' device can run; says which tracer it lacks.
+/// The shader variants with this tracer that the tests' device can run. Empty, with a note on stderr, if the device lacks
+/// ray query and it is requested.
 pub fn variants(tracer: Tracer) -> Vec<Variant> {
     let info = &shared().info;
     if tracer == Tracer::RayQuery && !info.ray_query {
@@ -122,7 +125,8 @@ pub fn variants(tracer: Tracer) -> Vec<Variant> {
         .collect()
 }
 
-/// The tests' device with the features for `variant` or, with none, for what the rule chooses.
+/// A free open device with the features that `variant` needs, and the selection with that variant. With `None`, the variant
+/// is the one that the program itself selects for the device.
 pub fn open_device(variant: Option<Variant>) -> (Arc<Device>, Selection) {
     let info = &shared().info;
     let mut selection =
@@ -141,12 +145,14 @@ pub fn open_device(variant: Option<Variant>) -> (Arc<Device>, Selection) {
     (device.clone(), selection)
 }
 
-/// True if tests take their largest scenes, and run what needs other drivers or capture tools (`tools/test --all`).
+/// True if tests include their largest scenes, other drivers and capture tools (`HEADWATER_TEST_ALL`, set by `tools/test
+/// --all`).
 pub fn takes_largest() -> bool {
     std::env::var_os("HEADWATER_TEST_ALL").is_some()
 }
 
-/// The folder in which drivers leave pictures for each other, if they do, and the number of drivers before this one.
+/// The folder in which tests of different drivers exchange pictures (`HEADWATER_PICTURES`; `None` if it is not set), and the
+/// number of drivers that ran before this one (`HEADWATER_DRIVERS_BEFORE`).
 pub fn other_drivers() -> (Option<PathBuf>, usize) {
     let before = number_in("HEADWATER_DRIVERS_BEFORE");
     (
@@ -155,7 +161,7 @@ pub fn other_drivers() -> (Option<PathBuf>, usize) {
     )
 }
 
-/// The number that an environment variable has, if it is set.
+/// The value of an environment variable as a number; `None` if it is not set. It panics if the value is no number.
 pub fn number_in(variable: &str) -> Option<u64> {
     let value = std::env::var(variable).ok()?;
     Some(
@@ -165,19 +171,19 @@ pub fn number_in(variable: &str) -> Option<u64> {
     )
 }
 
-/// All that a command has printed.
+/// The whole output of a command as text: stdout, then stderr.
 pub fn said(output: &Output) -> String {
     let text = String::from_utf8_lossy;
     format!("{}{}", text(&output.stdout), text(&output.stderr))
 }
 
-/// Fails if the validation layers said anything.
+/// Panics if the validation layers have reported a message for the device.
 pub fn assert_no_messages(device: &Device) {
     let messages = device.validation_messages();
     assert!(messages.is_empty(), "validation: {messages:#?}");
 }
 
-/// A scene of separate triangles lists, each with a material, in world space.
+/// A scene with one mesh per pair of material and list of triangles, with corners in world space. It has no camera.
 pub fn scene_of(parts: &[(Material, Vec<[Vec3; 3]>)]) -> Scene {
     let mut scene = Scene::default();
     for (material, triangles) in parts {
@@ -186,7 +192,7 @@ pub fn scene_of(parts: &[(Material, Vec<[Vec3; 3]>)]) -> Scene {
     scene
 }
 
-/// Adds a mesh of one material to a scene, where it is.
+/// Adds a mesh of one material and an instance with the identity transform to a scene, and returns the mesh.
 pub fn add<'a>(scene: &'a mut Scene, material: &Material, triangles: &[[Vec3; 3]]) -> &'a mut Mesh {
     let count = triangles.len() as u32;
     let number = scene.meshes.len();
@@ -209,7 +215,8 @@ pub fn add<'a>(scene: &'a mut Scene, material: &Material, triangles: &[[Vec3; 3]
     &mut scene.meshes[number]
 }
 
-/// Two triangles: corner, corner + u, corner + u + v, corner + v; the front is the side of u × v.
+/// The two triangles of a parallelogram with edges `u` and `v`: (corner, corner + u, corner + u + v) and (corner, corner + u
+/// + v, corner + v). The front is the side of u × v.
 pub fn quad(corner: Vec3, u: Vec3, v: Vec3) -> Vec<[Vec3; 3]> {
     vec![
         [corner, corner + u, corner + u + v],
@@ -217,7 +224,7 @@ pub fn quad(corner: Vec3, u: Vec3, v: Vec3) -> Vec<[Vec3; 3]> {
     ]
 }
 
-/// A camera at `eye` that looks at `target`.
+/// A camera at `eye` that looks at `target`, with a vertical field of view in radians.
 pub fn look_at(eye: DVec3, target: DVec3, up: DVec3, vertical_fov: f64) -> Camera {
     let back = (eye - target).normalize();
     let right = up.cross(back).normalize();
@@ -229,8 +236,8 @@ pub fn look_at(eye: DVec3, target: DVec3, up: DVec3, vertical_fov: f64) -> Camer
     }
 }
 
-/// The bits of the last of three frames, or of path tracing, by shaders of `variant` or, with none, of what the rule
-/// chooses.
+/// The bits of the radiance (RGB) of the last of three frames of 64 × 48 pixels, row by row from the top. The shaders are
+/// those of `variant` or, with `None`, of the variant that the program selects. It compares pictures exactly.
 pub fn frame_bits(scene: &Scene, settings: &Settings, variant: Option<Variant>) -> Vec<[u32; 3]> {
     let (device, selection) = open_device(variant);
     let view = View {
@@ -253,15 +260,16 @@ pub fn frame_bits(scene: &Scene, settings: &Settings, variant: Option<Variant>) 
     radiance.iter().map(|p| p.map(f32::to_bits)).collect()
 }
 
-/// Mean radiance and squared standard error of each pixel and channel.
+/// Mean radiance and squared standard error of each pixel and channel of a rendered picture.
 pub struct Rendered {
-    /// Means, row by row from the top.
+    /// Mean radiance (RGB) of each pixel, row by row from the top.
     pub mean: Vec<[f64; 3]>,
-    /// Squared standard errors of the means.
+    /// Squared standard error of the mean, for each pixel and channel, row by row from the top.
     pub error_squared: Vec<[f64; 3]>,
 }
 
-/// The sums of `samples` samples a pixel, by a device that has its origin at `origin`.
+/// The sums of `samples` samples per pixel. `origin` is the world position that the device uses as its zero; it decides
+/// where f32 is most precise.
 pub fn sums(
     device: &Arc<Device>,
     scene: &Scene,
@@ -278,7 +286,7 @@ pub fn sums(
     renderer.sums().unwrap()
 }
 
-/// Mean and error of `samples` samples a pixel.
+/// The mean and the error of `samples` samples per pixel, with the camera at the origin of the device.
 pub fn render(
     device: &Arc<Device>,
     scene: &Scene,
@@ -297,7 +305,8 @@ pub fn render(
     }
 }
 
-/// Writes a copy of the shaders with a planted fault: changes are (file, text, replacement).
+/// Writes a copy of the shaders with changes (a planted fault) to `folder`. A change is (file, text, replacement); it panics
+/// if the file does not contain the text.
 pub fn planted(folder: &Path, changes: &[(&str, &str, &str)]) {
     let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("glsl");
     let mut sources = headwater::shader_interface::compiler::read_folder(&from).unwrap();
@@ -313,7 +322,8 @@ pub fn planted(folder: &Path, changes: &[(&str, &str, &str)]) {
     }
 }
 
-/// Changes of the shaders that give every surface two more lobes, those of `toy_lobes.glsl`: one file, and what registers it.
+/// Changes of the shaders, as for [`planted`], that give every surface the two additional lobes of `toy_lobes.glsl`: one
+/// inserts the file, the other registers its lobes.
 pub const TOY_LOBES: [(&str, &str, &str); 2] = [
     (
         "bsdf/lobes.glsl",
@@ -330,8 +340,8 @@ pub const TOY_LOBES: [(&str, &str, &str); 2] = [
     ),
 ];
 
-/// Runs a test of this file once more by itself, in a process of its own, with a fault in the shaders: (file, text, replacement).
-/// `change` adds to the command.
+/// Runs the test `test` of this test program again, alone in a new process, with a fault in the shaders: (file, text,
+/// replacement). `change` adds arguments or variables to the command. Returns the output of the process.
 pub fn run_with_fault(
     test: &str,
     fault: (&str, &str, &str),

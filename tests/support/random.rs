@@ -1,4 +1,4 @@
-//! Random numbers for tests, the same in every run.
+//! Random numbers for tests. They depend only on a seed, so each run of a test has the same numbers.
 
 use glam::DVec3;
 
@@ -6,7 +6,7 @@ use glam::DVec3;
 pub struct Random(pub u64);
 
 impl Random {
-    /// In [0, 1).
+    /// A uniform random number in [0, 1).
     pub fn unit(&mut self) -> f64 {
         self.0 = self
             .0
@@ -17,12 +17,12 @@ impl Random {
         ((word >> 43) ^ word) as f64 / 2_f64.powi(64)
     }
 
-    /// An index below `count`, which is not 0.
+    /// A uniform random index below `count`, which must not be 0.
     pub fn index(&mut self, count: usize) -> usize {
         ((self.unit() * count as f64) as usize).min(count - 1)
     }
 
-    /// A unit vector.
+    /// A random unit vector, uniform over the sphere.
     pub fn direction(&mut self) -> DVec3 {
         let z = 1.0 - 2.0 * self.unit();
         let (sin, cos) = (std::f64::consts::TAU * self.unit()).sin_cos();

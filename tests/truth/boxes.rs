@@ -1,4 +1,4 @@
-//! Boxes after Cornell's against the brute-force tracer.
+//! Tests of boxes in the style of the Cornell box against the brute-force tracer.
 
 use crate::comparison::{IMAGE, by_brute_force, compare_pictures, failures, on_device, regions};
 use crate::rooms::{ROOM_SIZE, room};
@@ -7,7 +7,8 @@ use headwater::procedural;
 use headwater::render::View;
 use headwater::scene::{Camera, Scene};
 
-/// Rounding must not decide what a pixel sees: which instance, and which face of a flat one.
+/// Asserts that no pixel centre lies on an edge, where rounding would decide which instance, or which face of a flat
+/// instance, the pixel shows.
 fn assert_off_edges(scene: &Scene, tracer: &Tracer, camera: &Camera, size: [u32; 2]) {
     for at in 0..size[0] * size[1] {
         let pixel = [at % size[0], at / size[0]];
@@ -23,7 +24,7 @@ fn assert_off_edges(scene: &Scene, tracer: &Tracer, camera: &Camera, size: [u32;
     }
 }
 
-/// The scene with the albedo of what is white and matte 2 % too high.
+/// The scene with the albedo of white matte materials 2 % too high, a fault that the comparison must find.
 fn with_a_fault(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     for material in &mut scene.materials {
@@ -35,12 +36,12 @@ fn with_a_fault(scene: &Scene) -> Scene {
     scene
 }
 
-/// Pictures to compare.
+/// One comparison: the length of paths, the number of samples, and the regions that are compared precisely.
 struct Plan {
     bounces: u32,
-    /// A pixel, from either tracer.
+    /// Number of samples per pixel, of each tracer.
     samples: u32,
-    /// The regions whose means must be known well.
+    /// Names of the regions whose means must be known so precisely that a fault is not hidden by noise.
     sharp: &'static [&'static str],
 }
 
@@ -99,10 +100,10 @@ fn assert_as_brute_force_says(
     }
 }
 
-/// The camera looks at the back wall's middle: of an even and an odd number, no pixels lie on its
-/// diagonals.
+/// Width and height of the pictures in pixels. The camera looks at the middle of the back wall; with an even and an odd
+/// number, no pixel centre lies on the wall's diagonals.
 const BOX_SIZE: [u32; 2] = [24, 25];
-/// All that does not shine, and the instances that are seen large.
+/// Names of the regions that are compared precisely: the picture without emitters, and the instances that cover many pixels.
 const WALLS: &[&str] = &[IMAGE, "back wall", "floor", "red wall", "green wall"];
 
 mod thorough {

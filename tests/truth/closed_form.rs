@@ -1,4 +1,4 @@
-//! Direct light against a closed form.
+//! Tests of direct light against a closed form.
 
 use crate::comparison::{Comparison, exact, failures, on_device};
 use crate::rooms::emitter;
@@ -9,9 +9,9 @@ use headwater::render::View;
 use headwater::scene::Material;
 use std::f64::consts::PI;
 
-/// Irradiance at a point under its normal from a polygon of radiance 1 that is wholly above the
-/// horizon, its corners clockwise seen from the point (Lambert 1760; Baum, Rushmeier and Winget,
-/// "Improving radiosity solutions through the use of analytically determined form-factors", 1989).
+/// The irradiance at a point with this normal from a polygon of radiance 1 that is entirely above the horizon; its corners
+/// are clockwise as seen from the point (Lambert 1760; Baum, Rushmeier and Winget, "Improving radiosity solutions through
+/// the use of analytically determined form-factors", 1989).
 fn polygon_irradiance(point: DVec3, normal: DVec3, corners: &[DVec3]) -> f64 {
     let toward: Vec<DVec3> = corners.iter().map(|c| (*c - point).normalize()).collect();
     let edges = toward.iter().zip(toward.iter().cycle().skip(1));

@@ -1,4 +1,4 @@
-//! Pictures from both tracers, and the pixels where they differ by more than noise explains.
+//! Comparison of the pictures of two renderers: it finds regions that differ by more than noise explains.
 
 use crate::support;
 use crate::support::brute_force::{Options, Tracer, camera_ray};
@@ -9,16 +9,18 @@ use headwater::scene::{Camera, Scene};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// Chance at which a test of a right renderer alarms, over all the comparisons it makes.
+/// The probability with which a test of a correct renderer fails, over all comparisons of the test.
 const LEVEL: f64 = 0.001;
-/// The widest 99.9 % interval of an image's mean, as a part of it, that still shows something.
+/// The maximum half-width of the 99.9 % interval of a difference of means, as a fraction of the mean; with a wider one, a
+/// sharp comparison would prove nothing.
 const WIDEST: f64 = 0.003;
 
-/// The picture but for visible emitters: their own light needs no tracing, and would make what is lit
-/// look better known than it is.
+/// Name of the region of all pixels that show no emitter. The light of visible emitters has no noise, and would make the
+/// mean of this region look more precise than it is.
 pub const IMAGE: &str = "image";
 
-/// Means and squared standard errors of pixels, from anywhere.
+/// Means (RGB) and squared standard errors of the pixels of a picture, from either renderer, and the number of samples per
+/// pixel.
 pub struct Picture {
     pub mean: Vec<[f64; 3]>,
     pub error_squared: Vec<[f64; 3]>,
@@ -26,7 +28,7 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// Mean over some pixels; their errors are independent.
+    /// The mean of a channel over some pixels, with its error; the errors of pixels are independent.
     pub fn mean_of(&self, pixels: &[usize], channel: usize) -> Estimate {
         let n = pixels.len() as f64;
         let sum = |values: &[[f64; 3]]| pixels.iter().map(|&p| values[p][channel]).sum::<f64>();
@@ -46,16 +48,17 @@ pub fn exact(mean: f64) -> Estimate {
     }
 }
 
-/// One comparison: what, and two estimates that should be of the same number.
+/// The name of a comparison, and two estimates of the same quantity.
 pub struct Comparison {
     pub what: String,
     pub one: Estimate,
     pub other: Estimate,
-    /// Whether noise that hides a fault is a failure too.
+    /// True if the comparison also fails when noise is so large that it could hide a fault.
     pub sharp: bool,
 }
 
-/// What fails: means that differ, by Holm over all comparisons, and intervals too wide to tell.
+/// Descriptions of the failed comparisons; empty if all pass. One fails if its means differ (with Holm's correction over all
+/// comparisons), or if `sharp` is true and the interval is too wide.
 pub fn failures(comparisons: &[Comparison]) -> String {
     let p_values: Vec<f64> = comparisons
         .iter()
@@ -76,8 +79,8 @@ pub fn failures(comparisons: &[Comparison]) -> String {
     text
 }
 
-/// Parts of a picture by their names: all that does not shine, 6 × 6 blocks, and what is seen of
-/// each instance.
+/// The regions of a picture by name, each a list of pixel indices: all pixels without emitters, the blocks of a 6 × 6 grid,
+/// and the pixels of each instance.
 pub fn regions(
     scene: &Scene,
     tracer: &Tracer,
@@ -106,7 +109,7 @@ pub fn regions(
     regions
 }
 
-/// The means of a picture's regions, each channel by itself; those in `sharp` must be known well.
+/// One comparison per region and channel of two pictures; the regions in `sharp` must have precise means.
 pub fn compare_pictures(
     name: &str,
     one: &Picture,

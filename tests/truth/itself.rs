@@ -1,4 +1,4 @@
-//! Tests of the brute-force tracer itself: against itself, and against results that need no tracer.
+//! Tests of the brute-force tracer: against itself, and against results that need no tracer.
 
 use crate::comparison::{Comparison, by_brute_force, compare_pictures, failures, regions};
 use crate::rooms::{ROOM_SIZE, emitter, room, standing_box};
@@ -34,7 +34,7 @@ fn the_brute_force_estimators_agree() {
     assert!(text.is_empty(), "\n{text}");
 }
 
-/// A closed box that glows, seen from inside, with a white box in it.
+/// A closed box that glows, with a white box in it, and a camera inside.
 fn furnace(emission: f32, albedo: f32) -> (Scene, Camera) {
     let mut shell = standing_box([0.0, 0.0], Vec3::splat(4.0), 0.0);
     let corner = Vec3::new(-2.0, 0.0, -2.0);

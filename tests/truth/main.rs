@@ -1,5 +1,5 @@
-//! Pictures against what is known without the renderer: closed forms, and a path tracer on the CPU
-//! that shares no code with it.
+//! Tests of pictures against results that are known without the renderer: closed forms, and a path tracer on the CPU that
+//! shares no code with it.
 
 mod boxes;
 mod closed_form;

@@ -1,10 +1,10 @@
-//! The rooms that several tests render.
+//! Rooms that several of these tests render.
 
 use crate::support;
 use glam::{DVec3, Vec3};
 use headwater::scene::{Camera, Material, Scene};
 
-/// Light of one colour from a matte quad.
+/// A matte material with an albedo that emits radiance of one colour.
 pub fn emitter(radiance: Vec3, albedo: f32) -> Material {
     Material {
         emission: radiance,
@@ -12,7 +12,7 @@ pub fn emitter(radiance: Vec3, albedo: f32) -> Material {
     }
 }
 
-/// A box that stands on the floor, turned about its axis.
+/// The triangles of a box that stands on the floor; `centre` is its x and z, and `turn` the angle about the vertical axis.
 pub fn standing_box(centre: [f32; 2], size: Vec3, turn: f32) -> Vec<[Vec3; 3]> {
     let (sin, cos) = turn.sin_cos();
     let (x, z) = (
@@ -33,7 +33,7 @@ pub fn standing_box(centre: [f32; 2], size: Vec3, turn: f32) -> Vec<[Vec3; 3]> {
 
 pub const ROOM_SIZE: [u32; 2] = [24, 24];
 
-/// A room after Cornell's, open in front, with a matte, a metal and a dielectric box.
+/// A room in the style of the Cornell box, open in front, with a matte, a metal and a dielectric box, and its camera.
 pub fn room() -> (Scene, Camera) {
     let matte = |name, color| Material::lambert(name, color);
     let glossy = |name: &str, color, metallic, roughness| Material {

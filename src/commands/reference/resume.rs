@@ -1,4 +1,4 @@
-//! `--resume`: the sums of an earlier run in the first output file, and checks that this run can continue with them.
+//! `--resume`: reads the sums of an earlier run from the first output file, and checks that this run can continue with them.
 
 use super::{Args, PARTS};
 use crate::base::printable::{printable, shortened};
@@ -10,22 +10,25 @@ use crate::{Error, Result};
 use glam::{DVec3, Vec3};
 use serde_json::Value;
 
-/// The maximum number of characters in a message that come from a value in the file.
+/// The maximum number of characters that a message quotes of one value from the file.
 const VALUE_CHARACTERS: usize = 60;
 
-/// The maximum number of differences that a message lists.
+/// The maximum number of differing settings that a message lists.
 const LISTED: usize = 3;
 
-/// The maximum ratio of a sum's low part to the sum, with room for devices that round differently.
+/// The maximum ratio of the low part of a sum, which is its rounding error, to the sum; a larger one shows a damaged file.
+/// There is room for devices that round differently.
 const LOW_PART: f64 = 1e-6;
 
-/// The fraction by which the mean square may be below the square of the mean: rounding of squares and of their sums.
+/// The largest fraction by which the mean square may be below the square of the mean, because squares and their sums are
+/// rounded. A larger one shows a damaged file.
 const SPREAD_ROUNDING: f64 = 1e-4;
 
-/// Loads the sums of the first output file and returns its number of samples.
+/// Loads the sums of the first output file into the renderer, and returns their number of samples per pixel.
 ///
 /// # Errors
-/// The file cannot be read, belongs to another picture, or holds values that no sum of samples can have.
+/// The file cannot be read, belongs to another picture, or holds values that no sum of samples can have; or the device
+/// fails.
 pub fn resume(args: &Args, session: &mut Session) -> Result<u32> {
     let path = &args.output[0];
     let earlier = Image::read(path).map_err(|error| {
@@ -68,7 +71,7 @@ pub fn resume(args: &Args, session: &mut Session) -> Result<u32> {
     Ok(samples)
 }
 
-/// The number of samples of each pixel.
+/// The number of samples per pixel in the metadata of an earlier picture, at least 1. The error is the reason for a message.
 fn samples_of(earlier: &Image) -> std::result::Result<u32, String> {
     let Some(text) = earlier.metadata.get("headwater.samples") else {
         return Err("it has no headwater.samples".into());
@@ -83,7 +86,7 @@ fn samples_of(earlier: &Image) -> std::result::Result<u32, String> {
     })
 }
 
-/// The sums of each pixel.
+/// The sums of an earlier picture, one entry per pixel, row by row from the top. The error names a missing channel.
 fn sums_of(earlier: &Image) -> std::result::Result<Vec<PixelSums>, String> {
     let part = |name: &str| {
         let channel = |axis: &str| {
@@ -107,8 +110,8 @@ fn sums_of(earlier: &Image) -> std::result::Result<Vec<PixelSums>, String> {
     Ok((0..earlier.pixels()).map(pixel).collect())
 }
 
-/// True if `samples` samples can have these sums: all are finite, none is negative, low parts are small relative to their sums,
-/// and the mean square is not below the square of the mean.
+/// True if `samples` samples can have these sums: all parts are finite, leading parts are not negative, low parts are small
+/// relative to them, and the mean square is not below the square of the mean, except for rounding.
 fn possible(pixel: &PixelSums, samples: u32) -> bool {
     let parts = PARTS.map(|(_, part)| part(pixel).as_dvec3());
     let [sum, sum_low, square, square_low] = parts;
@@ -125,12 +128,13 @@ fn possible(pixel: &PixelSums, samples: u32) -> bool {
             .all()
 }
 
-/// A value from the file for a message.
+/// A value from the file for a message: one line of at most [`VALUE_CHARACTERS`] characters.
 fn shown(text: &str) -> String {
     shortened(&printable(text), VALUE_CHARACTERS)
 }
 
-/// The difference of two values of a metadata key, each a text or a JSON object.
+/// The text about a metadata key whose value was `before` in the file and is `now` in this run; each value is a text or a
+/// JSON object. Of objects, it lists at most [`LISTED`] differing entries.
 fn difference(key: &str, before: &str, now: &str) -> String {
     let parsed = [before, now].map(|text| serde_json::from_str(text).unwrap_or(Value::Null));
     let [before_tree, now_tree] = parsed.map(|tree| {

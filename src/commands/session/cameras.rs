@@ -1,4 +1,4 @@
-//! The camera of a session.
+//! Chooses the camera of a session.
 
 use crate::commands::notice;
 use crate::scene::camera::framing_camera;
@@ -6,8 +6,9 @@ use crate::scene::{Camera, Scene};
 use crate::{Error, Result};
 use glam::DVec3;
 
-/// The camera that `wanted` names, at a time; without `wanted`, the scene's first camera, or one that frames the scene if it
-/// has none. A camera of the scene comes with its index.
+/// Chooses the scene's camera with the index or name `wanted`, at a time in seconds; an error if there is none. Without
+/// `wanted`, it is the first camera or, in a scene without cameras, one that frames the scene; then the returned index is
+/// `None`.
 pub(super) fn choose_camera(
     scene: &Scene,
     wanted: Option<&str>,
@@ -42,7 +43,7 @@ pub(super) fn choose_camera(
     })
 }
 
-/// A camera as text that differs for different cameras.
+/// The position, direction and field of view of a camera as text, with all digits: different cameras have different texts.
 pub(super) fn camera_text(camera: &Camera) -> String {
     let transform = camera.camera_to_world;
     let text = |v: DVec3| format!("{:?} {:?} {:?}", v.x, v.y, v.z);

@@ -1,4 +1,4 @@
-//! The picture of a session, with its metadata and AOVs.
+//! Makes the picture of a session, with its metadata and AOVs (additional channels, such as depth).
 
 use super::Session;
 use super::cameras::camera_text;
@@ -11,10 +11,11 @@ use crate::shader_interface::{MAX_RADIANCE, ReservoirAov};
 use crate::{Error, Result};
 
 impl Session {
-    /// The picture of `samples` samples per pixel, with its metadata and the requested AOVs.
+    /// The mean of the sums of `samples` samples per pixel as an image with channels `R`, `G`, `B`, with metadata and the
+    /// requested AOVs. With `samples` = 0 the picture is black. Prints a notice if values were rejected.
     ///
     /// # Errors
-    /// The device fails.
+    /// The device fails, or its driver ended loops early.
     pub fn picture(&mut self, sums: &Sums, samples: u32, aovs: &[Aov]) -> Result<Image> {
         let mut image = Image::new(self.view.width, self.view.height);
         let mean = sums.mean(samples.max(1));
@@ -119,7 +120,7 @@ impl Session {
     }
 }
 
-/// Refuses AOVs of reservoirs that do not exist.
+/// Returns an error if `aovs` contains one that shows reservoirs, and these settings and bounces make no such reservoirs.
 pub(super) fn check_aovs(aovs: &[Aov], settings: &Settings, bounces: u32) -> Result<()> {
     for (lighting, needed) in [
         (Lighting::Direct, "--bounces of at least 1"),

@@ -1,4 +1,4 @@
-//! The functions of a session for `profile`.
+//! The functions of a session that `profile` needs.
 
 use super::Session;
 use super::cameras::camera_text;
@@ -8,7 +8,8 @@ use crate::render::counters::Counts;
 use crate::render::{Renderer, Tracking};
 
 impl Session {
-    /// Renders the frames of a plan and times them; `watch` is called before each, and may end the work.
+    /// Renders the frames of a plan, first those of the warm-up, and returns the times of each frame in this order. `watch`
+    /// is called before each frame, and ends the work if it returns an error.
     ///
     /// # Errors
     /// The device fails, the scene cannot be rendered at a frame's time, or the errors of `watch`.
@@ -31,10 +32,8 @@ impl Session {
         )
     }
 
-    /// The counts of the passes of frame `number`, in a separate renderer; `watch` as in [`Self::profile`].
-    ///
-    /// # Errors
-    /// The errors of [`Self::profile`].
+    /// The counts of each pass of frame `number`, such as its rays. A separate renderer with counting shaders renders frames
+    /// 0 to `number`. `watch` is called before each frame, and ends the work if it returns an error.
     pub fn counts_of(
         &self,
         number: u32,
@@ -58,10 +57,11 @@ impl Session {
         renderer.counts()
     }
 
-    /// The subject of the profile.
+    /// The subject of a profile: the scene, the settings, the device, the view, and the numbers of frames of the plan. Two
+    /// profiles are compared only if their subjects agree in all but settings and numbers of frames.
     ///
     /// # Errors
-    /// Never with finite settings.
+    /// A setting has no JSON form, which does not happen with finite values.
     pub fn subject(&self, plan: Plan) -> Result<Subject> {
         Ok(Subject {
             scene: self.scene_hash.clone(),
@@ -78,7 +78,8 @@ impl Session {
         })
     }
 
-    /// The conditions of the run.
+    /// The conditions of a profile: driver, tracer, access to the scene, revision, and frames in flight. All but the frames
+    /// in flight may differ between two profiles that are compared.
     pub fn circumstances(&self, plan: Plan) -> Circumstances {
         let variant = self.selection.variant;
         Circumstances {

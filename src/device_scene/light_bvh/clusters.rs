@@ -1,10 +1,10 @@
-//! Clusters of emissive triangles: lights that are close to each other are treated as one.
+//! Clusters of lights: lights that are close to each other are treated as one light.
 //!
-//! Lights fill their box if their area is a large fraction of the square of its diagonal. Triangles with common corners are one
-//! unit if they fill their box, however finely an emitter is modelled; otherwise each triangle is a unit. A tree is built over
-//! the units by joining the nearest boxes first, and cut where a node's lights fill its box. So an emitter is one cluster, even
-//! if it is made of several parts, while the windows of a house, with wall between them, stay apart. No length is compared with
-//! a constant, so a scene has equal clusters at any scale.
+//! Lights *fill their box* if their area is a large fraction of the square of its diagonal. Triangles with common corners
+//! form one unit if they fill their box, however finely an emitter is modelled; otherwise each triangle is a unit. A tree
+//! over the units joins the nearest boxes first, and each node whose lights fill its box becomes a cluster. So an emitter is
+//! one cluster, even if it consists of several parts, while the windows of a house, with wall between them, stay separate.
+//! No length is compared with a constant, so a scene has equal clusters at any scale.
 
 use super::NearLight;
 use crate::device_scene::compute_bvh::binary_tree;
@@ -12,14 +12,14 @@ use crate::shader_interface::NONE;
 use glam::Vec3;
 use std::collections::{BTreeMap, HashMap};
 
-/// The minimum area of a cluster's lights, as a fraction of its squared diagonal: 0.5 for a square, 0.25 for a rectangle of 1
-/// to 3.7, 1.05 for a sphere.
+/// The minimum area of a cluster's lights, as a fraction of the square of its box's diagonal. The fraction is 0.5 for a
+/// square, 0.25 for a rectangle of 1 to 3.7, and 1.05 for a sphere. A higher minimum makes more and smaller clusters.
 const FILLED: f64 = 0.25;
-/// The maximum diagonal of a cluster with several lights, as a fraction of the diagonal of all lights: emitters that fill the
-/// scene, such as a floor that glows, are not one light.
+/// The maximum diagonal of a cluster with several lights, as a fraction of the diagonal of all lights. It divides emitters
+/// that fill the scene, such as a floor that glows, into many clusters.
 const LARGEST: f32 = 1.0 / 16.0;
 
-/// Lights that are treated as one.
+/// Lights that always belong to the same cluster, with their indices, their common box and the sum of their areas.
 struct Unit {
     lights: Vec<u32>,
     low: Vec3,
@@ -43,7 +43,7 @@ impl Unit {
     }
 }
 
-/// Partitions lights into clusters, each as indices into `lights`. Lights with equal `group` are connected by common corners.
+/// Partitions lights into clusters, which are lists of indices into `lights`. Lights with equal `group` have common corners.
 pub fn clusters(lights: &[NearLight]) -> Vec<Vec<u32>> {
     let mut clusters = Vec::new();
     if lights.is_empty() {
@@ -102,7 +102,7 @@ pub fn clusters(lights: &[NearLight]) -> Vec<Vec<u32>> {
     clusters
 }
 
-/// Joins units with equal boxes: no walk can distinguish them, so a walk would visit all of them.
+/// Joins units with equal boxes into one, because a walk through the tree would have to visit each of them.
 fn joined_where_they_coincide(units: Vec<Unit>) -> Vec<Unit> {
     let mut joined: Vec<Unit> = Vec::new();
     let mut indices = HashMap::new();
@@ -124,7 +124,7 @@ fn joined_where_they_coincide(units: Vec<Unit>) -> Vec<Unit> {
 mod tests {
     use super::*;
 
-    /// A square of `side` × `side` cells, two triangles each, with one corner at `at`.
+    /// A square emitter with edges of `size` and a corner at `at`, divided into `side` × `side` cells of two triangles.
     fn square(at: Vec3, size: f32, side: usize, group: u32) -> Vec<NearLight> {
         let step = size / side as f32;
         let mut lights = Vec::new();
@@ -145,7 +145,8 @@ mod tests {
         lights
     }
 
-    /// The largest number of clusters into which a window is cut, and true if some cluster holds parts of two windows.
+    /// Clusters 100 windows of `side` × `side` cells each. Returns the largest number of clusters with lights of one window,
+    /// and true if some cluster holds lights of two windows.
     fn windows(side: usize, scale: f32) -> (usize, bool) {
         let mut lights = Vec::new();
         for window in 0..100 {

@@ -1,10 +1,10 @@
-//! Emissive triangles that are connected by common corners: the triangles of one emitter group, however finely it is modelled.
+//! Groups of emissive triangles that are connected by common corners, as the triangles of one finely modelled emitter are.
 
 use crate::scene::lights::EmitterTriangle;
 use std::collections::HashMap;
 
-/// The index of the first triangle to which each triangle is connected by common corners, directly or through others. Triangles
-/// of an instance are consecutive.
+/// For each triangle, the index of the first triangle to which it is connected by equal corners within its instance,
+/// directly or through others. The triangles of each instance must be consecutive.
 pub fn connected(triangles: &[EmitterTriangle]) -> Vec<u32> {
     let mut firsts: Vec<u32> = (0..triangles.len() as u32).collect();
     let mut corners = HashMap::new();
@@ -25,7 +25,8 @@ pub fn connected(triangles: &[EmitterTriangle]) -> Vec<u32> {
         .collect()
 }
 
-/// The first triangle of a triangle's set; the paths on the way are halved.
+/// The first triangle of the group to which the triangle `index` belongs. Halves the path to it in `firsts`, so that later
+/// searches are faster (union-find).
 fn first(firsts: &mut [u32], mut index: u32) -> u32 {
     while firsts[index as usize] != index {
         firsts[index as usize] = firsts[firsts[index as usize] as usize];
@@ -40,7 +41,7 @@ mod tests {
     use crate::procedural;
     use crate::scene::lights::emitter_triangles;
 
-    /// The number of connected sets among a scene's lights, and the number of triangles.
+    /// The number of connected groups among the emissive triangles of a generated scene, and the number of these triangles.
     fn sets(scene: &str, parameter: &str, value: &str) -> (usize, usize) {
         let scene = procedural::generate(scene, &[(parameter.into(), value.into())]).unwrap();
         let triangles = emitter_triangles(&scene, &scene.emitter_materials());

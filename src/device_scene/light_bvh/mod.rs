@@ -1,17 +1,19 @@
-//! The light BVH, which finds the lights that matter at a point (Gardishyan, "A Better Light Candidate Generation Algorithm for
-//! ReSTIR Ray Tracing Using an Acceleration Structure to Identify Relevant Lights", 2025).
+//! The light BVH, a tree from which lights are drawn that matter at a point (Gardishyan, "A Better Light Candidate
+//! Generation Algorithm for ReSTIR Ray Tracing Using an Acceleration Structure to Identify Relevant Lights", 2025).
 //!
-//! Lights that are close to each other form a cluster, and a tree is built over the clusters. A walk through it finds those
-//! that matter at a point, in one of two ways:
+//! Lights that are close to each other form a cluster, and a tree is built over the clusters. A walk through it finds the
+//! lights that matter at a point, in one of two ways:
 //!
-//! - *Boxes of influence*, as published: each cluster has a box, the one around its lights enlarged by a radius of `scale` ·
-//!   √power, at whose distance its irradiance falls to about 1 / `scale`². Clusters whose boxes hold the point are found.
-//! - *A cut*: the box of a node is the one around its lights, enlarged by `scale` times its size. Where it holds the point,
-//!   its children are looked at one by one; elsewhere it is so far away that its lights are found as one. Every light is in
-//!   the cut at every point, near ones by themselves and far ones in company.
+//! - *Boxes of influence*, as published: the box of a cluster is the one around its lights, enlarged by a radius of `scale`
+//!   · √power. At this distance, its irradiance falls to about 1 / `scale`². The walk finds the clusters whose boxes hold
+//!   the point.
+//! - *A cut*: the box of a node is the one around its lights, enlarged by `scale` times half its diagonal. Where it holds
+//!   the point, the walk goes on to the node's children; elsewhere the node is so far away that the walk finds all its
+//!   lights as one. Thus every light is found at every point: near clusters one by one, far ones in groups.
 //!
-//! Directional lights and the environment are not in the tree, nor are rare lights if every user of the tree samples them
-//! separately. The tree and the clusters are made once; where lights move or change, the boxes follow.
+//! The tree does not contain directional lights and the environment. It contains no rare lights if every user of the tree
+//! samples them separately. The tree and the clusters are made once; where lights move or change, only the boxes are
+//! updated.
 
 mod clusters;
 pub mod connected;
@@ -23,50 +25,51 @@ use super::lights::Lights;
 use crate::shader_interface::{GpuLightEntry, GpuLightNode, LIGHT_SPOT, NODE_ENTRIES, NONE};
 use glam::{DVec3, Vec3};
 
-/// Options of the construction of a light BVH.
+/// Options for the construction of a light BVH.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightBvhOptions {
-    /// The scale of boxes; `None`: a scale that suits the scene.
+    /// The factor by which boxes are enlarged; `None` chooses it. Larger boxes find more lights at a point, by longer walks.
     pub scale: Option<f32>,
-    /// True if points find a cut of the tree; otherwise they find the clusters whose boxes of influence hold them.
+    /// True if a walk finds a cut of the tree, which has all lights; false if it finds the clusters whose boxes of influence
+    /// hold the point.
     pub cut: bool,
-    /// True if lights that are close to each other form clusters; otherwise each light is a cluster.
+    /// True if lights that are close to each other form clusters; false if each light is a separate cluster.
     pub clusters: bool,
-    /// True if the lights of a node are drawn by their power; otherwise uniformly.
+    /// True if the lights of a node are drawn in proportion to their power; false if they are drawn uniformly.
     pub by_power: bool,
-    /// True if rare lights are left out, because they have separate candidates.
+    /// True if the tree contains no rare lights, because they have separate candidates.
     pub leaves_out_rare: bool,
 }
 
 impl LightBvhOptions {
-    /// True if the construction needs points on surfaces.
+    /// True if the construction needs points on surfaces, from which it chooses the scale of boxes of influence.
     pub fn needs_surfaces(&self) -> bool {
         self.scale.is_none() && !self.cut
     }
 }
 
-/// A light at a finite distance, in the device's units.
+/// A light at a finite distance, which the tree can contain, in the device's units.
 #[derive(Clone, Copy, Debug)]
 pub struct NearLight {
-    /// The index among the lights of all kinds.
+    /// The index of the light among the lights of all kinds.
     pub index: u32,
-    /// The index of the light's group: equal for triangles that are connected by common corners.
+    /// The index of the group of connected lights: equal for triangles that are connected by common corners.
     pub group: u32,
-    /// The smallest coordinates of the light.
+    /// The smallest x, y and z of the light's box.
     pub low: Vec3,
-    /// The largest coordinates of the light.
+    /// The largest x, y and z of the light's box.
     pub high: Vec3,
-    /// The direction into which it emits; zero if it emits in all directions or to both sides.
+    /// The unit direction of the half space into which a one-sided triangle or a spot emits; zero for other lights.
     pub normal: Vec3,
-    /// Area × luminance, as in [`crate::scene::lights::power`].
+    /// The power of the light divided by π: area × luminance for a triangle, as in [`crate::scene::lights::power`].
     pub power: f64,
-    /// Area; 0 for a punctual light.
+    /// The area of the light; 0 for a punctual light.
     pub area: f64,
 }
 
 impl NearLight {
-    /// The lights of a scene that the tree holds, in the order of their indices. `groups` are those of triangles
-    /// ([`connected`]).
+    /// The lights of a scene that the tree contains, in the order of their indices. `groups` has the group of each triangle
+    /// ([`connected`]); if it is empty, each light is a separate group.
     ///
     /// [`connected`]: connected::connected
     fn of(lights: &Lights, groups: &[u32], options: LightBvhOptions) -> Vec<Self> {
@@ -108,13 +111,13 @@ impl NearLight {
     }
 }
 
-/// The data of a light BVH that shaders read, for lights at one time.
+/// The data of a light BVH that shaders read, for the lights at one time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LightBvhContents {
-    /// The tree, in depth-first order.
+    /// The nodes of the tree in depth-first order, with their current boxes and powers.
     pub nodes: Vec<GpuLightNode>,
-    /// The lights of its leaves, in leaf order, with one more entry that ends the last leaf; and for the lights of all kinds,
-    /// by index, their location in both arrays.
+    /// Two arrays side by side. By position in the order of the leaves: the light and its first integer, with one more entry
+    /// after the last light. By index among the lights of all kinds: the light's leaf and its position.
     pub entries: Vec<GpuLightEntry>,
 }
 
@@ -122,24 +125,24 @@ const _: () =
     assert!(size_of::<GpuLightNode>() == NODE_ENTRIES as usize * size_of::<GpuLightEntry>());
 
 impl LightBvhContents {
-    /// The content of the buffer: the nodes, then the entries, in four words each.
+    /// The content of the device buffer, in groups of four words: the nodes, then the entries.
     pub fn words(&self) -> Vec<[u32; 4]> {
         let nodes: &[[u32; 4]] = bytemuck::cast_slice(&self.nodes);
         [nodes, bytemuck::cast_slice(&self.entries)].concat()
     }
 }
 
-/// A node on a walk.
+/// A node that a walk through the tree looks at.
 #[derive(Clone, Copy, Debug)]
 pub struct Visit {
-    /// True if its box holds the point.
+    /// True if the box of the node holds the point of the walk.
     pub inside: bool,
-    /// True if the node has no children.
+    /// True if the node is a cluster, so that it has no children.
     pub is_leaf: bool,
 }
 
-/// The nodes that a walk visits at a point, as in `glsl/lights/samplers/light_bvh/light_bvh.glsl`. A node whose box does not
-/// hold the point is visited, but its descendants are skipped.
+/// The nodes that a walk for `point` visits, in order, as in `glsl/lights/samplers/light_bvh/light_bvh.glsl`. A node whose
+/// box does not hold the point is visited, but its descendants are skipped.
 pub fn walk(nodes: &[GpuLightNode], point: Vec3) -> impl Iterator<Item = Visit> {
     let mut next = 0;
     std::iter::from_fn(move || {
@@ -151,36 +154,38 @@ pub fn walk(nodes: &[GpuLightNode], point: Vec3) -> impl Iterator<Item = Visit> 
     })
 }
 
-/// Clusters of a scene's lights, and a tree over them.
+/// The light BVH of a scene: clusters of its lights, and a tree over them.
 pub struct LightBvh {
     options: LightBvhOptions,
-    /// The factor of the sizes of boxes.
+    /// The factor by which boxes are enlarged beyond their lights.
     pub scale: f32,
-    /// Indices into the near lights, in the order of the tree's leaves.
+    /// Indices of lights in the order of the tree's leaves, as positions in the list that [`NearLight::of`] makes.
     order: Vec<u32>,
     tree: Vec<Topology>,
-    /// The distances by which the box of influence of each node extends beyond its lights, downwards and upwards, if rays have
-    /// measured them.
+    /// For each node, the distances by which its box of influence extends beyond its lights in the negative and in the
+    /// positive directions, as rays have measured them; `None` if no ray has.
     margins: Vec<Option<(Vec3, Vec3)>>,
 }
 
-/// The constant part of a node.
+/// The part of a node that stays the same when lights move or change.
 #[derive(Clone, Copy)]
 struct Topology {
     /// The index of the node after its last descendant.
     next: u32,
     is_leaf: bool,
-    /// The range of its lights in `order`.
+    /// The position in `order` of the node's first light; `count` lights follow from there.
     first: u32,
+    /// The number of the node's lights.
     count: u32,
 }
 
-/// The scale of a cut: a node is opened up to this many times half its diagonal from it.
+/// The scale of a cut, if none is set: a walk goes on to a node's children up to this many times half its diagonal from its
+/// box. A larger scale draws lights more precisely, and makes walks longer.
 const CUT_SCALE: f32 = 1.0;
 
 impl LightBvh {
-    /// Builds the light BVH for lights, the groups of those that are triangles ([`connected`](connected::connected)), and
-    /// points on surfaces, from which the scale of boxes of influence follows.
+    /// Builds the light BVH. `groups` has the group of each emissive triangle ([`connected`](connected::connected)), and
+    /// `surfaces` has points on surfaces, from which the scale of boxes of influence is chosen if the options leave it open.
     pub fn new(
         lights: &Lights,
         groups: &[u32],
@@ -257,22 +262,23 @@ impl LightBvh {
         }
     }
 
-    /// The lights of a node, as indices into the near lights.
+    /// The lights of a node, as positions in the list that [`NearLight::of`] makes.
     fn lights_of(&self, node: &Topology) -> &[u32] {
         &self.order[node.first as usize..][..node.count as usize]
     }
 
-    /// Number of lights in clusters.
+    /// The number of lights in the tree.
     pub fn light_count(&self) -> usize {
         self.order.len()
     }
 
-    /// Number of clusters.
+    /// The number of clusters of lights, which are the leaves of the tree.
     pub fn cluster_count(&self) -> usize {
         self.tree.iter().filter(|node| node.is_leaf).count()
     }
 
-    /// The data that shaders read, for the lights at any time.
+    /// The data that shaders read, for the current state of the lights. Their number must be the same as in the
+    /// construction.
     pub fn contents(&self, lights: &Lights) -> LightBvhContents {
         // Clusters are made, so groups do not matter any more.
         let near = NearLight::of(lights, &[], self.options);
@@ -308,7 +314,7 @@ impl LightBvh {
         LightBvhContents { nodes, entries }
     }
 
-    /// The tree, with boxes for lights at any time.
+    /// The nodes of the tree, with boxes and powers for the current state `near` of its lights.
     fn nodes(&self, near: &[NearLight]) -> Vec<GpuLightNode> {
         let mut sums = vec![LightSum::NOTHING; self.tree.len()];
         let mut nodes = vec![GpuLightNode::default(); self.tree.len()];
@@ -359,7 +365,8 @@ impl LightBvh {
     }
 }
 
-/// The sum of all weights before each entry, and of all weights, as increasing integers; the last one is below 2³².
+/// The sums of the weights before each entry, then the sum of all weights, as strictly increasing integers below 2³². The
+/// differences are the probabilities with which shaders draw the entries by a random integer.
 fn integer_sums(weights: &[f64]) -> Vec<u32> {
     let total: f64 = weights.iter().sum();
     let room = f64::from(u32::MAX) - 1.0 - weights.len() as f64;
@@ -373,16 +380,16 @@ fn integer_sums(weights: &[f64]) -> Vec<u32> {
     sums
 }
 
-/// A box that holds no point.
+/// A box (min, max) that holds no point: the neutral element of the union of boxes.
 const NOWHERE: (Vec3, Vec3) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
 
-/// Sums over lights.
+/// The union of boxes and the sums of powers over lights.
 #[derive(Clone, Copy)]
 struct LightSum {
     low: Vec3,
     high: Vec3,
     power: f64,
-    /// The sum of normals, weighted by power.
+    /// The sum of the lights' normals, each times its power.
     normal: DVec3,
 }
 
@@ -414,7 +421,8 @@ impl LightSum {
         }
     }
 
-    /// The box of influence; empty without power.
+    /// The box of influence (min, max), outside of which the lights contribute little; it holds no point if they have no
+    /// power.
     fn influence(&self, scale: f32) -> (Vec3, Vec3) {
         if self.power == 0.0 {
             return NOWHERE;
@@ -423,12 +431,12 @@ impl LightSum {
         (self.low - radius, self.high + radius)
     }
 
-    /// The radius of influence of lights with some power.
+    /// The distance in the device's units by which the box of influence extends beyond lights with this total power.
     fn radius(power: f64, scale: f32) -> f32 {
         scale * power.sqrt() as f32
     }
 
-    /// The box inside of which the lights are visited one by one.
+    /// The box (min, max) of a cut inside of which a walk goes on to the children of the node.
     fn surroundings(&self, scale: f32) -> (Vec3, Vec3) {
         let radius = Vec3::splat(scale * 0.5 * (self.high - self.low).length());
         (self.low - radius, self.high + radius)

@@ -1,14 +1,15 @@
-//! The scale of the boxes of influence, from the number of boxes that hold points on surfaces.
+//! The choice of the scale of boxes of influence, from the number of boxes that hold points on surfaces.
 
 use super::{LightBvh, NearLight, walk};
 use crate::shader_interface::GpuLightNode;
 use glam::Vec3;
 
-/// The mean number of boxes that hold a point on a surface, over points that some box holds, if there are enough clusters.
-/// Higher: better candidates where many lights matter, and longer walks through the tree.
+/// The mean number of boxes of influence that hold a point on a surface, averaged over the points that at least one box
+/// holds. A higher number gives better candidates where many lights matter, and longer walks through the tree.
 const OVERLAP: f64 = 8.0;
 
-/// The scale with which [`OVERLAP`] is reached: the first one that is not below it, in steps of a quarter.
+/// Finds the smallest scale, as a power of 2 with an exponent in steps of 1/4, at which [`OVERLAP`] is reached. With up to
+/// ten clusters, the goal is instead that three quarters of them hold a point in `surfaces`, averaged over all points.
 pub fn fitting(bvh: &mut LightBvh, lights: &[NearLight], surfaces: &[Vec3]) -> f32 {
     // Up to ten clusters are too few for that number: three quarters of them are wanted, in the mean over all points. Over those
     // that a box holds the points on the emitters themselves would do.
@@ -42,7 +43,7 @@ pub fn fitting(bvh: &mut LightBvh, lights: &[NearLight], surfaces: &[Vec3]) -> f
     scale_of(high)
 }
 
-/// The number of leaves whose boxes hold a point.
+/// The number of clusters whose boxes of influence hold `point`.
 fn boxes_around(nodes: &[GpuLightNode], point: Vec3) -> u64 {
     let held = walk(nodes, point).filter(|visit| visit.inside && visit.is_leaf);
     held.count() as u64

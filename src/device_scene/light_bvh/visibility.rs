@@ -1,5 +1,5 @@
-//! Boxes of influence that follow visibility (algorithm 4 of the publication): rays from each cluster's lights measure the
-//! extent of its light.
+//! Boxes of influence that follow visibility (algorithm 4 of the light BVH's publication): rays from the lights of each
+//! cluster measure how far its light reaches.
 
 use super::{LightBvh, LightSum, NearLight};
 use crate::base::random::Random;
@@ -8,18 +8,19 @@ use crate::shader_interface::{LIGHT_SPOT, RayQuery};
 use glam::Vec3;
 use std::f32::consts::TAU;
 
-/// The number of rays of each cluster.
+/// The number of rays that start from each cluster. More rays find the extent of the light more exactly, and take longer.
 const RAYS: usize = 256;
-/// The number of clusters whose rays are traced at once: 40 MB.
+/// The number of clusters whose rays are traced in one call. It limits the memory for rays on the host to about 40 MB.
 const CLUSTERS_AT_ONCE: usize = 4096;
-/// The distance of a ray's origin from its light, as a fraction of the coordinates' magnitude: a few of their rounding errors.
+/// The distance of a ray's origin from its light, as a fraction of the largest coordinate. It is several times the rounding
+/// error of f32, so that the ray does not hit the emitter itself.
 const OFFSET: f32 = 4e-6;
 
 impl LightBvh {
-    /// Limits the boxes of clusters to the surfaces that rays from their lights reach. From each cluster that lights something,
-    /// rays start at points that are uniform by area in a light and equally many per light, in the device's units, up to the
-    /// end of its influence. `trace` returns the parameter of each ray's hit, or a negative value for a miss. Clusters that are
-    /// dark now keep their whole boxes, since they may be switched on.
+    /// Limits the boxes of clusters to the surfaces that rays from their lights reach. From each cluster with power,
+    /// `RAYS` rays start in random directions, at points that are uniform by area in lights that are equally likely, and
+    /// end at the radius of influence. `trace` returns the distance to each ray's hit in the device's units, or a negative
+    /// value for a miss. Clusters without power keep their boxes, since they may be switched on later.
     ///
     /// # Errors
     /// The errors of `trace`.
@@ -66,7 +67,7 @@ impl LightBvh {
     }
 }
 
-/// A ray from the light with this index among all lights.
+/// A ray in a random direction from a random point of the light with this index among all lights. It ends at `radius`.
 fn probe(lights: &Lights, light: usize, radius: f32, random: &mut Random) -> RayQuery {
     let (position, axis) = point(lights, light, random);
     let mut direction = direction(random);
@@ -82,8 +83,8 @@ fn probe(lights: &Lights, light: usize, radius: f32, random: &mut Random) -> Ray
     }
 }
 
-/// A point of the light with this index among all lights, and the normal of the half space that it lights; zero if it lights
-/// the whole space.
+/// A random point of the light with this index among all lights, and the normal of the half space that it lights. The normal
+/// is zero if it lights the whole space.
 fn point(lights: &Lights, index: usize, random: &mut Random) -> (Vec3, Vec3) {
     if let Some(light) = lights.triangles.get(index) {
         let root = random.unit().sqrt();
@@ -101,7 +102,7 @@ fn point(lights: &Lights, index: usize, random: &mut Random) -> (Vec3, Vec3) {
     }
 }
 
-/// A direction, uniform over the sphere.
+/// A unit vector, uniform over the sphere.
 fn direction(random: &mut Random) -> Vec3 {
     let z = random.between(-1.0, 1.0);
     let (sine, cosine) = (TAU * random.unit()).sin_cos();
@@ -126,7 +127,7 @@ mod tests {
         leaves_out_rare: false,
     };
 
-    /// An emitter that is switched on later must be found then.
+    /// An emitter that is dark when rays are traced and switched on later must still be found.
     #[test]
     fn dark_clusters_keep_their_boxes() {
         let scene = procedural::generate("colourful-mess", &[]).unwrap();

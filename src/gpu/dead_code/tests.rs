@@ -1,4 +1,4 @@
-//! Tests with shaders that contain code that cannot run.
+//! Tests of the removal of dead code, with a shader that contains code that cannot run.
 
 use super::*;
 use crate::gpu::reflection::{Reflection, parse};
@@ -39,7 +39,8 @@ fn without_dead_code(technique: u32) -> Module {
     module
 }
 
-/// The code is unused through conditions, functions, variables, and the results of `&&` and `||`.
+/// A binding disappears if only unreachable code uses it. The code is unreachable through conditions, functions, variables,
+/// and the results of `&&` and `||`.
 #[test]
 fn what_a_technique_does_not_use_is_not_bound() {
     let bound = |technique| {
@@ -54,7 +55,7 @@ fn what_a_technique_does_not_use_is_not_bound() {
     assert_eq!(bound(5), ["results"]);
 }
 
-/// Constants that no code reads leave no trace, so that such shaders are compiled once.
+/// A constant that no code reads leaves no trace, so that shaders that differ only in its value are compiled once.
 #[test]
 fn a_number_without_a_use_does_not_change_the_words() {
     let declares = "layout(constant_id = 0) const uint TECHNIQUE = 1u;";
@@ -70,7 +71,7 @@ fn a_number_without_a_use_does_not_change_the_words() {
     assert!(one == two);
 }
 
-/// Drivers cache their results by a hash of the words.
+/// The result has the same words in every run, because drivers cache compiled shaders by a hash of the words.
 #[test]
 fn the_words_are_always_the_same() {
     for technique in 1..5 {

@@ -1,15 +1,15 @@
-//! Builds a scene from shapes and models.
+//! Builders that assemble a scene from shapes, materials and models.
 
 use super::shape::Shape;
 use crate::scene::camera::look_at;
 use crate::scene::{Camera, Image, Instance, Material, Mesh, Part, Scene};
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 
-/// The depth by which objects sink into the surface below them, in metres: of two faces in one plane, the visible one would be
-/// arbitrary.
+/// The depth in metres by which objects sink into the surface below them. Without it, two faces would lie in one plane, and
+/// it would be arbitrary which one is visible.
 pub const SINK: f32 = 0.002;
 
-/// Shapes with materials, merged by material, so that many objects become a few large meshes.
+/// Pairs of a material and all shapes that have it. Shapes of equal materials are merged, so that there are few large parts.
 #[derive(Default)]
 pub struct Model(pub Vec<(Material, Shape)>);
 
@@ -22,12 +22,12 @@ impl Model {
     }
 }
 
-/// Builds a scene.
+/// Builds a scene step by step; its field is the scene so far.
 #[derive(Default)]
 pub struct Builder(pub Scene);
 
 impl Builder {
-    /// Adds a mesh of one material without an instance; returns its index.
+    /// Adds a mesh of one material, and returns its index. It becomes visible when [`Builder::place`] adds an instance.
     pub fn mesh(&mut self, material: Material, shape: Shape) -> u32 {
         let triangles = (shape.positions.len() / 3) as u32;
         self.0.meshes.push(Mesh {
@@ -48,13 +48,13 @@ impl Builder {
         self.0.meshes.len() as u32 - 1
     }
 
-    /// Lays textures onto a mesh: `laid` gives texture coordinates for positions.
+    /// Sets the texture coordinates of a mesh: `laid` gives them for the position of each vertex in object space.
     pub fn lay(&mut self, mesh: u32, laid: impl Fn(Vec3) -> Vec2) {
         let mesh = &mut self.0.meshes[mesh as usize];
         mesh.uvs[0] = mesh.positions.iter().map(|p| laid(*p)).collect();
     }
 
-    /// Adds an image of square shape; `texel` gives its colours by column and row.
+    /// Adds an image of `side` × `side` texels, and returns its index. `texel` gives RGBA bytes by column and row.
     pub fn image(&mut self, name: &str, side: u32, texel: impl Fn(u32, u32) -> [u8; 4]) -> u32 {
         self.0.images.push(Image {
             name: name.into(),
@@ -67,7 +67,7 @@ impl Builder {
         self.0.images.len() as u32 - 1
     }
 
-    /// Adds an instance of a mesh.
+    /// Adds an instance of the mesh with this index.
     pub fn place(&mut self, name: &str, mesh: u32, object_to_world: DAffine3) {
         self.0.instances.push(Instance {
             name: name.into(),
@@ -76,15 +76,15 @@ impl Builder {
         });
     }
 
-    /// Adds a shape as a mesh with one instance, without a transform.
+    /// Adds a shape as a new mesh with one instance, whose object space is the world.
     pub fn add(&mut self, material: Material, shape: Shape) {
         let name = material.name.clone();
         let mesh = self.mesh(material, shape);
         self.place(&name, mesh, DAffine3::IDENTITY);
     }
 
-    /// Adds a model as one mesh of many materials, with one instance. One acceleration structure costs
-    /// less than many with overlapping boxes.
+    /// Adds a model as one mesh with a part for each material, and one instance without a transform. Rays traverse one large
+    /// mesh faster than many meshes with overlapping boxes.
     pub fn add_model(&mut self, name: &str, model: Model) {
         let Model(mut shapes) = model;
         if shapes.iter().any(|(_, shape)| !shape.normals.is_empty()) {
@@ -115,7 +115,8 @@ impl Builder {
         self.place(name, self.0.meshes.len() as u32 - 1, DAffine3::IDENTITY);
     }
 
-    /// Adds the camera; the field of view is vertical, in degrees.
+    /// Adds a camera at `eye` that looks at `target`, both in metres. `degrees` is its vertical field of view, and `aspect`
+    /// the width of its picture over the height.
     pub fn camera(&mut self, eye: DVec3, target: DVec3, degrees: f64, aspect: f64) {
         let camera = look_at(eye, target, degrees.to_radians());
         self.0.cameras.push(Camera {

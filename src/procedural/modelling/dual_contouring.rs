@@ -1,11 +1,12 @@
-//! The surface of an implicit body as triangles, by dual contouring.
+//! Conversion of the surface of an implicit body into triangles, by dual contouring.
 
 use super::shape::Shape;
 use super::simplify::simplify;
 use glam::{Mat3, Vec3};
 use std::collections::HashMap;
 
-/// Grid lines from `start` on: `runs` of (end, approximate step).
+/// The coordinates of grid lines along one axis, in metres from `start` on. Each run (end, step) continues to its end with
+/// steps of about this size.
 pub fn ticks(start: f32, runs: &[(f32, f32)]) -> Vec<f32> {
     let mut ticks = vec![start];
     let mut from = start;
@@ -17,16 +18,16 @@ pub fn ticks(start: f32, runs: &[(f32, f32)]) -> Vec<f32> {
     ticks
 }
 
-/// The triangle budget of a surface.
+/// The triangle budget of a surface, and the regions in which it is spent.
 pub struct Detail<W: Fn(Vec3) -> f32> {
-    /// The approximate number of triangles.
+    /// The number of triangles to which the surface is simplified, if its form allows it.
     pub triangles: usize,
-    /// Weight of a squared error at a point.
+    /// The weight of the squared error at a point. Regions with a higher weight keep more triangles.
     pub weight: W,
 }
 
-/// The surface of a body (negative inside) within the grid, closed and with smooth normals. Details
-/// finer than the grid are lost.
+/// Triangulates the surface of `body`, a signed distance function, within `grid`: the coordinates of grid lines along x, y
+/// and z. The shape is closed and has smooth normals. Details finer than the grid are lost.
 pub fn surface<W: Fn(Vec3) -> f32>(
     grid: &[Vec<f32>; 3],
     detail: &Detail<W>,
@@ -54,7 +55,7 @@ fn slope(body: &impl Fn(Vec3) -> f32, p: Vec3) -> Vec3 {
     Vec3::new(along(Vec3::X), along(Vec3::Y), along(Vec3::Z)) / (2.0 * STEP)
 }
 
-/// Projects a point near the surface onto it.
+/// Moves a point near the surface of the body onto the surface, along the gradient.
 fn projected(body: &impl Fn(Vec3) -> f32, mut p: Vec3) -> Vec3 {
     for _ in 0..3 {
         let slope = slope(body, p);
@@ -63,20 +64,23 @@ fn projected(body: &impl Fn(Vec3) -> f32, mut p: Vec3) -> Vec3 {
     p
 }
 
-/// A node of the grid or a cell, by its indices along the axes.
+/// The indices of a grid node along x, y and z; also names the cell whose lowest corner is that node.
 type GridIndex = [usize; 3];
 
-/// Nodes along each side of a block that is filled together.
+/// The number of nodes along each side of a block whose values are computed together. A block far from the surface needs one
+/// evaluation of the body.
 const BLOCK: usize = 5;
-/// Upper bound on the slope of a body's function.
+/// An assumed upper bound of the gradient's length of a body's function. It decides which blocks are far from the surface;
+/// if it were too low, parts of the surface could be missed.
 const MAX_SLOPE: f32 = 2.0;
 
-/// A body's values on a grid.
+/// The values of a body's function at the nodes of a grid, and the points where its surface crosses the grid's edges.
 struct Net<'a> {
     grid: &'a [Vec<f32>; 3],
     size: GridIndex,
     values: Vec<f32>,
-    /// Points where the surface crosses the edge from a node along an axis, with the normals there.
+    /// The points where the surface crosses edges, with the unit normals there. The key is the index of the edge's first
+    /// node, and the edge's axis.
     crossings: HashMap<(usize, usize), (Vec3, Vec3)>,
 }
 
@@ -108,7 +112,8 @@ impl<'a> Net<'a> {
         net
     }
 
-    /// Fills a block of nodes. Far from the surface only the sign matters, so all get one value.
+    /// Computes the values of a block of nodes that starts at `first`. Far from the surface, only the sign matters, so that
+    /// all its nodes get the value at the block's centre.
     fn fill(&mut self, first: GridIndex, body: &impl Fn(Vec3) -> f32) {
         let end = [0, 1, 2].map(|axis| (first[axis] + BLOCK).min(self.size[axis]));
         let (low, high) = (self.node(first), self.node(end.map(|i| i - 1)));
@@ -146,12 +151,13 @@ impl<'a> Net<'a> {
         self.value(at) < 0.0
     }
 
-    /// True if the node is the last along the axis.
+    /// True if the node is the last one along the axis.
     fn is_last(&self, at: GridIndex, axis: usize) -> bool {
         at[axis] + 1 == self.size[axis]
     }
 
-    /// The surface's vertex in a cell that it crosses.
+    /// The surface's vertex in a cell; `None` if the surface does not cross the cell. The vertex is near the planes through
+    /// the crossings of the cell's edges, so that sharp edges of the body are kept.
     fn corner(&self, cell: GridIndex) -> Option<Vec3> {
         if (0..3).any(|axis| self.is_last(cell, axis)) {
             return None;
@@ -185,7 +191,7 @@ impl<'a> Net<'a> {
         Some(p.clamp(low + rim, high - rim))
     }
 
-    /// The point where the surface crosses the edge between two nodes.
+    /// The point where the surface crosses the edge between two nodes, found by repeated linear interpolation.
     fn crossing(&self, a: GridIndex, b: GridIndex, body: &impl Fn(Vec3) -> f32) -> Vec3 {
         let (mut from, mut to) = ((self.node(a), self.value(a)), (self.node(b), self.value(b)));
         for _ in 0..3 {
@@ -200,8 +206,8 @@ impl<'a> Net<'a> {
         from.0.lerp(to.0, from.1 / (from.1 - to.1))
     }
 
-    /// Dual contouring (Ju et al. 2002): a vertex in every cell that the surface crosses, a quad across
-    /// every edge that it crosses. Unlike marching cubes, it keeps sharp edges.
+    /// Dual contouring (Ju et al. 2002): a vertex in every cell that the surface crosses, and a quad across every edge that
+    /// it crosses. Unlike marching cubes, it keeps sharp edges. Returns the vertices, and triangles of indices into them.
     fn surface(&self) -> (Vec<Vec3>, Vec<GridIndex>) {
         let mut points = Vec::new();
         let corners: Vec<usize> = self

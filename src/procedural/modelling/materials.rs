@@ -1,9 +1,9 @@
-//! Materials of most things in procedural scenes.
+//! Materials for procedural scenes, with a few parameters each.
 
 use crate::scene::Material;
 use glam::Vec3;
 
-/// A dielectric.
+/// A dielectric material with a diffuse colour, and a specular lobe of this perceptual roughness in [0, 1].
 pub fn dielectric(name: &str, color: Vec3, roughness: f32) -> Material {
     Material {
         name: name.into(),
@@ -14,7 +14,7 @@ pub fn dielectric(name: &str, color: Vec3, roughness: f32) -> Material {
     }
 }
 
-/// A metal.
+/// A metal with this reflectance at normal incidence, and this perceptual roughness in [0, 1].
 pub fn metal(name: &str, color: Vec3, roughness: f32) -> Material {
     Material {
         name: name.into(),
@@ -24,7 +24,7 @@ pub fn metal(name: &str, color: Vec3, roughness: f32) -> Material {
     }
 }
 
-/// An emitter that also reflects, as a grey Lambertian surface.
+/// A material that emits `radiance` and also reflects, as a grey Lambertian surface.
 pub fn emitter(name: &str, radiance: Vec3) -> Material {
     Material {
         emission: radiance,

@@ -1,4 +1,4 @@
-//! Modelling tools of scenes and props: shapes, materials, and a builder of scenes.
+//! Modelling tools that the scenes and props use: shapes, materials, and builders of scenes.
 
 mod builder;
 pub mod dual_contouring;

@@ -1,14 +1,14 @@
-//! Bodies with smooth normals: turned on a lathe, and boxes with round edges.
+//! Bodies with smooth normals: bodies turned on a lathe, and boxes with round edges.
 
 use super::shape::Shape;
 use super::turned::Profile;
 use glam::Vec3;
 
-/// The number of straight segments between two points of a curved profile.
+/// The number of straight segments between two points of a curved profile. More segments give smoother bodies.
 const STEPS: usize = 4;
 
-/// A body turned around the y axis. Its profile consists of pieces, from the bottom upwards; each is
-/// a smooth curve through points (radius, height), with a sharp edge between two pieces.
+/// A body turned around the y axis in `sides` steps. Its profile consists of pieces, from the bottom upwards. Each piece is
+/// a smooth curve through points (radius, height) in metres, and pieces meet at a sharp edge.
 pub fn lathe(pieces: &[&[(f32, f32)]], sides: u32) -> Shape {
     let mut body = Shape::default();
     for piece in pieces {
@@ -17,7 +17,7 @@ pub fn lathe(pieces: &[&[(f32, f32)]], sides: u32) -> Shape {
     body
 }
 
-/// A Catmull-Rom curve through the points; two points are a straight line.
+/// A Catmull-Rom curve through the points (radius, height), as a polyline; two points give a straight line.
 fn curve(points: &[(f32, f32)]) -> Vec<(f32, f32)> {
     if points.len() < 3 {
         return points.to_vec();
@@ -49,7 +49,7 @@ fn curve(points: &[(f32, f32)]) -> Vec<(f32, f32)> {
     line
 }
 
-/// A box by its centre and size with edges rounded by `radius`.
+/// A box, by its centre and size in metres, whose edges are rounded with the given radius.
 pub fn soft_box(middle: Vec3, size: Vec3, radius: f32) -> Shape {
     let inner = size / 2.0 - radius;
     // A sphere cut into octants that are moved apart, which keeps its normals.

@@ -1,8 +1,8 @@
-//! Triangle shapes, in metres.
+//! Shapes of triangles, in metres, from which procedural scenes are built.
 
 use glam::{Mat3, Vec3};
 
-/// Triangles without shared vertices; flat if they have no normals.
+/// Triangles without shared vertices: three positions per triangle, and as many normals. A shape without normals is flat.
 #[derive(Clone, Default)]
 pub struct Shape {
     pub(super) positions: Vec<Vec3>,
@@ -10,7 +10,7 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// A flat triangle.
+    /// A flat triangle; its front is the side from which the corners are counter-clockwise.
     pub fn triangle(corners: [Vec3; 3]) -> Self {
         Self {
             positions: corners.to_vec(),
@@ -18,7 +18,7 @@ impl Shape {
         }
     }
 
-    /// A parallelogram; its front faces u × v.
+    /// A flat parallelogram with a corner and the edges `u` and `v` from it; its front faces u × v.
     pub fn quad(corner: Vec3, u: Vec3, v: Vec3) -> Self {
         let [a, b, c, d] = [corner, corner + u, corner + u + v, corner + v];
         Self {
@@ -27,7 +27,7 @@ impl Shape {
         }
     }
 
-    /// A box between two corners, faces outwards.
+    /// An axis-aligned box between its lowest and its highest corner, whose faces point outwards.
     pub fn block(low: Vec3, high: Vec3) -> Self {
         let size = high - low;
         let mut shape = Self::default();
@@ -41,8 +41,7 @@ impl Shape {
         shape
     }
 
-    /// A sphere of unit radius around the origin: an icosahedron whose faces are split
-    /// `subdivisions` times, with smooth normals.
+    /// A smooth unit sphere around the origin: an icosahedron whose faces are divided into four, `subdivisions` times.
     pub fn sphere(subdivisions: u32) -> Self {
         let g = (1.0 + 5_f32.sqrt()) / 2.0;
         let mut points = Vec::new();
@@ -84,7 +83,7 @@ impl Shape {
         }
     }
 
-    /// Flat triangles, three corners each.
+    /// Flat triangles, given by three corners for each.
     pub fn triangles(corners: &[Vec3]) -> Self {
         Self {
             positions: corners.to_vec(),
@@ -92,7 +91,7 @@ impl Shape {
         }
     }
 
-    /// An upright cylinder with caps, flat sides.
+    /// An upright cylinder with caps and `sides` flat sides. `foot` is the centre of its lower end.
     pub fn cylinder(foot: Vec3, radius: f32, height: f32, sides: u32) -> Self {
         let rim = |i: u32| {
             let turn = std::f32::consts::TAU * (i % sides) as f32 / sides as f32;
@@ -110,17 +109,18 @@ impl Shape {
         shape
     }
 
-    /// Triangles with a normal at each corner.
+    /// Triangles with smooth normals: three positions and three unit normals for each.
     pub fn smooth(positions: Vec<Vec3>, normals: Vec<Vec3>) -> Self {
         Self { positions, normals }
     }
 
-    /// A box by its centre and size.
+    /// An axis-aligned box by its centre and size, whose faces point outwards.
     pub fn chunk(middle: Vec3, size: Vec3) -> Self {
         Self::block(middle - size / 2.0, middle + size / 2.0)
     }
 
-    /// Adds another shape's triangles; smooth ones stay smooth and flat ones flat.
+    /// Adds the triangles of another shape to this one. If only one of them has normals, the other gets its geometric
+    /// normals, so that it still looks flat.
     pub fn add(&mut self, mut other: Self) {
         if self.normals.is_empty() != other.normals.is_empty() {
             self.fill_normals();
@@ -130,8 +130,7 @@ impl Shape {
         self.normals.extend(other.normals);
     }
 
-    /// Gives flat triangles their geometric normals, since a mesh has normals at all vertices or at
-    /// none.
+    /// Gives a flat shape its geometric normals, because a mesh has normals at all vertices or at none.
     pub(super) fn fill_normals(&mut self) {
         if self.normals.is_empty() {
             let faces = self.positions.chunks_exact(3);
@@ -140,13 +139,13 @@ impl Shape {
         }
     }
 
-    /// The shape without smooth normals.
+    /// The shape without its smooth normals.
     pub fn flat(mut self) -> Self {
         self.normals.clear();
         self
     }
 
-    /// The shape with front and back swapped, flat.
+    /// The shape with front and back exchanged, without normals.
     pub fn inside_out(mut self) -> Self {
         for triangle in self.positions.chunks_exact_mut(3) {
             triangle.swap(1, 2);
@@ -155,8 +154,7 @@ impl Shape {
         self
     }
 
-    /// The shape with every point mapped by a function that does not mirror; normals are mapped by
-    /// the function's derivative.
+    /// The shape with every point mapped by `f`, which must not mirror. Normals are mapped by the derivative of `f`.
     pub fn map(mut self, f: impl Fn(Vec3) -> Vec3) -> Self {
         for (normal, &p) in self.normals.iter_mut().zip(&self.positions) {
             const STEP: f32 = 1e-3;
@@ -170,12 +168,12 @@ impl Shape {
         self
     }
 
-    /// Number of triangles.
+    /// The number of triangles of the shape.
     pub fn triangle_count(&self) -> usize {
         self.positions.len() / 3
     }
 
-    /// True if every edge is used equally often in both directions.
+    /// True if every edge of the triangles occurs equally often in both directions, as on a closed surface.
     #[cfg(test)]
     pub fn is_closed(&self) -> bool {
         let mut runs = std::collections::HashMap::new();
@@ -188,7 +186,7 @@ impl Shape {
         runs.values().all(|&sum| sum == 0)
     }
 
-    /// The sum of the triangles' areas.
+    /// The sum of the triangles' areas, in square metres.
     #[cfg(test)]
     pub fn area(&self) -> f32 {
         let faces = self.positions.chunks_exact(3);
@@ -197,7 +195,7 @@ impl Shape {
             .sum()
     }
 
-    /// Six times the enclosed volume, positive if faces point outwards.
+    /// Six times the enclosed volume, in cubic metres; positive if the faces point outwards.
     #[cfg(test)]
     pub fn signed_volume(&self) -> f32 {
         let faces = self.positions.chunks_exact(3);

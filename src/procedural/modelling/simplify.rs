@@ -1,11 +1,10 @@
-//! Mesh simplification: collapses the edges whose collapse moves the surface least (quadric error
-//! metrics, Garland and Heckbert 1997).
+//! Mesh simplification by collapsing edges, those first that change the surface least (quadrics, Garland and Heckbert 1997).
 
 use glam::{DMat3, DVec3};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// A weighted sum of squared distances to planes: pᵀAp + 2b·p + c.
+/// A weighted sum of squared distances from a point p to planes: pᵀAp + 2b·p + c.
 #[derive(Clone, Copy)]
 struct Quadric {
     a: DMat3,
@@ -43,17 +42,17 @@ impl Quadric {
     }
 }
 
-/// A candidate edge for a collapse: its cost, its ends, and the number of changes of both ends by then.
+/// An edge that may be collapsed: the bits of its cost, its two points, and how often each had changed by then.
 type Candidate = (u64, [usize; 2], [u32; 2]);
 
-/// A closed surface during simplification.
+/// A closed surface that is being simplified.
 struct Net<'a> {
     points: &'a mut [DVec3],
     faces: &'a mut [[usize; 3]],
-    /// Faces around each point; none around a removed point.
+    /// For each point, the indices of the faces around it; empty for a removed point.
     around: Vec<Vec<usize>>,
     quadrics: Vec<Quadric>,
-    /// The number of changes of each point, which detects outdated candidates.
+    /// For each point, how often it has changed. A candidate with other counts is outdated.
     changes: Vec<u32>,
     candidates: BinaryHeap<Reverse<Candidate>>,
 }
@@ -72,7 +71,7 @@ impl Net<'_> {
         found
     }
 
-    /// The best point to collapse an edge to, and its cost.
+    /// The position to which an edge should be collapsed, and the weighted squared error there.
     fn target(&self, [i, j]: [usize; 2]) -> (DVec3, f64) {
         let (p, q) = (self.points[i], self.points[j]);
         let sum = self.quadrics[i].plus(self.quadrics[j]);
@@ -101,7 +100,7 @@ impl Net<'_> {
             .push(Reverse((cost.to_bits(), edge, changes)));
     }
 
-    /// Collapses an edge, unless that would fold the surface or make it non-manifold.
+    /// Collapses an edge to a point, unless that folds the surface or makes it non-manifold. Returns true if it collapsed.
     fn collapse(&mut self, [i, j]: [usize; 2]) -> bool {
         let others = self.neighbours(j);
         let shared = self.neighbours(i);
@@ -147,7 +146,8 @@ impl Net<'_> {
     }
 }
 
-/// Reduces a closed surface to about `target` faces, with more of them where the weight is higher.
+/// Reduces a closed surface to about `target` faces by collapsing edges, and removes the other faces from `faces`. Regions
+/// with a higher `weight` keep more faces.
 pub fn simplify(
     points: &mut Vec<DVec3>,
     faces: &mut Vec<[usize; 3]>,

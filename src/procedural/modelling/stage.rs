@@ -1,4 +1,4 @@
-//! Scenes in which objects move, and their tracks.
+//! A builder for scenes in which objects move, and functions that make their animation tracks.
 
 use super::Builder;
 use crate::scene::motion::tracks::{Animated, Interpolation, Keyed, Track};
@@ -7,14 +7,14 @@ use crate::scene::{Motion, Scene};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use std::f64::consts::TAU;
 
-/// Duration of the motion, in seconds.
+/// The minimum duration of animation tracks, in seconds. Tracks end with the first whole period after it.
 const LENGTH: f64 = 16.0;
 
-/// A scene with its motion, under construction.
+/// A scene under construction, together with the motion of its objects.
 pub struct Stage {
-    /// The scene.
+    /// The builder of the scene's meshes, materials and instances.
     pub room: Builder,
-    /// The motion of its instances, cameras and lights.
+    /// The motion of the scene's instances, cameras, lights and emission.
     pub motion: Motion,
 }
 
@@ -26,7 +26,7 @@ impl Stage {
         }
     }
 
-    /// The scene with its motion.
+    /// Finishes the construction, and returns the scene with its motion.
     pub fn scene(mut self) -> Scene {
         let mut scene = self.room.0;
         self.motion.instances.resize(scene.instances.len(), None);
@@ -36,7 +36,7 @@ impl Stage {
         scene
     }
 
-    /// Adds a node with a constant transform.
+    /// Adds a node with a constant transform relative to its parent, or to the world without one. Returns the node's index.
     pub fn node(&mut self, parent: Option<u32>, transform: DAffine3) -> u32 {
         self.push(parent, Transform::Fixed(transform))
     }
@@ -50,7 +50,7 @@ impl Stage {
         self.motion.nodes.len() as u32 - 1
     }
 
-    /// Adds an instance of a mesh, attached to a node.
+    /// Adds an instance of a mesh that moves with a node.
     pub fn hang(&mut self, name: &str, mesh: u32, node: u32) {
         self.motion
             .instances
@@ -60,7 +60,8 @@ impl Stage {
         self.room.place(name, mesh, DAffine3::IDENTITY);
     }
 
-    /// Animates the emission of the material that is added next.
+    /// Animates the emission of the material that is added next. The emission is `color` × `strength`; a track of either
+    /// replaces its constant value over time.
     pub fn emit(
         &mut self,
         color: Vec3,
@@ -82,12 +83,13 @@ impl Stage {
     }
 }
 
-/// A translation without tracks.
+/// A transform that only translates, by metres along the axes, and has no tracks yet.
 pub fn at(x: f64, y: f64, z: f64) -> AnimatedTransform {
     AnimatedTransform::still(DVec3::new(x, y, z), DQuat::IDENTITY, DVec3::ONE)
 }
 
-/// A pendulum's rotation: an angle around an axis that is a sine of time.
+/// A track of a pendulum's rotation around `axis`. The angle is a sine of time with the amplitude `most` in radians and a
+/// period of `period` / `speed` seconds. `None` if `speed` is 0.
 pub fn swing(speed: f64, period: f64, axis: DVec3, most: f64) -> Option<Track<DQuat>> {
     let keys = [0.0, 0.25, 0.5, 0.75].map(|phase| {
         let (sine, cosine) = (TAU * phase).sin_cos();
@@ -101,8 +103,8 @@ pub fn swing(speed: f64, period: f64, axis: DVec3, most: f64) -> Option<Track<DQ
     repeated(speed, period, Interpolation::CubicSpline, &keys)
 }
 
-/// A track that repeats `keys`, given at fractions of a period of `period` seconds at speed 1, and ends at its start; `None` at
-/// speed 0.
+/// A track that repeats `keys` for at least 16 s and ends at the value with which it starts. The time of a key is a fraction
+/// of the period, which is `period` / `speed` seconds. `None` if `speed` is 0.
 pub fn repeated<T: Keyed, const N: usize>(
     speed: f64,
     period: f64,

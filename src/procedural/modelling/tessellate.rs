@@ -1,10 +1,10 @@
-//! Subdivision of the triangles of lights, which changes only their number.
+//! Subdivision of emissive triangles. It changes the number of lights, but not the light that they emit.
 
 use crate::scene::{Mesh, Part, Scene};
 use glam::{DVec3, Vec3};
 
-/// Divides each edge of each emissive triangle into `pieces`, so that a triangle becomes `pieces`² triangles. Triangles with a
-/// common edge keep it in common. For meshes without texture coordinates and colours.
+/// Divides each edge of each emissive triangle of a scene into `pieces`, so that a triangle becomes `pieces`² triangles.
+/// Triangles that share an edge still have equal vertices along it. Meshes must not have texture coordinates or colours.
 pub fn tessellate_lights(scene: &mut Scene, pieces: u32) {
     for mesh in scene.meshes.iter_mut().filter(|_| pieces > 1) {
         let old = std::mem::take(&mut mesh.triangles);
@@ -27,7 +27,7 @@ pub fn tessellate_lights(scene: &mut Scene, pieces: u32) {
     }
 }
 
-/// Adds the parts of a triangle.
+/// Adds the `pieces`² triangles into which one triangle is divided, and their vertices, to a mesh.
 fn divide(mesh: &mut Mesh, corners: [u32; 3], pieces: u32) {
     let first = mesh.positions.len() as u32;
     for row in 0..=pieces {

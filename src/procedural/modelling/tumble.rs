@@ -1,34 +1,38 @@
-//! A simulation of rigid bodies that fall into a heap. Each body consists of a few balls: balls that overlap are moved apart,
-//! then every body is moved to the best fit of its balls (shape matching, Müller et al. 2005, 2016).
+//! A simulation of rigid bodies that fall into a heap. Each body consists of a few balls: balls that overlap are moved
+//! apart, and then each body is moved to the best fit of its balls (shape matching, Müller et al. 2005, 2016).
 //!
-//! Only +, −, ×, ÷ and square roots of scalars are used, which give the same bits on every machine:
-//! a difference in the last bit would grow to a different heap.
+//! Only +, −, ×, ÷ and square roots of scalars are used, because they give the same bits on every machine. A difference in
+//! the last bit would grow to a different heap.
 
 use glam::{Mat3, Vec3};
 
-/// Seconds from one step to the next.
+/// The duration of one step of the simulation, in seconds.
 const STEP: f32 = 1.0 / 180.0;
-/// Steps between two searches for the pairs of balls that may meet.
+/// The number of steps between two searches for the pairs of balls that may meet. A larger number saves time, but makes more
+/// pairs that must be tested.
 const SEARCH_INTERVAL: u32 = 4;
-/// The maximum distance per step, so that bodies that fall from a great height do not pass through others.
+/// The maximum distance in metres that a ball moves per step, so that bodies that fall from a great height do not pass
+/// through others.
 const MAX_STEP: f32 = 4.0 * STEP;
-/// Coefficient of friction: the sliding that a contact brakes, relative to the overlap.
+/// The coefficient of friction: the sliding distance that a contact removes per step, as a multiple of the overlap.
 const FRICTION: f32 = 1.5;
 
-/// A rigid body of balls.
+/// A rigid body that consists of balls.
 pub struct Body {
-    /// The centres of its balls, relative to their mean, and the radii, in the coordinates of the body.
+    /// The balls of the body: their centres relative to the mean of all centres, in the body's coordinates, and their radii
+    /// in metres.
     balls: Vec<(Vec3, f32)>,
-    /// The mean of the centres in the coordinates given to [`Self::new`].
+    /// The mean of the balls' centres, in the coordinates that were given to [`Self::new`].
     middle: Vec3,
-    /// Mass of each ball.
+    /// The mass of each ball: the volume of the body divided by the number of balls.
     mass: f32,
     at: Vec3,
     turn: Mat3,
 }
 
 impl Body {
-    /// A body of `balls` (centre, radius) with the mean of its centres at `at`.
+    /// Makes a body of `balls` (centre, radius). The mean of their centres starts at the position `at`, with the rotation
+    /// `turn`. `volume` stands for the mass.
     pub fn new(mut balls: Vec<(Vec3, f32)>, volume: f32, at: Vec3, turn: Mat3) -> Self {
         let count = balls.len() as f32;
         let middle = balls.iter().map(|b| b.0).sum::<Vec3>() / count;
@@ -42,12 +46,12 @@ impl Body {
         }
     }
 
-    /// The present position of a point of the body.
+    /// The current position in the world of a point `p` in the coordinates that were given to [`Self::new`].
     pub fn moved(&self, p: Vec3) -> Vec3 {
         self.at + self.turn * (p - self.middle)
     }
 
-    /// Moves the body to the best fit of its balls.
+    /// Moves and rotates the body to the best fit of its balls, and moves the balls to their positions in the body.
     fn fit(&mut self, balls: &mut [Ball]) {
         let count = balls.len() as f32;
         self.at = balls.iter().map(|b| b.at).sum::<Vec3>() / count;
@@ -83,12 +87,12 @@ struct Ball {
     at: Vec3,
     before: Vec3,
     radius: f32,
-    /// The reciprocal of the mass.
+    /// The reciprocal of the ball's mass.
     inverse_mass: f32,
     body: usize,
 }
 
-/// Moves two overlapping balls apart, and brakes their sliding.
+/// Moves two balls apart if they overlap, and brakes their sliding against each other.
 fn separate(a: &mut Ball, b: &mut Ball) {
     let gap = a.at - b.at;
     let near = a.radius + b.radius;
@@ -106,7 +110,7 @@ fn separate(a: &mut Ball, b: &mut Ball) {
     b.at -= push * b.inverse_mass;
 }
 
-/// Keeps a ball above the floor.
+/// Lifts a ball to the floor at height 0 if it is below, and brakes its sliding.
 fn keep_above_floor(ball: &mut Ball) {
     let depth = ball.radius - ball.at.y;
     if depth > 0.0 {
@@ -116,7 +120,7 @@ fn keep_above_floor(ball: &mut Ball) {
     }
 }
 
-/// Pairs of balls of different bodies that may meet within the next steps.
+/// Finds the pairs of balls of different bodies that may meet before the next search, as indices in increasing order.
 fn neighbours(balls: &[Ball]) -> Vec<(usize, usize)> {
     // Distance at which a ball may touch something before the next search.
     let reach = |b: &Ball| {
@@ -154,7 +158,8 @@ fn neighbours(balls: &[Ball]) -> Vec<(usize, usize)> {
     pairs
 }
 
-/// Simulates bodies that fall onto the floor at height 0 and come to rest within `seconds`.
+/// Simulates for `seconds` how bodies fall onto the floor at height 0. Damping is stronger in the last quarter of the time,
+/// so that they come to rest.
 pub fn simulate_fall(bodies: &mut [Body], seconds: f32) {
     let mut balls = Vec::new();
     for (index, body) in bodies.iter().enumerate() {

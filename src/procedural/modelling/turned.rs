@@ -1,10 +1,10 @@
-//! Surfaces swept from profiles: turned around an axis, along a line, around a rectangle.
+//! Surfaces swept from profiles: turned around an axis, extruded along a line, or swept around a rectangle.
 
 use super::shape::Shape;
 use glam::{Vec2, Vec3, vec2};
 use std::f32::consts::TAU;
 
-/// A line of (radius, height) points. The body is to its left, so that a rising line faces outwards.
+/// A polyline of (radius, height) points in metres. The body is on its left side, so that a rising line faces outwards.
 #[derive(Clone)]
 pub struct Profile(Vec<Vec2>);
 
@@ -13,7 +13,7 @@ impl Profile {
         Self(vec![vec2(radius, height)])
     }
 
-    /// A profile through points (radius, height).
+    /// A profile through points (radius, height) in metres.
     pub fn through(points: &[(f32, f32)]) -> Self {
         Self(points.iter().map(|p| vec2(p.0, p.1)).collect())
     }
@@ -22,20 +22,20 @@ impl Profile {
         self.0.last().copied().unwrap_or_default()
     }
 
-    /// The profile with all radii larger by `by`.
+    /// The profile with all radii increased by `by` metres.
     pub fn widened(mut self, by: f32) -> Self {
         self.0.iter_mut().for_each(|p| p.x += by);
         self
     }
 
-    /// Adds a straight step.
+    /// Adds a straight line from the last point, `out` along the radius and `up` along the height, in metres.
     pub fn line(mut self, out: f32, up: f32) -> Self {
         self.0.push(self.last() + vec2(out, up));
         self
     }
 
-    /// Adds a step along an arc of `degrees` that bulges to the right of its direction, or to the left
-    /// if negative.
+    /// Adds an arc from the last point, to the point `out` along the radius and `up` along the height, in `steps` straight
+    /// pieces. The arc turns by `degrees`; it bulges to the right of its direction, or to the left if `degrees` is negative.
     pub fn arc(mut self, out: f32, up: f32, degrees: f32, steps: u32) -> Self {
         let (from, way) = (self.last(), vec2(out, up));
         let half = degrees.to_radians() / 2.0;
@@ -52,32 +52,33 @@ impl Profile {
         self
     }
 
-    /// Adds a straight step to the axis.
+    /// Adds a horizontal line to the axis, which closes the end of a turned body.
     pub fn capped(mut self) -> Self {
         self.0.push(vec2(0.0, self.last().y));
         self
     }
 
-    /// The profile turned around the height axis by a full turn.
+    /// The surface that arises when the profile turns around the y axis by a full turn, in `sides` steps.
     pub fn turned(&self, sides: u32) -> Shape {
         let turn = |i: u32, p: Vec2| at_turn((i % sides) as f32 / sides as f32, p);
         self.swept(sides, turn, |_, end, n| turn(end, n))
     }
 
-    /// The profile turned around the height axis between two angles in turns, from +X to +Z.
+    /// The surface that arises when the profile turns around the y axis from one angle to another, in `sides` steps. The
+    /// angles are in full turns, from +X towards +Z.
     pub fn swung(&self, from: f32, to: f32, sides: u32) -> Shape {
         let turn = |i: u32, p: Vec2| at_turn(from + (to - from) * i as f32 / sides as f32, p);
         self.swept(sides, turn, |_, end, n| turn(end, n))
     }
 
-    /// The profile extruded along Z, with its radius along X.
+    /// The surface that arises when the profile is extruded along Z between two coordinates; its radius is measured along X.
     pub fn drawn(&self, from: f32, to: f32) -> Shape {
         let point = |i: u32, p: Vec2| Vec3::new(p.x, p.y, if i == 0 { from } else { to });
         self.swept(1, point, |_, _, n| n.extend(0.0))
     }
 
-    /// The profile swept around a rectangle with mitred corners; its radius is added to the half
-    /// widths along X and Z.
+    /// The surface that arises when the profile is swept around a rectangle with mitred corners. `half` has half the sizes
+    /// of the rectangle along X and Z, to which the radius is added.
     pub fn framed(&self, half: Vec2) -> Shape {
         let point = |i: u32, p: Vec2| {
             let x = if matches!(i % 4, 0 | 1) { 1.0 } else { -1.0 };
@@ -90,8 +91,8 @@ impl Profile {
         })
     }
 
-    /// Sweeps the profile through `point` at the ends 0 to `sides`; `normal` is given the side
-    /// and the end.
+    /// Sweeps the profile along `sides` steps. `point` maps a step's end, in 0 to `sides`, and a profile point to a
+    /// position; `normal` maps the step, its end and a normal of the profile to a normal.
     fn swept(
         &self,
         sides: u32,
@@ -117,7 +118,7 @@ impl Profile {
         Shape::smooth(positions, normals)
     }
 
-    /// Normals at both ends of every segment: averaged across a bend, separate at an edge.
+    /// The normals at both ends of every segment of the profile: averaged at a slight bend, separate at a sharp edge.
     fn normals(&self) -> Vec<[Vec2; 2]> {
         let flat: Vec<Vec2> = self
             .0
@@ -140,7 +141,7 @@ impl Profile {
     }
 }
 
-/// A point of the profile, or a direction, turned around the height axis.
+/// Turns a point (radius, height) or a direction of the profile around the y axis; `turn` is in full turns.
 fn at_turn(turn: f32, p: Vec2) -> Vec3 {
     let (sin, cos) = (turn * TAU).sin_cos();
     Vec3::new(p.x * cos, p.y, p.x * sin)

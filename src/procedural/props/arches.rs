@@ -1,17 +1,16 @@
-//! Round arches: the wall around one and its mouldings, facing +Z, the opening's foot at the
-//! origin.
+//! Round arches: the wall around one, and its mouldings. They face +Z; the middle of the opening's foot is at the origin.
 
 use crate::procedural::modelling::{Profile, Shape};
 use glam::{Vec2, Vec3, vec3};
 
-/// The opening of a round arch.
+/// The opening of a round arch: a rectangle below a half circle.
 #[derive(Clone, Copy)]
 pub struct Arch {
-    /// Half the width, and the radius of the round part.
+    /// The radius of the round part, which is half the width of the opening, in metres.
     pub radius: f32,
-    /// Height at which the round part begins.
+    /// The height in metres at which the round part begins.
     pub spring: f32,
-    /// Straight segments of the half circle.
+    /// The number of straight segments of the half circle.
     pub steps: u32,
 }
 
@@ -22,7 +21,7 @@ impl Arch {
         Vec2::new(self.radius * cos, self.spring + self.radius * sin)
     }
 
-    /// The wall around the opening, `half` to each side and `height` high.
+    /// The flat wall around the opening, which reaches `half` metres to each side and is `height` metres high.
     pub fn wall(&self, half: f32, height: f32) -> Shape {
         let mut wall = self.spandrel(half, height);
         for (from, to) in [(-half, -self.radius), (self.radius, half)] {
@@ -35,7 +34,7 @@ impl Arch {
         wall
     }
 
-    /// The wall above the springing.
+    /// The part of the flat wall above the height where the round part begins.
     pub fn spandrel(&self, half: f32, height: f32) -> Shape {
         let mut wall = Shape::default();
         let mut face = |a: Vec2, b: Vec2, c: Vec2| {
@@ -56,9 +55,8 @@ impl Arch {
         wall
     }
 
-    /// A moulding drawn along the arch and down both sides by `down`. The profile's radius counts
-    /// from the arch's, its height into the wall; it begins deep in the opening and ends at the
-    /// wall.
+    /// A moulding along the arch and, by `down` metres, along both sides below it. In the profile, the radius is measured
+    /// from the arch's rim and the height into the wall; the profile begins deep in the opening and ends at the wall.
     pub fn moulding(&self, profile: &Profile, down: f32) -> Shape {
         let profile = profile.clone().widened(self.radius);
         let mut along = profile.swung(0.0, 0.5, self.steps);

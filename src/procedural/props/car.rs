@@ -1,4 +1,4 @@
-//! A small round car of the 1950s, at the origin, its front to +Z.
+//! A small round car of the 1950s in metres, which stands at the origin with its front towards +Z.
 
 use crate::procedural::modelling::dual_contouring::{Detail, surface, ticks};
 use crate::procedural::modelling::implicit::{carve, common, cushion, ellipsoid, join, limb};
@@ -6,12 +6,15 @@ use crate::procedural::modelling::{Model, Profile, Shape, dielectric, metal};
 use crate::scene::Material;
 use glam::{Vec3, vec3};
 
-/// Distance of the wheels from the middle, sideways and along, and their radius.
+/// The sideways distance of the wheels from the car's middle, in metres.
 const TRACK: f32 = 0.64;
+/// The distance of the wheels from the car's middle along its length, in metres.
 const BASE: f32 = 1.13;
+/// The radius of the wheels, in metres.
 const WHEEL: f32 = 0.31;
 
-/// The implicit function of body and cabin without windows and wheels; `m` is mirrored to one side.
+/// The signed distance to body and cabin, without windows and wheels. `m` is a point mirrored to +x, as the car is
+/// symmetric.
 fn form(m: Vec3) -> f32 {
     let mut hull = cushion(m, vec3(0.0, 0.52, -0.05), vec3(0.68, 0.3, 1.7), 0.24);
     let bonnet = ellipsoid(m, vec3(0.0, 0.6, 0.95), vec3(0.5, 0.32, 0.92));
@@ -30,7 +33,7 @@ fn form(m: Vec3) -> f32 {
     common(form, 0.2 - m.y, 0.06)
 }
 
-/// The implicit function of the windows, negative inside.
+/// The signed distance to the volumes of the windows, which are cut out of the cabin. `m` is a point mirrored to +x.
 fn windows(m: Vec3) -> f32 {
     let side = |from: f32, to: f32| {
         let middle = vec3(0.85, 1.09, (from + to) / 2.0);
@@ -65,7 +68,7 @@ fn glass(p: Vec3) -> f32 {
     common(form(m) + 0.013, 0.8 - m.y, 0.02)
 }
 
-/// A rod with round ends along X.
+/// A rod with round ends along X, by its centre, length and radius in metres.
 fn rod(middle: Vec3, length: f32, radius: f32) -> Shape {
     let straight = length - 2.0 * radius;
     Profile::new(0.0, -length / 2.0)
@@ -76,7 +79,7 @@ fn rod(middle: Vec3, length: f32, radius: f32) -> Shape {
         .map(|p| vec3(p.y, -p.x, p.z) + middle)
 }
 
-/// Rotates a shape's axis from Y to Z.
+/// Rotates a shape so that its axis points along Z instead of Y, and moves it to `to`.
 fn forwards(shape: Shape, to: Vec3) -> Shape {
     shape.map(|p| vec3(p.x, -p.z, p.y) + to)
 }
@@ -142,7 +145,7 @@ fn front(model: &mut Model, chrome: &Material) {
     }
 }
 
-/// The whole car, by material.
+/// The whole car as shapes by material; `paint` is the colour of its body.
 pub fn car(paint: Vec3) -> Model {
     let grid = |step: f32| {
         [

@@ -5,10 +5,11 @@ use crate::procedural::modelling::{Model, Shape, dielectric, emitter, lathe, met
 use crate::scene::Material;
 use glam::Vec3;
 
-/// Height of a storey.
+/// The height of a storey, in metres.
 pub const STOREY: f32 = 3.4;
 
-/// A house on a lot of `size` around `foot`: storeys with bands of glass between piers.
+/// Adds a house on a lot of `size` (in metres, with its height) around `foot`: storeys with bands of glass between piers.
+/// `lit` is the fraction of lit windows.
 pub fn house(model: &mut Model, random: &mut Random, foot: Vec3, size: Vec3, lit: f32) {
     let wall = random.pick(&[
         [0.42, 0.3, 0.23],
@@ -72,7 +73,8 @@ pub fn house(model: &mut Model, random: &mut Random, foot: Vec3, size: Vec3, lit
     roof(model, random, foot + Vec3::Y * size.y, size);
 }
 
-/// Objects on a roof: boxes, a water tank, on towers a red light.
+/// Adds the objects on a roof: boxes, a water tank, and on towers a red light. `top` is the middle of the roof, and `size`
+/// the size of the house in metres.
 fn roof(model: &mut Model, random: &mut Random, top: Vec3, size: Vec3) {
     let grey = dielectric("roof box", Vec3::splat(0.3), 0.6);
     let free = Vec3::new(size.x / 2.0 - 1.8, 0.0, size.z / 2.0 - 1.8);
@@ -128,7 +130,7 @@ fn roof(model: &mut Model, random: &mut Random, top: Vec3, size: Vec3) {
     }
 }
 
-/// Bars of coloured light on a frame at the edge of a roof.
+/// Adds bars of coloured light on a frame at the edge of a roof with its middle at `top`. `size` is the house's, in metres.
 fn sign(model: &mut Model, random: &mut Random, top: Vec3, size: Vec3) {
     let steel = metal("sign frame", Vec3::splat(0.2), 0.5);
     let color = random.pick(&[

@@ -1,25 +1,27 @@
-//! Parts of an arcade: columns, piers, arches with their wall, balustrades. Each is at the origin,
-//! its front to +Z.
+//! The parts of an arcade: columns, piers, arches with their wall, and balustrades. Each part is at the origin, with its
+//! front towards +Z; lengths are in metres.
 
 use super::arches::Arch;
 use crate::procedural::modelling::{Profile, Shape};
 use glam::{Vec2, Vec3, vec3};
 
-/// Width of a bay, and thickness of the arcade's wall.
+/// The width of a bay, which is one arch of the arcade, in metres.
 pub const BAY: f32 = 2.6;
+/// The thickness of the arcade's wall, in metres.
 pub const THICK: f32 = 0.5;
-/// Height of a storey, and height above a floor at which its arches begin.
+/// The height of a storey, in metres.
 pub const STOREY: f32 = 4.9;
+/// The height above a floor at which the round part of its arches begins, in metres.
 pub const SPRING: f32 = 3.0;
-/// Height of a balustrade.
+/// The height of a balustrade, in metres.
 pub const RAIL: f32 = 0.95;
 
-/// A square slab with straight sides.
+/// A square slab around the y axis with half the width `half`, between the heights `from` and `to`.
 fn slab(half: f32, from: f32, to: f32) -> Shape {
     Shape::block(vec3(-half, from, -half), vec3(half, to, half))
 }
 
-/// A column; its abacus reaches a little into the wall above.
+/// A column with `sides` sides. Its abacus (the slab on top) reaches slightly above `height`, into the wall that it carries.
 pub fn column(height: f32, radius: f32, sides: u32) -> Shape {
     let r = radius;
     let (foot, head) = (0.6 * r, height - 0.55 * r);
@@ -63,7 +65,7 @@ pub fn column(height: f32, radius: f32, sides: u32) -> Shape {
     column
 }
 
-/// A square pier between two arcades that meet in a corner.
+/// A square pier that stands where two arcades meet in a corner.
 pub fn pier() -> Shape {
     Profile::new(0.0, 0.0)
         .line(0.38, 0.0)
@@ -83,8 +85,8 @@ pub fn pier() -> Shape {
         .framed(Vec2::ZERO)
 }
 
-/// The wall above the columns of one bay with its round arch, from where the arch begins up to
-/// the next storey, moulded on both sides.
+/// The wall above the columns of one bay, with its round arch and mouldings on both sides. It begins where the round part
+/// begins, and ends at the next storey.
 pub fn arch() -> Shape {
     let arch = Arch {
         radius: BAY / 2.0 - 0.26,
@@ -117,7 +119,7 @@ pub fn arch() -> Shape {
     both
 }
 
-/// The moulding of an arch on a wall that goes on behind it.
+/// The moulding of an arch without an opening, on a wall that continues behind it.
 pub fn blind_arch() -> Shape {
     let arch = Arch {
         radius: 0.8,
@@ -152,7 +154,7 @@ fn baluster(sides: u32) -> Shape {
     turned
 }
 
-/// The balustrade of one bay, between the pedestals of the columns at its ends.
+/// The balustrade of one bay, between the pedestals of the columns at its ends. Each baluster has `sides` sides.
 pub fn balustrade(sides: u32) -> Shape {
     let long = BAY - 0.56;
     let mut all = Shape::default();
@@ -187,7 +189,7 @@ pub fn balustrade(sides: u32) -> Shape {
     all
 }
 
-/// The pedestal under a column of the upper storey, as high as the balustrade.
+/// The pedestal under a column of the upper storey, which is as high as the balustrade.
 pub fn pedestal() -> Shape {
     Profile::new(0.0, 0.0)
         .line(0.3, 0.0)

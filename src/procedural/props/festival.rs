@@ -1,13 +1,13 @@
-//! Decoration of a street: strings of paper lanterns, market stalls under bulbs, pennants. Every
-//! emissive triangle is taken from a budget.
+//! Decoration of a street: strings of paper lanterns, market stalls under bulbs, and pennants. Each emissive triangle is
+//! taken from a budget, so that the street has an exact number of lights.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::{Model, Shape, dielectric, emitter, lathe};
 use crate::scene::Material;
 use glam::Vec3;
 
-/// A position at the street's left side, or mirrored at its right side; x leads from the houses to
-/// the middle of the street.
+/// A position at the left side of a street, or its mirror image at the right side. In its coordinates, x points from the
+/// houses to the middle of the street.
 #[derive(Clone, Copy)]
 pub struct Spot {
     pub foot: Vec3,
@@ -15,7 +15,7 @@ pub struct Spot {
 }
 
 impl Spot {
-    /// The shape at this position.
+    /// Moves a shape from the spot's coordinates to this position in the street.
     pub fn put(self, shape: Shape) -> Shape {
         let moved = shape.map(|p| p + self.foot);
         if self.mirrored {
@@ -26,13 +26,13 @@ impl Spot {
     }
 }
 
-/// The model so far, and the number of emissive triangles that may still be added.
+/// The model of the street so far, and the number of emissive triangles that may still be added.
 pub struct Festival {
     pub model: Model,
     left: u64,
 }
 
-/// The number of emissive triangles reserved for the pennants, which have one triangle each, so that the total is exact.
+/// The number of emissive triangles reserved for the pennants. These have one triangle each, so that the total is exact.
 const RESERVE: u64 = 60;
 
 impl Festival {
@@ -49,7 +49,7 @@ impl Festival {
         self.left >= RESERVE + paper(0.17).triangle_count() as u64
     }
 
-    /// Adds a light, or the same shape without emission if the budget is spent.
+    /// Adds a shape that emits `radiance`, or the same shape without emission if the budget is spent.
     pub fn light(&mut self, name: &str, radiance: Vec3, shape: Shape) {
         let triangles = shape.triangle_count() as u64;
         if self.left >= RESERVE + triangles {
@@ -61,7 +61,7 @@ impl Festival {
         }
     }
 
-    /// Lanterns on a cord that hangs from `a` to `b`.
+    /// Adds lanterns on a cord that hangs from `a` to `b`.
     pub fn lanterns(&mut self, random: &mut Random, a: Vec3, b: Vec3) {
         let sag = random.between(0.5, 1.0);
         let hang = |t: f32| a.lerp(b, t) - Vec3::Y * sag * 4.0 * t * (1.0 - t);
@@ -105,7 +105,7 @@ impl Festival {
         }
     }
 
-    /// A market stall along z, open towards +x.
+    /// Adds a market stall that is long along z and open towards +x.
     pub fn stall(&mut self, random: &mut Random, spot: Spot) {
         let wood = dielectric("stall wood", Vec3::new(0.24, 0.14, 0.07), 0.5);
         let half = 1.25;
@@ -130,7 +130,7 @@ impl Festival {
         }
     }
 
-    /// Striped cloth over a stall.
+    /// Adds the striped cloth over a stall; `half` is half the length of the stall in metres.
     fn awning(&mut self, random: &mut Random, half: f32, spot: Spot) {
         let color = random.pick(&[
             [0.5, 0.04, 0.04],
@@ -160,7 +160,7 @@ impl Festival {
         }
     }
 
-    /// The goods of a stall: crates of fruit, and jars.
+    /// Adds the goods of a stall, crates of fruit and jars; `half` is half the length of the stall in metres.
     fn goods(&mut self, random: &mut Random, half: f32, spot: Spot) {
         let crate_wood = dielectric("crate", Vec3::new(0.4, 0.28, 0.14), 0.6);
         let mut z = -half + 0.25;
@@ -197,8 +197,8 @@ impl Festival {
         }
     }
 
-    /// Spends the remaining budget on pennants: glowing triangles that face +z, on cords from `a` to `b`, each cord a little
-    /// behind the previous one.
+    /// Spends the remaining budget on pennants: glowing triangles that face +z, on cords from `a` to `b`. Each cord is
+    /// slightly above and behind the previous one.
     pub fn pennants(&mut self, random: &mut Random, a: Vec3, b: Vec3) {
         let cord = Material::lambert("cord", Vec3::splat(0.03));
         let a_row = 32;
@@ -233,7 +233,7 @@ impl Festival {
     }
 }
 
-/// The paper of a lantern: a barrel, open above and below.
+/// The paper of a lantern: a barrel around the origin with this radius in metres, open above and below.
 fn paper(radius: f32) -> Shape {
     let r = radius;
     let side = [
@@ -248,7 +248,7 @@ fn paper(radius: f32) -> Shape {
     lathe(&bands, 8).flat()
 }
 
-/// A square bar between two points.
+/// A square bar between two points; `half` is half its thickness in metres.
 fn rod(from: Vec3, to: Vec3, half: f32) -> Shape {
     let along = to - from;
     let side = along.normalize().any_orthonormal_vector();

@@ -1,11 +1,11 @@
-//! Furniture: each piece stands on the floor at the origin, with its front towards +Z.
+//! Furniture in metres: each piece stands on the floor at the origin, with its front towards +Z.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::{Builder, Model, Shape, dielectric, lathe, metal, soft_box};
 use crate::scene::Material;
 use glam::{DAffine3, DQuat, Vec3};
 
-/// A piece of furniture of flat and smooth shapes that is placed as a whole.
+/// A piece of furniture that is placed as a whole; its flat and its smooth shapes become separate meshes.
 #[derive(Default)]
 pub struct Piece {
     flat: Model,
@@ -13,17 +13,17 @@ pub struct Piece {
 }
 
 impl Piece {
-    /// Adds a shape without normals.
+    /// Adds a shape without normals to the piece.
     pub fn flat(&mut self, material: &Material, shape: Shape) {
         self.flat.add(material, shape);
     }
 
-    /// Adds a shape with normals.
+    /// Adds a shape with smooth normals to the piece.
     pub fn smooth(&mut self, material: &Material, shape: Shape) {
         self.smooth.add(material, shape);
     }
 
-    /// Places the piece, rotated around its vertical axis.
+    /// Adds the piece to a scene at the position `at`, rotated by `degrees` around its vertical axis.
     pub fn put(self, scene: &mut Builder, name: &str, at: Vec3, degrees: f64) {
         let turn = DQuat::from_rotation_y(degrees.to_radians());
         let transform = DAffine3::from_rotation_translation(turn, at.as_dvec3());
@@ -41,7 +41,7 @@ impl Piece {
     }
 }
 
-/// Four upright posts at the corners of a rectangle.
+/// Four upright legs at the corners of a rectangle; `half` has half its size along x and z, in metres.
 fn legs(half: Vec3, height: f32, thickness: f32) -> Shape {
     let mut legs = Shape::default();
     for (x, z) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
@@ -78,7 +78,7 @@ pub fn chair(wood: &Material) -> Piece {
     chair
 }
 
-/// An armchair of cushions on short legs.
+/// An armchair made of cushions on short legs.
 pub fn armchair(cloth: &Material, wood: &Material) -> Piece {
     let mut chair = Piece::default();
     chair.flat(wood, legs(Vec3::new(0.32, 0.0, 0.3), 0.2, 0.05));
@@ -95,7 +95,7 @@ pub fn armchair(cloth: &Material, wood: &Material) -> Piece {
     chair
 }
 
-/// A round table on one foot.
+/// A round table on one foot, by the radius and the height of its top in metres.
 pub fn round_table(wood: &Material, radius: f32, height: f32) -> Piece {
     let mut table = Piece::default();
     let (h, r) = (height, radius);
@@ -128,7 +128,7 @@ pub fn round_table(wood: &Material, radius: f32, height: f32) -> Piece {
     table
 }
 
-/// A case of shelves, `width` wide and `height` high, full of books.
+/// A bookcase of `width` × `height` metres, full of books.
 pub fn bookcase(wood: &Material, width: f32, height: f32, random: &mut Random) -> Piece {
     let mut case = Piece::default();
     let deep = 0.28;
@@ -180,7 +180,7 @@ pub fn bookcase(wood: &Material, width: f32, height: f32, random: &mut Random) -
     case
 }
 
-/// The cover of a book.
+/// The material of a book's cover, in a random colour.
 pub fn book(random: &mut Random) -> Material {
     let cover = random.pick(&[
         [0.35, 0.05, 0.05],
@@ -194,7 +194,7 @@ pub fn book(random: &mut Random) -> Material {
     dielectric("book", Vec3::from(cover), 0.5)
 }
 
-/// A picture of coloured fields in a frame, its back on the plane z = 0, around the origin.
+/// A framed picture of coloured fields, `width` × `height` metres, centred at the origin with its back at about z = 0.
 pub fn picture(frame: &Material, width: f32, height: f32, random: &mut Random) -> Piece {
     let mut picture = Piece::default();
     picture.flat(
@@ -230,7 +230,7 @@ pub fn picture(frame: &Material, width: f32, height: f32, random: &mut Random) -
     picture
 }
 
-/// A vase, `height` high.
+/// A vase of `height` metres.
 pub fn vase(glaze: &Material, height: f32) -> Piece {
     let mut vase = Piece::default();
     let side = [
@@ -291,7 +291,7 @@ pub fn plant(pot: &Material, leaf: &Material, random: &mut Random) -> Piece {
     plant
 }
 
-/// A standing lamp that is off.
+/// A standing lamp that is switched off, so that it emits no light.
 pub fn dark_lamp(iron: &Material, shade: &Material) -> Piece {
     let mut lamp = Piece::default();
     let pole = [(0.15, 0.0), (0.14, 0.025), (0.02, 0.04), (0.012, 0.1)];
@@ -308,7 +308,7 @@ pub fn dark_lamp(iron: &Material, shade: &Material) -> Piece {
     lamp
 }
 
-/// A bowl of fruit.
+/// A silver bowl of fruit.
 pub fn fruit_bowl(random: &mut Random) -> Piece {
     let mut bowl = Piece::default();
     let outside = [(0.06, 0.0), (0.12, 0.03), (0.16, 0.09)];
@@ -332,7 +332,7 @@ pub fn fruit_bowl(random: &mut Random) -> Piece {
     bowl
 }
 
-/// A low cupboard with two doors.
+/// A low cupboard with two doors, `width` metres wide.
 pub fn sideboard(wood: &Material, knob: &Material, width: f32) -> Piece {
     let mut board = Piece::default();
     board.flat(

@@ -1,4 +1,4 @@
-//! Half-timbered houses: shops below, jutting storeys with lit windows above, steep roofs.
+//! Half-timbered houses: shops below, jutting storeys with lit windows above, and steep roofs.
 
 use super::festival::{Festival, Spot};
 use crate::base::random::Random;
@@ -6,7 +6,8 @@ use crate::procedural::modelling::{Shape, dielectric};
 use crate::scene::Material;
 use glam::Vec3;
 
-/// A house, its front on x = 0 and `width` wide from the foot's z backwards; storeys jut out.
+/// Adds a house at `spot`. In the spot's coordinates, its front is at x = 0, and it reaches from z = 0 to −`width` metres.
+/// The upper storeys jut out over the street.
 pub fn house(street: &mut Festival, random: &mut Random, spot: Spot, width: f32) {
     let plaster = random.pick(&[
         [0.72, 0.62, 0.46],
@@ -70,7 +71,8 @@ pub fn house(street: &mut Festival, random: &mut Random, spot: Spot, width: f32)
     shop(street, random, spot, width, &timber);
 }
 
-/// A steep roof with its gable towards the street.
+/// Adds a steep roof with its gable towards the street. `out` is the x coordinate of the front below it, and `foot` the
+/// height at which it begins, in metres.
 fn gable(
     street: &mut Festival,
     spot: Spot,
@@ -107,7 +109,7 @@ fn gable(
     }
 }
 
-/// A row of windows, some of them lit.
+/// Adds a row of windows, some lit. `out` is the x coordinate of the front, `foot` the height of the floor, in metres.
 fn windows(
     street: &mut Festival,
     random: &mut Random,
@@ -179,7 +181,7 @@ fn windows(
     }
 }
 
-/// The ground floor: a door and a shop window.
+/// Adds the ground floor of a house: a door and a shop window.
 fn shop(street: &mut Festival, random: &mut Random, spot: Spot, width: f32, timber: &Material) {
     let left = random.unit() < 0.5;
     let at = |t: f32| -width * if left { t } else { 1.0 - t };

@@ -6,21 +6,24 @@ use crate::procedural::modelling::implicit::{ball, carve, common, ellipsoid, joi
 use crate::procedural::modelling::{Profile, Shape};
 use glam::{Mat3, Vec3, vec3};
 
-/// Height of the foot's top and of the head's middle, in metres.
+/// The height of the top of the foot, in metres.
 const FOOT: f32 = 0.135;
+/// The height of the middle of the head, in metres.
 const HEAD: f32 = 0.545;
 
-/// Properties that differ between busts.
+/// The random properties by which busts differ.
 struct Sitter {
-    /// The head's rotation and tilt, in radians.
+    /// The rotation of the head to a side, in radians.
     turn: f32,
+    /// The tilt of the head towards a shoulder, in radians.
     tilt: f32,
-    /// Locks of hair around the head.
+    /// The number of locks of hair around the head.
     locks: f32,
-    /// Length of the nose and width of the jaw, relative to the usual.
+    /// The length of the nose, relative to the usual one.
     nose: f32,
+    /// The width of the jaw, relative to the usual one.
     jaw: f32,
-    /// Distance from one fold of the cloth to the next.
+    /// The distance from one fold of the cloth to the next, in metres.
     fold: f32,
 }
 
@@ -37,7 +40,7 @@ impl Sitter {
         }
     }
 
-    /// The face without hair; `m` is mirrored to one side, which makes the face symmetric.
+    /// The signed distance to the face without hair. `m` is a point mirrored to the side +x, which makes the face symmetric.
     fn face(&self, m: Vec3) -> f32 {
         let mut d = ellipsoid(m, vec3(0.0, 0.035, -0.012), vec3(0.074, 0.09, 0.094));
         let jaw = vec3(0.06 * self.jaw, 0.088, 0.07);
@@ -67,7 +70,7 @@ impl Sitter {
         d
     }
 
-    /// Hair drawn back in locks from the brow to a knot, held by a ribbon.
+    /// The signed distance to the hair, which is drawn back in locks from the brow to a knot, and held by a ribbon.
     fn hair(&self, p: Vec3) -> f32 {
         let ripple = |angle: f32| 0.005 * (angle * self.locks).cos();
         let cap = ellipsoid(p, vec3(0.0, 0.045, -0.024), vec3(0.087, 0.091, 0.1));
@@ -82,7 +85,8 @@ impl Sitter {
         join(d, knot.length() - 0.042 - twist, 0.02)
     }
 
-    /// Neck, shoulders and chest down to the stem that stands on the foot.
+    /// The signed distance to the torso: neck, shoulders and chest, down to the stem that stands on the foot. `m` is `p`
+    /// mirrored to the side +x.
     fn torso(&self, p: Vec3, m: Vec3) -> f32 {
         let mut d = ellipsoid(m, vec3(0.0, -0.33, -0.012), vec3(0.165, 0.16, 0.092));
         let shoulder = ellipsoid(m, vec3(0.16, -0.27, -0.025), vec3(0.062, 0.075, 0.062));
@@ -117,7 +121,7 @@ impl Sitter {
         join(join(head, neck, 0.025), self.torso(p, m), 0.03)
     }
 
-    /// Turns the head; the neck follows part of the way.
+    /// Moves a point of the upright bust to the pose of this one: the head turns and tilts, and the neck follows partly.
     fn posed(&self, p: Vec3) -> Vec3 {
         let pivot = vec3(0.0, -0.1, -0.025);
         let t = ((p.y + 0.22) / 0.16).clamp(0.0, 1.0);
@@ -127,7 +131,7 @@ impl Sitter {
     }
 }
 
-/// A bust 0.68 m high at the origin, facing +Z.
+/// A bust of 0.68 m at the origin that faces +Z, with random features.
 pub fn bust(random: &mut Random) -> Shape {
     let sitter = Sitter::new(random);
     let across = [(-0.055, 0.01), (0.055, 0.004), (0.24, 0.01)];

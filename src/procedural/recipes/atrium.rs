@@ -1,5 +1,5 @@
-//! A court between two storeys of arcades, lit by three small lamps that mostly stay out of
-//! sight; metres, the court along Z.
+//! The scene `atrium`: a court between two storeys of arcades, lit by three small lamps that mostly stay out of sight.
+//! Lengths are in metres, and the court is long along Z.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::{
@@ -44,15 +44,16 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// Arches along each short side.
+/// The number of arches along each short side of the court.
 const ACROSS: u32 = 3;
-/// Distance from the arcades' middle plane to the wall behind them.
+/// The distance in metres from the middle plane of an arcade to the wall behind it.
 const GALLERY: f32 = 2.7;
-/// From a floor to the gallery's ceiling above it, and to the court's ceiling.
+/// The height in metres from a floor to the ceiling of the gallery above it.
 const CEILING: f32 = 4.6;
+/// The height of the court's ceiling in metres.
 const TOP: f32 = 2.0 * STOREY + 0.75;
 
-/// One side of the court: turns shapes that face +Z towards the middle.
+/// One side of the court. It turns and moves shapes that face +Z, so that they stand on this side and face the middle.
 struct Side {
     turn: f32,
     middle: Vec3,
@@ -84,19 +85,19 @@ impl Side {
         scene.place(name, mesh, DAffine3::from_rotation_translation(turn, to));
     }
 
-    /// The centres of its bays.
+    /// The centres of the side's bays: positions in metres along the side, from its middle.
     fn bays(&self) -> impl Iterator<Item = f32> + use<> {
         let bays = self.bays;
         (0..bays).map(move |i| (i as f32 - (bays - 1) as f32 / 2.0) * BAY)
     }
 
-    /// Positions of its columns, without the corners.
+    /// The positions of the side's columns in metres along the side, from its middle, without those in the corners.
     fn columns(&self) -> impl Iterator<Item = f32> + use<> {
         self.bays().skip(1).map(|x| x - BAY / 2.0)
     }
 }
 
-/// A horizontal ring between two rectangles, facing up or down.
+/// A horizontal ring at the height `y` between two rectangles, given by half their sizes along X and Z; it faces up or down.
 fn ring(inner: Vec2, outer: Vec2, y: f32, up: bool) -> Shape {
     let corners = |half: Vec2| {
         [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)]
@@ -116,7 +117,7 @@ fn ring(inner: Vec2, outer: Vec2, y: f32, up: bool) -> Shape {
     ring
 }
 
-/// Tiles of polished marble with open joints, dark and pale alternately, some of them red.
+/// Adds a floor of pale, dark and red marble tiles with open joints. `half` has half the court's size along X and Z.
 fn floor(model: &mut Model, random: &mut Random, half: Vec2) {
     let ground = Material::lambert("joints", Vec3::splat(0.06));
     let (corner, size) = (vec3(-half.x, -0.012, -half.y), half * 2.0);
@@ -158,7 +159,7 @@ fn floor(model: &mut Model, random: &mut Random, half: Vec2) {
     }
 }
 
-/// Outer walls, ceilings, upper floor, cornices and beams.
+/// Adds the outer walls, the ceilings, the upper floor, the cornices and the beams.
 fn shell(model: &mut Model, half: Vec2, sides: &[Side; 4]) {
     let outer = half + GALLERY;
     let fresco = Material::lambert("gallery wall", vec3(0.5, 0.3, 0.17));
@@ -230,7 +231,7 @@ fn shell(model: &mut Model, half: Vec2, sides: &[Side; 4]) {
     }
 }
 
-/// Columns, piers, arches and balustrades of both storeys.
+/// Adds the columns, piers, arches and balustrades of both storeys. `detail` is the number of sides of a column.
 fn arcades(scene: &mut Builder, half: Vec2, sides: &[Side; 4], detail: u32) {
     let marble = dielectric("column", vec3(0.68, 0.65, 0.6), 0.3);
     let stone = dielectric("arcade", vec3(0.66, 0.59, 0.48), 0.5);
@@ -274,7 +275,8 @@ fn arcades(scene: &mut Builder, half: Vec2, sides: &[Side; 4], detail: u32) {
     }
 }
 
-/// Hangs a lamp from a ceiling so that the object at `behind` hides it from the eye.
+/// Hangs a lamp at the height `y[0]` from a ceiling at the height `y[1]`. The object at `behind` hides it from `eye`;
+/// `beyond` is its distance from the eye, as a multiple of the object's.
 fn lantern(model: &mut Model, eye: Vec3, behind: Vec3, beyond: f32, y: [f32; 2], light: Vec3) {
     let [y, ceiling] = y;
     let to = (eye + (behind - eye) * beyond).with_y(y);
@@ -291,7 +293,7 @@ fn lantern(model: &mut Model, eye: Vec3, behind: Vec3, beyond: f32, y: [f32; 2],
     model.add(&brass, cap.turned(20).map(|p| p + to));
 }
 
-/// The round steps and the drum under the bust.
+/// The round steps and the drum on which the bust stands.
 fn drum() -> Shape {
     Profile::new(0.0, 0.0)
         .line(1.25, 0.0)

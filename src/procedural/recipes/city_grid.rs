@@ -1,4 +1,4 @@
-//! A grid of city blocks at night, seen from above; metres, the grid around the origin.
+//! The scene `city-grid`: city blocks at night from above. Lengths are in metres, and the grid's centre is at the origin.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::{Builder, Model, Shape, dielectric, emitter, metal};
@@ -28,15 +28,18 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// Width of a block with its pavement, of a road, and of both.
+/// The width of a block with its pavement, in metres.
 const BLOCK: f32 = 38.0;
+/// The width of a road, in metres.
 const ROAD: f32 = 11.0;
+/// The distance from one block to the next, in metres.
 const PITCH: f32 = BLOCK + ROAD;
-/// Top of the pavement, and its depth before the houses.
+/// The height of the pavement, in metres.
 const KERB: f32 = 0.15;
+/// The depth of the pavement in front of the houses, in metres.
 const WALK: f32 = 3.2;
 
-/// Meshes with many instances.
+/// Indices of the meshes that have many instances: lamp posts, trees and cars.
 struct Stock {
     posts: [(u32, u32); 2],
     tree: [u32; 2],
@@ -157,7 +160,7 @@ fn turned(at: Vec3, degrees: f64, size: f64) -> DAffine3 {
     DAffine3::from_scale_rotation_translation(DVec3::splat(size), turn, at.as_dvec3())
 }
 
-/// One block around `middle`: pavement, lamps at its edges, and houses or a park.
+/// Adds one block around `middle`: pavement, lamps at its edges, and houses or a park. `lit` is the fraction of lit windows.
 fn block(
     scene: &mut Builder,
     model: &mut Model,
@@ -242,7 +245,8 @@ fn block(
     }
 }
 
-/// The roads' paint: dashes along the middle, stripes where people cross.
+/// Adds the roads' paint: dashes along the middle, and crossings. `blocks` is the number of blocks along each side of the
+/// grid.
 fn paint(model: &mut Model, blocks: u64) {
     let paint = dielectric("road paint", Vec3::splat(0.6), 0.5);
     let origin = -PITCH * blocks as f32 / 2.0;
@@ -279,7 +283,7 @@ fn paint(model: &mut Model, blocks: u64) {
     }
 }
 
-/// Traffic on every road, on the right.
+/// Adds cars to every road, on the right-hand side.
 fn traffic(scene: &mut Builder, stock: &Stock, random: &mut Random, blocks: u64) {
     let origin = -PITCH * blocks as f32 / 2.0;
     for swap in [false, true] {

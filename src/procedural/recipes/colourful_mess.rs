@@ -1,4 +1,4 @@
-//! A heap of coloured toys of all finishes among coloured lamps; metres.
+//! The scene `colourful-mess`: a heap of coloured toys of all finishes among coloured lamps. Lengths are in metres.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::tumble::{Body, simulate_fall};
@@ -41,7 +41,7 @@ const COLORS: [[f32; 3]; 10] = [
     [0.75, 0.73, 0.68],
 ];
 
-/// Colours of the lights in the heap.
+/// The radiances from which each light in the heap gets one at random.
 const GLOWS: [[f32; 3]; 6] = [
     [9.0, 0.4, 0.15],
     [9.0, 2.6, 0.2],
@@ -51,7 +51,7 @@ const GLOWS: [[f32; 3]; 6] = [
     [9.0, 0.35, 2.6],
 ];
 
-/// Half a room that reflects the light.
+/// Half the size of the room around the heap, in metres. Its walls reflect light onto the heap.
 const ROOM: f32 = 5.0;
 
 fn finish(random: &mut Random) -> Material {
@@ -68,7 +68,7 @@ fn finish(random: &mut Random) -> Material {
     }
 }
 
-/// A shape with its material, the balls that represent it in the simulation, and its volume.
+/// A toy: shape, material, the balls (centre, radius) that represent it in the simulation, and volume in cubic metres.
 struct Toy {
     shape: Shape,
     material: Material,
@@ -86,7 +86,7 @@ fn ball(random: &mut Random, material: Material, smallest: f32, largest: f32) ->
     }
 }
 
-/// A block around the origin with bevelled edges.
+/// A block around the origin with bevelled edges and a random size.
 fn block(random: &mut Random) -> Toy {
     let side = random.between(0.08, 0.15);
     let half = random.pick(&[
@@ -130,7 +130,8 @@ fn block(random: &mut Random) -> Toy {
     }
 }
 
-/// Six balls around the height axis.
+/// Six balls around the height axis as (centre, radius), which represent a round of a toy with this radius. `height` is
+/// their centre's, and `thick` is their radius.
 fn wreath(radius: f32, height: f32, thick: f32) -> impl Iterator<Item = (Vec3, f32)> {
     const HALF_ROOT_3: f32 = 0.866_025_4;
     let points = [(1.0, 0.0), (0.5, HALF_ROOT_3), (-0.5, HALF_ROOT_3)];
@@ -190,7 +191,7 @@ fn drum(random: &mut Random) -> Toy {
     }
 }
 
-/// A random rotation, computed without sines, which differ between machines.
+/// A random rotation. It is computed without sines, because these differ between machines.
 fn any_turn(random: &mut Random) -> Mat3 {
     let mut any = || {
         let point = |r: &mut Random| [(); 3].map(|()| r.between(-1.0, 1.0));
@@ -209,7 +210,8 @@ fn any_turn(random: &mut Random) -> Mat3 {
     Mat3::from_cols(x, z.cross(x), z)
 }
 
-/// The toys with their bodies, which start on a rising spiral.
+/// Makes `things` toys, each with its body for the simulation; `lamps` of the toys glow. The bodies start on a rising
+/// spiral.
 fn heap_of(random: &mut Random, things: u32, lamps: u32) -> Vec<(Toy, Body)> {
     // Rotated by the golden angle each; the spiral is wider for more things.
     let golden = Mat3::from_cols(
@@ -269,7 +271,7 @@ fn room(model: &mut Model) {
     }
 }
 
-/// Globes that hang over the heap, and a wide soft light.
+/// Adds globes that hang over the heap, and a wide soft light under the ceiling.
 fn lamps(model: &mut Model) {
     let cord = dielectric("cord", Vec3::splat(0.03), 0.5);
     for (at, radius, glow) in [

@@ -1,6 +1,6 @@
-//! A conservatory with one of everything: textures of every kind, vertex colours, surfaces cut out by alpha and surfaces
-//! that cover a part, an unlit picture, and lights with and without a surface. The garden shines in through the roof, the
-//! trellis and the open front if there is an environment. Metres, the floor at height 0.
+//! The scene `conservatory`, with one of everything: textures of every kind, vertex colours, surfaces with holes and with
+//! partial coverage, an unlit picture, and lights with and without a surface. If there is an environment, it shines in
+//! through the roof, the trellis and the open front. Lengths are in metres, and the floor is at height 0.
 
 use crate::procedural::modelling::stage::{Stage, at, repeated, swing};
 use crate::procedural::modelling::{Builder, Model, SINK, Shape, dielectric, emitter, metal};
@@ -25,8 +25,9 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// Corners of the room.
+/// The lowest corner of the room, in metres.
 const LOW: Vec3 = Vec3::new(-1.5, 0.0, -1.5);
+/// The size of the room along each axis, in metres.
 const SIZE: Vec3 = Vec3::new(3.0, 2.4, 3.0);
 
 pub(super) fn make(values: &Values) -> Scene {
@@ -42,14 +43,14 @@ pub(super) fn make(values: &Values) -> Scene {
     stage.scene()
 }
 
-/// An unordered byte for each pair of numbers.
+/// A pseudorandom byte for a pair of numbers, from which textures get their patterns.
 fn byte(x: u32, y: u32) -> u8 {
     let mixed =
         (x.wrapping_mul(0x9E37_79B9) ^ y.wrapping_mul(0x85EB_CA6B)).wrapping_mul(0xC2B2_AE35);
     (mixed >> 24) as u8
 }
 
-/// A texture that repeats `times` within the unit of coordinates.
+/// A texture that repeats its image this many times within the unit square of coordinates.
 fn repeating(image: u32, times: Vec2) -> Texture {
     Texture {
         transform: Affine2::from_scale(times),
@@ -57,7 +58,7 @@ fn repeating(image: u32, times: Vec2) -> Texture {
     }
 }
 
-/// Floor, walls and roof.
+/// Adds the floor, the walls and the roof.
 fn house(room: &mut Builder) {
     let (x, y, z) = (Vec3::X * SIZE.x, Vec3::Y * SIZE.y, Vec3::Z * SIZE.z);
     let tiles = room.image("tiles", 8, |x, y| {
@@ -124,7 +125,7 @@ fn house(room: &mut Builder) {
     room.add(glass, Shape::quad(LOW + y, x, z));
 }
 
-/// The objects that stand and hang in the room, and do not move.
+/// Adds the objects that stand and hang in the room and do not move.
 fn furnish(room: &mut Builder) {
     // Denser towards its edges, and nowhere quite closed.
     let lace = room.image("lace", 8, |x, y| {
@@ -179,7 +180,7 @@ fn furnish(room: &mut Builder) {
     room.place("sphere", sphere, transform);
 }
 
-/// A wall of laths with holes, and leaves in the pot, which are cut out of rectangles.
+/// Adds a wall of laths, which moves with `speed`, and leaves in the pot. Alpha cuts out the holes and the leaves' outlines.
 fn trellis(stage: &mut Stage, speed: f64) {
     let room = &mut stage.room;
     let holes = room.image("trellis", 8, |x, y| {
@@ -233,7 +234,7 @@ fn trellis(stage: &mut Stage, speed: f64) {
     }
 }
 
-/// A lantern on a cord, of which the texture leaves some panes dark. The holes lie in panes of both kinds.
+/// Adds a swinging lantern whose texture has bright and dark panes. If it is `pierced`, there are holes in both.
 fn lantern(stage: &mut Stage, speed: f64, pierced: bool) {
     let panes = stage
         .room
@@ -270,7 +271,7 @@ fn lantern(stage: &mut Stage, speed: f64, pierced: bool) {
     stage.hang("lantern", lantern, hook);
 }
 
-/// The lights without a surface: a candle, a spot and the sun.
+/// Adds the lights that have no surface: a candle, a spot and the sun. The spot and the sun move with `speed`.
 fn lights(stage: &mut Stage, speed: f64) {
     let toward = |eye: DVec3, target: DVec3| look_at(eye, target, 1.0).camera_to_world;
     let candle = DAffine3::from_translation(DVec3::new(-0.9, 0.75, -1.2));

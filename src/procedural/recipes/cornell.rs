@@ -1,11 +1,11 @@
-//! The Cornell box, matte and glossy; two metres wide, the floor at height 0.
+//! The scenes `cornell` and `cornell-glossy`: the Cornell box, two metres wide, with its floor at height 0.
 
 use crate::procedural::modelling::{Builder, Shape, dielectric, emitter, metal};
 use crate::procedural::parameters::{Parameter, Range, Values};
 use crate::scene::{Material, Scene};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
-/// Reflectance of the white surfaces.
+/// The linear RGB reflectance of the white surfaces.
 const WHITE: [f32; 3] = [0.73, 0.73, 0.73];
 
 pub(super) const GLOSSY_PARAMETERS: &[Parameter] = &[Parameter {
@@ -30,7 +30,7 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// The room, light and camera; the floor has the given material.
+/// The empty box with its light and camera; the floor has the given material.
 fn room(floor: Material) -> Builder {
     let mut room = Builder::default();
     let wall = |name: &str, color: [f32; 3]| Material::lambert(name, Vec3::from(color));
@@ -60,7 +60,8 @@ fn room(floor: Material) -> Builder {
     room
 }
 
-/// The transform of a unit cube to a block on the floor: width, height, depth, rotation.
+/// The transform that makes a unit cube a block that stands on the floor at (x, z): it has this size in metres, and is
+/// rotated around its vertical axis.
 fn on_floor(x: f64, z: f64, size: DVec3, degrees: f64) -> DAffine3 {
     DAffine3::from_scale_rotation_translation(
         size,
@@ -73,7 +74,7 @@ fn unit_cube() -> Shape {
     Shape::block(Vec3::splat(-0.5), Vec3::splat(0.5))
 }
 
-/// The box with two blocks.
+/// The scene `cornell`: the box with two blocks.
 pub(super) fn plain(values: &Values) -> Scene {
     let roughness = values.real("roughness");
     let made_of = |name: &str| match values.text("finish") {

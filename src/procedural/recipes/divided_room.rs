@@ -1,6 +1,6 @@
-//! A room with an opaque wall in its middle; metres, the wall along x = 0, the floor at height 0. The camera is at +x, in
-//! the half with dim lamps. The lamp in the other half is far brighter and out of the camera's sight. If the wall is short,
-//! that lamp casts the wall's shadow onto the camera's half.
+//! The scene `divided-room`: a room with an opaque wall in its middle, at x = 0. Lengths are in metres, and the floor is at
+//! height 0. The camera is in the half at +x, which has dim lamps. The lamp in the other half is far brighter, and the
+//! camera does not see it. If the wall is short, that lamp casts the wall's shadow into the camera's half.
 
 use crate::procedural::modelling::stage::{Stage, at, swing};
 use crate::procedural::modelling::{Builder, Model, Shape, dielectric};
@@ -38,17 +38,21 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// Half the width and depth, and the height.
+/// Half the width and half the depth of the room, in metres.
 const HALF: f32 = 2.0;
+/// The height of the room, in metres.
 const HIGH: f32 = 2.4;
-/// Half the wall's thickness, and where a short wall ends.
+/// Half the thickness of the wall in the middle, in metres.
 const THIN: f32 = 0.02;
+/// The z coordinate at which a short wall ends, in metres.
 const END: f32 = 0.4;
-/// The distance of lamps from the ceiling, the area of a lamp that is there alone, and its radiance.
+/// The distance of the lamps from the ceiling, in metres.
 const BELOW: f32 = 0.02;
+/// The total area of the dim lamps, in square metres; each lamp has an equal part of it.
 const AREA: f32 = 0.36;
+/// The radiance of the dim lamps.
 const RADIANCE: f32 = 6.0;
-/// The side of the bright lamp: small, so that shadows have sharp edges.
+/// The edge length of the bright lamp in metres. It is short, so that shadows have sharp edges.
 const BRIGHT_SIDE: f32 = 0.1;
 
 pub(super) fn make(values: &Values) -> Scene {
@@ -83,7 +87,7 @@ pub(super) fn make(values: &Values) -> Scene {
     stage.scene()
 }
 
-/// The outer walls, and the one between the halves.
+/// Adds the outer walls and the wall between the halves. That wall reaches through the room if it is `whole`.
 fn shell(model: &mut Model, whole: bool) {
     let low = Vec3::new(-HALF, 0.0, -HALF);
     let (x, y, z) = (Vec3::X * 2.0 * HALF, Vec3::Y * HIGH, Vec3::Z * 2.0 * HALF);
@@ -118,7 +122,8 @@ fn furnish(model: &mut Model) {
     );
 }
 
-/// The dim lamps in a grid, each an instance of its own, and the bright one.
+/// Adds `count` dim lamps in a grid, each a separate instance, and the bright lamp. `contrast` is the power of the bright
+/// lamp over that of all dim lamps together.
 fn lamps(room: &mut Builder, count: u32, contrast: f32) {
     let square = |side: f32| {
         let corner = Vec3::new(-side / 2.0, 0.0, -side / 2.0);

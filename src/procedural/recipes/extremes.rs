@@ -1,5 +1,5 @@
-//! The corner of a room; each parameter takes one quantity to its limit. It is two metres wide, with the floor at height 0.
-//! Beside a large lamp, which the camera does not see, a small one is close to the floor.
+//! The scene `extremes`: the corner of a room, in which each parameter takes one quantity to its limit. It is two metres
+//! wide, with the floor at height 0. The large lamps are above the camera's view, and a small lamp is close to the floor.
 
 use crate::procedural::modelling::{Builder, Shape, emitter, metal};
 use crate::procedural::parameters::{Parameter, Range, Values};
@@ -52,10 +52,11 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// The small lamp is alone, and the camera looks at it, if it is lower.
+/// A height in metres. If the small lamp is lower, it is the only lamp, and the camera looks at it.
 const LOW: f32 = 0.05;
-/// The side of the large lamp, and its height.
+/// The edge length in metres of the large lamp, or of the square in which several lamps are arranged.
 const SIDE: f32 = 0.4;
+/// The height of the large lamps, in metres.
 const HIGH: f32 = 1.2;
 
 pub(super) fn make(values: &Values) -> Scene {

@@ -1,4 +1,5 @@
-//! Spheres, cones and statues like chessmen on a plane, under coloured spheres of light; metres.
+//! The scene `figures`: spheres, cones and chessmen on a plane, under coloured spheres that emit light. Lengths are in
+//! metres.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::{
@@ -29,15 +30,17 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// Ground for each figure, in square metres.
+/// The area of ground for each figure, in square metres.
 const ROOM: f32 = 3.4;
 
-/// The kinds of figures. The first is the king, which is placed in the middle.
+/// The functions that make the shapes of figures. The first one makes the king, which is placed in the middle; for the
+/// others, one is picked at random.
 const KINDS: &[fn() -> Shape] = &[
     king, queen, bishop, rook, pawn, ball, cone, pawn, ball, cone,
 ];
 
-/// The lower profile of all chessmen: a foot, and a waist that ends at `top`.
+/// A chessman: a foot, and a waist that ends with a collar at the height `top`, both in metres, then the profiles `more`
+/// above it. `waist` is the radius.
 fn lower(waist: f32, top: f32, more: &[&[(f32, f32)]]) -> Shape {
     let rising = [
         (0.28, 0.21),
@@ -131,7 +134,7 @@ fn cone() -> Shape {
     lathe(&[&[(0.0, 0.0), (0.4, 0.0)], &side], 64)
 }
 
-/// The materials of figures.
+/// The materials of figures, from which each figure gets one at random.
 fn materials() -> Vec<Material> {
     vec![
         dielectric("white marble", Vec3::new(0.75, 0.73, 0.68), 0.25),
@@ -143,19 +146,19 @@ fn materials() -> Vec<Material> {
     ]
 }
 
-/// The eye's position over the ground, in units of the scatter's radius.
+/// The camera's position above the ground, in units of the radius of the disc in which figures are scattered.
 const EYE: Vec3 = Vec3::new(-0.3, 0.0, 1.12);
-/// Minimum distance of figures from the eye, in metres.
+/// The minimum distance of figures from the camera, in metres.
 const CLEAR_OF_EYE: f32 = 5.0;
 
-/// A disc on the ground that is occupied.
+/// A disc on the ground that a figure occupies up to a height; all lengths are in metres.
 struct Taken {
     middle: Vec3,
     radius: f32,
     height: f32,
 }
 
-/// A board of squares in a plane.
+/// Adds a chessboard of squares of 1 m, which reaches `half` metres from the origin, and a wide plane around it.
 fn ground(scene: &mut Builder, half: u32) {
     let stones = [
         dielectric("light square", Vec3::new(0.5, 0.47, 0.42), 0.3),
@@ -186,7 +189,7 @@ fn ground(scene: &mut Builder, half: u32) {
     scene.add_model("ground", Model(parts));
 }
 
-/// A uniformly distributed point in a disc.
+/// A random point on the ground, uniform in the disc of this radius around the origin.
 fn somewhere(random: &mut Random, radius: f32) -> Vec3 {
     let (turn, out) = (
         random.between(0.0, std::f32::consts::TAU),
@@ -195,7 +198,8 @@ fn somewhere(random: &mut Random, radius: f32) -> Vec3 {
     Vec3::new(out * turn.cos(), 0.0, out * turn.sin())
 }
 
-/// Scatters the figures without overlaps and away from the eye; the disc grows until all have a place.
+/// Places `count` figures at random positions without overlaps, and away from `eye`. The disc's `radius` grows until all
+/// have space. Returns the occupied discs.
 fn scatter(
     scene: &mut Builder,
     random: &mut Random,
@@ -261,7 +265,7 @@ fn scatter(
     taken
 }
 
-/// Hangs coloured spheres of light between and above the figures.
+/// Adds `count` coloured spheres that emit light, between and above the figures. None is inside a figure, or hides the king.
 fn lights(
     scene: &mut Builder,
     random: &mut Random,

@@ -1,4 +1,5 @@
-//! A bright, non-reflecting room around one convex body.
+//! The scene `furnace`: a room that emits uniform light and reflects nothing, around one convex body. If the body reflects
+//! all light, it cannot be seen, which tests that the BSDF conserves energy.
 
 use crate::procedural::modelling::{Builder, Shape};
 use crate::procedural::parameters::{Parameter, Range, Values};

@@ -1,4 +1,4 @@
-//! A garage with a small car, a workbench and shelves, under a few plain lamps; metres.
+//! The scene `garage`: a garage with a small car, a workbench and shelves, under a few plain lamps. Lengths are in metres.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::{
@@ -31,19 +31,23 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// Half the width, the height, and the back and front walls.
+/// Half the width of the garage, in metres.
 const SIDE: f32 = 3.6;
+/// The height of the garage, in metres.
 const HIGH: f32 = 3.2;
+/// The z coordinate of the back wall, in metres.
 const BACK: f32 = -4.6;
+/// The z coordinate of the front wall, in metres.
 const FRONT: f32 = 4.4;
-/// Height of the ground under the slabs. The walls reach down to it, so that no light leaks through
-/// the joints.
+/// The height in metres of the ground under the slabs. The walls reach down to it, so that joints leak no light.
 const DEEP: f32 = -0.02;
-/// The rolling door's extent, and its height.
+/// The lowest and the highest x coordinate of the rolling door, in metres.
 const DOOR: (f32, f32) = (-3.15, -0.35);
+/// The height of the rolling door, in metres.
 const DOOR_HIGH: f32 = 2.4;
 
-/// A wall of blocks, its foot along X from 0 to `long`, facing +Z; the joints let the mortar show.
+/// Adds a wall of blocks with visible mortar in the joints. Before `transform`, its foot is along X from 0 to `long`, in
+/// metres, and it faces +Z.
 fn blocks(model: &mut Model, random: &mut Random, long: f32, transform: impl Fn(Vec3) -> Vec3) {
     let mortar = Material::lambert("mortar", Vec3::splat(0.28));
     let wall = Shape::quad(Vec3::Y * DEEP, Vec3::X * long, Vec3::Y * (HIGH - DEEP));
@@ -128,7 +132,7 @@ fn room(model: &mut Model, random: &mut Random) {
     }
 }
 
-/// The rolling door in the back wall, behind the car.
+/// Adds the rolling door in the back wall, behind the car.
 fn door(model: &mut Model) {
     let mut slats = Profile::new(0.0, 0.0);
     for _ in 0..20 {
@@ -152,7 +156,7 @@ fn door(model: &mut Model) {
     );
 }
 
-/// Three long lamps under the beams, a window in the left wall, and a lamp over the bench.
+/// Adds three long lamps under the beams, a window in the left wall, and a lamp over the bench.
 fn lamps(model: &mut Model) {
     let white = dielectric("lamp housing", Vec3::splat(0.6), 0.4);
     let glow = emitter("long lamp", vec3(52.0, 48.0, 41.0));

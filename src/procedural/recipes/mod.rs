@@ -1,4 +1,4 @@
-//! The procedural scenes, one file each.
+//! The recipes of the procedural scenes, one file for each family of scenes.
 
 mod atrium;
 mod city_grid;
@@ -19,7 +19,7 @@ mod two_rooms;
 
 use super::Procedural;
 
-/// Every procedural scene.
+/// The declarations of all procedural scenes, in the order in which they are listed.
 pub const SCENES: &[Procedural] = &[
     Procedural {
         name: "atrium",

@@ -1,5 +1,5 @@
-//! A playroom in the evening with every kind of motion: of the camera, toys, lamps, and of the light
-//! that lamps emit. Metres, the floor at height 0. It uses every kind of interpolation.
+//! The scene `motion`: a playroom in the evening with every kind of motion, of the camera, toys, lamps, and of the light
+//! that lamps emit. It uses every kind of interpolation. Lengths are in metres, and the floor is at height 0.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::stage::{Stage, at, repeated, swing};
@@ -61,7 +61,7 @@ pub(super) fn make(values: &Values) -> Scene {
     stage.scene()
 }
 
-/// Adds everything that does not move.
+/// Adds everything in the playroom that does not move.
 fn furnish(room: &mut Builder, random: &mut Random) {
     let wall = |name: &str, color: [f32; 3]| Material::lambert(name, Vec3::from(color));
     let (low, high) = (Vec3::new(-2.0, 0.0, -1.8), Vec3::new(2.0, 2.6, 3.8));
@@ -151,7 +151,7 @@ impl Stage {
         self.hang("carousel", body, hub);
     }
 
-    /// A ball that bounces and is squashed when it hits the floor.
+    /// Adds a ball that bounces, and is squashed when it hits the floor. `speed` multiplies the speed of the motion.
     fn ball(&mut self, speed: f64) {
         const RADIUS: f64 = 0.18;
         const HEIGHT: f64 = 0.7;
@@ -176,7 +176,7 @@ impl Stage {
         self.hang("ball", mesh, node);
     }
 
-    /// A lamp on a cord from the ceiling.
+    /// Adds a lamp that swings on a cord from the ceiling. `speed` multiplies the speed of the motion.
     fn pendulum(&mut self, speed: f64) {
         let mut hook = at(-0.55, 2.6, 0.7);
         hook.rotation.track = swing(speed, 3.0, DVec3::new(0.3, 0.0, 1.0).normalize(), 0.35);
@@ -194,7 +194,7 @@ impl Stage {
         self.hang("bulb", bulb, hook);
     }
 
-    /// A paper lantern that grows and shrinks.
+    /// Adds a paper lantern that grows and shrinks. `speed` multiplies the speed of the motion.
     fn lantern(&mut self, speed: f64) {
         let mut lantern = at(1.2, 1.95, -1.1);
         lantern.scale = Animated::still(DVec3::splat(0.17));
@@ -209,7 +209,7 @@ impl Stage {
         self.hang("lantern", mesh, node);
     }
 
-    /// An arrow on the back wall that switches on and off.
+    /// Adds an arrow on the back wall whose light switches on and off. `speed` multiplies the speed of the change.
     fn sign(&mut self, speed: f64) {
         let color = Vec3::new(0.3, 0.75, 1.0);
         let mut arrow = Shape::default();
@@ -228,7 +228,7 @@ impl Stage {
         self.room.place("sign", mesh, DAffine3::IDENTITY);
     }
 
-    /// The stove's window with a flickering fire.
+    /// Adds the stove's window, whose fire flickers. `speed` multiplies the speed of the change.
     fn fire(&mut self, speed: f64) {
         let color = Vec3::new(1.0, 0.4, 0.12);
         let bright = color.as_dvec3();
@@ -258,7 +258,7 @@ impl Stage {
     }
 }
 
-/// A flat disc that faces down.
+/// A flat disc of `sides` triangles that faces down, by its centre and its radius in metres.
 fn disc(middle: Vec3, radius: f32, sides: u32) -> Shape {
     let rim = |i: u32| {
         let turn = std::f32::consts::TAU * (i % sides) as f32 / sides as f32;

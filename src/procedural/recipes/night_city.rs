@@ -1,4 +1,5 @@
-//! A wet street at night between lit windows, lamps and neon signs; metres, the road along −Z.
+//! The scene `night-city`: a wet street at night between lit windows, lamps and neon signs, in metres. The road leads along
+//! −Z.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::{
@@ -29,13 +30,15 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// Half the width of the road, and the distance from its middle to the buildings.
+/// Half the width of the road, in metres.
 const KERB: f32 = 4.5;
+/// The distance from the middle of the road to the buildings, in metres.
 const FRONT: f32 = 7.5;
-/// Where the street begins, behind the camera.
+/// The z coordinate where the street begins, behind the camera, in metres.
 const START: f32 = 14.0;
 
-/// A rectangle on the front of a side's buildings (`side` −1 left, 1 right), facing the street.
+/// A rectangle in front of the buildings of one side (`side` is −1 for the left and 1 for the right), which faces the
+/// street. `out` is its distance from the front, and `z` and `y` are its lowest coordinates, in metres.
 fn on_front(side: f32, out: f32, z: f32, y: f32, width: f32, height: f32) -> Shape {
     let corner = Vec3::new(side * (FRONT - out), y, z);
     let (along, up) = (Vec3::Z * width, Vec3::Y * height);
@@ -46,7 +49,7 @@ fn on_front(side: f32, out: f32, z: f32, y: f32, width: f32, height: f32) -> Sha
     }
 }
 
-/// One building with its windows; returns its depth along the street.
+/// Adds one building with its windows; returns its width along the street in metres.
 fn building(model: &mut Model, random: &mut Random, side: f32, z: f32) -> f32 {
     let width = random.between(7.0, 12.0);
     let floors = random.between(4.0, 13.0) as u32;
@@ -100,7 +103,7 @@ fn building(model: &mut Model, random: &mut Random, side: f32, z: f32) -> f32 {
     width
 }
 
-/// A bright shop window under an awning.
+/// Adds the bright shop windows of a building of this width, under an awning.
 fn shop(model: &mut Model, random: &mut Random, side: f32, z: f32, width: f32) {
     let light = random.pick(&[
         Vec3::new(1.5, 1.0, 0.5),
@@ -129,7 +132,7 @@ fn shop(model: &mut Model, random: &mut Random, side: f32, z: f32, width: f32) {
     );
 }
 
-/// A sign perpendicular to the front: a dark board with rows of glowing bars.
+/// Adds a sign perpendicular to the front of a building of this height: a dark board with rows of glowing bars.
 fn neon(model: &mut Model, random: &mut Random, side: f32, z: f32, height: f32) {
     let color = random.pick(&[
         [9.0, 0.7, 2.2],
@@ -158,7 +161,7 @@ fn neon(model: &mut Model, random: &mut Random, side: f32, z: f32, height: f32) 
     }
 }
 
-/// The street's floor: wet road, markings, pavements.
+/// Adds the wet road, its markings and the pavements, up to the z coordinate `end`.
 fn ground(model: &mut Model, end: f32) {
     let length = START - end;
     let strip = |x: f32, width: f32, y: f32| {
@@ -200,7 +203,7 @@ fn ground(model: &mut Model, end: f32) {
     );
 }
 
-/// Street lamps: many instances of one pole and one bulb.
+/// Adds the street lamps up to the z coordinate `end`: many instances of one pole and one bulb.
 fn street_lamps(scene: &mut Builder, end: f32) {
     let iron = metal("lamp post", Vec3::splat(0.12), 0.4);
     let mut post = Shape::cylinder(Vec3::ZERO, 0.09, 5.2, 10);
@@ -237,7 +240,7 @@ fn street_lamps(scene: &mut Builder, end: f32) {
     }
 }
 
-/// Parked cars and one that comes along the road.
+/// Adds parked cars up to the z coordinate `end`, and one car that comes along the road.
 fn cars(scene: &mut Builder, random: &mut Random, end: f32) {
     let mut meshes = Vec::new();
     let mut cabin = Shape::default();

@@ -1,4 +1,4 @@
-//! A quiet room: a marble bust in a niche, under one lamp; metres, the niche towards −Z.
+//! The scene `statue-room`: a marble bust in a niche, under one lamp. Lengths are in metres, and the niche is at the −Z end.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::{Builder, Model, Profile, Shape, dielectric, emitter, metal};
@@ -28,16 +28,19 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// Half the room's width, its height, and its back and front walls.
+/// Half the width of the room, in metres.
 const SIDE: f32 = 2.7;
+/// The height of the room, in metres.
 const HIGH: f32 = 3.6;
+/// The z coordinate of the back wall, which has the niche, in metres.
 const BACK: f32 = -2.4;
+/// The z coordinate of the front wall, in metres.
 const FRONT: f32 = 4.2;
-/// The lamp's centre.
+/// The centre of the lamp, in metres.
 const LAMP: Vec3 = vec3(-1.15, 3.3, 0.1);
-/// The bust's size relative to life size.
+/// The size of the bust, as a multiple of life size.
 const LARGER: f32 = 1.3;
-/// Width of the niche's moulding.
+/// The width of the moulding around the niche, in metres.
 const TRIM: f32 = 0.15;
 
 const NICHE: Arch = Arch {
@@ -93,7 +96,7 @@ fn walls(model: &mut Model) {
     model.add(&stone, cornice.framed(room).map(|p| p + middle));
 }
 
-/// A floor of squares in two colours; the room is not a whole number of them.
+/// Adds a floor of square tiles in two colours. The rows start at the front wall, and the last row reaches under the niche.
 fn floor(model: &mut Model) {
     let colors = [
         dielectric("dark tiles", vec3(0.05, 0.055, 0.06), 0.22),
@@ -115,7 +118,7 @@ fn floor(model: &mut Model) {
     }
 }
 
-/// The ceiling and the lamp under it, whose frame keeps it from lighting the ceiling.
+/// Adds the ceiling, and under it a square lamp with edges of `side` metres, whose frame keeps light off the ceiling.
 fn ceiling(model: &mut Model, side: f32) {
     let corner = vec3(-SIDE, HIGH, BACK);
     model.add(
@@ -137,7 +140,7 @@ fn ceiling(model: &mut Model, side: f32) {
     );
 }
 
-/// Skirting and rail on the back wall, on both sides of the niche, and on the side walls.
+/// Adds the skirting and the rail on the side walls, and on the back wall on both sides of the niche.
 fn rails(model: &mut Model) {
     let wood = dielectric("dark wood", vec3(0.1, 0.055, 0.03), 0.35);
     let skirting = Profile::new(0.03, 0.0)
@@ -164,7 +167,7 @@ fn rails(model: &mut Model) {
     }
 }
 
-/// A square pedestal, 1.05 m high.
+/// A square pedestal for the bust, 1.05 m high.
 fn pedestal() -> Shape {
     Profile::new(0.0, 0.0)
         .line(0.27, 0.0)
@@ -179,7 +182,7 @@ fn pedestal() -> Shape {
         .framed(Vec2::ZERO)
 }
 
-/// A rope that hangs between two points by `sag`.
+/// A rope between two points, whose middle hangs `sag` metres below their line.
 fn rope(from: Vec3, to: Vec3, sag: f32) -> Shape {
     const LINKS: u32 = 24;
     const SIDES: u32 = 10;
@@ -205,7 +208,7 @@ fn rope(from: Vec3, to: Vec3, sag: f32) -> Shape {
     Shape::smooth(positions, normals)
 }
 
-/// A brass post, 0.95 m high.
+/// A brass post that carries a rope, 0.95 m high.
 fn post() -> Shape {
     Profile::new(0.0, 0.0)
         .line(0.16, 0.0)

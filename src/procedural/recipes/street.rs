@@ -1,4 +1,4 @@
-//! An old street on a festival night; metres, the street leads along −Z and bends.
+//! The scene `street`: an old street on a festival night. Lengths are in metres; the street leads along −Z and bends.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::{Builder, Model, Shape, dielectric};
@@ -23,20 +23,20 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// Distance from the middle of the street to the houses.
+/// The distance from the middle of the street to the houses, in metres.
 const FRONT: f32 = 4.3;
-/// Where the street begins, behind the camera.
+/// The z coordinate where the street begins, behind the camera, in metres.
 const START: f32 = 9.0;
-/// The minimum length.
+/// The minimum length of the street, in metres.
 const SHORTEST: f32 = 60.0;
 
-/// The street's bend: everything is built straight, and moved sideways at the end.
+/// Maps a point of the straight street, in which everything is built, to the street that bends.
 fn bend(p: Vec3) -> Vec3 {
     let along = (-p.z).max(0.0);
     p + Vec3::X * 5.0 * (1.0 - (along / 24.0).cos())
 }
 
-/// Cobbles: each a worn block that leans a little, so that a wet street glitters.
+/// Adds cobbles up to the z coordinate `end`. Each is a worn block that leans slightly, so that a wet street glitters.
 fn ground(street: &mut Festival, random: &mut Random, end: f32) {
     let bed = dielectric("between cobbles", Vec3::splat(0.03), 0.6);
     let wide = FRONT + 12.0;
@@ -83,7 +83,7 @@ fn ground(street: &mut Festival, random: &mut Random, end: f32) {
     }
 }
 
-/// A church tower behind the houses, with a lit clock.
+/// Adds a church tower behind the houses, with a lit clock.
 fn tower(street: &mut Festival) {
     let stone = dielectric("tower stone", Vec3::new(0.34, 0.31, 0.27), 0.8);
     let copper = dielectric("copper roof", Vec3::new(0.1, 0.22, 0.17), 0.5);

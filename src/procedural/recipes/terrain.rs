@@ -1,4 +1,4 @@
-//! A height field of any number of triangles.
+//! The scene `terrain`: a height field with any number of triangles.
 
 use crate::procedural::modelling::{Builder, Shape, emitter};
 use crate::procedural::parameters::{Parameter, Range, Values};
@@ -20,10 +20,10 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// Width of the landscape in metres.
+/// The width and the depth of the landscape, in metres.
 const WIDTH: f32 = 100.0;
 
-/// A random number in −1…1 at a lattice point.
+/// A pseudorandom number in [−1, 1] at a point of the integer lattice.
 fn lattice(x: i32, z: i32, seed: u32) -> f32 {
     let mut h = (x as u32).wrapping_mul(0x8DA6_B343)
         ^ (z as u32).wrapping_mul(0xD816_3841)
@@ -33,7 +33,7 @@ fn lattice(x: i32, z: i32, seed: u32) -> f32 {
     (h ^ (h >> 15)) as f32 / 2_147_483_648.0 - 1.0
 }
 
-/// Smooth noise of wavelength 1.
+/// Smooth noise in [−1, 1], which interpolates [`lattice`] between integer coordinates.
 fn noise(x: f32, z: f32, seed: u32) -> f32 {
     let (i, j) = (x.floor(), z.floor());
     let fade = |t: f32| t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
@@ -43,7 +43,7 @@ fn noise(x: f32, z: f32, seed: u32) -> f32 {
     mix(mix(at(0, 0), at(1, 0), u), mix(at(0, 1), at(1, 1), u), v)
 }
 
-/// Height in metres: ridges that grow towards the back, and ever finer detail.
+/// The height of the ground in metres at (x, z): a sum of octaves of ridges, which get higher towards the back.
 fn height(x: f32, z: f32, seed: u32) -> f32 {
     let (mut sum, mut size, mut wave) = (0.0, 7.0, 32.0);
     for octave in 0..9 {

@@ -1,5 +1,5 @@
-//! Two furnished rooms with a door between them; metres, the thin wall along z = 0, the front room
-//! at +z. All light in the front room comes through the door.
+//! The scene `two-rooms`: two furnished rooms with a door in the thin wall between them. All light in the front room comes
+//! through the door. Lengths are in metres; the wall is at z = 0, and the front room at +z.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::{Builder, Model, Shape, dielectric, emitter, lathe, metal};
@@ -23,18 +23,24 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// Half the rooms' width, their height and their far ends; the wall reaches from 0 to −WALL.
+/// Half the width of the rooms, in metres.
 const HALF: f32 = 2.5;
+/// The height of the rooms, in metres.
 const HIGH: f32 = 2.6;
+/// The z coordinate of the front room's far end, in metres.
 const FRONT: f32 = 5.0;
+/// The z coordinate of the back room's far end, in metres.
 const BACK: f32 = -4.2;
+/// The thickness of the wall between the rooms, which reaches from z = 0 to −WALL, in metres.
 const WALL: f32 = 0.04;
-/// The hole in the wall for the door, and how thick the door's frame is.
+/// The lowest and the highest x coordinate of the hole for the door, in metres.
 const HOLE: (f32, f32) = (0.3, 1.26);
+/// The height of the hole for the door, in metres.
 const HOLE_TOP: f32 = 2.08;
+/// The thickness of the door's frame, in metres.
 const FRAME: f32 = 0.03;
 
-/// Floor, ceiling and outer walls: solid boxes that overlap, so that there are no gaps.
+/// Adds the floor, the ceiling and the outer walls of both rooms: solid boxes that overlap, so that there are no gaps.
 fn shell(model: &mut Model, front: &Material, back: &Material) {
     let plaster = Material::lambert("ceiling", Vec3::splat(0.75));
     let concrete = Material::lambert("under the floor", Vec3::splat(0.2));
@@ -61,7 +67,7 @@ fn shell(model: &mut Model, front: &Material, back: &Material) {
     solid(back, [-2.6, -0.1, low + 0.05], [2.6, 2.7, BACK]);
 }
 
-/// The thin wall. Its faces share their corners, so that there is no gap between two of them.
+/// Adds the thin wall between the rooms. Its faces share their corners, so that there are no gaps.
 fn thin_wall(model: &mut Model, front: &Material, back: &Material) {
     let xs = [-HALF - 0.1, HOLE.0, HOLE.1, HALF + 0.1];
     let ys = [-0.1, HOLE_TOP, HIGH + 0.1];
@@ -79,7 +85,7 @@ fn thin_wall(model: &mut Model, front: &Material, back: &Material) {
     model.add(front, Shape::quad(corner(HOLE.0, HOLE_TOP), across, deep));
 }
 
-/// The frame around the door, with a stop for the shut door on all four sides.
+/// Adds the frame around the door, with a stop for the shut door on all four sides.
 fn door_frame(model: &mut Model, paint: &Material) {
     let mut bar = |x: [f32; 2], y: [f32; 2], z: [f32; 2]| {
         let (low, high) = (Vec3::new(x[0], y[0], z[0]), Vec3::new(x[1], y[1], z[1]));
@@ -116,7 +122,7 @@ fn door_frame(model: &mut Model, paint: &Material) {
     );
 }
 
-/// The door. It opens into the back room, around the far edge of its right side.
+/// Adds the door, opened by `degrees`. It opens into the back room, around the far edge of its right side.
 fn door(scene: &mut Builder, paint: &Material, degrees: f64) {
     let gap = 0.003;
     let width = HOLE.1 - HOLE.0 - 2.0 * (FRAME + gap);
@@ -167,7 +173,7 @@ fn door(scene: &mut Builder, paint: &Material, degrees: f64) {
     door.put(scene, "door", hinge, -degrees);
 }
 
-/// Planks along z, with narrow grooves between.
+/// Adds planks along z, with narrow grooves between them.
 fn floor(model: &mut Model, random: &mut Random) {
     let woods = [[0.34, 0.21, 0.12], [0.29, 0.17, 0.095], [0.38, 0.24, 0.145]]
         .map(|color| dielectric("plank", Vec3::from(color), 0.32));
@@ -191,7 +197,7 @@ fn floor(model: &mut Model, random: &mut Random) {
     }
 }
 
-/// Boards along the foot of the walls.
+/// Adds boards along the foot of the walls of both rooms.
 fn skirting(model: &mut Model, paint: &Material) {
     let mut board = |low: [f32; 3], high: [f32; 3]| {
         model.add(paint, Shape::block(Vec3::from(low), Vec3::from(high)));
@@ -217,7 +223,7 @@ fn skirting(model: &mut Model, paint: &Material) {
     }
 }
 
-/// Furnishes the front room, which is lit through the door.
+/// Adds the furniture of the front room, which is lit through the door.
 fn furnish_front(scene: &mut Builder, random: &mut Random, walnut: &Material) {
     let cloth = Material::lambert("armchair", Vec3::new(0.12, 0.3, 0.26));
     furniture::armchair(&cloth, walnut).put(scene, "armchair", Vec3::new(1.72, 0.0, 1.75), -62.0);
@@ -265,7 +271,7 @@ fn furnish_front(scene: &mut Builder, random: &mut Random, walnut: &Material) {
     rug.put(scene, "rug", Vec3::new(0.35, 0.0005, 2.0), 0.0);
 }
 
-/// Furnishes the back room, with all lights.
+/// Adds the furniture of the back room, and all lights.
 fn furnish_back(scene: &mut Builder, random: &mut Random, walnut: &Material) {
     let oak = dielectric("oak", Vec3::new(0.45, 0.3, 0.16), 0.4);
     let table = Vec3::new(-0.42, 0.0, -2.2);
@@ -343,8 +349,8 @@ mod tests {
     use super::*;
     use crate::procedural::generate;
 
-    /// Of 4,000 straight lines from one room to the other, half of them through the edge of the door,
-    /// the number that hit nothing.
+    /// Counts the unblocked lines among 4,000 straight lines from the front room, for an opening `angle` in degrees. Half of
+    /// them end in the back room, and half pass near an edge of the door.
     fn open_lines(angle: &str) -> usize {
         let settings = [("angle".to_owned(), angle.to_owned())];
         let scene = generate("two-rooms", &settings).unwrap();

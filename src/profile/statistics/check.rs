@@ -1,27 +1,28 @@
-//! Pipelines against stored ones.
+//! Comparison of pipelines with stored ones.
 
 use super::Pipeline;
 
-/// The largest differences by which a value may be worse than the stored one.
+/// The largest differences by which a value of a pipeline may be worse than the stored value.
 #[derive(Clone, Copy, Debug)]
 pub struct Slack {
-    /// The number of vector registers: the granule in which RDNA2 gives them to subgroups of 64 (that of RDNA3 is 12).
+    /// Allowed increase of the number of vector registers. It is the step in which RDNA2 gives registers to subgroups of 64
+    /// invocations (in RDNA3 it is 12).
     pub vgprs: u64,
-    /// The size of the code and the number of instructions, as a fraction of the stored value.
+    /// Allowed increase of the code size and of the number of instructions, as a fraction of the stored value.
     pub code: f64,
 }
 
-/// The slack of a check. Spilled registers, scratch, shared memory and occupancy have no slack.
+/// The slack of [`compare`]. Spilled registers, scratch memory, shared memory and occupancy have no slack.
 pub const SLACK: Slack = Slack {
     vgprs: 8,
     code: 0.02,
 };
 
-/// A value of a pipeline; a larger value is worse.
+/// A value of a pipeline that is compared with the stored one; a larger value is worse.
 struct Value {
     name: &'static str,
     of: fn(&Pipeline) -> Option<f64>,
-    /// The largest allowed value, computed from the stored one.
+    /// The largest value that is not worse, computed from the stored value.
     limit: fn(f64) -> f64,
 }
 
@@ -64,19 +65,21 @@ const VALUES: &[Value] = &[
     },
 ];
 
-/// The outcome of a comparison.
+/// The outcome of a comparison of pipelines with stored ones.
 #[derive(Debug, Default)]
 pub struct Compared {
-    /// A line for each value that is worse.
+    /// One line of text for each value that is worse than the stored one; empty if none is.
     pub worse: Vec<String>,
-    /// The number of pipelines without a comparable stored one.
+    /// Number of pipelines that were not compared, because no stored pipeline of the same pass and tracer shares a use with
+    /// them.
     pub without: usize,
 }
 
-/// Compares each pipeline with the stored one of the same pass and tracer that has most uses in common with it; if there are
-/// several, with the worst of them. A use is a scene with settings. `stored` has pipelines of this device and driver only.
+/// Compares each pipeline with the stored pipeline of the same pass and tracer that has the most uses in common with it. A
+/// use is a scene with settings. If several have equally many, a value is compared with the worst of theirs. `stored` has
+/// pipelines of this device and driver only.
 ///
-/// A change of a shader may split what was one pipeline for several scenes, or join several.
+/// Several stored pipelines can fit, because a change of a shader can split one pipeline of several scenes, or join several.
 pub fn compare(now: &[Pipeline], stored: &[&Pipeline]) -> Compared {
     let mut compared = Compared::default();
     for one in now {
@@ -116,7 +119,7 @@ pub fn compare(now: &[Pipeline], stored: &[&Pipeline]) -> Compared {
     compared
 }
 
-/// The number of uses that two pipelines may have in common.
+/// The maximum number of uses that two pipelines can have in common: the common scenes times the common settings.
 fn common_uses(a: &Pipeline, b: &Pipeline) -> usize {
     let common = |a: &[String], b: &[String]| a.iter().filter(|name| b.contains(name)).count();
     common(&a.scenes, &b.scenes) * common(&a.settings, &b.settings)

@@ -1,4 +1,4 @@
-//! Makes the pipelines of scenes on a device that compiles only.
+//! Compilation of the pipelines of scenes, on a device that only compiles.
 
 use super::settings::CONFIGURATIONS;
 use super::{Pipeline, WAVES, value};
@@ -14,34 +14,36 @@ use crate::shader_interface::compiler;
 use crate::{Error, Result};
 use std::sync::Arc;
 
-/// A shader that needs no registers: the device holds the maximum number of its subgroups.
+/// GLSL of a shader that needs no registers, so that the device holds the maximum number of its subgroups. Occupancy is
+/// measured against it.
 const EMPTY: &str = "#version 460\nlayout(local_size_x = 64) in;\nvoid main() {}\n";
 
-/// A size of memory in bytes that no scene exceeds.
+/// A size in bytes that no scene exceeds. It replaces the device's memory, which a driver without its GPU lacks.
 const NO_LIMIT: u64 = 1 << 50;
 
-/// The width and the height of the picture in pixels: shaders do not depend on it.
+/// Width and height of the picture in pixels. The shaders do not depend on them.
 const SIDE: u32 = 64;
 
-/// The number of scattering events: enough for every pass.
+/// The maximum number of scattering events of a path, large enough that every pass is compiled.
 const BOUNCES: u32 = 5;
 
-/// A device that compiles, and the pipelines that it has made of the scenes so far.
+/// A device that only compiles, and the pipelines that it has made for scenes so far.
 pub struct Compiler {
     device: Arc<Device>,
-    /// `waves` of [`EMPTY`] for each invocation of its subgroups.
+    /// `waves` of [`EMPTY`] divided by the number of invocations in a subgroup. Times a subgroup size, it is the maximum of
+    /// `waves`. `None` if the driver does not report `waves`.
     waves_per_invocation: Option<f64>,
-    /// The pipelines, each with the hash of its SPIR-V.
+    /// The pipelines made so far, each with the hash of its SPIR-V, by which the same pipeline is found again.
     made: Vec<(String, Pipeline)>,
-    /// The number of entries of the device's records that were read.
+    /// Number of compiled pipelines in the device's records that [`Self::take`] has already read.
     seen: usize,
 }
 
 impl Compiler {
-    /// Opens a device with all features that shaders may need.
+    /// Opens a device that only compiles, with all features that shaders may need.
     ///
     /// # Errors
-    /// The driver does not report statistics.
+    /// The driver does not report statistics of its compiler, or the device cannot be opened.
     pub fn open(instance: &Arc<Instance>, mut info: DeviceInfo) -> Result<Self> {
         if !info.executable_properties {
             return Err(Error::failed(format!(
@@ -76,7 +78,7 @@ impl Compiler {
         })
     }
 
-    /// The tracers that the device has.
+    /// The tracers for which the device compiles: `compute-bvh`, and `ray-query` if the device has it.
     pub fn tracers(&self) -> Vec<Tracer> {
         let mut tracers = vec![Tracer::ComputeBvh];
         if self.device.info.ray_query {
@@ -85,11 +87,12 @@ impl Compiler {
         tracers
     }
 
-    /// Makes every pipeline with which a scene is rendered by one tracer, in the variant that the rules choose; `name` is the
-    /// scene's name in the result. `watch` is called before each configuration, and may end the work.
+    /// Makes every pipeline with which a scene is rendered by one tracer, in the shader variant that the rules choose for
+    /// the device. `name` is the scene's name in the result. `watch` is called before each configuration, and can end the
+    /// work with an error.
     ///
     /// # Errors
-    /// A shader that the driver rejects, or those of `watch`.
+    /// The tracer or the device does not fit the scene, the driver rejects a shader, or the errors of `watch`.
     pub fn add(
         &mut self,
         name: &str,
@@ -124,7 +127,8 @@ impl Compiler {
         Ok(())
     }
 
-    /// Records two frames, the first without history and the second with it: the recording waits for each pipeline.
+    /// Records two frames, the first without history and the second with it, and the passes of all outputs. Recording a pass
+    /// waits for its pipeline, so all pipelines are made afterwards.
     fn compile(&self, scene: &Arc<GpuScene>, view: &View, settings: &Settings) -> Result<()> {
         let device = &self.device;
         let mut renderer = Renderer::new(device, scene.clone(), view, settings)?;
@@ -141,7 +145,8 @@ impl Compiler {
         Ok(())
     }
 
-    /// Adds the pipelines that were compiled since the last call.
+    /// Adds the pipelines that were compiled since the last call, as used by this scene, tracer and settings, which are
+    /// names.
     fn take(&mut self, scene: &str, tracer: &str, settings: &str) {
         let compiled = self.device.records.compiled();
         for Compiled {
@@ -183,7 +188,7 @@ impl Compiler {
         self.seen = compiled.len();
     }
 
-    /// The pipelines, sorted by tracer and pass.
+    /// The pipelines of all scenes, sorted by tracer and pass.
     pub fn finish(self) -> Vec<Pipeline> {
         let mut made: Vec<Pipeline> = self
             .made
@@ -196,7 +201,8 @@ impl Compiler {
     }
 }
 
-/// The sort key of pipelines, which gives an equal order in every run.
+/// The sort key of pipelines: tracer, pass, uses, instructions. It gives the same order in every run, although passes are
+/// compiled in threads.
 fn key(one: &Pipeline) -> impl Ord {
     let uses = (one.scenes.clone(), one.settings.clone());
     (one.tracer.clone(), one.pass.clone(), uses, one.instructions)

@@ -1,5 +1,5 @@
-//! Registers, memory and occupancy of every pass, as the driver's compiler reports them. Nothing runs, so the device may be a
-//! driver without its GPU.
+//! Registers, memory and occupancy of every pass, as the driver's compiler reports them. No shader runs, so the driver works
+//! without its GPU.
 
 mod check;
 mod collect;
@@ -17,44 +17,46 @@ use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// One pipeline: a pass in one SPIR-V, compiled by one driver for one device. A value that the driver does not report is
+/// One pipeline: a pass with one SPIR-V, compiled by one driver for one device. A value that the driver does not report is
 /// `None`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pipeline {
-    /// The device.
+    /// Name of the device for which the pass was compiled.
     pub device: String,
-    /// Name and version of the driver.
+    /// Name and version of the driver, as one text.
     pub driver: String,
-    /// Name of the tracer.
+    /// Name of the tracer that the pass was compiled for: `ray-query` or `compute-bvh`.
     pub tracer: String,
-    /// The pass.
+    /// Name of the pass.
     pub pass: String,
-    /// The scenes that use it.
+    /// Names of the scenes that need this pipeline.
     pub scenes: Vec<String>,
-    /// The [configurations](CONFIGURATIONS) that use it.
+    /// Names of the [configurations](CONFIGURATIONS) that need this pipeline.
     pub settings: Vec<String>,
-    /// Invocations in a subgroup.
+    /// Number of invocations in a subgroup; 0 if the driver does not report it.
     pub subgroup_size: u32,
-    /// Vector registers of each invocation.
+    /// Number of vector registers of each invocation.
     pub vgprs: Option<u64>,
-    /// The number of vector registers that were moved to scratch memory because there were too few.
+    /// Number of vector registers that the compiler moved to scratch memory, because there were too few.
     pub spilled_vgprs: Option<u64>,
-    /// Bytes of scratch memory of each subgroup.
+    /// Size of the scratch memory of each subgroup, in bytes.
     pub scratch_bytes: Option<u64>,
-    /// The memory of a workgroup in bytes.
+    /// Size of the shared memory (LDS) of each workgroup, in bytes.
     pub lds_bytes: Option<u64>,
-    /// Bytes of machine code.
+    /// Size of the machine code, in bytes.
     pub code_bytes: Option<u64>,
-    /// Instructions of the machine code.
+    /// Number of instructions of the machine code.
     pub instructions: Option<u64>,
-    /// Subgroups that a SIMD unit holds at once, as the driver counts them: RADV counts one of 64 invocations as two.
+    /// The maximum number of subgroups that a SIMD unit holds at once, as the driver counts them: RADV counts a subgroup of
+    /// 64 invocations as two.
     pub waves: Option<u64>,
-    /// `waves` divided by the maximum of the unit, in [0, 1].
+    /// `waves` divided by its value for a shader that needs no registers, in [0, 1]; a lower value is worse.
     pub occupancy: Option<f64>,
 }
 
 impl Pipeline {
-    /// Sets the values from a report. `most_waves` is the value of `waves` for a shader that needs no registers.
+    /// Copies the values of a report. `most_waves` is the value of `waves` for a shader that needs no registers; without it
+    /// there is no occupancy.
     fn set(&mut self, report: &CompilerReport, most_waves: Option<f64>) {
         self.subgroup_size = report.subgroup_size;
         self.vgprs = value(report, "VGPRs");
@@ -72,20 +74,20 @@ impl Pipeline {
     }
 }
 
-/// RADV's name for subgroups that a SIMD unit holds at once.
+/// RADV's name for the maximum number of subgroups that a SIMD unit holds at once.
 const WAVES: &str = "Subgroups per SIMD";
 
-/// A statistic by the name that RADV gives it.
+/// The value of the statistic that the driver calls `name`; `None` if the report lacks it or it is not an integer.
 fn value(report: &CompilerReport, name: &str) -> Option<u64> {
     let mut statistics = report.statistics.iter();
     let (_, value) = statistics.find(|(own, _)| own == name)?;
     value.parse().ok()
 }
 
-/// Reads a file of pipelines.
+/// Reads the pipelines of a file that [`json()`] made.
 ///
 /// # Errors
-/// The file cannot be read or has another form.
+/// The file cannot be read, is too large, or is not a JSON array of pipelines.
 pub fn read(path: &Path) -> Result<Vec<Pipeline>> {
     let text = input_files::read_text(path, input_files::MAX_JSON_BYTES)?;
     serde_json::from_str(&text).map_err(|e| {
@@ -96,10 +98,10 @@ pub fn read(path: &Path) -> Result<Vec<Pipeline>> {
     })
 }
 
-/// Pipelines as a JSON array with one line each, so that a change of a pipeline changes one line of the file.
+/// The pipelines as a JSON array with one line per pipeline, so that a change of a pipeline changes one line of the file.
 ///
 /// # Errors
-/// Never with finite values.
+/// Never if all values are finite.
 pub fn json(pipelines: &[Pipeline]) -> Result<String> {
     let lines = pipelines.iter().map(serde_json::to_string);
     let lines: std::result::Result<Vec<String>, _> = lines.collect();

@@ -1,19 +1,19 @@
-//! The settings whose passes are compiled: together they use every pass.
+//! The settings for which `statistics` compiles the passes; together they use every pass.
 
 use crate::Result;
 use crate::render::Settings;
 use crate::render::presets::Preset;
 
-/// Settings with a name.
+/// Settings with a name: a preset with changes, for which the passes are compiled.
 #[derive(Clone, Copy, Debug)]
 pub struct Configuration {
-    /// The name in tables.
+    /// Name of the configuration in tables and files.
     pub name: &'static str,
     preset: &'static str,
     changes: &'static [&'static str],
 }
 
-/// The presets, and settings that no preset uses: other sources of light candidates, and AOVs of reservoirs.
+/// The presets, and settings that no preset requests: other light samplers, and world reservoirs.
 pub const CONFIGURATIONS: &[Configuration] = &[
     Configuration::preset("path-tracing"),
     Configuration::preset("fast"),
@@ -52,10 +52,10 @@ impl Configuration {
         }
     }
 
-    /// The settings of the configuration.
+    /// The settings of the preset, with the changes of the configuration.
     ///
     /// # Errors
-    /// Never with the configurations of this build, as a test checks.
+    /// Never with [`CONFIGURATIONS`], as a test checks.
     pub fn settings(&self) -> Result<Settings> {
         let mut settings = Preset::named(self.preset)?.settings()?;
         for change in self.changes {

@@ -1,10 +1,11 @@
-//! Pipelines as a table.
+//! Pipelines as a table in text.
 
 use super::Pipeline;
 use std::fmt::Write;
 
-/// One line per tracer and pass, with its worst pipeline: the least occupancy, then the most scratch memory, registers and
-/// instructions. `pipelines` are sorted by tracer and pass.
+/// A table with one line per tracer and pass, which shows the worst of its pipelines: that with the least occupancy, and
+/// among equal ones with the most scratch memory, then registers, then instructions. `pipelines` are sorted by tracer and
+/// pass; without any, the text is empty.
 pub fn table(pipelines: &[Pipeline]) -> String {
     let mut text = String::new();
     let Some(first) = pipelines.first() else {

@@ -14,20 +14,23 @@ use crate::base::progress::Watch;
 use crate::gpu::{Buffer, PassTime};
 use crate::shader_interface::{GpuCamera, ReservoirAov};
 
-/// An integrator makes the pictures of one view of a scene, which [`Renderer`](super::Renderer) has posed. A frame has one
-/// sample per pixel.
+/// An integrator renders the frames of one view of a scene. [`Renderer`](super::Renderer) moves the scene to the pose of a
+/// frame before it calls the integrator. A frame has one sample per pixel.
 ///
-/// Its methods fail if the device does; other errors are named where they can occur.
+/// Methods that return a [`Result`] fail if the device fails or its driver rejects a shader; `# Errors` sections name other
+/// errors.
 pub trait Integrator {
-    /// True if a frame depends on those before it. Then none can be left out, and sums alone cannot be resumed.
+    /// True if a frame depends on the frames before it. Then no frame can be left out, and a run cannot be resumed from its
+    /// sums.
     fn has_history(&self) -> bool;
 
-    /// The maximum number of samples per call of [`Self::add`]: 1 if each sample is a frame for which the scene is posed.
+    /// The maximum number of samples per call of [`Self::add`]. It is 1 if each sample is a frame for which the scene is
+    /// posed.
     fn samples_per_call(&self) -> u32;
 
-    /// Adds samples of one moment, whose indices begin with `first`, to the sums of every pixel. `watch` is called repeatedly
-    /// with the fraction of the work that is done, in [0, 1]. If it returns an error, the work ends, and pixels then differ in
-    /// their number of samples.
+    /// Adds `samples` samples, with indices from `first` on, to the sums of every pixel; all of them show the scene in its
+    /// current pose. Returns the time of each pass. `watch` is called repeatedly with the fraction of the work that is done,
+    /// in [0, 1]. If it returns an error, the work ends, and pixels then differ in their number of samples.
     ///
     /// # Errors
     /// The errors of `watch`.
@@ -40,7 +43,8 @@ pub trait Integrator {
         watch: &mut Watch<'_>,
     ) -> Result<Vec<PassTime>>;
 
-    /// Renders one frame alone, to [`Self::color`], or to `sums` where that is `None`. Returns the time of each run of a pass.
+    /// Renders the frame with the index `index` alone: into [`Self::color`], or where that is `None` into `sums`, which are
+    /// cleared first. Returns the time of each run of a pass.
     fn render(
         &mut self,
         index: u32,
@@ -48,8 +52,8 @@ pub trait Integrator {
         sums: &mut Accumulator,
     ) -> Result<Vec<PassTime>>;
 
-    /// [`Self::render`] without waiting, if the integrator can;
-    /// [`Device::wait_for_running`](crate::gpu::Device::wait_for_running) then returns the times.
+    /// As [`Self::render`], but without waiting for the device if the integrator can. It then returns `None`, and
+    /// [`Device::wait_for_running`](crate::gpu::Device::wait_for_running) returns the times.
     fn submit(
         &mut self,
         index: u32,
@@ -59,22 +63,24 @@ pub trait Integrator {
         self.render(index, camera, sums).map(Some)
     }
 
-    /// Radiance of the last frame: three words per pixel, row by row from the top. `None` for an integrator that writes sums
-    /// only.
+    /// The radiance of the last frame: three words (RGB, in the device's unit of radiance) per pixel, row by row from the
+    /// top. `None` for an integrator that writes sums only.
     fn color(&self) -> Option<&Buffer>;
 
-    /// Restarts with another seed, without history.
+    /// Sets the seed of the next frames, and forgets the frames before them: history is empty and counters are 0.
     fn restart(&mut self, seed: u32) -> Result<()>;
 
-    /// Counters of the passes.
+    /// The counters of the integrator's passes, such as rays and rejected values.
     fn counters(&mut self) -> &mut Counters;
 
-    /// Bytes on the device that are kept from frame to frame or from pass to pass.
+    /// The size in bytes of the buffers that are kept from frame to frame or from pass to pass, without the scene and the
+    /// sums.
     fn bytes(&self) -> u64;
 
-    /// The contents of the last frame's reservoirs, row by row from the top.
+    /// The contents of the last frame's reservoirs of direct or of indirect light, one entry per pixel, row by row from the
+    /// top.
     ///
     /// # Errors
-    /// The integrator has none.
+    /// The integrator has no reservoirs.
     fn reservoir_aovs(&self, lighting: Lighting) -> Result<Vec<ReservoirAov>>;
 }

@@ -1,4 +1,4 @@
-//! MIS path tracing: samples add up over calls. It is the reference for all other estimators.
+//! MIS path tracing, whose samples add up over calls. It is the unbiased reference for all other estimators.
 
 use super::Integrator;
 use crate::base::progress::Watch;
@@ -12,7 +12,7 @@ use crate::{Error, Result};
 use std::sync::Arc;
 
 crate::bindings! {
-    /// Bindings of the pass.
+    /// Bindings of the pass `path_trace`, which adds samples to the sums of each pixel.
     pub struct PathTrace {
         [offers scene: SceneBindings]
         uniform frame,
@@ -21,11 +21,12 @@ crate::bindings! {
     }
 }
 
-/// The number of loop iterations per ray on drivers that limit them. Rays in `night-city` take up to 128, the maximum over the
-/// eight rays of a subgroup.
+/// The number of loop iterations that a ray is assumed to take, on drivers that limit loop iterations. Higher: fewer samples
+/// per dispatch, so the limit is less likely to be exceeded. Rays in `night-city` take up to 128, the maximum over the eight
+/// rays of a subgroup.
 const STEPS_PER_RAY: u32 = 512;
 
-/// Path traces one view of a scene. Its passes add samples to the sums directly, many of them in one dispatch.
+/// The integrator that path traces a view of a scene. Its pass adds samples to the sums directly, many samples per dispatch.
 pub struct PathTracer {
     device: Arc<Device>,
     bindings: Arc<SceneBindings>,
@@ -36,10 +37,12 @@ pub struct PathTracer {
 }
 
 impl PathTracer {
-    /// Makes the pass, and the sums that it needs.
+    /// Makes the pass, and the buffers of `sums` that it writes. With `counting`, the pass also counts rays and lanes, at a
+    /// cost in time.
     ///
     /// # Errors
-    /// More memory than the device has.
+    /// The buffers exceed a limit or the free memory of the device, the picture is wider than the device can bind or
+    /// dispatch, or the shader's interface cannot be bound by name.
     pub fn new(
         device: &Arc<Device>,
         bindings: &Arc<SceneBindings>,
@@ -67,7 +70,8 @@ impl PathTracer {
         })
     }
 
-    /// The maximum number of samples per dispatch, so that a driver that limits loop iterations does not end it early.
+    /// The maximum number of samples per dispatch. It is limited only on drivers that end loops after a number of
+    /// iterations, so that they do not end the loop over samples early.
     fn samples_at_once(&self) -> u32 {
         self.device.info.loop_turns.map_or(u32::MAX, |turns| {
             let rays = self
@@ -91,7 +95,7 @@ impl Integrator for PathTracer {
     }
 
     /// # Errors
-    /// The device fails, its driver has a loop limit and ended loops early, or the errors of `watch`.
+    /// The device fails, its driver has a limit of loop iterations and ended loops early, or the errors of `watch`.
     fn add(
         &mut self,
         first: u32,
@@ -162,7 +166,7 @@ impl Integrator for PathTracer {
     }
 
     /// # Errors
-    /// There are no reservoirs.
+    /// Always, since path tracing has no reservoirs.
     fn reservoir_aovs(&self, _lighting: Lighting) -> Result<Vec<ReservoirAov>> {
         Err(Error::input(
             "path tracing has no reservoirs to look into; use integrator=restir",

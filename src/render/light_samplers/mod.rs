@@ -1,4 +1,4 @@
-//! Light samplers with data of their own. Each has a folder here, with its settings, passes and buffers, and one in
+//! Light samplers that have buffers or passes. Each has a folder here with its settings, passes and buffers, and a folder in
 //! `glsl/lights/samplers`, whose `pixel_samples.glsl` draws from all of them.
 
 pub mod hash_grid;
@@ -15,18 +15,19 @@ use light_bvh::lists::LightLists;
 use light_bvh::settings::LightBvhSettings;
 use std::sync::Arc;
 
-/// Data from which the pixels draw light samples of direct light, and the passes that make it in each frame.
+/// The buffers from which pixels draw light samples of direct light, and the passes that fill them in each frame.
 pub trait LightSampler {
-    /// The buffers, by the names of their bindings.
+    /// The buffers of the sampler, each with the name of its binding in the shaders.
     fn buffers(&self) -> Vec<(&'static str, &Buffer)>;
 
-    /// Sets what shaders need to know about the buffers.
+    /// Writes the constants by which shaders read the buffers. Without this method, a sampler has none.
     fn set_constants(&self, _constants: &mut RestirConstants) {}
 
-    /// Records the passes of a frame, if it has any. `restir` holds the constants of direct light.
+    /// Records the passes of a frame that fill the buffers, if there are any. `restir` is the buffer of the constants of
+    /// direct light.
     ///
     /// # Errors
-    /// A binding that a pass does not have.
+    /// The driver rejects a shader, or the names of the bindings differ from those in the shader.
     fn record<'a>(
         &'a self,
         recording: &mut Recording<'a>,
@@ -35,56 +36,57 @@ pub trait LightSampler {
     ) -> Result<()>;
 }
 
-/// The settings of the light samplers that the pixels use.
+/// The settings of the light samplers from which the pixels draw candidates of direct light.
 #[derive(Clone, Copy)]
 pub struct SamplerSettings<'a> {
-    /// The light BVH, if tiles of pixels draw lists from it.
+    /// The settings of the light BVH if tiles of pixels draw lists from it; otherwise `None`, and there are no light lists.
     pub light_lists: Option<&'a LightBvhSettings>,
-    /// The surfaces that fill the hash grid.
+    /// The surfaces that fill the hash grid; [`HashGrid::None`] if there is no hash grid.
     pub filled_by: HashGrid,
-    /// The hash grid.
+    /// The settings of the hash grid; without effect if there is none.
     pub hash_grid: &'a HashGridSettings,
-    /// Light samples per pixel.
+    /// The number of light samples per pixel and frame.
     pub light_samples: u32,
 }
 
-/// From what light samplers are made.
+/// The inputs from which each light sampler makes its passes and buffers.
 pub struct SamplerInputs<'a> {
-    /// The device.
+    /// The device on which passes and buffers are made.
     pub device: &'a Arc<Device>,
-    /// The scene.
+    /// The scene on the device, whose surfaces can fill a sampler.
     pub scene: &'a GpuScene,
-    /// The settings.
+    /// The settings of all samplers, which decide whether a sampler exists.
     pub settings: SamplerSettings<'a>,
-    /// The picture.
+    /// The size of the picture in pixels, from which the sizes of buffers follow, and its camera.
     pub view: &'a ViewConstants,
-    /// Bytes of a reservoir of direct light.
+    /// The size of a reservoir of direct light, in bytes.
     pub reservoir_bytes: u64,
-    /// Makes a pass by name.
+    /// Makes the compute pass with a given name, with the specialisation of direct light.
     pub pass: &'a dyn Fn(&str) -> Result<ComputePass>,
 }
 
-/// A light sampler, if the settings use it.
+/// A light sampler that was made, or `None` if the settings do not use it.
 type Made = Option<Box<dyn LightSampler>>;
 
-/// A kind of light sampler.
+/// A kind of light sampler: the functions that compute its memory and make it.
 struct Kind {
-    /// The sizes in bytes of its buffers, by name; empty if the settings do not use it.
+    /// The name and the size in bytes of each buffer, from the settings, the view and the bytes of a reservoir of direct
+    /// light. Empty if the settings do not use the sampler.
     bytes: fn(&SamplerSettings<'_>, &ViewConstants, u64) -> Vec<(&'static str, u64)>,
     make: fn(&SamplerInputs<'_>) -> Result<Made>,
 }
 
-/// All kinds; a new one is a line here.
+/// All kinds of light samplers that have buffers or passes. A new kind is registered by an entry here.
 const KINDS: [Kind; 2] = [LightLists::KIND, HashGridLight::KIND];
 
-/// The light samplers of the pixels that the settings use.
+/// The light samplers with buffers or passes that the settings use for the candidates of direct light.
 pub struct LightSamplers(Vec<Box<dyn LightSampler>>);
 
 impl LightSamplers {
-    /// Makes the samplers.
+    /// Makes the samplers that the settings use, with their passes and buffers.
     ///
     /// # Errors
-    /// More memory than the device has.
+    /// A buffer exceeds a limit or the free memory of the device, or a pass cannot be made.
     pub fn new(inputs: &SamplerInputs<'_>) -> Result<Self> {
         let made = KINDS
             .iter()
@@ -92,7 +94,8 @@ impl LightSamplers {
         Ok(Self(made.collect::<Result<_>>()?))
     }
 
-    /// The sizes in bytes of the buffers that [`Self::new`] would make, by name.
+    /// The name and the size in bytes of each buffer that [`Self::new`] would make. `reservoir_bytes` is the size of a
+    /// reservoir of direct light.
     pub fn bytes(
         settings: &SamplerSettings<'_>,
         view: &ViewConstants,
@@ -102,12 +105,12 @@ impl LightSamplers {
         KINDS.iter().flat_map(sizes).collect()
     }
 
-    /// All samplers.
+    /// The samplers that the settings use, in the order in which their passes run.
     pub fn iter(&self) -> impl Iterator<Item = &dyn LightSampler> {
         self.0.iter().map(|sampler| &**sampler)
     }
 
-    /// What passes of direct light may bind.
+    /// The buffers of all samplers that passes of direct light may read, each with the name of its binding.
     pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
         let buffers = self.iter().flat_map(LightSampler::buffers);
         buffers

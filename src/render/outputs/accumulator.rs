@@ -1,4 +1,4 @@
-//! Sums over the samples of a picture, on the device.
+//! The sums of a picture's samples, kept on the device.
 
 use super::radiance::Radiance;
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, in_rows};
@@ -9,29 +9,32 @@ use crate::{Error, Result};
 use std::sync::Arc;
 
 crate::bindings! {
-    /// The bindings of the pass.
+    /// Bindings of the pass `accumulate`, which adds the radiance of a frame to the sums of each pixel.
     pub struct Accumulate {
         read color,
         write sums,
     }
 }
 
-/// The sums of each pixel over the samples that were added since the last [`Self::clear`].
+/// The sums of radiance and of squared radiance of each pixel, over all samples since the last [`Self::clear`]. Means and
+/// standard errors follow from them.
 pub struct Accumulator {
     device: Arc<Device>,
     width: u32,
     height: u32,
     bindings: Arc<SceneBindings>,
-    /// Adds a picture; made at the first one, since path tracing adds none.
+    /// The pass that adds a frame to the sums. It is made for the first frame, since path tracing adds its samples without
+    /// it.
     pass: Option<ComputePass>,
-    /// The picture from top to bottom, each strip with the sums of its pixels; empty before the first sample, so that single
-    /// frames use no memory for sums.
+    /// The strips of the picture from top to bottom, each with the buffer of its pixels' sums. Empty before the first
+    /// sample, so that a renderer of single frames uses no memory for sums.
     strips: Vec<(Strip, Buffer)>,
     samples: u32,
 }
 
 impl Accumulator {
-    /// Sums of a picture of `width` × `height` pixels, without samples.
+    /// Sums of a picture of `width` × `height` pixels that contain no samples yet. `bindings` make the pass that adds
+    /// frames.
     pub fn new(
         device: &Arc<Device>,
         bindings: &Arc<SceneBindings>,
@@ -49,10 +52,11 @@ impl Accumulator {
         }
     }
 
-    /// The strips with their sums, for a pass that adds to them; [`Self::count`] follows it.
+    /// The strips of the picture from top to bottom with the buffers of their sums, for a pass that adds samples to them.
+    /// The caller then reports the samples with [`Self::count`]. The first call makes the buffers.
     ///
     /// # Errors
-    /// More memory than the device has.
+    /// The sums need more memory than the device has, or the picture is wider than the device can bind or dispatch.
     pub fn strips(&mut self) -> Result<&[(Strip, Buffer)]> {
         if self.strips.is_empty() {
             self.strips = strips_of::<PixelSums>(&self.device, "sums", self.width, self.height)?;
@@ -61,12 +65,12 @@ impl Accumulator {
         Ok(&self.strips)
     }
 
-    /// Notes that a pass has added this many samples to every pixel.
+    /// Increases the number of samples in the sums, after a pass has added `samples` samples to every pixel.
     pub fn count(&mut self, samples: u32) {
         self.samples += samples;
     }
 
-    /// Sets all sums to zero.
+    /// Sets the sums of all pixels and the number of samples to zero.
     ///
     /// # Errors
     /// The device fails.
@@ -82,10 +86,11 @@ impl Accumulator {
         recording.finish().map(drop)
     }
 
-    /// Adds a picture, which holds one sample per pixel, row by row from the top.
+    /// Adds one sample per pixel: the radiance of a frame in the buffer `color`, row by row from the top. Returns the time
+    /// of the pass for each strip.
     ///
     /// # Errors
-    /// More memory than the device has, or the device fails.
+    /// The errors of [`Self::strips`], a shader that the driver rejects, or the device fails.
     pub fn add(&mut self, color: &Buffer) -> Result<Vec<PassTime>> {
         self.strips()?;
         let pass = match self.pass.take() {
@@ -107,7 +112,7 @@ impl Accumulator {
         Ok(times)
     }
 
-    /// The sums of each pixel, row by row from the top; empty before the first sample.
+    /// Reads the sums of all pixels, row by row from the top; empty if the buffers of sums are not made yet.
     ///
     /// # Errors
     /// The device fails.
@@ -119,10 +124,11 @@ impl Accumulator {
         Ok(all)
     }
 
-    /// Replaces the sums by the sums of an earlier run over `samples` samples, with one entry per pixel.
+    /// Replaces the sums of all pixels by `sums`, which has one entry per pixel, row by row from the top. They are the sums
+    /// over `samples` samples of an earlier run.
     ///
     /// # Errors
-    /// There are fewer entries than pixels, or the device fails.
+    /// `sums` has fewer entries than the picture has pixels, the errors of [`Self::strips`], or the device fails.
     pub fn write(&mut self, sums: &[PixelSums], samples: u32) -> Result<()> {
         let width = self.width;
         let mut rest = sums;
@@ -137,7 +143,7 @@ impl Accumulator {
         Ok(())
     }
 
-    /// The sums on the device.
+    /// The sums of radiance on the device, one part of the picture per strip, from top to bottom.
     pub fn radiance(&self) -> Vec<Radiance<'_>> {
         let parts = self.strips.iter().map(|(strip, sums)| Radiance {
             buffer: sums,

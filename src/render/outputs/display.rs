@@ -1,4 +1,4 @@
-//! The picture as a display shows it, made on the device: the end of a frame for capture tools.
+//! The picture as a display shows it, tone-mapped on the device. It is the end of a frame for capture tools.
 
 use super::radiance::Radiance;
 use crate::Result;
@@ -8,26 +8,26 @@ use crate::shader_interface::{TILE, ToneMap};
 use std::sync::Arc;
 
 crate::bindings! {
-    /// Bindings of the pass.
+    /// Bindings of the pass `tone_map`, which turns radiance into display values.
     pub struct ToneMapPicture {
         read radiance,
         write display,
     }
 }
 
-/// The pass that makes display values, and its picture.
+/// The pass that turns radiance into display values, and the picture that it writes.
 pub struct Display {
     device: Arc<Device>,
     pass: ComputePass,
-    /// One 8-bit sRGB word per pixel, row by row from the top.
+    /// The picture: one 32-bit word per pixel with 8 bits per sRGB channel, row by row from the top.
     pub pixels: Buffer,
 }
 
 impl Display {
-    /// Makes the pass for pictures of `pixels` pixels.
+    /// Makes the pass and the buffer of the picture, which has `pixels` pixels.
     ///
     /// # Errors
-    /// More memory than the device has.
+    /// The buffer exceeds a limit or the free memory of the device, or the shader's interface cannot be bound by name.
     pub fn new(device: &Arc<Device>, bindings: &SceneBindings, pixels: u64) -> Result<Self> {
         Ok(Self {
             pass: bindings.pass("tone_map", &bindings.specialisation)?,
@@ -36,10 +36,11 @@ impl Display {
         })
     }
 
-    /// Maps the parts of a picture, the mean of their samples times `scale`.
+    /// Writes the display values of all parts of a picture: the mean radiance of each pixel's samples, times `scale`,
+    /// tone-mapped. If `begins_with_blue` is true, blue is in the least significant byte of a pixel, otherwise red.
     ///
     /// # Errors
-    /// The device fails.
+    /// The driver rejects the shader, or the device fails.
     pub fn map(&self, parts: &[Radiance<'_>], scale: f64, begins_with_blue: bool) -> Result<()> {
         let mut recording = Recording::new(&self.device)?;
         for part in parts {

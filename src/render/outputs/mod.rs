@@ -1,4 +1,5 @@
-//! Outputs besides the picture: AOVs of surfaces, sums over samples, the picture for displays.
+//! Outputs of a renderer: sums over samples, radiance on the device, the picture for displays, and AOVs (additional
+//! channels) of surfaces.
 
 pub mod accumulator;
 pub mod display;

@@ -1,4 +1,4 @@
-//! AOVs of primary surfaces: the surface through each pixel's centre.
+//! AOVs (additional channels of a picture) of primary surfaces: the surface that the ray through each pixel's centre hits.
 
 use crate::Result;
 use crate::gpu::{Buffer, ComputePass, Device, Recording, Usage};
@@ -9,7 +9,7 @@ use crate::shader_interface::{FrameConstants, GpuCamera, PrimarySurface};
 use std::sync::Arc;
 
 crate::bindings! {
-    /// Bindings of the pass.
+    /// Bindings of the pass `primary`, which finds the primary surface of each pixel.
     pub struct Primary {
         [offers scene: SceneBindings]
         uniform frame,
@@ -19,7 +19,7 @@ crate::bindings! {
     }
 }
 
-/// The pass that finds primary surfaces.
+/// The pass `primary`, which traces one ray through the centre of each pixel, separately from the rays of the picture.
 pub struct PrimarySurfaces {
     device: Arc<Device>,
     bindings: Arc<SceneBindings>,
@@ -28,10 +28,10 @@ pub struct PrimarySurfaces {
 }
 
 impl PrimarySurfaces {
-    /// Makes the pass.
+    /// Makes the pass `primary` for the scene of `bindings`.
     ///
     /// # Errors
-    /// A shader whose interface cannot be bound by name.
+    /// The shader's interface cannot be bound by name, or the device fails.
     pub fn new(device: &Arc<Device>, bindings: &Arc<SceneBindings>) -> Result<Self> {
         Ok(Self {
             primary: bindings.pass("primary", &bindings.specialisation)?,
@@ -41,8 +41,8 @@ impl PrimarySurfaces {
         })
     }
 
-    /// The surfaces that the camera sees, row by row from the top; `previous` is the camera of the previous
-    /// frame.
+    /// Finds the surfaces that the camera of `constants` sees, one per pixel, row by row from the top. Depths are in the
+    /// device's unit of length. `previous` is the camera of the previous frame, from which motion vectors follow.
     pub fn read(
         &self,
         constants: &FrameConstants,

@@ -1,25 +1,26 @@
-//! Radiance on the device: the location of the picture, independent of the integrator.
+//! Radiance on the device: the buffers that hold a picture, independent of the integrator that rendered it.
 
 use crate::Result;
 use crate::gpu::Buffer;
 use glam::Vec3;
 
-/// The radiance of consecutive pixels, row by row from the top.
+/// The location of the radiance of consecutive pixels, row by row from the top, in a buffer on the device.
 pub struct Radiance<'a> {
-    /// A buffer of words; the first three of each pixel are its radiance, in the unit of the device, summed over the samples.
+    /// A buffer of 32-bit floats. The first three of each pixel are its red, green and blue radiance, in the device's unit
+    /// of radiance, summed over the samples.
     pub buffer: &'a Buffer,
-    /// The distance from one pixel to the next, in words.
+    /// The distance from the first word of one pixel to the first word of the next, in words of 32 bits.
     pub stride: u32,
-    /// Index of the first pixel in the picture.
+    /// The index in the picture of the first pixel in the buffer; indices count row by row from the top.
     pub first_pixel: u32,
-    /// Number of pixels.
+    /// The number of pixels in the buffer.
     pub pixels: u32,
-    /// Number of samples in the sum.
+    /// The number of samples in each pixel's sum. The mean radiance of a pixel is its sum divided by this number.
     pub samples: u32,
 }
 
 impl Radiance<'_> {
-    /// The sums of all pixels.
+    /// Reads the RGB sums of all pixels in the buffer, in their order, in the device's unit of radiance.
     ///
     /// # Errors
     /// The device fails.

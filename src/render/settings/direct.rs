@@ -1,34 +1,38 @@
-//! Settings of direct light.
+//! Settings of direct light (`direct.*`).
 
 use super::{Resampling, Spatial, Visibility};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The estimator of direct light.
+/// The estimator of direct light, which is light that is scattered once.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DirectMode {
-    /// No direct light, for comparisons of indirect light: path tracing also leaves out light that was scattered once.
+    /// No direct light, so that indirect light can be compared alone. Path tracing also leaves out light that was scattered
+    /// once.
     Off,
-    /// Reservoir resampling with reuse over neighbours and frames; with path tracing, direct light is path traced.
+    /// Reservoir resampling, with reuse over neighbours and frames. With `integrator=path-tracing`, direct light is path
+    /// traced.
     #[default]
     Restir,
 }
 
-/// Resampling of direct light.
+/// Settings of direct light: its estimator, its candidates and its reuse.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Direct {
-    /// The estimator of direct light; with `--bounces 0` there is none.
+    /// The estimator of direct light, which is light that is scattered once. With `--bounces 0` there is no direct light.
     pub mode: DirectMode,
-    /// The resampling of direct light.
+    /// The settings of resampling, with the values for direct light.
     #[serde(flatten)]
     pub resampling: Resampling,
-    /// Number of BSDF candidates per pixel and frame. Cost: one ray each. Unbiased at any value.
+    /// Number of BSDF candidates per pixel and frame, which are hits of rays that the BSDF draws. Cost: one ray each. No
+    /// effect with `visibility=final`. Unbiased at any value.
     #[schemars(range(min = 0, max = 64))]
     pub bsdf_samples: u32,
-    /// Maximum number of additional BSDF candidates, for narrow lobes and for pixels near which BSDF candidates find bright
-    /// light. Cost: one ray each in a few pixels, and a pass. No effect if `bsdf_samples` is 0. Unbiased at any value.
+    /// Maximum number of additional BSDF candidates per pixel. Narrow lobes draw them, and pixels near which BSDF candidates
+    /// find bright light. Cost: one ray each in these pixels, and a pass. No effect if `bsdf_samples` is 0. Unbiased at any
+    /// value.
     #[schemars(range(min = 0, max = 256))]
     pub more_bsdf_samples: u32,
 }
@@ -54,7 +58,8 @@ impl Default for Direct {
 }
 
 impl Direct {
-    /// These settings for path tracing, with defaults for those that do not apply to it.
+    /// A copy of these settings for path tracing, in which all settings without an effect on path tracing have their
+    /// defaults.
     pub fn of_path_tracing(&self) -> Self {
         Self {
             mode: self.mode,
@@ -62,14 +67,14 @@ impl Direct {
         }
     }
 
-    /// True if BSDF rays are candidates. They find only visible light, so they would not cover the support of targets without
-    /// visibility.
+    /// True if hits of BSDF rays are candidates of direct light. They are not with `visibility=final`: they are always
+    /// visible, so they would not cover the support of target functions without visibility.
     pub fn draws_bsdf(&self) -> bool {
         self.bsdf_samples > 0 && self.resampling.visibility != Visibility::Final
     }
 
-    /// True if a separate pass traces the first BSDF candidates: because they also begin `paths`, or because they decide where
-    /// more are needed.
+    /// True if a separate pass traces the first BSDF candidate of each pixel (the pilot): because it also begins the paths
+    /// of indirect light (`paths`), or because pilots decide which pixels draw more BSDF candidates.
     pub fn draws_pilots(&self, paths: bool) -> bool {
         self.draws_bsdf() && (paths || self.more_bsdf_samples > 0)
     }

@@ -1,67 +1,71 @@
-//! Settings of indirect light.
+//! Settings of indirect light (`indirect.*`).
 
 use super::{Resampling, ReuseMode};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The estimator of indirect light.
+/// The estimator of indirect light, which is light that is scattered at least twice.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum IndirectMode {
-    /// No indirect light: direct light only, for any value of `--bounces`.
+    /// No indirect light: resampling renders direct light only, for any value of `--bounces`.
     Off,
-    /// One path per pixel, without reuse: unbiased, noisy.
+    /// One path per pixel and frame, without reuse: unbiased, with more noise than `restir`.
     Path,
     /// Reservoir resampling of paths, with reuse over neighbours and frames.
     #[default]
     Restir,
 }
 
-/// The reconnection shift: the way in which another pixel takes over a path of indirect light, at its second vertex.
+/// The reconnection shift, by which another pixel reuses a path from its second vertex on. The values differ in the radiance
+/// that leaves this vertex.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Shift {
-    /// The radiance that leaves the second vertex is assumed to be the same for all viewers and constant over time: cheapest;
-    /// biased where that vertex is not diffuse, and in motion.
+    /// The radiance that leaves the second vertex is assumed to be the same for all viewers and constant over time:
+    /// cheapest, but biased where that vertex is not diffuse, and in motion.
     Biased,
-    /// The BSDF of the second vertex is evaluated again: unbiased.
+    /// The BSDF of the second vertex is evaluated again for each viewer: unbiased.
     #[default]
     Unbiased,
 }
 
-/// Next-event estimation at the vertices of indirect paths.
+/// The way in which the vertices of indirect paths draw light samples (next-event estimation).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Secondary {
-    /// One light sample, drawn by power.
+    /// One light sample per vertex, from a light that is drawn by power: fastest, with more noise than `ris`.
     Power,
-    /// One of `indirect.light_samples` light samples, resampled by the target function at the vertex.
+    /// One of `indirect.light_samples` light samples, selected by the target function at the vertex (resampled importance
+    /// sampling).
     #[default]
     Ris,
-    /// As `ris`, merged with the samples that nearby vertices selected in the previous frame.
+    /// The light sample of `ris`, merged with light samples that nearby vertices selected in the previous frame.
     WorldReservoirs,
 }
 
-/// Resampling of indirect light.
+/// Settings of indirect light: its estimator, its paths and its reuse.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Indirect {
-    /// The estimator of indirect light; with `--bounces 1` or less there is none.
+    /// The estimator of indirect light, which is light that is scattered at least twice. With `--bounces 1` or less there is
+    /// no indirect light.
     pub mode: IndirectMode,
-    /// Next-event estimation at the vertices of paths. Unbiased, except for `world-reservoirs` with
-    /// `world_reservoirs.mode=published`.
+    /// The way in which the vertices of paths draw light samples (next-event estimation). Unbiased, except for
+    /// `world-reservoirs` with `world_reservoirs.mode=published`.
     pub secondary: Secondary,
-    /// The resampling of indirect light.
+    /// The settings of resampling, with the values for indirect light.
     #[serde(flatten)]
     pub resampling: Resampling,
-    /// The shift by which another pixel takes over a path. `biased` is biased.
+    /// The reconnection shift, by which another pixel reuses a path from its second vertex on. `biased` is cheaper, but
+    /// biased.
     pub shift: Shift,
-    /// Largest ratio between the solid angles of a reused second vertex, as seen from two pixels; below 1: no limit. Lower:
-    /// fewer outliers, less reuse. Unbiased at any value.
+    /// Largest ratio between the solid angles of a reused second vertex, as seen from two pixels; beyond it, the path is not
+    /// reused. Below 1: no limit. Lower: fewer outliers, less reuse. Unbiased at any value.
     #[schemars(range(min = 0.0, max = 1e9))]
     pub jacobian_limit: f32,
-    /// Smallest distance to a reused second vertex, as a fraction of the pixel's distance from the camera. Higher: fewer
-    /// outliers in corners, less reuse. Unbiased at any value.
+    /// Smallest distance between a pixel's surface and a reused second vertex, as a fraction of the surface's distance from
+    /// the camera. Higher: fewer outliers in corners, less reuse. Unbiased at any value.
     #[schemars(range(min = 0.0, max = 1000.0))]
     pub min_distance: f32,
 }
@@ -80,7 +84,8 @@ impl Default for Indirect {
 }
 
 impl Indirect {
-    /// The resampling of indirect light, with the parts that `mode` and `secondary` do not use switched off.
+    /// The settings of resampling that take effect for indirect light: one light sample with `secondary=power`, and no reuse
+    /// unless `mode=restir`.
     pub fn effective_resampling(&self) -> Resampling {
         let mut resampling = self.resampling;
         if self.secondary == Secondary::Power {

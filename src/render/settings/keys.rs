@@ -9,24 +9,26 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::sync::LazyLock;
 
-/// One setting as `headwater presets` shows it.
+/// One setting as the command `headwater presets` shows it.
 #[derive(Clone, Debug, Serialize)]
 pub struct Description {
-    /// Dotted key.
+    /// The dotted key of the setting, such as `direct.spatial.radius`.
     pub key: String,
-    /// The doc of the setting: unit, cost and effect on bias.
+    /// The doc comment of the setting: meaning, unit, cost and effect on bias.
     pub doc: String,
-    /// The values that the setting can have.
+    /// The values that the setting can have, as text: a type with a range, or names separated by ` | `.
     pub values: String,
-    /// The present value.
+    /// The value that the setting has in the settings that are described.
     pub value: Value,
 }
 
 impl Settings {
-    /// These settings with `changes`, a sparse tree whose keys may be dotted.
+    /// A copy of these settings with `changes`: a JSON tree that holds only the settings to change, and whose keys may be
+    /// dotted.
     ///
     /// # Errors
-    /// An unknown key or a value out of range, named with the nearest valid key and the range.
+    /// A key is unknown, or a value has the wrong type or is out of range. The message names the nearest valid key, or the
+    /// values that the setting takes.
     pub fn with(&self, changes: &Value) -> Result<Self> {
         let mut flat = Vec::new();
         flatten("", changes, &mut flat);
@@ -55,10 +57,11 @@ impl Settings {
         Ok(settings)
     }
 
-    /// [`Self::with`] for `changes` that stand at `path` in a TOML text.
+    /// A copy of these settings with `changes`, as [`Self::with`] makes it, for changes from a TOML text in which they stand
+    /// at `path`.
     ///
     /// # Errors
-    /// The errors of [`Self::with`]; the message names the line.
+    /// The errors of [`Self::with`]; the message also names the line.
     pub fn with_toml(&self, source: &TomlText, path: &[Step<'_>], changes: &Value) -> Result<Self> {
         let mut flat = Vec::new();
         flatten("", changes, &mut flat);
@@ -71,7 +74,7 @@ impl Settings {
             })
     }
 
-    /// `KEY=VALUE` as a sparse tree, for [`Settings::with`].
+    /// Parses the text `KEY=VALUE`, as `--set` takes it, into a tree of changes for [`Settings::with`].
     ///
     /// # Errors
     /// There is no `=`, or a part of the key is empty.
@@ -87,10 +90,11 @@ impl Settings {
         ))
     }
 
-    /// Every setting with its doc, values and present value.
+    /// Describes every setting, in the order of the fields: its key, its doc, its possible values and its value in these
+    /// settings.
     ///
     /// # Errors
-    /// Never with the schema of this build.
+    /// The settings cannot be written as JSON, which does not happen with the settings of this build.
     pub fn describe(&self) -> Result<Vec<Description>> {
         let mut flat = Vec::new();
         flatten("", &self.to_value()?, &mut flat);
@@ -108,19 +112,21 @@ impl Settings {
             .collect())
     }
 
-    /// The tree as JSON.
+    /// The settings as a tree of JSON values, one object per structure.
     ///
     /// # Errors
-    /// Never with finite values.
+    /// The settings cannot be written as JSON, which does not happen with finite values.
     pub fn to_value(&self) -> Result<Value> {
         crate::base::json::value_of("settings", self)
     }
 }
 
-/// The schema of all settings. It takes milliseconds to make.
+/// The JSON schema of all settings, which holds their docs, ranges and choices. It is made once, since that takes
+/// milliseconds.
 static SCHEMA: LazyLock<Value> = LazyLock::new(|| schemars::schema_for!(Settings).to_value());
 
-/// The slot of the value of a dotted key in a tree.
+/// The value of a dotted key in a tree of settings, to be replaced; `None` if the key is unknown or names a group of
+/// settings.
 fn slot_of<'a>(tree: &'a mut Value, key: &str) -> Option<&'a mut Value> {
     let slot = key
         .split('.')
@@ -128,7 +134,8 @@ fn slot_of<'a>(tree: &'a mut Value, key: &str) -> Option<&'a mut Value> {
     slot.filter(|value| !value.is_object())
 }
 
-/// The schema of a dotted key, references followed on the way but not at the end.
+/// The schema of the setting with a dotted key; `None` if the key is unknown. References to other schemas are followed on
+/// the way to the setting but not at the setting itself, whose doc and range stand beside the reference.
 fn field_schema(key: &str) -> Option<&'static Value> {
     key.split('.').try_fold(&*SCHEMA, |node, part| {
         resolve(node).get("properties")?.get(part)
@@ -161,7 +168,7 @@ fn values_of(field: &'static Value) -> String {
     }
 }
 
-/// True if a value lies between its field's minimum and maximum.
+/// True if `value` is not a number, or lies between the minimum and the maximum in the schema of its field.
 fn in_range(field: &Value, value: &Value) -> bool {
     let bound = |name: &str| field.get(name).and_then(Value::as_f64);
     value.as_f64().is_none_or(|number| {
@@ -170,7 +177,8 @@ fn in_range(field: &Value, value: &Value) -> bool {
     })
 }
 
-/// The values of a tree by their dotted keys.
+/// Appends the values of a tree to `out`, each with its dotted key. `prefix` is the key of the tree; it is empty at the
+/// root.
 pub(crate) fn flatten(prefix: &str, value: &Value, out: &mut Vec<(String, Value)>) {
     match value {
         Value::Object(map) => {

@@ -1,5 +1,5 @@
-//! All settings, as one tree. The command `presets` prints the doc of each field, and the range of a field is checked when its
-//! value is set.
+//! All settings, as one tree of structures. The command `presets` prints the doc comment of each field, and the range of a
+//! field is checked when its value is set.
 
 mod direct;
 mod environment;
@@ -27,39 +27,40 @@ pub use crate::shader_interface::{Format, Heuristic, Mis, Visibility};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The integrator that makes the picture.
+/// The algorithm that computes the light of a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Integrator {
-    /// MIS path tracing: unbiased, the reference.
+    /// MIS path tracing: unbiased, the reference for all other estimators.
     #[default]
     PathTracing,
     /// Reservoir resampling: neighbours and frames reuse light samples and paths.
     Restir,
 }
 
-/// The treatment of light that single scattering loses.
+/// The treatment of the energy that the specular lobe loses because it models single scattering only.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Energy {
-    /// glTF's plain model: compares with other renderers; dark on rough metals, too bright on
-    /// light dielectrics at grazing angles.
+    /// The plain model of glTF, which compares with other renderers. Rough metals are too dark, and light dielectrics are
+    /// too bright at grazing angles.
     #[default]
     Gltf,
-    /// The specular lobe is scaled to keep all light, and the diffuse lobe to the remaining light: passes the white furnace.
+    /// The specular lobe is scaled so that it loses no energy, and the diffuse lobe gets the energy that remains: a surface
+    /// that absorbs nothing passes the white furnace test.
     Compensated,
 }
 
-/// Russian roulette.
+/// Russian roulette, which ends dim paths at random and weights up those that continue.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Roulette {
-    /// Number of scattering events before roulette begins; with `integrator=restir`, the first event does not count, because
-    /// its ray also serves direct light. Unit: events. Cost: higher traces longer paths; lower adds noise. Unbiased at any
-    /// value.
+    /// Number of the first scattering event after which roulette can end a path; with `integrator=restir`, no path ends
+    /// after the first event, because its ray also serves direct light. Cost: higher traces longer paths; lower adds noise.
+    /// Unbiased at any value.
     #[schemars(range(min = 0, max = 1000))]
     pub start: u32,
-    /// Minimum probability that a path continues. Higher wastes rays on dark paths, lower lets rare survivors stand out as
+    /// Minimum probability that a path continues. Higher: more rays for dark paths; lower: rare survivors stand out as
     /// fireflies. Unbiased at any value.
     #[schemars(range(min = 0.001, max = 1.0))]
     pub floor: f32,
@@ -74,46 +75,48 @@ impl Default for Roulette {
     }
 }
 
-/// The code that shaders contain.
+/// The parts of the shader code that are compiled.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Variant {
-    /// The code that the scene requires, as `scene inspect` shows it.
+    /// Only the code that the scene requires, as `scene inspect` shows it.
     #[default]
     Auto,
-    /// All code, for comparison; except code for motion, which reuses fewer samples, and code for large triangles, which rounds
-    /// points differently.
+    /// All code, for comparison with `auto`. Three parts stay out unless the scene requires them: code for motion, which
+    /// reuses fewer samples, code for large triangles, which rounds points differently, and code for blended surfaces, which
+    /// traces more rays.
     Full,
 }
 
-/// Every setting of a picture that is not its size, camera or seed.
+/// All settings of a picture: everything besides its scene, time, camera, size, bounces, jitter and seed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
-    /// The integrator that makes the picture.
+    /// The algorithm that computes the light of a picture: `path-tracing` is the unbiased reference, `restir` reuses samples
+    /// of neighbours and frames.
     pub integrator: Integrator,
     /// The MIS heuristic between light sampling and BSDF sampling in path tracing; candidates of resampling always use the
     /// balance heuristic. No effect on bias.
     pub heuristic: Heuristic,
-    /// The treatment of light that single scattering loses. `compensated` costs one table look-up per
-    /// vertex.
+    /// The treatment of the energy that the specular lobe loses because it models single scattering only. `compensated`
+    /// costs one table look-up per vertex.
     pub energy: Energy,
-    /// Russian roulette.
+    /// Russian roulette, which ends dim paths at random.
     pub roulette: Roulette,
-    /// The environment, if `--environment` gives one.
+    /// The rotation and the brightness of the environment, if `--environment` gives one.
     pub environment: EnvironmentSettings,
-    /// Resampling of direct light.
+    /// Settings of direct light, which is scattered once.
     pub direct: Direct,
-    /// Resampling of indirect light.
+    /// Settings of indirect light, which is scattered at least twice.
     pub indirect: Indirect,
-    /// The light BVH, from which `candidates=light-bvh` draws.
+    /// Settings of the light BVH, a tree of lights from which `candidates=light-bvh` draws.
     pub light_bvh: LightBvhSettings,
-    /// The hash grid, with `direct.candidates=hash-grid`.
+    /// Settings of the hash grid, whose reservoirs pixels merge with `direct.candidates=hash-grid`.
     pub hash_grid: HashGridSettings,
-    /// World reservoirs, with `indirect.secondary=world-reservoirs`.
+    /// Settings of world reservoirs, which path vertices merge with `indirect.secondary=world-reservoirs`.
     pub world_reservoirs: WorldReservoirsSettings,
     /// The layout of reservoirs in memory.
     pub reservoirs: Reservoirs,
-    /// The code that shaders contain. `full` costs time; the picture is the same.
+    /// The parts of the shader code that are compiled. `full` costs time; the picture is the same.
     pub variant: Variant,
 }

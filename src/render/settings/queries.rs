@@ -1,4 +1,4 @@
-//! Values that follow from settings without a scene.
+//! Values that follow from the settings alone, without a scene.
 
 use super::{
     Candidates, DirectMode, Far, GridMode, IndirectMode, Integrator, LightChoice, Resampling,
@@ -9,7 +9,8 @@ use crate::render::lighting::Lighting;
 use crate::shader_interface::{HashGrid, WorldReservoirs};
 
 impl Settings {
-    /// True if pictures show light that surfaces scatter, with `bounces` scattering events at most.
+    /// True if the picture shows light that surfaces scatter, for paths with at most `bounces` scattering events. If false,
+    /// it shows only what emitters send directly to the camera.
     pub fn scatters_light(&self, bounces: u32) -> bool {
         let resamples = self.integrator == Integrator::Restir;
         let indirect = !(resamples && self.indirect.mode == IndirectMode::Off);
@@ -17,7 +18,8 @@ impl Settings {
         (bounces >= 1 && direct) || (bounces >= 2 && indirect)
     }
 
-    /// The settings for a reference: path tracing, with all of these settings that apply to it.
+    /// The settings of a path-traced reference for these settings: settings without an effect on path tracing have their
+    /// defaults.
     pub fn of_path_tracing(&self) -> Self {
         Self {
             integrator: Integrator::PathTracing,
@@ -31,7 +33,7 @@ impl Settings {
         }
     }
 
-    /// True if resampling includes this light, with `bounces` scattering events at most.
+    /// True if resampling computes this kind of light, for paths with at most `bounces` scattering events.
     pub fn renders(&self, lighting: Lighting, bounces: u32) -> bool {
         match lighting {
             Lighting::Direct => bounces > 0 && self.direct.mode != DirectMode::Off,
@@ -39,24 +41,27 @@ impl Settings {
         }
     }
 
-    /// True if the candidates of this light are stored in reservoirs.
+    /// True if resampling stores candidates of this kind of light in reservoirs: always for direct light, and with
+    /// `indirect.mode=restir` for indirect light.
     pub fn shares(&self, lighting: Lighting) -> bool {
         lighting == Lighting::Direct || self.indirect.mode == IndirectMode::Restir
     }
 
-    /// True if frames have reservoirs of this light, with `bounces` scattering events at most.
+    /// True if frames have reservoirs of this kind of light, for paths with at most `bounces` scattering events. Path
+    /// tracing has none.
     pub fn has_reservoirs(&self, lighting: Lighting, bounces: u32) -> bool {
         self.integrator == Integrator::Restir
             && self.renders(lighting, bounces)
             && self.shares(lighting)
     }
 
-    /// True if some light has these candidates, with `bounces` scattering events at most.
+    /// True if resampling draws candidates of direct or of indirect light from the distribution `candidates`, for paths with
+    /// at most `bounces` scattering events.
     pub fn has_candidates(&self, candidates: Candidates, bounces: u32) -> bool {
         self.integrator == Integrator::Restir && self.drawing_from(candidates, bounces).count() > 0
     }
 
-    /// The resampling of each light that has these candidates.
+    /// The settings of resampling of each kind of light whose candidates are drawn from `candidates`, direct light first.
     fn drawing_from(
         &self,
         candidates: Candidates,
@@ -73,8 +78,8 @@ impl Settings {
             .map(|(_, resampling)| resampling)
     }
 
-    /// The options of the light BVH, if candidates are drawn from it. The tree leaves out rare lights if every user of the tree
-    /// samples them separately.
+    /// The options with which the light BVH is built; `None` if no candidates are drawn from it. The tree leaves out rare
+    /// lights if every kind of light that draws from the tree samples them separately.
     pub fn light_bvh_options(&self, bounces: u32) -> Option<LightBvhOptions> {
         let settings = &self.light_bvh;
         self.has_candidates(Candidates::LightBvh, bounces)
@@ -88,14 +93,15 @@ impl Settings {
             })
     }
 
-    /// True if candidates of direct light come from light lists.
+    /// True if candidates of direct light come from light lists: one pixel of each tile draws lights from the light BVH for
+    /// all pixels of the tile.
     pub fn has_light_lists(&self) -> bool {
         self.direct.mode == DirectMode::Restir
             && self.direct.resampling.candidates == Candidates::LightBvh
             && self.light_bvh.tile > 1
     }
 
-    /// The surfaces that fill the hash grid of direct light.
+    /// The surfaces whose reservoirs fill the hash grid; [`HashGrid::None`] unless `direct.candidates=hash-grid`.
     pub fn hash_grid(&self) -> HashGrid {
         match (self.direct.resampling.candidates, self.hash_grid.mode) {
             (Candidates::HashGrid, GridMode::Unbiased) => HashGrid::Pixels,
@@ -104,7 +110,8 @@ impl Settings {
         }
     }
 
-    /// The way in which vertices of paths reuse light samples of other vertices.
+    /// The way in which path vertices reuse light samples of other vertices; [`WorldReservoirs::None`] unless
+    /// `indirect.secondary=world-reservoirs`.
     pub fn world_reservoirs(&self) -> WorldReservoirs {
         match (self.indirect.secondary, self.world_reservoirs.mode) {
             (Secondary::WorldReservoirs, WorldMode::Unbiased) => WorldReservoirs::Unbiased,
@@ -119,7 +126,8 @@ mod tests {
     use super::*;
     use crate::shader_interface::Visibility;
 
-    /// Light without separate candidates for rare lights must find them in the tree.
+    /// The light BVH must contain the rare lights if one kind of light that draws from it has no separate candidates for
+    /// them.
     #[test]
     fn rare_lights_are_left_out_only_if_all_set_them_apart() {
         let mut settings = Settings {

@@ -1,30 +1,32 @@
-//! Settings of the layout of reservoirs.
+//! Settings of the layout of reservoirs in memory (`reservoirs.*`).
 
 use crate::shader_interface::Format;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// The layout of reservoirs in memory.
+/// The layout of reservoirs in memory. It changes time and memory, not the light of the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Reservoirs {
-    /// The contents of a reservoir. `full` costs memory, `compact` look-ups.
+    /// The contents of a reservoir: `full` stores all values of a sample and costs memory, `compact` costs look-ups in the
+    /// scene.
     pub format: Format,
-    /// The order of pixels in memory. No effect on the picture.
+    /// The order of pixels in memory: by row, by column, or in square tiles. No effect on the picture.
     pub order: Order,
-    /// The words that are adjacent in memory. No effect on the picture.
+    /// The words that are adjacent in memory: `aos` those of one reservoir, `soa` equal words of all reservoirs. No effect
+    /// on the picture.
     pub arrays: Arrays,
 }
 
-/// The words that are adjacent in memory.
+/// The words of reservoirs that are adjacent in memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Arrays {
-    /// An array of structures: the words of one reservoir.
+    /// An array of structures: the words of one reservoir are adjacent.
     #[default]
     Aos,
-    /// A structure of arrays: equal words of all reservoirs.
+    /// A structure of arrays: equal words of all reservoirs are adjacent.
     Soa,
 }
 
@@ -32,16 +34,16 @@ pub enum Arrays {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(into = "String", try_from = "String")]
 pub enum Order {
-    /// Row by row.
+    /// Pixels are stored row by row.
     Row,
-    /// Column by column.
+    /// Pixels are stored column by column.
     Column,
-    /// Tile by tile; the side of a tile has 1 to 64 pixels.
+    /// Pixels are stored tile by tile. The value is the side of the square tiles in pixels, 1 to 64.
     Swizzle(u32),
 }
 
 impl Default for Order {
-    /// Neighbouring pixels are close in memory.
+    /// Tiles of 4 × 4 pixels, so that pixels that are neighbours in the picture are close in memory.
     fn default() -> Self {
         Self::Swizzle(4)
     }

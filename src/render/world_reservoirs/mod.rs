@@ -1,8 +1,8 @@
-//! World reservoirs: the vertices of paths reuse light samples of vertices that were close by in the previous frame (Boissé,
-//! "World-Space Spatiotemporal Reservoir Reuse for Ray-Traced Global Illumination", 2021).
+//! World reservoirs: each vertex of an indirect path merges its light sample with samples of vertices that were close to it
+//! in the previous frame (Boissé, "World-Space Spatiotemporal Reservoir Reuse for Ray-Traced Global Illumination", 2021).
 //!
-//! `initial_indirect` merges the reservoirs of the previous frame and keeps those of this one
-//! (`glsl/world_reservoirs/world_reservoirs.glsl`). Then a table of them is made for the next frame.
+//! The pass `initial_indirect` merges the reservoirs of the previous frame and stores the reservoirs of this frame
+//! (`glsl/world_reservoirs/world_reservoirs.glsl`). Further passes then make the table in which the next frame finds them.
 
 pub mod prefix_sum;
 pub mod settings;
@@ -21,27 +21,31 @@ use settings::{WorldReservoirsSettings, WorldStores};
 use std::sync::Arc;
 use table::{TableSize, WorldTable};
 
-/// The reservoirs and their table.
+/// The world reservoirs of a renderer: the reservoirs of path vertices, the table that finds them by position, and the
+/// constants that shaders read.
 pub struct WorldLight {
-    /// The reservoirs.
+    /// The reservoirs of path vertices: those that this frame writes, and those of the previous frame that it merges.
     pub vertices: History<WorldVertices>,
-    /// The table that finds reservoirs by their position in space.
+    /// The table that lists the reservoirs of each cell of space. It is made after the paths of a frame are traced, for the
+    /// next frame.
     pub table: WorldTable,
-    /// Constants of the shaders.
+    /// The settings and sizes that shaders read. The buffer addresses are zeros here; [`Self::begin_frame`] sets those of
+    /// each frame.
     pub constants: WorldConstants,
 }
 
-/// The size of a picture's world reservoirs.
+/// The number of world reservoirs of a picture and the size of their table, from which the sizes of the buffers follow.
 #[derive(Clone, Copy, Debug)]
 pub struct WorldSize {
-    /// The number of vertices per path that have reservoirs; 0: there are no world reservoirs.
+    /// The number of vertices per path, from the second vertex on, that have a reservoir; 0 if there are no world
+    /// reservoirs.
     depth: u32,
     table: TableSize,
 }
 
 impl WorldSize {
-    /// The size for paths with at most `bounces` scattering events and a picture with `slots` slots for pixels; without
-    /// `is_used`, there are no world reservoirs.
+    /// The size for paths with at most `bounces` scattering events and a picture with `slots` slots for pixels (the pixels,
+    /// padded to whole tiles). If `is_used` is false, there are no world reservoirs.
     pub fn new(
         settings: &WorldReservoirsSettings,
         is_used: bool,
@@ -59,10 +63,10 @@ impl WorldSize {
         }
     }
 
-    /// Refuses more vertices than the lists of the table can index.
+    /// Checks that the lists of the table can store the index of every vertex.
     ///
     /// # Errors
-    /// There are more vertices.
+    /// There are more vertices than an index of `WORLD_VERTEX_BITS` bits can name.
     pub fn check(&self) -> Result<()> {
         let vertices = self.table.vertices;
         let most = (1 << WORLD_VERTEX_BITS) - 1;
@@ -74,7 +78,7 @@ impl WorldSize {
         )))
     }
 
-    /// The names and the sizes in bytes of a frame's buffers of points and samples.
+    /// The names and the sizes in bytes of the buffers of one frame: the points of the vertices, then their light samples.
     pub fn vertex_bytes(&self) -> [(&'static str, u64); 2] {
         let vertices = self.table.vertices.max(1);
         [
@@ -84,18 +88,18 @@ impl WorldSize {
         .map(|(name, bytes)| (name, vertices * bytes as u64))
     }
 
-    /// The names and the sizes in bytes of the table's buffers.
+    /// The names and the sizes in bytes of the buffers of the table: keys, cells, list.
     pub fn table_bytes(&self) -> [(&'static str, u64); 3] {
         self.table.bytes()
     }
 }
 
 impl WorldLight {
-    /// Makes the reservoirs and their table. `by_address`: shaders reach the reservoirs by buffer address; `pass` makes a pass
-    /// by name.
+    /// Makes the reservoirs and their table. With `by_address`, shaders reach the reservoirs by buffer address, which avoids
+    /// the device's limit on bound bytes. `pass` makes the compute pass with a given name.
     ///
     /// # Errors
-    /// More memory than the device has.
+    /// A buffer exceeds a limit or the free memory of the device, or `pass` fails.
     pub fn new(
         device: &Arc<Device>,
         settings: &WorldReservoirsSettings,
@@ -153,14 +157,15 @@ impl WorldLight {
         })
     }
 
-    /// Advances the history, and stores the addresses of the frame's reservoirs in its constants.
+    /// Advances the reservoirs to the next frame, and writes the buffer addresses of the previous and of the current frame
+    /// to `constants`.
     pub fn begin_frame(&self, constants: &mut WorldConstants) {
         self.vertices.advance();
         constants.previous = self.vertices.last().addresses;
         constants.current = self.vertices.current().addresses;
     }
 
-    /// The buffers.
+    /// All buffers of world reservoirs: those of both frames, then those of the table. A restart clears them.
     pub fn buffers(&self) -> impl Iterator<Item = &Buffer> {
         let vertices = self.vertices.all().iter();
         vertices

@@ -1,17 +1,18 @@
-//! Exclusive prefix sums, on the device.
+//! Exclusive prefix sums on the device: each value of an array becomes the sum of the values before it.
 
 use crate::Result;
 use crate::gpu::{Buffer, ComputePass, Recording, in_rows};
 use crate::shader_interface::{PREFIX_BLOCK, PrefixLevel};
 
 crate::bindings! {
-    /// Bindings of both passes of a prefix sum.
+    /// Bindings of the passes `prefix_sum` and `prefix_add`: the buffer of words whose values become sums.
     pub struct PrefixValues {
         write values,
     }
 }
 
-/// The passes, for buffers of one size.
+/// The two passes of a prefix sum and the levels on which they run, for a fixed number of values. The table of world
+/// reservoirs uses it to turn the lengths of lists into their beginnings.
 pub struct PrefixSum {
     sum: ComputePass,
     add: ComputePass,
@@ -19,10 +20,11 @@ pub struct PrefixSum {
 }
 
 impl PrefixSum {
-    /// Makes the passes for the sums of `count` values, the first of which has the index `first`; `pass` makes a pass by name.
+    /// Makes the passes that sum `count` values of a buffer, from the index `first` on. `pass` makes the compute pass with a
+    /// given name.
     ///
     /// # Errors
-    /// A shader that the driver rejects.
+    /// The errors of `pass`.
     pub fn new(first: u64, count: u64, pass: impl Fn(&str) -> Result<ComputePass>) -> Result<Self> {
         Ok(Self {
             sum: pass("prefix_sum")?,
@@ -37,18 +39,18 @@ impl PrefixSum {
         })
     }
 
-    /// The length of the array from the first value on, for sums of `count` values: the values, then the sums of their blocks,
-    /// and so on.
+    /// The number of words that a buffer needs from the first value on, for sums of `count` values: the values, the sums of
+    /// their blocks, the sums of blocks of these sums, and so on.
     pub fn length(count: u64) -> u64 {
         let last = levels(count).pop();
         // The sum of the last block is written too.
         last.map_or(0, |[_, _, sums]| sums) + 1
     }
 
-    /// Records the passes: each of these values in `values` becomes the sum of those before it.
+    /// Records the passes that replace each value in the buffer `values` by the sum of the values before it.
     ///
     /// # Errors
-    /// A binding that a pass does not have.
+    /// The driver rejects a shader, or the names of the bindings differ from those in the shader.
     pub fn record<'a>(&'a self, recording: &mut Recording<'a>, values: &'a Buffer) -> Result<()> {
         let bindings = PrefixValues { values };
         let groups = |level: &PrefixLevel| in_rows(level.count.div_ceil(PREFIX_BLOCK));
@@ -63,8 +65,8 @@ impl PrefixSum {
     }
 }
 
-/// The levels of a sum of `count` values: the values, the sums of their blocks, and so on, down to one block. Each level has
-/// the index of its first value, its number of values, and the index of its first sum.
+/// The levels of a prefix sum of `count` values: the values, the sums of their blocks, and so on, down to a single block.
+/// Each level is the index of its first value, its number of values, and the index of the sum of its first block.
 fn levels(count: u64) -> Vec<[u64; 3]> {
     let mut levels = Vec::new();
     let (mut first, mut count) = (0, count);

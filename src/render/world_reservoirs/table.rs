@@ -1,7 +1,7 @@
 //! The table of world reservoirs: a list of path vertices for each cell of space, made on the device.
 //!
-//! Vertices have keys of cells. `world_insert` puts the keys into buckets, `world_count` counts the vertices of each cell,
-//! a prefix sum turns the numbers into the beginnings of lists, and `world_scatter` enters the vertices there
+//! Each vertex has the key of its cell. `world_insert` puts the keys into buckets, `world_count` counts the vertices of each
+//! cell, a prefix sum turns the counts into the beginnings of lists, and `world_scatter` writes the vertices into the lists
 //! (`glsl/world_reservoirs/world_table.glsl`). The lists do not depend on the order of threads.
 
 use super::prefix_sum::PrefixSum;
@@ -11,7 +11,7 @@ use crate::shader_interface::{TILE, WorldConstants};
 use std::sync::Arc;
 
 crate::bindings! {
-    /// Bindings of the pass that puts cells into the table.
+    /// Bindings of the pass `world_insert`, which puts the keys of cells into the buckets of the table.
     pub struct InsertCells {
         uniform restir,
         read world_keys,
@@ -20,7 +20,7 @@ crate::bindings! {
 }
 
 crate::bindings! {
-    /// Bindings of the pass that counts the vertices of each cell.
+    /// Bindings of the pass `world_count`, which counts the vertices of each cell.
     pub struct CountVertices {
         uniform restir,
         write world_keys,
@@ -30,7 +30,7 @@ crate::bindings! {
 }
 
 crate::bindings! {
-    /// Bindings of the pass that enters vertices in the lists of their cells.
+    /// Bindings of the pass `world_scatter`, which writes the indices of vertices into the lists of their cells.
     pub struct ScatterVertices {
         uniform restir,
         read world_keys,
@@ -40,22 +40,25 @@ crate::bindings! {
     }
 }
 
-/// The maximum number of slots of a bucket.
+/// The maximum number of slots of a bucket. Higher: buckets drop fewer cells, but a look-up compares more keys.
 const BUCKET_SLOTS: u64 = 8;
 
-/// The size of a table.
+/// The dimensions of a table that maps cells of space to lists of vertices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TableSize {
-    /// The number of vertices; with 0, no pass uses the table.
+    /// The number of vertices that have reservoirs in a frame. If it is 0, there are no world reservoirs, and no pass uses
+    /// the table.
     pub vertices: u64,
-    /// The number of buckets, a power of two.
+    /// The number of buckets, a power of two. The key of a cell selects one bucket, so that a look-up reads only that
+    /// bucket.
     pub buckets: u64,
-    /// The number of slots per bucket.
+    /// The number of slots per bucket, a power of two. Each slot can hold one cell.
     pub bucket_slots: u64,
 }
 
 impl TableSize {
-    /// A table for `vertices`, with `share` slots per vertex; the total is rounded up to a power of two.
+    /// The size of a table for `vertices` vertices, with `share` slots per vertex; the total number of slots is rounded up
+    /// to a power of two.
     pub fn new(vertices: u64, share: f64) -> Self {
         let slots = (vertices as f64 * share).ceil().max(1.0) as u64;
         // Sizes near 2⁶⁴ are refused like all that are too large.
@@ -68,12 +71,12 @@ impl TableSize {
         }
     }
 
-    /// The number of slots in all buckets.
+    /// The number of slots in all buckets together: the maximum number of cells that the table can hold.
     pub fn slots(&self) -> u64 {
         self.buckets * self.bucket_slots
     }
 
-    /// The names and the sizes in bytes of the buffers.
+    /// The names and the sizes in bytes of the buffers of the table: keys, cells, list.
     pub fn bytes(&self) -> [(&'static str, u64); 3] {
         // A pass must find a buffer for each binding, even if it does not read it.
         let vertices = self.vertices.max(1);
@@ -87,7 +90,7 @@ impl TableSize {
         ]
     }
 
-    /// Writes the size to the constants of the shaders.
+    /// Writes the numbers of vertices, buckets and slots per bucket to the constants that shaders read.
     pub fn write(&self, constants: &mut WorldConstants) {
         constants.vertices = self.vertices as u32;
         constants.buckets = self.buckets as u32;
@@ -95,15 +98,18 @@ impl TableSize {
     }
 }
 
-/// The passes, if there are vertices, and the buffers.
+/// The table of world reservoirs on the device: its buffers, and the passes that fill them, if there are vertices.
 pub struct WorldTable {
     passes: Option<Passes>,
     groups: [u32; 3],
-    /// The keys of the vertices' cells, 0 for vertices without a cell; afterwards the slots of the cells, plus 1.
+    /// One word per vertex: the key of its cell, 0 if the vertex has no cell. `world_count` replaces a key by the slot of
+    /// the cell plus 1, or by 0 if the table has no slot for the cell.
     pub keys: Buffer,
-    /// The keys of all cells, bucket by bucket; afterwards the beginning of each slot's list.
+    /// First one word per slot: the key of its cell, 0 if the slot is free. Then one word per slot: the index in `list` at
+    /// which the list of its cell begins. The end of the buffer holds sums of blocks for the prefix sum.
     pub cells: Buffer,
-    /// The lists: indices of vertices, plus 1, in the lower bits; 0 where there is a gap.
+    /// The lists of all cells, one after the other. An entry is the index of a vertex plus 1 in the lower
+    /// `WORLD_VERTEX_BITS` bits, with random bits above; 0 is a gap.
     pub list: Buffer,
 }
 
@@ -115,10 +121,11 @@ struct Passes {
 }
 
 impl WorldTable {
-    /// Makes a table; `pass` makes a pass by name.
+    /// Makes the buffers of the table, and the passes if there are vertices. `pass` makes the compute pass with a given
+    /// name.
     ///
     /// # Errors
-    /// More memory than the device has.
+    /// A buffer exceeds a limit or the free memory of the device, or `pass` fails.
     pub fn new(
         device: &Arc<Device>,
         size: TableSize,
@@ -143,27 +150,28 @@ impl WorldTable {
         })
     }
 
-    /// True if there are vertices.
+    /// True if there are world reservoirs, so that passes make and read the table.
     pub fn is_used(&self) -> bool {
         self.passes.is_some()
     }
 
-    /// The buffers.
+    /// The buffers of the table: keys, cells, list.
     pub fn buffers(&self) -> [&Buffer; 3] {
         [&self.keys, &self.cells, &self.list]
     }
 
-    /// Records that vertices have no cell yet, before their keys are written.
+    /// Records that all keys are set to 0, so that vertices which no path reaches have no cell. The pass that writes keys
+    /// follows.
     pub fn begin<'a>(&'a self, recording: &mut Recording<'a>) {
         if self.is_used() {
             recording.clear(&self.keys);
         }
     }
 
-    /// Records the passes that make the lists.
+    /// Records the passes that make the lists of vertices from their keys. `restir` is the buffer of the frame's constants.
     ///
     /// # Errors
-    /// A binding that a pass does not have.
+    /// The driver rejects a shader, or the names of the bindings differ from those in the shader.
     pub fn record<'a>(
         &'a self,
         recording: &mut Recording<'a>,

@@ -1,4 +1,4 @@
-//! The hash changes with each value that changes the picture, and with no other value.
+//! Tests that the hash of a scene changes with each value that changes the picture, and with no other value.
 
 use super::*;
 use crate::scene::Part;
@@ -178,7 +178,7 @@ fn every_value_counts() {
     assert_eq!(seen.len(), all);
 }
 
-/// Two images, and a texture in each place of the material.
+/// A scene with two images, whose material has a texture in each of its four slots.
 fn textured() -> Scene {
     let image = |value| Image {
         name: "i".into(),

@@ -1,4 +1,4 @@
-//! Environments: light from infinitely far away, as an image over the sphere.
+//! Environments: light from infinitely far away, as an image over the sphere. A file or a generated sky gives the image.
 
 pub mod sky;
 
@@ -9,33 +9,33 @@ use glam::Vec3;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
-/// The most texels of an environment: samples name a texel in 29 bits, and this many take 1.5 GiB.
+/// The maximum number of texels (width × height) of an environment. This many take 1.5 GiB on the device, and their indices
+/// fit into the 29 bits that a light sample has for them.
 pub(crate) const MAX_TEXELS: u64 = 1 << 26;
 
-/// Light from infinitely far away.
+/// Light from infinitely far away: an image of radiance over the sphere of directions, by longitude and latitude.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Environment {
-    /// The file, or the parameters of a generated sky.
+    /// The name for messages: the file, or the parameters of a generated sky.
     pub name: String,
-    /// Texels of longitude.
+    /// Width of the image in texels, which cover the full circle of longitudes.
     pub width: u32,
-    /// Texels of latitude.
+    /// Height of the image in texels, which cover the latitudes from the zenith to the nadir.
     pub height: u32,
-    /// Linear radiance ≥ 0, by rows, before [`Environment::intensity`]. Row 0 is at the zenith (+Y); the middle column
-    /// looks along −Z, and columns go on to the right as seen from within. Between the centres of texels it is
-    /// interpolated.
+    /// Linear RGB radiance ≥ 0 before [`Environment::intensity`], row by row. Row 0 is at the zenith (+Y); the middle column
+    /// is seen along −Z, and columns go on to the right as seen from within. Lookups interpolate between texels' centres.
     pub texels: Arc<[Vec3]>,
-    /// Rotation around the upward axis, counter-clockwise seen from above, in degrees.
+    /// Rotation of the image around +Y in degrees, counter-clockwise seen from above: 90 turns the middle column to −X.
     pub rotation: f64,
-    /// Factor of the radiance.
+    /// Factor on the radiance of all texels; 0 switches the environment off.
     pub intensity: f32,
 }
 
 impl Environment {
-    /// Checks size and radiance.
+    /// Checks the number of texels and their radiance.
     ///
     /// # Errors
-    /// There are no texels or too many, or radiance that is not a number or out of range.
+    /// The number of texels is 0, above 2²⁶ or not width × height, or a radiance is NaN, negative or above [`BRIGHTEST`].
     pub(crate) fn check(&mut self) -> Result<()> {
         let wrong = |fault: String| Err(Error::input(format!("{}: {fault}", self.name)));
         let texels = u64::from(self.width) * u64::from(self.height);
@@ -56,7 +56,7 @@ impl Environment {
         Ok(())
     }
 
-    /// The solid angle of each texel in a row, in steradians.
+    /// The solid angle of each texel in the row with the index `row`, in steradians: the texel's weight in integrals.
     pub fn solid_angle(&self, row: u32) -> f64 {
         // By the product, because differences of cosines cancel near the poles.
         let (middle, half) = (
@@ -66,7 +66,8 @@ impl Environment {
         TAU / f64::from(self.width) * 2.0 * middle.sin() * half.sin()
     }
 
-    /// The mean of the interpolated radiance over each texel, without the intensity.
+    /// The mean of the interpolated radiance over each texel, row by row, without the intensity. Light samples draw texels
+    /// in proportion to it, so that a black texel beside a bright one can be drawn too.
     pub fn means(&self) -> Vec<Vec3> {
         let (width, height) = (self.width as usize, self.height as usize);
         let across = |row: usize| -> Vec<Vec3> {
@@ -89,7 +90,8 @@ impl Environment {
         means
     }
 
-    /// The integrals of its luminance and of its squared luminance over the sphere.
+    /// Two integrals over the sphere: of the luminance (with the intensity), and of its square. The first one gives the
+    /// environment's power; the second one divided by the first one is the mean luminance, weighted by itself.
     pub fn integrals(&self) -> (f64, f64) {
         let (mut integral, mut squares) = (0.0, 0.0);
         for (index, mean) in self.means().into_iter().enumerate() {
@@ -101,13 +103,13 @@ impl Environment {
         (integral, squares)
     }
 
-    /// The largest radiance in any channel.
+    /// The largest radiance of all texels and channels, with the intensity.
     pub fn brightest(&self) -> f32 {
         let brightest = self.texels.iter().map(|texel| texel.max_element());
         self.intensity * brightest.fold(0.0, f32::max)
     }
 
-    /// True if it lights the scene.
+    /// True if the environment emits light: its intensity is not 0, and some texel is not black.
     pub fn is_lit(&self) -> bool {
         self.brightest() > 0.0
     }

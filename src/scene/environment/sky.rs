@@ -1,9 +1,9 @@
-//! A generated sky: clear, with a sun.
+//! A generated sky: a clear sky with a sun, above a grey ground.
 //!
-//! The sky is that of Preetham, Shirley and Smits, "A Practical Analytic Model for Daylight", SIGGRAPH 1999. The sun
-//! has the irradiance that the Linke turbidity gives (Kasten, "The Linke turbidity factor based on improved values of
-//! the integral Rayleigh optical thickness", 1996), tinted by Rayleigh scattering. Below the horizon is a grey ground
-//! that both light.
+//! The radiance of the sky is that of Preetham, Shirley and Smits, "A Practical Analytic Model for Daylight", SIGGRAPH 1999.
+//! The sun has the irradiance that the Linke turbidity gives (Kasten, "The Linke turbidity factor based on improved values
+//! of the integral Rayleigh optical thickness", 1996), tinted by Rayleigh scattering. The ground fills the half below the
+//! horizon. It reflects the light of the sky and the sun evenly in all directions.
 
 use super::Environment;
 use crate::base::nearest::nearest;
@@ -11,24 +11,25 @@ use crate::{Error, Result};
 use glam::{DMat3, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// The luminance of a radiance of 1, in kcd/m²: with it, most of a clear sky is below 1.
+/// The luminance, in kcd/m², that a radiance of 1 stands for in a generated sky. With 10, most of a clear sky is below 1; a
+/// larger value makes the sky darker.
 const KILOCANDELAS: f64 = 10.0;
 
-/// Half the angle of the sun's disc, in radians.
+/// The angular radius of the sun's disc as seen from the ground, in radians.
 const SUN_RADIUS: f64 = 0.2665 * PI / 180.0;
 
-/// The parameters of a sky.
+/// The parameters of a generated sky, which the user gives as `sky:KEY=VALUE,KEY=VALUE`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sky {
-    /// Elevation of the sun above the horizon, in degrees.
+    /// Elevation of the sun above the horizon in degrees, in [0, 90].
     pub sun: f64,
-    /// The azimuth of the sun, in degrees from −Z, clockwise seen from above.
+    /// Azimuth of the sun in degrees, in [−360, 360]: 0 is −Z, and it grows clockwise seen from above.
     pub azimuth: f64,
-    /// Haze: 2 is very clear, 10 hazy.
+    /// Turbidity: the haze of the air, in [2, 10]. 2 is very clear, 10 hazy; more haze dims the sun.
     pub turbidity: f64,
-    /// Albedo of the ground.
+    /// Albedo of the grey ground below the horizon, in [0, 1]; with 0 the ground is black.
     pub ground: f64,
-    /// Texels of longitude; half as many of latitude.
+    /// Width of the image in texels, an integer in [64, 8192]. The height is half of it, rounded up.
     pub width: f64,
 }
 
@@ -40,10 +41,11 @@ const KEYS: [(&str, f64, f64); 5] = [
     ("width", 64.0, 8192.0),
 ];
 
-/// The parameters of a sky: `KEY=VALUE`, separated by commas, perhaps after a colon.
+/// Parses the parameters of a sky: `KEY=VALUE` pairs, separated by commas, after an optional colon. The keys are the fields
+/// of [`Sky`]; a missing key has its default.
 ///
 /// # Errors
-/// An unknown key, or a value out of range.
+/// A part is not `KEY=VALUE`, a key is unknown, or a value is not a number or out of range.
 pub fn parse(text: &str) -> Result<Sky> {
     let mut values = [40.0, 30.0, 3.0, 0.3, 1024.0];
     for part in text
@@ -81,16 +83,17 @@ pub fn parse(text: &str) -> Result<Sky> {
     })
 }
 
-/// The environment of a sky.
+/// The environment of the sky with these parameters, in the syntax of [`parse`].
 ///
 /// # Errors
-/// Wrong parameters.
+/// The parameters are invalid, as described at [`parse`].
 pub fn generate(parameters: &str) -> Result<Environment> {
     Ok(parse(parameters)?.environment())
 }
 
 impl Sky {
-    /// The sky as an environment.
+    /// The sky, its sun and the ground as an image, with an empty name and the intensity 1. The irradiance of the sun is the
+    /// same at every resolution of the image.
     pub fn environment(&self) -> Environment {
         let width = self.width as u32;
         let mut environment = Environment {
@@ -149,7 +152,7 @@ impl Sky {
     }
 }
 
-/// The unit direction at an angle from −Z, clockwise seen from above, and an angle from the zenith.
+/// The unit direction of two angles in radians: `around` from −Z, clockwise seen from above, and `down` from the zenith.
 fn direction(around: f64, down: f64) -> DVec3 {
     DVec3::new(
         down.sin() * around.sin(),
@@ -158,7 +161,8 @@ fn direction(around: f64, down: f64) -> DVec3 {
     )
 }
 
-/// The fraction of a texel that the sun's disc covers, by points on a grid.
+/// The fraction of a texel that the sun's disc covers, in [0, 1], found with points on a grid. `sun` is the direction of the
+/// sun; `at` returns the direction of a point from its two coordinates in the texel, each in [0, 1].
 fn share_of_disc(sun: DVec3, at: impl Fn([f64; 2]) -> DVec3) -> f64 {
     const SIDE: u32 = 32;
     let coordinate = |i: u32| (f64::from(i) + 0.5) / f64::from(SIDE);
@@ -167,7 +171,8 @@ fn share_of_disc(sun: DVec3, at: impl Fn([f64; 2]) -> DVec3) -> f64 {
     inside.count() as f64 / f64::from(SIDE * SIDE)
 }
 
-/// The irradiance of a surface that faces the sun; `elevation` is the sun's elevation in degrees.
+/// The linear RGB irradiance of a surface that faces the sun, in units of a radiance of [`KILOCANDELAS`] × sr. `elevation`
+/// is the sun's elevation in degrees.
 fn sun_irradiance(elevation: f64, turbidity: f64) -> DVec3 {
     // Air mass (Kasten and Young 1989), and the optical thickness of clean, dry air.
     let mass = 1.0 / (elevation.to_radians().sin() + 0.50572 * (elevation + 6.07995).powf(-1.6364));
@@ -182,10 +187,10 @@ fn sun_irradiance(elevation: f64, turbidity: f64) -> DVec3 {
     tint * (luminance / tint.dot(DVec3::new(0.2126, 0.7152, 0.0722)))
 }
 
-/// The sky without the sun's disc, as luminance Y and chromaticities x and y.
+/// The sky without the sun's disc: a Perez function each of the luminance Y and of the chromaticities x and y.
 struct Dome {
     coefficients: [[f64; 5]; 3],
-    /// The value at the zenith, divided by the Perez function at the zenith.
+    /// Factors of the Perez functions of Y (in kcd/m²), x and y: the value at the zenith over the function's value there.
     scale: [f64; 3],
 }
 
@@ -244,7 +249,8 @@ impl Dome {
         }
     }
 
-    /// The radiance in a direction with these cosines of its angles to the zenith and to the sun.
+    /// The linear RGB radiance of the sky in one direction, in units of [`KILOCANDELAS`]. `cosine` and `sun_cosine` are the
+    /// cosines of the direction's angles to the zenith and to the sun.
     fn radiance(&self, cosine: f64, sun_cosine: f64) -> DVec3 {
         let [luminance, x, y] = std::array::from_fn(|i| {
             self.scale[i] * perez(&self.coefficients[i], cosine.max(0.01), sun_cosine)
@@ -260,7 +266,8 @@ impl Dome {
     }
 }
 
-/// The function of Perez et al. (1993), by the cosines of the angles to the zenith and to the sun.
+/// The distribution of luminance over the sky (Perez et al. 1993), up to a factor. The numbers a to e are its coefficients;
+/// `cosine` and `sun_cosine` are the cosines of a direction's angles to the zenith and to the sun.
 fn perez([a, b, c, d, e]: &[f64; 5], cosine: f64, sun_cosine: f64) -> f64 {
     let angle = sun_cosine.clamp(-1.0, 1.0).acos();
     (1.0 + a * (b / cosine).exp()) * (1.0 + c * (d * angle).exp() + e * sun_cosine * sun_cosine)

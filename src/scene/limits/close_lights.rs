@@ -1,4 +1,4 @@
-//! Lights so close to a surface that positions in f32 limit how exactly it is lit.
+//! Detection of lights so close to a surface that positions in f32 limit how exactly the surface is lit.
 
 use super::super::lights::{EmitterName, LightTriangle};
 use super::super::notices::label;
@@ -7,27 +7,28 @@ use glam::DVec3;
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// The height of a light above a surface, over its distance from the camera, below which its light there may be wrong by more
-/// than 0.5 %.
+/// The height of a light above a surface, divided by its distance from the camera, below which its light on that surface may
+/// be wrong by more than 0.5 %. The scene is then near a limit.
 const COARSE_LIGHT: f64 = 2.5e-5;
 
-/// The height of a light above a surface, over its distance from the camera, below which its light there may be wrong by more
-/// than 5 %.
+/// The height of a light above a surface, divided by its distance from the camera, below which its light on that surface may
+/// be wrong by more than 5 %. The scene has then passed a limit.
 const SMALLEST_HEIGHT: f64 = 2e-6;
 
-/// The ratio of an emitter's size to its height above which the emitter is not small: only a small part of it is that close.
+/// The largest ratio of an emitter's size to its height above a surface with which it is reported. Only a small part of a
+/// larger emitter is that close.
 const SMALL: f64 = 20.0;
 
-/// A light that is close to a surface that it lights.
+/// A light so close to a surface which it lights that the surface may be lit wrongly.
 #[derive(Clone, Debug)]
 pub(super) struct CloseLight {
-    /// The light's distance from the surface, over that from the camera.
+    /// The distance from the light to the surface, divided by the distance from the light to the camera.
     pub height: f64,
     name: String,
 }
 
 impl CloseLight {
-    /// True if its light there may be wrong by more than 5 %.
+    /// True if the light on the surface may be wrong by more than 5 %; otherwise it may be wrong by more than 0.5 %.
     pub fn is_wrong(&self) -> bool {
         self.height < SMALLEST_HEIGHT
     }
@@ -47,24 +48,24 @@ impl fmt::Display for CloseLight {
     }
 }
 
-/// A light that may be close to something.
+/// A light that may be close to a surface: a point or spot, or an emitter of triangles that is small enough.
 struct Candidate {
     at: DVec3,
-    /// The distance below which a surface is close.
+    /// The distance in scene units below which a surface is too close to the light: [`COARSE_LIGHT`] × `away`.
     reach: f64,
-    /// The distance from the camera.
+    /// The distance from the light to the camera, in scene units.
     away: f64,
-    /// The diagonal of its bounding box; 0 for a point.
+    /// The diagonal of the emitter's bounding box in scene units; 0 for a punctual light.
     size: f64,
-    /// The direction in which it shines; `None`: all directions.
+    /// The unit direction in which the light shines, to ignore surfaces behind it; `None` if it shines in all directions.
     front: Option<DVec3>,
-    /// The instance to which it belongs, and its material there.
+    /// The instance and material of an emitter, whose own triangles are ignored; `None` for a punctual light.
     own: Option<EmitterName>,
     name: String,
 }
 
-/// The light that is closest to a surface that it lights, relative to its distance from a camera at `eye`, if its light there
-/// may be wrong.
+/// The light whose height above a surface that it lights is smallest, relative to its distance from a camera at `eye`.
+/// `None` if no light is too close. `lights` are the scene's emissive triangles.
 pub(super) fn closest(scene: &Scene, lights: &[LightTriangle], eye: DVec3) -> Option<CloseLight> {
     let lists = lists(candidates(scene, lights, eye));
     if lists.is_empty() {
@@ -113,8 +114,8 @@ pub(super) fn closest(scene: &Scene, lights: &[LightTriangle], eye: DVec3) -> Op
     closest
 }
 
-/// Candidates of about equal reach, sorted by their position along an axis. In a list with all the others, a light with a long
-/// reach would make each triangle examine all lights.
+/// Candidates of about equal reach, sorted by their position along an axis. If they shared a list with all others, a light
+/// with a long reach would make each triangle examine all lights.
 struct List {
     axis: usize,
     reach: f64,
@@ -122,7 +123,7 @@ struct List {
 }
 
 impl List {
-    /// The candidates that reach into a box.
+    /// The candidates of the list whose reach extends into the box `bounds`.
     fn near(&self, bounds: &Bounds) -> impl Iterator<Item = &Candidate> {
         let (low, high) = (bounds.min[self.axis], bounds.max[self.axis]);
         let first = (self.candidates).partition_point(|c| c.at[self.axis] < low - self.reach);
@@ -157,7 +158,7 @@ fn lists(candidates: Vec<Candidate>) -> Vec<List> {
     lists.collect()
 }
 
-/// Lights without a surface, and emitters that are small enough.
+/// The lights that may be too close to a surface: lit points and spots, and emitters that look small enough from `eye`.
 fn candidates(scene: &Scene, lights: &[LightTriangle], eye: DVec3) -> Vec<Candidate> {
     let mut candidates = Vec::new();
     for (index, light) in scene.punctual_lights.iter().enumerate() {
@@ -214,7 +215,7 @@ fn candidates(scene: &Scene, lights: &[LightTriangle], eye: DVec3) -> Vec<Candid
     candidates
 }
 
-/// The point of a triangle that is closest to another point (Ericson, Real-Time Collision Detection, 5.1.5).
+/// The point of the triangle `a`, `b`, `c` that is closest to `p` (Ericson, Real-Time Collision Detection, 5.1.5).
 fn closest_point(p: DVec3, [a, b, c]: [DVec3; 3]) -> DVec3 {
     let normal = (b - a).cross(c - a);
     let inside = |from: DVec3, to: DVec3| (to - from).cross(p - from).dot(normal) >= 0.0;

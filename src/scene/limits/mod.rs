@@ -1,4 +1,4 @@
-//! Limits that a scene approaches or exceeds. `tests/LIMITS.md` lists the accuracy within them and the tests that check it.
+//! Detection of limits that a scene approaches or exceeds. `tests/LIMITS.md` lists the accuracy within them and its tests.
 
 mod close_lights;
 mod overlaps;
@@ -11,33 +11,34 @@ use glam::DVec3;
 use serde::Serialize;
 use std::collections::HashMap;
 
-/// The factor by which a quantity may be short of a limit so that the scene is near it.
+/// The factor by which a quantity may be short of a limit so that the scene counts as near it.
 const NEAR: f64 = 1e3;
 
-/// The largest ratio of the powers of two emitters that is tested.
+/// The largest ratio of the powers of two emitters that tests cover. Above it, the light of the dimmer one may be lost.
 const CONTRAST: f64 = 1e9;
 
-/// The factor by which a ratio of powers may exceed its intended value, since areas and colours are rounded.
+/// The factor by which a ratio of powers may exceed [`CONTRAST`] without a fault, since areas and colours are rounded.
 const ROUNDED: f64 = 1.001;
 
-/// The smallest radiance of a surface that is tested, in W/(m²·sr).
+/// The smallest radiance of a surface that tests cover, in W/(m²·sr). Below it, the surface's light may be lost.
 const DIMMEST: f64 = 1e-30;
 
-/// The smallest half angle of a spot that is tested, in radians.
+/// The smallest half angle of a spot's cone that tests cover, in radians. Below it, the cone may be wrong, down to black.
 const NARROWEST: f64 = 1e-5;
 
-/// A limit that a scene approaches or exceeds.
+/// A limit that a scene approaches or exceeds, as the commands report it.
 #[derive(Clone, Debug, Serialize)]
 pub struct Limit {
-    /// One line: the quantity, its location, and its meaning.
+    /// One line for the user: the quantity, the element of the scene, and the effect on pictures.
     pub text: String,
-    /// True if pictures of the scene may be wrong; false if they are right, or wrong by a few percent close to a light at most.
+    /// True if the scene exceeds the limit, so that pictures may be wrong. False if it is near the limit: pictures are
+    /// right, or close to a light wrong by a few percent at most.
     pub passed: bool,
 }
 
 impl Scene {
-    /// The limits that a valid scene approaches or exceeds, seen by cameras at `eyes`. Lights count with their largest emission
-    /// at any time, and moving objects with their present position.
+    /// The limits that a valid scene approaches or exceeds, for cameras at the positions `eyes`; empty if there are none.
+    /// Lights count with their largest emission at any time, and moving objects with their present position.
     pub fn limits(&self, eyes: &[DVec3]) -> Vec<Limit> {
         let (triangles, materials) = (light_triangles(self), self.brightest_materials());
         let mut found = self.size_and_distance();
@@ -81,7 +82,7 @@ impl Scene {
         found
     }
 
-    /// A line if a material or the environment is very bright.
+    /// The limit of high radiance, if the brightest material or the environment is near or above it.
     fn brightest(&self, materials: &[Material]) -> Option<Limit> {
         let emissions = materials.iter().enumerate().map(|(index, material)| {
             let name = label("material", index, &material.name);
@@ -100,7 +101,7 @@ impl Scene {
         })
     }
 
-    /// A line if a material shines very dimly.
+    /// The limit of low radiance, if the dimmest emissive material is near or below it.
     fn dimmest(&self, materials: &[Material]) -> Option<Limit> {
         let lit = materials
             .iter()
@@ -135,7 +136,7 @@ impl Scene {
         })
     }
 
-    /// A line if some emitter is much brighter than another one.
+    /// The limit of contrast, if the power of the brightest emitter over that of the dimmest one is near or above it.
     fn contrast(&self, triangles: &[LightTriangle], materials: &[Material]) -> Option<Limit> {
         let environment = self.environment.as_ref().map(|e| e.integrals().0);
         let powers = LightPowers::of(self, environment);
@@ -158,7 +159,7 @@ impl Scene {
         })
     }
 
-    /// An emitter's name for messages.
+    /// The name of an emitter for messages: its instance and material, its punctual light, or the environment.
     fn emitter_label(&self, (instance, index): &EmitterName) -> String {
         let index = *index as usize;
         if let Some(instance) = instance {
@@ -182,7 +183,7 @@ mod tests {
     use super::*;
     use glam::{DAffine3, Vec3};
 
-    /// A floor that reaches from −1 to 1, seen from a height of 4.
+    /// A scene with a square floor at y = 0, which reaches from −1 to 1 along x and z. The tests see it from a height of 4.
     fn floor() -> Scene {
         let corner = |x: f32, z: f32| Vec3::new(x, 0.0, z);
         Scene {
@@ -216,7 +217,7 @@ mod tests {
         }
     }
 
-    /// Adds the floor's mesh again, as an emitter with the given radiance that shines downwards.
+    /// Adds the floor's mesh again, as an emitter that shines downwards with a radiance: centre `at`, edge length `size`.
     fn add_emitter(scene: &mut Scene, at: DVec3, size: f64, radiance: f32) {
         let mut mesh = scene.meshes[0].clone();
         mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
@@ -244,7 +245,8 @@ mod tests {
         scene.limits(&[DVec3::Y * 4.0])
     }
 
-    /// Fails unless a scene is near these limits, and beyond those that end with an exclamation mark.
+    /// Fails unless the limits that `scene` reports begin with the texts in `wanted`, in order. An exclamation mark after a
+    /// text means that the scene must have passed the limit.
     #[track_caller]
     fn assert_near(scene: &Scene, wanted: &[&str]) {
         let found = limits(scene);
@@ -330,7 +332,7 @@ mod tests {
         assert!(found[1].text.contains(dim), "{found:?}");
     }
 
-    /// An environment with one constant radiance.
+    /// An environment with the same radiance in all directions.
     fn environment(radiance: f32) -> Environment {
         Environment {
             name: "bright".into(),
@@ -407,7 +409,7 @@ mod tests {
         }
     }
 
-    /// Emitters in rows and columns, which are compared strip by strip, and one among them that overlaps its neighbours.
+    /// Among rows and columns of emitters, which are compared strip by strip, an additional one that overlaps them is found.
     #[test]
     fn an_overlap_among_many_emitters_is_found() {
         let emitters = |last: DVec3, size: f64| {
@@ -426,7 +428,7 @@ mod tests {
         assert!(found[0].text.contains("800 pairs"), "{found:?}");
     }
 
-    /// The named pair is always the same, even where the search ends early.
+    /// The message always names the same pair of instances, even where the search ends before it has found all pairs.
     #[test]
     fn overlaps_in_several_planes_are_named_in_one_order() {
         let mut scene = floor();

@@ -1,5 +1,5 @@
-//! Emissive triangles that overlap in one plane. A ray finds one of them, while light samples count both, so that every picture
-//! of them is wrong.
+//! Detection of emissive triangles that overlap in one plane. A ray finds only one of them, while light samples count both,
+//! so every picture of them is wrong.
 
 use super::super::lights::LightTriangle;
 use super::super::notices::label;
@@ -7,24 +7,24 @@ use super::super::{Bounds, Scene};
 use glam::{DVec2, DVec3};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The difference of normals below which two planes are parallel.
+/// The difference of unit normals, per component, below which two planes count as parallel.
 const PARALLEL: f64 = 1e-5;
 
-/// The difference of the distances of parallel planes from the origin, relative to the largest coordinate, below which the
-/// planes are equal: rounding to f32 moves them by a tenth of it.
+/// The difference of the distances of parallel planes from the origin, relative to the scene's largest coordinate, below
+/// which the planes count as equal. Rounding to f32 moves planes by a tenth of it.
 const SAME_PLANE: f64 = 1e-6;
 
-/// The shifts of the cells into which planes are sorted, as fractions of a cell: planes that differ by rounding are nearly
-/// always in one cell at least once.
+/// The offsets of the four grids into whose cells planes are sorted, as fractions of a cell. Equal planes that one grid
+/// separates through rounding nearly always share a cell of another grid.
 const SHIFTS: [f64; 4] = [0.1, 0.35, 0.6, 0.85];
 
-/// The number of pairs beyond which pairs are not counted: n copies of a triangle form n² pairs.
+/// The number of overlapping pairs at which the search ends, because n copies of a triangle form about n² / 2 pairs.
 const MOST: usize = 1000;
 
-/// The minimum overlap, as a fraction of the smaller triangle: neighbours share an edge up to rounding.
+/// The smallest overlap that counts, as a fraction of the smaller triangle's area. Neighbours overlap less, by rounding.
 const LEAST_OVERLAP: f64 = 1e-3;
 
-/// A line that names overlapping lights, if there are any.
+/// The message that counts the overlapping pairs among `lights` and names one of them; `None` if no lights overlap.
 pub(super) fn text(scene: &Scene, lights: &[LightTriangle]) -> Option<String> {
     let overlaps = overlapping(lights);
     let (first, second) = *overlaps.first()?;
@@ -45,7 +45,7 @@ pub(super) fn text(scene: &Scene, lights: &[LightTriangle]) -> Option<String> {
     ))
 }
 
-/// Pairs of lights, by their indices.
+/// The pairs of triangles that overlap, as indices into `lights` with the smaller index first; [`MOST`] pairs at most.
 fn overlapping(lights: &[LightTriangle]) -> BTreeSet<(usize, usize)> {
     let corners = lights.iter().flat_map(|light| light.corners);
     let size = corners
@@ -106,16 +106,16 @@ fn overlapping(lights: &[LightTriangle]) -> BTreeSet<(usize, usize)> {
     found
 }
 
-/// A light in a strip.
+/// A light in one of the strips that [`strips`] makes. A wide light is in several strips.
 struct Member {
     light: usize,
-    /// True in the first strip of the light.
+    /// True in the first strip of the light. A pair is compared only in the strip in which one of both begins.
     begins: bool,
 }
 
-/// Divides lights of one plane into strips across its second widest axis, which overlap by no more than lights do, so that an
-/// emitter of many triangles in rows and columns is not compared row with row. Also returns the widest axis, along which the
-/// fewest boxes of a strip overlap.
+/// Divides lights of one plane, given as indices into `boxes`, into strips across its second widest axis, so that an emitter
+/// of many triangles in rows and columns is not compared row with row. Returns each strip with the widest axis (0 is x),
+/// along which the boxes of a strip overlap least.
 fn strips(members: Vec<usize>, boxes: &[Bounds]) -> impl Iterator<Item = (Vec<Member>, usize)> {
     let around = Bounds::around(members.iter().map(|light| boxes[*light]));
     let size = around.map_or(DVec3::ONE, |bounds| bounds.size());
@@ -144,13 +144,13 @@ fn strips(members: Vec<usize>, boxes: &[Bounds]) -> impl Iterator<Item = (Vec<Me
     divided.into_iter().map(move |strip| (strip, along))
 }
 
-/// The normal or its opposite, with an equal result for both.
+/// The unit normal or its opposite, so that the two opposite normals of a plane give an equal result.
 fn towards_one_side(normal: DVec3) -> DVec3 {
     let first = normal.to_array().into_iter().find(|x| x.abs() > 0.1);
     normal * first.unwrap_or(1.0).signum()
 }
 
-/// True if two triangles in one plane overlap by more than rounding.
+/// True if two triangles in one plane overlap by more than [`LEAST_OVERLAP`].
 fn overlap(one: &LightTriangle, other: &LightTriangle) -> bool {
     let origin = one.corners[0];
     let u = (one.corners[1] - origin).normalize_or_zero();

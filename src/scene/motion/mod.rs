@@ -1,4 +1,4 @@
-//! Motion of a scene: a tree of nodes with keyframes, to which instances, cameras and lights are attached.
+//! Motion of a scene: a tree of nodes with keyframes. Instances, cameras and lights that move are attached to nodes.
 
 mod moving_camera;
 mod pose;
@@ -12,63 +12,63 @@ use crate::{Error, Result};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use tracks::{Animated, Keyed, TrackFault};
 
-/// The moving parts of a scene. The scene itself is in its state at time 0.
+/// The moving parts of a scene, by time. The fields of the scene hold the state of these parts at time 0.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Motion {
-    /// Nodes, each after its parent.
+    /// The nodes of the tree, each after its parent, so that one pass over the array gives all transforms to the world.
     pub nodes: Vec<Node>,
-    /// The index of the node of each of the scene's instances, or `None` if it does not move.
+    /// One entry per instance of the scene: the index of its node in `nodes`, or `None` if the instance does not move.
     pub instances: Vec<Option<u32>>,
-    /// The index of the node of each of its cameras, or `None` if it does not move.
+    /// One entry per camera of the scene: the index of its node in `nodes`, or `None` if the camera does not move.
     pub cameras: Vec<Option<u32>>,
-    /// The index of the node of each of its punctual lights, or `None` if it does not move.
+    /// One entry per punctual light of the scene: the index of its node in `nodes`, or `None` if the light does not move.
     pub lights: Vec<Option<u32>>,
-    /// Materials with changing emission, each once.
+    /// The materials whose emission changes with time, each at most once.
     pub emission: Vec<Emission>,
 }
 
-/// A node of the tree that instances, cameras and lights are attached to.
+/// A node of the tree of transforms. Instances, cameras and lights that are attached to it move with it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Node {
-    /// The index of its parent, smaller than the node's index; `None` for a root.
+    /// The index of the parent in [`Motion::nodes`], smaller than the index of this node; `None` for a root.
     pub parent: Option<u32>,
-    /// The transform of the node relative to its parent.
+    /// The transform from this node to its parent, or to the world for a root.
     pub transform: Transform,
 }
 
-/// A node's transform relative to its parent.
+/// The transform from a node to its parent, constant or by time.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Transform {
-    /// A constant transform.
+    /// A constant transform. The node can still move with its parent.
     Fixed(DAffine3),
-    /// A transform that changes with time.
+    /// A transform that changes with time by keyframes.
     Moving(Box<AnimatedTransform>),
 }
 
-/// A transform that changes with time: scale, then rotation, then translation.
+/// A transform that changes with time. It applies the scale first, then the rotation, then the translation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AnimatedTransform {
-    /// Translation.
+    /// Translation in the units of the parent.
     pub translation: Animated<DVec3>,
-    /// Rotation.
+    /// Rotation as a unit quaternion.
     pub rotation: Animated<DQuat>,
-    /// Scale along the axes.
+    /// Scale factors along x, y and z, without a unit. They can be negative, which mirrors, or 0.
     pub scale: Animated<DVec3>,
 }
 
-/// A material's emission over time: colour × strength.
+/// The emission of a material by time: the product of a colour and a strength.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Emission {
-    /// Index into [`crate::scene::Scene::materials`].
+    /// Index into [`crate::scene::Scene::materials`]: the material that emits.
     pub material: u32,
-    /// Linear colour.
+    /// Linear RGB colour, without a unit.
     pub color: Animated<DVec3>,
-    /// Radiance of a colour of 1.
+    /// Emitted radiance of a colour of 1, in W/(m²·sr).
     pub strength: Animated<f64>,
 }
 
 impl AnimatedTransform {
-    /// A constant transform, without tracks.
+    /// A transform with the given constant values and without keyframes.
     pub fn still(translation: DVec3, rotation: DQuat, scale: DVec3) -> Self {
         Self {
             translation: Animated::still(translation),
@@ -77,7 +77,7 @@ impl AnimatedTransform {
         }
     }
 
-    /// The transform at a time in seconds.
+    /// The transform at `time`, in seconds.
     pub fn at(&self, time: f64) -> DAffine3 {
         DAffine3::from_scale_rotation_translation(
             self.scale.at(time),
@@ -94,13 +94,14 @@ impl AnimatedTransform {
 }
 
 impl Emission {
-    /// Emitted radiance at a time in seconds. Clamped, since a spline can leave the range of its keys.
+    /// Emitted linear RGB radiance at `time`, in seconds. It is clamped, since a spline can leave the range of its keys.
     pub fn at(&self, time: f64) -> Vec3 {
         let radiance = self.color.at(time) * self.strength.at(time);
         radiance.as_vec3().clamp(Vec3::ZERO, Vec3::splat(BRIGHTEST))
     }
 
-    /// A bound of the emitted radiance over all keys.
+    /// The product of the largest colour, per channel, and the largest strength of all keys. It is at least the emission at
+    /// every key; a spline can exceed it between keys.
     pub fn brightest(&self) -> Vec3 {
         let color = self.color.keys().fold(DVec3::ZERO, DVec3::max);
         let strength = self.strength.keys().fold(0.0, f64::max);
@@ -113,7 +114,7 @@ impl Emission {
 }
 
 impl Motion {
-    /// The time of the last key in seconds; nothing moves after it.
+    /// The time in seconds of the last key of all tracks, after which nothing moves; 0 without keys.
     pub fn seconds(&self) -> f64 {
         let nodes = self.nodes.iter().map(|node| match &node.transform {
             Transform::Fixed(_) => 0.0,
@@ -126,18 +127,18 @@ impl Motion {
         nodes.chain(emission).fold(0.0, f64::max)
     }
 
-    /// True if instances or lights move or change; cameras do not count.
+    /// True if the scene itself changes: an instance or a punctual light moves, or emission changes. Cameras do not count.
     pub fn moves_things(&self) -> bool {
         let mut attached = self.instances.iter().chain(&self.lights);
         !self.emission.is_empty() || attached.any(Option::is_some)
     }
 
-    /// True if an instance moves.
+    /// True if the instance with the index `index` in the scene moves.
     pub fn moves_instance(&self, index: usize) -> bool {
         self.instances.get(index).is_some_and(Option::is_some)
     }
 
-    /// The motion without constant parts; `None` if nothing moves.
+    /// The motion without constant tracks and without nodes to which nothing moving is attached; `None` if nothing moves.
     pub(crate) fn simplified(mut self) -> Option<Self> {
         let mut moves = Vec::with_capacity(self.nodes.len());
         for node in &mut self.nodes {
@@ -193,7 +194,7 @@ impl Motion {
         }
     }
 
-    /// The nodes of all instances, cameras and lights that are attached to one.
+    /// The entries of all instances, cameras and punctual lights, in this order: the index of a node, or `None`.
     fn attached(&self) -> impl Iterator<Item = &Option<u32>> {
         (self.instances.iter())
             .chain(&self.cameras)
@@ -206,10 +207,11 @@ impl Motion {
             .chain(&mut self.lights)
     }
 
-    /// Checks indices and keys against the numbers of the scene's instances, cameras, punctual lights and materials.
+    /// Checks indices and keys. `counts` are the numbers of the scene's instances, cameras, punctual lights and materials.
     ///
     /// # Errors
-    /// The first fault.
+    /// The first fault: a list without one entry per element, a parent that does not come first, an index of a node or a
+    /// material out of range, or a faulty track (see [`tracks::Track::check`]).
     pub(super) fn check(&self, counts: [usize; 4]) -> Result<()> {
         let wrong = |what: String, fault: &str| Err(Error::input(format!("{what}: {fault}")));
         if [self.instances.len(), self.cameras.len(), self.lights.len()] != counts[..3] {

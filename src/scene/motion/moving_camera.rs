@@ -1,17 +1,17 @@
-//! A camera with its motion, independent of its scene.
+//! A camera with its motion, without the rest of its scene.
 
 use crate::Result;
 use crate::scene::{Camera, Scene};
 
-/// One of a scene's cameras and its motion.
+/// A camera of a scene with its motion, from which a renderer that does not keep the scene gets the camera of each frame.
 pub struct MovingCamera {
     index: usize,
-    /// A scene with cameras and motion only.
+    /// A copy of the scene that contains only its cameras and its motion.
     cameras: Scene,
 }
 
 impl MovingCamera {
-    /// The camera of this index in `scene`.
+    /// The camera with the index `index` in [`Scene::cameras`]. The index is not checked until [`MovingCamera::at`].
     pub fn of(scene: &Scene, index: usize) -> Self {
         let cameras = Scene {
             cameras: scene.cameras.clone(),
@@ -21,10 +21,10 @@ impl MovingCamera {
         Self { index, cameras }
     }
 
-    /// The camera at a time in seconds.
+    /// The camera at `time`, in seconds.
     ///
     /// # Errors
-    /// No such camera, or it has no direction at that time.
+    /// The scene has no camera with this index, or its transform at that time is not finite or gives it no direction.
     pub fn at(&self, time: f64) -> Result<Camera> {
         self.cameras.camera_at(self.index, time)
     }

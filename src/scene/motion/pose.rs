@@ -1,4 +1,4 @@
-//! The state of everything that moves at one time.
+//! The pose of a scene: the state of everything that moves, at one time.
 
 use super::{Motion, Transform};
 use crate::scene::validate::{LARGEST_COORDINATE, check_reach, is_singular};
@@ -6,21 +6,22 @@ use crate::scene::{Bounds, Camera, Mesh, Scene, camera};
 use crate::{Error, Result};
 use glam::{DAffine3, DVec3, Vec3};
 
-/// The state of everything that moves at one time, by index in the scene.
+/// The state of everything that moves, at one time. Each list has pairs of an index into the scene's list and the new value,
+/// and leaves out what does not move.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pose {
-    /// Object-to-world transforms of instances.
+    /// Indices into the scene's instances, ascending, with their transforms from object to world space.
     pub instances: Vec<(u32, DAffine3)>,
-    /// Transforms of the cameras' nodes, including scale.
+    /// Indices into the scene's cameras, ascending, with their nodes' transforms to world space, which may include scale.
     pub cameras: Vec<(u32, DAffine3)>,
-    /// Transforms of the punctual lights' nodes.
+    /// Indices into the scene's punctual lights, ascending, with their transforms to world space, which may include scale.
     pub lights: Vec<(u32, DAffine3)>,
-    /// Emitted radiance of materials.
+    /// Indices into the scene's materials with their emitted linear RGB radiance, in W/(m²·sr).
     pub emission: Vec<(u32, Vec3)>,
 }
 
 impl Motion {
-    /// The state at a time in seconds.
+    /// The transforms and the emission of all that moves, at `time` in seconds.
     pub fn pose(&self, time: f64) -> Pose {
         let mut to_world: Vec<DAffine3> = Vec::with_capacity(self.nodes.len());
         for node in &self.nodes {
@@ -53,10 +54,11 @@ impl Motion {
 }
 
 impl Scene {
-    /// A copy of the scene, without motion, in its state at a time in seconds.
+    /// A copy of the scene without motion, in its state at `time`, in seconds.
     ///
     /// # Errors
-    /// At that time an instance is too far from the origin, or a camera has no direction.
+    /// At that time the transform of an instance, a punctual light or a camera is not finite, an instance or a light is too
+    /// far from the origin, or a camera has no direction.
     pub fn pose_at(&self, time: f64) -> Result<Self> {
         let mut still = self.clone();
         still.take_pose(time)?;
@@ -64,10 +66,10 @@ impl Scene {
         Ok(still)
     }
 
-    /// The camera of an index in its state at a time in seconds.
+    /// The camera with this index in its state at `time`, in seconds.
     ///
     /// # Errors
-    /// No such camera, or it has no direction at that time.
+    /// The scene has no camera with this index, or its transform at that time is not finite or gives it no direction.
     pub fn camera_at(&self, index: usize, time: f64) -> Result<Camera> {
         let mut camera = self.cameras.get(index).cloned().ok_or_else(|| {
             Error::input(format!(
@@ -84,7 +86,8 @@ impl Scene {
         Ok(camera)
     }
 
-    /// Moves everything to its state at a time in seconds.
+    /// Moves instances, cameras, lights and emission to their state at `time`, in seconds. It fails as [`Scene::pose_at`]
+    /// does, and may then have moved some of them.
     pub(crate) fn take_pose(&mut self, time: f64) -> Result<()> {
         let Some(motion) = &self.motion else {
             return Ok(());
@@ -124,17 +127,16 @@ fn rigid_camera(index: usize, transform: &DAffine3, time: f64) -> Result<DAffine
     }
 }
 
-/// True if a transform makes an instance so flat that it cannot be seen.
+/// True if a transform flattens an instance onto a plane, a line or a point. It then has no normals, and is not shown.
 pub fn is_flat(object_to_world: &DAffine3) -> bool {
     is_singular(object_to_world.matrix3)
 }
 
-/// Checks that a mesh with these bounds can be rendered under `transform`, which an
-/// instance has at `time` in seconds, with coordinates up to `farthest`.
+/// Checks that the instance `index` can be rendered with `transform`, which it has at `time` in seconds. `bounds` is its
+/// mesh's box in object space, `None` for an empty mesh; `farthest` is the largest absolute coordinate that is allowed.
 ///
 /// # Errors
-/// The transform is not finite, or the mesh reaches too far from the origin. The message names the
-/// instance's `index`.
+/// The transform is not finite, or a coordinate exceeds `farthest`. The message names the instance and the time.
 pub fn check_transform(
     index: u32,
     transform: &DAffine3,
@@ -146,11 +148,11 @@ pub fn check_transform(
     check_reach(&what, transform, bounds, farthest)
 }
 
-/// Checks that a punctual light can be rendered where `transform` puts it at `time` in seconds, with coordinates up to
-/// `farthest`.
+/// Checks that the punctual light `index` can be rendered where `transform` moves it at `time` in seconds. `farthest` is the
+/// largest absolute coordinate that is allowed.
 ///
 /// # Errors
-/// The transform is not finite, or the light is further away.
+/// The transform is not finite, or a coordinate exceeds `farthest`. The message names the light and the time.
 pub fn check_light_transform(
     index: u32,
     transform: &DAffine3,

@@ -3,14 +3,14 @@
 use glam::{DQuat, DVec3};
 use std::ops::{Add, Mul};
 
-/// A type of value that a track can hold.
+/// A type whose values a track can interpolate: a number, a vector or a rotation.
 pub trait Keyed: Copy + PartialEq + Add<Output = Self> + Mul<f64, Output = Self> {
-    /// Interpolates to `next`, with `t` in [0, 1].
+    /// The value at the fraction `t` in [0, 1] from this value to `next`, by linear (for rotations spherical) interpolation.
     fn toward(self, next: Self, t: f64) -> Self {
         self * (1.0 - t) + next * t
     }
 
-    /// Turns the sum that a spline computes into a valid value.
+    /// A valid value from the weighted sum that a cubic spline computes; a rotation becomes a unit quaternion.
     fn normalized(self) -> Self {
         self
     }
@@ -18,7 +18,7 @@ pub trait Keyed: Copy + PartialEq + Add<Output = Self> + Mul<f64, Output = Self>
     /// True if no component is NaN or infinite.
     fn is_finite(self) -> bool;
 
-    /// The reason why it is not a valid key; `None` if it is valid.
+    /// The reason why this value cannot be a key, as the end of a message that begins with the key; `None` if it is valid.
     fn fault(self) -> Option<&'static str> {
         (!self.is_finite()).then_some("is not finite")
     }
@@ -60,39 +60,40 @@ impl Keyed for DQuat {
     }
 }
 
-/// Interpolation between keys.
+/// The way in which a track computes values between its keys.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interpolation {
-    /// Constant until the next key.
+    /// The value of a key holds until the next key.
     Step,
-    /// Linear; spherical linear for rotations.
+    /// Linear interpolation between two keys; spherical linear interpolation for rotations.
     Linear,
-    /// A cubic Hermite spline.
+    /// A cubic Hermite spline through the keys, with two tangents per key.
     CubicSpline,
 }
 
-/// A value over time.
+/// Keyframes: values at increasing times, and the interpolation between them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track<T> {
-    /// Interpolation between keys.
+    /// The way in which values between keys are computed.
     pub interpolation: Interpolation,
-    /// The keys' times in seconds: at least one, finite, each later than the one before.
+    /// The times of the keys in seconds: at least one, finite, not negative, and each later than the one before.
     pub times: Vec<f64>,
-    /// One value per key; for a spline three values: the incoming tangent per second, the value, the outgoing tangent.
+    /// One value per key; for [`Interpolation::CubicSpline`] three: the incoming tangent, the value, the outgoing tangent.
+    /// Tangents are changes per second.
     pub values: Vec<T>,
 }
 
-/// A fault of a track, in its times or in its values.
+/// A fault of a track. The readers of files name the array that contains it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum TrackFault {
-    /// A fault in the times.
+    /// A description of the fault in [`Track::times`].
     Times(String),
-    /// A fault in the values.
+    /// A description of the fault in [`Track::values`].
     Values(String),
 }
 
 impl<T: Keyed> Track<T> {
-    /// Number of values stored per key.
+    /// The number of entries of [`Track::values`] per key: 3 for splines, 1 otherwise.
     fn stride(&self) -> usize {
         match self.interpolation {
             Interpolation::CubicSpline => 3,
@@ -100,16 +101,17 @@ impl<T: Keyed> Track<T> {
         }
     }
 
-    /// The values at the keys.
+    /// The values at the keys in order, without tangents.
     pub fn keys(&self) -> impl Iterator<Item = T> {
         let (first, stride) = (self.stride() / 2, self.stride());
         self.values.iter().skip(first).step_by(stride).copied()
     }
 
-    /// Checks the rules in the documentation of the fields.
+    /// Checks the rules that the fields of [`Track`] document.
     ///
     /// # Errors
-    /// The first fault.
+    /// The first fault: no keys, a time that is not finite, negative or not after the one before, a wrong number of values,
+    /// a value that is not a valid key, or a tangent that is not finite.
     pub fn check(&self) -> Result<(), TrackFault> {
         let times = |text: String| Err(TrackFault::Times(text));
         let values = |text: String| Err(TrackFault::Values(text));
@@ -148,7 +150,7 @@ impl<T: Keyed> Track<T> {
         Ok(())
     }
 
-    /// The value at a time in seconds; constant before the first key and after the last.
+    /// The value at `time`, in seconds. Before the first key and after the last key it is constant.
     pub fn at(&self, time: f64) -> T {
         let (stride, last) = (self.stride(), self.times.len() - 1);
         let value = |key: usize| self.values[key * stride + stride / 2];
@@ -174,7 +176,7 @@ impl<T: Keyed> Track<T> {
         }
     }
 
-    /// True if it has the same value at all times.
+    /// True if the track has the same value at all times: all keys are equal, and all tangents of a spline are 0.
     pub fn is_constant(&self) -> bool {
         let first = self.at(self.times[0]);
         let flat = |value: &T| *value == *value * 0.0;
@@ -187,42 +189,42 @@ impl<T: Keyed> Track<T> {
     }
 }
 
-/// A value that may change with time.
+/// A value that is constant or changes with time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Animated<T> {
-    /// The value without a track.
+    /// The value at all times if there is no track; otherwise it has no effect.
     pub rest: T,
-    /// The change of the value with time, if any.
+    /// The keyframes of the value; `None` if it is constant.
     pub track: Option<Track<T>>,
 }
 
 impl<T: Keyed> Animated<T> {
-    /// A constant value.
+    /// The constant value `rest`, without keyframes.
     pub fn still(rest: T) -> Self {
         Self { rest, track: None }
     }
 
-    /// The value at a time in seconds.
+    /// The value at `time`, in seconds.
     pub fn at(&self, time: f64) -> T {
         self.track
             .as_ref()
             .map_or(self.rest, |track| track.at(time))
     }
 
-    /// The values at the keys, or the constant value without a track.
+    /// The values at the keys in order, or the constant value if there is no track.
     pub fn keys(&self) -> impl Iterator<Item = T> {
         let rest = self.track.is_none().then_some(self.rest);
         rest.into_iter()
             .chain(self.track.iter().flat_map(Track::keys))
     }
 
-    /// The time of the last key; 0 without keys.
+    /// The time of the last key in seconds; 0 if there is no track.
     pub fn seconds(&self) -> f64 {
         let last = self.track.as_ref().and_then(|track| track.times.last());
         last.copied().unwrap_or(0.0)
     }
 
-    /// Drops a constant track.
+    /// Replaces a track that is constant by its value.
     pub(super) fn simplify(&mut self) {
         if let Some(track) = self.track.take_if(|track| track.is_constant()) {
             self.rest = track.at(0.0);

@@ -6,7 +6,8 @@ use crate::scene::{AlphaMode, Image, Material};
 use crate::{Error, Result};
 use glam::Vec3;
 
-/// Checks a material's factors; its base colour is clamped.
+/// Checks that a material's factors are in range. A base colour outside [0, 1] is clamped, with a notice; a mask with the
+/// cutoff 0 becomes opaque. `index` is the material's index in the scene, for messages.
 pub(super) fn check_material(
     index: usize,
     material: &mut Material,
@@ -85,7 +86,8 @@ pub(super) fn check_material(
     Ok(())
 }
 
-/// Checks that a material's textures have images and coordinates.
+/// Checks that each texture of a material has an image among `images`, a set of coordinates that exists, and a finite
+/// transform. `index` is the material's index in the scene, for messages.
 pub(super) fn check_textures(index: usize, material: &Material, images: &[Image]) -> Result<()> {
     for (name, texture) in material.textures() {
         let wrong = |fault: String| {
@@ -114,7 +116,7 @@ pub(super) fn check_textures(index: usize, material: &Material, images: &[Image]
     Ok(())
 }
 
-/// Checks that an image has all its texels.
+/// Checks that an image has at least one texel, and width × height of them. `index` is its index in the scene, for messages.
 pub(super) fn check_image(index: usize, image: &Image) -> Result<()> {
     let texels = u64::from(image.width) * u64::from(image.height);
     if texels == 0 || image.texels.len() as u64 != texels {

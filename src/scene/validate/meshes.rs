@@ -1,4 +1,4 @@
-//! Checks of meshes.
+//! Checks of a mesh's attributes, indices and parts.
 
 use super::LARGEST_COORDINATE;
 use crate::scene::notices::label;
@@ -6,7 +6,8 @@ use crate::scene::{Material, Mesh};
 use crate::{Error, Result};
 use std::fmt::Display;
 
-/// Checks a mesh's indices, attributes and parts.
+/// Checks that a mesh's attributes are finite and complete, its indices are in range, its parts cover its triangles, and the
+/// texture coordinates of its materials exist. `index` is the mesh's index in the scene, for messages.
 pub(super) fn check_mesh(index: usize, mesh: &Mesh, materials: &[Material]) -> Result<()> {
     let what = label("mesh", index, &mesh.name);
     let wrong = |fault: String| Err(Error::input(format!("{what}: {fault}")));
@@ -90,8 +91,7 @@ pub(super) fn check_mesh(index: usize, mesh: &Mesh, materials: &[Material]) -> R
     Ok(())
 }
 
-/// Checks that either every vertex or no vertex has a value of an attribute, and that all values are finite; otherwise returns
-/// the fault.
+/// Checks that an attribute (`kind` in messages) has one finite value per vertex, or no values. Otherwise returns the fault.
 fn check_attribute<T: Display>(
     kind: &str,
     values: &[T],

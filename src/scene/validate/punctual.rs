@@ -5,12 +5,13 @@ use crate::scene::{PunctualLight, PunctualShape};
 use crate::{Error, Result};
 use std::f64::consts::FRAC_PI_2;
 
-/// The largest intensity of a point or a spot, in W/sr: over squared distances it stays within [`BRIGHTEST`] in scenes that
-/// are large enough to need it, and within f32 in others.
+/// The largest intensity of a point or a spot, in W/sr. Scenes with distances of 10⁹ units need it: over the squared
+/// distance, it is then within [`BRIGHTEST`].
 const MOST_INTENSE: f32 = 1e30;
 
-/// Checks the cone angles of a spot; `what` names it in the message. Cones over π/2 would light the space behind them, and
-/// `KHR_lights_punctual` forbids them. It forbids equal angles too, but Blender writes them for a spot with a sharp edge.
+/// Checks that the cone angles of a spot, in radians, are 0 ≤ inner ≤ outer ≤ π/2, and outer above 0; `what` names it in
+/// messages. Wider cones would light the space behind them, and `KHR_lights_punctual` forbids them. It forbids equal angles
+/// too, but Blender writes them for a spot with a sharp edge.
 pub fn check_cone(what: &str, inner: f64, outer: f64) -> Result<()> {
     if inner >= 0.0 && inner <= outer && outer > 0.0 && outer <= FRAC_PI_2 {
         return Ok(());
@@ -20,7 +21,7 @@ pub fn check_cone(what: &str, inner: f64, outer: f64) -> Result<()> {
     )))
 }
 
-/// Checks a light; `what` names it in the message.
+/// Checks that a light's transform, intensity, cone angles and range are valid; `what` names it in messages.
 pub(super) fn check_punctual(what: &str, light: &PunctualLight) -> Result<()> {
     let PunctualLight {
         name: _,

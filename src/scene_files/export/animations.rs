@@ -1,4 +1,4 @@
-//! A scene's motion as a glTF animation.
+//! Writes a scene's motion as a glTF animation.
 
 use super::{Binary, FLOAT};
 use crate::scene::motion::tracks::{Animated, Interpolation, Keyed, Track};
@@ -6,10 +6,10 @@ use crate::scene::motion::{Emission, Motion, Transform};
 use glam::{DAffine3, DMat4, DQuat, DVec3};
 use serde_json::{Value, json};
 
-/// The extension for animated materials.
+/// The glTF extension that the animation of a material's emission needs.
 pub const POINTER: &str = "KHR_animation_pointer";
 
-/// The motion's nodes and their children among each other.
+/// The JSON of the motion's nodes, in the same order, each with its transform at rest and its children among these nodes.
 pub fn nodes(motion: &Motion) -> Vec<Value> {
     let mut nodes: Vec<Value> = motion
         .nodes
@@ -31,7 +31,7 @@ pub fn nodes(motion: &Motion) -> Vec<Value> {
     nodes
 }
 
-/// Makes a node a child of another.
+/// Adds `child`, an index into the file's nodes, to the children of the node `parent`.
 pub fn add_child(parent: &mut Value, child: usize) {
     match parent["children"].as_array_mut() {
         Some(children) => children.push(json!(child)),
@@ -39,12 +39,13 @@ pub fn add_child(parent: &mut Value, child: usize) {
     }
 }
 
-/// A transform in glTF's layout.
+/// A transform as the 16 numbers of a glTF matrix, column by column.
 pub fn matrix(transform: &DAffine3) -> [f64; 16] {
     DMat4::from(*transform).to_cols_array()
 }
 
-/// Writes the materials' emission without keyframes.
+/// Writes the colour and the strength that animated emission has without keyframes into the JSON of `materials`, which has
+/// one entry per material of the scene.
 pub fn rest_emission(motion: &Motion, materials: &mut [Value]) {
     for Emission {
         material,
@@ -59,7 +60,8 @@ pub fn rest_emission(motion: &Motion, materials: &mut [Value]) {
     }
 }
 
-/// The animation: a sampler and a channel for each track. Node indices are the motion's.
+/// The JSON of the animation, with one sampler and one channel for each track of the motion. The keys go to `binary`. Node
+/// `i` of the file must be node `i` of the motion.
 pub fn animation(motion: &Motion, binary: &mut Binary) -> Value {
     let mut writer = Writer {
         binary,

@@ -1,19 +1,19 @@
-//! Punctual lights as `KHR_lights_punctual`.
+//! Writes punctual lights as `KHR_lights_punctual`.
 
 use super::color_and_strength;
 use crate::scene::{PunctualLight, PunctualShape};
 use serde_json::{Value, json};
 
-/// The extension for lights without a surface.
+/// The glTF extension for punctual lights, which have no surface.
 pub const EXTENSION: &str = "KHR_lights_punctual";
 
-/// The document's extension that lists the lights.
+/// The value of the document's `extensions`, which lists all lights in the order of `lights`.
 pub fn lights(lights: &[PunctualLight]) -> Value {
     let lights: Vec<Value> = lights.iter().map(light).collect();
     json!({ EXTENSION: { "lights": lights } })
 }
 
-/// The node of a light, without its transform.
+/// The JSON of a node with the light at `index` of the document's lights. The node has no transform yet.
 pub fn node(index: usize, light: &PunctualLight) -> Value {
     json!({ "name": light.name, "extensions": { EXTENSION: { "light": index } } })
 }

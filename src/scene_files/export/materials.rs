@@ -1,4 +1,4 @@
-//! Materials, and the textures and images that they use.
+//! Writes materials, and the textures and images that they use.
 
 use super::{Binary, color_and_strength};
 use crate::scene::texture::Wrap;
@@ -9,10 +9,10 @@ use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 use serde_json::{Map, Value, json};
 
-/// The extension for textures that are scaled, turned and moved.
+/// The glTF extension for textures whose coordinates are scaled, rotated or moved.
 pub const TEXTURE_TRANSFORM: &str = "KHR_texture_transform";
 
-/// A material; its textures are added to `textures`.
+/// The JSON of a material. Its textures and their samplers are added to `textures`.
 pub fn material(material: &Material, textures: &mut Textures) -> Value {
     let mut surface = json!({
         "baseColorFactor": material.base_color.extend(material.alpha).to_array(),
@@ -77,17 +77,18 @@ pub fn material(material: &Material, textures: &mut Textures) -> Value {
     value
 }
 
-/// The file's textures and samplers, each once.
+/// The JSON of all textures and samplers of the file. Equal ones are stored once.
 #[derive(Default)]
 pub struct Textures {
     pub textures: Vec<Value>,
     pub samplers: Vec<Value>,
-    /// True if any is scaled, turned or moved.
+    /// True if the coordinates of any texture are transformed, so that the file uses [`TEXTURE_TRANSFORM`].
     pub has_transform: bool,
 }
 
 impl Textures {
-    /// Sets `user[slot]` to a texture, if there is one.
+    /// Sets `user[slot]`, where `user` is the JSON of a material or of a part of it, to a reference to the texture. Without
+    /// a texture nothing changes.
     fn add(&mut self, user: &mut Value, slot: &str, texture: &Option<Texture>) {
         let Some(texture) = texture else { return };
         let filter = if texture.nearest { 9728 } else { 9729 };
@@ -113,7 +114,7 @@ impl Textures {
     }
 }
 
-/// The index of a value in a list; a new value is added.
+/// The index of `value` in `list`; a value that the list lacks is appended.
 fn index_of(list: &mut Vec<Value>, value: Value) -> usize {
     let found = list.iter().position(|other| *other == value);
     found.unwrap_or_else(|| {
@@ -122,7 +123,8 @@ fn index_of(list: &mut Vec<Value>, value: Value) -> usize {
     })
 }
 
-/// Offset, rotation (towards −v) and scale, which come first in that order from the right.
+/// The JSON of [`TEXTURE_TRANSFORM`]: offset, rotation in radians (positive turns +u towards −v) and scale. The coordinates
+/// are scaled first, then rotated, then moved; shear is lost.
 fn transform(placed: &Affine2) -> Value {
     let [u, v] = [placed.matrix2.x_axis, placed.matrix2.y_axis];
     let mirrored = placed.matrix2.determinant() < 0.0;
@@ -134,7 +136,8 @@ fn transform(placed: &Affine2) -> Value {
     })
 }
 
-/// The images as PNG files in the binary chunk.
+/// Writes the images as PNG files into the binary chunk, and returns the JSON of each, in the order of `images`. Fails if an
+/// image's number of texels is not width × height, or if it cannot be encoded.
 pub fn images(images: &[Image], binary: &mut Binary) -> Result<Vec<Value>> {
     let write = |image: &Image| {
         let mut png = Vec::new();

@@ -1,4 +1,4 @@
-//! Meshes as glTF's primitives.
+//! Writes meshes as glTF primitives.
 
 use super::{Binary, FLOAT};
 use crate::scene::Mesh;
@@ -10,7 +10,8 @@ const UNSIGNED_INT: u32 = 5125;
 const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
-/// A mesh with a primitive for each part. All primitives use the same vertices.
+/// The JSON of a mesh, with one primitive for each of its parts (triangles with one material). All primitives share the
+/// vertices. Vertices and indices go to `binary`.
 pub fn mesh(mesh: &Mesh, binary: &mut Binary) -> Value {
     let bounds = mesh.bounds();
     let [low, high] = bounds.map_or([DVec3::ZERO; 2], |bounds| [bounds.min, bounds.max]);

@@ -1,4 +1,4 @@
-//! Scenes as binary glTF 2.0.
+//! Writes scenes as binary glTF 2.0 (`.glb`).
 
 mod animations;
 mod lights;
@@ -18,13 +18,13 @@ use std::path::Path;
 
 const FLOAT: u32 = 5126;
 
-/// Writes a scene to `path` as .glb: meshes with a primitive for each part, instances as nodes, materials with their textures
-/// (as PNG), lights, cameras, and the motion of all, in f32. Environments and the shear of textures are left out, since glTF
-/// has neither.
+/// Writes a scene to `path` as .glb: meshes with a primitive for each part, instances as nodes, materials with their
+/// textures (as PNG), lights, cameras, and the motion of all, in f32. Environments and the shear of textures are left out,
+/// since glTF has neither.
 ///
 /// # Errors
-/// An image whose number of texels differs from its size; more than the 4 GiB that the format allows; or the file cannot be
-/// written.
+/// An image's number of texels is not its width × height, or it cannot be encoded as PNG; the file would have more than the
+/// 4 GiB that the format allows; or it cannot be written.
 pub fn write_glb(scene: &Scene, path: &Path) -> Result<()> {
     let mut binary = Binary::default();
     let document = document(scene, &mut binary)?;
@@ -55,7 +55,7 @@ pub fn write_glb(scene: &Scene, path: &Path) -> Result<()> {
     })
 }
 
-/// The binary chunk and the views and accessors into it.
+/// The bytes of the GLB file's binary chunk, and the JSON of the buffer views and accessors that refer to them.
 #[derive(Default)]
 struct Binary {
     bytes: Vec<u8>,
@@ -64,7 +64,8 @@ struct Binary {
 }
 
 impl Binary {
-    /// Appends values of four-byte components and returns the index of their accessor; vertices and indices have a target.
+    /// Appends `values`, whose components have four bytes each, and returns the index of their accessor. `accessor` is its
+    /// JSON without the buffer view. `target` is the view's glTF target for vertices or indices, `None` for other data.
     fn push<T: bytemuck::Pod>(
         &mut self,
         values: &[T],
@@ -80,7 +81,7 @@ impl Binary {
         self.accessors.len() - 1
     }
 
-    /// Appends bytes and returns the index of their view.
+    /// Appends bytes to the binary chunk, padded to a multiple of four, and returns the index of their buffer view.
     fn push_bytes(&mut self, bytes: &[u8]) -> usize {
         self.views.push(json!({
             "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len(),
@@ -92,7 +93,8 @@ impl Binary {
     }
 }
 
-/// A colour of at most 1 and the strength that multiplies it, as glTF limits colours of light.
+/// Splits a linear RGB value into a colour whose channels are at most 1 and a strength of at least 1. Their product is
+/// `light`; glTF stores both, because it limits colours to 1.
 fn color_and_strength(light: Vec3) -> (Vec3, f32) {
     let strength = light.max_element().max(1.0);
     (light / strength, strength)

@@ -1,4 +1,4 @@
-//! Scenes that are written and read again.
+//! Tests that write scenes and read them again.
 
 use super::*;
 use crate::procedural;
@@ -162,8 +162,8 @@ fn an_image_with_too_few_texels_is_named() {
     assert!(!path.exists());
 }
 
-/// The first difference between two scenes. Emission and intensity are stored as colour times strength, so they may lose their
-/// last bits.
+/// The texts around the first difference between scene `a` and scene `b`, which was read from a file; `None` if they are
+/// equal. Emission and intensity are stored as colour times strength, so they may differ by 1e-6 of their length.
 fn difference(a: &Scene, b: &Scene) -> Option<String> {
     let mut b = b.clone();
     let settle = |ours: &mut Vec3, of: Vec3| {

@@ -1,5 +1,5 @@
-//! Elements of accessors. Every range is checked, in arithmetic that cannot overflow, before the first byte is read; no
-//! allocation depends on a count that a file merely claims.
+//! Reads elements of glTF accessors. Every range is checked, in arithmetic that cannot overflow, before the first byte is
+//! read; no allocation depends on a count that a file merely claims.
 
 use super::damaged;
 use super::document::{Accessor, Document};
@@ -7,22 +7,24 @@ use super::unfolding::Unfolding;
 use crate::{Error, Result};
 use glam::{Vec2, Vec3, Vec4};
 
-/// The largest element read: four floats.
+/// The bytes of an element that the file does not contain: elements of an accessor without a buffer view are 0. The largest
+/// element has 16 bytes, four floats.
 const ZEROS: [u8; 16] = [0; 16];
 
-/// The number of elements of an accessor without bytes that may be allocated.
+/// The maximum number of elements of an animation's accessor without a buffer view. Its elements take no bytes in the file,
+/// so a damaged count could otherwise fill the memory with zeros.
 const MAX_ZEROS: u64 = 1 << 20;
 
-/// The document with the bytes its accessors read.
+/// Reads the accessors of a document from the bytes of its buffers.
 #[derive(Clone, Copy)]
 pub struct Accessors<'a> {
     pub document: &'a Document,
     pub buffers: &'a [&'a [u8]],
-    /// The memory that the file may still take.
+    /// The limit on the memory that elements of the file may still take.
     pub unfolding: &'a Unfolding,
 }
 
-/// Types of elements.
+/// The type of the elements of a vertex attribute: vectors of two, three or four components.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     Vec2,
@@ -31,7 +33,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// The name in the file.
+    /// The name of the type in the file, such as `VEC3`.
     const fn name(self) -> &'static str {
         match self {
             Self::Vec2 => "VEC2",
@@ -49,7 +51,7 @@ impl Kind {
     }
 }
 
-/// An accessor's elements, all of them readable.
+/// The elements of one accessor. Their ranges in the buffers were checked, so reading an element cannot fail.
 pub struct Elements<'a> {
     pub count: u64,
     component: Component,
@@ -64,7 +66,7 @@ struct Strided<'a> {
     stride: usize,
 }
 
-/// The elements that a sparse accessor replaces: indices increase.
+/// The elements that a sparse accessor replaces: their indices, which increase, and one value for each index.
 struct Replaced<'a> {
     indices: Vec<u64>,
     values: Strided<'a>,
@@ -81,7 +83,7 @@ enum Component {
 }
 
 impl Component {
-    /// The type with a code of glTF.
+    /// The component type with this `componentType` code of glTF, such as 5126; `None` for an unknown code.
     fn of(code: u64) -> Option<Self> {
         match code {
             5120 => Some(Self::I8),
@@ -102,12 +104,13 @@ impl Component {
         }
     }
 
-    /// True if the type can hold vertex indices.
+    /// True for the unsigned integers, which are the types that vertex indices can have.
     fn is_index(self) -> bool {
         matches!(self, Self::U8 | Self::U16 | Self::U32)
     }
 
-    /// A float, an integer, or the value of a normalized integer.
+    /// The number in the first bytes of `bytes`. If `normalized` is true, an integer is divided by the largest value of its
+    /// type: the result is in [0, 1] for unsigned types and in [−1, 1] for signed ones.
     fn number(self, bytes: &[u8], normalized: bool) -> f64 {
         let (number, one) = match (self, bytes) {
             (Self::I8, &[a, ..]) => (f64::from(a as i8), 127.0),
@@ -135,8 +138,9 @@ impl Component {
 }
 
 impl<'a> Accessors<'a> {
-    /// An accessor of a vertex attribute of one of `kinds`: floats, or integers of 8 or 16 bits, normalized or not
-    /// (KHR_mesh_quantization).
+    /// The elements of accessor `index` as a vertex attribute. It must have one of the types `kinds` and components that are
+    /// floats, or integers of 8 or 16 bits, normalized or not (KHR_mesh_quantization). `used_as` names the use in messages.
+    /// Fails if the type or a range is wrong.
     pub fn attribute(&self, index: u64, used_as: &str, kinds: &[Kind]) -> Result<Elements<'a>> {
         let (what, accessor) = self.accessor(index, used_as)?;
         let component = Component::of(accessor.component_type).filter(|c| *c != Component::U32);
@@ -157,7 +161,8 @@ impl<'a> Accessors<'a> {
         )
     }
 
-    /// An accessor of vertex indices.
+    /// The elements of accessor `index` as vertex indices: unsigned integers of 8, 16 or 32 bits. `used_as` names the use in
+    /// messages. Fails if the type or a range is wrong.
     pub fn indices(&self, index: u64, used_as: &str) -> Result<Elements<'a>> {
         let (what, accessor) = self.accessor(index, used_as)?;
         match Component::of(accessor.component_type) {
@@ -172,8 +177,9 @@ impl<'a> Accessors<'a> {
         }
     }
 
-    /// All numbers of an accessor of `kind`, such as `VEC3` with 3 `components`: floats or, unless
-    /// `floats_only`, normalized integers.
+    /// All numbers of accessor `index`, element by element, for animations. Its elements must have the type `kind`, such as
+    /// `VEC3` with 3 `components`, and be floats or, unless `floats_only`, normalized integers. Fails if the type or a range
+    /// is wrong, or if the file takes too much memory.
     pub fn numbers(
         &self,
         index: u64,
@@ -289,7 +295,8 @@ impl<'a> Accessors<'a> {
         })
     }
 
-    /// The bytes of a buffer view.
+    /// The bytes of the buffer view at index `view`. `what` names its user in messages. Fails if an index or the range of
+    /// the view is wrong.
     pub fn view(&self, what: &str, view: u64) -> Result<&'a [u8]> {
         let views = &self.document.buffer_views;
         let Some(found) = get(views, view) else {
@@ -316,7 +323,9 @@ impl<'a> Accessors<'a> {
         Ok(&buffer[found.byte_offset as usize..end as usize])
     }
 
-    /// The bytes of `count` elements from `offset` in a buffer view.
+    /// The bytes of `count` elements of `size` bytes each, from byte `offset` of the buffer view `view`. If `strided` is
+    /// true, the view's `byteStride` separates the elements; otherwise they are adjacent. Fails if they do not lie in the
+    /// view.
     fn range(
         &self,
         what: &str,
@@ -361,12 +370,12 @@ impl Strided<'_> {
 }
 
 impl Elements<'_> {
-    /// Element `index` as a vertex index.
+    /// The vertex index that element `index` holds.
     pub fn index(&self, index: u64) -> u64 {
         self.component.index(self.element(index as usize))
     }
 
-    /// Element `index` as three numbers.
+    /// The first three components of element `index`. Normalized integers become numbers in [0, 1] or [−1, 1].
     pub fn vector(&self, index: u64) -> Vec3 {
         Vec3::new(
             self.number(index, 0),
@@ -375,25 +384,25 @@ impl Elements<'_> {
         )
     }
 
-    /// Element `index` as a colour; without alpha it is opaque.
+    /// The RGBA colour that element `index` holds. If the elements have no alpha, it is 1 (opaque).
     pub fn color(&self, index: u64) -> Vec4 {
         let opaque = self.size < 4 * self.component.size();
         let alpha = if opaque { 1.0 } else { self.number(index, 3) };
         self.vector(index).extend(alpha)
     }
 
-    /// Element `index` as four numbers.
+    /// The four components of element `index`. Normalized integers become numbers in [0, 1] or [−1, 1].
     pub fn quadruple(&self, index: u64) -> Vec4 {
         self.vector(index).extend(self.number(index, 3))
     }
 
-    /// One number of element `index`.
+    /// The component at position `component`, from 0, of element `index`, converted to f32 by [`Component::number`].
     fn number(&self, index: u64, component: usize) -> f32 {
         let bytes = &self.element(index as usize)[component * self.component.size()..];
         self.component.number(bytes, self.normalized) as f32
     }
 
-    /// Element `index` as two numbers.
+    /// The first two components of element `index`. Normalized integers become numbers in [0, 1] or [−1, 1].
     pub fn pair(&self, index: u64) -> Vec2 {
         Vec2::new(self.number(index, 0), self.number(index, 1))
     }
@@ -412,7 +421,7 @@ impl Elements<'_> {
     }
 }
 
-/// An element of a list by an index from the file.
+/// The item of a list at an index from a file; `None` if the index is out of range, so that a damaged file causes no panic.
 pub fn get<T>(items: &[T], index: u64) -> Option<&T> {
     items.get(usize::try_from(index).ok()?)
 }

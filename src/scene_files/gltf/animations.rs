@@ -1,4 +1,4 @@
-//! Animations: keys for nodes and, by `KHR_animation_pointer`, for the emission of materials.
+//! Reads animations: keys for the transforms of nodes and, by `KHR_animation_pointer`, for the emission of materials.
 //!
 //! All animations of a file play together, from time 0. If two of them change one property, the first one in the file takes
 //! effect, and a notice reports it.
@@ -16,14 +16,15 @@ use crate::{Error, Result};
 use glam::{DQuat, DVec3};
 use std::collections::BTreeMap;
 
-/// The tracks of all animated properties in the file, by the file's indices.
+/// The tracks of all animated properties, by the index of their node or material in the file. A track is a list of keys:
+/// times with values.
 #[derive(Default)]
 pub struct Animations {
     nodes: BTreeMap<usize, AnimatedTransform>,
     materials: BTreeMap<usize, Emission>,
 }
 
-/// The property that a channel changes.
+/// The property that a channel changes, with the index of its node or material in the file.
 enum Target {
     Translation(usize),
     Rotation(usize),
@@ -32,7 +33,8 @@ enum Target {
     EmissiveStrength(usize),
 }
 
-/// Reads all supported channels.
+/// Reads all channels that change a supported property; the others get a notice in `tally`. `placed` are the nodes of the
+/// scene. Fails if a channel's indices or keys are wrong.
 pub fn read(
     accessors: &Accessors<'_>,
     placed: &[Placed<'_>],
@@ -65,7 +67,8 @@ pub fn read(
     Ok(read)
 }
 
-/// The property that a channel changes; `None`, with a notice, if it is not supported.
+/// The property that a channel changes. `None`, with a notice, if it is not supported. `what` names the channel in messages.
+/// Fails if the index of a node or material is out of range.
 fn target(
     accessors: &Accessors<'_>,
     what: &str,
@@ -134,7 +137,7 @@ fn target(
     })
 }
 
-/// The location of a channel's keys.
+/// The location of a channel's keys: a sampler of an animation, with the names for messages.
 struct Source<'a> {
     accessors: &'a Accessors<'a>,
     animation: &'a Animation,
@@ -144,7 +147,9 @@ struct Source<'a> {
 }
 
 impl Source<'_> {
-    /// Reads and checks a track of values of `kind`; `make` makes a value from its numbers.
+    /// Reads and checks the keys of the sampler. `kind` is the type of its values with their number of components, such as
+    /// `VEC3` with 3; `make` makes a value from this number of components. Fails if indices, types, times or values are
+    /// wrong.
     fn track<T: Keyed>(&self, kind: (&str, usize), make: impl Fn(&[f64]) -> T) -> Result<Track<T>> {
         let samplers = &self.animation.samplers;
         let Some(sampler) = get(samplers, self.sampler) else {
@@ -184,7 +189,8 @@ impl Source<'_> {
         Ok(track)
     }
 
-    /// Checks that the emission of a light is in range.
+    /// Checks that the emission at every key is within 0 and [`BRIGHTEST`]. `most` returns the smallest and the largest
+    /// channel of a value.
     fn check_emission<T: Keyed>(
         &self,
         track: &Track<T>,
@@ -270,7 +276,9 @@ impl Animations {
         Ok(())
     }
 
-    /// The tracks of a node of the scene; `None` if the scene does not contain the node.
+    /// The tracks of the node at index `node` in the file. If it has none so far, constant ones are added, from its
+    /// transform in the file. `None` if the scene does not contain the node. Fails if the node has a matrix, which cannot be
+    /// animated.
     fn moving(
         &mut self,
         source: &Source<'_>,
@@ -305,13 +313,13 @@ impl Animations {
         })
     }
 
-    /// True if keys change the emission of a material.
+    /// True if keys change the emission of the material at this index in the file.
     pub fn change_emission_of(&self, material: usize) -> bool {
         self.materials.contains_key(&material)
     }
 
-    /// The motion of the scene, given the index in `placed` of the node of each instance, camera and light; `None` without
-    /// keys.
+    /// The motion of the scene; `None` if nothing has keys. `instances`, `cameras` and `lights` have one entry for each
+    /// instance, camera and light of the scene: the index in `placed` of its node.
     pub fn motion(
         mut self,
         placed: &[Placed<'_>],

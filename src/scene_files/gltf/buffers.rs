@@ -1,4 +1,4 @@
-//! The bytes of a glTF file: the two chunks of a GLB, files beside it, and data URIs.
+//! Reads the bytes of a glTF file: the two chunks of a GLB, files beside it, and data URIs.
 
 use super::damaged;
 use super::document::Document;
@@ -16,16 +16,17 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::path::PathBuf;
 
-/// The usual alphabet, as browsers read it: padding may miss, bits left over are dropped.
+/// A decoder of base64 in the usual alphabet. Like browsers, it accepts text without padding and drops left-over bits.
 const BASE64: GeneralPurpose = GeneralPurpose::new(
     &alphabet::STANDARD,
     PAD_INDIFFERENT.with_decode_allow_trailing_bits(true),
 );
 
-/// The JSON and the binary chunk of a glTF file, both borrowed from it.
+/// The JSON and, if there is one, the binary chunk of a glTF file, both borrowed from its bytes.
 type Chunks<'a> = (Cow<'a, [u8]>, Option<Cow<'a, [u8]>>);
 
-/// Splits a glTF file into its chunks; a `.gltf` is all JSON.
+/// Splits the bytes of a glTF file into its chunks. Without the header of a GLB, all bytes are JSON (`.gltf`). Fails if the
+/// GLB is damaged or has another version.
 pub fn split(bytes: &[u8]) -> Result<Chunks<'_>> {
     if !bytes.starts_with(b"glTF") {
         return Ok((bytes.into(), None));
@@ -61,28 +62,30 @@ pub fn split(bytes: &[u8]) -> Result<Chunks<'_>> {
     Err(damaged(format!("its GLB chunks cannot be read: {fault}")))
 }
 
-/// The first chunk of a GLB file, if it is JSON.
+/// The content of the first chunk of a GLB file; `None` if the chunk is not JSON or is cut off.
 fn json_chunk(bytes: &[u8]) -> Option<&[u8]> {
     let is_json = bytes.get(16..20)? == b"JSON";
     bytes[20..].get(..word(bytes, 12)?).filter(|_| is_json)
 }
 
-/// The little-endian number in the four bytes from `at`.
+/// The unsigned number in the four bytes from byte `at`, in little-endian order; `None` if the file ends before.
 fn word(bytes: &[u8], at: usize) -> Option<usize> {
     let word = bytes.get(at..)?.first_chunk()?;
     Some(u32::from_le_bytes(*word) as usize)
 }
 
-/// The bytes of a glTF file's buffers. Only data in other files, or encoded data, are copied, and each file is read once.
+/// The bytes of a glTF file's buffers. Only data in other files and encoded data are copied, and each file is read once.
 pub struct Buffers<'a> {
     copies: Vec<Vec<u8>>,
     binary: &'a [u8],
-    /// The index of each buffer's copy, or `None` for the binary chunk, and its length in bytes.
+    /// One entry per buffer, in the order of the document: the index of its copy, or `None` for the binary chunk, and its
+    /// length in bytes.
     sources: Vec<(Option<usize>, usize)>,
 }
 
 impl<'a> Buffers<'a> {
-    /// Reads all buffers of a document.
+    /// Reads all buffers of a document from the chunk `binary`, from data URIs and from files in `folder`. Fails if a source
+    /// is missing, damaged, or shorter than its buffer.
     pub fn load(
         document: &Document,
         binary: Option<&'a [u8]>,
@@ -153,20 +156,22 @@ impl<'a> Buffers<'a> {
         source.map_or(self.binary, |copy| &self.copies[copy])
     }
 
-    /// The bytes of each buffer, cut to the length that the document gives.
+    /// The bytes of each buffer, in the order of the document, cut to the length that the document gives.
     pub fn slices(&self) -> Vec<&[u8]> {
         let slice = |(source, length): &(Option<usize>, usize)| &self.bytes(*source)[..*length];
         self.sources.iter().map(slice).collect()
     }
 
-    /// The total size in bytes of the sources of all buffers.
+    /// The total size of the binary chunk and of all copies, in bytes. The limit on the memory of the scene depends on it
+    /// ([`super::unfolding`]).
     pub fn total(&self) -> u64 {
         let copies = self.copies.iter().map(Vec::len).sum::<usize>();
         (self.binary.len() + copies) as u64
     }
 }
 
-/// Opens the file of a buffer.
+/// Opens the file of a buffer, which `uri` names. `what` is the buffer in messages. Fails if the file does not exist or may
+/// not be opened.
 fn open(what: &str, uri: &str, folder: &SceneFolder<'_>) -> Result<SceneFile> {
     let name = file_name(what, uri)?;
     folder.open(what, &[PathBuf::from(&*name)])?.ok_or_else(|| {
@@ -177,7 +182,9 @@ fn open(what: &str, uri: &str, folder: &SceneFolder<'_>) -> Result<SceneFile> {
     })
 }
 
-/// The path, from the scene's folder, of the file that a URI names.
+/// The path of the file that a URI names, with its percent codes decoded. It is relative to the scene's folder, or absolute
+/// for `file://`. Fails for files on other machines and for wrong percent codes; `what` is the element that has the URI, for
+/// messages.
 pub fn file_name<'a>(what: &str, uri: &'a str) -> Result<Cow<'a, str>> {
     // A file of another machine cannot be opened.
     let local = (uri.strip_prefix("file://localhost")).or_else(|| uri.strip_prefix("file://"));
@@ -196,14 +203,15 @@ pub fn file_name<'a>(what: &str, uri: &'a str) -> Result<Cow<'a, str>> {
     })
 }
 
-/// The bytes of the content of a `data:` URI: `[type];base64,…`.
+/// The bytes that a data URI holds, given the text after `data:`, such as `[type];base64,…`. `None` if it is not base64.
 pub fn decode_data_uri(data: &str) -> Option<Vec<u8>> {
     let (kind, content) = data.split_once(',')?;
     kind.ends_with(";base64").then_some(())?;
     BASE64.decode(&*decode_percent(content)?).ok()
 }
 
-/// The text without its percent signs, if each of them begins a code and the codes make UTF-8.
+/// The text with its percent codes, such as `%20`, decoded. `None` if a percent sign begins no code, or if the codes do not
+/// make UTF-8.
 fn decode_percent(text: &str) -> Option<Cow<'_, str>> {
     // The crate lets a `%` without its two digits stand: here that is damage.
     let is_code = |rest: &str| {

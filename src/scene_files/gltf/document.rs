@@ -1,22 +1,20 @@
-//! The part of the JSON of a glTF file that Headwater reads. Indices are read unchanged, in 64 bits: code that follows an index
-//! checks it first. Other elements are ignored, or only noticed.
+//! The part of the JSON of a glTF file that Headwater reads. Indices are read unchanged, in 64 bits: code that follows an
+//! index checks it first. Other elements are ignored, or only noticed.
 //!
 //! The types of the `gltf` crate would lose data that matter here:
-//! - transforms of nodes are in f32, whose steps are half a unit at 5·10⁶ units from the origin,
-//!   and so are cameras;
-//! - indices and component types are cut to 32 bits without an error, so that a damaged one names
-//!   another element;
+//!
+//! - transforms of nodes are in f32, whose steps are half a unit at 5·10⁶ units from the origin, and so are cameras;
+//! - indices and component types are cut to 32 bits without an error, so that a damaged one names another element;
 //! - normal textures have no transform;
-//! - values that the crate does not support are dropped, so that no message can quote them: the types
-//!   of accessors and cameras, interpolations, alpha modes, and the path `pointer` of an animation,
-//!   which is followed here;
+//! - values that the crate does not support are dropped, so that no message can quote them: the types of accessors and
+//!   cameras, interpolations, alpha modes, and the path `pointer` of an animation, which is followed here;
 //! - files would be refused for faults in parts that Headwater ignores, such as skins.
 
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use std::collections::BTreeMap;
 
-/// The root of a glTF file.
+/// The root object of the JSON of a glTF file. Other objects refer to the elements of its lists by index.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub struct Document {
@@ -55,8 +53,8 @@ pub struct Material {
 }
 
 impl Material {
-    /// True if the material is unlit: then only its base colour and alpha count, and its other properties are for readers that
-    /// do not support the extension.
+    /// True if the material is unlit: then only its base colour and alpha count. Its other properties are for readers that
+    /// do not support `KHR_materials_unlit`.
     pub const fn is_unlit(&self) -> bool {
         self.extensions.unlit.is_some()
     }
@@ -84,14 +82,14 @@ impl Default for MetallicRoughness {
     }
 }
 
-/// A texture in a material.
+/// A use of a texture in a material.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub struct TextureInfo {
     pub index: u64,
     #[serde(default)]
     pub tex_coord: u64,
-    /// The scale of normal textures.
+    /// The factor on x and y of the vectors of a normal texture; `None` is 1. Other textures do not have it.
     pub scale: Option<f32>,
     #[serde(default)]
     pub extensions: TextureInfoExtensions,
@@ -183,7 +181,7 @@ impl Default for Specular {
     }
 }
 
-/// An image with a sampler.
+/// A texture: an image and a sampler, by their indices in the document.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub struct Texture {
@@ -222,7 +220,8 @@ pub struct Image {
     pub buffer_view: Option<u64>,
 }
 
-/// The file's version; empty if it is missing, where the crate's type would have 2.0.
+/// The glTF version that the file needs. It is empty if the file does not state it, where the type of the `gltf` crate would
+/// have 2.0.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub struct Asset {
@@ -230,7 +229,7 @@ pub struct Asset {
     pub min_version: Option<String>,
 }
 
-/// A glTF `scene`: the root nodes of its trees.
+/// A glTF `scene`: the indices of the root nodes of its trees.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub struct Roots {
@@ -277,7 +276,7 @@ pub struct Lights {
     pub lights: Vec<Light>,
 }
 
-/// A punctual light.
+/// A punctual light of `KHR_lights_punctual`, with the extension's units and defaults.
 #[derive(Debug, Deserialize)]
 #[serde(default)]
 pub struct Light {
@@ -366,7 +365,8 @@ pub struct Channel {
     pub target: Target,
 }
 
-/// The property that a channel changes: a `path` of a node or, with the path `pointer`, the property that the extension names.
+/// The property that a channel of an animation changes: a `path` of a node or, with the path `pointer`, the property that
+/// `KHR_animation_pointer` names.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub struct Target {
@@ -452,7 +452,7 @@ pub struct Buffer {
 }
 
 impl Buffer {
-    /// The URI, if it names a file.
+    /// The URI of the buffer if it names a file; `None` for a data URI and for the binary chunk.
     pub fn file(&self) -> Option<&str> {
         (self.uri.as_deref()).filter(|uri| !uri.starts_with("data:"))
     }

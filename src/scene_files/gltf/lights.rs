@@ -1,4 +1,4 @@
-//! Punctual lights: `KHR_lights_punctual`.
+//! Reads punctual lights: `KHR_lights_punctual`.
 
 use super::damaged;
 use super::document::{Document, Light};
@@ -9,7 +9,8 @@ use crate::scene::{PunctualLight, PunctualShape};
 use glam::Vec3;
 use std::f64::consts::FRAC_PI_2;
 
-/// The light of a node, if it has one.
+/// The punctual light of a node; `None` if the node has none. Fails if its index is out of range, its type is unknown, or
+/// the angles of its cone are wrong.
 pub fn of_node(document: &Document, placed: &Placed<'_>) -> Result<Option<PunctualLight>> {
     let Some(named) = &placed.node.extensions.light else {
         return Ok(None);

@@ -1,4 +1,4 @@
-//! Materials: metallic-roughness and the supported extensions.
+//! Reads materials: metallic-roughness and the supported extensions.
 
 use super::accessors::get;
 use super::document::{Document, Material as FileMaterial};
@@ -10,16 +10,17 @@ use crate::scene::{AlphaMode, Material};
 use glam::{DVec3, Vec3, Vec4};
 use std::collections::BTreeSet;
 
-/// The use of each of a file's materials: the images of unused materials are not read.
+/// The use of each material of a file. It decides which images are read: those of unused materials are not.
 pub struct Uses {
-    /// True for each material that faces of the scene have.
+    /// One entry for each material: true if faces of the scene have it.
     pub has_faces: Vec<bool>,
-    /// True for each material that gives light at any time.
+    /// One entry for each material: true if it emits light at any time. Otherwise its emissive texture is not read.
     pub emits: Vec<bool>,
 }
 
 impl Uses {
-    /// The uses by the nodes of a scene; `is_animated` is true for materials with animated emission.
+    /// The uses of the document's materials by the nodes `placed` of the scene. `is_animated` is true for the indices of
+    /// materials with animated emission.
     pub fn of(
         document: &Document,
         placed: &[Placed<'_>],
@@ -52,7 +53,8 @@ impl Uses {
     }
 }
 
-/// The file's materials, in the file's order.
+/// The scene's materials with their textures, in the order of the file. Textures and alpha modes that are not supported get
+/// a notice in `tally`. Fails if a texture is wrong.
 pub fn read(
     materials: &[FileMaterial],
     textures: &Textures<'_>,
@@ -129,7 +131,8 @@ fn alpha_mode(what: &str, source: &FileMaterial, tally: &mut Tally) -> AlphaMode
     }
 }
 
-/// The emissive factor, and the strength that multiplies it.
+/// The emissive factor of a material, as linear RGB, and the strength that multiplies it. Their product is the emitted
+/// radiance.
 pub fn emission(source: &FileMaterial) -> (DVec3, f64) {
     let strength = &source.extensions.emissive_strength;
     (
@@ -138,7 +141,8 @@ pub fn emission(source: &FileMaterial) -> (DVec3, f64) {
     )
 }
 
-/// The kinds of textures that are not supported, each with the number of materials that have it.
+/// The kinds of textures that are not supported, each with the number of materials that have it, such as `occlusion (3)`.
+/// They become a notice.
 fn ignored_textures(materials: &[FileMaterial]) -> Vec<String> {
     let kinds = ["occlusion", "specular", "specular colour"];
     let mut counts = [0; 3];

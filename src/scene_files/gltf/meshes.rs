@@ -1,4 +1,4 @@
-//! Meshes: primitives merged, strips and fans unrolled, unused vertices left out.
+//! Reads meshes: merges their primitives, unrolls strips and fans, and leaves out vertices that no triangle uses.
 
 use super::accessors::{Accessors, Elements, Kind, get};
 use super::damaged;
@@ -8,7 +8,7 @@ use crate::scene::{Material, Mesh, Part};
 use crate::{Error, Result};
 use glam::{Vec2, Vec3, Vec4};
 
-/// The rule by which three corners follow from a primitive's indices.
+/// The rule by which the corners of triangles follow from a primitive's list of corners: its glTF `mode`.
 #[derive(Clone, Copy)]
 enum Topology {
     List,
@@ -24,7 +24,7 @@ impl Topology {
         }
     }
 
-    /// The corners of triangle `i`, counter-clockwise.
+    /// The three corners of triangle `i` in counter-clockwise order, as positions in the primitive's list of corners.
     fn corners(self, i: u64) -> [u64; 3] {
         match self {
             Self::List => [3 * i, 3 * i + 1, 3 * i + 2],
@@ -34,25 +34,27 @@ impl Topology {
     }
 }
 
-/// Reads a file's meshes one after another.
+/// A reader of a file's meshes, one after another. It keeps its tables from mesh to mesh.
 pub struct Meshes<'a> {
     accessors: Accessors<'a>,
-    /// The sets of texture coordinates that each material uses.
+    /// One entry for each material: for each of the two sets of texture coordinates, true if a texture of the material uses
+    /// it. Unused sets are not read.
     sets: Vec<[bool; 2]>,
-    /// True for each material that has a normal map.
+    /// One entry for each material: true if it has a normal map. Only then tangents are read.
     mapped: Vec<bool>,
-    /// The sets of texture coordinates that the mesh needs.
+    /// For each of the two sets of texture coordinates, true if a material of the current mesh uses it.
     needed: [bool; 2],
-    /// The material of primitives that have no material.
+    /// The index of the material of primitives that state none: it follows the file's materials.
     default_material: u32,
-    /// True if the default material was used.
+    /// True if a primitive has the default material, so that the scene must get it as its last material.
     pub default_material_used: bool,
-    /// The index in the mesh of each vertex of the current primitive, or `u32::MAX`.
+    /// The index in the mesh of each vertex of the current primitive; `u32::MAX` if no triangle has used the vertex so far.
     indices_in_mesh: Vec<u32>,
 }
 
 impl<'a> Meshes<'a> {
-    /// A reader of the file's meshes.
+    /// A reader of the meshes of the document in `accessors`. `materials` are the file's materials, in the order of the
+    /// file.
     pub fn new(accessors: Accessors<'a>, materials: &[Material]) -> Self {
         let sets = |material: &Material| {
             [0, 1].map(|set| material.textures().any(|(_, texture)| texture.set == set))
@@ -70,7 +72,8 @@ impl<'a> Meshes<'a> {
         }
     }
 
-    /// Reads a mesh, which may have no triangles.
+    /// Reads the mesh `source`, which is at `index` in the file. It may have no triangles. Parts that are skipped get a
+    /// notice in `tally`. Fails if indices, types or values are wrong.
     pub fn read(&mut self, index: usize, source: &FileMesh, tally: &mut Tally) -> Result<Mesh> {
         let mut mesh = Mesh {
             name: source.name.clone(),
@@ -214,7 +217,8 @@ impl<'a> Meshes<'a> {
         }
     }
 
-    /// Refuses elements that would take unreasonably more memory than the file.
+    /// Takes the memory of a primitive with `count` triangles and `corners` corners from the limit of the file, and prepares
+    /// the table of vertex indices. Fails if the limit is reached ([`super::unfolding`]).
     fn reserve(
         &mut self,
         what: &str,
@@ -234,7 +238,8 @@ impl<'a> Meshes<'a> {
         Ok(())
     }
 
-    /// Copies the triangles and the vertices they use, in the order of their use.
+    /// Copies the `count` triangles of a primitive to the mesh, with the vertices that they use, in the order of their first
+    /// use. Fails if an index is out of range or a value is not finite.
     fn copy(
         &mut self,
         source: &Source,

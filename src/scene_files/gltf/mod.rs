@@ -1,8 +1,8 @@
-//! glTF 2.0: `.gltf` and `.glb`.
+//! Reads glTF 2.0: `.gltf` and `.glb`.
 //!
-//! The `gltf` crate supplies the GLB container; [`document`] gives the reasons why its types are not used. Its validation and
-//! traversal are not used either: they panic or recurse without end on some broken files. Indices are followed by checked
-//! look-ups, and the ranges of accessors are checked before they are read.
+//! The `gltf` crate supplies the GLB container; [`document`] gives the reasons why its types are not used. Its validation
+//! and traversal are not used either: they panic or recurse without end on some broken files. Indices are followed by
+//! checked look-ups, and the ranges of accessors are checked before they are read.
 
 mod accessors;
 mod animations;
@@ -29,7 +29,8 @@ use meshes::Meshes;
 use textures::Textures;
 use unfolding::Unfolding;
 
-/// The supported extensions.
+/// The glTF extensions that are supported. A file that requires another one is an error; another one that it only uses is
+/// ignored with a notice.
 const EXTENSIONS: [&str; 9] = [
     "EXT_texture_webp",
     "KHR_animation_pointer",
@@ -42,20 +43,21 @@ const EXTENSIONS: [&str; 9] = [
     "KHR_texture_transform",
 ];
 
-/// The memory that an object of the JSON takes, such as a node without content, including the data made from it, in bytes.
+/// The estimated memory of one object or list in the JSON, such as a node without content, with the data made from it, in
+/// bytes.
 const OBJECT_BYTES: u64 = 1 << 10;
 
-/// The memory that a string of a list, or an entry of a map, takes without its text, in bytes.
+/// The estimated memory of a string in a list, or of an entry of a map, without its text, in bytes.
 const STRING_BYTES: u64 = 128;
 
-/// The memory that a number of a list takes, in bytes.
+/// The estimated memory of a number in a list, in bytes.
 const NUMBER_BYTES: u64 = 16;
 
-/// The maximum number of extensions that a notice lists.
+/// The maximum number of unsupported extensions that a notice lists. Further ones are summarised as "and others".
 const MAX_EXTENSIONS: usize = 16;
 
-/// Reads a glTF file from its bytes; the files that it names lie in `folder`. Errors name the element, not the file. The scene
-/// is not validated yet.
+/// Reads a scene from the bytes of a glTF file; the files that it names lie in `folder`. Errors name the element, not the
+/// file. The scene is not validated yet.
 pub(super) fn read(
     bytes: &[u8],
     folder: &SceneFolder<'_>,
@@ -158,7 +160,8 @@ pub(super) fn read(
     Ok(scene)
 }
 
-/// Checks that there is enough memory for the data of the JSON.
+/// Checks that there is enough memory for the data that the JSON describes, by the estimate of [`memory_of`]. A small file
+/// can describe many elements.
 fn check_memory(json: &[u8]) -> Result<()> {
     memory::check(memory_of(json)).map_err(|cause| {
         Error::input(format!(
@@ -167,7 +170,8 @@ fn check_memory(json: &[u8]) -> Result<()> {
     })
 }
 
-/// The maximum memory of the data of the JSON, in bytes, from a count of its elements.
+/// An upper estimate of the memory that the data of the JSON take, in bytes, from a count of its objects, lists, strings and
+/// numbers.
 fn memory_of(json: &[u8]) -> u64 {
     let mut bytes = 0;
     let mut rest = json;
@@ -190,7 +194,8 @@ fn memory_of(json: &[u8]) -> u64 {
     bytes
 }
 
-/// The rest of `json` after the string whose content it begins with.
+/// The rest of `json` behind the end of a string. `json` begins with the first character in the string; the result is empty
+/// if the string never ends.
 fn after_string(json: &[u8]) -> &[u8] {
     let mut rest = json;
     while let Some(at) = rest.iter().position(|byte| matches!(byte, b'"' | b'\\')) {
@@ -222,7 +227,7 @@ fn parse(json: &[u8]) -> Result<Document> {
     Ok(document)
 }
 
-/// The error for JSON that cannot be read; it names the faulty element of the file.
+/// The error for JSON that cannot be read as a glTF document. It names the faulty element.
 fn not_json(json: &[u8], cause: &serde_json::Error) -> Error {
     // Read again to find the element: to follow it in every file would slow loading down.
     let json = &mut serde_json::Deserializer::from_slice(json);
@@ -291,7 +296,7 @@ fn out_of_range(what: &str, kind: &str, index: u64, count: usize) -> Error {
     ))
 }
 
-/// An error that only the author of the file can repair.
+/// The error of a file with the given fault, which only the author of the file can repair.
 fn damaged(fault: impl std::fmt::Display) -> Error {
     Error::input(format!("{fault}; the file is damaged, export it again"))
 }

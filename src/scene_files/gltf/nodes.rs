@@ -1,4 +1,5 @@
-//! The node hierarchy: checked to be trees, walked without recursion, composed in f64.
+//! Reads the node hierarchy: checks that it consists of trees, walks it without recursion, and composes its transforms in
+//! f64.
 
 use super::accessors::get;
 use super::damaged;
@@ -9,24 +10,24 @@ use crate::scene::notices::{Tally, label};
 use crate::{Error, Result};
 use glam::{DAffine3, DMat4, DQuat, DVec3, DVec4};
 
-/// A node of the scene with its transform to the world.
+/// A node of the scene, with its transforms to its parent and to the world.
 pub struct Placed<'a> {
     pub index: usize,
     pub node: &'a Node,
-    /// The index of its parent in the list.
+    /// The index of its parent in the list that [`placed`] returns; `None` for a root.
     pub parent: Option<u32>,
     pub in_parent: DAffine3,
     pub to_world: DAffine3,
 }
 
 impl Placed<'_> {
-    /// The name of the node in messages.
+    /// The name of the node in messages, such as `node 3 "Lamp"`.
     pub fn label(&self) -> String {
         label("node", self.index, &self.node.name)
     }
 
-    /// The node's name, or otherwise `shown`, the name of its content. Many nodes may have the same content, so a long name is
-    /// cut.
+    /// The name of the node or, if it has none, `shown`, the name of its content. Many nodes may have the same content, so
+    /// `shown` is cut after 256 characters.
     pub fn name_or(&self, shown: &str) -> String {
         match self.node.name.as_str() {
             "" => shown.chars().take(256).collect(),
@@ -34,7 +35,7 @@ impl Placed<'_> {
         }
     }
 
-    /// The scale, the rotation and the translation in the file.
+    /// The node's scale, rotation (a unit quaternion) and translation in the file, which hold for properties without keys.
     pub fn rest(&self) -> (DVec3, DQuat, DVec3) {
         rest(self.node)
     }
@@ -49,7 +50,8 @@ fn rest(node: &Node) -> (DVec3, DQuat, DVec3) {
     )
 }
 
-/// All nodes of the default scene, parents before their children, in the file's order.
+/// All nodes of the default scene, depth first: each node follows its parent, and children of one parent have the order of
+/// the file. Fails if the nodes are no trees, an index is out of range, or a transform is wrong.
 pub fn placed(document: &Document) -> Result<Vec<Placed<'_>>> {
     let parents = parents(document)?;
     let mut waiting: Vec<(usize, Option<u32>, DAffine3)> = roots(document, &parents)?
@@ -84,7 +86,8 @@ pub fn placed(document: &Document) -> Result<Vec<Placed<'_>>> {
     Ok(placed)
 }
 
-/// The parent of each node. Two parents are an error, and so is a cycle.
+/// The index of the parent of each node of the document; `None` for a node without a parent. Fails if a node has two
+/// parents, if the nodes form a cycle, or if an index is out of range.
 fn parents(document: &Document) -> Result<Vec<Option<usize>>> {
     let nodes = &document.nodes;
     let mut parents = vec![None; nodes.len()];
@@ -125,7 +128,8 @@ fn parents(document: &Document) -> Result<Vec<Option<usize>>> {
     Ok(parents)
 }
 
-/// The roots of the default scene or, without it, of the first scene or, without scenes, all nodes without a parent.
+/// The indices of the root nodes of the default scene. Without a default scene they are those of the first scene; without
+/// scenes they are all nodes that have no parent. Fails if a root is out of range, is a child, or is listed twice.
 fn roots(document: &Document, parents: &[Option<usize>]) -> Result<Vec<usize>> {
     let chosen = document.scene.unwrap_or(0);
     let Some(scene) = get(&document.scenes, chosen) else {
@@ -180,7 +184,8 @@ fn local_transform(node: &Node, what: impl Fn() -> String) -> Result<DAffine3> {
     ))
 }
 
-/// A node's camera, if it can be rendered: a perspective one with a direction.
+/// The camera of a node, which has `index` in the file. `None`, with a notice, if it is orthographic or if its transform is
+/// flat and gives no direction. Fails if its field of view or aspect ratio is wrong.
 pub fn camera(
     placed: &Placed,
     index: u64,

@@ -1,4 +1,4 @@
-//! Textures: images from files, data URIs and buffer views, each decoded once.
+//! Reads textures: images from files, data URIs and buffer views, each decoded once.
 
 use super::accessors::{Accessors, get};
 use super::document::{Document, Image as FileImage, Material, TextureInfo, TextureTransform};
@@ -15,25 +15,25 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::PathBuf;
 
-/// The images that materials need.
+/// The textures of a file, with the images of those that materials need.
 pub struct Textures<'a> {
     document: &'a Document,
     uses: &'a Uses,
-    /// The index of each of the file's images among the scene's images; `None` if no material needs it, or if its file is
-    /// missing.
+    /// One entry for each image of the file: its index among the scene's images, or `None` if no material needs it or its
+    /// file is missing.
     images: Vec<Option<u32>>,
 }
 
-/// The source of the bytes of an image.
+/// The source of the encoded bytes of an image: a file, a data URI or a buffer view.
 enum Source<'a> {
     File(SceneFile),
-    /// The text of a data URI behind `data:`.
+    /// The text of a data URI, after `data:`.
     Uri(&'a str),
-    /// A buffer view.
+    /// The index of a buffer view.
     View(u64),
 }
 
-/// The identity of a source: images with one source are one image in the scene.
+/// The identity of an image's source. Images of the file with equal identities are one image in the scene.
 #[derive(PartialEq, Eq, Hash)]
 enum Identity<'a> {
     File((u64, u64)),
@@ -42,11 +42,12 @@ enum Identity<'a> {
 }
 
 impl<'a> Textures<'a> {
-    /// Loads the images of the textures that materials need.
+    /// Loads the images of the textures that materials need according to `uses`. Returns the textures, and the decoded
+    /// images of the scene.
     ///
     /// # Errors
-    /// An index out of range; an image that cannot be read or decoded, or, unless `folder` permits it, is missing; too
-    /// many texels.
+    /// An index is out of range; an image cannot be read or decoded, or is missing although the user does not permit it; the
+    /// images have too many texels or need more memory than there is; or the callback of `progress` returns an error.
     pub fn load(
         accessors: &Accessors<'a>,
         uses: &'a Uses,
@@ -105,8 +106,9 @@ impl<'a> Textures<'a> {
         Ok((textures, images))
     }
 
-    /// The textures of the material at `index`: of base colour, metallic-roughness, normal and emission; `None` if an image is
-    /// not needed, or is missing.
+    /// The textures of the material at `index`, for base colour, metallic-roughness, normal and emission, in this order.
+    /// `None` if the material has no such texture, does not need it, or its image is missing. Fails if an index, a wrap mode
+    /// or the set of texture coordinates is wrong.
     pub fn of_material(&self, what: &str, index: usize) -> Result<[Option<Texture>; 4]> {
         if !self.uses.has_faces[index] {
             return Ok([None; 4]);
@@ -159,7 +161,8 @@ impl<'a> Textures<'a> {
         }))
     }
 
-    /// The index of a texture's image in the file.
+    /// The index, in the file's list of images, of the image that a texture uses. A WebP image is preferred to the texture's
+    /// other image. Fails if an index is out of range or the texture has no supported image.
     fn image_of(&self, what: &str, texture: u64) -> Result<usize> {
         let document = self.document;
         let Some(found) = get(&document.textures, texture) else {
@@ -188,8 +191,9 @@ impl<'a> Textures<'a> {
     }
 }
 
-/// The supported textures of a material, with their names: base colour, metallic-roughness, normal, emissive. `emits` is true
-/// if the material gives light at any time: otherwise the emissive texture has no effect.
+/// The supported textures of a material, each with its name for messages: base colour, metallic-roughness, normal, emissive.
+/// `None` if it has no effect: for an unlit material all but the first, and the emissive one if `emits` is false, which
+/// means that the material never emits light.
 fn slots(material: &Material, emits: bool) -> [(&'static str, &Option<TextureInfo>); 4] {
     let pbr = &material.pbr_metallic_roughness;
     let lit = |texture| {
@@ -212,8 +216,8 @@ fn slots(material: &Material, emits: bool) -> [(&'static str, &Option<TextureInf
     ]
 }
 
-/// The transform of KHR_texture_transform: scaled, then turned, then moved. The direction of rotation follows the extension's
-/// text and its readers, not the matrix in the text (KhronosGroup/glTF, issue 1563).
+/// The matrix of `KHR_texture_transform`, which scales, then rotates, then moves texture coordinates. The direction of
+/// rotation follows the extension's text and its readers, not the matrix in the text (KhronosGroup/glTF, issue 1563).
 fn transform(placed: &TextureTransform) -> Affine2 {
     let (sin, cos) = placed.rotation.sin_cos();
     // Counter-clockwise where v points down.
@@ -223,7 +227,8 @@ fn transform(placed: &TextureTransform) -> Affine2 {
 }
 
 impl<'a> Source<'a> {
-    /// The source of an image's bytes; none if its file is missing.
+    /// The source of an image's bytes; `None` if its file is missing. `what` is the image in messages. Fails if the file may
+    /// not be opened, or if the image has no source.
     fn of(what: &str, image: &'a FileImage, folder: &SceneFolder<'_>) -> Result<Option<Self>> {
         match (&image.uri, image.buffer_view) {
             (Some(uri), _) => match uri.strip_prefix("data:") {
@@ -250,7 +255,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// The bytes in the file.
+    /// The bytes of the image in its encoding (PNG, JPEG or WebP), read from this source. `what` is the image in messages.
     fn read<'b>(
         self,
         what: &str,

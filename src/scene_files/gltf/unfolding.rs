@@ -1,31 +1,31 @@
-//! A limit on the memory of a file's elements when they are unfolded: many may use the same bytes, and a small file could
-//! otherwise require any amount of memory or time.
+//! A limit on the memory that the elements of a glTF file take when they are unfolded, which means copied out of its
+//! buffers. Many elements may use the same bytes, so a small file could otherwise require any amount of memory or time.
 
 use crate::base::memory;
 use crate::{Error, Result};
 use std::cell::Cell;
 
-/// The number of bytes to which elements may unfold per byte of the file, in addition to [`FREE_BYTES`].
+/// The number of bytes to which elements may unfold for each byte of the file, in addition to [`FREE_BYTES`].
 const RATIO: u64 = 64;
 
-/// The number of bytes to which any file may unfold.
+/// The number of bytes to which the elements of any file may unfold, however small the file is.
 const FREE_BYTES: u64 = 1 << 30;
 
-/// The number of bytes to which a file may still unfold.
+/// The number of bytes to which the elements of a file may still unfold. It decreases with each element that is read.
 pub struct Unfolding(Cell<u64>);
 
 impl Unfolding {
-    /// The allowance of a file whose buffers and JSON have `file_bytes` bytes.
+    /// The limit for a file whose buffers and JSON have `file_bytes` bytes together.
     pub fn of(file_bytes: u64) -> Self {
         Self(Cell::new(
             FREE_BYTES.saturating_add(file_bytes.saturating_mul(RATIO)),
         ))
     }
 
-    /// Takes the bytes of an element; `what` names it in the message.
+    /// Subtracts the bytes that an element unfolds to from the limit. `what` is the element in messages.
     ///
     /// # Errors
-    /// There are fewer bytes left, or there is not enough memory for them.
+    /// The limit has fewer bytes left, or there is not enough memory for them.
     pub fn take(&self, what: &str, bytes: u128) -> Result<()> {
         let bytes = u64::try_from(bytes).ok();
         match bytes.and_then(|bytes| self.0.get().checked_sub(bytes)) {

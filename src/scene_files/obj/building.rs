@@ -1,14 +1,14 @@
-//! The mesh that the current faces build.
+//! Builds one mesh from the faces of an OBJ file.
 
 use crate::scene::{Mesh, Part};
 use glam::{Vec2, Vec3};
 use std::collections::HashMap;
 
-/// The index of a part that a corner lacks.
+/// The index of a normal or of texture coordinates that a corner does not have.
 pub const MISSING: u32 = u32::MAX;
 
-/// A corner of a face: indices of its position, of its normal or [`MISSING`], and of its texture coordinates, if its
-/// material has textures, or [`MISSING`].
+/// A corner of a face, as indices from 0 into the file's positions, normals and texture coordinates. The last two are
+/// [`MISSING`] if the face does not give them; texture coordinates also if the face's material has no textures.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Corner {
     pub position: u32,
@@ -16,18 +16,19 @@ pub struct Corner {
     pub coordinates: u32,
 }
 
-/// The current mesh.
+/// The mesh that is built from the faces since the last `o` or `g` statement.
 #[derive(Default)]
 pub struct Building {
     pub mesh: Mesh,
-    /// The vertex of each corner used so far.
+    /// The index of the vertex in the mesh for each corner so far, so that equal corners share a vertex.
     vertices: HashMap<Corner, u32>,
     pub has_normals: bool,
     pub has_coordinates: bool,
 }
 
 impl Building {
-    /// The mesh's vertex for a corner; equal corners have one vertex.
+    /// The index of the vertex in the mesh for a corner; a new vertex is added if no equal corner was used before.
+    /// `position` is the corner's position in the mesh, `normals` and `coordinates` are all those of the file.
     pub fn vertex(
         &mut self,
         corner: Corner,
@@ -64,7 +65,8 @@ impl Building {
     }
 }
 
-/// Brings the triangles of each material together, in the order of their first use.
+/// Sorts the triangles of a mesh by material, in the order in which the materials are first used. Each material then has one
+/// part.
 pub fn join_parts(mesh: &mut Mesh) {
     let mut order: HashMap<u32, usize> = HashMap::new();
     for part in &mesh.parts {

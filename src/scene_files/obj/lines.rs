@@ -1,14 +1,15 @@
-//! Lines of OBJ and MTL files: a keyword and words.
+//! Splits OBJ and MTL files into statements: a keyword with the words after it.
 
 use crate::scene::notices::quoted;
 use crate::{Error, Result};
 use std::io::{BufRead, Read};
 
-/// The longest statement, in bytes.
+/// The longest statement that is read, in bytes, with all lines that a backslash joins. A longer one is an error, because it
+/// would fill the memory and is no sensible OBJ or MTL.
 const MAX_BYTES: usize = 64 << 20;
 
-/// Reads statements one after another into one piece of memory. A backslash at a line's end joins it with the next; `#` begins
-/// a comment. Bytes that are not UTF-8 are read as Latin-1.
+/// A reader of the statements of a file, one after another, which reuses its memory. A backslash at a line's end joins the
+/// line with the next one; `#` begins a comment. A statement with bytes that are not UTF-8 is read as Latin-1.
 pub struct Lines<R> {
     source: R,
     bytes: Vec<u8>,
@@ -16,17 +17,17 @@ pub struct Lines<R> {
     number: usize,
 }
 
-/// A statement.
+/// A statement of an OBJ or MTL file, without its comment.
 pub struct Line<'a> {
     number: usize,
-    /// The first word.
+    /// The first word of the statement, such as `v` or `newmtl`.
     pub keyword: &'a str,
-    /// The rest of the line, without surrounding spaces.
+    /// The text after the keyword, without surrounding spaces; possibly empty.
     pub rest: &'a str,
 }
 
 impl<R: BufRead> Lines<R> {
-    /// The statements of a file.
+    /// A reader of the statements of `source`.
     pub fn new(source: R) -> Self {
         Self {
             source,
@@ -36,7 +37,8 @@ impl<R: BufRead> Lines<R> {
         }
     }
 
-    /// The next line that is not empty.
+    /// The next statement; `None` at the end of the file. Empty lines and comments are skipped. Fails if the statement is
+    /// longer than [`MAX_BYTES`] or cannot be read.
     pub fn next(&mut self) -> Result<Option<Line<'_>>> {
         loop {
             self.bytes.clear();
@@ -98,12 +100,13 @@ impl<R: BufRead> Lines<R> {
 }
 
 impl<'a> Line<'a> {
-    /// The words after the keyword.
+    /// The words after the keyword, in their order.
     pub fn words(&self) -> impl Iterator<Item = &'a str> + use<'a> {
         self.rest.split_whitespace()
     }
 
-    /// The first three words as numbers that f32 can hold, possibly coarsely.
+    /// The first three words after the keyword as numbers, with the precision of f64. Fails if there are fewer, or if one is
+    /// not a number or exceeds the range of f32.
     pub fn numbers(&self) -> Result<[f64; 3]> {
         let mut words = self.words();
         let mut numbers = [0.0; 3];
@@ -116,7 +119,8 @@ impl<'a> Line<'a> {
         Ok(numbers)
     }
 
-    /// A word as a number that f32 can hold, possibly coarsely.
+    /// The given word of the statement as a number, with the precision of f64. Fails if it is not a number or exceeds the
+    /// range of f32.
     pub fn number(&self, word: &str) -> Result<f64> {
         word.parse()
             .ok()
@@ -124,12 +128,12 @@ impl<'a> Line<'a> {
             .ok_or_else(|| self.wrong(&format!("{} is no finite number", quoted(word))))
     }
 
-    /// The name of the line in messages.
+    /// The line on which the statement begins, counted from 1, as a text for messages: `line 12`.
     pub fn location(&self) -> String {
         format!("line {}", self.number)
     }
 
-    /// An error in this line.
+    /// An error about this statement, whose text begins with its line and keyword: `line 12, "v": fault`.
     pub fn wrong(&self, fault: &str) -> Error {
         Error::input(format!(
             "line {}, {}: {fault}",

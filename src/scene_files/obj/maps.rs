@@ -1,4 +1,5 @@
-//! Loads the textures of MTL materials.
+//! Loads the textures of MTL materials once the whole OBJ file is read, since only then is it known which materials faces
+//! use.
 
 use super::mtl::{Map, Maps};
 use crate::base::memory;
@@ -15,11 +16,13 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::path::PathBuf;
 
-/// Loads the textures of the materials that faces use; `maps` has one entry per material.
+/// Loads the images of all materials that faces of `scene` use, and sets the textures of these materials. `maps` has one
+/// entry for each material of the scene, in the same order.
 ///
 /// # Errors
-/// An image that cannot be read or, unless `folder` permits it, is missing; too many texels; textures of roughness and
-/// metalness that cannot be combined.
+/// An image cannot be read or decoded, or is missing although the user does not permit it; the images have too many texels
+/// or need more memory than there is; a material's textures of roughness and metalness differ in size, scale, offset or
+/// clamp, so that they cannot be combined; or the callback of `progress` returns an error.
 pub fn load(
     scene: &mut Scene,
     maps: &[Maps],
@@ -90,9 +93,9 @@ pub fn load(
     Ok(())
 }
 
-/// The images of files.
+/// The decoded images of all files that the textures of used materials name.
 struct Files<'a> {
-    /// The index of the image for the paths of each texture; `None` if the file is missing.
+    /// The index in `images` for the two possible paths of a texture ([`Map::files`]); `None` if the file is missing.
     image_of: HashMap<&'a [PathBuf; 2], Option<usize>>,
     images: Vec<Image>,
 }
@@ -137,19 +140,20 @@ impl<'a> Files<'a> {
         Ok(Self { image_of, images })
     }
 
-    /// A texture with the index of its image, unless that image is missing.
+    /// A texture with the index of its image in `images`. `None` if there is no texture, or if its file is missing.
     fn of<'b>(&self, map: &'b Option<Box<Map>>) -> Option<(&'b Map, usize)> {
         let map = map.as_deref()?;
         Some((map, (*self.image_of.get(&map.files)?)?))
     }
 }
 
-/// The name of a texture in messages.
+/// The name of a texture in messages, by its line in the MTL file.
 fn what(map: &Map) -> String {
     format!("texture in {} of its MTL file", map.location)
 }
 
-/// An image of the size of `like` with roughness in green and metalness in blue, as glTF has it.
+/// An image of the size of `like`, with roughness in the green channel and metalness in the blue one, as glTF stores them.
+/// Both come from red channels; without an image the channel is 255.
 fn combine(like: &Image, roughness: Option<&Image>, metallic: Option<&Image>) -> Image {
     let red = |image: Option<&Image>, i: usize| image.map_or(255, |image| image.texels[i][0]);
     let texel = |i| [255, red(roughness, i), red(metallic, i), 255];
@@ -159,7 +163,8 @@ fn combine(like: &Image, roughness: Option<&Image>, metallic: Option<&Image>) ->
     }
 }
 
-/// The texture of a map: in OBJ, v points up; here, it points down.
+/// The scene's texture for a texture of MTL and the index of its image. Converts the transform, because v points up in OBJ
+/// and down in the scene.
 fn texture(map: &Map, image: u32) -> Texture {
     let flip = Affine2::from_mat2_translation(Mat2::from_diagonal(Vec2::new(1.0, -1.0)), Vec2::Y);
     let wrap = if map.clamp { Wrap::Clamp } else { Wrap::Repeat };

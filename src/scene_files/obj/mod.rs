@@ -1,21 +1,20 @@
 //! Wavefront OBJ: polygons in objects and groups, with materials from MTL files.
 //!
-//! Read here rather than by the `tobj` crate. Its errors name no line, it takes 4.4 times the size
-//! of a file in memory, and its version 4.0.5 fails on these files:
+//! This reader replaces the `tobj` crate. Errors of that crate name no line, it takes 4.4 times the size of a file in
+//! memory, and its version 4.0.5 fails on these files:
+//!
 //! - it panics on a colour of one or two numbers in an MTL file, such as `Kd 0.5`;
-//! - it refuses Latin-1 in names and comments, lines continued by `\`, comments behind the numbers
-//!   of a vertex or a face, colours on some vertices only, colours with alpha, and a tab behind
-//!   `usemtl`;
+//! - it refuses Latin-1 in names and comments, lines continued by `\`, comments behind the numbers of a vertex or a face,
+//!   colours on some vertices only, colours with alpha, and a tab behind `usemtl`;
 //! - it drops all materials of an MTL file with Latin-1, a continued line or `d -halo 0.5`;
 //! - it ignores the face statement `fo`;
-//! - it builds wrong meshes: where only some faces have normals, other faces get them; concave
-//!   polygons are cut across their outside; a line `l 1 2 3` or a face of two corners becomes a
-//!   triangle;
-//! - it accepts `nan`, numbers beyond f32, indices of normals in a file without normals, and, as an
-//!   empty scene, a text that is no OBJ.
+//! - it builds wrong meshes: where only some faces have normals, other faces get them; concave polygons are cut across their
+//!   outside; a line `l 1 2 3` or a face of two corners becomes a triangle;
+//! - it accepts `nan`, numbers beyond f32, indices of normals in a file without normals, and, as an empty scene, a text that
+//!   is no OBJ.
 //!
-//! Each `o` or `g` begins a mesh; its materials become parts. Polygons are cut by
-//! [`super::polygon`], concave ones too. Free-form curves and surfaces are skipped.
+//! Each `o` or `g` begins a mesh; its materials become parts. [`super::polygon`] cuts polygons into triangles, concave ones
+//! too. Free-form curves and surfaces are skipped.
 
 mod building;
 mod lines;
@@ -37,33 +36,36 @@ use std::collections::{HashMap, HashSet};
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
-/// The material of faces without one.
+/// The base colour of faces without a material, and of materials whose MTL file states no `Kd`, as linear RGB.
 const GREY: Vec3 = Vec3::splat(0.8);
 
-/// The largest MTL file, in bytes.
+/// The largest MTL file that is read, in bytes. A larger one is an error.
 const MAX_MTL_BYTES: u64 = 64 << 20;
 
-/// The maximum memory that an MTL file takes for each of its bytes, in bytes: a material takes about 430 bytes, and its line
-/// may have 7.
+/// The memory that an MTL file is assumed to take at most, in bytes per byte of the file: a material takes about 430 bytes,
+/// and its line may have only 7.
 const MTL_RATIO: u64 = 128;
 
-/// The memory that a mesh takes besides its vertices and triangles, with its instance, in bytes.
+/// The memory that a mesh and its instance take without vertices and triangles, in bytes. It is checked for each `o` and
+/// `g`.
 const MESH_BYTES: u64 = 1 << 10;
 
-/// The memory that a face takes for each byte of its line until it is cut, in bytes: a corner takes 96, and has at least two.
+/// The memory that a face takes until it is cut into triangles, in bytes per byte of its line: a corner takes 96 bytes, and
+/// has at least two in the line.
 const FACE_RATIO: u64 = 48;
 
-/// The memory that the name of an MTL file takes besides its text, in bytes.
+/// The memory that the name of an MTL file takes without its text, in bytes. It is checked for each name after `mtllib`.
 const NAME_BYTES: u64 = 128;
 
-/// The maximum number of kinds of textures that a notice lists.
+/// The maximum number of kinds of unsupported textures that a notice lists. Further kinds are summarised as "and others".
 const MAX_KINDS: usize = 16;
 
-/// Reads an OBJ file; the MTL files that it names lie in `folder`. Errors name the line, not the file. The scene is not
-/// validated yet.
+/// Reads an OBJ file and the MTL files in `folder` that it names. Errors name the line, not the file. The scene is not
+/// validated yet, and its textures are loaded later.
 ///
 /// # Errors
-/// A wrong statement, or a wrong MTL file.
+/// A statement of the OBJ file or of an MTL file is wrong; the text has no statement of OBJ; a file cannot be read or is too
+/// large; or there is not enough memory.
 pub(super) fn read(source: impl BufRead, folder: &SceneFolder<'_>) -> Result<Untextured> {
     let mut reader = Reader::new(folder);
     let mut lines = Lines::new(source);
@@ -82,7 +84,8 @@ pub(super) fn read(source: impl BufRead, folder: &SceneFolder<'_>) -> Result<Unt
     }
 }
 
-/// A scene that lacks its textures, since these are read after the file.
+/// The scene of an OBJ file before its textures are loaded, which needs the whole file: only the images of materials that
+/// faces use are read.
 pub(super) struct Untextured {
     scene: Scene,
     maps: Vec<Maps>,
@@ -90,7 +93,7 @@ pub(super) struct Untextured {
 }
 
 impl Untextured {
-    /// Loads the textures, whose files lie in `folder`.
+    /// Loads the textures, whose image files lie in `folder`. Returns the finished scene, with its notices.
     ///
     /// # Errors
     /// The errors of [`maps::load`].
@@ -113,28 +116,32 @@ impl Untextured {
 struct Reader<'a> {
     folder: &'a SceneFolder<'a>,
     positions: Vec<DVec3>,
-    /// The origin of the current mesh.
+    /// The origin of the current mesh in the coordinates of the file. The mesh stores f32 positions relative to it.
     center: DVec3,
-    /// The number of positions that were used for this origin and the previous ones.
+    /// The number of positions that the origins of this mesh and of the meshes before it were computed from. The next mesh's
+    /// origin follows from the later positions; if there are none, the origin stays.
     centered: usize,
     normals: Vec<Vec3>,
     coordinates: Vec<Vec2>,
     scene: Scene,
-    /// The textures of each material of the scene.
+    /// The textures of the scene's materials: one entry for each material, in the same order.
     maps: Vec<Maps>,
     materials: HashMap<String, u32>,
-    /// The MTL files that were read, and all names after `mtllib`.
+    /// The device and inode numbers of the MTL files that were read, so that each is read once.
     libraries: HashSet<(u64, u64)>,
+    /// The names after `mtllib` that were looked up, so that each is looked up once.
     library_names: HashSet<String>,
-    /// The material of the next faces; `None` is grey.
+    /// The material of the next faces, as an index into the scene's materials; `None` is the grey default.
     material: Option<u32>,
     grey: Option<u32>,
     mesh: Building,
     tally: Tally,
-    /// The corners and points of the current face, kept to reuse their memory.
+    /// The corners of the current face. The list is kept from face to face only to reuse its memory.
     corners: Vec<Corner>,
+    /// The positions of the current face's corners relative to the mesh's origin. The list is kept only to reuse its memory.
     points: Vec<Vec3>,
-    /// Kinds of textures that are not supported, each once, and not more than one above [`MAX_KINDS`].
+    /// The keywords of textures that are not supported, each once, for one notice. There is at most one more than
+    /// [`MAX_KINDS`].
     textures: Vec<String>,
 }
 
@@ -162,7 +169,8 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Processes a statement; false if OBJ has no such statement.
+    /// Processes one statement of the OBJ file. Returns false if OBJ has no statement with this keyword. Fails if the words
+    /// after the keyword are wrong.
     fn statement(&mut self, line: &Line) -> Result<bool> {
         match line.keyword {
             "v" => {
@@ -310,7 +318,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Reads the MTL file of this name, unless that was tried before; false if there is none.
+    /// Reads the MTL file of this name, unless the name was looked up before. Returns false if there is no such file.
     fn library(&mut self, line: &Line, name: &str) -> Result<bool> {
         check_memory(line, name.len() as u64 + NAME_BYTES)?;
         if !self.library_names.insert(name.to_owned()) {
@@ -335,7 +343,8 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Reads an MTL file, unless it was read before; `name` is its name in the OBJ file.
+    /// Reads an MTL file, unless it was read under another name, and adds its materials to the scene. `name` is its name in
+    /// the OBJ file, for messages.
     fn read_library(&mut self, name: &str, file: SceneFile) -> Result<()> {
         if !self.libraries.insert(file.id) {
             return Ok(());
@@ -380,7 +389,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// The material of faces without a material.
+    /// The index of the grey material for faces without a material. The first call adds the material to the scene.
     fn grey(&mut self) -> u32 {
         *self.grey.get_or_insert_with(|| {
             self.scene.materials.push(Material::lambert("", GREY));
@@ -389,7 +398,7 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// Adds the current mesh to the scene, if it has triangles.
+    /// Adds the current mesh and an instance of it to the scene, if it has triangles, and begins an empty mesh.
     fn finish_mesh(&mut self) {
         let Building {
             mut mesh,
@@ -443,8 +452,8 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The origin of a mesh: the middle of the vertices if they are much further from 0 than from each other, so that f32 is as
-/// fine as it would be at 0; otherwise 0.
+/// The origin of a mesh with these positions. It is the middle of their bounding box if that is more than 256 times as far
+/// from 0 as the box is large, so that f32 positions relative to it keep their precision; otherwise it is 0.
 fn center_of(positions: &[DVec3]) -> DVec3 {
     const FAR: f64 = 256.0;
     let bounds = Bounds::of(positions.iter().copied());
@@ -454,12 +463,13 @@ fn center_of(positions: &[DVec3]) -> DVec3 {
         .map_or(DVec3::ZERO, |bounds| bounds.center())
 }
 
-/// Checks that there is enough memory for the data of a line.
+/// Checks that `bytes` of memory are free for the data of a statement. The error names the line.
 fn check_memory(line: &Line, bytes: u64) -> Result<()> {
     memory::check(bytes).map_err(|cause| line.wrong(&format!("{cause}; give a smaller scene")))
 }
 
-/// An index of OBJ: from 1, or negative, counted backwards from the last element.
+/// An index of OBJ as an index from 0. In the file, `word` counts from 1 or, if it is negative, backwards from the last of
+/// the `count` elements so far. Fails if it is not a number or is out of range; the error calls the element `kind`.
 fn index(line: &Line, kind: &str, word: &str, count: usize) -> Result<u32> {
     let number: i64 = word
         .parse()

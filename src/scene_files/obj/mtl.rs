@@ -1,4 +1,5 @@
-//! MTL files: `Kd` and `Ke`; `Pr` and `Pm` if a material has them; `map_Kd`, `map_Ke`, `map_Pr`, `map_Pm` and `norm`.
+//! Reads the materials of MTL files: `Kd` and `Ke`, `Pr` and `Pm` if a material has them, and the textures `map_Kd`,
+//! `map_Ke`, `map_Pr`, `map_Pm` and `norm`.
 
 use super::lines::{Line, Lines};
 use super::{GREY, MAX_KINDS};
@@ -9,18 +10,20 @@ use glam::{Affine2, DVec3, Mat2, Vec2, Vec3};
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
 
-/// The contents of an MTL file besides materials.
+/// The parts of an MTL file that are ignored. The user gets a notice for each kind.
 #[derive(Default)]
 pub struct Library {
-    /// The kinds of named textures that are ignored, each once, and at most one more than [`MAX_KINDS`].
+    /// The keywords of textures that are not supported, such as `bump`, each once. There is at most one more than
+    /// [`MAX_KINDS`].
     pub textures: Vec<String>,
-    /// The ignored options of the other textures that would change the picture, each with its location.
+    /// Options of supported textures that are ignored although they would change the picture. Each pair is the option, such
+    /// as `-texres`, and its line, such as `line 12`.
     pub options: Vec<(String, String)>,
-    /// Names of materials that let light through, which is ignored.
+    /// The names of the materials that are transparent in the file. They are rendered opaque.
     pub transparent: Vec<String>,
 }
 
-/// The textures of a material. Most have none, so these are boxed.
+/// The textures of one material, `None` where it has none. They are boxed, because only few materials have textures.
 #[derive(Default)]
 pub struct Maps {
     pub base_color: Option<Box<Map>>,
@@ -28,12 +31,14 @@ pub struct Maps {
     pub metallic: Option<Box<Map>>,
     pub emission: Option<Box<Map>>,
     pub normal: Option<Box<Map>>,
-    /// The keywords of the factors that the material states.
+    /// The keywords of those of the factors `Kd`, `Ke` and `Pm` that the material contains. Other factors become 1 if there
+    /// is a texture for them.
     stated: Vec<&'static str>,
 }
 
 impl Maps {
-    /// Replaces a factor that the material does not state by the factor of its map.
+    /// Sets base colour, emission and metalness to 1 where the material has a texture for them and does not state the
+    /// factor. Removes the texture of emission from a material that emits nothing.
     fn replace_unstated_factors(&mut self, material: &mut Material) {
         let alone =
             |map: &Option<Box<Map>>, factor| map.is_some() && !self.stated.contains(&factor);
@@ -52,7 +57,7 @@ impl Maps {
         }
     }
 
-    /// The textures that the material has.
+    /// All textures of the material, at most five.
     pub fn all(&self) -> impl Iterator<Item = &Map> {
         [
             &self.base_color,
@@ -67,21 +72,24 @@ impl Maps {
     }
 }
 
-/// A texture: a file and its mapping to the surface.
+/// A texture of an MTL material: an image file, and the mapping of its image to the surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Map {
-    /// Paths from the folder of the OBJ file, in the order in which they are tried.
+    /// Two possible paths of the image file, relative to the folder of the OBJ file; the first one that exists is used. Some
+    /// programs write paths relative to the MTL file, others relative to the OBJ file.
     pub files: [PathBuf; 2],
-    /// The transform from texture coordinates to those of the image; v points up in both.
+    /// The transform from a vertex's texture coordinates to coordinates in the image: scale (`-s`), then offset (`-o`). v
+    /// points up in both.
     pub transform: Affine2,
-    /// True if the edges continue instead of the image.
+    /// True if the texels at the edge continue beyond the image (`-clamp on`); false if the image repeats.
     pub clamp: bool,
-    /// The line, for messages.
+    /// The line of the texture in the MTL file, such as `line 12`, for messages.
     pub location: String,
 }
 
-/// Reads an MTL file from `folder`, which is a path from the folder of the OBJ file. Appends its materials in file order,
-/// without textures, and their maps. Errors name the line, not the file.
+/// Reads an MTL file. `folder` is the path of its folder, relative to the folder of the OBJ file. Its materials, still
+/// without textures, are appended to `materials`, and one entry for each to `maps`. Returns what is ignored. Errors name the
+/// line, not the file.
 pub fn read(
     source: impl BufRead,
     folder: &Path,
@@ -141,7 +149,8 @@ pub fn read(
     Ok(library)
 }
 
-/// Processes a statement; returns true if it makes the material transparent.
+/// Applies a statement to the material, if it states a colour or a number that is supported. Returns true if it makes the
+/// material transparent. Fails if the statement's numbers are wrong.
 fn statement(line: &Line, material: &mut Material) -> Result<bool> {
     match line.keyword {
         "Kd" => material.base_color = color(line)?,
@@ -166,7 +175,8 @@ fn statement(line: &Line, material: &mut Material) -> Result<bool> {
     Ok(false)
 }
 
-/// Reads the options and the file name of a texture. Options without support are added to `ignored`.
+/// Reads the options and the file of a texture statement in an MTL file, whose folder is `folder`. Options that are not
+/// supported are added to `ignored`, with their lines. Fails if the file's name is missing or an option is unknown.
 fn map(line: &Line, folder: &Path, ignored: &mut Vec<(String, String)>) -> Result<Map> {
     let (mut scale, mut offset, mut clamp) = (Vec2::ONE, Vec2::ZERO, false);
     let mut rest = line.rest;
@@ -235,12 +245,13 @@ fn map(line: &Line, folder: &Path, ignored: &mut Vec<(String, String)>) -> Resul
     })
 }
 
-/// Gives a Lambert material the specular lobe of the metallic-roughness model.
+/// Gives the material the specular lobe of the metallic-roughness model: MTL materials begin as Lambert materials, and `Pr`,
+/// `Pm` and their textures need the lobe.
 fn physical(material: &mut Material) {
     material.specular = Material::default().specular;
 }
 
-/// Red, green and blue; red alone stands for all three.
+/// The statement's words as red, green and blue. A single number stands for all three channels.
 fn color(line: &Line) -> Result<Vec3> {
     if line.words().count() == 1 {
         return Ok(Vec3::splat(number(line)?));

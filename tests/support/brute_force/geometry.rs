@@ -1,20 +1,21 @@
-//! Triangles in world space, and the axes of a point on one.
+//! Triangles in world space, and the local axes at a point of a triangle.
 
 use glam::{DMat3, DVec3};
 use headwater::scene::Scene;
 
 pub struct Triangle {
     pub corners: [DVec3; 3],
-    /// Unit normal of the front.
+    /// Unit geometric normal on the front side, from which the corners appear counter-clockwise; zero for a degenerate
+    /// triangle.
     pub normal: DVec3,
-    /// Unit shading normals at the corners.
+    /// Unit shading normals at the three corners; `None` for a flat mesh.
     pub corner_normals: Option<[DVec3; 3]>,
     pub instance: u32,
     pub triangle: u32,
     pub material: usize,
 }
 
-/// The scene's triangles, in world space.
+/// All triangles of all instances of the scene, with corners in world space.
 pub fn triangles_of(scene: &Scene) -> Vec<Triangle> {
     let mut triangles = Vec::new();
     for (number, instance) in scene.instances.iter().enumerate() {
@@ -45,7 +46,8 @@ pub fn triangles_of(scene: &Scene) -> Vec<Triangle> {
 }
 
 impl Triangle {
-    /// Möller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", 1997: (t, u, v).
+    /// The intersection of a ray with the triangle as (t, u, v): ray parameter, and weights of the second and third corner.
+    /// `None` for a miss. From Möller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", 1997.
     #[inline]
     pub fn meets(&self, origin: DVec3, direction: DVec3) -> Option<(f64, f64, f64)> {
         let [a, b, c] = self.corners;
@@ -68,7 +70,7 @@ impl Triangle {
         Some((edge2.dot(q) / determinant, u, v))
     }
 
-    /// Unit shading normal on the side of `geometric`.
+    /// Unit shading normal at the point with barycentric weights `u` and `v`, flipped to the side of `geometric`.
     pub fn shading_normal(&self, geometric: DVec3, u: f64, v: f64) -> DVec3 {
         let Some([a, b, c]) = self.corner_normals else {
             return geometric;
@@ -82,7 +84,7 @@ impl Triangle {
     }
 }
 
-/// A shading point's axes, the shading normal +Z.
+/// The orthonormal axes at a shading point; the shading normal is the local +Z axis.
 pub struct Frame {
     axes: DMat3,
     pub geometric: DVec3,

@@ -1,4 +1,4 @@
-//! Lights, and the light that reaches a point from one of them.
+//! The list of emitters, and the light that reaches a surface point directly from one of them.
 
 use super::geometry::{Frame, Triangle};
 use super::material::Surface;
@@ -8,12 +8,12 @@ use glam::DVec3;
 
 pub struct Light {
     triangle: usize,
-    /// Sum of the weights up to and with this light, of 1.
+    /// Sum of the selection probabilities of all lights up to this one, which is included; the last light has 1.
     cumulative: f64,
 }
 
-/// The emitters with their shares of the picks, by area × luminance; tells their surfaces the
-/// density.
+/// The emissive triangles, with selection probabilities in proportion to area × luminance. It also writes the resulting
+/// density of light samples per area, `light_pdf_area`, to each surface.
 pub fn list(triangles: &[Triangle], surfaces: &mut [Surface]) -> Vec<Light> {
     let mut lights = Vec::new();
     let mut total = 0.0;
@@ -41,7 +41,9 @@ pub fn list(triangles: &[Triangle], surfaces: &mut [Surface]) -> Vec<Light> {
 }
 
 impl Tracer {
-    /// Light reflected to `outgoing` from one point sampled on the lights, with its MIS weight.
+    /// The radiance that a point reflects towards `outgoing` from one sampled point on the emitters, with its MIS weight
+    /// (balance heuristic) against BSDF sampling. `index` is the triangle of the reflecting point; 0 if the emitter is
+    /// hidden.
     pub(super) fn sampled_light(
         &self,
         index: usize,

@@ -1,4 +1,4 @@
-//! The surface model of glTF 2.0, appendix B, and how it is sampled.
+//! The surface model of glTF 2.0, appendix B, and the sampling of its lobes.
 
 use super::LUMINANCE;
 use super::random::Draws;
@@ -6,10 +6,10 @@ use glam::DVec3;
 use headwater::scene::Material;
 use std::f64::consts::{PI, TAU};
 
-/// Below this roughness the specular lobe is a perfect mirror.
+/// The perceptual roughness below which the specular lobe is treated as a perfect mirror.
 const MIRROR_ROUGHNESS: f64 = 1e-3;
 
-/// The surface model with what a material gives it.
+/// The parameters of the surface model for one material, derived from the material's values.
 pub struct Surface {
     base_color: DVec3,
     metallic: f64,
@@ -19,15 +19,15 @@ pub struct Surface {
     dielectric_f90: f64,
     pub emission: DVec3,
     double_sided: bool,
-    /// Density of light sampling over area; 0 if it does not emit.
+    /// Density of light samples on this material's triangles, per area; 0 if the material does not emit.
     pub light_pdf_area: f64,
 }
 
 pub struct Sampled {
     pub direction: DVec3,
-    /// f · cos / pdf.
+    /// The BSDF × cosine / density of the sampled direction, by which a path's throughput is multiplied.
     pub weight: DVec3,
-    /// None for a mirror.
+    /// Density of the direction per solid angle; `None` for a perfect mirror.
     pub pdf_solid_angle: Option<f64>,
 }
 
@@ -55,12 +55,13 @@ impl Surface {
         }
     }
 
-    /// Whether light leaves towards a direction whose cosine with the front is `facing`.
+    /// True if the surface emits towards a direction whose cosine with the front normal is `facing`.
     pub fn emits(&self, facing: f64) -> bool {
         self.emission != DVec3::ZERO && (facing > 0.0 || (self.double_sided && facing < 0.0))
     }
 
-    /// Fresnel reflectance of the dielectric and of the whole specular lobe (Schlick 1994).
+    /// Fresnel reflectance (RGB) at the cosine between direction and half vector: of the dielectric, and of the whole
+    /// specular lobe (Schlick 1994).
     fn fresnel(&self, cosine: f64) -> (DVec3, DVec3) {
         let grazing = (1.0 - cosine).clamp(0.0, 1.0).powi(5);
         let schlick = |f0: DVec3, f90: f64| f0 * (1.0 - grazing) + DVec3::splat(f90 * grazing);
@@ -69,7 +70,8 @@ impl Surface {
         (dielectric, dielectric.lerp(metal, self.metallic))
     }
 
-    /// f, without a mirror's lobe; directions in the shading frame.
+    /// The value of the BSDF (RGB, per steradian, without the cosine) for two directions in the shading frame. A mirror's
+    /// lobe is left out.
     pub fn evaluate(&self, outgoing: DVec3, incoming: DVec3) -> DVec3 {
         if outgoing.z <= 0.0 || incoming.z <= 0.0 {
             return DVec3::ZERO;
@@ -88,20 +90,21 @@ impl Surface {
         f
     }
 
-    /// √(cos² (1 − α²) + α²).
+    /// The term √(cos² (1 − α²) + α²) of Smith's masking function; α is the GGX width.
     fn stretched(&self, cosine: f64) -> f64 {
         let a2 = self.alpha * self.alpha;
         (cosine * cosine * (1.0 - a2) + a2).sqrt()
     }
 
-    /// GGX (Trowbridge and Reitz 1975; Walter et al. 2007).
+    /// The density of GGX half vectors, per solid angle, at the cosine between half vector and normal (Trowbridge and Reitz
+    /// 1975; Walter et al. 2007).
     fn distribution(&self, cosine: f64) -> f64 {
         let a2 = self.alpha * self.alpha;
         let d = cosine * cosine * (a2 - 1.0) + 1.0;
         a2 / (PI * d * d)
     }
 
-    /// Probability of sampling the specular lobe.
+    /// Probability, in [0, 1], with which [`Self::sample`] samples the specular lobe instead of the diffuse one.
     pub fn specular_probability(&self, outgoing: DVec3) -> f64 {
         if !self.has_specular_lobe() {
             return 0.0;
@@ -115,7 +118,7 @@ impl Surface {
         (specular / (specular + below)).clamp(0.15, 0.85)
     }
 
-    /// Density of [`Self::sample`], without a mirror's lobe.
+    /// Density, per solid angle, with which [`Self::sample`] draws `incoming`. A mirror's lobe is left out.
     pub fn pdf_solid_angle(&self, outgoing: DVec3, incoming: DVec3) -> f64 {
         let chance = self.specular_probability(outgoing);
         let mut pdf = (1.0 - chance) * incoming.z / PI;
@@ -158,7 +161,8 @@ impl Surface {
         })
     }
 
-    /// Heitz, "Sampling the GGX Distribution of Visible Normals", 2018.
+    /// A random microfacet normal that is visible from `outgoing`, from two uniform numbers (Heitz, "Sampling the GGX
+    /// Distribution of Visible Normals", 2018).
     fn visible_normal(&self, outgoing: DVec3, u: f64, v: f64) -> DVec3 {
         let alpha = DVec3::new(self.alpha, self.alpha, 1.0);
         let view = (outgoing * alpha).normalize();

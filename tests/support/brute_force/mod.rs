@@ -1,8 +1,8 @@
-//! The independent truth: a plain path tracer on the CPU in f64.
+//! The brute-force tracer: a plain path tracer on the CPU in f64, the independent truth for the renderer.
 //!
-//! It shares with the renderer only the scene's description. The surface model is written from
-//! glTF 2.0, appendix B, the tree, the sampling and the random numbers are its own, and no roulette
-//! is played; where both agree, neither has it wrong by accident.
+//! It shares with the renderer only the scene's description. Its surface model is written from glTF 2.0, appendix B. Its
+//! tree, its sampling and its random numbers are separate code, and it has no Russian roulette. An error that is in only one
+//! of the two renderers shows as a difference between their pictures.
 
 mod geometry;
 mod light;
@@ -21,36 +21,37 @@ pub use path::reflecting_outwards;
 pub use picture::{Image, Options, camera_ray};
 use tree::Node;
 
-/// The weights of linear Rec. 709.
+/// The weights of red, green and blue in the luminance of linear Rec. 709.
 const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
 
-/// The closest crossing of a ray and a triangle.
+/// The closest intersection of a ray with the triangles of the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// In lengths of the direction.
+    /// Ray parameter of the hit, in lengths of the ray's direction.
     pub t: f64,
-    /// Index into the scene's instances.
+    /// Index of the hit instance in the scene.
     pub instance: u32,
-    /// Index into the triangles of the instance's mesh.
+    /// Index of the hit triangle in the instance's mesh.
     pub triangle: u32,
-    /// Barycentric weight of the second corner.
+    /// Barycentric weight of the second corner at the hit.
     pub u: f64,
-    /// Barycentric weight of the third corner.
+    /// Barycentric weight of the third corner at the hit.
     pub v: f64,
 }
 
-/// A scene in world space, ready to be traced.
+/// A scene in world space with a tree over its triangles, ready to be traced.
 pub struct Tracer {
     triangles: Vec<Triangle>,
     nodes: Vec<Node>,
     surfaces: Vec<Surface>,
     lights: Vec<Light>,
-    /// Rays that leave a surface meet nothing nearer.
+    /// Minimum distance, in scene units, of hits of rays that leave a surface, so that rounding makes no hit at their
+    /// origin.
     t_min: f64,
 }
 
 impl Tracer {
-    /// Carries `scene` to world space and builds the tree over it.
+    /// Transforms the triangles of `scene` to world space, and builds the tree and the list of emitters.
     pub fn new(scene: &Scene) -> Self {
         let mut triangles = geometry::triangles_of(scene);
         let nodes = tree::build(&mut triangles);
@@ -66,7 +67,7 @@ impl Tracer {
         }
     }
 
-    /// The closest crossing with 0 < t < `t_max`. The direction need not be of unit length.
+    /// The closest hit with 0 < t < `t_max`; `None` if there is none. The direction may have any length except 0.
     pub fn closest(&self, origin: DVec3, direction: DVec3, t_max: f64) -> Option<Hit> {
         let (index, t, u, v) = self.crossing(origin, direction, 0.0, t_max, usize::MAX, false)?;
         let triangle = &self.triangles[index];

@@ -1,4 +1,4 @@
-//! One path from the eye through the scene.
+//! One path from the camera through the scene, with next-event estimation and multiple importance sampling.
 
 use super::geometry::Frame;
 use super::random::Draws;
@@ -6,7 +6,7 @@ use super::{Options, Tracer};
 use glam::DVec3;
 
 impl Tracer {
-    /// One path's radiance.
+    /// The radiance (RGB) that one random path finds along a ray from the camera.
     pub(super) fn path(
         &self,
         mut origin: DVec3,
@@ -77,8 +77,9 @@ impl Tracer {
     }
 }
 
-/// The shading normal turned towards the geometric one until the reflection of a viewer along `direction` is above the surface by
-/// an angle whose sine is a hundredth, or as much as the viewer is. By bisection: the angle grows as the normal turns.
+/// The shading normal, turned towards the geometric normal until the reflection of `direction` leaves the surface at an
+/// angle whose sine is at least 0.01, or at least the sine of the viewer's angle if that is smaller. By bisection, since the
+/// angle grows as the normal turns.
 pub fn reflecting_outwards(shading: DVec3, geometric: DVec3, direction: DVec3) -> DVec3 {
     let height = |normal: DVec3| (direction - 2.0 * direction.dot(normal) * normal).dot(geometric);
     let least = (-geometric.dot(direction)).min(0.01);

@@ -1,4 +1,4 @@
-//! Pictures: many paths through each pixel.
+//! Pictures: the mean of many paths through each pixel, with its standard error.
 
 use super::Tracer;
 use super::random::Draws;
@@ -6,32 +6,32 @@ use glam::DVec3;
 use headwater::scene::Camera;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// How a picture is made.
+/// The options of a picture: length and number of paths, seed, and estimator.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
-    /// 0: emission only; n: up to n scattering events.
+    /// Maximum number of scattering events of a path; 0 shows emission only.
     pub bounces: u32,
-    /// Paths a pixel, all through its centre; stratified in groups of the largest power of two
-    /// that divides them, so powers of two are best.
+    /// Number of paths per pixel, all through the pixel's centre. The paths are stratified in groups, whose size is a power
+    /// of two that divides this number, so powers of two are best.
     pub samples: u32,
-    /// Seed of the random numbers.
+    /// Seed of all random numbers of the picture.
     pub seed: u64,
-    /// Whether lights are sampled too (and weighed against the surface's sampling by the balance
-    /// heuristic), or else found by chance alone.
+    /// True: lights are also sampled (next-event estimation), and weighed against BSDF sampling by the balance heuristic.
+    /// False: only BSDF rays find emitters.
     pub nee: bool,
 }
 
-/// Row by row from the top.
+/// A picture and its errors; the pixels of each list are row by row from the top.
 pub struct Image {
-    /// Mean radiance.
+    /// Mean radiance (RGB) of each pixel.
     pub mean: Vec<[f64; 3]>,
-    /// Squared standard errors of the means.
+    /// Squared standard error of the mean, for each pixel and channel.
     pub error_squared: Vec<[f64; 3]>,
-    /// Independent groups of paths that each pixel's error comes from.
+    /// Number of independent groups of paths per pixel, from whose spread the error is computed.
     pub groups: u32,
 }
 
-/// Origin and unit direction through a pixel's centre.
+/// Origin and unit direction, in world space, of the ray through the centre of a pixel; pixel (0, 0) is at the top left.
 pub fn camera_ray(camera: &Camera, pixel: [u32; 2], size: [u32; 2]) -> (DVec3, DVec3) {
     let [x, y] = pixel.map(|p| f64::from(p) + 0.5);
     let [width, height] = size.map(f64::from);
@@ -49,7 +49,7 @@ pub fn camera_ray(camera: &Camera, pixel: [u32; 2], size: [u32; 2]) -> (DVec3, D
 }
 
 impl Tracer {
-    /// The picture that `camera` sees.
+    /// The picture of `width` × `height` pixels that `camera` sees, rendered by all cores.
     pub fn render(&self, camera: &Camera, width: u32, height: u32, options: &Options) -> Image {
         let count = (width * height) as usize;
         let mut image = Image {

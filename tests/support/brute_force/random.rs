@@ -1,29 +1,29 @@
-//! Random numbers of the paths: stratified over a group of paths, each path's own uniform.
+//! Random numbers of the paths: stratified over a group of paths, and uniform for each path alone.
 //!
-//! The generator is not that of other tests, nor the shaders': this path tracer is the independent
-//! truth that the renderer is compared with, so a flaw of theirs must not be here too.
+//! The generator differs from the one of other tests and of the shaders. This path tracer is the independent truth that the
+//! renderer is compared with, so a flaw of their generators must not be here too.
 
 use std::array;
 
-/// Draws of a path that are stratified: those of its first vertices, which matter most. The rest
-/// are independent.
+/// The number of draws of a path that are stratified over its group: those of the first vertices, which decide most of the
+/// noise. Later draws are independent.
 const STRATIFIED: usize = 18;
-/// Paths of a group at most.
+/// The maximum number of paths in a group.
 const MOST: u32 = 256;
-/// Groups of a pixel at least, where its paths are enough: so many are what its error comes from.
+/// The minimum number of groups per pixel, unless a pixel has fewer paths. The error of a pixel is computed from the spread
+/// of its groups, so fewer groups would make it uncertain.
 const LEAST_GROUPS: u32 = 8;
 
-/// Random numbers for one group of paths after another.
+/// Random numbers for the paths of one pixel, one group of paths after another.
 ///
-/// The draws of a path come in threes: one by itself, then two that belong together. Over a group,
-/// a power of two, the lone one is a van der Corput sequence and the two are a (0, 2)-net, the first
-/// two dimensions of Sobol's sequence (Sobol' 1967). Each is moved by a random digital shift and
-/// dealt out to the paths in a random order of its own, so that one path's draws are exactly
-/// uniform and independent of each other, and so are groups: only paths of one group depend on each
-/// other (Kollig and Keller, "Efficient Multidimensional Sampling", 2002).
+/// The draws of a path come in threes: a single number, then a pair. Over a group, whose size is a power of two, the single
+/// number is a van der Corput sequence, and the pair is a (0, 2)-net, the first two dimensions of Sobol's sequence (Sobol'
+/// 1967). Each sequence is changed by a random digital shift and assigned to the paths in a random order. So the draws of
+/// one path are exactly uniform and independent of each other, and groups are independent; only paths of one group depend on
+/// each other (Kollig and Keller, "Efficient Multidimensional Sampling", 2002).
 pub struct Draws {
     random: SplitMix64,
-    /// Draw by draw, the numbers of a group's paths.
+    /// The stratified numbers of the present group in [0, 1): for each draw of a path, one number per path.
     dealt: [Vec<f64>; STRATIFIED],
     order: Vec<u32>,
     path: usize,
@@ -31,13 +31,13 @@ pub struct Draws {
 }
 
 impl Draws {
-    /// How many paths a group has where a pixel has `samples`: a power of two that divides them.
+    /// The number of paths in a group for a pixel with `samples` paths: a power of two that divides `samples`.
     pub fn group(samples: u32) -> u32 {
         let most = (samples / LEAST_GROUPS).clamp(1, MOST).ilog2();
         1 << most.min(samples.trailing_zeros())
     }
 
-    /// The numbers of `stream` for groups of `group` paths, a power of two.
+    /// Random numbers of the pixel `stream`, for groups of `group` paths; `group` must be a power of two.
     pub fn new(seed: u64, stream: u64, group: u32) -> Self {
         assert!(group.is_power_of_two());
         Self {
@@ -49,7 +49,7 @@ impl Draws {
         }
     }
 
-    /// Deals out a new group; [`Self::path`] then chooses among its paths.
+    /// Draws the numbers of a new group of paths; [`Self::path`] then selects one of its paths.
     pub fn deal(&mut self) {
         for three in self.dealt.chunks_exact_mut(3) {
             let [one, u, v] = three else { unreachable!() };
@@ -67,13 +67,13 @@ impl Draws {
         }
     }
 
-    /// Begins with the draws of one path of the group.
+    /// Selects a path of the group by its index, and begins with its first draw.
     pub fn path(&mut self, path: u32) {
         self.path = path as usize;
         self.draw = 0;
     }
 
-    /// The path's next draw, in [0, 1).
+    /// The next draw of the selected path, in [0, 1).
     pub fn unit(&mut self) -> f64 {
         let draw = self.draw;
         self.draw += 1;
@@ -84,7 +84,7 @@ impl Draws {
     }
 }
 
-/// In [0, 1), from the upper 53 bits.
+/// Converts the upper 53 bits of a word to a number in [0, 1).
 fn unit(bits: u64) -> f64 {
     (bits >> 11) as f64 * (-53_f64).exp2()
 }
@@ -93,7 +93,7 @@ fn van_der_corput(index: u32) -> u64 {
     u64::from(index.reverse_bits()) << 32
 }
 
-/// The second dimension of Sobol's sequence.
+/// The element at `index` of the second dimension of Sobol's sequence, as a fraction of 2⁶⁴.
 fn sobol(index: u32) -> u64 {
     let mut digits = 0;
     let mut column = 1_u32 << 31;
@@ -108,7 +108,7 @@ fn sobol(index: u32) -> u64 {
     u64::from(digits) << 32
 }
 
-/// Fisher and Yates's.
+/// Brings a list into a random order (Fisher and Yates).
 fn shuffle(order: &mut [u32], random: &mut SplitMix64) {
     for last in (1..order.len()).rev() {
         let other = (u128::from(random.next()) * (last as u128 + 1)) >> 64;
@@ -116,7 +116,7 @@ fn shuffle(order: &mut [u32], random: &mut SplitMix64) {
     }
 }
 
-/// The generator of Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators", 2014.
+/// The generator SplitMix64 (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators", 2014).
 struct SplitMix64(u64);
 
 impl SplitMix64 {

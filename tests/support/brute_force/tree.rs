@@ -1,22 +1,24 @@
-//! A tree of boxes over the triangles, and the search in it.
+//! A binary tree of boxes over the triangles, and the search for intersections in it.
 
 use super::Tracer;
 use super::geometry::Triangle;
 use glam::DVec3;
 
-/// Triangles of a leaf.
+/// The maximum number of triangles of a leaf.
 const LEAF: usize = 4;
 
 pub struct Node {
     pub low: DVec3,
     pub high: DVec3,
-    /// First triangle of a leaf, or else the first of two neighbouring children.
+    /// For a leaf, the index of its first triangle; for an inner node, the index of the first child. The second child is the
+    /// next node.
     first: u32,
-    /// Triangles of a leaf; 0 for an inner node.
+    /// Number of triangles of a leaf; 0 for an inner node.
     count: u32,
 }
 
-/// A tree by splitting at the median of the widest axis of the centres; sorts the triangles.
+/// Builds the tree and returns its nodes, with the root first; empty without triangles. It splits at the median along the
+/// widest axis of the centres, and sorts `triangles` by leaf.
 pub fn build(triangles: &mut [Triangle]) -> Vec<Node> {
     let mut nodes = Vec::new();
     if triangles.is_empty() {
@@ -60,7 +62,8 @@ pub fn build(triangles: &mut [Triangle]) -> Vec<Node> {
 }
 
 impl Node {
-    /// Where a ray comes in, before `t_max`; infinite if it does not.
+    /// The ray parameter at which a ray enters the node's box before `t_max`; infinite if it misses the box. `inverse` is
+    /// the inverse of each component of the direction.
     #[inline]
     fn entered(&self, origin: DVec3, inverse: DVec3, t_max: f64) -> f64 {
         let (to_low, to_high) = (
@@ -85,7 +88,8 @@ impl Node {
 }
 
 impl Tracer {
-    /// The closest crossing, or any one, as (index, t, u, v).
+    /// The closest intersection with `t_min` < t < `t_max`, or with `any` the first one that is found, as (triangle, t, u,
+    /// v). The triangle with the index `skip`, where the ray begins, is left out.
     pub(super) fn crossing(
         &self,
         origin: DVec3,

@@ -7,7 +7,7 @@ use crate::render::scene_bindings::SceneBindings;
 use crate::render::world_reservoirs::WorldVertices;
 
 crate::bindings! {
-    /// `surfaces`: the primary surface of each pixel, and the light that it emits.
+    /// Bindings of the pass `surfaces`, which finds the primary surface of each pixel and the light that it emits.
     pub struct Surfaces {
         [offers scene: SceneBindings]
         uniform restir,
@@ -18,7 +18,7 @@ crate::bindings! {
 }
 
 crate::bindings! {
-    /// `pilots`: the first BSDF ray of each pixel.
+    /// Bindings of the pass `pilots`, which traces the first BSDF ray of each pixel.
     pub struct TracePilots {
         [offers scene: SceneBindings]
         [optional write pilots]
@@ -29,7 +29,7 @@ crate::bindings! {
 }
 
 crate::bindings! {
-    /// `initial_direct`: candidates of direct light.
+    /// Bindings of the pass `initial_direct`, which draws the candidates of direct light.
     pub struct InitialDirect {
         [offers scene: SceneBindings]
         [offers samplers: LightSamplers]
@@ -43,7 +43,8 @@ crate::bindings! {
 }
 
 crate::bindings! {
-    /// `initial_indirect`: candidates of indirect light. Its reservoirs hold the pilots until it writes them.
+    /// Bindings of the pass `initial_indirect`, which traces paths as candidates of indirect light. The buffer `reservoirs`
+    /// holds the pilots until the pass overwrites them.
     pub struct InitialIndirect {
         [offers scene: SceneBindings]
         [offers vertices: History<WorldVertices>]
@@ -59,7 +60,8 @@ crate::bindings! {
 }
 
 crate::bindings! {
-    /// `temporal_direct`, `temporal_indirect`: merges with the previous frame.
+    /// Bindings of the passes `temporal_direct` and `temporal_indirect`, which merge reservoirs with those of the previous
+    /// frame.
     pub struct Temporal {
         [offers scene: SceneBindings]
         uniform restir,
@@ -72,7 +74,8 @@ crate::bindings! {
 }
 
 crate::bindings! {
-    /// `spatial_direct`, `spatial_indirect`: merges with neighbours.
+    /// Bindings of the passes `spatial_direct` and `spatial_indirect`, which merge reservoirs with those of neighbouring
+    /// pixels.
     pub struct Spatial {
         [offers scene: SceneBindings]
         uniform restir,
@@ -85,7 +88,8 @@ crate::bindings! {
 }
 
 crate::bindings! {
-    /// `shade_direct`, `shade_indirect`: the light of the selected samples.
+    /// Bindings of the passes `shade_direct` and `shade_indirect`, which add the light of the selected samples to the
+    /// picture.
     pub struct Shade {
         [offers scene: SceneBindings]
         uniform restir,
@@ -97,7 +101,7 @@ crate::bindings! {
 }
 
 crate::bindings! {
-    /// `aovs_direct`, `aovs_indirect`: the contents of reservoirs, for debugging.
+    /// Bindings of the passes `aovs_direct` and `aovs_indirect`, which copy the contents of reservoirs to debug AOVs.
     pub struct ReservoirAovs {
         [offers scene: SceneBindings]
         uniform restir,

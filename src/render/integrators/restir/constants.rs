@@ -1,4 +1,4 @@
-//! The constants of a frame's shaders, and the position of its primary rays in their pixels (jitter).
+//! The constants that the shaders of a frame read, and the position of its primary rays within their pixels (jitter).
 
 use crate::render::scene_bindings::SceneBindings;
 use crate::render::settings::{
@@ -9,8 +9,9 @@ use crate::shader_interface::{
 };
 use glam::Vec2;
 
-/// The constants that do not change from frame to frame, for buffers with `slots` slots for pixels and a light BVH of
-/// `light_nodes` nodes.
+/// The constants that stay the same in all frames; those of a frame, of light samplers and of reuse are zeros. `slots` is
+/// the number of slots for pixels in each buffer, and `light_nodes` the number of nodes of the light BVH. With `jitters`,
+/// primary rays are jittered.
 pub fn frame_constants(
     view: &ViewConstants,
     bindings: &SceneBindings,
@@ -48,7 +49,8 @@ pub fn frame_constants(
     }
 }
 
-/// The constants for direct or indirect light. `distant_share` is the fraction of distant lights in the power of all.
+/// The constants for the resampling of direct or of indirect light. `distant_share` is the fraction of the power of all
+/// lights that is from distant lights, in [0, 1].
 pub fn reuse_constants(
     resampling: &Resampling,
     light_bvh: &LightBvhSettings,
@@ -96,8 +98,9 @@ pub fn reuse_constants(
     }
 }
 
-/// The number of light samples among `count` that are drawn from the light BVH, and their fraction. Distant lights, which the
-/// tree does not contain, keep their fraction of the other samples.
+/// The number of light samples among `count` that are drawn from the light BVH, and their fraction in [0, 1]; for `count` =
+/// 1, the fraction is the probability. Distant lights, which the tree does not contain, keep their fraction of the other
+/// samples.
 fn near_samples(count: u32, settings: &LightBvhSettings, distant_share: f32) -> (u32, f32) {
     let rest = settings.uniform_share + (1.0 - settings.uniform_share) * distant_share;
     match count {
@@ -109,10 +112,10 @@ fn near_samples(count: u32, settings: &LightBvhSettings, distant_share: f32) -> 
     }
 }
 
-/// The position of a frame's primary rays in the first pixel of the picture: point `frame` of the two-dimensional Sobol'
-/// sequence, Owen-scrambled by `seed` (Burley, "Practical Hash-based Owen Scrambling", JCGT 2020). Each position is uniform
-/// over seeds, and those of successive frames are stratified, so that the mean of some frames converges faster than with
-/// independent positions.
+/// The position, in [0, 1)², at which the primary ray of the frame `frame` passes through the first pixel of the picture;
+/// every other pixel shifts it by an offset of its own. It is point `frame` of the two-dimensional Sobol' sequence,
+/// Owen-scrambled by `seed` (Burley, "Practical Hash-based Owen Scrambling", JCGT 2020). Positions are uniform over seeds
+/// and stratified over successive frames, so the mean of frames converges faster than with independent positions.
 pub fn jitter(seed: u32, frame: u32) -> Vec2 {
     // Both dimensions of a point, as fractions of 2³², from the most significant bit down.
     let x = frame.reverse_bits();
@@ -130,7 +133,7 @@ pub fn jitter(seed: u32, frame: u32) -> Vec2 {
     Vec2::from_array(scrambled.map(|bits| (bits >> 8) as f32 * 2.0_f32.powi(-24)))
 }
 
-/// Flips each bit of `x` by a hash of the bits above it and of `seed` (Laine and Karras 2011).
+/// Flips each bit of `x` by a hash of the bits above it and of `seed` (Laine and Karras 2011), which keeps stratification.
 fn owen_scramble(x: u32, seed: u32) -> u32 {
     let mut bits = x.reverse_bits().wrapping_add(seed);
     for factor in [0x6C50_B47C_u32, 0xB82F_1E52, 0xC7AF_E638, 0x8D22_F6E6] {
@@ -139,7 +142,7 @@ fn owen_scramble(x: u32, seed: u32) -> u32 {
     bits.reverse_bits()
 }
 
-/// A hash in which each bit depends on all (Wellons, "Prospecting for Hash Functions", 2018).
+/// A hash of `seed` in which each bit depends on all bits of `seed` (Wellons, "Prospecting for Hash Functions", 2018).
 fn hash(seed: u32) -> u32 {
     let mut bits = seed ^ seed >> 16;
     bits = bits.wrapping_mul(0x7FEB_352D);
@@ -152,8 +155,8 @@ fn hash(seed: u32) -> u32 {
 mod tests {
     use super::*;
 
-    /// An edge in the picture moves with the mean jitter of the frames that are averaged. Over seeds, that mean must
-    /// deviate less than it would with independent positions.
+    /// An edge in the picture moves with the mean jitter of the frames that are averaged. Over seeds, that mean must deviate
+    /// from the pixel's centre by less than a quarter of the deviation with independent positions.
     #[test]
     fn the_mean_jitter_of_some_frames_is_close_to_the_pixel_centre() {
         const SEEDS: u32 = 256;

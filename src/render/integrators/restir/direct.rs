@@ -1,4 +1,4 @@
-//! Direct light: candidates from lights and from the BSDF, then reuse.
+//! Direct light: the pass that draws candidates from lights and from the BSDF, and the reuse of these candidates.
 
 use super::bindings::InitialDirect;
 use super::pilots::Pilots;
@@ -8,21 +8,21 @@ use crate::gpu::{ComputePass, Recording};
 use crate::render::frame_inputs::FrameInputs;
 use crate::render::light_samplers::LightSamplers;
 
-/// The passes and reservoirs of direct light.
+/// The passes and reservoirs of direct light, which is scattered once. A frame records them before those of indirect light.
 pub struct DirectLight {
-    /// The pass that draws candidates.
+    /// The pass `initial_direct`, which draws the candidates of each pixel and selects one of them.
     pub initial: ComputePass,
-    /// The light samplers from which some candidates are drawn.
+    /// The light samplers that fill buffers before candidates are drawn from them.
     pub samplers: LightSamplers,
-    /// The reuse of the candidates.
+    /// The reservoirs of direct light, and the passes that reuse and shade them.
     pub reuse: Reuse,
 }
 
 impl DirectLight {
-    /// Records the passes. The pilots are the first BSDF candidates.
+    /// Records the passes of direct light. The pilots are the first BSDF candidates of the pixels.
     ///
     /// # Errors
-    /// A binding that a pass does not have.
+    /// The driver rejects a shader, or the names of the bindings differ from those in the shader.
     pub fn record<'a>(
         &'a self,
         recording: &mut Recording<'a>,

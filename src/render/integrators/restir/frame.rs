@@ -6,7 +6,7 @@ use crate::Result;
 use crate::gpu::Recording;
 
 impl Restir {
-    /// Records the passes of the frame.
+    /// Records all passes of the current frame, from primary rays to shading.
     pub(super) fn record<'a>(&'a self, recording: &mut Recording<'a>) -> Result<()> {
         self.upload_constants(recording)?;
         let inputs = self.inputs();

@@ -1,4 +1,4 @@
-//! Indirect light: paths with next-event estimation, then reuse.
+//! Indirect light: the pass that traces paths with next-event estimation, and the reuse of their samples.
 
 use super::bindings::InitialIndirect;
 use super::pilots::Pilots;
@@ -8,22 +8,23 @@ use crate::gpu::{ComputePass, Recording};
 use crate::render::frame_inputs::FrameInputs;
 use crate::render::world_reservoirs::WorldLight;
 
-/// The passes and reservoirs of indirect light.
+/// The passes and reservoirs of indirect light, which is scattered at least twice. A frame records them after those of
+/// direct light.
 pub struct IndirectLight {
-    /// The pass that traces paths.
+    /// The pass `initial_indirect`, which traces a path per pixel and selects one of the lights that it finds.
     pub initial: ComputePass,
-    /// Light samples that vertices of paths reuse.
+    /// The world reservoirs, whose light samples the vertices of paths reuse; unused unless the settings select them.
     pub world: WorldLight,
-    /// The reuse of its candidates.
+    /// The reservoirs of indirect light, and the passes that reuse and shade them.
     pub reuse: Reuse,
 }
 
 impl IndirectLight {
-    /// Records the passes. The pilots are the first segments of paths; they are in the reservoirs that
-    /// `initial_indirect` overwrites, so they cannot be used after this.
+    /// Records the passes of indirect light. The pilots are the first segments of paths. They are in the reservoirs that
+    /// `initial_indirect` overwrites, so this method takes them and no later pass can use them.
     ///
     /// # Errors
-    /// A binding that a pass does not have.
+    /// The driver rejects a shader, or the names of the bindings differ from those in the shader.
     pub fn record<'a>(
         &'a self,
         recording: &mut Recording<'a>,

@@ -44,39 +44,43 @@ use sizes::BufferSizes;
 use specialisation::{with_layout, with_resampling};
 use std::sync::Arc;
 
-/// The passes and buffers of frames, and the data that the next frame reads from the previous one.
+/// The integrator of reservoir resampling: the passes and buffers of frames, and the data that a frame leaves for the next
+/// one.
 pub struct Restir {
-    /// The device that renders.
+    /// The device that runs the passes.
     pub device: Arc<Device>,
     bindings: Arc<SceneBindings>,
-    /// The constants of passes that belong neither to direct nor to indirect light.
+    /// The constants of the current frame for passes that belong neither to direct nor to indirect light.
     constants: RestirConstants,
     specialisation: Specialisation,
-    /// The pass `surfaces`.
+    /// The pass `surfaces`, which finds the primary surface of each pixel and the light that it emits.
     pub surfaces: ComputePass,
-    /// The pass `pilots`, if direct candidates or paths begin with pilots.
+    /// The pass `pilots`, which traces the first BSDF ray of each pixel; `None` if neither direct candidates nor paths begin
+    /// with it.
     pub pilot_pass: Option<ComputePass>,
-    /// Direct light, if it is resampled.
+    /// The passes and reservoirs of direct light; `None` if the settings or the limit of bounces exclude direct light.
     pub direct: Option<DirectLight>,
-    /// Indirect light, if it is resampled.
+    /// The passes and reservoirs of indirect light; `None` if the settings or the limit of bounces exclude indirect light.
     pub indirect: Option<IndirectLight>,
-    /// The buffer of `constants`.
+    /// The uniform buffer that holds the constants of passes that belong neither to direct nor to indirect light.
     pub restir: Buffer,
     color: Buffer,
-    /// The pilots, if there are any and no reservoirs of indirect light hold them.
+    /// The buffer of pilots; `None` if there are no pilots, or if the reservoirs of indirect light hold them.
     separate_pilots: Option<Buffer>,
     counters: Counters,
-    /// Primary surfaces.
+    /// The primary surface of each pixel, in this frame and, with reuse over time, in the previous one.
     sample_data: History<Buffer>,
-    /// True if a frame was rendered since the start.
+    /// True if at least one frame was rendered since the last restart.
     has_frame: bool,
 }
 
 impl Restir {
-    /// Makes the passes and buffers that `settings` need, for a light BVH of `light_nodes` nodes.
+    /// Makes the passes and buffers that `settings` need. `light_nodes` is the number of nodes of the light BVH. With
+    /// `jitter`, primary rays are jittered. `tracking` selects data that is kept besides the picture.
     ///
     /// # Errors
-    /// More memory than the device has or binds.
+    /// A buffer exceeds a limit or the free memory of the device, the picture is too large to be dispatched, or a shader's
+    /// interface cannot be bound by name.
     pub fn new(
         device: &Arc<Device>,
         bindings: &Arc<SceneBindings>,
@@ -228,13 +232,13 @@ impl Restir {
         Ok(made)
     }
 
-    /// The kinds of light that are resampled, direct light first.
+    /// The reuse of each kind of light that is resampled, direct light first.
     fn kinds(&self) -> impl Iterator<Item = &Reuse> {
         let direct = self.direct.iter().map(|light| &light.reuse);
         direct.chain(self.indirect.iter().map(|light| &light.reuse))
     }
 
-    /// All buffers that are kept for each pixel.
+    /// All buffers with data of pixels or path vertices, except those of light samplers. A restart clears them.
     fn buffers(&self) -> impl Iterator<Item = &Buffer> {
         let reservoirs = self.kinds().flat_map(|reuse| reuse.reservoirs.all());
         let shared = std::iter::once(&self.color).chain(&self.separate_pilots);
@@ -247,7 +251,7 @@ impl Restir {
             .chain(world)
     }
 
-    /// The buffers and numbers that all passes of the frame use.
+    /// The buffers and numbers of the current frame that all its passes use.
     pub fn inputs(&self) -> FrameInputs<'_> {
         let view = &self.constants.view;
         FrameInputs {
@@ -262,7 +266,7 @@ impl Restir {
         }
     }
 
-    /// The buffer that holds the frame's pilots.
+    /// The buffer that holds the pilots of the current frame: the reservoirs of indirect light if there are any.
     pub fn pilots(&self) -> Pilots<'_> {
         let indirect = self.indirect.as_ref();
         Pilots {
@@ -272,7 +276,7 @@ impl Restir {
         }
     }
 
-    /// Advances the history and the constants to a frame.
+    /// Advances the history and the constants to the frame with the index `index`, which `camera` shows.
     pub(in crate::render) fn begin_frame(&mut self, index: u32, camera: GpuCamera) {
         let constants = &mut self.constants;
         constants.frame = index;
@@ -293,7 +297,7 @@ impl Restir {
         }
     }
 
-    /// Records the upload of the frame's constants.
+    /// Records the upload of the frame's constants to the uniform buffers of all passes.
     ///
     /// # Errors
     /// Only those of every driver call, see [`crate::gpu`].
@@ -306,7 +310,8 @@ impl Restir {
             .try_for_each(|reuse| recording.update(&reuse.restir, &reuse.constants))
     }
 
-    /// Notes that a frame was rendered.
+    /// Notes that a frame was rendered, so that the next one has a history. On drivers that limit loop iterations, it also
+    /// checks that no loop was ended early.
     pub(in crate::render) fn end_frame(&mut self) -> Result<()> {
         self.has_frame = true;
         // On other drivers the counters are checked when the picture is read.
@@ -395,7 +400,7 @@ impl Integrator for Restir {
         self.buffers().chain(shared).map(Buffer::size).sum()
     }
 
-    /// All values are empty before the first frame, and for light without reservoirs.
+    /// The entries of all pixels are empty before the first frame, and for light without reservoirs.
     fn reservoir_aovs(&self, lighting: Lighting) -> Result<Vec<ReservoirAov>> {
         let reuse = match lighting {
             Lighting::Direct => self.direct.as_ref().map(|light| &light.reuse),

@@ -1,11 +1,12 @@
-//! The buffer that holds a frame's pilots, the first BSDF ray of each pixel.
+//! The buffer that holds the pilots of a frame. A pilot is the first BSDF ray of a pixel.
 
 use crate::gpu::Buffer;
 
-/// The buffer with the pilots of a frame. Where there is indirect light, it is the buffer of its current
-/// reservoirs, which `initial_indirect` overwrites. So direct light borrows the pilots, and indirect light
-/// takes them: no pass can be recorded that reads them later.
+/// The right to read the pilots of a frame (the first BSDF ray of each pixel). Where there is indirect light, they are in
+/// the buffer of its current reservoirs, which `initial_indirect` overwrites. So direct light borrows this value and
+/// indirect light takes it: no pass that reads pilots can be recorded later.
 pub struct Pilots<'a> {
-    /// The pilots, or the reservoirs that hold them; `None` if neither direct candidates nor paths begin with pilots.
+    /// The buffer of pilots, or the reservoirs that hold them; `None` if neither direct candidates nor paths begin with
+    /// pilots.
     pub buffer: Option<&'a Buffer>,
 }

@@ -1,4 +1,4 @@
-//! Debug AOVs: the contents of the reservoirs after a frame.
+//! Debug AOVs (additional channels of a picture): the contents of the reservoirs after a frame.
 
 use super::bindings::ReservoirAovs;
 use crate::Result;
@@ -7,21 +7,22 @@ use crate::render::scene_bindings::SceneBindings;
 use crate::shader_interface::{ReservoirAov, RestirConstants, TILE};
 use std::sync::Arc;
 
-/// The buffers that a frame of resampling has filled.
+/// The buffers that a frame of resampling has filled, from which the debug AOVs are read.
 pub struct FrameOutputs<'a> {
-    /// The constants of its shaders.
+    /// The constants that the shaders of the frame have read.
     pub constants: &'a RestirConstants,
-    /// The buffer of these constants.
+    /// The uniform buffer that holds the constants of the frame.
     pub restir: &'a Buffer,
-    /// The sample data of the frame's primary surfaces.
+    /// The sample data of the frame: the primary surface of each pixel.
     pub sample_data: &'a Buffer,
-    /// The reservoirs after the last pass of the frame.
+    /// The reservoirs of direct or of indirect light after the last pass of the frame.
     pub reservoirs: &'a Buffer,
-    /// The counters of all passes.
+    /// The buffer of the counters of all passes.
     pub counters: &'a Buffer,
 }
 
-/// Reads a frame's reservoirs by `pass`, row by row from the top.
+/// Runs `pass` (`aovs_direct` or `aovs_indirect`) after a frame and returns the contents of its reservoirs, one entry per
+/// pixel, row by row from the top.
 pub fn read_reservoir_aovs(
     device: &Arc<Device>,
     scene: &SceneBindings,

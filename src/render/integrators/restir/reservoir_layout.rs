@@ -1,5 +1,5 @@
-//! The layout of reservoirs in memory. It changes pictures by no more than the precision of the format; its cost depends on the
-//! device.
+//! The layout of reservoirs in memory. It changes pictures by no more than the precision of the format; its cost depends on
+//! the device.
 
 use crate::render::lighting::Lighting;
 use crate::render::settings::{Order, Reservoirs};
@@ -9,17 +9,18 @@ use crate::shader_interface::{
     INDIRECT_FULL_WORDS,
 };
 
-/// The layout of reservoirs, and the data that they store in addition to the settings.
+/// The layout of reservoirs in memory: the settings, and the words that are added for debug AOVs.
 #[derive(Clone, Copy, Debug)]
 pub struct ReservoirLayout {
-    /// The settings of the layout.
+    /// The settings of the layout: format, order of pixels, and adjacent words.
     pub settings: Reservoirs,
-    /// True if reservoirs store the values of debug AOVs: the origins of their samples, and numbers of neighbours.
+    /// True if reservoirs also store the values of debug AOVs: the origins of their samples, and the numbers of merged
+    /// neighbours.
     pub origins: bool,
 }
 
 impl ReservoirLayout {
-    /// Bytes of a reservoir.
+    /// The size of one reservoir of this kind of light, in bytes.
     pub fn bytes(&self, lighting: Lighting) -> u64 {
         let debug = if self.origins { DEBUG_WORDS } else { 0 };
         4 * u64::from(
@@ -32,7 +33,7 @@ impl ReservoirLayout {
         )
     }
 
-    /// The number of slots for a picture's pixels; tiles at the borders are whole.
+    /// The number of slots for the pixels of a picture. With square tiles, both sides are rounded up to whole tiles.
     pub fn slots(&self, width: u32, height: u32) -> u64 {
         let side = match self.settings.order {
             Order::Swizzle(side) => side,

@@ -11,31 +11,34 @@ use crate::shader_interface::Visibility;
 use crate::shader_interface::{RestirConstants, ReuseConstants, SpatialStep};
 use std::sync::Arc;
 
-/// Temporal reuse, spatial reuse and shading of direct or indirect light: the reservoirs, and only the passes that the settings
-/// need, since a driver takes seconds to compile one.
+/// The reservoirs of direct or of indirect light, and the passes that reuse and shade them. Only passes that the settings
+/// need exist, since a driver takes seconds to compile one.
 pub struct Reuse {
-    /// The resampling of this light.
+    /// The settings of resampling for direct or for indirect light, whichever these reservoirs hold.
     pub resampling: Resampling,
-    /// The constants of the resampling, for shaders.
+    /// The settings of resampling as constants, which are the same in all frames.
     reuse: ReuseConstants,
     temporal: Option<ComputePass>,
     spatial: Option<ComputePass>,
-    /// The pass that shades; `None` if the last merge adds the light.
+    /// The pass that adds the light of the selected samples to the picture; `None` if the last spatial pass adds it, or if
+    /// there are no reservoirs.
     shade: Option<ComputePass>,
-    /// The constants of these passes.
+    /// The constants of the current frame for the passes that reuse and shade these reservoirs.
     pub constants: RestirConstants,
-    /// The buffer that holds them.
+    /// The uniform buffer that holds the constants of the current frame for the passes that reuse and shade these
+    /// reservoirs.
     pub restir: Buffer,
-    /// The reservoirs of this frame, and of the previous one until a spatial pass overwrites them.
+    /// The reservoirs of this frame and, until a spatial pass overwrites them, those of the previous frame. Without reuse,
+    /// there is one copy.
     pub reservoirs: History<Buffer>,
 }
 
 impl Reuse {
-    /// Makes the passes and buffers; `pass` makes a pass by name. Without `shares`, candidates are not stored in reservoirs,
-    /// and there is no pass that shades.
+    /// Makes the passes and buffers. Without `shares`, candidates are not stored in reservoirs, and no pass shades.
+    /// `reservoir_bytes` is the size of one copy of the reservoirs, and `pass` makes the compute pass with a given name.
     ///
     /// # Errors
-    /// More memory than the device has.
+    /// A buffer exceeds a limit or the free memory of the device, or `pass` fails.
     pub fn new(
         device: &Arc<Device>,
         lighting: Lighting,
@@ -75,7 +78,8 @@ impl Reuse {
         })
     }
 
-    /// Begins a frame with these constants, to which the constants of this light are added.
+    /// Advances the reservoirs to the next frame, and sets the constants of its passes: `constants`, with the settings of
+    /// resampling added.
     pub fn begin_frame(&mut self, constants: &RestirConstants) {
         self.reservoirs.advance();
         self.constants = RestirConstants {
@@ -84,10 +88,11 @@ impl Reuse {
         };
     }
 
-    /// Records the passes; the current reservoirs hold the candidates.
+    /// Records temporal reuse, spatial reuse and shading, each if its pass exists. The current reservoirs hold the
+    /// candidates.
     ///
     /// # Errors
-    /// A binding that a pass does not have.
+    /// The driver rejects a shader, or the names of the bindings differ from those in the shader.
     pub fn record<'a>(
         &'a self,
         recording: &mut Recording<'a>,

@@ -1,5 +1,5 @@
-//! The sizes in bytes of the buffers of resampling, computed before they are allocated. Buffers that exceed the device's limits
-//! are refused.
+//! The sizes in bytes of the buffers of resampling, computed before the buffers are allocated. Sizes that exceed the
+//! device's limits are refused with a message that names a remedy.
 
 use super::reservoir_layout::ReservoirLayout;
 use crate::gpu::Device;
@@ -17,30 +17,32 @@ use glam::Vec3;
 // A pilot fits into the reservoir that holds it.
 const _: () = assert!(PILOT_WORDS <= INDIRECT_COMPACT_WORDS);
 
-/// Bytes of the buffers of a picture.
+/// The sizes in bytes of the buffers of resampling for one picture. A buffer with history is allocated twice.
 pub struct BufferSizes {
-    /// The number of slots for pixels (not bytes).
+    /// The number of slots for pixels in a buffer, not bytes: the pixels of the picture, padded to whole tiles of the pixel
+    /// order.
     pub slots: u64,
-    /// Radiance.
+    /// Bytes of the picture: the RGB radiance of each pixel.
     pub color: u64,
-    /// Primary surfaces.
+    /// Bytes of the sample data, the primary surface of each pixel.
     pub sample_data: u64,
-    /// Pilots that are not stored in reservoirs; 0 if there are none.
+    /// Bytes of the buffer of pilots (first BSDF rays); 0 if there are no pilots, or if reservoirs of indirect light hold
+    /// them.
     pub separate_pilots: u64,
-    /// The distance from one pilot to the next.
+    /// The distance from one pixel's pilot to the next, in bytes.
     pub pilot_stride: u64,
-    /// Reservoirs of direct light.
+    /// Bytes of the reservoirs of direct light.
     pub direct: u64,
-    /// Reservoirs of indirect light.
+    /// Bytes of the reservoirs of indirect light, or only of its pilots if it has no reservoirs.
     pub indirect: u64,
-    /// Buffers of light samplers, by name.
+    /// The name and the bytes of each buffer of light samplers.
     pub light_samplers: Vec<(&'static str, u64)>,
-    /// World reservoirs.
+    /// The size of world reservoirs, from which the bytes of their buffers follow.
     pub world: WorldSize,
 }
 
 impl BufferSizes {
-    /// The sizes for a picture with these settings and this layout of reservoirs.
+    /// The sizes for a picture of the size of `view`, with these settings and this layout of reservoirs.
     pub fn of(view: &ViewConstants, settings: &ResolvedSettings, layout: &ReservoirLayout) -> Self {
         let pixels = u64::from(view.width) * u64::from(view.height);
         let slots = layout.slots(view.width, view.height);
@@ -79,10 +81,11 @@ impl BufferSizes {
         }
     }
 
-    /// Refuses buffers that a device cannot bind at once, or cannot allocate for shaders that use addresses.
+    /// Checks that the device can bind each buffer at once. With `by_address`, it only has to allocate the buffers of world
+    /// reservoirs, since shaders reach them by address.
     ///
     /// # Errors
-    /// A buffer is too large.
+    /// A buffer is too large; the message names the buffer and settings that make it smaller.
     pub fn check(
         &self,
         device: &Device,

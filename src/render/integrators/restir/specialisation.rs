@@ -5,7 +5,7 @@ use crate::device_scene::GpuScene;
 use crate::render::settings::{Arrays, Candidates, Order, Resampling};
 use crate::shader_interface::{PixelOrder, Specialisation};
 
-/// `base` with the layout of reservoirs.
+/// The specialisation constants `base`, with those that describe the layout of reservoirs in memory.
 pub fn with_layout(base: Specialisation, layout: &ReservoirLayout) -> Specialisation {
     let (pixel_order, swizzle) = match layout.settings.order {
         Order::Row => (PixelOrder::Row, 1),
@@ -22,7 +22,7 @@ pub fn with_layout(base: Specialisation, layout: &ReservoirLayout) -> Specialisa
     }
 }
 
-/// `base` with the constants by which direct or indirect light is resampled in a scene.
+/// The specialisation constants `base`, with those that select the code for resampling direct or indirect light of `scene`.
 pub fn with_resampling(
     base: Specialisation,
     resampling: &Resampling,

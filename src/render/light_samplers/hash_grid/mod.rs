@@ -1,8 +1,9 @@
-//! The hash grid: reservoirs of direct light in cells of space, from many candidates each, which pixels merge with their
-//! candidates ("Normal-aware hash grid of precomputed reservoirs", 2025).
+//! The hash grid: reservoirs of direct light in cells of space. Each is made from many candidates, and pixels merge it with
+//! their own candidates ("Normal-aware hash grid of precomputed reservoirs", 2025).
 //!
-//! `glsl/lights/samplers/hash_grid/hash_grid.glsl` has the grid. By default, pixels of the frame fill it, so that it fits the
-//! picture and follows all motion; as published, points on the surfaces of the whole scene fill it once.
+//! `glsl/lights/samplers/hash_grid/hash_grid.glsl` describes the grid. By default, surfaces of the frame's pixels fill it in
+//! each frame, so that it fits the picture and follows all motion. As published, points on the surfaces of the whole scene
+//! fill it once.
 
 pub mod settings;
 
@@ -20,7 +21,7 @@ use crate::shader_interface::{
 use settings::{GridMode, HashGridSettings};
 
 crate::bindings! {
-    /// Bindings of the pass that decides which surface fills each slot.
+    /// Bindings of the pass `grid_claim`, which decides which surface fills each slot.
     pub struct ClaimGrid {
         [offers scene: SceneBindings]
         [optional read grid_points]
@@ -32,7 +33,7 @@ crate::bindings! {
 }
 
 crate::bindings! {
-    /// Bindings of the pass that makes reservoirs.
+    /// Bindings of the pass `grid_fill`, which makes the reservoir of each slot.
     pub struct FillGrid {
         [offers scene: SceneBindings]
         [optional read grid_points]
@@ -44,25 +45,27 @@ crate::bindings! {
     }
 }
 
-/// The number of points on surfaces that fill the published grid, from both sides each.
+/// The number of points on surfaces that fill the grid as published; each point fills it for both sides of its surface.
+/// Higher: more cells have reservoirs, but the grid needs more memory.
 const SURFACE_POINTS: usize = 1 << 19;
 
-/// The passes and the buffers of the hash grid.
+/// The hash grid as a light sampler: its passes, buffers and constants.
 pub struct HashGridLight {
-    /// The pass that decides which surface fills each slot.
+    /// The pass `grid_claim`, which decides which surface fills each slot.
     claim: ComputePass,
-    /// The pass that fills the slots.
+    /// The pass `grid_fill`, which makes the reservoir of each slot.
     fill: ComputePass,
-    /// Points on surfaces that fill the grid in the first frame; `None` if pixels fill it.
+    /// Points on the scene's surfaces with their normals, which fill the grid in the first frame; `None` if pixels fill it
+    /// in each frame.
     points: Option<Buffer>,
-    /// The surface that has claimed each slot.
+    /// The claim of each slot: the surface that fills it, and the key of its cell.
     slots: Buffer,
-    /// A reservoir for each slot.
+    /// The reservoir of each slot, in the format of reservoirs of direct light.
     reservoirs: Buffer,
     constants: GridConstants,
 }
 
-/// The number of surfaces that claim slots, and the number of slots.
+/// The number of surfaces that claim slots, and the number of slots, a power of two; both 0 without a grid.
 fn counts(filled_by: HashGrid, view: &ViewConstants) -> (u64, u64) {
     let surfaces = match filled_by {
         HashGrid::None => return (0, 0),
@@ -76,7 +79,8 @@ fn counts(filled_by: HashGrid, view: &ViewConstants) -> (u64, u64) {
     (surfaces, (2 * surfaces).next_power_of_two())
 }
 
-/// The names and the sizes in bytes of the buffers, with `reservoir_bytes` bytes per reservoir; empty without a grid.
+/// The names and the sizes in bytes of the buffers (points, slots, reservoirs), with `reservoir_bytes` bytes per reservoir;
+/// `None` without a grid.
 fn bytes(
     filled_by: HashGrid,
     view: &ViewConstants,
@@ -96,7 +100,7 @@ fn bytes(
 }
 
 impl HashGridLight {
-    /// The registration of the hash grid.
+    /// The entry of the hash grid in the table of all kinds of light samplers.
     pub(super) const KIND: Kind = Kind {
         bytes: |settings, view, reservoir_bytes| {
             let sizes = bytes(settings.filled_by, view, reservoir_bytes);
@@ -236,7 +240,8 @@ impl LightSampler for HashGridLight {
     }
 }
 
-/// The size of a cell: the longest side of the bounds of all points, divided by `cells`.
+/// The side of a cell, in the unit of `points`: the longest side of the bounds of all points, divided by `cells`. It is 1 if
+/// the bounds have no extent.
 fn cell_size(points: &[SurfacePoint], cells: u32) -> f32 {
     let positions = points.iter().map(|point| point.position);
     let low = positions

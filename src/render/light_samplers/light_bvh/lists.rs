@@ -1,4 +1,5 @@
-//! Light lists: the lights that each tile of pixels draws from the light BVH, for the candidates of direct light.
+//! Light lists: for each tile of pixels, a list of lights that are drawn from the light BVH. Pixels draw candidates of
+//! direct light from the lists, so that they need not walk through the tree.
 
 use super::settings::LightBvhSettings;
 use crate::Result;
@@ -9,7 +10,7 @@ use crate::render::scene_bindings::SceneBindings;
 use crate::shader_interface::{LIST_CONTEXT_WORDS, TILE, ViewConstants};
 
 crate::bindings! {
-    /// Bindings of the pass.
+    /// Bindings of the pass `light_lists`, in which one pixel of each tile draws the list of the tile.
     pub struct DrawLightLists {
         [offers scene: SceneBindings]
         uniform restir,
@@ -19,20 +20,21 @@ crate::bindings! {
     }
 }
 
-/// The pass and its buffer.
+/// The pass that draws the light lists of a frame, and the buffer that holds them.
 pub struct LightLists {
     pass: ComputePass,
-    /// The lists, tile by tile.
+    /// The lists, tile by tile in rows from the top. Each list is the shading point that drew it, then pairs of a light's
+    /// index and its probability.
     lists: Buffer,
     tiles: [u32; 2],
 }
 
-/// Tiles along each axis of a picture.
+/// The number of tiles along the width and along the height of the picture.
 fn tiles(settings: &LightBvhSettings, view: &ViewConstants) -> [u32; 2] {
     [view.width, view.height].map(|side| side.div_ceil(settings.tile))
 }
 
-/// The size of the buffer, in bytes.
+/// The size in bytes of the buffer that holds the lists of all tiles.
 fn bytes(settings: &LightBvhSettings, view: &ViewConstants) -> u64 {
     let [x, y] = tiles(settings, view);
     let words = LIST_CONTEXT_WORDS + 2 * settings.list;
@@ -40,7 +42,7 @@ fn bytes(settings: &LightBvhSettings, view: &ViewConstants) -> u64 {
 }
 
 impl LightLists {
-    /// The registration of light lists.
+    /// The entry of light lists in the table of all kinds of light samplers.
     pub(in crate::render::light_samplers) const KIND: Kind = Kind {
         bytes: |settings, view, _| {
             let lists = settings.light_lists.into_iter();

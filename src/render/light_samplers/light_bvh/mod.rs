@@ -1,4 +1,4 @@
-//! The buffer of the light BVH, which a renderer has if its settings draw candidates from it.
+//! The buffer of the light BVH, a tree of lights. It is empty if the settings draw no candidates from the tree.
 
 pub mod lists;
 pub mod settings;
@@ -17,24 +17,25 @@ use settings::{Boxes, Far, LightBvhSettings};
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
-/// The number of points on surfaces at which boxes of influence are counted: if a point lies in 8 boxes on average, the error
-/// of the mean is 3 %.
+/// The number of points on surfaces at which boxes of influence are counted, to find their scale. Higher: a more exact
+/// scale, but a longer start; if a point lies in 8 boxes on average, the error of the mean is 3 %.
 const SURFACE_POINTS: usize = 1024;
 
-/// The light BVH on the device; empty if no candidates are drawn from it.
+/// The light BVH on the device, with the tree from which its contents are made; empty if no candidates are drawn from it.
 pub struct LightBvhBuffer {
-    /// Number of nodes.
+    /// The number of nodes of the tree; 0 if there is no tree.
     pub node_count: u32,
     buffer: Buffer,
-    /// The tree, and the time of the lights in the buffer, in seconds.
+    /// The tree, and the time in seconds at which its lights are in the buffer. `None` if there is no tree.
     source: Option<(LightBvh, Mutex<f64>)>,
 }
 
 impl LightBvhBuffer {
-    /// Builds the tree for a scene, if `options` are given.
+    /// Builds the tree for the lights of `scene` at time 0 and uploads it. If `options` are `None`, the buffer is empty.
     ///
     /// # Errors
-    /// More memory than the device has, or more at once than it reads.
+    /// The buffer exceeds a limit or the free memory of the device, or rays that measure boxes of influence cannot be
+    /// traced.
     pub fn new(
         device: &Arc<Device>,
         scene: &Arc<GpuScene>,
@@ -73,12 +74,12 @@ impl LightBvhBuffer {
 }
 
 impl SceneResource for LightBvhBuffer {
-    /// The name and the size in bytes of the buffer, unless it is empty.
+    /// The name and the size in bytes of the light BVH's buffer; `None` if it is empty.
     fn memory(&self) -> Option<(&'static str, u64)> {
         (self.node_count > 0).then(|| (LIGHT_BVH, self.buffer.size()))
     }
 
-    /// The resources that shaders of a variant bind.
+    /// The name of the binding and the buffer of the light BVH, as texels or as storage, as shaders of `variant` read it.
     fn resource(&self, variant: Variant) -> (&'static str, Resource<'_>) {
         let resource = match variant.fetch {
             Fetch::Texels => Resource::Texels(&self.buffer),
@@ -87,10 +88,10 @@ impl SceneResource for LightBvhBuffer {
         (LIGHT_BVH, resource)
     }
 
-    /// Fits the boxes to the scene's lights as they are now.
+    /// Fits the boxes and powers of the tree to the scene's lights in the current pose, if they have moved or changed.
     ///
     /// # Errors
-    /// The device fails.
+    /// The device fails, or an earlier update failed in another thread.
     fn follow(&self, scene: &GpuScene) -> Result<()> {
         let Some((bvh, time)) = &self.source else {
             return Ok(());
@@ -105,7 +106,7 @@ impl SceneResource for LightBvhBuffer {
     }
 }
 
-/// Builds the tree for the lights at time 0.
+/// Builds the tree for the lights at time 0. With `boxes=visibility`, it traces rays to limit the boxes of influence.
 fn build(
     device: &Arc<Device>,
     scene: &Arc<GpuScene>,

@@ -1,21 +1,21 @@
-//! Settings of the light BVH, from which `candidates=light-bvh` draws.
+//! Settings of the light BVH (`light_bvh.*`), a tree of lights from which `candidates=light-bvh` draws.
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// The factor of radii: `auto` or a positive number.
+/// The factor on the size of boxes in the light BVH: `auto` or a number from 1e-9 to 1e9.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(into = "Written", try_from = "Written")]
 pub enum Scale {
     /// A factor that follows from the scene.
     #[default]
     Auto,
-    /// The given factor, above 0.
+    /// The given factor, from 1e-9 to 1e9.
     Number(f32),
 }
 
-/// A scale as it is written.
+/// A scale in the form in which TOML and JSON write it: a number, or the word `auto`.
 #[derive(Serialize, Deserialize)]
 #[serde(untagged)]
 enum Written {
@@ -46,7 +46,7 @@ impl TryFrom<Written> for Scale {
 }
 
 impl Scale {
-    /// The given factor, if there is one.
+    /// The given factor; `None` for `auto`.
     pub fn number(self) -> Option<f32> {
         match self {
             Self::Auto => None,
@@ -68,14 +68,14 @@ impl JsonSchema for Scale {
     }
 }
 
-/// The distribution of the choice among the lights whose boxes hold a point.
+/// The distribution by which one of the lights that a walk through the tree finds is drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LightChoice {
-    /// By the expected contribution of the light's cluster, then by power.
+    /// A cluster of lights is drawn by its expected contribution at the point, then a light of the cluster by power.
     #[default]
     Contribution,
-    /// Uniform, as published.
+    /// All lights that a walk finds have the same probability, as published.
     Uniform,
 }
 
@@ -83,65 +83,69 @@ pub enum LightChoice {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Far {
-    /// Far lights are joined: the farther away they are, the larger are the groups that a walk finds as one.
+    /// Far lights are joined: the farther away lights are, the larger are the groups that a walk treats as one light.
     #[default]
     Joined,
-    /// Far lights are not found outside of their boxes of influence, as published.
+    /// A light is found only at points inside its cluster's box of influence, as published. Elsewhere, only the candidates
+    /// that are drawn among all lights find it.
     Skipped,
 }
 
-/// The extent of boxes of influence.
+/// The extent of boxes of influence, the boxes around clusters of lights within which their lights are found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Boxes {
-    /// By the power of their lights.
+    /// The radius of a box follows from the power of its lights.
     #[default]
     Simple,
-    /// Limited to the distances that rays from their lights reach at time 0; for lights that are off at that time, as `simple`.
+    /// Boxes are also limited to the surfaces that rays from their lights hit at time 0. Boxes of lights that are off at
+    /// that time are as with `simple`.
     Visibility,
 }
 
-/// The distribution of the other candidates among all lights.
+/// The distribution of the candidates that are not drawn from the tree but among all lights.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Rest {
-    /// By power.
+    /// Lights are drawn in proportion to area × luminance, mixed with a uniform fraction.
     #[default]
     Power,
-    /// Uniform, as published.
+    /// All lights have the same probability, as published.
     Uniform,
 }
 
-/// The light BVH: the options of its construction and of the candidates that are drawn from it.
+/// The light BVH: the options of its construction, and of the candidates that are drawn from it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LightBvhSettings {
-    /// The treatment of lights that are far from a point. Unbiased either way.
+    /// The treatment of lights that are far from a point: `joined` lets a walk find them in groups, `skipped` leaves them
+    /// out. Unbiased either way.
     pub far: Far,
-    /// With `far=joined`, lights are joined beyond this many times half the diagonal of their box; with `far=skipped`, a light
-    /// is found up to the distance scale · √power, with power in luminance × area. `auto`: 1 with `far=joined`; otherwise a
-    /// scale at which points on surfaces lie within some boxes. Higher: longer searches, and candidates closer to the best
-    /// ones. Unbiased at any value.
+    /// With `far=joined`, lights are joined beyond this many times half the diagonal of their box; with `far=skipped`, a
+    /// light is found up to the distance scale · √power, with power in luminance × area. `auto`: 1 with `far=joined`;
+    /// otherwise a scale at which points on surfaces lie within about 8 boxes. Higher: longer searches, and candidates
+    /// closer to the best ones. Unbiased at any value.
     pub scale: Scale,
-    /// The fraction of candidates that is drawn among all lights; at least one candidate. Higher: less noise where light comes
-    /// from unexpected directions, more noise elsewhere. Unbiased at any value.
+    /// Fraction of candidates that are drawn among all lights instead of from the tree; at least one candidate. Higher: less
+    /// noise where light comes from unexpected directions, more noise elsewhere. Unbiased at any value.
     #[schemars(range(min = 0.01, max = 1.0))]
     pub uniform_share: f32,
-    /// With `far=skipped`, the extent of boxes of influence. `visibility` traces 256 rays for each box before the first frame.
-    /// Unbiased either way.
+    /// The extent of boxes of influence, with `far=skipped`. `visibility` limits the boxes by rays: 256 for each box, traced
+    /// before the first frame. Unbiased either way.
     pub boxes: Boxes,
-    /// True if lights that are close to each other form a cluster with one box. Unbiased either way.
+    /// True if lights that are close to each other form a cluster with one box, which makes the tree smaller; false if each
+    /// light has its own box. Unbiased either way.
     pub cluster: bool,
-    /// The choice of a light among those that are found. Unbiased either way.
+    /// The distribution by which one of the lights that a walk finds is drawn. Unbiased either way.
     pub choice: LightChoice,
-    /// The distribution of the other candidates among all lights. Unbiased either way.
+    /// The distribution of the candidates that are not drawn from the tree but among all lights. Unbiased either way.
     pub rest: Rest,
-    /// Size of the tiles in which one pixel searches lights for all pixels, for direct light. 1: each pixel searches
-    /// separately. Higher: less time, and candidates that fit fewer of the pixels. Unit: pixels. Unbiased at any value.
+    /// Size of the tiles in which one pixel draws lights for all pixels, for direct light. 1: each pixel walks through the
+    /// tree itself. Higher: less time, and candidates that fit fewer of the pixels. Unit: pixels. Unbiased at any value.
     #[schemars(range(min = 1, max = 64))]
     pub tile: u32,
-    /// Number of lights that a tile draws; each pixel uses some of them. Higher: neighbours have fewer candidates in common.
-    /// Cost: eight bytes each. Unbiased at any value.
+    /// Number of lights that a tile draws; each pixel uses `light_samples` of them at most. Higher: neighbours have fewer
+    /// candidates in common. Cost: eight bytes per light and tile. Unbiased at any value.
     #[schemars(range(min = 1, max = 1024))]
     pub list: u32,
 }
