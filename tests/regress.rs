@@ -126,6 +126,16 @@ fn assert_damage_is_named(folder: &Path) {
     std::fs::write(&picture, &bytes).unwrap();
     assert_status(&regress(folder, &only, None), 0, "1 cases");
 
+    // Those of another revision are compared all the same.
+    let mut other: serde_json::Value = serde_json::from_str(&text).unwrap();
+    other["commit"] = "0123456".into();
+    std::fs::write(&list, other.to_string()).unwrap();
+    let compared = regress(folder, &only, None);
+    assert_status(&compared, 0, "1 cases");
+    let said = said(&compared);
+    assert!(said.contains("revision 0123456 of Headwater"), "{said}");
+    std::fs::write(&list, &text).unwrap();
+
     // Those of another driver: pictures agree, and nothing is said about passes.
     std::fs::rename(&own, golden.join("another-driver")).unwrap();
     assert_status(

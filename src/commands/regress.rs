@@ -5,7 +5,7 @@ use super::interrupt::Interrupt;
 use super::progress::Progress;
 use super::render;
 use super::session::{Purpose, Session};
-use super::{NOTHING_WRITTEN, open_vulkan, print, print_part};
+use super::{NOTHING_WRITTEN, notice, open_vulkan, print, print_part};
 use crate::base::files::{check_writable, write_atomically};
 use crate::base::printable::printable;
 use crate::device_scene::selection::Request;
@@ -124,6 +124,11 @@ fn compare(args: &Args, cases: &[Case], device: &DeviceInfo, interrupt: &Interru
     let began = Instant::now();
     let (goldens, own) = Goldens::find(&args.folder, device)?;
     let exact = own || args.exact;
+    if let Some(revision) = goldens.other_revision() {
+        notice(&format!(
+            "revision {revision} of Headwater made these golden frames, and this is another one: differences may be changes of Headwater"
+        ));
+    }
     check_folder(&args.output)?;
     // Damage is found before minutes of work.
     for case in cases {
@@ -136,7 +141,7 @@ fn compare(args: &Args, cases: &[Case], device: &DeviceInfo, interrupt: &Interru
         printable(&goldens.device),
         match exact {
             true => "every bit must be the same",
-            false => "pictures must agree but for rounding",
+            false => "pictures must agree except for rounding",
         }
     ))?;
     let mut results = Vec::new();

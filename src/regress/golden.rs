@@ -251,6 +251,13 @@ fn picture(folder: &Path, name: &str) -> PathBuf {
 }
 
 impl Goldens {
+    /// The revision of Headwater that made the golden frames, if it is known and differs from the revision of this program: then a
+    /// difference may come from a change of Headwater, and not from the driver.
+    pub fn other_revision(&self) -> Option<&str> {
+        let made_by = Some(self.commit.as_str()).filter(|commit| !commit.is_empty())?;
+        (made_by != env!("HEADWATER_COMMIT")).then_some(made_by)
+    }
+
     /// Reads the golden frames of a device and its driver. If `folder` has none, reads those of another driver, the first by
     /// name. The returned flag is true if they belong to this driver.
     ///
