@@ -160,7 +160,7 @@ fn only_profiles_of_one_subject_are_compared() {
             2,
             "a profile of another seed",
         ),
-        (&["--against", &path("damaged.json")], 2, "no profile"),
+        (&["--against", &path("damaged.json")], 2, "is not a profile"),
         (&["--against", &path("missing.json")], 2, "cannot read"),
         (&["--trace", "/no/folder/t.json"], 1, "/no/folder/t.json"),
         (&["--max-slowdown", "-1"], 2, "--max-slowdown"),

@@ -61,12 +61,10 @@ pub fn note_for_scene(args: &SceneArgs, changed: &[String], outputs: &[PathBuf],
             .any(|path| Format::of(path).ok() == Some(format))
     };
     if !args.aov.is_empty() && !writes(Format::Exr) {
-        notice(
-            "--aov adds channels to .exr files, of which --output names none, so it has no effect",
-        );
+        notice("no --output is an .exr file, so --aov has no effect");
     }
     if args.exposure != 0.0 && !writes(Format::Png) && !presents {
-        notice("--exposure is for .png files, of which --output names none, so it has no effect");
+        notice("no --output is a .png file, so --exposure has no effect");
     }
 }
 

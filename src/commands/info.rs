@@ -68,7 +68,7 @@ pub fn run(args: &Args) -> Result<()> {
             yes(device.timestamp_period > 0.0)
         ))?;
         print(format_args!(
-            "  memory     {} MiB; one buffer {} MiB, one binding {} MiB, texels {} MiB; {} storage buffers a shader",
+            "  memory     {} MiB; one buffer {} MiB, one binding {} MiB, texels {} MiB; {} storage buffers per shader",
             device.device_memory >> 20,
             device.max_buffer_size >> 20,
             device.max_storage_buffer_range >> 20,

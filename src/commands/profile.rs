@@ -152,7 +152,7 @@ fn check(args: &Args) -> Result<()> {
     let scene = &args.scene;
     if scene.report.is_some() || !scene.aov.is_empty() || scene.exposure != 0.0 {
         return Err(Error::input(
-            "profile writes no picture, so --report, --aov and --exposure have no place; -o writes the profile",
+            "profile writes no picture, so --report, --aov and --exposure cannot be used; -o writes the profile",
         ));
     }
     for (name, value) in [
@@ -182,7 +182,7 @@ fn read(path: &Path) -> Result<Profile> {
     let text = input_files::read_text(path, input_files::MAX_JSON_BYTES)?;
     serde_json::from_str(&text).map_err(|e| {
         Error::input(format!(
-            "{}: no profile ({e}); 'headwater profile --output' writes one",
+            "{} is not a profile ({e}); 'headwater profile --output' writes one",
             path.display()
         ))
     })

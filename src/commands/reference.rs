@@ -100,7 +100,7 @@ pub fn run(args: &Args) -> Result<()> {
     let mut saved = Instant::now();
     let mut in_file = done;
     let known = (limit < u32::MAX).then_some(u64::from(limit));
-    let mut progress = Progress::new(known, "samples a pixel");
+    let mut progress = Progress::new(known, "samples per pixel");
     if args.time.is_some() || args.target_error.is_some() {
         progress = progress.that_may_end_sooner();
     }
@@ -146,10 +146,10 @@ pub fn run(args: &Args) -> Result<()> {
     let sums = save(args, &mut session, done)?;
     match relative_error(&sums, done) {
         Some(error) => print(format_args!(
-            "{done} samples a pixel, relative standard error {error:.4}"
+            "{done} samples per pixel, relative standard error {error:.4}"
         ))?,
         None => print(format_args!(
-            "1 sample a pixel; its standard error is unknown, since that takes at least 2"
+            "1 sample per pixel; the standard error needs at least 2"
         ))?,
     }
     write_report(&session, done, args.scene.report.as_ref())?;
@@ -161,7 +161,7 @@ fn kept(args: &Args, samples: u32) -> String {
     match samples {
         0 => NOTHING_WRITTEN.into(),
         _ => format!(
-            "{} keeps {samples} samples a pixel, --resume continues",
+            "{} keeps {samples} samples per pixel, --resume continues",
             args.output[0].display()
         ),
     }

@@ -240,7 +240,7 @@ fn kept(folder: &Folder) -> String {
         return NOTHING_WRITTEN.into();
     }
     format!(
-        "{} keeps what is finished; the same command goes on",
+        "{} keeps the finished runs; the same command continues",
         folder.path().display()
     )
 }

@@ -115,7 +115,7 @@ impl Device {
             ),
             (
                 features.executable_properties && !info.executable_properties,
-                "does not tell what its compiler makes of shaders",
+                "does not report what its compiler makes of shaders",
             ),
         ];
         if let Some((_, obstacle)) = wanted.iter().find(|(is_missing, _)| *is_missing) {

@@ -75,7 +75,7 @@ impl Instance {
         };
         if validation && !layers.iter().any(|l| l.layer_name_as_c_str() == Ok(layer)) {
             return Err(Error::failed(
-                "validation was asked for (HEADWATER_VALIDATION) but VK_LAYER_KHRONOS_validation is not installed; unset it, or start through tools/run or tools/test",
+                "validation is on (HEADWATER_VALIDATION or --validate), but VK_LAYER_KHRONOS_validation is not installed; unset it, or start through tools/run or tools/test",
             ));
         }
         // The validation layer provides debug utilities itself.
@@ -191,7 +191,7 @@ impl Instance {
                     "device '{}' cannot be used: {reason}",
                     device.name
                 ))),
-                None => Ok((device.clone(), format!("asked for as '{wanted}'"))),
+                None => Ok((device.clone(), format!("selected by '{wanted}'"))),
             };
         }
         let rank = |d: &DeviceInfo| match d.kind {

@@ -36,7 +36,7 @@ impl Mesh {
         }
         self.normalize_tangents();
         let odd = self.clamp_colors();
-        tally.add_many("vertex colours outside 0…1 are clamped", odd, location);
+        tally.add_many("vertex colours outside [0, 1] are clamped", odd, location);
         self.drop_unused_vertices();
     }
 

@@ -395,7 +395,7 @@ mod tests {
         assert_eq!(scene.materials[0].base_color, Vec3::new(0.0, 0.5, 1.0));
         assert_eq!(
             scene.notices,
-            ["base colours outside 0…1 are clamped: material 0 \"green\""]
+            ["base colours outside [0, 1] are clamped: material 0 \"green\""]
         );
     }
 

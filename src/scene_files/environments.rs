@@ -66,7 +66,7 @@ fn read(path: &Path) -> Result<Environment> {
         Some("hdr") => read_hdr(path)?,
         _ => {
             return Err(Error::input(format!(
-                "{}: is no environment that can be read; give an .exr or .hdr file, or sky:sun=40",
+                "{}: is not an environment file; give an .exr or .hdr file, or sky:sun=40",
                 path.display()
             )));
         }

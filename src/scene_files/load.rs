@@ -44,7 +44,7 @@ pub fn load_watched(path: &Path, options: Options, watch: &mut Watch<'_>) -> Res
         Some("gltf" | "glb") => read_whole(path, &mut progress).and_then(|bytes| {
             if extension.as_deref() == Some("glb") && !bytes.starts_with(b"glTF") {
                 return Err(Error::input(
-                    "is no binary glTF, its first bytes are not \"glTF\"; export it again",
+                    "is not a GLB file (no glTF header); export it again",
                 ));
             }
             gltf::read(&bytes, &folder, &mut progress)
@@ -57,7 +57,7 @@ pub fn load_watched(path: &Path, options: Options, watch: &mut Watch<'_>) -> Res
                 .load_textures(&folder, &mut progress)
         }),
         _ => Err(Error::input(
-            "is no scene that can be read; give a .gltf, .glb or .obj file",
+            "is not a scene file; give a .gltf, .glb or .obj file",
         )),
     };
     scene
@@ -99,7 +99,7 @@ fn finished(mut scene: Scene, path: &Path) -> Scene {
     if scene.triangle_count() == 0 {
         scene
             .notices
-            .push("the scene has no triangles, nothing of it can be seen".into());
+            .push("the scene has no triangles, so nothing can be seen".into());
     }
     scene
 }

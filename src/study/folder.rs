@@ -31,7 +31,7 @@ impl Folder {
             .and_then(|()| lock(path));
         let Some(lock) = locked.inspect_err(|_| take_away_empty(path, &made))? else {
             return Err(Error::failed(format!(
-                "another study is at work in {}; wait until it ends, or name another folder with --output",
+                "another study is running in {}; wait until it ends, or name another folder with --output",
                 path.display()
             )));
         };

@@ -127,7 +127,7 @@ impl Reference {
             let channel = |c| image.floats(&format!("{prefix}{c}")).unwrap_or_default();
             let (r, g, b) = (channel("R"), channel("G"), channel("B"));
             if [r, g, b].iter().any(|c| c.len() != pixels) {
-                return Err(unusable("it is no reference of this view"));
+                return Err(unusable("it is not a reference of this view"));
             }
             Ok((0..pixels).map(|i| [r[i], g[i], b[i]]).collect())
         };

@@ -174,7 +174,7 @@ impl Row {
         let missing = self.missing.filter(|_| self.expect == Expect::Unbiased)?;
         let (Some(seeds), Some(minutes)) = (missing.seeds, missing.minutes) else {
             return Some(
-                "its reference knows too little for this proof: raise reference_spp".to_owned(),
+                "its reference is too noisy for this proof: raise reference_spp".to_owned(),
             );
         };
         let minutes = match minutes.ceil() {

@@ -104,7 +104,7 @@ fn costs(rows: &[Row]) -> String {
         let passes = passes.collect::<Vec<_>>().join("; ");
         let _ = writeln!(
             text,
-            "{} {}: {total:.2} ms, {:.0} bytes a pixel ({passes})",
+            "{} {}: {total:.2} ms, {:.0} bytes per pixel ({passes})",
             row.scene, row.configuration, row.bytes_per_pixel
         );
         if !row.first_runs.is_empty() {

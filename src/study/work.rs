@@ -119,7 +119,7 @@ impl<'a> Work<'a> {
             if width > WIDEST_REFERENCE {
                 let needed = reference.samples_for(WIDEST_REFERENCE);
                 return Err(Error::input(format!(
-                    "scene {}: its reference of {spp} samples a pixel knows the mean to ±{:.2} % only; give it a reference_spp of about {:.0}",
+                    "scene {}: its reference of {spp} samples per pixel has the mean within ±{:.2} % only; give it a reference_spp of about {:.0}",
                     self.subject.name,
                     100.0 * width,
                     needed.ceil()

@@ -107,12 +107,12 @@ fn a_damaged_reference_is_not_resumed_and_the_message_says_what_to_do() {
         std::fs::write(&path, damaged).unwrap();
         let line = fail(&resume, 2);
         assert!(line.contains(text(&path)), "{line}");
-        assert!(line.contains("start anew without --resume"), "{line}");
+        assert!(line.contains("start again without --resume"), "{line}");
         assert!(std::fs::read(&path).unwrap() == damaged);
     }
     std::fs::remove_file(&path).unwrap();
     let line = fail(&resume, 2);
-    assert!(line.contains("start anew without --resume"), "{line}");
+    assert!(line.contains("start again without --resume"), "{line}");
     // Which works.
     std::fs::write(&path, "").unwrap();
     succeed(&arguments);

@@ -143,7 +143,7 @@ fn a_file_that_lies_is_refused_in_one_readable_line() {
         let before = std::fs::read(&path).unwrap();
         let line = fail(&resume, 2);
         assert!(line.contains(said), "no '{said}' in {line}");
-        assert!(line.contains("start anew without --resume"), "{line}");
+        assert!(line.contains("start again without --resume"), "{line}");
         assert!(line.trim_end().chars().count() <= 500, "{line}");
         assert!(!line.trim_end().chars().any(char::is_control), "{line:?}");
         assert!(std::fs::read(&path).unwrap() == before, "{said}");

@@ -172,7 +172,7 @@ fn a_study_tells_how_much_of_all_its_work_is_done_and_how_long_the_rest_takes() 
     // A step that took long may be followed by a line of its own.
     let last = said.lines().last().unwrap_or_default();
     let truth = if out.exists() {
-        "out keeps what is finished; the same command goes on"
+        "out keeps the finished runs; the same command continues"
     } else {
         "nothing was written"
     };

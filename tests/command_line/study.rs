@@ -258,7 +258,7 @@ fn two_studies_do_not_work_in_one_folder() {
     first.wait().unwrap();
     let said = messages(output.stderr);
     assert_eq!(output.status.code(), Some(1), "{said}");
-    assert!(said.contains("another study is at work in"), "{said}");
+    assert!(said.contains("another study is running in"), "{said}");
     assert!(said.contains("--output"), "{said}");
     // The lock ends with whoever holds it, however that ends.
     succeed(&short);

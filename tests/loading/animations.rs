@@ -284,8 +284,8 @@ fn what_cannot_be_followed_is_said_once_and_the_first_of_two_wins() {
     assert_eq!(
         scene.notices,
         [
-            "of several animations of one thing the first is followed: animations[1].channels[0]",
-            "animations of what cannot be animated are ignored: 3 times, first \
+            "several animations change one property, the first one is used: animations[1].channels[0]",
+            "animations of properties that cannot be animated are ignored: 3 times, first \
              animations[2].channels[0] (\"/materials/0/pbrMetallicRoughness/baseColorFactor\")",
             "animated morph weights are ignored: animations[2].channels[3]",
         ]
@@ -322,7 +322,7 @@ fn bad_keys_are_errors_that_name_them() {
         ),
         (
             turned(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]),
-            format!("{output}the value of key 1 is no quaternion of unit length"),
+            format!("{output}the value of key 1 is not a unit quaternion"),
         ),
         (
             animated("translation", "VEC4", "LINEAR", &two, &[0.0; 8]),

@@ -398,7 +398,7 @@ fn broken_obj_files() {
         ("hello world", "line 1, \"hello\""),
         ("\u{0}\u{1}\u{2}", "line 1"),
         ("v 0 0", "line 1, \"v\": three numbers"),
-        ("v 0 0 x", "\"x\" is no finite number"),
+        ("v 0 0 x", "\"x\" is not a finite number"),
         ("\n\nv 0 nan 0", "line 3, \"v\": \"nan\""),
         ("v 0 1e99 0", "\"1e99\""),
         ("v 0 0 0\nf 1 1", "line 2, \"f\": a face needs three"),
@@ -406,8 +406,11 @@ fn broken_obj_files() {
         ("v 0 0 0\nf 1 1 0", "vertex 0 is out of range"),
         ("v 0 0 0\nf 1 1 -2", "vertex -2 is out of range"),
         ("v 0 0 0\nf 1 1 -9223372036854775808", "out of range"),
-        ("v 0 0 0\nf 1 1 99999999999999999999", "is no vertex index"),
-        ("v 0 0 0\nf 1 1 /", "is no vertex index"),
+        (
+            "v 0 0 0\nf 1 1 99999999999999999999",
+            "is not a vertex index",
+        ),
+        ("v 0 0 0\nf 1 1 /", "is not a vertex index"),
         ("v 0 0 0\nf 1//1 1//1 1//1", "normal 1 is out of range"),
         ("vn inf 0 0", "line 1, \"vn\""),
     ] {
@@ -416,7 +419,7 @@ fn broken_obj_files() {
     for (text, named) in [
         ("newmtl a\nKd 1 2", "line 2, \"Kd\""),
         ("newmtl a\nKd", "line 2, \"Kd\""),
-        ("newmtl a\nKd x y z", "\"x\" is no finite number"),
+        ("newmtl a\nKd x y z", "\"x\" is not a finite number"),
         ("newmtl a\n\nKe -1 0 0", "line 3, \"Ke\": emission"),
         ("newmtl a\nKe nan", "\"nan\""),
         ("newmtl a\nPr 2", "2 is not within 0 and 1"),

@@ -252,7 +252,7 @@ fn missing_materials_are_grey_with_a_warning() {
         scene.notices,
         [
             "MTL files that cannot be read are left out: line 5: \"lost.mtl\"",
-            "materials that no MTL file has are grey (0.8): 2 times, first line 6: \"red\"",
+            "materials that are in no MTL file are grey (0.8): 2 times, first line 6: \"red\"",
             "faces without a material are given one: grey Lambert (0.8)",
         ]
     );

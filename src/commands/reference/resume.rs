@@ -33,12 +33,12 @@ pub fn resume(args: &Args, session: &mut Session) -> Result<u32> {
     let path = &args.output[0];
     let earlier = Image::read(path).map_err(|error| {
         Error::input(format!(
-            "cannot resume: {error}; start anew without --resume"
+            "cannot resume: {error}; start again without --resume"
         ))
     })?;
     let wrong = |what: String| {
         Error::input(format!(
-            "cannot resume {}: {what}; give the same arguments, or start anew without --resume",
+            "cannot resume {}: {what}; give the same arguments, or start again without --resume",
             path.display()
         ))
     };
@@ -64,7 +64,7 @@ pub fn resume(args: &Args, session: &mut Session) -> Result<u32> {
     if let Some(i) = sums.iter().position(|p| !possible(p, samples)) {
         let (x, y) = (i % earlier.width as usize, i / earlier.width as usize);
         return Err(wrong(format!(
-            "its sums of pixel {x}, {y} are none of {samples} samples"
+            "the sums of pixel {x}, {y} cannot come from {samples} samples"
         )));
     }
     session.renderer.set_sums(&sums, samples)?;

@@ -56,7 +56,7 @@ impl Keyed for DQuat {
 
     fn fault(self) -> Option<&'static str> {
         let unit = (self.length() - 1.0).abs() < 1e-2;
-        (!unit).then_some("is no quaternion of unit length")
+        (!unit).then_some("is not a unit quaternion")
     }
 }
 

@@ -74,14 +74,14 @@ pub(super) fn check_material(
     }
     if *alpha_mode == AlphaMode::Blend && emission.max_element() > 0.0 {
         tally.add(
-            "what emits light covers all: alphaMode BLEND is ignored there",
+            "alphaMode BLEND is ignored on surfaces that emit light",
             || what.clone(),
         );
     }
     let clamped = base_color.clamp(Vec3::ZERO, Vec3::ONE);
     if clamped != *base_color {
         *base_color = clamped;
-        tally.add("base colours outside 0…1 are clamped", || what);
+        tally.add("base colours outside [0, 1] are clamped", || what);
     }
     Ok(())
 }
@@ -103,7 +103,7 @@ pub(super) fn check_textures(index: usize, material: &Material, images: &[Image]
         }
         if texture.set > 1 {
             return wrong(format!(
-                "uses texture coordinates {}, of which there are 0 and 1",
+                "uses texture coordinates {}; only 0 and 1 exist",
                 texture.set
             ));
         }

@@ -263,7 +263,7 @@ impl<'a> Accessors<'a> {
                 let code = sparse.indices.component_type;
                 let Some(kind) = Component::of(code).filter(|c| c.is_index()) else {
                     return Err(damaged(format!(
-                        "{part}: component type {code} is no unsigned integer"
+                        "{part}: component type {code} is not an unsigned integer"
                     )));
                 };
                 let (view, offset) = (sparse.indices.buffer_view, sparse.indices.byte_offset);

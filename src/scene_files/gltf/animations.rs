@@ -75,7 +75,7 @@ fn target(
     channel: &Channel,
     tally: &mut Tally,
 ) -> Result<Option<Target>> {
-    let ignored = "animations of what cannot be animated are ignored";
+    let ignored = "animations of properties that cannot be animated are ignored";
     let location = || what.to_owned();
     let document = accessors.document;
     let in_range = |kind: &str, index: u64| {
@@ -163,7 +163,7 @@ impl Source<'_> {
             Some("CUBICSPLINE") => Interpolation::CubicSpline,
             Some(other) => {
                 return Err(damaged(format!(
-                    "{what}.interpolation: {} is none of LINEAR, STEP and CUBICSPLINE",
+                    "{what}.interpolation: {} is not LINEAR, STEP or CUBICSPLINE",
                     quoted(other)
                 )));
             }
@@ -221,7 +221,7 @@ impl Animations {
     ) -> Result<()> {
         let taken = |tally: &mut Tally, taken: bool| {
             if taken {
-                let text = "of several animations of one thing the first is followed";
+                let text = "several animations change one property, the first one is used";
                 tally.add(text, || source.channel.to_owned());
             }
             taken

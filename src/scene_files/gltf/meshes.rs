@@ -118,7 +118,7 @@ impl<'a> Meshes<'a> {
                 return Ok(());
             }
             Some(mode) => {
-                return Err(damaged(format!("{what}: mode {mode} is none of 0 to 6")));
+                return Err(damaged(format!("{what}: mode {mode} is not one of 0 to 6")));
             }
         };
         let Some(&positions) = primitive.attributes.get("POSITION") else {

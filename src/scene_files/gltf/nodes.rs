@@ -172,9 +172,7 @@ fn local_transform(node: &Node, what: impl Fn() -> String) -> Result<DAffine3> {
     }
     let length = node.rotation.map_or(1.0, |q| DQuat::from_array(q).length());
     if !(length > 1e-6 && length.is_finite()) {
-        return wrong(
-            "its rotation is no quaternion of unit length; correct it in the modelling tool",
-        );
+        return wrong("its rotation is not a unit quaternion; correct it in the modelling tool");
     }
     let (scale, rotation, translation) = rest(node);
     Ok(DAffine3::from_scale_rotation_translation(

@@ -125,7 +125,7 @@ impl<'a> Line<'a> {
         word.parse()
             .ok()
             .filter(|number: &f64| number.abs() <= f64::from(f32::MAX))
-            .ok_or_else(|| self.wrong(&format!("{} is no finite number", quoted(word))))
+            .ok_or_else(|| self.wrong(&format!("{} is not a finite number", quoted(word))))
     }
 
     /// The line on which the statement begins, counted from 1, as a text for messages: `line 12`.

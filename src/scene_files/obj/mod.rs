@@ -295,7 +295,7 @@ impl<'a> Reader<'a> {
         self.material = self.materials.get(line.rest).copied();
         if self.material.is_none() {
             self.tally
-                .add("materials that no MTL file has are grey (0.8)", || {
+                .add("materials that are in no MTL file are grey (0.8)", || {
                     format!("{}: {}", line.location(), quoted(line.rest))
                 });
         }
@@ -473,7 +473,7 @@ fn check_memory(line: &Line, bytes: u64) -> Result<()> {
 fn index(line: &Line, kind: &str, word: &str, count: usize) -> Result<u32> {
     let number: i64 = word
         .parse()
-        .map_err(|_| line.wrong(&format!("{} is no {kind} index", quoted(word))))?;
+        .map_err(|_| line.wrong(&format!("{} is not a {kind} index", quoted(word))))?;
     let index = match number {
         1.. => number - 1,
         _ => number.saturating_add(count as i64),

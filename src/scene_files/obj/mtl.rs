@@ -226,7 +226,12 @@ fn map(line: &Line, folder: &Path, ignored: &mut Vec<(String, String)>) -> Resul
                 false
             }
             "-texres" => false,
-            _ => return Err(line.wrong(&format!("{} is no option of a texture", quoted(&option)))),
+            _ => {
+                return Err(line.wrong(&format!(
+                    "{} is not an option of a texture",
+                    quoted(&option)
+                )));
+            }
         };
         if !is_followed {
             ignored.push((option, line.location()));
