@@ -1,6 +1,6 @@
 //! The entrance of the library: builds a renderer of a scene, with defaults for everything that is not set.
 
-use super::presets::Preset;
+use super::presets::{DEFAULT, Preset};
 use super::{Renderer, Settings, View};
 use crate::device_scene::GpuScene;
 use crate::device_scene::selection::{Request, select};
@@ -27,7 +27,8 @@ use std::sync::Arc;
 #[must_use]
 pub struct RendererBuilder<'a> {
     scene: &'a Scene,
-    settings: Settings,
+    /// `None`: those of the default preset.
+    settings: Option<Settings>,
     camera: Option<Camera>,
     size: (u32, u32),
     seed: u32,
@@ -45,12 +46,12 @@ impl Renderer {
 }
 
 impl<'a> RendererBuilder<'a> {
-    /// A builder with the defaults: path tracing (the default [`Settings`]), 640 × 360 pixels, at most 5 bounces, seed 0, no
+    /// A builder with the defaults: the preset `balanced`, 640 × 360 pixels, at most 5 bounces, seed 0, no
     /// jitter, the scene's first camera, and the first device in the order of preference.
     fn new(scene: &'a Scene) -> Self {
         Self {
             scene,
-            settings: Settings::default(),
+            settings: None,
             camera: None,
             size: (640, 360),
             seed: 0,
@@ -65,13 +66,13 @@ impl<'a> RendererBuilder<'a> {
     /// # Errors
     /// No preset has this name.
     pub fn preset(mut self, name: &str) -> Result<Self> {
-        self.settings = Preset::named(name)?.settings()?;
+        self.settings = Some(Preset::named(name)?.settings()?);
         Ok(self)
     }
 
     /// Replaces all settings by `settings`.
     pub fn settings(mut self, settings: Settings) -> Self {
-        self.settings = settings;
+        self.settings = Some(settings);
         self
     }
 
@@ -127,6 +128,10 @@ impl<'a> RendererBuilder<'a> {
                 "a picture of {width} × {height} has no pixels; both sides begin at 1"
             )));
         }
+        let settings = match self.settings {
+            Some(settings) => settings,
+            None => Preset::named(DEFAULT)?.settings()?,
+        };
         let scene = self.scene;
         let first = scene.cameras.first().cloned();
         let camera = (self.camera.or(first)).unwrap_or_else(|| framing_camera(scene));
@@ -144,6 +149,6 @@ impl<'a> RendererBuilder<'a> {
             bounces: self.bounces,
             jitter: self.jitter,
         };
-        Renderer::new(&device, Arc::new(uploaded), &view, &self.settings)
+        Renderer::new(&device, Arc::new(uploaded), &view, &settings)
     }
 }

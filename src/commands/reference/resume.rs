@@ -64,7 +64,7 @@ pub fn resume(args: &Args, session: &mut Session) -> Result<u32> {
     if let Some(i) = sums.iter().position(|p| !possible(p, samples)) {
         let (x, y) = (i % earlier.width as usize, i / earlier.width as usize);
         return Err(wrong(format!(
-            "the sums of pixel {x}, {y} cannot come from {samples} samples"
+            "the sums of pixel {x}, {y} cannot be those of {samples} samples"
         )));
     }
     session.renderer.set_sums(&sums, samples)?;
